@@ -18,7 +18,7 @@ from fingerdesign.errors import DesignError, printable
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.zone import summarise
 from fingerdesign_cli.inputs import judged_design, judged_scene
-from fingerdesign_cli.terminal import print_json, print_table
+from fingerdesign_cli.terminal import number, print_json, print_table
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.forecast.forecast import Forecast
@@ -127,9 +127,6 @@ def _faulty(path: Path, error: DesignError) -> dict[str, object]:
 
 
 def _show(summaries: list[Summary], scene: str) -> None:
-    def number(value: float | None, digits: int = 2) -> str:
-        return "-" if value is None else f"{value:.{digits}f}"
-
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 200
     room = max(width - _NUMBERS_WIDE, 10)  # a name is never cut
     rows = [

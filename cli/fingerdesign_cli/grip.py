@@ -12,7 +12,7 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.design.faults import undexed
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign_cli.inputs import read_case, read_estimator
-from fingerdesign_cli.terminal import print_json, print_table, progress
+from fingerdesign_cli.terminal import number, print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -100,9 +100,6 @@ def _report(result: Result, out: Path, quiet: bool, as_json: bool) -> None:
 
 
 def _row(grip: GripResult) -> list[str]:
-    def number(value: float | None) -> str:
-        return "-" if value is None else f"{value:.2f}"
-
     ends = "slips" if grip.gross_slip else "lifted" if grip.lifted else "not lifted"
     free = {True: "slips", False: "does not slip", None: "-"}[grip.slips_without_rule]
     return [

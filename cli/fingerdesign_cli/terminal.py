@@ -79,6 +79,11 @@ def _bar(title: str) -> Iterator[Progress]:
         yield show
 
 
+def number(value: float | None, digits: int = 2, factor: float = 1.0, none: str = "-") -> str:
+    """A number in a table's cell, so many digits after the point."""
+    return none if value is None else f"{factor * value:.{digits}f}"
+
+
 def print_table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table on stdout, as wide as it needs where stdout is not a terminal."""
     from rich.console import Console

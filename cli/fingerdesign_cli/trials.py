@@ -19,11 +19,13 @@ from fingerdesign.trials.replay import replay_trace
 from fingerdesign.trials.tune import RECORD_FILE
 from fingerdesign_cli.inputs import estimator_for, read_case, refuse_foreign
 from fingerdesign_cli.options import CONTROLLER_NAMES
-from fingerdesign_cli.terminal import cores, print_json, print_table, progress
+from fingerdesign_cli.terminal import cores, number, print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign.trials.record import ControlStudy, Summary
     from fingerdesign.trials.replay import Replay
+
+NONE = "–"  # in a cell of the study
 
 
 # ``fingerdesign tune``: every controller tuned alike, on grips that are not those of the study.
@@ -83,13 +85,9 @@ def _row(name: str, found: dict[str, Any]) -> list[str]:
         f"{100 * best['success_rate']:.1f} ({100 * default['success_rate']:.1f})",
         f"{100 * best['held_rate']:.1f}",
         *(f"{best[key]}" for key in ("dropped", "crushed", "not_lifted")),
-        f"{_ratio(best['mean_peak_ratio'])} ({_ratio(default['mean_peak_ratio'])})",
+        f"{number(best['mean_peak_ratio'])} ({number(default['mean_peak_ratio'])})",
         ", ".join(takes),
     ]
-
-
-def _ratio(value: float | None) -> str:
-    return "-" if value is None else f"{value:.2f}"
 
 
 # ``fingerdesign replay``: a grip recorded on a rig, put before a controller.
@@ -134,18 +132,18 @@ def _refuse_untaught(name: str, design_file: Path) -> None:
 def _show_replay(found: Replay, folder: Path) -> None:
     record = found.record()
 
-    def number(key: str) -> str:
+    def reading(key: str) -> str:
         return "-" if record[key] is None else f"{record[key]:.3g}"
 
     rows = [
-        ["closing, mm", number("closed_mm"), number("asked_closing_mm")],
-        ["shear, mm", number("sheared_mm"), number("asked_shear_mm")],
+        ["closing, mm", reading("closed_mm"), reading("asked_closing_mm")],
+        ["shear, mm", reading("sheared_mm"), reading("asked_shear_mm")],
     ]
     title = f"{found.design}, rows {record['first_row']} to {record['last_row']} of {found.trace}"
     print_table(title, ["", "the rig", found.controller], rows)
     click.echo(f"holds: {found.record()['holds']}")
     if record["least_stick_ratio_told"] is not None:
-        least, most = number("least_stick_ratio_told"), number("most_friction_used_told")
+        least, most = reading("least_stick_ratio_told"), reading("most_friction_used_told")
         click.echo(f"told: stick ratio down to {least}, friction used up to {most}")
     click.echo(f"row by row: {folder / 'replay.csv'}")
 
@@ -233,9 +231,9 @@ def _shares(name: str, reported: Summary) -> list[str]:
     low, high = reported.success.low or 0.0, reported.success.high or 1.0
     return [
         name,
-        _number(reported.success.rate, 1, 100.0),
+        number(reported.success.rate, 1, 100.0, NONE),
         f"{100 * low:.1f}–{100 * high:.1f}",
-        _number(reported.held.rate, 1, 100.0),
+        number(reported.held.rate, 1, 100.0, NONE),
         *(str(count) for count in (reported.dropped, reported.crushed, reported.not_lifted)),
     ]
 
@@ -248,7 +246,10 @@ def _medians(name: str, reported: Summary) -> list[str]:
         (reported.slip_distance_mm, 3),
         (reported.steps, 0),
     )
-    return [name, *(_number(None if s is None else s.median, digits) for s, digits in spreads)]
+    return [
+        name,
+        *(number(None if s is None else s.median, digits, none=NONE) for s, digits in spreads),
+    ]
 
 
 def _answers(name: str, reported: Summary, rate_hz: float) -> list[str]:
@@ -256,11 +257,7 @@ def _answers(name: str, reported: Summary, rate_hz: float) -> list[str]:
     times = (None, None) if reaction is None else (reaction.median, reaction.most)
     return [
         name,
-        _number(reported.held.rate, 1, 100.0),
+        number(reported.held.rate, 1, 100.0, NONE),
         f"{reported.answered.count} of {reported.answered.of}",
-        *(_number(each, 0, 1000.0 / rate_hz) for each in times),
+        *(number(each, 0, 1000.0 / rate_hz, NONE) for each in times),
     ]
-
-
-def _number(value: float | None, decimals: int, factor: float = 1.0) -> str:
-    return "–" if value is None else f"{factor * value:.{decimals}f}"

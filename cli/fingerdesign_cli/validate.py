@@ -12,7 +12,7 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError
 from fingerdesign.validate.advice import NONE, spread_cell
 from fingerdesign_cli.inputs import read_case
-from fingerdesign_cli.terminal import print_json, print_table, progress
+from fingerdesign_cli.terminal import number, print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -86,13 +86,10 @@ def _cells(row: Row) -> list[list[str]]:
     for name in ("equal_motion", "equal_force"):
         side = getattr(row, name)
         reported = [spread_cell(q, side.spread(q)) if side else NONE for q in QUANTITIES]
-        costs = [_number(row.seconds, 2), _number(row.better_seconds, 2), _number(row.saving, 1)]
+        values = ((row.seconds, 2), (row.better_seconds, 2), (row.saving, 1))
+        costs = [number(value, digits, none=NONE) for value, digits in values]
         first = name == "equal_motion"
         title = row.title if first else ""
         at = name.removeprefix("equal_")
         found.append([title, at, *reported, *(costs if first else [""] * len(costs))])
     return found
-
-
-def _number(value: float | None, decimals: int) -> str:
-    return "–" if value is None else f"{value:.{decimals}f}"

@@ -193,20 +193,23 @@ def outcome(name, **metrics):
     return Outcome(name=name, **kept, status="ok", metrics=metrics)
 
 
-def test_knee_of_a_front():
-    found = recommend(
-        [
-            outcome("accurate", stick_error=0.0, cost=10.0),
-            outcome("knee", stick_error=0.2, cost=2.0),
-            outcome("cheap", stick_error=1.0, cost=0.0),
-            outcome("worse than knee", stick_error=0.3, cost=2.0),
-        ],
-        WANTED,
-        [],
-    )
+def test_knee_of_a_front_and_the_runner_up_next_of_it():
+    knee = [
+        outcome("accurate", stick_error=0.0, cost=10.0),
+        outcome("knee", stick_error=0.2, cost=2.0),
+        outcome("cheap", stick_error=1.0, cost=0.0),
+        outcome("worse than knee", stick_error=0.3, cost=2.0),
+        outcome("next", stick_error=0.3, cost=1.9),
+    ]
+    found = recommend([*knee[:4]], WANTED, [])
     assert found.front == (0, 1, 2)
     assert found.chosen == 1
     assert found.best == (0, 2)
+    some = [knee[k] for k in (0, 1, 4, 2)]
+    assert recommend(some, WANTED, []).runner_up == 2
+    # Where one beats all, the nearest of those beaten; of one alone, none.
+    assert recommend(some, [LEAST_COST], []).runner_up == 2
+    assert recommend(some[:1], [LEAST_COST], []).runner_up is None
 
 
 def test_goals_turn_round():
@@ -235,6 +238,8 @@ def test_three_d_is_chosen_among_where_there_is_a_choice():
 
 
 def test_a_tie_is_reported_and_broken_by_the_range_of_all():
+    found = recommend([outcome("a", cost=1.0), outcome("b", cost=1.0)], [LEAST_COST], [])
+    assert (found.front, found.chosen) == ((0, 1), 0)
     pair = [outcome("a", stick_error=0.2, cost=1.0), outcome("b", stick_error=0.1, cost=9.0)]
     rest = [outcome("c", stick_error=0.21, cost=10.0)]  # widens costs more than errors
     found = recommend([*pair, *rest], WANTED, [])
@@ -242,14 +247,10 @@ def test_a_tie_is_reported_and_broken_by_the_range_of_all():
 
 
 def test_nothing_to_recommend():
+    assert dominated(np.zeros((0, 2))).tolist() == []
     assert recommend([], [LEAST_COST], []).chosen is None
     assert recommend([outcome("a", cost=1.0)], [], []).chosen is None
     assert recommend([outcome("a", cost=1.0)], [MOST_MARGIN], []).chosen is None
-
-
-def test_equal_designs_are_all_on_the_front():
-    found = recommend([outcome("a", cost=1.0), outcome("b", cost=1.0)], [LEAST_COST], [])
-    assert (found.front, found.chosen) == ((0, 1), 0)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -266,23 +267,6 @@ def test_front_is_what_the_definition_says(seed):
     for number in found.group:
         alone = not any(beats(other, number) for other in found.group)
         assert alone == (number in found.front)
-
-
-def test_dominated_of_none():
-    assert dominated(np.zeros((0, 2))).tolist() == []
-
-
-def test_runner_up_is_the_next_of_the_front():
-    knee = [
-        outcome("accurate", stick_error=0.0, cost=10.0),
-        outcome("knee", stick_error=0.2, cost=2.0),
-        outcome("next", stick_error=0.3, cost=1.9),
-        outcome("cheap", stick_error=1.0, cost=0.0),
-    ]
-    assert recommend(knee, WANTED, []).runner_up == 2
-    # Where one beats all, the nearest of those beaten; of one alone, none.
-    assert recommend(knee, [LEAST_COST], []).runner_up == 2
-    assert recommend(knee[:1], [LEAST_COST], []).runner_up is None
 
 
 def test_why_one_is_not_feasible():

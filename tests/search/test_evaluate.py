@@ -100,26 +100,19 @@ def test_the_digest_leaves_out_names_prices_and_molds(job, design):
     assert same.digest() == job.digest()
 
 
-@pytest.mark.parametrize(
-    "values",
-    [
-        {"body.width_mm": 12.1},
-        {"grip.friction_coefficients": [0.51]},
-        {"grip.seed": 1},
-        {"grip.hardware.gage_noise_microstrain": 0.6},
-        {"gages.face": "lower"},
-        {"mesh.section.contact_size_mm": 0.11},
-    ],
-)
-def test_the_digest_changes_with_the_design(job, design, values):
-    assert replace(job, design=with_values(design, values)).digest() != job.digest()
-
-
-def test_the_digest_changes_with_what_is_requested(job, monkeypatch):
-    scene = find_scene("fundamental")
+def test_the_digest_changes_with_the_design_and_with_what_is_requested(job, design, monkeypatch):
+    values = {
+        "body.width_mm": 12.1,
+        "grip.friction_coefficients": [0.51],
+        "grip.seed": 1,
+        "grip.hardware.gage_noise_microstrain": 0.6,
+        "gages.face": "lower",
+        "mesh.section.contact_size_mm": 0.11,
+    }
     requested = [
         job,
-        replace(job, scene=scene),  # that path alone, no grips
+        *(replace(job, design=with_values(design, dict([each]))) for each in values.items()),
+        replace(job, scene=find_scene("fundamental")),  # that path alone, no grips
         replace(job, fidelity="3d"),
         replace(job, fidelity="auto"),
         replace(job, fidelity="auto", tolerance=0.03),
@@ -255,13 +248,10 @@ def test_plane_strain_has_a_forecast():
     assert found.mesh_error is None
 
 
-def test_space_has_none():
+def test_space_has_none_nor_a_body_that_no_section_shows():
     found = judged(dimension=3, fidelity="3d")
     assert (found.plane_strain_error, found.mesh_error) == (None, None)
     assert "no estimate" in found.sentences[0]
-
-
-def test_a_body_that_no_section_shows_has_none_and_says_so():
     found = judged(with_values(find_design("domed"), {"plates.count": 0}))
     assert found.plane_strain_error is None
     assert "body.shape" in found.sentences[0]

@@ -92,16 +92,10 @@ def test_designs_and_lists(tmp_path):
     assert all(row["plates.count"] == "45" and row["key"] and row["must_be"] for row in invalid)
     record = json.loads((target / "generate.json").read_text("utf-8"))
     assert (record["variants"], record["invalid"], record["cad_failed"]) == (4, 2, 0)
+    (key, count, fault, name), *_ = reasons([each.variant for each in found[4:]])
+    assert (count, name, fault.key) == (2, "few-0005", key)
     # A stranger's text is no formula.
     assert {row["materials.silicone.source"] for row in listed} == {"'=1+1", "<b>x</b>"}
-
-
-def test_reasons_are_counted():
-    study = parse_study(TEXT)
-    invalid = [each for each in variants(study, base_design(study)) if each.design is None]
-    (key, count, fault, name), *_ = reasons(invalid)
-    assert (count, name) == (2, "few-0005")
-    assert fault.key == key
 
 
 def test_run_again_it_makes_what_is_missing_or_changed(tmp_path):

@@ -236,12 +236,12 @@ def step_grid(body: Body, content: str) -> tuple[tuple[Array, Array, Array], flo
     def covered(x: Array) -> NDArray[np.bool_]:
         return np.isfinite(surface_height(body, x[:, None], deep[None, :]))
 
-    there = np.flatnonzero(covered(wide).any(axis=1))
-    if not len(there):
-        raise ValueError("the contact surface has no height anywhere")
-
     def any_covered(x: Array) -> NDArray[np.bool_]:
         return np.asarray(covered(x).any(axis=1))
+
+    there = np.flatnonzero(any_covered(wide))
+    if not len(there):
+        raise ValueError("the contact surface has no height anywhere")
 
     left, right = (
         _border(any_covered, wide[[end]], wide, way)
@@ -308,7 +308,9 @@ def packed_geometry(design: Mapping[str, Any], traces: Traces | None = None) -> 
     from pydantic import ValidationError
 
     try:
-        found = Design.model_validate(_shaping(design))
+        # The tables that decide the shape: what a later version adds to others does not hinder.
+        shaping = {"design", "body", "plates", "gages", "materials"} & design.keys()
+        found = Design.model_validate({key: design[key] for key in shaping})
     except ValidationError:
         return _nothing("", "The design's data is not a whole design: it cannot be drawn.")
     words = finger_words(dict(_dotted(found.model_dump(mode="json"))))
@@ -455,9 +457,3 @@ def _dotted(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, A
             yield from _dotted(value, f"{prefix}{key}.")
         else:
             yield prefix + key, value
-
-
-def _shaping(design: Mapping[str, Any]) -> dict[str, Any]:
-    """The tables that decide the shape: what a later version adds to others does not hinder."""
-    shaping = ("design", "body", "plates", "gages", "materials")
-    return {key: design[key] for key in shaping if key in design}

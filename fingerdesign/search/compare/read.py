@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+from pydantic import ValidationError
 
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.design.schema import Design
@@ -69,8 +71,22 @@ def outcome_of_result(folder: Path) -> Outcome:
 
 def _outcome_of(result: Result, folder: Path) -> Outcome:
     failed = result.status == "failed"
-    data = _design(result)
-    design = None if failed else _read_design(data)
+    data, traces, metrics = _design(result), Traces(), dict[str, float | None]()
+    try:
+        design = None if failed else Design.model_validate(data)
+    except (ValidationError, DesignError):  # of a version that this one cannot place gages of
+        design = None
+    if result.increments and design is not None:
+        plates = plate_frames(design)
+        traces = traces_of(Analysis(result, plates=plates))
+        path = Analysis(replace(result, grips=(), slip_studies=()), plates=plates)
+        metrics = metrics_of(design, Cost(), path)
+        del metrics["cost"]  # no prices were given
+    ladder, validity = result.ladder, Validity()
+    if ladder is not None:
+        worst = max(ladder.error_estimates.values(), default=None)
+        sentences = (ladder.why_ended,) if ladder.why_ended else ()
+        validity = Validity(mesh_error=worst, sentences=sentences)
     return Outcome(
         digest=result.digest,
         name=result.design,
@@ -80,10 +96,10 @@ def _outcome_of(result: Result, folder: Path) -> Outcome:
         fidelity=result.fidelity,
         status=result.status,
         failure=Failure("failed", result.failure or "") if failed else None,
-        metrics={} if failed else _metrics(result, design),
-        traces=_traces(result, design),
+        metrics={} if failed else metrics | grip_metrics(result.grips),
+        traces=traces,
         grips=tuple(grip_outcome(grip, *_path(grip, folder)) for grip in result.grips),
-        validity=_validity(result),
+        validity=validity,
         warnings=result.warnings,
         versions=result.versions,
         seeds=result.seeds,
@@ -108,32 +124,6 @@ def _design(result: Result) -> dict[str, Any]:
     return design
 
 
-def _metrics(result: Result, design: Design | None) -> dict[str, float | None]:
-    """As every outcome's, of what the record holds; no cost, since no prices were given."""
-    found: dict[str, float | None] = {}
-    if result.increments and design is not None:
-        path = Analysis(replace(result, grips=(), slip_studies=()), plates=plate_frames(design))
-        found = metrics_of(design, Cost(), path)
-        del found["cost"]
-    return found | grip_metrics(result.grips)
-
-
-def _traces(result: Result, design: Design | None) -> Traces:
-    """The path; none where the design is of a version that this one cannot place gages of."""
-    if not result.increments or design is None:
-        return Traces()
-    return traces_of(Analysis(result, plates=plate_frames(design)))
-
-
-def _read_design(data: dict[str, Any]) -> Design | None:
-    from pydantic import ValidationError
-
-    try:
-        return Design.model_validate(data)
-    except (ValidationError, DesignError):
-        return None
-
-
 def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
     """Forces of a grip from its grip_*.csv; none where the folder has no such file."""
     parts = f"{grip.controller}_mu{grip.friction_coefficient:g}_{grip.object_mass_g:g}g"
@@ -141,29 +131,16 @@ def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
     path = folder / f"{stem}.csv"
     if not path.is_file():
         return (), ()
+    keys = ("normal_force_N", "tangential_force_N")
     try:
         with path.open(encoding="utf-8", newline="") as stream:
-            rows = list(_forces(csv.DictReader(stream)))
+            rows = [tuple(float(row[key]) for key in keys) for row in csv.DictReader(stream)]
+        if not all(bounded(each) for row in rows for each in row):
+            raise ValueError("a force that is no finite number")
     except (OSError, KeyError, csv.Error, *_WRONG) as error:
         fault = Fault("RESULT", path, "the path of a grip", f"{error!r}; run analyse again")
         raise DesignError([fault]) from error
     return tuple(row[0] for row in rows), tuple(row[1] for row in rows)
-
-
-def _forces(rows: Iterator[dict[str, str]] | csv.DictReader[str]) -> Iterator[tuple[float, float]]:
-    for row in rows:
-        forces = float(row["normal_force_N"]), float(row["tangential_force_N"])
-        if not all(bounded(each) for each in forces):
-            raise ValueError("a force that is no finite number")
-        yield forces
-
-
-def _validity(result: Result) -> Validity:
-    ladder = result.ladder
-    if ladder is None:
-        return Validity()
-    worst = max(ladder.error_estimates.values(), default=None)
-    return Validity(mesh_error=worst, sentences=(ladder.why_ended,) if ladder.why_ended else ())
 
 
 OUTCOMES_FILE, STUDY_FILE = "outcomes.jsonl", "study.json"
@@ -309,16 +286,16 @@ def _outcome(line: str, source: str) -> Outcome:
 def _record(path: Path) -> dict[str, Any] | None:
     if not path.is_file():
         return None
+    why = ""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
         refuse_endless(found)
+        if isinstance(found, dict):
+            return found
     except (OSError, ValueError, OutcomeError, RecursionError) as error:
-        fault = Fault("study", path.name, "the record of a study", f"{error}; run it again")
-        raise DesignError([fault], str(path)) from error
-    if not isinstance(found, dict):
-        fault = Fault("study", path.name, "the record of a study", "run it again")
-        raise DesignError([fault], str(path))
-    return found
+        why = f"{error}; "
+    fault = Fault("study", path.name, "the record of a study", f"{why}run it again")
+    raise DesignError([fault], str(path))
 
 
 def _facts(

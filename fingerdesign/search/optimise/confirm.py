@@ -184,11 +184,6 @@ def judged(study: Study, name: str, outcomes: Sequence[Outcome]) -> Judged:
     )
 
 
-def judged_trials(search: Search, tried: Sequence[Tried]) -> tuple[Judged, ...]:
-    """Each trial's finger against the study."""
-    return tuple(judged(search.study, each.outcomes[0].name, each.outcomes) for each in tried)
-
-
 def confirm(
     search: Search,
     tried: Sequence[Tried],
@@ -201,7 +196,7 @@ def confirm(
     report("the reference")
     outcomes = list(evaluated(reference_plan(search)))
     reference = judged(study, name, outcomes)
-    every = judged_trials(search, tried)
+    every = [judged(study, each.outcomes[0].name, each.outcomes) for each in tried]
     front = front_of(every)
     found = Confirmation(
         reference,
@@ -334,7 +329,8 @@ class Optimised:
     @cached_property
     def judged(self) -> tuple[Judged, ...]:
         """The trials against the study, in order."""
-        return judged_trials(self.search, self.tried)
+        study = self.search.study
+        return tuple(judged(study, each.outcomes[0].name, each.outcomes) for each in self.tried)
 
     @property
     def better_in_all(self) -> int:

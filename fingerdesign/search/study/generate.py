@@ -39,30 +39,10 @@ if TYPE_CHECKING:
 VARIANTS, INVALID = "variants.csv", "invalid.csv"
 
 
-def variants_csv(keys: Sequence[str], found: Iterable[tuple[Variant, str]]) -> str:
-    """A row a valid variant: number, name, values, the design's digest, what came of its CAD."""
-    rows = (
-        (variant, [variant.design.digest(), cad])
-        for variant, cad in found
-        if variant.design is not None
-    )
-    return _csv(keys, ("design_digest", "cad"), rows)
-
-
-def invalid_csv(keys: Sequence[str], found: Iterable[Variant]) -> str:
-    """A row a fault: number and name of the variant, its values, and the fault in parts."""
-    rows = (
-        (variant, [fault.key, str(fault.value), fault.bound, fault.remedy])
-        for variant in found
-        if variant.design is None
-        for fault in variant.faults
-    )
-    return _csv(keys, ("key", "value", "must_be", "remedy"), rows)
-
-
 def _csv(
     keys: Sequence[str], more: Sequence[str], rows: Iterable[tuple[Variant, list[str]]]
 ) -> str:
+    """A row each: number and name of a variant, its values, and what more is said."""
     cells = (
         [variant.number, variant.name, *(variant.values.get(key) for key in keys), *rest]
         for variant, rest in rows
@@ -169,8 +149,15 @@ def _write_lists(study: Study, found: Sequence[Made], target: Path, whole: bool)
         if place.name not in valid:
             shutil.rmtree(place)
     keys = list(study.parameters)
-    write_whole(target / VARIANTS, variants_csv(keys, [(made.variant, made.cad) for made in found]))
-    write_whole(target / INVALID, invalid_csv(keys, [made.variant for made in found]))
+    every = [(made.variant, made.variant.design, made.cad) for made in found]
+    good = ((each, [design.digest(), cad]) for each, design, cad in every if design is not None)
+    bad = (
+        (each, [fault.key, str(fault.value), fault.bound, fault.remedy])
+        for each, _, _ in every
+        for fault in each.faults
+    )
+    write_whole(target / VARIANTS, _csv(keys, ("design_digest", "cad"), good))
+    write_whole(target / INVALID, _csv(keys, ("key", "value", "must_be", "remedy"), bad))
     write_whole(target / RECORD, json_text(_record(study, found)))
 
 

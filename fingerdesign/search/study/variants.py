@@ -182,7 +182,7 @@ def _shown(parameter: Range | tuple[Choice, ...]) -> object:
 def _fixed_faults(study: Study, base: Design, setting: Mapping[str, Any]) -> Iterator[Fault]:
     data, refused = _set(base, setting)
     plain = {_plain(key): key for key in study.fixed}
-    for fault, _ in (*refused, *_schema_faults(data, plain)):
+    for fault in (*refused, *(fault for fault, _ in _schema_faults(data, plain))):
         owner = next((each for each in plain if _stands_in(fault.key, each)), None)
         if owner is not None:
             where = dotted(("fixed", plain[owner])) + fault.key[len(owner) :]
@@ -193,13 +193,17 @@ def _unknown(study: Study, base: Design, setting: Mapping[str, Any]) -> dict[str
     """The studied keys that designs do not have, with the fault of each."""
     data, refused = _set(base, setting)
     plain = {_plain(split_share(key)[0]): key for key in study.parameters}
+
+    def owners(key: str) -> list[str]:
+        return [own for own in plain if _stands_in(key, own) or _stands_in(own, key)]
+
+    unknown = [each for each in _errors(data) if each["type"] == "extra_forbidden"]
+    faults = [fault_of(each, Design) for each in unknown if owners(dotted(each["loc"]))]
     found: dict[str, Fault] = {}
-    for fault in (*(fault for fault, _ in refused), *_unknown_faults(data, plain)):
-        for owner, key in plain.items():
-            if _stands_in(fault.key, owner) or _stands_in(owner, fault.key):
-                value = shown(_shown(study.parameters[key]))
-                where = dotted(("parameters", key))
-                found[split_share(key)[0]] = Fault(where, value, fault.bound, fault.remedy)
+    for fault in (*refused, *faults):
+        for key in map(plain.__getitem__, owners(fault.key)):
+            value, where = shown(_shown(study.parameters[key])), dotted(("parameters", key))
+            found[split_share(key)[0]] = Fault(where, value, fault.bound, fault.remedy)
     return found
 
 
@@ -235,17 +239,15 @@ def _stands_in(key: str, owner: str) -> bool:
     return undexed(key) == undexed(owner) or key.startswith((f"{owner}.", f"{owner}["))
 
 
-def _set(
-    base: Design, setting: Mapping[str, Any]
-) -> tuple[dict[str, Any], list[tuple[Fault, bool]]]:
+def _set(base: Design, setting: Mapping[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
     """The base's data with keys set, and faults of those that lead nowhere."""
     data = base.model_dump(mode="json", exclude_none=True)
-    refused: list[tuple[Fault, bool]] = []
+    refused: list[Fault] = []
     for key, value in setting.items():
         try:
             set_value(data, key, deepcopy(value))
         except DesignError as error:
-            refused += [(replace(fault, key=_plain(key)), False) for fault in error.faults]
+            refused += [replace(fault, key=_plain(key)) for fault in error.faults]
     return data, refused
 
 
@@ -255,15 +257,6 @@ def _errors(data: Mapping[str, Any]) -> list[ErrorDetails]:
     except ValidationError as error:
         return error.errors(include_url=False)
     return []
-
-
-def _unknown_faults(data: Mapping[str, Any], owners: Iterable[str]) -> Iterator[Fault]:
-    wanted = tuple(owners)
-    for each in _errors(data):
-        if each["type"] == "extra_forbidden":
-            key = dotted(each["loc"])
-            if any(_stands_in(key, owner) or _stands_in(owner, key) for owner in wanted):
-                yield fault_of(each, Design)
 
 
 def _schema_faults(data: Mapping[str, Any], owners: Iterable[str]) -> list[tuple[Fault, bool]]:
@@ -335,8 +328,6 @@ def _found(base: str, folder: Path) -> Design:
 
 def _bare(base: Design, values: Mapping[str, Any]) -> Design | None:
     """The base with keys set, its geometry unjudged; None where the keys contradict each other."""
-    from pydantic import ValidationError
-
     data = base.model_dump(mode="json", exclude_none=True)
     for key, value in values.items():
         set_value(data, key, value)
