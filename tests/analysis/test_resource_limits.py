@@ -70,10 +70,7 @@ def test_where_coarser_meshes_do_not_help_none_is_advised(case, monkeypatch):
     _free(monkeypatch, 900.0)
     monkeypatch.setattr(limits, "_fits", lambda found, free: False)
     (fault,) = limits.memory_faults(case)
-    assert fault.remedy == (
-        "no coarser mesh of it fits: free some memory, or take --fidelity auto or --go-on to try "
-        "all the same"
-    )
+    assert fault.remedy.startswith("no coarser mesh of it fits")
 
 
 BULKY = {"mesh.far_size_mm": 0.6, "mesh.contact_size_mm": 0.6}

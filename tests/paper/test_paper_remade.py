@@ -19,7 +19,6 @@ from fingerdesign.paper import case as paper_case
 from fingerdesign.paper import lifts as paper_rig
 from fingerdesign.paper import remade as paper_remade
 from fingerdesign.paper.claims import CLAIMS, claims_of
-from fingerdesign.paper.figures import _text
 from fingerdesign.paper.lifts import ROUTE_FRICTION, SQUEEZE, squeeze
 from fingerdesign.paper.places import (
     area_under_curve,
@@ -43,6 +42,9 @@ COARSE = {
     "mesh.section.far_size_mm": 2.0,
     "mesh.section.gradation": 0.5,
 }
+
+
+TEXT = (Path(__file__).parents[2] / "docs/paper.md").read_text("utf-8")
 
 
 def coarse_design(**values):
@@ -200,11 +202,6 @@ def test_other_files_are_left_alone_and_a_folder_in_the_way_is_a_named_failure(f
     assert (tmp_path / "fig02.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_cells_of_a_data_file():
-    values = (np.float64(1.0 / 3.0), None, np.int64(3), float("nan"), "x", np.bool_(True))
-    assert [_text(value) for value in values] == ["0.333333", "", "3", "", "x", "1"]
-
-
 def test_two_runs_draw_the_same(folder, drawn):
     for figure in drawn:
         assert (folder / f"{figure.key}.png").read_bytes() == figure.png
@@ -242,17 +239,12 @@ def test_the_whole_command(tmp_path, capsys):
     assert main(["paper", "--out", str(tmp_path), "--json"]) == 0
     reported = {each["figure"]: each for each in json.loads(capsys.readouterr().out)["claims"]}
     verdicts = {key: each["verdict"] for key, each in reported.items()}
-    text = Path("docs/paper.md").read_text("utf-8")
-    documented = re.findall(r"^\| `(\w+)`: .* \| (yes|partly|no) \|", text, flags=re.MULTILINE)
+    documented = re.findall(r"^\| `(\w+)`: .* \| (yes|partly|no) \|", TEXT, flags=re.MULTILINE)
     assert verdicts == dict(documented)
     relation = reported["fig08_relation"]["numbers"]
     assert relation["same_error"] < 0.03
     assert relation["growing_error"] > 0.05
     assert (tmp_path / "paper.html").stat().st_size > 100_000
-
-
-ROOT = Path(__file__).parents[2]
-TEXT = (ROOT / "docs/paper.md").read_text("utf-8")
 
 
 @pytest.mark.slow
@@ -271,11 +263,6 @@ def test_every_figure_and_claim_is_reported_of():
     assert [key for key, _ in claims] == list(CLAIMS)
     options = {name for parameter in command.params for name in parameter.opts}
     assert set(re.findall(r"(--\w+)", TEXT)) <= options
-
-
-def test_its_pictures_are_there():
-    for name in re.findall(r"\]\((images/[^)]+)\)", TEXT):
-        assert (ROOT / "docs" / name).is_file(), name
 
 
 SCENE = fundamental_scene()

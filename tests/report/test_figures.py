@@ -55,15 +55,6 @@ def test_same_data_give_the_same_svg(plane_strain, figures):
     assert [figure.image for figure in flat(again)] == [figure.image for figure in flat(figures)]
 
 
-def test_text_is_text_and_names_what_is_drawn(figures):
-    shown = {figure.key: figure.image for figure in flat(figures)}
-    for word in ("stick", "slip", "open", "x (mm)"):
-        assert f">{word}</text>" in shown["status"]
-    for word in ("lifted", "hold begins", "without the rule", "weight mg/2"):
-        assert f">{word}</text>" in shown["paths"]
-    assert "0.99 (raw 1.00)" in shown["areas"]
-
-
 def test_three_dimensional_map_is_small(solid):
     with house_style():
         figure = status_figure(solid.contact)
@@ -127,20 +118,6 @@ def test_noise_is_neither_drawn_nor_said(plane_strain):
     for figure in shown.values():
         assert "1e" not in re.sub(r"<[^>]*>", "", figure.image).replace("−", "-"), figure.key
         assert not re.search(r"e-1\d|-0\.0+\b|-0 ", figure.alternative), figure.key
-
-
-def test_peak_pressure_in_3d_is_that_of_the_middle(solid_figures):
-    figures = {figure.key: figure for figure in flat(solid_figures)}
-    assert "the pressure on the mid-plane z = 0 peaks" in figures["tractions"].alternative
-    assert ">open</text>" in figures["status"].image
-    assert "without making this page" in figures["time"].reading
-
-
-def test_the_study_says_its_path_and_threshold(figures):
-    for figure in figures["gages"][:2]:
-        assert "the shear scaled by μ / μ of the scene" in figure.reading
-    assert "half of this finger's largest response at full stick" in figures["gages"][1].reading
-    assert "correlation of A with the stick area" in figures["gages"][0].reading
 
 
 def test_words_of_the_map_follow_the_data(plane_strain):
@@ -230,15 +207,6 @@ def test_tractions_with_a_part_along_z_are_drawn_in_magnitude(solid, along_z):
     what = "magnitude of shear traction" if along_z else "shear traction along x"
     assert what in figure.image
     assert ("magnitude over x and z" in figure.reading) == bool(along_z)
-
-
-def test_forces_prescribed_are_not_called_motion(plane_strain):
-    result, contact = plane_strain.result, plane_strain.contact
-    forced = replace(result, parameters=result.parameters | {"scene.path.control": "force"})
-    for what, words in ((result, "the object's motion"), (forced, "the forces prescribed")):
-        assert f"increment of {words}" in force_figure(what).reading
-    for grows in (True, False):
-        assert ("tangential force" in status_figure(contact, grows).reading) == grows
 
 
 def test_a_sloping_object_is_not_said_to_hold_coulomb_to_the_digit(plane_strain):

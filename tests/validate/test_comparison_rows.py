@@ -111,40 +111,18 @@ def compared(seconds=1.0, better_seconds=12.0, **off):
 @pytest.mark.parametrize(
     ("kind", "changes", "verdict", "words"),
     [
-        (
-            "model",
-            {"forces": 1.003},
-            "keep",
-            (
-                "Keep: it costs 0.3 % at the most (F_n, equal motion)",
-                "saves a factor 12 (1 s instead of 12 s).",
-            ),
-        ),
+        ("model", {"forces": 1.003}, "keep", ("costs 0.3 % at the most (F_n", "a factor 12")),
         ("model", {}, "keep", ("below 0.01 %",)),
         (
             "model",
             {"forces": 1.5, "stick": 0.3, "gages": 2.0},
             "drop",
-            ("Drop it: F_n 50 %", "gage strain 100 %"),
+            ("F_n 50 %", "n 100 %"),
         ),
-        (
-            "model",
-            {"stick": 0.05, "gages": 1.4},
-            "limited",
-            (
-                "Keep for forces",
-                "keep for contact where stick ratio 5 %",
-                "drop it for gages (gage strain 40 %",
-            ),
-        ),
+        ("model", {"stick": 0.05, "gages": 1.4}, "limited", ("ratio 5 %", "drop it for gages (")),
         ("model", {"better_seconds": 1.1}, "keep", ("saves nothing",)),
         ("model", {"better_seconds": 30.0}, "keep", ("a factor 30",)),
-        (
-            "value",
-            {"forces": 1.2},
-            "measure",
-            ("Measure it before trusting forces (F_n 20 %",),
-        ),
+        ("value", {"forces": 1.2}, "measure", ("before trusting forces (F_n 20 %",)),
         ("value", {"forces": 1.001}, "keep", ()),
         ("reading", {"gages": 1.01, "forces": 9.0}, "keep", ("up to 1 %",)),
         ("reading", {"gages": 1.06}, "limited", ("up to 6 %",)),

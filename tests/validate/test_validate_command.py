@@ -13,12 +13,11 @@ from fingerdesign_cli.main import main
 from fingerdesign_cli.validate import _cells
 
 from fingerdesign.analysis.fidelity.readings import QUANTITIES
-from fingerdesign.checks.load import parse_design
 from fingerdesign.errors import SolverError
-from fingerdesign.records.base import ResultError, json_schema
+from fingerdesign.records.base import json_schema
 from fingerdesign.validate.assumptions import ASSUMPTIONS
 from fingerdesign.validate.record import Side, Spread
-from fingerdesign.validate.run import FOLDER, untested_row, validate
+from fingerdesign.validate.run import untested_row
 
 DESIGN = '[design]\nname = "bare"\n[body]\ndepth_mm = 4.0\n[plates]\ncount = 0\n'
 
@@ -58,21 +57,6 @@ def test_a_whole_folder_is_written(design, tmp_path, capsys):
     assert "<td>–</td>" in page.replace(' class="number"', "")
     assert "</span> <span" in page  # "drop Plane strain" without its styles too
     assert (folder / "validate.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_an_older_one_is_replaced_and_foreign_files_are_left(tmp_path):
-    target = tmp_path / "bare"
-    for text in ("1", "2"):
-        with FOLDER.written(target) as folder:
-            (folder / "validate.json").write_text(text)
-    assert (target / "validate.json").read_text() == "2"
-    (target / "mine.txt").write_text("kept")
-    with (
-        pytest.raises(ResultError, match="holds mine"),
-        FOLDER.written(target),
-    ):
-        pass
-    assert (target / "mine.txt").read_text() == "kept"
 
 
 def test_what_is_wrong_is_refused_before_work(design, tmp_path, capsys):
@@ -115,18 +99,6 @@ def test_view_names_what_validate_wrote(tmp_path, capsys):
         said = capsys.readouterr().err
         assert "validate.html" in said
         assert "validate.json" in said
-
-
-def test_progress_is_reported_in_words():
-    reported = []
-    validate(
-        parse_design(DESIGN),
-        keys=["youngs_modulus"],
-        report=lambda words, _: reported.append(words),
-    )
-    assert any("Young's modulus" in words for words in reported)
-    assert any("times the standard size" in words for words in reported)
-    assert not any("=" in words or "None" in words for words in reported)
 
 
 def test_models_that_fail_are_no_success_and_nothing_to_report_is_none(
