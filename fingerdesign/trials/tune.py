@@ -143,51 +143,44 @@ Estimated = Callable[[int, int], None]  # grips judged of those asked for at onc
 class Kept:
     """The journal of an unfinished run with ``digest``; a file of something else is a JournalError.
 
-    controllers: finished tunings by name. The procedure is seeded, so a run that is begun anew asks
+    The procedure is seeded, so a run that is begun anew asks
     for the same trials: those that are kept are taken from here, in the middle of a round too.
     """
 
     def __init__(self, path: Path, digest: str) -> None:
         self._journal = Journal(path, "a tuning", digest)
         self.close = self._journal.close
-        self.controllers: dict[str, dict[str, Any]] = {}
-        self._judged: dict[str, list[JudgedGrip]] = {}
-        for key, record in self._journal:
-            kind, _, name = key.partition(" ")
-            if kind == "trial":
-                self._judged[name] = [JudgedGrip(**each) for each in record]
-            else:
-                self.controllers[name] = record
+
+    @property
+    def controllers(self) -> dict[str, dict[str, Any]]:
+        """Finished tunings by name."""
+        found = ((*key.split(" ", 1), record) for key, record in self._journal)
+        return {name: record for kind, name, record in found if kind == "controller"}
 
     @property
     def grips(self) -> int:
         """How many grips of trials are kept."""
-        return sum(len(each) for each in self._judged.values())
+        return sum(len(record) for key, record in self._journal if key.startswith("trial "))
 
     def add(self, controller: str, tuning: dict[str, Any]) -> None:
         """Keep a finished tuning."""
         self._journal.add({f"controller {controller}": tuning})
-        self.controllers[controller] = tuning
 
     def judge(self, judge: Judge, reported: Estimated = lambda done, of: None) -> Judge:
         """A judge that recalls what is kept and keeps, trial by trial, what ``judge`` makes."""
 
         def judged(requested: Requested) -> list[list[JudgedGrip]]:
-            keys = [_key(*each) for each in requested]
-            left = {
-                key: each
-                for key, each in zip(keys, requested, strict=True)
-                if key not in self._judged
-            }
+            keys = [_key(*each) for each in requested]  # tried values may be alike
+            pairs = zip(keys, requested, strict=True)
+            left = {key: each for key, each in pairs if key not in self._journal}
             of = sum(len(cells) for _, cells in requested)
             done = of - sum(len(cells) for _, cells in left.values())
             reported(done, of)
             for key, outcomes in zip(left, judge(list(left.values())), strict=True):
-                self._journal.add({f"trial {key}": [asdict(each) for each in outcomes]})
-                self._judged[key] = outcomes
+                self._journal.add({key: [asdict(each) for each in outcomes]})
                 done += len(outcomes)
                 reported(done, of)
-            return [self._judged[key] for key in keys]
+            return [[JudgedGrip(**each) for each in self._journal.get(key)] for key in keys]
 
         return judged
 
@@ -195,7 +188,7 @@ class Kept:
 def _key(values: Values, cells: Sequence[Cell]) -> str:
     """Of a trial's values and grips; a cell names its controller."""
     reported = [sorted(values.items()), [asdict(each) for each in cells]]
-    return hashlib.sha256(json.dumps(reported).encode()).hexdigest()[:24]
+    return f"trial {hashlib.sha256(json.dumps(reported).encode()).hexdigest()[:24]}"
 
 
 DESIGN_FILE = "tuned.toml"

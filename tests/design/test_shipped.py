@@ -10,12 +10,7 @@ import pytest
 
 from fingerdesign.checks.design import scene_faults
 from fingerdesign.checks.load import load_design, load_scene, parse_design
-from fingerdesign.checks.starter import (
-    find_design,
-    find_scene,
-    shipped_text,
-    starter_text,
-)
+from fingerdesign.checks.starter import find_design, find_scene, shipped_text, starter_text
 from fingerdesign.design import schema as json_schema
 from fingerdesign.design.schema import Body
 from fingerdesign.errors import DesignError

@@ -15,13 +15,7 @@ from fingerdesign.control.signals import Sample
 from fingerdesign.errors import SolverError
 from fingerdesign.records.base import ResultError
 from fingerdesign.sensing import model as grip_model
-from fingerdesign.sensing.learners import (
-    QuickLearner,
-    Samples,
-    errors_of,
-    gage_columns,
-    sample_all,
-)
+from fingerdesign.sensing.learners import QuickLearner, Samples, errors_of, gage_columns, sample_all
 from fingerdesign.sensing.observability import (
     eliminate,
     floors,
@@ -29,10 +23,7 @@ from fingerdesign.sensing.observability import (
     observe_grips,
     option_faults,
 )
-from fingerdesign.sensing.record import (
-    FOLDER,
-    write_observability,
-)
+from fingerdesign.sensing.record import FOLDER, write_observability
 from fingerdesign.sensing.teach import Settings, finger_curves, random_grip_paths
 
 GAGES = 5

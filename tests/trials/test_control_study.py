@@ -24,12 +24,7 @@ from fingerdesign.trials import bench as control_bench
 from fingerdesign.trials import run as control_study
 from fingerdesign.trials.bench import Cell, ControlGrid, GripBench, Tug, refuse, seed_of
 from fingerdesign.trials.record import COLUMNS, summarise
-from fingerdesign.trials.run import (
-    KIND,
-    journal_beside,
-    kept_grips,
-    run_batches,
-)
+from fingerdesign.trials.run import KIND, journal_beside, kept_grips, run_batches
 from tests.support.grips import judged
 from tests.trials.conftest import GRID
 
