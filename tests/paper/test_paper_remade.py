@@ -132,6 +132,8 @@ def test_the_folder_holds_every_figure_three_times_a_page_and_a_record(folder):
     assert [path.name for path in folder.parent.iterdir()] == ["out"]  # nothing left beside
     for key in ORDER:
         assert (folder / f"{key}.png").read_bytes().startswith(b"\x89PNG")
+        data = (folder / f"{key}.csv").read_text("utf-8")
+        assert not re.search(r"\b(nan|None|True|False)\b", data), key  # empty, empty, 1, 0
         drawing = (folder / f"{key}.svg").read_text("utf-8")
         assert "<svg" in drawing
         assert "var(--" not in drawing  # it stands alone
