@@ -371,13 +371,13 @@ def _fitted(mesh: Mesh, faces: BoundaryFacets, carriers: Carriers) -> Mesh:
             middle, (a, b) = mesh.cells[:, 4 + k], (mesh.cells[:, i], mesh.cells[:, j])
             points[middle] = mesh.points[middle] + 0.5 * (shift[a] + shift[b])
         whole = with_mid_nodes(mesh.cells, kept.corners)
-        curved = curve_facets(points, mesh.cells, carriers, whole, kept.carrier)
-        if cell_volumes(curved.points, mesh.corners).min() <= 0.0:
+        points, straightened = curve_facets(points, mesh.cells, carriers, whole, kept.carrier)
+        if cell_volumes(points, mesh.corners).min() <= 0.0:
             raise MeshError("moved onto the design's faces, its cells would turn over")
     except MeshError as error:
         return replace(mesh, notes=notes | {"left_as_it_came": str(error)})
-    notes["straightened_nodes"] = len(curved.straightened)
-    return replace(mesh, points=curved.points, notes=notes)
+    notes["straightened_nodes"] = len(straightened)
+    return replace(mesh, points=points, notes=notes)
 
 
 def import_words(mesh: Mesh) -> list[str]:

@@ -201,13 +201,13 @@ def _quadratic(
     for name in carriers.outer_names():
         if name not in facets:
             raise MeshError(f"no facet of the mesh lies on the body's {name!r} face")
-    curved = curve_facets(nodes, cells, carriers, whole, found.carrier)
-    on_contact = np.isin(curved.straightened, facets["contact"])
+    nodes, straightened = curve_facets(nodes, cells, carriers, whole, found.carrier)
+    on_contact = np.isin(straightened, facets["contact"])
     facets |= {name: with_mid_nodes(cells, rows, name) for name, rows in slots.items()}
     notes: dict[str, float | int | str] = {
         "straightened_contact_nodes": int(on_contact.sum()),
-        "straightened_nodes": len(curved.straightened),
+        "straightened_nodes": len(straightened),
         "plates": way.name,
     }
     core = core_name(design)
-    return Mesh(curved.points, cells, regions, facets, "tetwild", symmetric, notes, core)
+    return Mesh(nodes, cells, regions, facets, "tetwild", symmetric, notes, core)

@@ -7,8 +7,6 @@ faces, one at a corner to all three.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
@@ -62,22 +60,14 @@ def _onto(points: Array, faces: list[Carrier]) -> Array:
     return points
 
 
-@dataclass(frozen=True)
-class CurvedNodes:
-    """Nodes with mid-nodes on the true surface; ``straightened``: those that could not be."""
-
-    points: Array
-    straightened: IntArray
-
-
 def curve_facets(
     points: Array, cells: IntArray, carriers: Carriers, facets: IntArray, carrier: IntArray
-) -> CurvedNodes:
+) -> tuple[Array, IntArray]:
     """Project the mid-nodes of facets (f, 6) on curved CAD faces, ``carrier`` (f,), onto them.
 
     A mid-node lies on every face that a facet of its edge lies on. Where a curved tetrahedron's
     Jacobian would fall below LEAST_JACOBIAN_RATIO of the straight one's, the mid-nodes of its edges
-    stay straight, and are counted.
+    stay straight. Returns the points (n, 3) and the nodes that stayed straight.
     """
     curved_faces = [number for number, face in enumerate(carriers.faces) if not face.flat]
     bent = np.isin(carrier, curved_faces)
@@ -98,7 +88,7 @@ def curve_facets(
             break
         backed_off.update(int(node) for node in back)
         curved[back] = straight[np.searchsorted(middles, back)]
-    return CurvedNodes(curved, np.array(sorted(backed_off), dtype=np.int64))
+    return curved, np.array(sorted(backed_off), dtype=np.int64)
 
 
 # Move the nodes of the flattest tetrahedra until no dihedral angle is small (numpy only).
