@@ -39,13 +39,11 @@ def tabulate(
     """Shape functions (quadratic, or linear) of the reference simplex at ``points`` (d, q)."""
     element = _ELEMENTS[dimension, degree]
     count = len(element.doflocs)
-    values, gradients = [], []
+    value, gradient = np.empty((count, *points.shape[1:])), np.empty((count, *points.shape))
     for i in range(count):
-        value, gradient = element.lbasis(points, i)
-        values.append(np.broadcast_to(value, points.shape[1:]))
-        gradients.append(np.broadcast_to(gradient, points.shape))
+        value[i], gradient[i] = element.lbasis(points, i)
     used = np.ones(points.shape[1]) if weights is None else weights
-    return Tabulation(np.array(values), np.array(gradients), used)
+    return Tabulation(value, gradient, used)
 
 
 def quadrature(dimension: int, order: int) -> tuple[Array, Array]:
@@ -107,10 +105,16 @@ def inverse_map(nodes: Array, places: Array) -> Array:
             np.abs(np.linalg.det(jacobian)) < 1e-12 * np.abs(jacobian).max(axis=(1, 2)) ** dimension
         )
         jacobian[steep] = np.eye(dimension)  # a facet seen edge on: left outside by the clip
+        before = reference
         reference = reference + np.linalg.solve(jacobian, miss[:, :, None])[:, :, 0].T
         np.clip(reference, -2.0, 3.0, out=reference)
+        if np.abs(reference - before).max(initial=0.0) < _FOUND:
+            break
     reference[:, steep] = -2.0
     return reference
+
+
+_FOUND = 1e-14  # of a cell: nothing moves any more
 
 
 def _refuse_inverted(determinant: Array) -> None:

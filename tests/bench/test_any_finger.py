@@ -70,8 +70,8 @@ def test_each_check_can_fall_short(invalid, falls):
 
 
 def test_straight_designs_extrude_with_angles_over_a_degree():
-    found = extrude_straight(60)
-    assert len(found) >= 6
+    found = extrude_straight(30)
+    assert len(found) >= 3
     assert min(each["min_dihedral_deg"] for each in found) > 1.0
     assert max(each["body_volume_error"] for each in found) < 1e-3
 

@@ -38,6 +38,7 @@ def test_what_falls_short_is_reported():
     assert "opened" in failing(page(times=(PageTimes(1.2, 0.1, 0.8, 0.5, 0.3, 0.2),)))[0]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(chromium() is None, reason="no chromium on this machine")
 def test_a_page_is_measured(tmp_path):
     found = measure_comparison(quick=True)

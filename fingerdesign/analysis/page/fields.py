@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh
+from fingerdesign.fem.elements import tabulate
+from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.arrays import FieldHistory
 
 STRAINS = ("xx", "yy", "zz", "xy", "xz", "yz")
@@ -43,14 +44,15 @@ def centroid_strain(mesh: Mesh, displacement: Array) -> Array:
     displacement (n, dim), mm. xy, xz, yz: engineering shear; zz = xz = yz = 0 in 2-D.
     The geometry is isoparametric: du/dx = (du/dxi) (dx/dxi)^-1 with the quadratic shape functions.
     """
-    slopes = _centroid_slopes(mesh.dimension)
+    dimension = mesh.dimension
+    slopes = tabulate(dimension, np.full((dimension, 1), 1.0 / (dimension + 1))).gradient[..., 0]
     jacobian = np.einsum("cai,ak->cik", mesh.points[mesh.cells], slopes)
     local = np.einsum("cai,ak->cik", displacement[mesh.cells], slopes)
     gradient = local @ np.linalg.inv(jacobian)
     strain = np.zeros((len(mesh.cells), 6))
-    for axis in range(mesh.dimension):
+    for axis in range(dimension):
         strain[:, axis] = gradient[:, axis, axis]
-    pairs = ((0, 1),) if mesh.dimension == 2 else ((0, 1), (0, 2), (1, 2))
+    pairs = ((0, 1),) if dimension == 2 else ((0, 1), (0, 2), (1, 2))
     for column, (i, j) in enumerate(pairs, start=3):
         strain[:, column] = gradient[:, i, j] + gradient[:, j, i]
     return 1e6 * strain
@@ -77,16 +79,3 @@ def _write(path: Path, mesh: Mesh, displacement: Array | None) -> Path:
     )
     grid.write(path, file_format="vtu", binary=True)
     return path
-
-
-def _centroid_slopes(dimension: int) -> Array:
-    """d N_a / d xi_k at the centroid, (nodes, dim); xi_k is the barycentric of corner k + 1."""
-    corners, middle = dimension + 1, 1.0 / (dimension + 1)
-    rows = np.zeros((corners, corners))
-    np.fill_diagonal(rows, 4 * middle - 1)  # N_a = L_a (2 L_a - 1)
-    edges = TRIANGLE_EDGES if dimension == 2 else TETRA_EDGES
-    mids = np.zeros((len(edges), corners))
-    for row, (i, j) in enumerate(edges):  # N_ij = 4 L_i L_j
-        mids[row, [i, j]] = 4 * middle
-    by_corner = np.vstack([rows, mids])
-    return np.asarray(by_corner[:, 1:] - by_corner[:, :1])
