@@ -21,7 +21,7 @@ from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.system import System, assemble_system, check_material
-from fingerdesign.fem.trace import ContactTrace, contact_trace, facing_rows, owners
+from fingerdesign.fem.trace import ContactTrace, contact_trace, owners
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import ReducedModel
 
@@ -96,7 +96,7 @@ def condense_body(body: Body, readouts: Sequence[sp.csr_matrix] = ()) -> Condens
     readouts: blocks of rows (r, n dim), each a linear functional of the nodal displacements. Raises
     SolverError where the body is not held, has no contact facet, or is unsound itself.
     """
-    _check_sound(body)
+    check_sound(body)
     trace = contact_trace(body.mesh.points, body.contact, body.thickness)
     if body.project is not None:  # gaps are measured from the exact surface
         points = body.project(trace.surface.points)
@@ -105,7 +105,7 @@ def condense_body(body: Body, readouts: Sequence[sp.csr_matrix] = ()) -> Condens
     loads = np.zeros(body.fixed.shape) if body.loads is None else body.loads
     scale = float(np.abs(loads).sum()) or 1.0  # the size of the other rows
     own = sp.csr_matrix(loads / scale)
-    system, condensation, blocks, timings = _reduce(body, [trace.operator, own, *readouts])
+    system, condensation, blocks, timings = condensed_rows(body, [trace.operator, own, *readouts])
     by_force = [block[:, :size].copy() for block in blocks]
     moved = scale * by_force[1][0]
     # What acts on held dofs goes into the supports at once.
@@ -125,7 +125,7 @@ def condense_body(body: Body, readouts: Sequence[sp.csr_matrix] = ()) -> Condens
     )
 
 
-def _check_sound(body: Body) -> None:
+def check_sound(body: Body) -> None:
     """SolverError where a body's arrays do not fit its mesh, or loads are no numbers."""
     shape = (body.mesh.points.size,)
     if len(body.contact) == 0:
@@ -145,7 +145,7 @@ def _check_sound(body: Body) -> None:
     owners(body.mesh, body.contact)
 
 
-def _reduce(
+def condensed_rows(
     body: Body, rows: Sequence[sp.csr_matrix]
 ) -> tuple[System, Condensation, list[Array], dict[str, float]]:
     """Condense a body onto functionals (r, n dim) of its displacements and onto its supports.
@@ -205,7 +205,7 @@ def reduced_model(
         raise SolverError("every contact node is held: none can yield to a contact force")
     compliance = condensed.compliance.copy()
     _decouple(compliance, locked.reshape(-1))
-    _check_balance(condensed.reaction, locked, nodes)
+    check_balance(condensed.reaction, locked, nodes)
     factor = 2 if mesh.symmetric else 1
     if depth is None:
         depth = body.thickness if mesh.dimension == 2 else factor * float(np.ptp(mesh.points[:, 2]))
@@ -236,28 +236,6 @@ def reduced_model(
     )
 
 
-def facing_compliance(body: Body, finger: ReducedModel) -> Array:
-    """Compliance (m dim, m dim) mm/N of an elastic object, at the finger's contact nodes.
-
-    Minus the object's displacement there, a mean weighted with the finger's phi_i, per force on the
-    *finger* (the object bears its opposite): the compliances of both bodies add up. Points of the
-    finger meet those of the object's contact facets that have the same x (and z). Raises
-    SolverError where the finger's candidates reach beyond these facets, and where the object does
-    not lie above the finger (its facets' outward normals have n_y < 0).
-    """
-    _check_sound(body)
-    rows = facing_rows(body.mesh, body.contact, finger)
-    system, _, blocks, _ = _reduce(body, [rows])
-    size = rows.shape[0]
-    reaction = blocks[1][:, :size] - (rows @ system.held).toarray().T
-    _check_balance(reaction, finger.locked, finger.nodes)
-    compliance = blocks[0][:, :size].copy()
-    locked = finger.locked.reshape(-1)
-    compliance[locked] = 0.0
-    compliance[:, locked] = 0.0
-    return compliance
-
-
 def _decouple(compliance: Array, locked: BoolArray) -> None:
     """Give locked components a compliance of their own, so that their force comes out zero."""
     compliance[locked] = 0.0
@@ -266,7 +244,7 @@ def _decouple(compliance: Array, locked: BoolArray) -> None:
     compliance[index, index] = np.diag(compliance)[~locked].mean()
 
 
-def _check_balance(reaction: Array, locked: BoolArray, nodes: int) -> None:
+def check_balance(reaction: Array, locked: BoolArray, nodes: int) -> None:
     """Every unit contact force must come out at the supports (of free components)."""
     expected = -np.tile(np.eye(reaction.shape[0]), nodes)
     free = ~locked.reshape(-1)

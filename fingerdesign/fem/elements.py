@@ -136,6 +136,7 @@ def _refuse_inverted(determinant: Array) -> None:
 # triangle.
 
 _CHUNK = 8192  # curved cells at a time: 60 MB of temporaries in 3-D
+_ORDER = 2  # of the quadrature: strain times strain
 STRAIGHT = 1e-13  # of the edge: a middle this close to its place leaves the mapping affine
 
 
@@ -147,7 +148,7 @@ def lame_parameters(youngs_modulus: Array, poissons_ratio: Array) -> tuple[Array
 
 
 def stiffness_blocks(
-    points: Array, cells: IntArray, first: Array, shear: Array, order: int = 2, degree: int = 2
+    points: Array, cells: IntArray, first: Array, shear: Array, degree: int = 2
 ) -> tuple[IntArray, IntArray, Array]:
     """Local node pairs i <= j and their blocks (pairs, c, d d), N/mm per mm of depth in 2-D.
 
@@ -155,7 +156,7 @@ def stiffness_blocks(
     is inverted.
     """
     dimension = points.shape[1]
-    table = tabulate(dimension, *quadrature(dimension, order), degree)
+    table = tabulate(dimension, *quadrature(dimension, _ORDER), degree)
     rows, columns = np.triu_indices(len(table.value))
     products = np.einsum("iaq,jbq,q->ijab", table.gradient, table.gradient, table.weights)
     constant = products[rows, columns].reshape(len(rows), -1)
@@ -167,7 +168,7 @@ def stiffness_blocks(
     curved = np.flatnonzero(~straight)
     for start in range(0, len(curved), _CHUNK):
         part = curved[start : start + _CHUNK]
-        gradients, weights = physical_gradients(points, cells[part], order, degree)
+        gradients, weights = physical_gradients(points, cells[part], _ORDER, degree)
         flat = gradients.reshape(*gradients.shape[:2], -1)
         product = np.matmul((flat * weights[:, :, None]).transpose(0, 2, 1), flat)
         size = len(table.value)

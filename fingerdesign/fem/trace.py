@@ -16,46 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.elements import inverse_map, quadrature, tabulate
+from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.mesh.types import TETRA_FACETS, TRIANGLE_EDGES, Mesh, with_mid_nodes
-from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
-
-_CHUNK = 256  # points at a time, against all facets
-_OUTSIDE = 1e-3  # barycentric: an edge of the one body may miss that of the other by rounding
-
-
-def facing_rows(mesh: Mesh, facets: IntArray, finger: ReducedModel) -> sp.csr_matrix:
-    """Rows (m dim, n dim): displacement of a body with ``facets`` (f, 3 or 6) at finger nodes.
-
-    Row i of a component is the mean, weighted with the finger's phi_i, of the body's displacement
-    at the points of its facets that have the same x (and z) as the finger's quadrature points.
-    Raises SolverError for a point that faces no facet, or one that looks away; and for a body no
-    part of which lies above the finger (overlapping it is no fault: that is what an approach is).
-    """
-    points, dimension = mesh.points, mesh.dimension
-    targets = finger.surface.points
-    if targets.shape[1] != dimension:
-        raise SolverError(
-            f"the object has {dimension} dimensions, the finger {targets.shape[1]}: both need the "
-            "same"
-        )
-    down = facing_down(mesh, facets)
-    if points[:, 1].max() <= targets[:, 1].max():
-        raise SolverError(
-            "the object lies behind the finger's contact face: it must lie above it (larger y)"
-        )
-    facet, reference = facing_points(points, facets, targets, down)
-    shape = tabulate(dimension - 1, reference).value  # (nodes, q)
-    surface = finger.surface
-    entry = surface.weight * shape[:, surface.point]
-    row = np.broadcast_to(surface.node, entry.shape)
-    column = facets[facet[surface.point]].T
-    scalar = sp.coo_matrix(
-        (entry.ravel(), (row.ravel(), column.ravel())), shape=(finger.nodes, len(points))
-    )
-    return sp.csr_matrix(sp.kron(scalar.tocsr(), sp.identity(dimension), format="csr"))
+from fingerdesign.reduced import SurfaceQuadrature
 
 
 def owners(mesh: Mesh, facets: IntArray) -> IntArray:
@@ -108,61 +73,6 @@ def owners(mesh: Mesh, facets: IntArray) -> IntArray:
             "corners: name them in the order of the edges (0, 1), (1, 2), (0, 2)"
         )
     return found
-
-
-def facing_down(mesh: Mesh, facets: IntArray) -> BoolArray:
-    """Facets (f,) whose outward normal has n_y < 0; flat ones through the corners."""
-    dimension = mesh.dimension
-    cell = owners(mesh, facets)
-    corners = mesh.points[facets[:, :dimension]]
-    inner = mesh.points[mesh.corners[cell]].mean(axis=1) - corners[:, 0]
-    edge = corners[:, 1:] - corners[:, :1]
-    if dimension == 2:
-        normal = np.stack([edge[:, 0, 1], -edge[:, 0, 0]], axis=1)
-    else:
-        normal = np.cross(edge[:, 0], edge[:, 1])
-    inward = np.einsum("fa,fa->f", normal, inner) > 0.0
-    return np.asarray(np.where(inward, -normal[:, 1], normal[:, 1]) < 0.0)
-
-
-def facing_points(
-    points: Array, facets: IntArray, targets: Array, down: BoolArray
-) -> tuple[IntArray, Array]:
-    """Facet (q,) and its reference coordinates (dim - 1, q) over each target (q, dim).
-
-    down (f,): facets that look down, as all must that lie over a target.
-    """
-    across = [0] if points.shape[1] == 2 else [0, 2]
-    nodes = points[facets][:, :, across]
-    low, high = nodes.min(axis=1), nodes.max(axis=1)
-    margin = 0.05 * (high - low).max(axis=1, keepdims=True)
-    wanted = targets[:, across]
-    pairs = []
-    for start in range(0, len(wanted), _CHUNK):
-        place = wanted[start : start + _CHUNK, None]
-        near = ((place >= low - margin) & (place <= high + margin)).all(axis=2)
-        pairs.append(np.argwhere(near) + np.array([start, 0]))
-    target, facet = np.concatenate(pairs).T
-    reference = inverse_map(nodes[facet], wanted[target])
-    least = np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0))
-    away = np.unique(facet[(least > _OUTSIDE) & ~down[facet]])
-    if len(away):
-        raise SolverError(
-            f"{len(away)} contact facets of the object over the finger look away from it: name "
-            "those on its lower side (outward normal with n_y < 0)"
-        )
-    order = np.lexsort((-least, target))
-    first = order[np.unique(target[order], return_index=True)[1]]
-    found = np.zeros(len(wanted), dtype=bool)
-    found[target[first]] = least[first] > -_OUTSIDE
-    if not found.all():
-        lost = targets[~found][0]
-        raise SolverError(
-            f"{int((~found).sum())} points of the finger's contact zone face no contact facet of "
-            f"the other body (the first at x = {lost[0]:.4g} mm): make the zone narrower or that "
-            "body wider"
-        )
-    return facet[first], reference[:, first]
 
 
 TRACE_ORDER = 6  # phi (1) x gap of a curved facet (2 and more) x Jacobian

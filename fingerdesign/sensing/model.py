@@ -50,14 +50,12 @@ def grip_problem(
 
 
 def opposite_problem(
-    design: Design,
-    contact_size_mm: float = CONTACT_SIZE_MM,
-    report: Callable[[str], None] = lambda message: None,
+    design: Design, report: Callable[[str], None] = lambda message: None
 ) -> ContactProblem | None:
     """The other finger of a lift where ``grip.opposite`` is the bare one; None: a mirror image."""
     if design.grip.opposite != "bare":
         return None
-    return _section(_coarsened(without_plates(design), contact_size_mm), (), report)
+    return _section(_coarsened(without_plates(design), CONTACT_SIZE_MM), (), report)
 
 
 def _coarsened(design: Design, contact_size_mm: float) -> Design:

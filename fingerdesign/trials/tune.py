@@ -112,7 +112,7 @@ def trial_data(trial: Candidate) -> dict[str, Any]:
     }
 
 
-def best_values(text: str, source: str = RECORD_FILE) -> dict[str, float]:
+def best_values(text: str) -> dict[str, float]:
     """The best values of all controllers of a record, by key of the design.
 
     Where two controllers share a key (the oracles do) the last one's stands. Raises DesignError for
@@ -125,16 +125,18 @@ def best_values(text: str, source: str = RECORD_FILE) -> dict[str, float]:
         best = [tuned["best"]["values"] for tuned in record["controllers"].values()]
         return {str(key): float(value) for each in best for key, value in each.items()}
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        fault = Fault("--tuning", source, f"a record of {FORMAT!r}", f"choose another: {error!r}")
+        fault = Fault(
+            "--tuning", RECORD_FILE, f"a record of {FORMAT!r}", f"choose another: {error!r}"
+        )
         raise DesignError([fault]) from error
 
 
-def tuned_design(design: Design, text: str, source: str = RECORD_FILE) -> Design:
+def tuned_design(design: Design, text: str) -> Design:
     """The design with the best values of a record, checked like a file.
 
     Raises DesignError for a record that is none or holds what the design refuses.
     """
-    return with_values(design, best_values(text, source))
+    return with_values(design, best_values(text))
 
 
 Estimated = Callable[[int, int], None]  # grips judged of those asked for at once

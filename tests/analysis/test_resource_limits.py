@@ -22,6 +22,7 @@ from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.layout.zone import candidate_zone
+from fingerdesign.mesh import sizing
 from fingerdesign.mesh.cache import keep_mesh, mesh_key
 from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.runtime import machine
@@ -110,7 +111,7 @@ def test_counts_of_some_cells_are_those_of_all(monkeypatch):
         return count_space(design, zone, True)[0], flat
 
     every = counted()
-    monkeypatch.setattr(elements, "_MOST_CELLS", 20_000)
+    monkeypatch.setattr(sizing, "_MOST_CELLS", 2_500)
     monkeypatch.setattr(elements, "_SECTION_CELLS", 1_000)
     assert counted() == pytest.approx(every, rel=0.05)
     assert counted()[1] != every[1]

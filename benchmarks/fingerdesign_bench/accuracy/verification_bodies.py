@@ -1,8 +1,8 @@
 """Two elastic bodies, flat faces, and blocks that only contact holds: analytic and published cases.
 
-An elastic object's compliance is added to the finger's (fem.body.facing_compliance), gaps are taken
-along y. Where contact alone holds a body against a motion, a support takes that motion in the
-model, force control finds it, and the support must come out without force.
+An elastic object's compliance is added to the finger's (facing.py), gaps are taken along y. Where
+contact alone holds a body against a motion, a support takes that motion in the model, force control
+finds it, and the support must come out without force.
 """
 
 from __future__ import annotations
@@ -16,13 +16,7 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array
 from fingerdesign.contact.path import Forces, Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
-from fingerdesign.fem.body import (
-    Body,
-    CondensedBody,
-    condense_body,
-    facing_compliance,
-    reduced_model,
-)
+from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.shapes.objects import Cylinder, Plane
@@ -35,6 +29,7 @@ from fingerdesign_bench.accuracy.block import (
     upside_down,
 )
 from fingerdesign_bench.accuracy.disc import disc, half_disc
+from fingerdesign_bench.accuracy.facing import facing_compliance
 
 Element = Literal["P1", "P2", "mixed"]
 

@@ -6,8 +6,6 @@ any body, then times what the mesher was found to make of it.
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -20,7 +18,7 @@ from fingerdesign.layout.gaps import not_a_sheet
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.mesh.section.outline import Outline
 from fingerdesign.mesh.section.section import section_frames, section_outline
-from fingerdesign.mesh.sizing import MeshSizes, SizeField
+from fingerdesign.mesh.sizing import MeshSizes, SizeField, elements_within, expected_elements
 from fingerdesign.mesh.tetra.slots import THICK, sized_frames
 from fingerdesign.mesh.tetra.tetwild import size_field
 
@@ -31,14 +29,9 @@ if TYPE_CHECKING:
     from fingerdesign.layout.zone import Zone
 
 
-# Tetrahedra by fTetWild: the same integral as mesh.sizing.expected_elements.
+# Tetrahedra by fTetWild.
 
-_CELL = 0.7  # largest cell of the integral over the size at its middle
-_DEEPEST = 12
 EQUILATERAL = np.sqrt(3.0) / 4.0
-_FIRST = 6  # cells across the body's shortest extent to begin with
-# Cells of one level: of more, some stand for all, so that an astronomic mesh is predicted at once.
-_MOST_CELLS = 200_000
 
 
 # fTetWild made 1.44 times the integral on 100 random designs (bench any-finger), 2.0 times where
@@ -55,23 +48,10 @@ def count_space(design: Design, zone: Zone, symmetric: bool) -> tuple[float, flo
     sizes = MeshSizes.of(design, zone.half_width, zone.half_depth)
     frames = _sized(design, symmetric)
     field = size_field(design, frames, sizes, zone.half_width, zone.half_depth)
-    half = 0.5 * np.array([design.body.width_mm, 0.0, design.body.depth_mm])
-    low = np.array([-half[0], 0.0, 0.0 if symmetric else -half[2]])
-    high = np.array([half[0], field.surface.crest, half[2]])
+    low, high = field.box(design.body, symmetric)
     holes = any(frame.holes for frame in frames)
-    stretch = np.array([1.0, 1.0, sizes.stretch])
-    extent = (high - low) / stretch
-    found = _integral(
-        field,
-        (low, high),
-        np.maximum(np.round(_FIRST * extent / extent.min()), 1),
-        lambda cells, _: field.surface.encloses(cells).astype(float),
-        lambda size: sizes.stretch * size**3 / (6.0 * np.sqrt(2.0)),
-        (_CELL, _DEEPEST, _MOST_CELLS // 8),
-        stretch,
-    )
     made = MADE_WITH_HOLES if holes else MADE
-    return made * found, _contact_nodes(field, low, high)
+    return made * expected_elements(field, low, high), _contact_nodes(field, low, high)
 
 
 def _sized(design: Design, symmetric: bool) -> tuple[PlateFrame, ...]:
@@ -105,51 +85,6 @@ def _contact_nodes(field: SizeField, low: Array, high: Array) -> float:
     facets = cell * (1.0 / (EQUILATERAL * field.sizes.stretch * wanted**2)).sum()
     facets *= MADE_AT_CONTACT
     return float(0.5 * facets + 1.5 * np.sqrt(facets) + 1.0)
-
-
-def some_of(cells: Array, most: int) -> tuple[Array, float]:
-    """No more than ``most`` of the cells, by chance but always the same ones, and their share."""
-    if len(cells) <= most:
-        return cells, 1.0
-    chosen = np.random.default_rng(0).choice(len(cells), most, replace=False)
-    return cells[chosen], most / len(cells)
-
-
-def _integral(
-    field: Callable[[Array], Array],
-    box: tuple[Array, Array],
-    count: Array,
-    inside: Callable[[Array, Array], Array],
-    element: Callable[[Array], Array],
-    bounds: tuple[float, int, int],
-    stretch: Array | float = 1.0,
-) -> float:
-    """Elements of the field's size within a box: two corners (d,), ``count`` (d,) cells at first.
-
-    The cells are cut up until they suit the size at their middles, ``stretch`` times as long by
-    direction. inside(middles, edges): the share of each cell that counts; element(size): the volume
-    or area of one. bounds: the largest cell over the size, the deepest level, the most cells kept
-    of a level; of more, some stand for all.
-    """
-    (low, high), (most, deepest, kept) = box, bounds
-    step = (high - low) / count
-    axes = [low[k] + step[k] * (np.arange(int(count[k])) + 0.5) for k in range(len(count))]
-    cells = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(count))
-    corners = np.array(list(itertools.product((-1, 1), repeat=len(count))))
-    total, stands_for = 0.0, 1.0
-    for level in range(deepest + 1):
-        wanted = field(cells)
-        good = ((step / stretch).max() <= most * wanted) | (level == deepest)
-        if good.any():
-            share = inside(cells[good], step) / element(wanted[good])
-            total += stands_for * float(share.sum() * step.prod())
-        cells, share_kept = some_of(cells[~good], kept)
-        if not len(cells):
-            break
-        stands_for /= share_kept
-        step = 0.5 * step
-        cells = (cells[:, None] + 0.5 * step * corners).reshape(-1, len(step))
-    return total
 
 
 # How many triangles netgen will make of a section, from the outline that it is given.
@@ -294,7 +229,7 @@ def _section_integral(body: Body, field: SectionSize) -> float:
 
     box = np.array([-half, 0.0]), np.array([half, crest])
     bounds = (_SECTION_CELL, _SECTION_DEEPEST, _SECTION_CELLS // 4)
-    return _integral(field, box, count, inside, lambda size: EQUILATERAL * size**2, bounds)
+    return elements_within(field, box, count, inside, lambda size: EQUILATERAL * size**2, bounds)
 
 
 def _heights(body: Body, x: Array) -> Array:

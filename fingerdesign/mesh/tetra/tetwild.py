@@ -165,14 +165,13 @@ def tetrahedralise(
     design: Design,
     zone_half_width_mm: float,
     symmetric: bool = True,
-    sizes: MeshSizes | None = None,
     use_cache: bool = True,
     zone_half_depth_mm: float | None = None,
 ) -> Mesh:
     """Mesh a finger (or its half z >= 0) with quadratic tetrahedra, fine at |x| <= zone half width
     and, where given, |z| <= zone half depth.
 
-    sizes: by default the design's ``[mesh]`` table. Meshes that passed the gate are kept by content
+    Meshes that passed the gate are kept by content
     and returned again unless ``use_cache`` is False. MeshError when no attempt passes,
     DesignError for what cannot be meshed so.
     """
@@ -180,7 +179,7 @@ def tetrahedralise(
     if faults:
         raise DesignError(faults, design.design.name)
     zone = (zone_half_width_mm, zone_half_depth_mm)
-    sizes = sizes or MeshSizes.of(design, *zone)
+    sizes = MeshSizes.of(design, *zone)
     key = mesh_key(design, sizes, zone, symmetric)
     kept = load_mesh(key) if use_cache else None
     if kept is not None and not Gate().faults(assess(kept, design)):
@@ -272,10 +271,7 @@ def size_field(
 
 def _expected(design: Design, field: SizeField, symmetric: bool) -> float:
     """How many tetrahedra the sizes ask for; MeshError where that is beyond MOST_ELEMENTS."""
-    half = 0.5 * np.array([design.body.width_mm, 0.0, design.body.depth_mm])
-    low = np.array([-half[0], 0.0, 0.0 if symmetric else -half[2]])
-    high = np.array([half[0], field.surface.crest, half[2]])
-    expected = expected_elements(field, low, high)
+    expected = expected_elements(field, *field.box(design.body, symmetric))
     if expected > MOST_ELEMENTS:
         raise MeshError(
             f"the [mesh] sizes of {design.design.name} ask for about {expected:.2g} tetrahedra, "
