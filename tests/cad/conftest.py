@@ -1,9 +1,11 @@
 """Designs of every kind of body, plate and core, by name, for the tests of the CAD solids."""
 
 import tomllib
+from functools import cache
 
 import pytest
 
+from fingerdesign.cad.solid import build_solid
 from fingerdesign.design.schema import Design
 
 BODIES = {
@@ -71,9 +73,20 @@ def make_design(body="arc", plates="", core=""):
     return Design.model_validate(tomllib.loads("\n".join(text)))
 
 
+@cache
+def built(body="arc", plates="", core="", half=False):
+    """The solid of such a design."""
+    return build_solid(make_design(body, plates, core), half)
+
+
 @pytest.fixture
 def design_of():
     return make_design
+
+
+@pytest.fixture
+def solid_of():
+    return built
 
 
 def pytest_generate_tests(metafunc):

@@ -13,7 +13,6 @@ from fingerdesign.cad.export import (
     write_stl,
 )
 from fingerdesign.cad.kernel import volume_of
-from fingerdesign.cad.solid import build_solid
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
@@ -29,8 +28,17 @@ def read_stl(path):
     return points, inverse.reshape(-1, 3)
 
 
-def assert_files_are_true(design, folder):
-    files = write_cad(build_solid(design), folder, chord_tolerance_mm=0.01)
+KINDS = [
+    ("revolved", "", ""),
+    ("arc, rounded", "bent, perforated", ""),
+    ("arc", "full span", "standing on the base"),
+]
+
+
+@pytest.mark.parametrize("kinds", KINDS)
+def test_files_of_body_plates_and_core(kinds, design_of, solid_of, tmp_path):
+    design = design_of(*kinds)
+    files = write_cad(solid_of(*kinds), tmp_path, chord_tolerance_mm=0.01)
     metal = sum(plate_volume(frame) for frame in plate_frames(design))
     core = core_volume(design)
     volumes = {"finger.stl": outline_volume(design.body)}
@@ -38,7 +46,7 @@ def assert_files_are_true(design, folder):
     volumes |= {"plates.stl": metal} if metal else {}
     volumes |= {"core.stl": core} if core else {}
     assert set(files) == {"finger.step", *volumes}
-    assert {path.name for path in folder.iterdir()} == set(files)  # nothing left aside
+    assert {path.name for path in tmp_path.iterdir()} == set(files)  # nothing left aside
     for name, wanted in volumes.items():
         points, triangles = read_stl(files[name])
         check_watertight(name, points, triangles)
@@ -46,21 +54,8 @@ def assert_files_are_true(design, folder):
         assert enclosed_volume(points, triangles) == pytest.approx(wanted, rel=4e-3)
 
 
-def test_files_of_every_body(body, design_of, tmp_path):
-    assert_files_are_true(design_of(body), tmp_path)
-
-
-def test_files_of_every_kind_of_plates(plates, design_of, tmp_path):
-    assert_files_are_true(design_of("arc, rounded", plates), tmp_path)
-
-
-def test_files_of_every_kind_of_core(core, design_of, tmp_path):
-    assert_files_are_true(design_of("arc", "full span", core), tmp_path)
-
-
-def test_step_is_an_assembly_of_named_parts(design_of, tmp_path):
-    design = design_of("dome, rounded", "bent, perforated", "standing on the base")
-    solid = build_solid(design)
+def test_step_is_an_assembly_of_named_parts(solid_of, tmp_path):
+    solid = solid_of("dome, rounded", "bent, perforated", "standing on the base")
     path = write_step(solid, tmp_path / "finger.step")
     names = ["body", "plate_0", "plate_1", "plate_2", "core"]
     text = path.read_text()

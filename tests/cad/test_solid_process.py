@@ -16,7 +16,7 @@ from fingerdesign.layout.volume import outline_volume
 
 
 def test_triangles_are_those_of_this_process(design_of):
-    design = design_of("revolved", "bent, perforated", "a bone").model_copy()
+    design = design_of("arc", "perforated", "a bone")
     frames = plate_frames(design)[1:2]
     parts, outside = finger_triangles(design, 0.02, frames=frames)
     solid = build_solid(design, frames=frames)

@@ -246,7 +246,7 @@ def test_content_counts_not_place_nor_time_of_writing(steps, tmp_path):
 def test_many_smooth_faces_are_searched_by_boxes_without_missing_any(steps):
     facts = step_facts(steps["rounded"])
     assert len(facts.faces) == 18
-    points = np.random.default_rng(7).uniform(-1.2, 1.2, (3000, 3)) * [10, 7, 5] + [0, 6, 0]
+    points = np.random.default_rng(7).uniform(-1.2, 1.2, (1000, 3)) * [10, 7, 5] + [0, 6, 0]
     _, away, normal, misfit = nearest(facts.faces, points)
     each = np.stack([face.nearness(points)[2] for face in facts.faces])
     np.testing.assert_allclose(misfit, each.min(axis=0), atol=1e-12)

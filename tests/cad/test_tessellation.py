@@ -12,6 +12,7 @@ from fingerdesign.cad.export import (
     triangulate,
     triangulate_measured,
 )
+from fingerdesign.cad.kernel import volume_of
 from fingerdesign.cad.solid import build_solid
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
@@ -32,11 +33,18 @@ def places_on(vertices, triangles, off):
     return np.einsum("ks,tsd->tkd", SHARES, vertices[chosen[curved]])
 
 
+def written(vertices, triangles, volume, slack):
+    """Closed in single precision, as files hold it, around about this volume."""
+    single = vertices.astype(np.float32).astype(float)
+    check_watertight("part", single, triangles)
+    assert enclosed_volume(single, triangles) == pytest.approx(volume, abs=slack)
+
+
 @pytest.mark.parametrize("tolerance", [0.05, 0.004])
-def test_the_chord_is_kept_on_every_body(body, tolerance, design_of):
-    design = design_of(body)
-    surface = surface_of(design.body)
-    vertices, triangles = triangulate([build_solid(design).outline], tolerance)
+def test_the_chord_is_kept_on_every_body(body, tolerance, design_of, solid_of):
+    outline, surface = solid_of(body).outline, surface_of(design_of(body).body)
+    vertices, triangles = triangulate([outline], tolerance)
+    written(vertices, triangles, volume_of(outline), tolerance * outline.Area())
     places = places_on(vertices, triangles, surface.distance(vertices))
     if body in ("block", "block, chamfered"):
         assert len(triangles) < 30  # nothing is curved
@@ -91,9 +99,10 @@ def skin_distance(frame, points):
     return np.asarray(np.min(found, axis=0))
 
 
-def test_the_chord_is_kept_on_every_plate(plates, design_of):
-    design = design_of("arc", plates)
-    for frame, plate in zip(plate_frames(design), build_solid(design).plates, strict=True):
+def test_the_chord_is_kept_on_every_plate(plates, design_of, solid_of):
+    solid, frames = solid_of("arc", plates), plate_frames(design_of("arc", plates))
+    written(*triangulate(solid.plates, 0.01), sum(map(volume_of, solid.plates)), 0.05)
+    for frame, plate in zip(frames, solid.plates, strict=True):
         for tolerance in (0.01, 0.002):
             vertices, triangles = triangulate([plate], tolerance)
             assert skin_distance(frame, vertices).max() < 1e-6
@@ -101,8 +110,8 @@ def test_the_chord_is_kept_on_every_plate(plates, design_of):
             assert skin_distance(frame, places).max() <= tolerance
 
 
-def test_faces_shared_by_parts_come_once(core, design_of):
-    solid = build_solid(design_of("arc", "perforated", core))
+def test_faces_shared_by_parts_come_once(core, solid_of):
+    solid = solid_of("arc", "perforated", core)
     together = len(triangulate(solid.parts, 0.02)[1])
     alone = sum(len(triangulate([part], 0.02)[1]) for part in solid.parts)
     outside = triangulate([solid.outline], 0.02)
@@ -116,8 +125,8 @@ def test_faces_shared_by_parts_come_once(core, design_of):
     assert enclosed_volume(*outside) > 0.0
 
 
-def test_a_senseless_tolerance_is_refused(design_of):
-    outline = build_solid(design_of("arc")).outline
+def test_a_senseless_tolerance_is_refused(solid_of):
+    outline = solid_of("arc").outline
     for tolerance in (0.0, -1.0, np.nan, np.inf):
         with pytest.raises(GeometryError, match="must be above 0"):
             triangulate([outline], tolerance)

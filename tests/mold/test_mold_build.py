@@ -69,6 +69,14 @@ def usual():
     return built_of(design_of())
 
 
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """The same made by the worker: design, plan, meshes and their files."""
+    design, folder = design_of(), tmp_path_factory.mktemp("mold")
+    plan = plan_mold(design)
+    return design, plan, mold_meshes(design, plan, folder), folder
+
+
 def part(built, name):
     return next(each for each in built.parts if each.name == name)
 
@@ -182,16 +190,18 @@ def test_the_two_sheets_of_a_jig_clamp_the_plates_from_either_side():
         assert not holds(sheet, middle - sign * 0.11 * normal)
 
 
-@pytest.mark.parametrize("values", [{}, {"process": "machined"}])
-def test_a_built_mold_passes_every_check(values):
+@pytest.mark.parametrize("process", ["sla", "machined"])
+def test_a_built_mold_passes_every_check(process, written):
     """Pins, keys, bolts and holes as planned, in triangles that keep the chord."""
-    design = design_of(**values)
-    plan, built = built_of(design)
-    meshes = all_meshed(built, design.mold.chord_mm)
+    design, plan, meshes, _ = written
+    if process == "machined":
+        design = design_of(process=process)
+        plan, built = built_of(design)
+        meshes = all_meshed(built, design.mold.chord_mm)
     found = run_checks(design, plan, meshes)
     assert [check.sentence for check in found if not check.ok] == []
     assert {"clearance", "bolts pass", "widths of holes", "demolding"} <= {c.name for c in found}
-    for pin in plan.pins if values else ():  # dowels are holes in both parts
+    for pin in plan.pins if process == "machined" else ():  # dowels are holes in both parts
         root, way = np.array(pin.root), np.array(pin.direction)
         assert pin.dowel
         assert not holds(solid(built, pin.on), root - 0.45 * pin.length * way)
@@ -234,17 +244,16 @@ def test_beyond_a_plug_the_walls_reach_the_block_s_top(shape, axis):
             assert holds(held, in_space(side, 0.3, height, out))
 
 
-def test_the_worker_writes_a_file_of_each_part_and_each_different_plate(tmp_path):
-    design = design_of()
-    meshes = mold_meshes(design, plan_mold(design), tmp_path)
+def test_the_worker_writes_a_file_of_each_part_and_each_different_plate(written):
+    *_, meshes, folder = written
     names = {part.name for part in meshes.parts} | {"plate_A"}
     assert names >= {INSERT, BASE, "comb_front", "comb_back", *map(wall_name, SIDES)}
-    found = {path.name for path in tmp_path.iterdir()}
+    found = {path.name for path in folder.iterdir()}
     assert found >= {f"{name}.{kind}" for name in names for kind in ("stl", "step")}
     assert "assembly.step" in found
-    stl = (tmp_path / f"{INSERT}.stl").read_bytes()
+    stl = (folder / f"{INSERT}.stl").read_bytes()
     assert int.from_bytes(stl[80:84], "little") == len(meshes.part(INSERT).triangles)
-    text = (tmp_path / "assembly.step").read_text("latin-1")
+    text = (folder / "assembly.step").read_text("latin-1")
     assert all(f"'{name}'" in text for name in (INSERT, "comb_back", "plate_0", "rubber"))
 
 

@@ -202,7 +202,7 @@ def write_often(target):
 
 def test_writers_of_one_folder_take_turns(tmp_path):
     context = multiprocessing.get_context("spawn")
-    writers = [context.Process(target=write_often, args=(tmp_path / "a",)) for _ in range(3)]
+    writers = [context.Process(target=write_often, args=(tmp_path / "a",)) for _ in range(2)]
     for writer in writers:
         writer.start()
     for writer in writers:

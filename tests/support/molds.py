@@ -1,5 +1,6 @@
 """Designs, faults and parts of boxes that tests of molds share."""
 
+import lib3mf
 import numpy as np
 from fingerdesign_bench.any_finger.designs import random_design
 
@@ -8,8 +9,9 @@ from fingerdesign.checks.starter import find_design
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step_file import resolved
 from fingerdesign.errors import DesignError
-from fingerdesign.mold.part import PartMesh
+from fingerdesign.mold.part import PartMesh, volume
 from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.products.three_mf import _locale_kept
 
 CORNERS = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float
@@ -64,3 +66,21 @@ def mold_faults(design):
 def keys(faults):
     """The keys of faults."""
     return [fault.key for fault in faults]
+
+
+def read_3mf(path):
+    """Of each part in a 3MF file of millimetres by name: vertices, triangles, volume in mm^3."""
+    model = lib3mf.get_wrapper().CreateModel()
+    reader = model.QueryReader("3mf")
+    reader.SetStrictModeActive(True)
+    with _locale_kept():
+        reader.ReadFromFile(str(path))
+    assert model.GetUnit() == lib3mf.ModelUnit.MilliMeter
+    items, held = model.GetBuildItems(), {}
+    while items.MoveNext():
+        mesh = items.GetCurrent().GetObjectResource()
+        assert mesh.IsManifoldAndOriented()
+        points = np.array([each.Coordinates[:] for each in mesh.GetVertices()])
+        triangles = np.array([each.Indices[:] for each in mesh.GetTriangleIndices()], dtype=int)
+        held[mesh.GetName()] = len(points), len(triangles), volume(points, triangles)
+    return held

@@ -3,13 +3,14 @@
 from fingerdesign.design import step as facts_module
 
 
-def read_here(patch, folder):
-    """What is read of STEP files is kept in ``folder``; no process is started for it."""
+def read_here(patch, folder=None):
+    """No process is started to read STEP files; what is read is kept in ``folder`` of its own."""
     from fingerdesign.runtime.child import resolved
 
-    patch.setenv("FINGERDESIGN_CACHE", str(folder))
     patch.setattr(facts_module, "call", lambda name, *given, time_s: resolved(name)(*given))
-    facts_module._outcome.cache_clear()
+    if folder is not None:
+        patch.setenv("FINGERDESIGN_CACHE", str(folder))
+        facts_module._outcome.cache_clear()
 
 
 def write(work, path):
