@@ -100,11 +100,6 @@ def test_fine_zone():
         assert np.ptp(corners[:, :, 0]) > 2.5
 
 
-def test_a_block_ten_times_larger_costs_a_few_more_shells():
-    small, large = (len(block_half(w, w, 1.0, 0.5).points) for w in (30.0, 300.0))
-    assert large < 2.0 * small
-
-
 def test_a_grading_ends_on_the_last_digit():
     for size in np.linspace(0.01, 0.5, 50):
         assert graded(size / 8.0, 0.2, 0.5 * np.pi)[-1] == 0.5 * np.pi

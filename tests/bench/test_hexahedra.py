@@ -1,7 +1,5 @@
 """Triquadratic hexahedra against scikit-fem's own and against tetrahedra; the bench of cells."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -179,15 +177,6 @@ def test_errors_are_against_the_other_cell(measured):
     assert measured.reference(LINES[2]).line == LINES[1]
     assert measured.errors(first) == pytest.approx((1.0, 0.1, 0.5))
     assert measured.band() == (0.0, 0.0, 0.0)
-
-
-def test_the_cost_of_an_accuracy_is_read_off_the_line(measured):
-    assert measured.cost_at(LINES[0], 0.25, 0) == pytest.approx(2.0)
-    flat = Hexahedra(
-        [dataclasses.replace(p, forces=((2.0, 0.0), (2.0, 0.5))) for p in measured.points[:3]], {}
-    )
-    flat.points += [point(LINES[3], 9000, 0.0)]
-    assert flat.cost_at(LINES[0], 0.25, 0) is None
 
 
 def test_numbers_and_chart_are_written(measured, tmp_path):

@@ -13,7 +13,7 @@ from fingerdesign_bench.any_finger.molds import (
     words,
     write_molds,
 )
-from fingerdesign_bench.any_finger.molds_worker import design_of, reported
+from fingerdesign_bench.any_finger.molds_worker import reported
 from fingerdesign_bench.lines import read_lines
 from fingerdesign_cli.main import main
 
@@ -110,14 +110,6 @@ def test_what_is_kept_of_a_report():
     found = reported({"status": "failed", "failure": "no solid", "checks": [], "timings_s": {}})
     assert (found["status"], found["failed"]) == ("failed", ["no solid"])
     assert found["volume_error"] is None
-
-
-def test_cases_are_shipped_designs_and_seeds():
-    design, kinds = design_of("pin")
-    assert (design.design.name, kinds) == ("pin", ["shipped", "revolved"])
-    design, kinds = design_of("0")
-    assert design.design.name == "any_000"
-    assert kinds[0] == design.body.shape == "arc"
 
 
 def test_tables_and_chart_are_written(tmp_path):

@@ -21,7 +21,6 @@ from fingerdesign_bench.studies.plane_strain_bench import (
     uncertainty,
     write_plane_strain,
 )
-from fingerdesign_bench.studies.plane_strain_chart import sampled
 from fingerdesign_bench.studies.plane_strain_file import (
     StudyMesh,
     parse_study,
@@ -36,7 +35,6 @@ from fingerdesign_bench.studies.plane_strain_table import (
     half_width,
     row_errors,
     table_of,
-    write_table,
 )
 
 from fingerdesign import parse_design, parse_scene, with_values
@@ -146,11 +144,6 @@ def test_a_grid_with_a_hole_is_no_map(made):
         map_of(made | {"points": made["points"][1:]})
 
 
-def test_a_table_goes_through_its_file(made, tmp_path):
-    path = write_table(made | {"rules": {"a": 1.0}}, tmp_path / "table.json")
-    assert json.loads(path.read_text("utf-8")) == made | {"rules": {"a": 1.0}}
-
-
 def test_the_estimate_reads_a_designs_ratios(made):
     chart = map_of(made)
     crest = 10.0 + 20.0 - np.sqrt(300.0)
@@ -237,14 +230,6 @@ def test_how_sure_a_look_up_is_comes_from_the_one_off_models(table):
     assert 0.2 < found["relative"] < 0.4  # nine of ten, the meshes' part taken off
 
 
-def test_the_chart_is_sampled_over_what_was_computed(table):
-    across, depth, values = sampled(map_of(table), "normal_force", 0.0, 0.49)
-    assert across.shape == depth.shape == values.shape
-    assert np.allclose(depth / across, (depth / across)[0])
-    assert depth.min() == pytest.approx(0.4)
-    assert np.isfinite(values).all()
-
-
 def test_everything_is_written(table, tmp_path):
     found = judged(table, tmp_path / "plane_strain.jsonl")
     paths = write_plane_strain(found, tmp_path / "out")
@@ -325,14 +310,6 @@ def test_layers_follow_the_depth_and_both_models_have_one_section():
     assert flat.sizes == solid.sizes
     assert flat.element == solid.element == "mixed"
     assert solid.layers == deep.layers
-
-
-def test_one_off_models_change_what_they_name():
-    *_, rough = points_of(parse_study(SMALL))
-    assert rough.name == "rough"
-    assert rough.scene.friction_coefficient == 1.0
-    assert rough.mesh.contact_size_mm == 0.7
-    assert rough.design.body.base_height_mm == 12.0
 
 
 def _record(point):

@@ -2,16 +2,12 @@
 
 import csv
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from fingerdesign_bench.speed import precision_run
 from fingerdesign_bench.speed.precision import (
     QUANTITIES,
-    _draw_group,
-    _foot,
-    _without_plates,
     measure_precision,
     write_precision,
 )
@@ -23,8 +19,7 @@ from fingerdesign_bench.speed.precision_plan import (
     Line,
     Reference,
 )
-from fingerdesign_bench.speed.precision_run import STAGES, Method, errors, measured, sized
-from matplotlib.figure import Figure
+from fingerdesign_bench.speed.precision_run import STAGES, Method, errors, sized
 
 from fingerdesign.errors import MeshError, SolverError
 
@@ -95,24 +90,6 @@ def test_what_is_written(found, tmp_path):
     assert record["remarks"]["short"]
 
 
-def test_groups_without_plates_are_named():
-    bare = {chart.key: _without_plates(chart) for chart in CHARTS}
-    assert bare["models"] == ""
-    assert bare["elements"] == "3-D, nu = 0.4999, no plates"
-    assert bare["plates"] == "none (plane strain); none (3-D, extruded)"
-
-
-def test_points_off_the_chart_are_marked(found):
-    figure = Figure()
-    points = [replace(p, gage_error=50.0) if p.line == "P1" else p for p in found.points]
-    row = list(figure.subplots(1, 4))
-    _draw_group(row, replace(found, points=tuple(points)), CHART, CHART.groups[0])
-    assert [text.get_text() for text in row[3].texts] == ["P1: off the chart (to 50)"]
-    assert row[3].get_ylim()[1] < 50.0
-    foot = "\n".join(_foot(found, CHART))
-    assert 'Grey band: the two references "fine" and "other" differ by that much.' in foot
-
-
 def test_a_reference_that_fails_is_an_error(monkeypatch):
     def run_once(method, size):
         raise MeshError("no mesh today")
@@ -130,12 +107,6 @@ def test_errors_by_hand():
     found[1] = [2.2, 3.0, 0.4, 4.4]  # not sheared yet: its F_t does not count
     found[3, 1] = 1.05
     assert errors(found, reference) == pytest.approx((0.1, 0.05, 0.1, 0.1))
-
-
-def test_short_runs_are_repeated():
-    run = measured(Method("plane strain", "P2", plates="none"), 0.8)
-    assert run.runs == 3
-    assert measured(Method("plane strain", "P2", plates="none"), 0.8, repeat=False).runs == 1
 
 
 def test_the_plan_is_whole():

@@ -10,7 +10,7 @@ from fingerdesign_bench.machine import busy, caption, machine
 from fingerdesign_bench.speed import throughput
 from fingerdesign_bench.speed.assembly import compared
 from fingerdesign_bench.speed.full_solve import FullSystem, as_increment
-from fingerdesign_bench.speed.growth import Size, fit, in_words
+from fingerdesign_bench.speed.growth import Size, fit
 from fingerdesign_bench.speed.precision_run import ROWS, Method, run_once, sized
 from fingerdesign_bench.speed.speed import PLANE, SPACE, Speed, _checks, run_case, write_speed
 from fingerdesign_bench.speed.throughput import Throughput, Throughputs, measure_throughput
@@ -74,18 +74,6 @@ def test_power_laws():
     assert laws[0].late_exponent is None
     assert fit(SPACE, [size()]) == []
     assert fit(PLANE, [size(dofs=n, nodes=n // 100) for n in (1000, 3000)]) == []  # fewer than 3
-
-
-def test_a_power_that_steepens_says_so():
-    bent = [size(nodes=n, increment_s=1e-6 * (n + 1e-4 * n**3.0)) for n in (50, 150, 450, 900)]
-    (law,) = [law for law in fit(PLANE, bent) if law.quantity == "increment_s"]
-    assert law.late_exponent > law.exponent + 0.2
-    assert in_words(law) == f"power {law.exponent:.2f} (last three {law.late_exponent:.2f})"
-
-
-def test_numbers_are_printed_plainly():
-    assert Check("memory", 5120.0, 2876.4, "MB").row()[1:3] == ["5120 MB", "2880 MB"]
-    assert Check("rounding", 1e-9, 1.536e-10).row()[1:3] == ["1e-09", "1.54e-10"]
 
 
 def test_what_is_requested_and_written(tmp_path):

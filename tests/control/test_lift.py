@@ -48,18 +48,7 @@ def test_hanging_both_fingers_carry_the_weight_whatever_the_hand_does(half_plane
         assert (now.lifted, sample.lifted, now.complete_slip) == (True, True, False)
         assert is_lifted(now, MASS)
         assert now.approach - before.approach == pytest.approx(dy)
-
-
-def test_squeezing_a_hanging_object_raises_the_normal_force_alone(half_plane):
-    plant = raised(LiftPlant(half_plane, "upper", MASS))
-    assert 0.0 < plant.truth().rise <= 0.005
-    assert plant.truth().tangential_force == pytest.approx(HALF, rel=1e-8)
-    forces = []
-    for _ in range(8):
-        plant.move(0.0, 0.005)
-        forces.append(plant.truth().normal_force)
-        assert plant.truth().tangential_force == pytest.approx(HALF, rel=1e-8)
-    assert (np.diff(forces) > 0.0).all()
+        assert dy <= 0.0 or now.normal_force > before.normal_force
 
 
 def test_a_tug_is_felt_while_it_lasts(half_plane):

@@ -16,7 +16,6 @@ from fingerdesign.control.plants.plant import (
     Memory,
     RememberedPlant,
     Truth,
-    press,
 )
 from fingerdesign.control.plants.rig import Hardware, ImperfectPlant, Rig
 from fingerdesign.control.signals import Sample
@@ -212,17 +211,6 @@ def imperfect(seed=0, plates=None, **hardware):
 
 def read(plant, moves=200, dx=0.0):
     return np.array([plant.move(dx, 0.01).readings for _ in range(moves)])
-
-
-def test_perfect_hardware_changes_nothing(half_plane):
-    plain = list(press(CondensedPlant(half_plane, "upper"), 0.05, 0.01))
-    plant = ImperfectPlant(
-        CondensedPlant(half_plane, "upper"), Hardware(), np.random.default_rng(1)
-    )
-    through = list(press(plant, 0.05, 0.01))
-    for a, b in zip(plain, through, strict=True):
-        assert np.array_equal(a.readings, b.readings)
-        assert (a.normal_force, a.tangential_force) == (b.normal_force, b.tangential_force)
 
 
 def test_noise_has_its_size_and_the_truth_has_none():

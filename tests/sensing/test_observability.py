@@ -14,6 +14,7 @@ from fingerdesign.control.estimator import FingerCurves, Moment, feature_count, 
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import SolverError
 from fingerdesign.records.base import ResultError
+from fingerdesign.sensing import learners
 from fingerdesign.sensing import model as grip_model
 from fingerdesign.sensing.learners import QuickLearner, Samples, errors_of, gage_columns, sample_all
 from fingerdesign.sensing.observability import (
@@ -229,9 +230,16 @@ def test_the_record_is_whole_and_nothing_else_is_replaced(found, tmp_path):
         pass
 
 
+@pytest.fixture
+def short_teaching(monkeypatch):
+    """Networks that have learnt a little: how well is not the question."""
+    monkeypatch.setattr(learners, "_TEACHING", ((2e-3, 4),))
+
+
 DESIGN = '[design]\nname = "small"\n[plates]\ncount = 5\n[grip]\nmax_approach_mm = 0.15\n'
 
 
+@pytest.mark.usefixtures("short_teaching")
 def test_the_command_writes_a_record(problem, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(grip_model, "grip_problem", lambda design, report: problem)
     path = tmp_path / "small.toml"
@@ -264,6 +272,7 @@ def test_bad_input_is_refused_before_work(tmp_path, capsys, monkeypatch):
 PAGE = (Path(__file__).parents[2] / "docs/gages.md").read_text("utf-8")
 
 
+@pytest.mark.usefixtures("short_teaching")
 def test_the_pages_python_runs(problem, monkeypatch, capsys):
     monkeypatch.setattr(grip_model, "grip_problem", lambda design, report: problem)
     (code,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)

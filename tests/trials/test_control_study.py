@@ -86,14 +86,6 @@ def test_a_tugged_grip_is_the_same_grip_until_the_tug(bench):
     assert pull[-1] == pytest.approx(1.0, abs=1e-6)
 
 
-def test_an_opposite_finger_that_is_alike_changes_nothing(bench, half_plane):
-    cell = Cell("fixed_ratio", 0.5, 200.0, 0.0)
-    mirror = bench.run_cell(cell, Memory())
-    alike = replace(bench, opposite=half_plane).run_cell(cell, Memory())
-    assert alike.margin_at_lift == pytest.approx(mirror.margin_at_lift, rel=1e-6)
-    assert (alike.steps, alike.ending) == (mirror.steps, mirror.ending)
-
-
 def test_processes_change_nothing(bench, tmp_path):
     names = ["fixed_ratio", "paper"]
     one = all_outcomes(bench, tmp_path / "one", names)
