@@ -38,6 +38,22 @@ def sampled(first, second):
 
 
 @QUICK
+@given(PLACE, PLACE, ANGLE, st.none() | st.floats(1.0, 5.0), st.sampled_from(["x", "z"]))
+def test_a_plates_own_coordinates_lead_back_to_the_point(place, y, angle, radius, along):
+    """Along the arc of a bent plate, not along its chord; radians times radius from the centre."""
+    frame = plate(0, place, y, angle, -1.0, 1.0, along, radius)
+    s, v = np.meshgrid(np.linspace(-1.0, 1.0, 5), np.linspace(-0.15, 0.15, 3))
+    points = frame.to_space(frame.from_local(s.ravel(), v.ravel()), 0.4)
+    back = frame.local(points)
+    np.testing.assert_allclose(back, np.column_stack([s.ravel(), v.ravel()]), atol=1e-12)
+    np.testing.assert_allclose(frame.across(points), 0.4)
+    middle = points.reshape(3, 5, 3)[1]  # points of the mid-surface, a quarter of it apart
+    chord = np.linalg.norm(np.diff(middle, axis=0), axis=1)
+    arc = chord if radius is None else 2.0 * radius * np.arcsin(chord / (2.0 * radius))
+    np.testing.assert_allclose(arc, 0.5, atol=1e-12)
+
+
+@QUICK
 @given(PLACE, PLACE, ANGLE, ANGLE, st.floats(-2, 2), st.sampled_from(["x", "z"]))
 def test_gap_is_that_of_the_plates_points(place, y, one, two, low, along):
     first = plate(0, 0.0, 0.0, one, -1.0, 1.0)

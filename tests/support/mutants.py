@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
-PARTS = ("fingerdesign", "cli", "benchmarks", "tests", "designs", "pyproject.toml")
+PARTS = ("fingerdesign", "cli", "benchmarks", "tests", "designs", "docs")
+FILES = ("pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE")
 
 
 class Mutant(NamedTuple):
@@ -135,6 +136,8 @@ def caught_by(mutant, tree):
         )
     finally:
         path.write_text(text, "utf-8")
+    if done.returncode not in (0, 1):  # no test ran: that would catch anything
+        raise SystemExit(done.stdout[-2000:])
     failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
     return failed[0].split(" - ")[0].split(" ", 1)[1] if failed else None
 
@@ -145,9 +148,9 @@ def main():
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         tree = Path(folder)
         for part in PARTS:
-            source = ROOT / part
-            copy = shutil.copytree if source.is_dir() else shutil.copy
-            copy(source, tree / part)
+            shutil.copytree(ROOT / part, tree / part)
+        for name in FILES:
+            shutil.copy(ROOT / name, tree)
         for mutant in MUTANTS:
             found = caught_by(mutant, tree)
             lives += found is None
