@@ -190,6 +190,18 @@ def test_standing_still_changes_nothing(shear):
         assert step.measures.slip_distance == pytest.approx(first.slip_distance, rel=1e-9)
 
 
+def test_the_slip_distance_is_the_least_over_the_contact():
+    """0 as long as one node in contact sticks; once all slide, each more mm of shear adds one."""
+    problem = contact_problem(half_plane(81), Plane(0.0), 0.3)
+    rows = [Motion(0.05, shear) for shear in (0.0, 0.012, 1.0, 1.5)]
+    partial, late, later = [step.measures for step in follow(problem, rows)][1:]
+    assert 0.0 < partial.stick_ratio < 1.0
+    assert partial.slip_distance == 0.0
+    assert late.stick_ratio == 0.0
+    assert 0.0 < late.slip_distance < 1.0
+    assert later.slip_distance - late.slip_distance == pytest.approx(0.5, rel=1e-6)
+
+
 FRICTION, COMPLIANCE = 0.5, 0.01
 # A node that sticks, one that slips against its force, one that is open.
 FORCES = np.array([[2.0, 0.4, 0.0], [4.0, -2.0, 0.0], [0.0, 0.0, 0.0]])  # N
