@@ -11,13 +11,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pydantic_core import to_json
-
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, GeometryError
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.runtime.files import keep_request
 from fingerdesign.runtime.isolate import ProcessError, call
 
 TIME_LIMIT_S = 120.0  # thirty times what 200 plates take
@@ -34,8 +31,7 @@ def finger_triangles(
 
     Vertices (n, 3), mm, and triangles of elastomer, plates and core, faces that they share once;
     then those of the closed outside alone, wound outward.
-    GeometryError where it cannot be built, or where the kernel crashes or exceeds the time limit;
-    then the request is kept, and the message says where.
+    GeometryError where it cannot be built, or where the kernel crashes or exceeds the time limit.
     """
     request = (chord_tolerance_mm, half, frames)
     whole = _built("fingerdesign.cad.export:build_triangles", time_limit_s, design, *request)
@@ -59,19 +55,11 @@ def write_finger_cad(
 
 
 def _built(function: str, time_limit_s: float, design: Design, *request: Any) -> Any:
-    """What a function that builds a design answers; the request is kept where the kernel failed."""
+    """What a function that builds a design answers."""
     try:
         return call(function, design, *request, time_s=time_limit_s)
     except DesignError as error:
         raise GeometryError(str(error)) from error
     except ProcessError as error:
-        whole = {
-            "design": design.model_dump(mode="json"),
-            "function": function,
-            "given": request,
-        }
-        kept = keep_request("solid", "request.json", to_json(whole).decode())
-        raise GeometryError(
-            f"the CAD kernel did not build {design.design.name}: {error}; the request is kept as "
-            f"{kept}"
-        ) from error
+        why = f"the CAD kernel did not build {design.design.name}: {error}"
+        raise GeometryError(why) from error

@@ -11,14 +11,11 @@ from __future__ import annotations
 import errno
 import json
 import os
-import re
 import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-
-from pydantic import TypeAdapter
 
 from fingerdesign.analysis.case import Clock
 from fingerdesign.design.schema import Design
@@ -37,7 +34,7 @@ from fingerdesign.mold.products.three_mf import laid_out, write_3mf
 from fingerdesign.mold.record import RECORD_FILE, MoldData, Products, mold_record
 from fingerdesign.records.base import ResultError, json_text
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.runtime.files import DAY_S, keep_request, sweep_abandoned, swept
+from fingerdesign.runtime.files import sweep_abandoned
 from fingerdesign.runtime.isolate import Job, ProcessError, beside, call
 
 Report = Callable[[str, float], None]
@@ -71,7 +68,6 @@ def write_mold(
     target = Path(target).absolute()
     FOLDER.refuse_foreign(target)
     sweep_abandoned(target)
-    swept(Path(tempfile.gettempdir()), re.compile(r"fingerdesign-mold-\w{8}"), DAY_S)
     try:
         with FOLDER.written(target) as folder:
             return make_mold(design, folder, report)
@@ -174,8 +170,8 @@ def mold_meshes(
     The kernel is native code that can hang or crash; there it can harm nobody. Files, in mold
     coordinates: NAME.stl and NAME.step of every part and of every different plate, assembly.step.
     GeometryError where a part could not be drawn off or built, or where the kernel crashes or
-    exceeds the time limit; then the request is kept, and the message says where. ResultError where
-    the disk or the memory is full, or somebody ended the process.
+    exceeds the time limit. ResultError where the disk or the memory is full, or somebody ended the
+    process.
     """
     build, name = "fingerdesign.mold.cad.meshed:build_and_write", design.design.name
     try:
@@ -187,16 +183,8 @@ def mold_meshes(
             raise ResultError(
                 f"the mold of {name} was not built: {error}; free disk and memory and try again"
             ) from error
-        request = {
-            "design": design.model_dump(mode="json"),
-            "plan": TypeAdapter(MoldPlan).dump_python(plan, mode="json"),
-            "folder": str(folder.resolve()),
-        }
-        kept = keep_request("mold", "request.json", json.dumps(request))
-        raise GeometryError(
-            f"the CAD kernel did not build the mold of {name}: {error}; the request is kept as "
-            f"{kept}"
-        ) from error
+        why = f"the CAD kernel did not build the mold of {name}: {error}"
+        raise GeometryError(why) from error
     return found
 
 

@@ -164,30 +164,21 @@ def remove(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
 
 
-def swept(parent: Path, pattern: re.Pattern[str], older_than_s: float) -> tuple[Path, ...]:
-    """Remove this user's folders in ``parent`` of names that ``pattern`` matches, where they and
-    what lies in them are older; which they were. What cannot be looked into stays."""
-    gone = []
+def sweep_abandoned(target: Path) -> None:
+    """Remove this user's temporary folders beside ``target`` that killed processes left a day ago,
+    of kinds that are made in minutes. What cannot be looked into stays."""
+    pattern = re.compile(rf"\.{re.escape(target.name)}\.partial-[0-9a-f]{{8}}")
     try:
-        found = [path for path in parent.iterdir() if pattern.fullmatch(path.name)]
+        found = [
+            path for path in target.absolute().parent.iterdir() if pattern.fullmatch(path.name)
+        ]
     except OSError:
-        return ()
+        return
     for path in found:
-        try:
+        with contextlib.suppress(OSError):
             mine = not hasattr(os, "getuid") or path.lstat().st_uid == os.getuid()
             if not mine or path.is_symlink() or not path.is_dir():
                 continue
             last = max(each.lstat().st_mtime for each in (path, *path.rglob("*")))
-        except OSError:
-            continue
-        if time.time() - last > older_than_s:
-            shutil.rmtree(path, ignore_errors=True)
-            gone.append(path)
-    return tuple(gone)
-
-
-def sweep_abandoned(target: Path) -> tuple[Path, ...]:
-    """Remove the temporary folders beside ``target`` that killed processes left a day ago, of kinds
-    that are made in minutes; which they were."""
-    pattern = re.compile(rf"\.{re.escape(target.name)}\.partial-[0-9a-f]{{8}}")
-    return swept(target.absolute().parent, pattern, DAY_S)
+            if time.time() - last > DAY_S:
+                shutil.rmtree(path, ignore_errors=True)

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -39,14 +38,8 @@ def test_what_cannot_be_built_is_said(design_of):
 
 
 def test_a_kernel_that_does_not_come_back_is_ended(design_of):
-    with pytest.raises(
-        GeometryError, match=r"did not finish in 0\.05 s.*request\.json"
-    ) as reported:
+    with pytest.raises(GeometryError, match=r"did not finish in 0\.05 s"):
         finger_triangles(design_of("arc"), 0.02, time_limit_s=0.05)
-    kept = Path(str(reported.value).split("kept as ")[1])
-    assert '"design"' in kept.read_text()
-    kept.unlink()
-    kept.parent.rmdir()
 
 
 def test_this_process_loads_no_cad_kernel():

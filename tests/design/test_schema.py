@@ -102,12 +102,6 @@ def test_names_that_are_no_folder_are_refused(name):
     assert "letters" in fault.bound
 
 
-def test_a_mold_is_requested_for_in_a_table_of_its_own():
-    assert parse_design(NAME).mold.process == "sla"
-    assert parse_design(NAME + "mold.limits.slot_mm = 0.4").mold.limits.slot_mm == 0.4
-    assert "mold.wall_mm" in faults(NAME + "mold.wal_mm = 2")["mold.wal_mm"].remedy
-
-
 def test_a_revolved_body_is_as_deep_as_wide():
     design = parse_design(NAME + 'body.shape = "revolved"\nplates.count = 0\nbody.width_mm = 12')
     assert design.body.depth_mm == 12.0
@@ -165,10 +159,6 @@ def test_extruded_and_layered(lines, extruded, in_layers):
     """One section tells all; or, swept through layers, it can at least be meshed so."""
     design = parse_design(NAME + lines)
     assert (design.extruded, layered(design)) == (extruded, in_layers)
-
-
-def test_designs_hash_by_content():
-    assert len({parse_design(NAME), parse_design(NAME + "body.width_mm = 20")}) == 1
 
 
 def test_name_is_required():
@@ -241,33 +231,6 @@ def test_how_a_finger_is_cast_is_not_in_the_digest(name, digest):
     design = find_design(name)
     assert with_values(design, {"mold": {}}).digest() == digest
     assert with_values(design, {"mold.process": "fdm", "mold.wall_mm": 9.0}).digest() == digest
-
-
-def test_a_lift_with_all_that_can_happen_to_it():
-    grip = parse_design(
-        NAME
-        + LIFT
-        + """
-[[grip.tugs]]
-step_after_lift = 10
-extra_force_N = 1.0
-duration_steps = 5
-[[grip.tugs]]
-step_after_lift = 30
-extra_force_N = -1.9
-[[grip.weight_changes]]
-step_after_lift = 40
-object_mass_g = 300.0
-[grip.hardware]
-gage_noise_microstrain = 0.5
-dead_gages = [3, 4]
-delay_samples = 2
-"""
-    ).grip
-    assert [tug.duration_steps for tug in grip.tugs] == [5, 1]
-    assert grip.weight_changes[0].object_mass_g == 300.0
-    hardware = grip.hardware
-    assert (hardware.dead_gages, hardware.delay_samples) == ((3, 4), 2)
 
 
 def test_a_tug_out_of_the_fingers_is_refused_and_the_bound_is_one_that_passes():

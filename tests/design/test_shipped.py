@@ -101,7 +101,8 @@ def test_schema_refuses_what_the_program_refuses():
 def test_starter_holds_every_key_with_its_default():
     text = starter_text("mine")
     assert parse_design(text) == parse_design('design.name = "mine"')
-    for key in ("width_mm", "dome_radius_mm", "placement", "plate_end_size_mm", "seed", "assumed"):
+    keys = ("width_mm", "dome_radius_mm", "placement", "plate_end_size_mm", "seed", "assumed")
+    for key in (*keys, "plate_fixture", "wall_mm", "sheet_mm"):
         assert re.search(rf"(?m)^(# )?{key} = ", text), key
     assert text.startswith("#:schema ./design.schema.json")
 

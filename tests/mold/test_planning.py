@@ -1,13 +1,11 @@
 """Plans of molds: the [mold] table, what shipped designs get, holes of the base, refusals."""
 
-import tomllib
 from itertools import combinations
 
 import numpy as np
 import pytest
 
-from fingerdesign.checks.load import dump_design, parse_design, with_values
-from fingerdesign.checks.starter import starter_text
+from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.errors import DesignError
 from fingerdesign.mold.checks.venting import pour_turn, upward
 from fingerdesign.mold.plan.base import base_holes_of, core_box
@@ -60,17 +58,6 @@ def test_wrong_values_are_refused_by_key(key, value):
     with pytest.raises(DesignError) as caught:
         parsed(f"{key} = {value}")
     assert keys(caught.value.faults) == [key]
-
-
-def test_the_starter_file_says_every_key_and_what_is_written_reads_back():
-    text = starter_text("mine")
-    block = text[text.index("[mold]") :]
-    for key in ("wall_mm", "plate_fixture", "excess", "[mold.limits]", "[mold.comb]", "sheet_mm"):
-        assert key in block
-    table = tomllib.loads(text)["mold"]
-    assert (table["process"], table.get("limits", {})) == ("sla", {})
-    design = parsed('mold.process = "machined"\nmold.comb.slot_mm = 0.15')
-    assert parse_design(dump_design(design)) == design
 
 
 @pytest.mark.parametrize("name", ["narrow", "homogeneous", "boned", "domed"])
