@@ -8,7 +8,6 @@ import io
 import itertools
 import json
 import re
-from contextlib import contextmanager
 from dataclasses import replace
 
 import pytest
@@ -24,7 +23,9 @@ pytestmark = pytest.mark.skipif(
     chromium() is None, reason="no chromium on this machine: the page is not opened in a browser"
 )
 WANTED = (Wanted("stick_error", "min"), Wanted("cost", "min"), Wanted("safety_margin", "max"))
-FLAT = any_outcomes(12, seed=1, failed=0.0)
+# Many, of which twelve have anything to draw.
+FLAT = any_outcomes(300, seed=1, failed=0.0)
+FLAT = (*FLAT[:12], *(replace(each, traces=Traces(), grips=()) for each in FLAT[12:]))
 BOUNDS = (Bound("peak_ratio", at_most=2.0),)
 MADE = any_outcomes(60, hostile=True)
 GOOD = [number for number, made in enumerate(MADE) if made.status == "ok"]
@@ -42,36 +43,43 @@ DRAWN = "document.getElementById('forces-1').data"
 LINES = "document.getElementById('parallel-chart').data"
 
 
-@contextmanager
-def page_of(folder, outcomes, wanted=WANTED[:2], bounds=(), size=(1400, 1000), change=str):
-    """A browser with the page of outcomes; it is silent in the end, and asks no network."""
-    page = folder / "page.html"
-    facts = facts_of("a study", outcomes, wanted, bounds)
-    page.write_text(change(compare_html(outcomes, facts)), encoding="utf-8")
-    with Browser(page, folder, size) as browser:
-        yield browser
-        assert browser.console == browser.requests == []
-
-
 @pytest.fixture(scope="module")
-def opened(tmp_path_factory):
-    with page_of(tmp_path_factory.mktemp("compare"), MADE, WANTED, BOUNDS) as browser:
-        yield browser
-
-
-@pytest.fixture(scope="module")
-def pair(tmp_path_factory):
-    with page_of(tmp_path_factory.mktemp("views"), FLAT) as browser:
-        seen(browser, "views", DRAWN)
+def window(tmp_path_factory):
+    """One Chromium for all pages: its start, and its first WebGL, take seconds."""
+    folder = tmp_path_factory.mktemp("window")
+    blank = folder / "blank.html"
+    blank.write_text("<title>blank</title>", encoding="utf-8")
+    with Browser(blank, folder) as browser:
         yield browser
 
 
 @pytest.fixture
-def views(pair):
+def page_of(window, tmp_path):
+    """Opens the page of outcomes; it is silent in the end, and asks no network."""
+
+    def opened(outcomes, wanted=WANTED[:2], bounds=(), change=str, page=tmp_path / "page.html"):
+        if window.page != page:
+            facts = facts_of("a study", outcomes, wanted, bounds)
+            page.write_text(change(compare_html(outcomes, facts)), encoding="utf-8")
+            window.goto(page)
+        return window
+
+    yield opened
+    assert window.console == window.requests == []
+
+
+@pytest.fixture
+def opened(window, page_of):
+    return page_of(MADE, WANTED, BOUNDS, page=window.work / "many.html")
+
+
+@pytest.fixture
+def views(window, page_of):
     """Of the first two designs."""
-    choose(pair, 0, 1)
-    seen(pair, "views", DRAWN)
-    return pair
+    browser = page_of(FLAT, page=window.work / "views.html")
+    choose(browser, 0, 1)
+    seen(browser, "views", DRAWN)
+    return browser
 
 
 def seen(browser, place, ready):
@@ -133,25 +141,25 @@ def cost(number):
     return MADE[number].metrics["cost"]
 
 
-def test_watch_sees_errors_and_requests(tmp_path):
+def test_watch_sees_errors_and_requests(window, tmp_path):
     page = tmp_path / "bad.html"
     page.write_text(
         '<img src="http://127.0.0.1:9/x.png"><script>noSuchFunction()</script>', encoding="utf-8"
     )
-    with Browser(page, tmp_path) as browser:
-        assert "noSuchFunction" in "".join(browser.console)
-        assert browser.requests == ["http://127.0.0.1:9/x.png"]
-        with pytest.raises(BrowserError, match="nothing"):
-            browser.evaluate("nothing")
+    window.goto(page)
+    assert "noSuchFunction" in "".join(window.console)
+    assert window.requests == ["http://127.0.0.1:9/x.png"]
+    with pytest.raises(BrowserError, match="nothing"):
+        window.evaluate("nothing")
 
 
 @pytest.mark.parametrize("few", [(), any_outcomes(3, failed=1.0), MADE[20:21], MADE[20:22]])
-def test_a_page_of_few_or_none_is_silent(tmp_path, few):
-    with page_of(tmp_path, few, WANTED) as browser:
-        for place in ("views", "parallel-chart"):
-            browser.show(place)
-            browser.evaluate("new Promise((f) => setTimeout(f, 200))")
-        assert browser.evaluate("FD.shown.length") == sum(o.status == "ok" for o in few)
+def test_a_page_of_few_or_none_is_silent(page_of, few):
+    browser = page_of(few, WANTED)
+    for place in ("views", "parallel-chart"):
+        browser.show(place)
+        browser.evaluate("new Promise((f) => setTimeout(f, 200))")
+    assert browser.evaluate("FD.shown.length") == sum(o.status == "ok" for o in few)
 
 
 def test_opens_with_the_recommended_one_first_and_a_name_for_every_field(opened):
@@ -326,8 +334,10 @@ def test_fits_narrow_windows_and_prints(browser, tmp_path, width):
     screen = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
     browser.call("Emulation.setDeviceMetricsOverride", **screen)
     wide = browser.evaluate("document.documentElement.scrollWidth")
+    bar = browser.evaluate("getComputedStyle(document.getElementById('chosen')).position")
     browser.call("Emulation.setDeviceMetricsOverride", **(screen | {"width": 1400, "height": 1000}))
     assert wide <= width
+    assert (bar == "static") == (width <= 640)  # on a narrow screen the bar covers nothing
     assert browser.pdf(tmp_path / "page.pdf").stat().st_size > 20_000
 
 
@@ -362,21 +372,14 @@ def test_the_two_say_what_they_miss_and_where_grips_differ(browser):
     browser.evaluate(f"{keep % (missing, other)} = {json.dumps(before)}")
 
 
-def test_on_a_narrow_screen_the_bar_covers_nothing(tmp_path):
-    with page_of(tmp_path, MADE[20:26], WANTED, size=(400, 800)) as browser:
-        place = "getComputedStyle(document.getElementById('chosen')).position"
-        assert browser.evaluate("innerWidth") <= 640
-        assert browser.evaluate(place) == "static"
-
-
-def test_a_measure_alike_for_all_has_one_mark(tmp_path):
+def test_a_measure_alike_for_all_has_one_mark(page_of):
     few = [replace(MADE[i], metrics=MADE[i].metrics | {"cost": 7.0}) for i in GOOD[:8]]
-    with page_of(tmp_path, few) as browser:
-        browser.wait("document.querySelector('#pareto .ytick')")
-        text = browser.evaluate("document.getElementById('pareto').textContent")
-        assert "cost: the same for all" in text
-        ticks = "[...document.querySelectorAll('#pareto .ytick')].map((e) => e.textContent)"
-        assert browser.evaluate(ticks) == ["7"]
+    browser = page_of(few)
+    browser.wait("document.querySelector('#pareto .ytick')")
+    text = browser.evaluate("document.getElementById('pareto').textContent")
+    assert "cost: the same for all" in text
+    ticks = "[...document.querySelectorAll('#pareto .ytick')].map((e) => e.textContent)"
+    assert browser.evaluate(ticks) == ["7"]
 
 
 def test_plotly_runs_under_the_policy_and_nothing_else_does(views):
@@ -496,20 +499,6 @@ def test_one_design_alone(views):
     assert "none chosen" in views.evaluate("document.getElementById('table-pair').textContent")
 
 
-def test_contact_in_3d_is_a_top_view_of_the_chosen_increment(tmp_path):
-    deep = any_outcomes(2, seed=2, failed=0.0, deep=True)
-    with page_of(tmp_path, deep) as browser:
-        browser.evaluate("FD.select(0, 1)")
-        seen(browser, "views", "document.getElementById('contact-1').data?.[0].x")
-        browser.change("increment", 20)
-        row = deep[0].traces.status[19]
-        found = [trace["x"].count(None) for trace in data(browser, "contact-0")]
-        assert found == [row.count(each) for each in "#/."]
-        stick = data(browser, "shape-0")[-2]
-        assert stick["mode"] == "markers"
-        assert stick["x"].count(None) == row.count("#")
-
-
 def test_parallel_coordinates_choose_by_keys_and_by_click_and_their_axes_are_chosen(views):
     views.evaluate("FD.select(2, 5)")
     seen(views, "parallel", "document.getElementById('parallel-chart').data?.length > 4")
@@ -522,10 +511,10 @@ def test_parallel_coordinates_choose_by_keys_and_by_click_and_their_axes_are_cho
     number = views.evaluate("FD.selected[1]")
     assert number in shown
     assert words.startswith(FLAT[number].name)
+    views.wait(f"{place}.getAttribute('aria-label').includes({json.dumps(FLAT[number].name)})")
     titles = [each["text"] for each in views.evaluate(f"{place}.layout.annotations")]
     assert any("arc radius" in title for title in titles)
     assert any("cost" in title and "▲" in title for title in titles)
-    assert FLAT[number].name in views.evaluate(f"{place}.getAttribute('aria-label')")
     views.evaluate("FD.select(null, null)")
     views.wait(f"{place}.data.length === 2 + {place}.layout.annotations.length")
     views.show("parallel-chart")
@@ -547,27 +536,35 @@ def test_parallel_coordinates_choose_by_keys_and_by_click_and_their_axes_are_cho
     views.wait(f"{count} === {before}")
 
 
-def test_names_stay_text_and_what_is_missing_is_said(tmp_path):
-    made = any_outcomes(len(HOSTILE) + 2, seed=4, failed=0.3, hostile=True)
-    empty = replace(made[0], traces=Traces(), grips=(), design={}, failure=None, status="ok")
-    made = (empty, *made[1:])
-    with page_of(tmp_path, made) as browser:
-        browser.evaluate("FD.select(0, 1)")
-        seen(browser, "views", "document.getElementById('shape-words-0').textContent")
-        for k in range(0, len(made), 2):
-            choose(browser, k, k + 1)
-        seen(browser, "parallel", LINES)
-        foreign = "document.querySelectorAll('#views img, main script, #parallel-chart a').length"
-        assert browser.evaluate(foreign) == 0
-        choose(browser, 0, None)
-        seen(browser, "views", "document.getElementById('forces-none-0').checkVisibility()")
-        bare = browser.evaluate("document.getElementById('views').innerText")
-        for words in ("cannot be drawn", "No contact", "No gages", "No forces"):
-            assert words in bare
-        assert browser.evaluate("document.body.textContent").count("noSuchFunction") > 1
+def test_turning_is_quick_and_many_designs_too(views):
+    busy = views.busy_s()
+    views.evaluate("document.getElementById('shape-0').focus()")
+    views.key("ArrowLeft", 5)
+    turned = (views.busy_s() - busy) / 5
+    views.key("0")
+    assert turned < 0.5
+    busy = views.busy_s()
+    views.evaluate("FD.select(0, 2)")  # the lines are drawn anew
+    label = "document.getElementById('parallel-chart').getAttribute('aria-label')"
+    seen(views, "parallel", f"{label}?.includes({json.dumps(FLAT[2].name)})")
+    assert views.busy_s() - busy < 1.5
 
 
-def test_without_webgl_the_rest_is_drawn(tmp_path):
+def test_contact_in_3d_is_a_top_view_of_the_chosen_increment(page_of):
+    deep = any_outcomes(2, seed=2, failed=0.0, deep=True)
+    browser = page_of(deep)
+    browser.evaluate("FD.select(0, 1)")
+    seen(browser, "views", "document.getElementById('contact-1').data?.[0].x")
+    browser.change("increment", 20)
+    row = deep[0].traces.status[19]
+    found = [trace["x"].count(None) for trace in data(browser, "contact-0")]
+    assert found == [row.count(each) for each in "#/."]
+    stick = data(browser, "shape-0")[-2]
+    assert stick["mode"] == "markers"
+    assert stick["x"].count(None) == row.count("#")
+
+
+def test_names_stay_text_and_what_is_missing_is_said_also_without_webgl(page_of):
     off = "<head><script>HTMLCanvasElement.prototype.getContext = () => null</script>"
 
     def without(text):
@@ -576,25 +573,22 @@ def test_without_webgl_the_rest_is_drawn(tmp_path):
         )
         return text.replace("<head>", off, 1)
 
-    with page_of(tmp_path, FLAT, change=without) as browser:
-        seen(browser, "views", DRAWN)
-        assert browser.evaluate("document.getElementById('no-webgl').checkVisibility()")
-        assert not browser.evaluate("document.getElementById('shape-0').checkVisibility()")
-        assert data(browser, "contact-0")
-
-
-def test_turning_is_quick_and_many_designs_too(tmp_path):
-    many = any_outcomes(300, seed=5, failed=0.0)
-    many = (*many[:4], *(replace(each, traces=Traces(), grips=()) for each in many[4:]))
-    with page_of(tmp_path, many) as browser:
-        browser.evaluate("FD.select(0, 1)")
-        seen(browser, "views", DRAWN)
-        busy = browser.busy_s()
-        browser.evaluate("document.getElementById('shape-0').focus()")
-        browser.key("ArrowLeft", 5)
-        turned = (browser.busy_s() - busy) / 5
-        busy = browser.busy_s()
-        seen(browser, "parallel", LINES)
-        drawn = browser.busy_s() - busy
-    assert turned < 0.5
-    assert drawn < 1.5
+    made = any_outcomes(len(HOSTILE) + 2, seed=4, failed=0.3, hostile=True)
+    empty = replace(made[0], traces=Traces(), grips=(), design={}, failure=None, status="ok")
+    browser = page_of((empty, *made[1:]), change=without)
+    browser.evaluate("FD.select(0, 1)")
+    seen(browser, "views", "document.getElementById('shape-words-0').textContent")
+    for k in range(0, len(made), 2):
+        choose(browser, k, k + 1)
+    assert browser.evaluate("document.getElementById('no-webgl').checkVisibility()")
+    assert not browser.evaluate("document.getElementById('shape-0').checkVisibility()")
+    assert data(browser, "contact-0")
+    seen(browser, "parallel", LINES)
+    foreign = "document.querySelectorAll('#views img, main script, #parallel-chart a').length"
+    assert browser.evaluate(foreign) == 0
+    choose(browser, 0, None)
+    seen(browser, "views", "document.getElementById('forces-none-0').checkVisibility()")
+    bare = browser.evaluate("document.getElementById('views').innerText")
+    for words in ("cannot be drawn", "No contact", "No gages", "No forces"):
+        assert words in bare
+    assert browser.evaluate("document.body.textContent").count("noSuchFunction") > 1

@@ -90,6 +90,22 @@ class Browser:
     def __exit__(self, kind, error, trace):
         self._end()
 
+    def goto(self, page, size=(1400, 1000)):
+        """Open another page in the same window; what was said and asked before is forgotten."""
+        width, height = size
+        screen = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        self.call("Emulation.setDeviceMetricsOverride", **screen)
+        self.page, self._loaded = page, False
+        self.console.clear()
+        self.requests.clear()
+        begin = time.monotonic()
+        self.call("Page.navigate", url=page.absolute().as_uri())
+        while not self._loaded:
+            if time.monotonic() - begin > ANSWER_S:
+                raise BrowserError(f"{page} did not open in {ANSWER_S:g} s")
+            self._run(self._hear())
+        self.opened_s = time.monotonic() - begin
+
     def evaluate(self, script):
         """The value (JSON) of a JavaScript expression, awaited where it is a promise."""
         requested = {"expression": script, "returnByValue": True, "awaitPromise": True}
@@ -205,17 +221,7 @@ class Browser:
         self.call("Performance.enable", timeDomain="threadTicks")
         where = str(self.work / "downloads")
         self.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=where)
-        width, height = self.size
-        screen = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
-        self.call("Emulation.setDeviceMetricsOverride", **screen)
-        self._loaded = False
-        begin = time.monotonic()
-        self.call("Page.navigate", url=self.page.absolute().as_uri())
-        while not self._loaded:
-            if time.monotonic() - begin > ANSWER_S:
-                raise BrowserError(f"{self.page} did not open in {ANSWER_S:g} s")
-            self._run(self._hear())
-        self.opened_s = time.monotonic() - begin
+        self.goto(self.page, self.size)
 
     def _address(self, profile):
         """Where the page's own socket is."""
