@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 from fingerdesign_cli.main import main
 
@@ -114,26 +113,13 @@ def test_failed_work_leaves_a_failed_record(tmp_path, monkeypatch):
 
     monkeypatch.setattr(pipeline, "make_mesh", broken)
     design = parse_design('design.name = "unlucky"\nplates.count = 0')
-    result = analyse_into(Case(design, SCENE, "plane-strain"), tmp_path)
+    result = analyse_into(Case(design, SCENE, "plane-strain", scene_name="short"), tmp_path)
     assert result.status == "failed"
     stored = read_result(tmp_path / "unlucky")
+    assert stored.scene == "short"
     assert stored.failure == "the mesher gave up"
     assert stored.timings_s["geometry"] > 0
     assert (tmp_path / "unlucky" / "report.html").exists()
-
-
-def test_outputs_are_all_there(tmp_path):
-    design = with_values(load_design(shipped_path("narrow")), COARSE)
-    result = analyse_into(Case(design, SCENE, "plane-strain", scene_name="short"), tmp_path)
-    folder = tmp_path / "narrow"
-    wanted = {"result.json", "history.csv", "report.html", "finger.step", "finger.stl"}
-    assert wanted <= {path.name for path in folder.iterdir()}
-    assert list(folder.glob("fields_*.vtu"))
-    stored = read_result(folder)
-    assert stored.increments == result.increments
-    assert stored.scene == "short"
-    assert all(np.isfinite(list(stored.timings_s.values())))
-    assert stored.timings_s["geometry"] > 0
 
 
 LIFTED = """

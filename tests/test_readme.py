@@ -54,7 +54,7 @@ def run_python(name, capsys):
 
 
 @pytest.fixture
-def toured(tmp_path, monkeypatch):
+def toured(tmp_path, monkeypatch, undrawn):
     """The folder of somebody who has come to a step of the tour: a design and a scene."""
     (tmp_path / "scene.toml").write_text(blocks("toml")[0], encoding="utf-8")
     monkeypatch.chdir(tmp_path)

@@ -74,7 +74,10 @@ def command(tmp_path_factory):
             files = folder / "toy.toml", folder / scene
             return worker.call("tests.support.calls:increments", *files, time_s=120.0)
 
-        run.folder, run.pressed = folder, pressed
+        def gripped(design):
+            return worker.call("tests.support.calls:grips", folder / design, time_s=120.0)
+
+        run.folder, run.pressed, run.gripped = folder, pressed, gripped
         yield run
 
 
@@ -90,11 +93,8 @@ def test_an_object_of_a_plug_in_is_pressed(command):
 
 
 def test_a_controller_of_a_plug_in_grips(command):
-    code, written = command("grip", "toy.toml", "--out", "grip", "--quiet")
-    assert code == 0, written
-    result = json.loads((command.folder / "grip/toy/result.json").read_text("utf-8"))
-    (grip,) = result["grips"]
-    assert (grip["controller"], grip["lifted"]) == ("steady", True)
+    (grip,) = command.gripped("toy.toml")
+    assert (grip.controller, grip.lifted) == ("steady", True)
 
 
 def test_a_mesher_of_a_plug_in_meshes(command):

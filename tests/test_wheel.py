@@ -1,6 +1,6 @@
 """What a user gets from the built wheel, in an empty folder, with no checkout in sight."""
 
-import json
+import math
 import os
 import subprocess
 import sys
@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from fingerdesign.checks.starter import starter_text
+from fingerdesign.records.folder import read_result
 from tests.support.coarser import write_coarser
 
 ROOT = Path(__file__).parents[1]
@@ -52,21 +54,22 @@ def run(installed, cwd, *commands):
 
 
 def test_new_check_analyse(installed, tmp_path):
-    new = run(installed, tmp_path, "new mine.toml", "check mine.toml")
-    assert new.returncode == 0, new.stderr
+    (tmp_path / "mine.toml").write_text(starter_text("mine"), "utf-8")
     write_coarser(tmp_path / "mine.toml")
-    done = run(installed, tmp_path, "analyse mine.toml --out out --fidelity plane-strain")
+    shipped = [f"new {name}.toml --from {name}" for name in ("maeno2000", "domed")]
+    analyse = "analyse mine.toml --out out --fidelity plane-strain"
+    commands = ["new new.toml", *shipped, "check new.toml maeno2000.toml domed.toml", analyse]
+    done = run(installed, tmp_path, *commands)
     assert done.returncode == 0, done.stderr
-    result = json.loads((tmp_path / "out" / "mine" / "result.json").read_text("utf-8"))
-    assert result["status"] == "ok"
-    assert len(result["grips"]) == 1
-    assert (tmp_path / "out" / "mine" / "report.html").stat().st_size > 100_000
-
-
-def test_shipped_designs_come_along(installed, tmp_path):
-    made = [f"new {name}.toml --from {name}" for name in ("maeno2000", "domed")]
-    found = run(installed, tmp_path, *made, "check maeno2000.toml domed.toml")
-    assert found.returncode == 0, found.stderr
+    folder = tmp_path / "out" / "mine"
+    wanted = {"result.json", "history.csv", "report.html", "finger.step", "finger.stl"}
+    assert wanted <= {path.name for path in folder.iterdir()}
+    assert list(folder.glob("fields_*.vtu"))
+    assert (folder / "report.html").stat().st_size > 100_000
+    result = read_result(folder)
+    assert (result.status, len(result.grips)) == ("ok", 1)
+    assert all(map(math.isfinite, result.timings_s.values()))
+    assert result.timings_s["geometry"] > 0
 
 
 def test_bad_input_from_the_wheel(installed, tmp_path):

@@ -128,6 +128,7 @@ def test_a_mesh_of_another_design_fails_and_says_why(design, tmp_path, said):
 
 def test_a_shipped_scene_is_found_by_name(design, tmp_path, capsys):
     options = ["--fidelity", "plane-strain", "--scene", "fundamental", "--format", ".vtk"]
+    options.append("--no-picture")
     assert main(["mesh", str(design), "--out", str(tmp_path / "out"), *options]) == 0
     assert (tmp_path / "out/mesh.vtk").is_file()
     assert "written" in capsys.readouterr().out

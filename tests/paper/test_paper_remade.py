@@ -19,6 +19,7 @@ from fingerdesign.paper import case as paper_case
 from fingerdesign.paper import lifts as paper_rig
 from fingerdesign.paper import remade as paper_remade
 from fingerdesign.paper.claims import CLAIMS, claims_of
+from fingerdesign.paper.figures_contact import rectangles_figure, steps_figure
 from fingerdesign.paper.lifts import ROUTE_FRICTION, SQUEEZE, squeeze
 from fingerdesign.paper.places import (
     area_under_curve,
@@ -33,6 +34,7 @@ from fingerdesign.paper.relation import (
 )
 from fingerdesign.paper.remade import ORDER, paper_figures
 from fingerdesign.records.base import ResultError
+from fingerdesign.report.style import house_style
 
 QUICK = paper_remade.Effort(frictions=(0.2, 0.3, 0.5, 1.0), samples=(100,), seeds=1)
 COARSE = {
@@ -62,21 +64,19 @@ def found(said):
 
 
 @pytest.fixture(scope="module")
-def folder(found, tmp_path_factory):
-    target = tmp_path_factory.mktemp("paper") / "out"
-    paper_remade.write_paper(found, target)
-    return target
+def drawn(found):
+    """One set of drawings for all tests: they take seconds."""
+    made = paper_figures(found)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(paper_remade, "paper_figures", lambda *_: made)
+        yield made
 
 
 @pytest.fixture(scope="module")
-def drawn(found):
-    return paper_figures(found)
-
-
-@pytest.fixture
-def quickly_drawn(drawn, monkeypatch):
-    """All tests but those about the drawings share one set of them: they take seconds."""
-    monkeypatch.setattr("fingerdesign.paper.remade.paper_figures", lambda *_: drawn)
+def folder(found, drawn, tmp_path_factory):
+    target = tmp_path_factory.mktemp("paper") / "out"
+    paper_remade.write_paper(found, target)
+    return target
 
 
 def claim_of(found, key):
@@ -190,7 +190,7 @@ def test_the_record_and_the_page(folder, found):
             assert (folder / name).is_file(), name
 
 
-@pytest.mark.usefixtures("quickly_drawn")
+@pytest.mark.usefixtures("drawn")
 def test_other_files_are_left_alone_and_a_folder_in_the_way_is_a_named_failure(found, tmp_path):
     (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
     (tmp_path / "fig02.png").mkdir()
@@ -204,13 +204,15 @@ def test_other_files_are_left_alone_and_a_folder_in_the_way_is_a_named_failure(f
     assert (tmp_path / "fig02.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_two_runs_draw_the_same(folder, drawn):
-    for figure in drawn:
+def test_two_runs_draw_the_same(found, folder):
+    with house_style():
+        again = [steps_figure(found.increments), rectangles_figure(found.rectangles)]
+    for figure in again:
         assert (folder / f"{figure.key}.png").read_bytes() == figure.png
         assert (folder / f"{figure.key}.svg").read_text("utf-8") == figure.svg
 
 
-@pytest.mark.usefixtures("quickly_drawn")
+@pytest.mark.usefixtures("drawn")
 def test_the_command_writes_reports_and_says(found, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(paper_remade, "remake", lambda design, report: found)
     assert main(["paper", "--out", str(tmp_path / "a"), "--json"]) == 0

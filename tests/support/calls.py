@@ -30,6 +30,15 @@ def increments(design, scene):
     return analyse(load_design(design), load_scene(scene), "plane-strain").increments
 
 
+def grips(design):
+    """Of an analysis in plane strain, without a report."""
+    from fingerdesign import load_design
+    from fingerdesign.analysis.case import Case
+    from fingerdesign.pipeline import run
+
+    return run(Case(load_design(design), None, "plane-strain", fields=False)).result.grips
+
+
 def who(*given):
     """The number of the process, and its threads' setting; it prints, too."""
     print("this is no answer", flush=True)

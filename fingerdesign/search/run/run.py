@@ -23,12 +23,11 @@ from fingerdesign.checks.starter import find_scene
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.records.outcome import Failure, Outcome, OutcomeError
 from fingerdesign.runtime.cache import Cache
-from fingerdesign.search.run.cluster import Cluster
-from fingerdesign.search.run.evaluate import EVALUATE, Job, relabelled
-from fingerdesign.search.study.variants import base_design, variants
+from fingerdesign.search.run.evaluate import Job, relabelled
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
+    from fingerdesign.search.run.cluster import Cluster
     from fingerdesign.search.study.file import Limits, Study
     from fingerdesign.search.study.variants import Variant
 
@@ -185,28 +184,6 @@ class Standing:
 
 
 Report = Callable[[Standing], None]
-
-
-def run_study(
-    study: Study,
-    store: Store,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    report: Report = lambda standing: None,
-    *,
-    folder: Path | None = None,
-    retry: bool = False,
-    evaluator: str = EVALUATE,
-) -> tuple[Outcome, ...]:
-    """The outcomes of all of a study's variants, in order, invalid ones too.
-
-    folder: where files that the study names lie; retry: what failed and was not refused is computed
-    again. Raises DesignError for a wrong study, StoreError, ClusterError.
-    """
-    scenes = study_scenes(study, folder)
-    plan = list(planned(study, variants(study, base_design(study, folder)), scenes))
-    with Cluster(workers, scheduler, evaluator) as cluster:
-        return run_jobs(plan, store, cluster, study.limits, report, retry=retry)
 
 
 def run_jobs(
