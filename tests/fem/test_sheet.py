@@ -287,7 +287,7 @@ SHORT = parse_design(
     plates.angle_deg = 30.0
     gages.length_mm = 0.8
     mesh.contact_size_mm = 0.5
-    mesh.plate_size_mm = 0.5
+    mesh.plate_size_mm = 0.25
     """
 )
 
@@ -295,8 +295,12 @@ SHORT = parse_design(
 @pytest.mark.slow
 @pytest.mark.parametrize("along", ["x", "z"])
 def test_short_sheets_against_solid_plates_in_tetrahedra(along):
-    """Measured: along x faces within 0.8 %, membrane 1.2 %; along z faces 1.5 %. fTetWild is not
-    repeatable: along x, 3 pairs of meshes in 20 differ by 4 to 6 %, of which the cause is open."""
+    """fTetWild's meshes differ from run to run, and bending with them, of sheets and solid plates
+    alike. Along x, on elements of 0.25 mm at the plates (8 corners under a gage), faces scatter by
+    0.5 % (standard deviation); worst of all pairs of 13 and 13 meshes: faces 2.0 %, membrane 0.3 %,
+    F_t 1.9 %. On 0.5 mm (3 corners) faces scatter by 1.0 and 1.2 %, and 1 pair in 6 differs by more
+    than 3 %; halving the edges within 0.6 mm of the plates of four such meshes brought readings 4 %
+    apart to within 1.7 %, halving those at the contact did not help."""
     design, found = with_values(SHORT, {"plates.along": along}), []
     for model in ("sheet", "solid"):
         given = with_values(design, {"plates.model": model})
@@ -307,6 +311,6 @@ def test_short_sheets_against_solid_plates_in_tetrahedra(along):
     assert sheet[0] == pytest.approx(solid[0], rel=5e-3)
     assert sheet[1] == pytest.approx(solid[1], rel=2e-2)  # contact facets of 0.5 mm
     largest = np.abs(solid[2]).max()
-    assert np.abs(sheet[2] - solid[2]).max() < 0.08 * largest
+    assert np.abs(sheet[2] - solid[2]).max() < 0.03 * largest
     membrane = np.abs(sheet[2].mean(axis=1) - solid[2].mean(axis=1)).max()
-    assert membrane < 0.08 * largest
+    assert membrane < 0.01 * largest
