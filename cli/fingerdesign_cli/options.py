@@ -71,13 +71,6 @@ two_workers_option = click.option(
 )
 
 
-def optional_folder(
-    context: click.Context, parameter: click.Parameter, value: Path | None
-) -> Path | None:
-    """As :func:`output_folder`, where the option may be left out."""
-    return None if value is None else output_folder(context, parameter, value)
-
-
 def output_options(function: _Command) -> _Command:
     """Give a command the flags ``--quiet`` (``quiet``) and ``--json`` (``as_json``)."""
     function = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")(

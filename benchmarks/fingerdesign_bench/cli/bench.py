@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from fingerdesign_cli.options import optional_folder, output_options
+from fingerdesign_cli.options import output_options
 from fingerdesign_cli.terminal import progress
 
 from fingerdesign_bench.cli import charts as bench_charts
@@ -20,7 +20,7 @@ from fingerdesign_bench.cli import molds as bench_molds
 from fingerdesign_bench.cli import plane_strain as bench_plane_strain
 from fingerdesign_bench.cli import search as bench_search
 from fingerdesign_bench.cli import sweep as bench_sweep
-from fingerdesign_bench.cli.charts import say_busy, show_checks
+from fingerdesign_bench.cli.charts import optional_folder, say_busy, show_checks
 
 
 @click.group("bench", invoke_without_command=True)

@@ -14,6 +14,14 @@ from fingerdesign_cli.terminal import print_json, print_table, progress
 if TYPE_CHECKING:
     from fingerdesign_bench.check import Check
 
+
+def optional_folder(
+    context: click.Context, parameter: click.Parameter, value: Path | None
+) -> Path | None:
+    """As :func:`output_folder`, where the option may be left out."""
+    return None if value is None else output_folder(context, parameter, value)
+
+
 out_option = click.option(
     "--out",
     "folder",

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from fingerdesign_cli.options import optional_folder, output_options
+from fingerdesign_cli.options import output_options
 from fingerdesign_cli.terminal import progress
 
-from fingerdesign_bench.cli.charts import show_checks
+from fingerdesign_bench.cli.charts import optional_folder, show_checks
 
 if TYPE_CHECKING:
     from fingerdesign_bench.check import Check

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from fingerdesign_cli.options import optional_folder, output_options
+from fingerdesign_cli.options import output_options
 from fingerdesign_cli.terminal import progress
 
-from fingerdesign_bench.cli.charts import say_busy, show_checks
+from fingerdesign_bench.cli.charts import optional_folder, say_busy, show_checks
 
 
 @click.command("compare", short_help="The page of 500 designs: size, opening, sorting (1 min).")

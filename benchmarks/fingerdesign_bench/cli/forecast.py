@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from fingerdesign_cli.options import optional_folder, output_options
+from fingerdesign_cli.options import output_options
 from fingerdesign_cli.terminal import print_table, progress
 
-from fingerdesign_bench.cli.charts import say_busy, show_checks
+from fingerdesign_bench.cli.charts import optional_folder, say_busy, show_checks
 
 
 @click.command("forecast", short_help="Predicted dofs, memory, time, and what they were (15 min).")
