@@ -15,6 +15,7 @@ together as the root of the sum of their squares.
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import replace
 from typing import Any
 
@@ -154,10 +155,12 @@ def placement_effect(design: Design, plan: MoldPlan, sizes: SectionMesh | None =
     "reason": None, or a sentence why there are no numbers (and then nothing but it and the
     sentences). "changes": for each of CHANGES its size (``largest`` over the
     plates, ``unit``), ``rms`` and ``worst`` of what it does to readings, over gages and rows, as
-    shares of a row's largest reading, with the ``worst_plate``. "together": the same of all three.
-    "row": "tolerance_mm", "changes" and "together" of the row as a whole. "gages": a row a plate,
-    the worst of its rows. sizes: of the mesh, instead of twice the design's.
+    shares of a row's largest reading, with the ``worst_plate`` (``rms_alike``, ``rms_opposed``: of
+    the two ways alone). "together": the same of all three. "row": "tolerance_mm", "changes"
+    and "together" of the row as a whole. "gages": a row a plate, the worst of its rows. sizes: of
+    the mesh, instead of twice the design's.
     """
+    start = time.perf_counter()
     frames, reason = section_plates(design)
     if reason is None:
         try:
@@ -166,7 +169,7 @@ def placement_effect(design: Design, plan: MoldPlan, sizes: SectionMesh | None =
             reason = f"the section could not be analysed: {error}"
     if reason is not None:
         return unknown_effect(reason)
-    return {"reason": None, **found}
+    return {"reason": None, **found, "seconds": round(time.perf_counter() - start, 2)}
 
 
 def section_plates(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
@@ -264,7 +267,11 @@ def _in_zone(
     solved = solved.reshape(-1, 3).min(axis=0)
     share = ways.max(axis=0)
     sizes_off = [round(float(off[:, k].max()), 6) for k in (0, 0, 1)]
-    changes = [_change(k, sizes_off[k], share[k], solved[k], frames) for k in range(3)]
+    changes = [
+        _change(k, sizes_off[k], share[k], solved[k], frames)
+        | {"rms_alike": _rms(ways[0, k]), "rms_opposed": _rms(ways[-1, k])}
+        for k in range(3)
+    ]
     limits = limits_of(design.mold)
     tolerance = limits.clearance_mm + limits.tolerance_mm
     rows, part = changed(_moves(np.full_like(off, tolerance))[:2])
@@ -275,6 +282,9 @@ def _in_zone(
         "changes": changes,
         "together": _summary(together, frames),
         "gages": _gages(design, frames, share, together),
+        "friction_coefficient": scene.object.friction_coefficient,
+        "increments_mm": [[round(value, 5) for value in row[:2]] for row in scene.path.rows],
+        "largest_reading_microstrain": [float(value) for value in most],
     }
     row: Effect = {
         "tolerance_mm": round(tolerance, 6),
@@ -296,8 +306,11 @@ def _change(
 def _summary(share: Array, frames: tuple[PlateFrame, ...]) -> Effect:
     """RMS and worst of shares (rows, gages), and whose the worst is."""
     worst = int(share.max(axis=0).argmax())
-    rms = float(np.sqrt((share**2).mean()))
-    return {"rms": rms, "worst": float(share.max()), "worst_plate": frames[worst].index}
+    return {"rms": _rms(share), "worst": float(share.max()), "worst_plate": frames[worst].index}
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt((values**2).mean()))
 
 
 def _gages(

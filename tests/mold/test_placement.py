@@ -106,6 +106,7 @@ def test_the_effect_grows_with_the_tolerance_and_is_nil_without(three):
     assert small["tolerance_mm"] == 0.01
     for before, after in zip(small["changes"], large["changes"], strict=True):
         assert 0.0 < before["rms"] <= before["worst"] < 0.3
+        assert max(before["rms_alike"], before["rms_opposed"]) <= before["rms"]
         assert after["rms"] == pytest.approx(2.0 * before["rms"], rel=0.15)
     sums = np.sqrt(sum(each["rms"] ** 2 for each in large["changes"]))
     assert large["together"]["rms"] == pytest.approx(sums)
