@@ -1,14 +1,18 @@
 """The whole road in plane strain, in 3-D, by the ladder; one factorisation, failures, record."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import analyse, load_design, parse_design, parse_scene, pipeline, with_values
 from fingerdesign.analysis import stages
+from fingerdesign.analysis.analysis import caveats
 from fingerdesign.analysis.case import Case, fundamental_scene
+from fingerdesign.analysis.fidelity.ladder import Choice
 from fingerdesign.analysis.page.tables import ladder_table
+from fingerdesign.analysis.path import follow_path
 from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.checks.starter import shipped_designs, shipped_path
 from fingerdesign.errors import DesignError, Fault, MeshError
@@ -230,6 +234,15 @@ SHORT = "[object]\n[path]\nincrements_mm = [[0.1, 0.0], [0.1, 0.02], [0.1, 0.04]
 def climbed():
     design, scene = parse_design(SMALL), parse_scene(SHORT)
     return run(Case(design, scene, "auto", tolerance=0.2, fields=False)), design
+
+
+def test_a_tolerance_that_was_not_reached_is_a_caveat(climbed):
+    analysis, design = climbed
+    scene, problem = parse_scene(SHORT), analysis.problem
+    ladder = replace(analysis.result.ladder, reached=False, tolerance=1e-3)
+    steps = follow_path(problem, scene, design)
+    chosen = Choice(Case(design, scene, "auto"), None, None, [], ladder)
+    assert any("0.001 was not reached" in each for each in caveats(chosen, scene, problem, steps))
 
 
 def test_the_result_says_what_was_tried(climbed):

@@ -55,9 +55,9 @@ def caveats(
     if others := _other_answers(scene, problem, steps):
         found["other_answers"] = {"friction": problem.friction_coefficient, "others": others}
     if ladder is not None and not ladder.reached:
-        name, worst = max(ladder.error_estimates.items(), key=lambda item: item[1])
-        found["not_reached"] = {"ladder": ladder, "name": name, "worst": worst}
-    return tuple(said(CAVEATS, name, **values)[0] for name, values in found.items())
+        quantity, worst = max(ladder.error_estimates.items(), key=lambda item: item[1])
+        found["not_reached"] = {"ladder": ladder, "quantity": quantity, "worst": worst}
+    return tuple(said(CAVEATS, macro, **values)[0] for macro, values in found.items())
 
 
 def _of_path(case: Case, problem: ContactProblem, steps: list[Step]) -> Facts:

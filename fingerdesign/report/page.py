@@ -59,7 +59,7 @@ def macros(template: Path) -> Any:
     return made.get_template(template.name).module
 
 
-def said(template: Path, name: str, **values: Any) -> list[str]:
+def said(template: Path, name: str, /, **values: Any) -> list[str]:
     """The paragraphs of a macro, parted by lines of ---; any white space in them is one blank."""
     text = str(getattr(macros(template), name)(**values))
     return [" ".join(part.split()) for part in text.split("\n---\n")]

@@ -28,8 +28,8 @@ from fingerdesign_bench.lines import read_lines
 from fingerdesign.checks.load import parse_design
 from fingerdesign.design import step as step_facts
 
-# Twelve that are of every kind together.
-DOZEN = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 45)
+# Ten that are of every kind together.
+TEN = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9)
 
 
 def record(seed, **changed):
@@ -77,7 +77,7 @@ def test_straight_designs_extrude_with_angles_over_a_degree():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", DOZEN)
+@pytest.mark.parametrize("seed", TEN)
 def test_a_random_design_meshes(seed, monkeypatch, tmp_path):
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     found = mesh_one(seed)
