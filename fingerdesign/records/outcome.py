@@ -138,6 +138,7 @@ class Outcome:
         if (found.failure is None) != (found.status == "ok"):
             raise OutcomeError(f"no outcome: status {found.status} and failure {found.failure}")
         refuse_endless(vars(found))
+        _refuse_unequal(found)
         return found
 
 
@@ -169,6 +170,24 @@ def refuse_endless(value: Any) -> None:
             return
         level = inner
     raise OutcomeError(f"no outcome: data more than {_DEEPEST} deep")
+
+
+def _refuse_unequal(outcome: Outcome) -> None:
+    """OutcomeError where lists that are drawn together differ in length; empty is unknown."""
+    traces = outcome.traces
+    along = [getattr(traces, name) for name in _PATH]
+    together: dict[str, Sequence[Sequence[Any]]] = {
+        "traces, increment by increment": (*along, traces.gages, traces.status),
+        "traces.gages": (traces.gage_x_mm, *traces.gages),
+        "traces.status": (traces.contact_x_mm, traces.contact_z_mm, *traces.status),
+    }
+    for number, grip in enumerate(outcome.grips):
+        together[f"grips[{number}]"] = (grip.normal_force_N, grip.tangential_force_N)
+    for key, lists in together.items():
+        if len({len(each) for each in lists if each}) > 1:
+            raise OutcomeError(f"no outcome: {key}: lists of different lengths")
+    if len({len(row) for row in traces.gages}) > 1:
+        raise OutcomeError("no outcome: traces.gages: an increment without readings")
 
 
 # Outcomes as CSV for pandas and spreadsheets: a row a design, an increment, a step of a grip.

@@ -44,13 +44,19 @@ def nested(depth):
         changed(design={"body": {"width_mm": 1e300}}),
         changed(traces={"gages": [[1.0, 1e200]]}),
         changed(seconds=1e31),
+        changed(traces={"gages": [[1.0, 2.0], [1.0]]}),
+        changed(traces={"gages": [[1.0], []]}),
+        changed(traces={"gages": [[1.0]], "gage_x_mm": [0.0, 1.0]}),
+        changed(traces={"gages": [[1.0]], "stick_ratio": [0.5, 0.6]}),
+        changed(traces={"contact_x_mm": [0.0, 1.0], "status": ["#"]}),
+        changed(grips=[json.loads(GOOD.to_json())["grips"][0] | {"normal_force_N": [1.0]}]),
         changed(values={"k": 1}).replace('"k": 1', '"k": ' + "9" * 5000),
         nested(40),
         nested(150),
         nested(100_000),
         "[" * 100_000,
     ],
-    ids=range(14),
+    ids=range(20),
 )
 def test_what_no_page_could_bear_is_refused(text):
     with pytest.raises(OutcomeError):

@@ -221,6 +221,7 @@ def test_gages_are_traces_with_four_digits_and_words():
     assert "gage 2, x = 1 mm, at increment 1" in figure["words"]
     assert figure["best"] == 1
     assert gages_figure(Traces()) is None
+    assert contact_figure(Traces(contact_x_mm=(None,), status=("#",))) is None
 
 
 def test_forces_stand_against_their_own_limit():

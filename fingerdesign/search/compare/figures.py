@@ -75,9 +75,9 @@ def shape_figure(geometry: Mapping[str, Any], deep: bool) -> Figure | None:
 def contact_figure(traces: Traces) -> Figure | None:
     """Status over x, a row an increment; in 3-D over x and z at one increment."""
     x, z = traces.contact_x_mm, traces.contact_z_mm
-    if not x or not traces.status:
-        return None
     known = [value for value in x if value is not None]
+    if not known or not traces.status:
+        return None
     touched = [
         value
         for place, value in enumerate(x)
