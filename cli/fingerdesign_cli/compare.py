@@ -69,7 +69,9 @@ def _refuse_places(places: dict[str, Path | None], results: Sequence[Path]) -> N
         path = given.resolve()
         above = next((each for each in path.parents if each.exists()), path)
         why = ""
-        if path.is_dir() or not above.is_dir():
+        if given.exists() and not given.is_file():
+            why = "must be a regular file, not a folder, a pipe or a device"
+        elif not above.is_dir():
             why = "must be a file in a folder"
         elif path in read or (path.name in (OUTCOMES_FILE, STUDY_FILE, RESULT_FILE)):
             why = "must not be a result's own file"

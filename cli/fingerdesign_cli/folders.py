@@ -32,6 +32,8 @@ def new(file: Path, source: str | None, scene: bool, force: bool, quiet: bool) -
     """Write a commented starter design to FILE.toml, its name taken from FILE; or a scene."""
     if file.suffix != ".toml":
         raise click.UsageError(f"FILE = {file}: must end in .toml; try {_toml(file)}")
+    if file.exists() and not file.is_file():
+        raise click.UsageError(f"FILE = {file}: must be a regular file; choose another name")
     if file.exists() and not force:
         raise click.UsageError(f"FILE = {file}: must not exist; choose another name or --force")
     if scene:

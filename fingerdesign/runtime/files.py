@@ -37,15 +37,26 @@ def sibling(target: Path, role: str) -> Path:
     return target.with_name(f".{target.name}.{role}-{secrets.token_hex(4)}")
 
 
+def _refuse_special(path: Path) -> None:
+    """OSError where something other than a file stands at ``path``: it is never replaced."""
+    if path.exists() and not path.is_file():
+        raise OSError(f"{path} is not a regular file; choose another")
+
+
 @contextmanager
 def whole_file(path: Path | str) -> Iterator[Path]:
     """A hidden path beside ``path``, of the same ending; what the block writes there takes the
-    place of ``path``, and is gone where the block raises. OSError as of the disk."""
+    place of ``path``, or of what it links to, and is gone where the block raises.
+
+    OSError as of the disk, and where ``path`` is a folder, a pipe or a device.
+    """
     path = Path(path)
-    aside = path.with_name(f".{secrets.token_hex(6)}-{path.name}"[:255])
+    _refuse_special(path)
+    place = Path(os.path.realpath(path))
+    aside = place.with_name(f".{secrets.token_hex(6)}-{path.name}"[:255])
     try:
         yield aside
-        os.replace(aside, path)
+        os.replace(aside, place)
     finally:
         with contextlib.suppress(OSError):
             aside.unlink(missing_ok=True)

@@ -1,6 +1,7 @@
 """``new`` and ``check`` through ``main``, exit codes, and how light ``--help`` is."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -65,6 +66,8 @@ def test_new_overwrites_nothing_without_force(capsys):
     assert "--force" in capsys.readouterr().err
     assert main(["new", "other.toml"]) == 0
     assert Path("design.schema.json").read_text() == "mine too"
+    os.mkfifo("pipe.toml")
+    assert main(["new", "pipe.toml", "--force"]) == 2
     assert main(["new", "mine.toml", "--force"]) == 0
     assert main(["check", "mine.toml"]) == 0
 

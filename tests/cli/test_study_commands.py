@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import os
 import struct
 from dataclasses import replace
 
@@ -232,6 +233,16 @@ def test_wrong_input_is_named(outcomes, tmp_path, said, more, named):
 def test_nothing_of_the_study_is_written_over(outcomes, tmp_path, said, where):
     assert "choose another" in said("compare", outcomes, "--out", tmp_path / where, code=2).err
     assert read_comparison([outcomes]).outcomes == MADE
+
+
+@pytest.mark.parametrize("option", ["--out", "--csv", "--json"])
+def test_a_pipe_is_not_replaced(outcomes, tmp_path, said, option):
+    pipe, out = tmp_path / "pipe.html", tmp_path / "page.html"
+    os.mkfifo(pipe)
+    err = said("compare", outcomes, "--out", out, option, pipe, code=2).err
+    assert "must be a regular file" in err
+    assert pipe.is_fifo()
+    assert not out.exists()
 
 
 def test_what_is_left_out_is_said(outcomes, tmp_path, said):

@@ -36,6 +36,19 @@ def test_a_file_is_whole_or_not_at_all(tmp_path):
     assert [each.name for each in tmp_path.iterdir()] == ["a.txt"]
 
 
+def test_a_file_takes_no_pipes_place_and_links_stay(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link").symlink_to(tmp_path / "pipe")
+    for name in ("pipe", "link", "."):
+        with pytest.raises(OSError, match="not a regular file"):
+            files.write_whole(tmp_path / name, "x")
+    assert (tmp_path / "pipe").is_fifo()
+    (tmp_path / "to").symlink_to(tmp_path / "real")
+    files.write_whole(tmp_path / "to", "x")
+    assert (tmp_path / "to").is_symlink()
+    assert (tmp_path / "real").read_text() == "x"
+
+
 def test_a_folder_takes_an_older_ones_place(tmp_path):
     target = tmp_path / "out"
     for text in ("one", "two"):
