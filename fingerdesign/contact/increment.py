@@ -30,6 +30,7 @@ from fingerdesign.contact.newton import (
 )
 from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.tracking import Tracked, Tracker
 from fingerdesign.errors import SolverError
 
 # What is tried, in which order, to solve one increment (numpy only).
@@ -288,6 +289,7 @@ class ZoneExhausted(SolverError):
 
 
 ACCEPT = 1e-8  # the laws; Newton ends below 1e-10, so a pass is never a close call
+TRACKED = "tracking"  # an increment's method where none of Newton's attempts was needed
 ACCEPT_BALANCE = 1e-6  # the model's own rounding, not the solver's (fem.model)
 _ON_LIMIT = 1e-9  # relative: rounding of forces and slips
 _MOST = 0.5  # of the nodes: with more than these near, all are solved for
@@ -340,7 +342,20 @@ class Workspace:
     def __init__(self) -> None:
         self.inverse: ActiveInverse | None = None
         self.patient = True  # False: leave out the last, slow ways
+        self._tracker: Tracker | None = None
         self._last: tuple[ContactState, ContactState] | None = None
+
+    def tracker(self, problem: ContactProblem) -> Tracker:
+        """Of the increments on this compliance, at this friction."""
+        tracker, friction = self._tracker, problem.friction_coefficient
+        if (
+            tracker is None
+            or tracker.compliance is not problem.compliance
+            or (tracker.friction != friction)
+        ):
+            tracker = Tracker(problem.compliance, problem.self_compliance, friction)
+            self._tracker = tracker
+        return tracker
 
     def passed(self, before: ContactState, after: ContactState) -> None:
         """Note an accepted increment."""
@@ -389,26 +404,24 @@ def solve_increment(
     offset = problem.offset(motion, state.slip)
     if not np.isfinite(offset).all():
         raise SolverError(f"the motion {motion} is not finite")
-    guess = workspace.predicted(state, motion, problem.friction_coefficient)
-    result, method = _solve(problem, state, guess, offset, workspace)
-    m, dim = problem.shape
-    multiplier = result.multiplier
-    local = (problem.compliance @ multiplier.reshape(-1)).reshape(m, dim) + offset
+    tracker = workspace.tracker(problem)
+    change = motion.amplitudes - state.motion.amplitudes
+    found, method = tracker.solve(offset, change, state.slip), TRACKED
+    certificate = None if found is None else _certified(problem, found)
+    if found is None or certificate is None or not _accepts(certificate):
+        guess = workspace.predicted(state, motion, problem.friction_coefficient)
+        result, method = _solve(problem, state, guess, offset, workspace)
+        yielded = (problem.compliance @ result.multiplier.reshape(-1)).reshape(offset.shape)
+        found = Tracked(
+            result.multiplier, yielded, yielded + offset, result.residual, result.iterations
+        )
+        certificate = _certified(problem, found)
+    multiplier, local = found.multiplier, found.motion
     force = problem.to_global(multiplier)
-    free = ~problem.model.locked.any(axis=0)
-    reaction = problem.model.reaction_readout @ force.reshape(-1)
-    certificate = certify(
-        multiplier,
-        local,
-        problem.typical_compliance,
-        problem.friction_coefficient,
-        reaction[free],
-        force.sum(axis=0)[free],
-    )
-    if not (certificate.laws <= ACCEPT and certificate.balance <= ACCEPT_BALANCE):
+    if not _accepts(certificate):
         raise SolverError(
             f"no accepted answer at {motion} (friction {problem.friction_coefficient:g}): "
-            f"{certificate} after {result.iterations} iterations; use smaller increments"
+            f"{certificate} after {found.iterations} iterations; use smaller increments"
         )
     _check_zone(problem, multiplier, local[:, 0], motion)
     status = status_of(multiplier, local, problem.self_compliance, problem.friction_coefficient)
@@ -419,6 +432,10 @@ def solve_increment(
     moved = np.where(status == SLIP, lengths(local[:, 1:]), 0.0)
     travelled = np.where(status != OPEN, state.travelled + moved, 0.0)
     after = ContactState(slip, multiplier, motion, travelled, sliding)
+    touching = np.where(multiplier[:, 0] > 0.0, np.where(status == SLIP, SLIP, STICK), OPEN)
+    tracker.know(found, touching, change, state.slip, slip)
+    if method == TRACKED:
+        workspace.inverse = tracker.inverse
     workspace.passed(state, after)
     return Increment(
         motion=motion,
@@ -428,10 +445,28 @@ def solve_increment(
         status=status,
         force=force,
         state=after,
-        iterations=result.iterations,
-        residual=result.residual,
+        iterations=found.iterations,
+        residual=found.residual,
         certificate=certificate,
         method=method,
+    )
+
+
+def _accepts(certificate: Certificate) -> bool:
+    return certificate.laws <= ACCEPT and certificate.balance <= ACCEPT_BALANCE
+
+
+def _certified(problem: ContactProblem, found: Tracked) -> Certificate:
+    """The laws and the balance of the forces found."""
+    force = problem.to_global(found.multiplier)
+    free = ~problem.model.locked.any(axis=0)
+    return certify(
+        found.multiplier,
+        found.motion,
+        problem.typical_compliance,
+        problem.friction_coefficient,
+        (problem.model.reaction_readout @ force.reshape(-1))[free],
+        force.sum(axis=0)[free],
     )
 
 

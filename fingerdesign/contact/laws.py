@@ -22,7 +22,9 @@ def lengths(vectors: Array) -> Array:
     >>> lengths(np.array([[3.0, 4.0]])).tolist(), lengths(np.array([[-2.0]])).tolist()
     ([5.0], [2.0])
     """
-    return np.abs(vectors[:, 0]) if vectors.shape[1] == 1 else np.linalg.norm(vectors, axis=1)
+    if vectors.shape[1] == 1:
+        return np.abs(vectors[:, 0])
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
 
 
 def project(multiplier: Array, friction_coefficient: float) -> Array:

@@ -1,0 +1,96 @@
+"""Increments followed from the one before: the answers of a solve anew, and none without one."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.contact.increment import TRACKED, ContactState, Workspace, solve_increment
+from fingerdesign.contact.path import Forces, follow, solve_forces
+from fingerdesign.contact.problem import Motion
+from fingerdesign.contact.tracking import Tracker
+
+
+def walk(steps, seed=0):
+    """Press, then small moves to and fro along x and z, deeper and back."""
+    rng = np.random.default_rng(seed)
+    way = rng.normal(size=(steps, 3)) * [2e-4, 6e-4, 3e-4] + np.array([2e-4, 4e-4, 0.0])
+    places = np.cumsum(way, axis=0) + np.array([0.02, 0.0, 0.0])
+    return [Motion(0.02, 0.0), *(Motion(*map(float, place)) for place in places)]
+
+
+def pairs(problem, motions, follows):
+    """The increments one from the other, and each solved anew from the same states."""
+    state, workspace = ContactState.untouched(problem), Workspace()
+    for motion in motions:
+        tracked = solve_increment(problem, state, motion, workspace)
+        yield tracked, solve_increment(problem, state, motion)
+        state = tracked.state
+        follows.append(tracked.method == TRACKED)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.2, 0.7])
+@pytest.mark.parametrize("shape", ["strip", "patch"])
+def test_tracked_increments_are_those_solved_anew(shape, friction, request):
+    problem = request.getfixturevalue(shape).with_friction(friction)
+    follows = []
+    for tracked, anew in pairs(problem, walk(40), follows):
+        scale = anew.multiplier.max()
+        np.testing.assert_allclose(tracked.multiplier, anew.multiplier, atol=1e-7 * scale)
+        length = scale * problem.typical_compliance
+        np.testing.assert_allclose(tracked.gap, anew.gap, atol=1e-7 * length)
+        np.testing.assert_array_equal(tracked.status, anew.status)
+    assert np.mean(follows) > 0.9
+
+
+def test_statuses_change_on_the_way(patch):
+    """Nodes close, slip, stick again and open, or the test before shows little."""
+    follows, seen = [], []
+    for tracked, _ in pairs(patch.with_friction(0.2), walk(40), follows):
+        seen.append(tracked.status)
+    changes = np.diff(np.array(seen), axis=0) != 0
+    assert np.count_nonzero(changes.any(axis=1)) > 20
+    assert {0, 1, 2} <= set(np.unique(seen).tolist())
+
+
+def test_trials_from_one_state_follow_each_other(patch):
+    """A search for forces tries many motions from one history; its answer is the same."""
+    problem = patch.with_friction(0.4)
+    state, workspace = ContactState.untouched(problem), Workspace()
+    pressed = solve_increment(problem, state, Motion(0.02, 0.0), workspace)
+    normal = float(pressed.multiplier[:, 0].sum())
+    goal = Forces(1.2 * normal, 0.2 * normal)
+    tracked = solve_forces(problem, pressed.state, goal, workspace)
+    anew = solve_forces(problem, pressed.state, goal)
+    assert tracked.motion.approach == pytest.approx(anew.motion.approach, rel=1e-6)
+    assert tracked.motion.shear == pytest.approx(anew.motion.shear, rel=1e-6)
+
+
+def test_an_unknown_state_is_not_followed(patch):
+    """From a state that is not the last one's there is nothing to follow."""
+    workspace = Workspace()
+    first, *_ = (step.increment for step in follow(patch, walk(3)))
+    solve_increment(patch, ContactState.untouched(patch), Motion(0.03, 0.0), workspace)
+    assert solve_increment(patch, first.state, Motion(0.021, 0.0), workspace).method != TRACKED
+
+
+def test_what_is_far_is_solved_anew(patch):
+    """Ten times deeper at once, or off and on again: the answer stands, however it was found."""
+    rows = [Motion(0.005, 0.0), Motion(0.03, 0.02), Motion(-0.01, 0.02), Motion(0.02, 0.0)]
+    found = [step.increment for step in follow(patch, rows)]
+    assert [bool(each.multiplier.any()) for each in found] == [True, True, False, True]
+
+
+def test_a_wrong_answer_is_refused_by_the_certificate(patch, monkeypatch):
+    solve = Tracker.solve
+
+    def wrong(self, *arguments):
+        found = solve(self, *arguments)
+        if found is not None:
+            found.motion[:, 0] -= 1e-6 * np.abs(found.motion).max()  # closed nodes overlap
+        return found
+
+    monkeypatch.setattr(Tracker, "solve", wrong)
+    follows = []
+    for tracked, anew in pairs(patch, walk(5), follows):
+        scale = anew.multiplier.max()
+        np.testing.assert_allclose(tracked.multiplier, anew.multiplier, atol=1e-7 * scale)
+    assert not any(follows)
