@@ -404,18 +404,7 @@ def solve_increment(
     offset = problem.offset(motion, state.slip)
     if not np.isfinite(offset).all():
         raise SolverError(f"the motion {motion} is not finite")
-    tracker = workspace.tracker(problem)
-    change = motion.amplitudes - state.motion.amplitudes
-    found, method = tracker.solve(offset, change, state.slip), TRACKED
-    certificate = None if found is None else _certified(problem, found)
-    if found is None or certificate is None or not _accepts(certificate):
-        guess = workspace.predicted(state, motion, problem.friction_coefficient)
-        result, method = _solve(problem, state, guess, offset, workspace)
-        yielded = (problem.compliance @ result.multiplier.reshape(-1)).reshape(offset.shape)
-        found = Tracked(
-            result.multiplier, yielded, yielded + offset, result.residual, result.iterations
-        )
-        certificate = _certified(problem, found)
+    found, certificate, method = _answer(problem, state, motion, offset, workspace)
     multiplier, local = found.multiplier, found.motion
     force = problem.to_global(multiplier)
     if not _accepts(certificate):
@@ -433,7 +422,8 @@ def solve_increment(
     travelled = np.where(status != OPEN, state.travelled + moved, 0.0)
     after = ContactState(slip, multiplier, motion, travelled, sliding)
     touching = np.where(multiplier[:, 0] > 0.0, np.where(status == SLIP, SLIP, STICK), OPEN)
-    tracker.know(found, touching, change, state.slip, slip)
+    tracker = workspace.tracker(problem)
+    tracker.know(found, touching, _change(state, motion), state.slip, slip)
     if method == TRACKED:
         workspace.inverse = tracker.inverse
     workspace.passed(state, after)
@@ -450,6 +440,33 @@ def solve_increment(
         certificate=certificate,
         method=method,
     )
+
+
+def _answer(
+    problem: ContactProblem,
+    state: ContactState,
+    motion: Motion,
+    offset: Array,
+    workspace: Workspace,
+) -> tuple[Tracked, Certificate, str]:
+    """What is found near the last increment if the certificate accepts it, else by a solve anew."""
+    near = workspace.tracker(problem).solve(offset, _change(state, motion), state.slip)
+    if near is not None:
+        certificate = _certified(problem, near)
+        if _accepts(certificate):
+            return near, certificate, TRACKED
+    guess = workspace.predicted(state, motion, problem.friction_coefficient)
+    result, method = _solve(problem, state, guess, offset, workspace)
+    yielded = (problem.compliance @ result.multiplier.reshape(-1)).reshape(offset.shape)
+    found = Tracked(
+        result.multiplier, yielded, yielded + offset, result.residual, result.iterations
+    )
+    return found, _certified(problem, found), method
+
+
+def _change(state: ContactState, motion: Motion) -> Array:
+    """Of the motion's amplitudes (5,)."""
+    return motion.amplitudes - state.motion.amplitudes
 
 
 def _accepts(certificate: Certificate) -> bool:
