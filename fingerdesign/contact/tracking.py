@@ -34,7 +34,8 @@ from fingerdesign.contact.newton import ActiveInverse
 
 BoolArray = NDArray[np.bool_]
 
-_TOLERANCE = 1e-9  # of the largest normal force; the certificate asks for 1e-8
+_TOLERANCE = 1e-10  # of the largest normal force, as in newton.py
+_OPPOSED = 1e-8  # of it: friction off a slip's opposite; the residual hardly sees short slips
 _MOST = 15  # iterations: nine in ten steps of a grip take 2 to 5, what takes more goes astray
 _RING, _LEAST = 0.08, 12  # open nodes in the base: of those closed; at least
 _WIDEST = 2.5  # times the ring: with more open nodes than these the base is made anew
@@ -114,9 +115,10 @@ class Candidates:
 
 @dataclass(frozen=True)
 class Point:
-    """Where an iteration stands: forces (k, dim), tangential trial forces and their lengths."""
+    """Where an iteration stands: forces and motions (k, dim), tangential trial forces, lengths."""
 
     force: Array
+    motion: Array
     tangential: Array
     size: Array
     status: IntArray
@@ -288,7 +290,7 @@ class Tracker:
             point = self._at(start, rest, u, rho)
             if blind:  # nothing is known of the slips: statuses and directions stay
                 trial = before[:, 1:] - rho[:, None] * known.motion[nodes, 1:]
-                point = Point(point.force, trial, lengths(trial), status)
+                point = replace(point, tangential=trial, size=lengths(trial), status=status)
             if not candidates.cover(point.status):
                 whole = np.zeros(rest.size)
                 whole[candidates.dofs] = u
@@ -298,7 +300,8 @@ class Tracker:
             wanted = linear.rows(point.force, friction)
             residual = float(np.abs(wanted).max(initial=0.0)) / scale
             astray = np.flatnonzero(linear.fixed & (u != -rest.take(candidates.dofs)))
-            if residual <= _TOLERANCE and not len(astray) and not blind:
+            settled = residual <= _TOLERANCE and not len(astray) and not blind
+            if settled and self._opposed(linear, point, scale):
                 return self._whole(point, offset, residual, iteration)
             if not np.isfinite(residual):
                 return None
@@ -329,11 +332,23 @@ class Tracker:
         force = (start + u @ candidates.rows).reshape(rest.shape)
         motion = rest.reshape(-1).copy()
         motion[candidates.dofs] += u
-        trial = force - rho[:, None] * motion.reshape(rest.shape)
+        moved = motion.reshape(rest.shape)
+        trial = force - rho[:, None] * moved
         size = lengths(trial[:, 1:])
         status = np.where(size > self.friction * trial[:, 0], SLIP, STICK)
         status[trial[:, 0] <= 0.0] = OPEN
-        return Point(force, trial[:, 1:], size, status)
+        return Point(force, moved, trial[:, 1:], size, status)
+
+    def _opposed(self, linear: Linear, point: Point, scale: float) -> bool:
+        """Whether friction is against each slip, or the slip as good as none."""
+        slip = point.motion[linear.sliding, 1:]
+        if slip.shape[1] == 1:
+            return True
+        length, force = lengths(slip), point.force[linear.sliding]
+        bound = self.friction * force[:, :1]
+        astray = lengths(force[:, 1:] + bound * slip / np.maximum(length, 1e-300)[:, None])
+        short = length / self._length
+        return bool(np.minimum(astray, short).max(initial=0.0) <= _OPPOSED * scale)
 
     def _chosen(self, force: Array, status: IntArray) -> Candidates:
         """Candidates that cover ``status``: those at hand, or more of them."""
