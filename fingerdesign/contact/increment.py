@@ -336,10 +336,11 @@ class Workspace:
     """What the last increment of a path leaves to speed up the next: its inverse, its change.
 
     It saves time and changes no answer by more than rounding. One per path; friction and state are
-    not in it.
+    not in it. follows: begin from the last increment (tracking.py), else solve each anew.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, follows: bool = True) -> None:
+        self.follows = follows
         self.inverse: ActiveInverse | None = None
         self.patient = True  # False: leave out the last, slow ways
         self._tracker: Tracker | None = None
@@ -450,7 +451,9 @@ def _answer(
     workspace: Workspace,
 ) -> tuple[Tracked, Certificate, str]:
     """What is found near the last increment if the certificate accepts it, else by a solve anew."""
-    near = workspace.tracker(problem).solve(offset, _change(state, motion), state.slip)
+    near = None
+    if workspace.follows:
+        near = workspace.tracker(problem).solve(offset, _change(state, motion), state.slip)
     if near is not None:
         certificate = _certified(problem, near)
         if _accepts(certificate):

@@ -13,6 +13,7 @@ from fingerdesign_bench.speed.full_solve import FullSystem, as_increment
 from fingerdesign_bench.speed.growth import Size, fit
 from fingerdesign_bench.speed.precision_run import ROWS, Method, run_once, sized
 from fingerdesign_bench.speed.speed import PLANE, SPACE, Speed, _checks, run_case, write_speed
+from fingerdesign_bench.speed.steps import SAME, replayed
 from fingerdesign_bench.speed.throughput import Throughput, Throughputs, measure_throughput
 from fingerdesign_bench.suite import run_suite
 
@@ -26,6 +27,7 @@ from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.shapes.objects import Plane
+from tests.support.reduced import bump
 
 
 def size(kind=PLANE, dofs=1000, nodes=10, **given):
@@ -216,3 +218,12 @@ def test_stages_of_a_full_run_leave_condensing_out():
     run = run_once(Method("plane strain", "P2", plates="none", solve="full"), 0.4)
     assert run.seconds["condense"] == 0.0
     assert run.seconds["increments"] > 0.0
+
+
+def test_steps_are_replayed_both_ways():
+    problem = contact_problem(bump(9), Plane(0.0), 0.3)
+    motions = [Motion(0.01, 0.0), *(Motion(0.01 + 1e-4 * k, 3e-4 * k) for k in range(10))]
+    anew, followed, difference = replayed(problem, motions)
+    assert anew.shape == followed.shape == (11,)
+    assert min(anew.min(), followed.min()) > 0.0
+    assert 0.0 < difference < SAME

@@ -78,6 +78,19 @@ def assembly(folder: Path | None, quiet: bool, as_json: bool) -> int:
     return _show("assembly", "Assembly", checks, folder, quiet, as_json)
 
 
+@click.command("steps", short_help="Steps of a grip followed, and solved anew (2 min).")
+@_table_option
+@output_options
+def steps(folder: Path | None, quiet: bool, as_json: bool) -> int:
+    """A grip's increments, each from the one before and each solved anew, in one run."""
+    from fingerdesign_bench.speed.steps import step_checks
+
+    with progress("bench steps", quiet or as_json) as report:
+        report("gripping")
+        checks = step_checks()
+    return _show("steps", "Steps of a grip", checks, folder, quiet, as_json)
+
+
 @click.command("verification", short_help="Against analytic solutions (1.5 min).")
 @_table_option
 @output_options
@@ -152,4 +165,4 @@ def _show(
     return show_checks(title, checks, paths, quiet, as_json)
 
 
-COMMANDS = (reference, condensation, assembly, verification, agreement, whole)
+COMMANDS = (reference, condensation, assembly, steps, verification, agreement, whole)

@@ -23,13 +23,13 @@ from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.machine import machine
 from fingerdesign_bench.speed.growth import Growth, Size, draw_growth, fit
+from fingerdesign_bench.speed.speed_worker import GRIP_SPACE
 
 PLANE, SPACE = "plane strain", "3-D"
 _PLANE_SIZES = ((0.2, 1.1), (0.1, 0.56), (0.05, 0.30), (0.025, 0.14))  # contact, far: mm
 _PLANE_ASKED = 2  # of them: 33k dofs
 _SPACE_SIZES = ((0.48, 2.4, 5), (0.36, 1.8, 7), (0.27, 1.35, 9), (0.2, 1.8, 12), (0.174, 0.87, 14))
 _SPACE_ASKED, _SPACE_LARGE = 3, 4  # 100k dofs with about 500 contact nodes; 200k
-_GRIP_SPACE = {"mesh.mesher": "extrude", "mesh.contact_size_mm": 0.4, "mesh.layers": 6}
 # On the same work, measured once on two quiet cores (not by this program).
 OTHER_CODES = (
     "Other codes on such work, measured once on two quiet cores: plane strain, 33k dofs, "
@@ -72,7 +72,7 @@ def measure_speed(report: Report = lambda message: None, quick: bool = False) ->
     grips[PLANE] = run_case({"grip": True, "fidelity": "plane-strain", "runs": 3, "values": {}})
     if not quick:
         report(f"a grip, {SPACE}")
-        grips[SPACE] = run_case({"grip": True, "fidelity": "3d", "runs": 2, "values": _GRIP_SPACE})
+        grips[SPACE] = run_case({"grip": True, "fidelity": "3d", "runs": 2, "values": GRIP_SPACE})
     checks = _checks(sizes, grips)
     if not quick:
         from fingerdesign_bench.speed.condensation import condensation_checks

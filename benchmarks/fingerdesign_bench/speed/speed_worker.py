@@ -11,6 +11,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fingerdesign.control.plants.plant import Plant
     from fingerdesign.design.schema import Design
 
 # The body of the two-code table, at the Poisson's ratio of a rubber.
@@ -29,6 +30,7 @@ contact_size_mm = {contact}
 far_size_mm = {far}
 """
 STEPS = 200  # of a grip
+GRIP_SPACE = {"mesh.mesher": "extrude", "mesh.contact_size_mm": 0.4, "mesh.layers": 6}
 
 
 def timed_path(case: dict[str, Any]) -> dict[str, Any]:
@@ -94,17 +96,17 @@ def timed_grip(case: dict[str, Any]) -> dict[str, Any]:
     from fingerdesign.checks.starter import shipped_path
 
     design = with_values(load_design(shipped_path("maeno2000")), case["values"])
-    problem, contact = _grip_problem(design, case["fidelity"])
-    moves, _ = _one_grip(design, problem, 1.0)
+    problem, contact = grip_problem(design, case["fidelity"])
+    moves, _ = one_grip(design, problem, 1.0)
     share = moves / (1.1 * STEPS)
     runs = []
     for _ in range(case["runs"]):
-        moves, seconds = _one_grip(design, problem, share)
+        moves, seconds = one_grip(design, problem, share)
         runs.append({"moves": moves, "seconds": seconds, "per_200": seconds / moves * STEPS})
     return {"runs": runs, "memory_MB": _memory_MB(), **contact}
 
 
-def _grip_problem(design: Design, fidelity: str) -> tuple[Any, dict[str, Any]]:
+def grip_problem(design: Design, fidelity: str) -> tuple[Any, dict[str, Any]]:
     from fingerdesign.analysis.case import Case, fundamental_scene
     from fingerdesign.analysis.path import object_at_touch
     from fingerdesign.analysis.stages import condense, make_mesh, zone_of
@@ -118,8 +120,10 @@ def _grip_problem(design: Design, fidelity: str) -> tuple[Any, dict[str, Any]]:
     return problem, {"dofs": model.dofs, "contact_nodes": model.reduced.nodes}
 
 
-def _one_grip(design: Design, problem: Any, share: float) -> tuple[int, float]:
-    """Moves and seconds of one lift with steps of ``share`` of the design's."""
+def one_grip(
+    design: Design, problem: Any, share: float, plant: Plant | None = None
+) -> tuple[int, float]:
+    """Moves and seconds of one lift (of ``plant``) with steps of ``share`` of the design's."""
     from fingerdesign.analysis.stages import one_thread
     from fingerdesign.checks.load import with_values
     from fingerdesign.control.calibration import Bounds, calibrate
@@ -144,7 +148,7 @@ def _one_grip(design: Design, problem: Any, share: float) -> tuple[int, float]:
         )
         start = time.perf_counter()
         episode = run_episode(
-            CondensedPlant(own, face),
+            plant or CondensedPlant(own, face),
             PaperController(grip),
             calibration,
             bounds,

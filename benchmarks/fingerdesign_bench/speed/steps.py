@@ -1,0 +1,79 @@
+"""The moves of a grip, each increment followed from the one before and solved anew, in one run."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from fingerdesign.analysis.stages import one_thread
+from fingerdesign.arrays import Array
+from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.checks.starter import shipped_path
+from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
+from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.control.signals import Sample
+from fingerdesign_bench.check import Check
+from fingerdesign_bench.speed.speed_worker import GRIP_SPACE, STEPS, grip_problem, one_grip
+
+MEAN_MS = {"3d": 1.5, "plane-strain": 0.25}
+WORST_MS = {"3d": 5.0, "plane-strain": 1.0}
+SAME = 1e-6  # of the largest nodal force: each path goes on from its own increments
+
+
+class _Recorded(CondensedPlant):
+    """Keeps the motions that it was moved to."""
+
+    def __init__(self, problem: ContactProblem, face: str) -> None:
+        super().__init__(problem, face)
+        self.motions: list[Motion] = []
+
+    def move(self, dx: float, dy: float) -> Sample:
+        sample = super().move(dx, dy)
+        self.motions.append(self._state.motion)
+        return sample
+
+
+def step_checks(fidelities: Sequence[str] = ("3d", "plane-strain")) -> list[Check]:
+    """Mean and worst milliseconds a step, how many times sooner, and the difference of forces."""
+    checks = []
+    for fidelity in fidelities:
+        values = GRIP_SPACE if fidelity == "3d" else {}
+        design = with_values(load_design(shipped_path("maeno2000")), values)
+        problem, _ = grip_problem(design, fidelity)
+        own = problem.with_friction(design.grip.friction_coefficients[0])
+        moves, _ = one_grip(design, problem, 1.0)
+        plant = _Recorded(own, design.gages.face)
+        one_grip(design, problem, moves / (1.1 * STEPS), plant)
+        anew, followed, difference = replayed(own, plant.motions)
+        where = f"{fidelity}, {own.shape[0]} contact nodes, {len(plant.motions)} steps"
+        ratio = anew.mean() / followed.mean()
+        checks += [
+            Check(
+                f"{where}: mean ms, {ratio:.1f} times sooner", MEAN_MS[fidelity], followed.mean()
+            ),
+            Check(f"{where}: worst ms", WORST_MS[fidelity], followed.max()),
+            Check(f"{where}: difference of forces", SAME, difference),
+        ]
+    return checks
+
+
+def replayed(problem: ContactProblem, motions: Sequence[Motion]) -> tuple[Array, Array, float]:
+    """Milliseconds (n,) of each increment solved anew and followed; the forces' difference."""
+    states = [ContactState.untouched(problem)] * 2
+    spaces = [Workspace(follows=False), Workspace()]
+    spent, worst = np.zeros((2, len(motions))), 0.0
+    with one_thread():
+        for k, motion in enumerate(motions):
+            forces = []
+            for which, (state, workspace) in enumerate(zip(states, spaces, strict=True)):
+                start = time.perf_counter()
+                increment = solve_increment(problem, state, motion, workspace)
+                spent[which, k] = 1e3 * (time.perf_counter() - start)
+                states[which] = increment.state
+                forces.append(increment.multiplier)
+            scale = max(float(np.abs(forces[0]).max()), 1e-300)
+            worst = max(worst, float(np.abs(forces[1] - forces[0]).max()) / scale)
+    return spent[0], spent[1], worst
