@@ -13,6 +13,7 @@ from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import plain
 from fingerdesign.records.folder import RecordFolder
+from fingerdesign.runtime.journal import held
 from fingerdesign.trials.bench import ControlGrid, refuse
 from fingerdesign.trials.page import answers
 from fingerdesign.trials.replay import replay_trace
@@ -52,19 +53,20 @@ def tune(
     kind = RecordFolder("tuning", RECORD_FILE, (RECORD_FILE, DESIGN_FILE))
     refuse_foreign(kind, target)
     estimator = estimator_for(design, estimator_file)
-    with kind.written(target) as folder, progress(name, quiet) as show:
-        record = tune_controllers(
-            design,
-            controllers or CONTROLLER_NAMES,
-            journal,
-            estimator=estimator,
-            noises=noises,
-            seed=seed,
-            workers=workers or cores(),
-            report=show,
-        )
-        write_tuning(record, design, folder)
-    journal.unlink(missing_ok=True)
+    with held(journal):
+        with kind.written(target) as folder, progress(name, quiet) as show:
+            record = tune_controllers(
+                design,
+                controllers or CONTROLLER_NAMES,
+                journal,
+                estimator=estimator,
+                noises=noises,
+                seed=seed,
+                workers=workers or cores(),
+                report=show,
+            )
+            write_tuning(record, design, folder)
+        journal.unlink(missing_ok=True)
     if as_json:
         print_json(record.data())
     elif not quiet:
@@ -177,19 +179,20 @@ def study_control(
     refuse_foreign(FOLDER, target)
     estimator = estimator_for(design, estimator_file)
     journal = journal_beside(target.absolute())
-    with FOLDER.written(target) as folder, progress(name, quiet) as show:
-        found = study_control(
-            design,
-            controllers or CONTROLLER_NAMES,
-            grid,
-            journal,
-            estimator=estimator,
-            workers=workers or cores(),
-            report=show,
-        )
-        show("writing the report", 1.0)
-        write_study(found, folder)
-    journal.unlink(missing_ok=True)
+    with held(journal):
+        with FOLDER.written(target) as folder, progress(name, quiet) as show:
+            found = study_control(
+                design,
+                controllers or CONTROLLER_NAMES,
+                grid,
+                journal,
+                estimator=estimator,
+                workers=workers or cores(),
+                report=show,
+            )
+            show("writing the report", 1.0)
+            write_study(found, folder)
+        journal.unlink(missing_ok=True)
     if as_json:
         print_json(plain(found.data))
     elif not quiet:

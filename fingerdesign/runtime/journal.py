@@ -12,20 +12,42 @@ another one, or a file that is none, is refused: it is somebody's work.
 from __future__ import annotations
 
 import json
+import math
 import sqlite3
 from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Self
 
 from fingerdesign.errors import FingerDesignError
+from fingerdesign.runtime.files import BusyError, locked
 
 FORMAT = 1
 _WAIT_S = 10.0  # for another process that is writing
 _HEADER = b"SQLite format 3\x00"
+_BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 
 class JournalError(FingerDesignError):
-    """A journal is of something else, or cannot be written."""
+    """A journal is of something else, in use by another process, or cannot be written."""
+
+
+@contextmanager
+def held(path: Path) -> Iterator[None]:
+    """Keep other processes from the journal ``path``, from its reading to its removal.
+
+    JournalError where another process holds it, or its folder cannot be made.
+    """
+    with ExitStack() as stack:
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            stack.enter_context(locked(path.with_name(f".{path.name}.lock"), wait=False))
+        except BusyError as error:
+            words = f"{path} is being written by another process"
+            raise JournalError(f"{words}; wait for it, or choose another --out") from error
+        except OSError as error:
+            raise JournalError(f"{path} cannot be written: {error}") from error
+        yield
 
 
 class Journal:
@@ -97,8 +119,11 @@ class Journal:
         return base
 
     def _read(self) -> None:
-        remedy = "move it away, or choose another --out"
+        choose = "choose another --out"
+        remedy = f"move it away, or {choose}"
         what = f"{self.path} is no journal of {self._about['kind']}; {remedy}"
+        if not self.path.is_file():
+            raise JournalError(what)
         try:
             with self.path.open("rb") as stream:
                 begun = stream.read(len(_HEADER))
@@ -110,16 +135,36 @@ class Journal:
             about = dict(base.execute("select key, value from about"))
             if any(about.get(key) != self._about[key] for key in ("format", "kind")):
                 raise JournalError(what)
-            if about["identity"] != self._about["identity"]:
+            if about["identity"] != self._about["identity"]:  # KeyError: it is not whole
                 other = f"{self.path} is of another design, setting or version; {remedy}"
                 raise JournalError(other)
             rows = base.execute("select key, record from records order by rowid").fetchall()
-            self._found = {key: json.loads(record) for key, record in rows}
+            self._found = {str(key): _loaded(record) for key, record in rows}
         except OSError as error:
             raise JournalError(f"{self.path} cannot be read: {error}") from error
-        except (sqlite3.Error, ValueError, TypeError) as error:
+        except (sqlite3.Error, ValueError, TypeError, LookupError, RecursionError) as error:
             self.close()
+            if getattr(error, "sqlite_errorcode", 0) & 0xFF in _BUSY:  # its low byte is the kind
+                busy = f"{self.path} is in use by another process; wait for it, or {choose}"
+                raise JournalError(busy) from error
             raise JournalError(what) from error
         except BaseException:
             self.close()
             raise
+
+
+def _loaded(record: str) -> Any:
+    """A record from its text; ValueError for a number that is not finite."""
+    return json.loads(record, parse_float=_finite, parse_int=_whole, parse_constant=_finite)
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text[:40]} is not a finite number")
+    return value
+
+
+def _whole(text: str) -> int:
+    _finite(text)
+    return int(text)

@@ -14,13 +14,17 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pydantic import TypeAdapter
+from typing_extensions import TypedDict
+
 from fingerdesign.analysis.case import Clock
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.summary import versions
 from fingerdesign.checks.load import dump_design, with_values
 from fingerdesign.control.metrics import JudgedGrip
+from fingerdesign.control.roster import Range
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.records.base import json_text
+from fingerdesign.records.base import ResultError, closed, json_text
 from fingerdesign.report.page import sentences
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.model import CONTACT_SIZE_MM
@@ -82,6 +86,33 @@ class TuningRecord:
     def to_json(self) -> str:
         """The record as text; NaN is never written."""
         return json_text(self.data(), indent=1)
+
+
+@closed
+class TrialData(TypedDict):
+    """A trial as it is written, see :func:`trial_data`."""
+
+    values: dict[str, float]
+    round: int
+    grips: int
+    success_rate: float
+    held_rate: float
+    mean_peak_ratio: float | None
+    dropped: int
+    crushed: int
+    not_lifted: int
+
+
+@closed
+class TuningData(TypedDict):
+    """A controller's tuning as it is written, see :func:`tuning_data`."""
+
+    grips: int
+    ranges: list[Range]
+    rounds: list[Round]
+    best: TrialData
+    default: TrialData
+    trials: list[TrialData]
 
 
 def tuning_data(tuning: Tuning) -> dict[str, Any]:
@@ -152,6 +183,11 @@ class Kept:
     def __init__(self, path: Path, digest: str) -> None:
         self._journal = Journal(path, "a tuning", digest)
         self.close = self._journal.close
+        try:
+            _refuse_invalid(self._journal)
+        except BaseException:
+            self.close()
+            raise
 
     @property
     def controllers(self) -> dict[str, dict[str, Any]]:
@@ -185,6 +221,26 @@ class Kept:
             return [[JudgedGrip(**each) for each in self._journal.get(key)] for key in keys]
 
         return judged
+
+
+def _refuse_invalid(journal: Journal) -> None:
+    """ResultError for a record that is neither a trial's grips nor a controller's tuning."""
+    closed(JudgedGrip)  # all its keys, and no others
+    adapters: dict[str, TypeAdapter[Any]] = {
+        "trial": TypeAdapter(list[JudgedGrip]),
+        "controller": TypeAdapter(TuningData),
+    }
+    try:
+        for key, record in journal:
+            kind, name = key.split(" ", 1)
+            found = adapters[kind].validate_json(json.dumps(record), strict=True)
+            if kind == "controller" and {r.key for r in ranges_of(name)} != {
+                *found["best"]["values"]
+            }:
+                raise ValueError(f"not the parameters of {name}")
+    except (ValueError, KeyError, DesignError) as error:
+        what = f"{journal.path}: not a record of a tuning"
+        raise ResultError(f"{what}; move it away, or choose another --out") from error
 
 
 def _key(values: Values, cells: Sequence[Cell]) -> str:

@@ -17,7 +17,7 @@ from fingerdesign.errors import GeometryError
 from fingerdesign.runtime import files, machine
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.isolate import ProcessError
-from fingerdesign.runtime.journal import Journal, JournalError
+from fingerdesign.runtime.journal import Journal, JournalError, held
 from fingerdesign.runtime.machine import forget_peak_memory, peak_memory_MB, processor_seconds
 from fingerdesign.runtime.pool import Pool
 from tests.support import calls
@@ -166,6 +166,42 @@ def test_somebodys_file_is_left_alone(tmp_path):
         assert path.read_bytes() == content
     path.write_bytes(b"")  # ended before its first record
     assert len(Journal(path, "a trial", "d")) == 0
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "delete from about where key = 'identity'",
+        f"update records set record = '{'[' * 100_000}'",
+        """update records set record = '{"x": 1e400}'""",
+        "update records set record = '[NaN]'",
+        f"update records set record = '1{'0' * 400}'",
+    ],
+)
+def test_a_journal_that_is_not_whole_is_refused(tmp_path, change):
+    path = tmp_path / "j.sqlite"
+    Journal(path, "a trial", "d").add({"a": 1})
+    with closing(sqlite3.connect(path)) as base, base:
+        base.execute(change)
+    with pytest.raises(JournalError, match="is no journal of a trial; move it away"):
+        Journal(path, "a trial", "d")
+
+
+def test_a_journal_in_use_is_busy_and_a_pipe_is_none(tmp_path, monkeypatch):
+    monkeypatch.setattr("fingerdesign.runtime.journal._WAIT_S", 0.01)
+    path = tmp_path / "j.sqlite"
+    Journal(path, "a trial", "d").add({"a": 1})
+    with closing(sqlite3.connect(path)) as base:
+        base.execute("begin exclusive")
+        with pytest.raises(JournalError, match="in use by another process"):
+            Journal(path, "a trial", "d")
+    assert len(Journal(path, "a trial", "d")) == 1
+    with held(path), pytest.raises(JournalError, match="written by another process"), held(path):
+        pass
+    path.unlink()
+    os.mkfifo(path)
+    with pytest.raises(JournalError, match="no journal"):
+        Journal(path, "a trial", "d")
 
 
 def test_a_killed_writer_leaves_whole_records(tmp_path):

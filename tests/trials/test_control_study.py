@@ -206,6 +206,25 @@ def test_an_interrupted_study_keeps_what_is_done(
     assert capsys.readouterr().err.count("interrupted") == 1
 
 
+def test_a_second_study_is_refused_while_one_runs(
+    quick_model, design_file, tmp_path, monkeypatch, capsys
+):
+    arguments = ["study-control", str(design_file), "--out", str(tmp_path), *OPTIONS]
+    real, codes = GripBench.run_batch, []
+
+    def beside(self, cells):
+        if not codes:
+            codes.append(0)
+            codes.append(main([*arguments, "--controller", "paper"]))
+        return real(self, cells)
+
+    monkeypatch.setattr(GripBench, "run_batch", beside)
+    assert main([*arguments, "--controller", "paper"]) == 0
+    assert codes == [0, 1]
+    assert "is being written by another process" in capsys.readouterr().err
+    assert not [path for path in tmp_path.iterdir() if "unfinished" in path.name]
+
+
 def test_wrong_input_is_refused_before_any_work(quick_model, design_file, tmp_path, capsys):
     arguments = ["study-control", str(design_file), "--out", str(tmp_path / "out")]
     assert main([*arguments, "--controller", "papr"]) == 2

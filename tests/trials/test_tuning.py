@@ -12,7 +12,8 @@ from fingerdesign_cli.main import main
 
 from fingerdesign import load_design
 from fingerdesign.errors import DesignError, SolverError
-from fingerdesign.runtime.journal import JournalError
+from fingerdesign.records.base import ResultError
+from fingerdesign.runtime.journal import Journal, JournalError
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials import run as control_study
 from fingerdesign.trials import tune as tune_study
@@ -23,6 +24,7 @@ from fingerdesign.trials.tune import (
     default_values,
     tune_controllers,
     tuned_design,
+    tuning_data,
 )
 from fingerdesign.trials.tuning import (
     BUDGET,
@@ -275,6 +277,60 @@ def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
     assert reported[-1][0] == reported[-1][1]
     with pytest.raises(JournalError, match="of another design"):
         Kept(path, "e")
+
+
+GRIP = asdict(judged())
+
+
+@pytest.mark.parametrize(
+    ("key", "record"),
+    [
+        ("trial", []),
+        ("other x", []),
+        ("trial x", {}),
+        ("trial x", [{}]),
+        ("trial x", [GRIP | {"steps": "many"}]),
+        ("controller fixed_ratio", [GRIP]),
+        ("controller fixed_ratio", {"best": {"values": {}}}),
+    ],
+)
+def test_a_journal_with_an_invalid_record_is_refused(tmp_path, key, record):
+    with Journal(tmp_path / "j.sqlite", "a tuning", "d") as journal:
+        journal.add({"trial 1": [GRIP]})
+        assert Kept(journal.path, "d").grips == 1
+        journal.add({key: record})
+    with pytest.raises(ResultError, match=r"j\.sqlite: not a record of a tuning; move it away"):
+        Kept(journal.path, "d")
+
+
+def test_a_tuning_of_another_controller_is_refused(tmp_path):
+    found = tuning_data(tuned(Judge(), budget=SMALL))
+    kept = Kept(tmp_path / "j.sqlite", "d")
+    kept.add("fixed_ratio", found)
+    assert list(Kept(tmp_path / "j.sqlite", "d").controllers) == ["fixed_ratio"]
+    kept.add("fixed_force", found)
+    kept.close()
+    with pytest.raises(ResultError, match="not a record of a tuning"):
+        Kept(tmp_path / "j.sqlite", "d")
+
+
+def test_a_second_tuning_is_refused_while_one_runs(
+    quick, design_file, tmp_path, monkeypatch, capsys
+):
+    arguments = ["tune", str(design_file), "--out", str(tmp_path), "--workers", "1"]
+    arguments += ["--controller", "fixed_force"]
+    real, codes = GripBench.run_cell, []
+
+    def beside(*given):
+        if not codes:
+            codes.append(0)
+            codes.append(main(arguments))
+        return real(*given)
+
+    monkeypatch.setattr(GripBench, "run_cell", beside)
+    assert main(arguments) == 0
+    assert codes == [0, 1]
+    assert "is being written by another process" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": "other"}'])
