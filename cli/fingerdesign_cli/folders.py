@@ -4,21 +4,27 @@ from __future__ import annotations
 
 import re
 import shlex
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from jinja2 import TemplateError
 
 from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
 from fingerdesign.analysis.page.words import verdict
 from fingerdesign.checks import starter
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.folder import RESULT_FILE, read_result
-from fingerdesign_cli.terminal import print_json, print_table
+from fingerdesign_cli.terminal import print_json, print_table, say
 
 if TYPE_CHECKING:
+    from fingerdesign.analysis.page.words import Question
     from fingerdesign.records.result import Result
     from fingerdesign.report.table import Table
+
+
+_WRONG = (ValueError, TypeError, AttributeError, LookupError, ArithmeticError, RecursionError)
 
 
 # ``fingerdesign new``: a commented starter design or scene.
@@ -54,12 +60,12 @@ def new(file: Path, source: str | None, scene: bool, force: bool, quiet: bool) -
 def view(folder: Path, open_browser: bool, quiet: bool, as_json: bool) -> None:
     """Show the result in DIR, or each result in the folders of DIR, and where its report is."""
     places = _places(folder)
-    results = [read_result(place) for place in places]
+    views = [_view(place, read_result(place)) for place in places]
     if as_json:
-        print_json([_summary(*pair) for pair in zip(places, results, strict=True)])
+        print_json([_summary(each) for each in views])
     elif not quiet:
-        for place, result in zip(places, results, strict=True):
-            _show(place, result)
+        for each in views:
+            _show(each)
     if open_browser:
         for place in places:
             if (place / "report.html").is_file():
@@ -92,33 +98,55 @@ def _refuse_validation(folder: Path) -> None:
         raise DesignError([Fault("DIR", folder, bound, remedy)])
 
 
-def _summary(place: Path, result: Result) -> dict[str, object]:
-    report = place / "report.html"
+@dataclass(frozen=True)
+class _View:
+    place: Path
+    result: Result
+    findings: list[Question]
+    tables: tuple[Table, ...]
+
+    @property
+    def report(self) -> str | None:
+        """Where its report is, if it is there."""
+        report = self.place / "report.html"
+        return str(report) if report.is_file() else None
+
+
+def _view(place: Path, result: Result) -> _View:
+    """What is shown of a result; DesignError where its values are none that can be shown."""
+    makers = (model_table, increment_table, grip_table)
+    try:
+        return _View(place, result, verdict(result), tuple(make(result) for make in makers))
+    except (*_WRONG, TemplateError) as error:
+        why = f"{type(error).__name__}: {error}"[:200]
+        bound = "a result whose values can be shown"
+        raise DesignError([Fault("RESULT", place, bound, f"{why}; run analyse again")]) from error
+
+
+def _summary(view: _View) -> dict[str, object]:
     facts = ("design", "scene", "fidelity", "status", "failure")
     return {
-        "folder": str(place),
-        "report": str(report) if report.is_file() else None,
-        **{key: getattr(result, key) for key in facts},
-        "warnings": list(result.warnings),
+        "folder": str(view.place),
+        "report": view.report,
+        **{key: getattr(view.result, key) for key in facts},
+        "warnings": list(view.result.warnings),
         "findings": [
             {key: getattr(item, key) for key in ("question", "answer", "detail")}
-            for item in verdict(result)
+            for item in view.findings
         ],
     }
 
 
-def _show(place: Path, result: Result) -> None:
-    click.secho(f"{result.design} ({result.scene}, {result.fidelity})", bold=True)
-    for item in verdict(result):
-        click.echo(f"  {item.answer.upper():6} {item.question} {item.detail}")
+def _show(view: _View) -> None:
+    result = view.result
+    say(f"{result.design} ({result.scene}, {result.fidelity})", bold=True)
+    for item in view.findings:
+        say(f"  {item.answer.upper():6} {item.question} {item.detail}")
     for warning in result.warnings:
-        click.echo(f"  warning: {warning}")
-    _print(model_table(result))
-    _print(increment_table(result))
-    _print(grip_table(result))
-    report = place / "report.html"
-    where = str(report) if report.is_file() else f"none in {place}"
-    click.echo(f"report: {where}")
+        say(f"  warning: {warning}")
+    for table in view.tables:
+        _print(table)
+    say(f"report: {view.report or f'none in {view.place}'}")
 
 
 def _print(table: Table) -> None:

@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Protocol
+from typing import Any, Protocol
 
 import click
 
@@ -77,6 +77,11 @@ def _bar(title: str) -> Iterator[Progress]:
                 bar.update(task, description=message, completed=fraction, total=1.0)
 
         yield show
+
+
+def say(text: str, **style: Any) -> None:
+    """A line on stdout that the terminal obeys in nothing; further lines in it are indented."""
+    click.secho(printable(text).replace("\n", "\n      "), **style)
 
 
 def number(value: float | None, digits: int = 2, factor: float = 1.0, none: str = "-") -> str:

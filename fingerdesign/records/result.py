@@ -6,12 +6,12 @@ are those on the finger: normal > 0 in compression, tangential > 0 toward +x."""
 from __future__ import annotations
 
 import dataclasses
-import json
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import json_text, strict
+from fingerdesign.runtime.finite import finite_json
 
 SCHEMA_VERSION = 1
 STAGES = ("geometry", "mesh", "assemble", "condense", "increments", "grips", "report")
@@ -240,7 +240,7 @@ class Result:
         from pydantic import TypeAdapter, ValidationError
 
         try:
-            loaded = json.loads(text, parse_constant=_refuse_constant)
+            loaded = finite_json(text)
         except (ValueError, RecursionError) as error:
             fault = Fault("JSON", str(error), "the text of a result.json", "run analyse again")
             raise DesignError([fault], source) from error
@@ -264,7 +264,3 @@ def _fault(item: Any) -> Fault:
     key = ".".join(str(part) for part in item["loc"]) or "result"
     bound = bounds.get(item["type"], item["msg"].removeprefix("Value error, "))
     return Fault(key, value, bound, "run analyse again")
-
-
-def _refuse_constant(name: str) -> float:
-    raise ValueError(f"{name} is not a number of JSON")

@@ -12,7 +12,6 @@ another one, or a file that is none, is refused: it is somebody's work.
 from __future__ import annotations
 
 import json
-import math
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -21,6 +20,7 @@ from typing import Any, Self
 
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.runtime.files import BusyError, locked
+from fingerdesign.runtime.finite import finite_json
 
 FORMAT = 1
 _WAIT_S = 10.0  # for another process that is writing
@@ -139,7 +139,7 @@ class Journal:
                 other = f"{self.path} is of another design, setting or version; {remedy}"
                 raise JournalError(other)
             rows = base.execute("select key, record from records order by rowid").fetchall()
-            self._found = {str(key): _loaded(record) for key, record in rows}
+            self._found = {str(key): finite_json(record) for key, record in rows}
         except OSError as error:
             raise JournalError(f"{self.path} cannot be read: {error}") from error
         except (sqlite3.Error, ValueError, TypeError, LookupError, RecursionError) as error:
@@ -151,20 +151,3 @@ class Journal:
         except BaseException:
             self.close()
             raise
-
-
-def _loaded(record: str) -> Any:
-    """A record from its text; ValueError for a number that is not finite."""
-    return json.loads(record, parse_float=_finite, parse_int=_whole, parse_constant=_finite)
-
-
-def _finite(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise ValueError(f"{text[:40]} is not a finite number")
-    return value
-
-
-def _whole(text: str) -> int:
-    _finite(text)
-    return int(text)

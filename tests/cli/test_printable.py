@@ -1,8 +1,13 @@
 """What a file or an argument says is printed, never obeyed by the terminal."""
 
+from dataclasses import replace
+
 import pytest
 from fingerdesign_cli.main import main
 from fingerdesign_cli.terminal import print_table
+
+from tests.support.closed_form_analysis import make_analysis
+from tests.support.result_folders import write_result_folder
 
 BAD = "a\x1b[31m\x9b2J\u202e\x07\x7fb"
 
@@ -36,6 +41,26 @@ def test_what_a_file_holds(tmp_path, capsys):
     path.write_text('[design]\nname = "a\\u001b[31m\\u202e"\n"k\\u001b" = 1\n')
     assert main(["check", str(path)]) == 2
     assert all(line.isprintable() for line in capsys.readouterr().err.splitlines())
+
+
+def test_what_a_record_holds(tmp_path, capsys):
+    made = make_analysis().result
+    made = replace(made, design=BAD, scene=BAD, warnings=(f"{BAD}\nreport: /fake",))
+    write_result_folder(tmp_path / "a", made)
+    assert main(["view", str(tmp_path / "a")]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert all(line.isprintable() for line in said)
+    assert sum(line.startswith("report: ") for line in said) == 1
+
+
+def test_a_record_that_cannot_be_shown_is_refused_before_any_is(tmp_path, capsys):
+    made = make_analysis().result
+    write_result_folder(tmp_path / "a", made)
+    write_result_folder(tmp_path / "b", replace(made, parameters={"plates.count": "x"}))
+    assert main(["view", str(tmp_path)]) == 2
+    said = capsys.readouterr()
+    assert not said.out
+    assert "RESULT = " in said.err
 
 
 def test_tables(capsys):

@@ -79,10 +79,20 @@ def test_every_fault_of_a_file_is_named():
     assert str(caught.value).startswith("old.json: ")
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema_version": 99}', '{"a": NaN}', "\x00"])
+@pytest.mark.parametrize(
+    "text", ["", "[]", "{}", '{"schema_version": 99}', '{"a": NaN}', "\x00", '{"a": 1e400}']
+)
 def test_what_is_no_result_is_a_named_fault(text):
     with pytest.raises(DesignError, match=r"schema_version|JSON"):
         Result.from_json(text)
+
+
+@pytest.mark.parametrize("number", ["1e400", "-1e400", "1" + "0" * 400])
+def test_a_number_that_is_read_as_infinite_is_refused(number):
+    text = result().to_json()
+    assert '"mesh": 0.3' in text
+    with pytest.raises(DesignError, match="not a finite number"):
+        Result.from_json(text.replace('"mesh": 0.3', f'"mesh": {number}'))
 
 
 def test_status_and_failure_agree():
