@@ -16,6 +16,7 @@ from fingerdesign.analysis.page.words import verdict
 from fingerdesign.checks import starter
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.folder import RESULT_FILE, read_result
+from fingerdesign.runtime.files import write_whole
 from fingerdesign_cli.terminal import print_json, print_table, say
 
 if TYPE_CHECKING:
@@ -48,10 +49,10 @@ def new(file: Path, source: str | None, scene: bool, force: bool, quiet: bool) -
         name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
         text, schema_file = starter.starter_text(name, source), starter.SCHEMA_FILE
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(text, encoding="utf-8")
+    write_whole(file, text)
     schema = file.parent / schema_file
     if force or not schema.exists():
-        schema.write_text(starter.schema_json(schema_file), encoding="utf-8")
+        write_whole(schema, starter.schema_json(schema_file))
     if not quiet:
         design = "DESIGN --scene " if scene else ""
         click.echo(f"{file} written; next: fingerdesign check {design}{shlex.quote(str(file))}")

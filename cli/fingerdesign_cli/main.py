@@ -21,6 +21,7 @@ import click
 
 import fingerdesign
 from fingerdesign.errors import DesignError, FingerDesignError, printable
+from fingerdesign.runtime.files import is_full
 
 _FINGER, _HAND, _STUDY = (f"fingerdesign_cli.commands.{x}" for x in ("finger", "hand", "study"))
 
@@ -127,7 +128,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout = None
         return FAILED
     except OSError as error:
-        _say(f"failed: {error}")
+        remedy = "; free space there, or write to another disk" if is_full(error) else ""
+        _say(f"failed: {error}{remedy}")
         return FAILED
     except Exception as error:
         if _end_requested:  # an extension that was loading makes an ImportError of it

@@ -15,6 +15,7 @@ from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.pictures import draw_quality
 from fingerdesign.mesh.quality import assess, requested_sizes
+from fingerdesign.runtime.files import write_whole
 from fingerdesign_cli.inputs import read_case
 from fingerdesign_cli.terminal import print_json, progress
 
@@ -69,8 +70,7 @@ def _write(
         "quality.json": json.dumps(report, indent=2, allow_nan=False) + "\n",
     }
     for name, content in contents.items():
-        (out / name).write_text(content, encoding="utf-8")
-        files.append(out / name)
+        files.append(write_whole(out / name, content))
     return files
 
 

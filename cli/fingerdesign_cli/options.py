@@ -117,4 +117,7 @@ def scheduler_options(function: _Command) -> _Command:
 def _alone(context: click.Context, _parameter: click.Parameter, value: str | None) -> str | None:
     if value is not None and context.params.get("workers") is not None:
         raise click.UsageError("--workers and --scheduler: give one; a cluster has its own workers")
+    if value is not None and not value.strip():
+        remedy = "give one like tcp://host:8786, its file, or leave --scheduler out"
+        raise click.UsageError(f"--scheduler = {value!r}: must be an address; {remedy}")
     return value

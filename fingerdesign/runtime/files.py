@@ -10,6 +10,7 @@ And what goes with it: hidden names, locks, temporary folders, the leavings of k
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import re
 import secrets
@@ -26,6 +27,7 @@ except ImportError:  # Windows: two writers of one place are not kept apart ther
     fcntl = None  # type: ignore[assignment]
 
 DAY_S = 86400.0
+_FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))  # no space, or none for this user
 
 
 class BusyError(OSError):
@@ -35,6 +37,22 @@ class BusyError(OSError):
 def sibling(target: Path, role: str) -> Path:
     """A hidden name beside ``target`` that nothing else has."""
     return target.with_name(f".{target.name}.{role}-{secrets.token_hex(4)}")
+
+
+def is_full(error: OSError) -> bool:
+    """Whether the disk, or this user's part of it, is full."""
+    return error.errno in _FULL
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """A full disk's error, which names no file when it comes of writing, names ``path``."""
+    try:
+        yield
+    except OSError as error:
+        if is_full(error) and error.filename is None:
+            error.filename = str(path)
+        raise
 
 
 def _refuse_special(path: Path) -> None:
@@ -55,7 +73,8 @@ def whole_file(path: Path | str) -> Iterator[Path]:
     place = Path(os.path.realpath(path))
     aside = place.with_name(f".{secrets.token_hex(6)}-{path.name}"[:255])
     try:
-        yield aside
+        with _naming(path):
+            yield aside
         os.replace(aside, place)
     finally:
         with contextlib.suppress(OSError):
@@ -85,7 +104,8 @@ def whole_folder(target: Path) -> Iterator[Path]:
     target.parent.mkdir(parents=True, exist_ok=True)
     aside.mkdir()
     try:
-        yield aside
+        with _naming(target):
+            yield aside
     finally:
         shutil.rmtree(aside, ignore_errors=True)
 

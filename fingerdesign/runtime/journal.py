@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.runtime.files import BusyError, locked
+from fingerdesign.runtime.files import BusyError, is_full, locked
 from fingerdesign.runtime.finite import finite_json
 
 FORMAT = 1
@@ -92,7 +92,8 @@ class Journal:
             with base:
                 base.executemany("insert or replace into records values (?, ?)", rows)
         except (sqlite3.Error, OSError) as error:
-            raise JournalError(f"{self.path} cannot be written: {error}") from error
+            remedy = "; free space there, or choose another --out" if _is_full(error) else ""
+            raise JournalError(f"{self.path} cannot be written: {error}{remedy}") from error
         self._found |= records
 
     def close(self) -> None:
@@ -144,10 +145,21 @@ class Journal:
             raise JournalError(f"{self.path} cannot be read: {error}") from error
         except (sqlite3.Error, ValueError, TypeError, LookupError, RecursionError) as error:
             self.close()
-            if getattr(error, "sqlite_errorcode", 0) & 0xFF in _BUSY:  # its low byte is the kind
+            if _kind(error) in _BUSY:
                 busy = f"{self.path} is in use by another process; wait for it, or {choose}"
                 raise JournalError(busy) from error
             raise JournalError(what) from error
         except BaseException:
             self.close()
             raise
+
+
+def _is_full(error: sqlite3.Error | OSError) -> bool:
+    if isinstance(error, OSError):
+        return is_full(error)
+    return _kind(error) == sqlite3.SQLITE_FULL
+
+
+def _kind(error: Exception) -> int:
+    """SQLite's code of an error, without what it adds of details in the upper bytes."""
+    return int(getattr(error, "sqlite_errorcode", 0)) & 0xFF

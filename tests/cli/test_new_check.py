@@ -222,7 +222,7 @@ def raising(error):
     [
         (FingerDesignError("no mesh passed"), 1, "failed: no mesh passed"),
         (KeyboardInterrupt(), 130, "interrupted"),
-        (OSError(28, "No space left on device"), 1, "No space left"),
+        (OSError(28, "No space left on device"), 1, "No space left on device; free space"),
         (ZeroDivisionError("oh"), 1, "unexpected ZeroDivisionError: oh"),
         (click.ClickException("clicked"), 1, "clicked"),
     ],

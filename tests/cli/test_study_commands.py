@@ -112,6 +112,14 @@ def test_workers_and_scheduler_exclude_each_other(tmp_path, said):
         assert "give one" in said("sweep", "fingers", *order, code=2).err
 
 
+@pytest.mark.parametrize("address", ["", " "])
+def test_an_empty_scheduler_is_refused_where_nothing_is_computed_too(tmp_path, said, address):
+    (tmp_path / "study.toml").write_text(NONE)
+    options = ["--out", tmp_path / "out", "--scheduler", address]
+    assert "must be an address" in said("sweep", tmp_path / "study.toml", *options, code=2).err
+    assert not (tmp_path / "out").exists()
+
+
 def test_what_is_in_the_way_is_refused_before_any_work(tmp_path, said):
     (tmp_path / "study.toml").write_text(NONE)
     (tmp_path / "none").mkdir()

@@ -49,6 +49,24 @@ def test_a_file_takes_no_pipes_place_and_links_stay(tmp_path):
     assert (tmp_path / "real").read_text() == "x"
 
 
+def test_a_full_disk_is_named(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match=r"No space left on device: '.*/page\.html'"):
+        files.write_whole(tmp_path / "page.html", "x", durable=True)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_full_disk_is_named_by_a_journal(tmp_path):
+    journal = Journal(tmp_path / "j.sqlite", "a trial", "d")
+    journal.add({"a": 1})
+    journal._base.execute("pragma max_page_count = 4")
+    with pytest.raises(JournalError, match=r"j\.sqlite cannot be written: .* full; free space"):
+        journal.add({"b": "x" * 100_000})
+
+
 def test_a_folder_takes_an_older_ones_place(tmp_path):
     target = tmp_path / "out"
     for text in ("one", "two"):

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 from dataclasses import replace
 
 import pytest
@@ -104,7 +105,8 @@ def test_a_failure_of_writing_leaves_nothing(study, tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("fingerdesign.search.run.folder.compare_html", full)
-    with pytest.raises(OSError, match="No space left"), FOLDER.written(tmp_path / "x") as folder:
+    named = f"No space left on device: '{tmp_path / 'x'}'"
+    with pytest.raises(OSError, match=re.escape(named)), FOLDER.written(tmp_path / "x") as folder:
         write_study(folder, study, any_outcomes(2), TEXT)
     assert list(tmp_path.iterdir()) == []
 
