@@ -59,6 +59,7 @@ def full(system):
     return system.stiffness + sp.triu(system.stiffness, k=1).T
 
 
+@pytest.mark.slow
 def test_the_energy_is_scikit_fems():
     """Of a quadratic displacement on straight cells, where both spaces hold it exactly."""
     import skfem
@@ -125,6 +126,7 @@ def test_traces_take_constants_as_they_are(arched):
     assert np.allclose(trace.surface.mean(trace.surface.points, len(own)), own)
 
 
+@pytest.mark.slow
 def test_pressures_change_little_where_nothing_locks(arched):
     """At nu = 0.3 mixed and plain hexahedra are alike; mixed ones have the pressures extra."""
     _, mesh = arched

@@ -210,6 +210,7 @@ def test_a_killed_and_an_interrupted_driver_go_on_where_they_stopped(place):
     assert place.swept()[-1]["computed"] == 0
 
 
+@pytest.mark.slow
 def test_a_killed_search_ends_as_one_that_was_not(place):
     code, lines, err = ended(place.optimise("whole"))
     assert code == 0, err

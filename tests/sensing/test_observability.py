@@ -174,6 +174,7 @@ def test_a_study_judges_all_few_and_none(found):
     assert "mm" in found.advice
 
 
+@pytest.mark.slow
 def test_a_study_repeats_whatever_the_threads(problem, grips, found):
     again = observe_grips(problem, SETTINGS, grips, 0.5, workers=2)
     assert replace(again, seconds=0.0) == replace(found, seconds=0.0)
@@ -273,6 +274,7 @@ PAGE = (Path(__file__).parents[2] / "docs/gages.md").read_text("utf-8")
 
 
 @pytest.mark.usefixtures("short_teaching")
+@pytest.mark.slow
 def test_the_pages_python_runs(problem, monkeypatch, capsys):
     monkeypatch.setattr(grip_model, "grip_problem", lambda design, report: problem)
     (code,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)

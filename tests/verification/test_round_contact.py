@@ -125,6 +125,7 @@ def test_stick_radius_loading_and_reversed():
     assert np.abs(stick_errors(fine, fine.returned)).max() < 1e-2
 
 
+@pytest.mark.slow
 def test_an_elastic_ball_under_a_plane():
     """The curved body is the elastic one: gaps from the exact ball, facets that are curved."""
     case = ball_on_plane(0.14, steps=6)

@@ -8,6 +8,7 @@ from fingerdesign_bench.accuracy import verification_bodies as bodies
 from fingerdesign.contact.path import Forces, NoEquilibrium, follow
 
 
+@pytest.mark.slow
 def test_equal_cylinders():
     """Half-plane theory for bodies with a / R = 0.085: within 0.5 %."""
     solved = bodies.equal_cylinders(0.01)
