@@ -79,6 +79,10 @@ class Fault:
         return f"{self.key} = {self.value}: must be {self.bound}; {self.remedy}"
 
 
+class PluginWarning(UserWarning):
+    """A plug-in that is not loaded, and why; the work goes on without it."""
+
+
 class FingerDesignError(Exception):
     """Base of every error raised on purpose; its message is one readable sentence."""
 

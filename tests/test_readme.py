@@ -29,6 +29,7 @@ PAGES = (
     "docs/fidelity.md",
     "docs/plants.md",
     "docs/controllers.md",
+    "docs/plugins.md",
     "docs/control.md",
     "docs/gages.md",
     "docs/paper.md",

@@ -1,14 +1,13 @@
 """A kind from outside the package is one file and one registration: TOML and commands know it."""
 
 import json
-import os
-from pathlib import Path
+import tomllib
 
+import jsonschema
 import pytest
 
 from fingerdesign.design.schema import design_json_schema
 from fingerdesign.errors import DesignError
-from fingerdesign.runtime.isolate import Worker
 from fingerdesign.runtime.registry import (
     BODIES,
     CONTROLLERS,
@@ -18,8 +17,8 @@ from fingerdesign.runtime.registry import (
     Kind,
     Registry,
 )
+from tests.support.plugins import installed
 
-ROOT = Path(__file__).resolve().parents[1]
 DESIGN = """
 design.name = "toy"
 [plates]
@@ -48,6 +47,18 @@ bar_mm = 16.0
 [path]
 increments_mm = [[0.05, 0.0], [0.1, 0.0], [0.1, 0.02]]
 """
+STUDY = """
+[study]
+name = "toys"
+base = "toy.toml"
+sampling = "grid"
+[parameters]
+"grip.steady.pull_mm" = [0.004]
+"""
+TAKING = """
+from fingerdesign.runtime.registry import MESHERS, Kind
+MESHERS.add(Kind(name="tetwild"))
+"""
 KNOWN = SCENE.replace('"bar"', '"cylinder"').replace("bar_mm = 16.0", "radius_mm = 8.0")
 
 
@@ -55,17 +66,10 @@ KNOWN = SCENE.replace('"bar"', '"cylinder"').replace("bar_mm = 16.0", "radius_mm
 def command(tmp_path_factory):
     """Runs commands where a package with the toys is installed: exit code, what they wrote."""
     folder = tmp_path_factory.mktemp("toys")
-    about = folder / "toys-1.0.dist-info"
-    about.mkdir()
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: toys\nVersion: 1.0\n")
-    points = "[fingerdesign.plugins]\ntoys = tests.support.toy_kinds\n"
-    (about / "entry_points.txt").write_text(points)
     (folder / "toy.toml").write_text(DESIGN)
     (folder / "bar.toml").write_text(SCENE)
     (folder / "cylinder.toml").write_text(KNOWN)
-    paths = [str(folder), str(ROOT), str(ROOT / "cli"), os.environ.get("PYTHONPATH", "")]
-    with pytest.MonkeyPatch.context() as patch, Worker(folder=folder) as worker:
-        patch.setenv("PYTHONPATH", os.pathsep.join(paths))
+    with installed(folder, "toys = tests.support.toy_kinds") as worker:
 
         def run(*arguments):
             return worker.call("tests.support.calls:command", arguments, time_s=120.0)
@@ -77,7 +81,7 @@ def command(tmp_path_factory):
         def gripped(design):
             return worker.call("tests.support.calls:grips", folder / design, time_s=120.0)
 
-        run.folder, run.pressed, run.gripped = folder, pressed, gripped
+        run.folder, run.pressed, run.gripped, run.worker = folder, pressed, gripped, worker
         yield run
 
 
@@ -95,6 +99,19 @@ def test_an_object_of_a_plug_in_is_pressed(command):
 def test_a_controller_of_a_plug_in_grips(command):
     (grip,) = command.gripped("toy.toml")
     assert (grip.controller, grip.lifted) == ("steady", True)
+
+
+def test_variants_of_a_study_are_computed_in_processes_that_know_the_plug_in(command):
+    (command.folder / "study.toml").write_text(STUDY)
+    code, written = command("sweep", "study.toml", "--out", "swept", "--workers", "1", "--json")
+    assert code == 0, written
+    assert '"status": "ok"' in written
+
+
+def test_what_is_sent_to_another_process_stays_what_it_is(command):
+    files = command.folder / "toy.toml", command.folder / "bar.toml"
+    here, there = command.worker.call("tests.support.calls:digests", *files, time_s=120.0)
+    assert here == there
 
 
 def test_a_mesher_of_a_plug_in_meshes(command):
@@ -152,6 +169,43 @@ def test_keys_of_another_object_are_refused(command, scene, remedy):
     code, written = command("check", "toy.toml", "--scene", "wrong_scene.toml")
     assert code == 2
     assert remedy in written
+
+
+def test_new_files_and_their_schemas_tell_of_plug_ins(command):
+    for scene, name in (((), "a.toml"), (("--scene",), "b.toml")):
+        assert command("new", name, *scene, "--force")[0] == 0
+    design, scene = ((command.folder / name).read_text("utf-8") for name in ("a.toml", "b.toml"))
+    assert "# [grip.steady]   # of the controller steady; absent: these values\n" in design
+    unwrapped = " ".join(design.replace("\n# ", " ").split())
+    assert "of plug-ins: steady" in unwrapped
+    assert "of plug-ins: slices" in unwrapped
+    assert "# bar_mm = 8.0 " in scene
+    assert "plane | cylinder | sphere; of plug-ins: bar" in scene
+    used = scene.replace('"plane"', '"bar"').replace("# bar_mm", "bar_mm")
+    for kind, text in (("design", DESIGN), ("scene", used)):
+        schema = json.loads((command.folder / f"{kind}.schema.json").read_text("utf-8"))
+        jsonschema.validate(tomllib.loads(text), schema)
+
+
+def test_help_does_not_deny_controllers_of_plug_ins(command):
+    code, written = command("study-control", "--help")
+    assert code == 0
+    assert "or a plug-in's" in " ".join(written.split())
+
+
+def test_a_plug_in_that_cannot_be_loaded_is_one_sentence(tmp_path):
+    (tmp_path / "taking.py").write_text(TAKING)
+    with installed(tmp_path, "gone = not_there\ntaking = taking") as worker:
+        first, again = (
+            worker.call("tests.support.calls:command", ("check", "sensitive"), time_s=120.0)
+            for _ in range(2)
+        )
+    gone, taking, *rest = first[1].splitlines()
+    why = "is not loaded: ModuleNotFoundError: No module named 'not_there'"
+    assert gone == f"the plug-in gone (not_there) {why}"
+    why = "is not loaded: ValueError: there already is a mesher called 'tetwild'"
+    assert taking == f"the plug-in taking (taking) {why}"
+    assert (first[0], again) == (0, (0, "\n".join([*rest, ""])))
 
 
 @pytest.mark.parametrize("registry", [CONTROLLERS, SCENE_OBJECTS, BODIES, PLATE_LAYOUTS, MESHERS])

@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 import traceback
+import warnings
 from collections.abc import Sequence
 from importlib import import_module
 from importlib.util import find_spec
@@ -20,7 +21,7 @@ from types import FrameType
 import click
 
 import fingerdesign
-from fingerdesign.errors import DesignError, FingerDesignError, printable
+from fingerdesign.errors import DesignError, FingerDesignError, PluginWarning, printable
 from fingerdesign.runtime.files import is_full
 
 _FINGER, _HAND, _STUDY = (f"fingerdesign_cli.commands.{x}" for x in ("finger", "hand", "study"))
@@ -56,6 +57,7 @@ COMMANDS = {
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
+_FORMATTED = warnings.formatwarning
 _end_requested: list[int] = []  # the signals that came
 _ending: list[float] = []  # when the first of them was obeyed, s
 _PATIENCE_S = 2.0  # a second signal within it is the first one's echo
@@ -105,6 +107,7 @@ def cli(debug: bool) -> None:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line ``argv`` (without the program's name) and return its exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    warnings.formatwarning = _warned
     try:
         code = cli.main(args=arguments, prog_name="fingerdesign", standalone_mode=False)
         return code if isinstance(code, int) else OK
@@ -146,6 +149,19 @@ def _show(error: click.ClickException) -> None:
     text = StringIO()
     error.show(text)
     _say(text.getvalue().rstrip("\n"))
+
+
+def _warned(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    line: str | None = None,
+) -> str:
+    """A warning's text: a plug-in's sentence alone, any other as Python has it."""
+    if issubclass(category, PluginWarning):
+        return printable(f"{message}\n")
+    return _FORMATTED(message, category, filename, lineno, line)
 
 
 def _interrupted() -> int:

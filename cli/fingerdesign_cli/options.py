@@ -94,7 +94,8 @@ controllers_option = click.option(
     "controllers",
     metavar="NAME",
     multiple=True,
-    help=f"This controller alone; may be given again. One of: {', '.join(CONTROLLER_NAMES)}.",
+    help="This controller alone; may be given again. "
+    f"One of: {', '.join(CONTROLLER_NAMES)}; or a plug-in's.",
 )
 
 

@@ -13,9 +13,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.checks.load import parse_design, parse_scene, read_text
+from fingerdesign.design.base import OwnTable, described
 from fingerdesign.design.faults import tables_in
 from fingerdesign.design.scene import Scene
-from fingerdesign.design.schema import Design
+from fingerdesign.design.schema import (
+    Design,
+    design_json_schema,
+    scene_json_schema,
+    schema_text,
+)
 from fingerdesign.errors import DesignError, Fault
 
 if TYPE_CHECKING:
@@ -110,8 +116,9 @@ def file_text(file_or_name: str | Path, kind: str = "design") -> str:
 
 
 def schema_json(file: str = SCHEMA_FILE) -> str:
-    """Return the text of the shipped JSON schema of design files, or of ``SCENE_SCHEMA_FILE``."""
-    return (resources.files("fingerdesign") / "data" / file).read_text("utf-8")
+    """Return the text of the JSON schema of design files, or of ``SCENE_SCHEMA_FILE``: the shipped
+    one, with what plug-ins add to it."""
+    return schema_text(scene_json_schema() if file == SCENE_SCHEMA_FILE else design_json_schema())
 
 
 def starter_scene_text(source: str | None = None) -> str:
@@ -177,7 +184,7 @@ def _table(
     """A table with every key; those that are absent stand as comments, by their examples."""
     lines, inner = [f"[{title}]"], []
     for key, info in type(table).model_fields.items():
-        value, meaning = getattr(table, key), info.description or ""
+        value, meaning = getattr(table, key), described(info)
         if key in without:
             continue
         optional = next(iter(tables_in(info.annotation)), None)
@@ -195,7 +202,8 @@ def _table(
 
 def _example(title: str, table: type[BaseModel], meaning: str) -> str:
     """A table that is absent, every key commented out."""
-    lines = [f"# [{title}]   # {meaning}; absent: none"]
+    absent = "these values" if issubclass(table, OwnTable) else "none"
+    lines = [f"# [{title}]   # {meaning}; absent: {absent}"]
     for key, info in table.model_fields.items():
         value = info.default
         if info.is_required() or value is None:

@@ -50,9 +50,23 @@ class Table(BaseModel):
         """A refusal for each of the table's own rules between keys that it breaks."""
         return ()
 
+    def __setstate__(self, state: dict[Any, Any]) -> None:
+        """As sent to another process, where plug-ins may not be loaded yet."""
+        load_plugins()
+        super().__setstate__(state)
+
 
 class Whole(Table):
     """A whole file's tables: before one is read, plug-ins are loaded, which may add to them."""
+
+    @classmethod
+    def __get_pydantic_core_schema__(
+        cls, source: Any, handler: GetCoreSchemaHandler, /
+    ) -> CoreSchema:
+        """Of what holds one: a record that is read from JSON, a job of a study."""
+        if cls.__pydantic_complete__:  # not while it is defined, or made anew for a plug-in
+            load_plugins()
+        return handler(source)
 
     @classmethod
     def model_validate(cls, obj: Any, **options: Any) -> Self:
@@ -129,6 +143,12 @@ class Named:
     ) -> dict[str, Any]:
         return {"enum": list(self._registry.names()), "type": "string"}
 
+    def others(self) -> str:
+        """The names that plug-ins brought, as words behind a key's description."""
+        shipped = self._registry.shipped_names()
+        names = [name for name in self._registry.names() if name not in shipped]
+        return f"; of plug-ins: {' | '.join(names)}" if names else ""
+
     def _known(self, value: object) -> str:
         if not self._registry.knows(value):
             *others, last = (repr(name) for name in self._registry.names())
@@ -137,7 +157,13 @@ class Named:
         return str(value)
 
 
-class _OwnTable(Table):
+def described(info: FieldInfo) -> str:
+    """What a key means, with the names that plug-ins added to its choices."""
+    added = [each.others() for each in info.metadata if isinstance(each, Named)]
+    return "".join([info.description or "", *added])
+
+
+class OwnTable(Table):
     """A table that is made from a kind's dataclass, and pickled by it."""
 
     kind: ClassVar[type]
@@ -159,7 +185,7 @@ def table_of(kind: type) -> type[Table]:
         each.name: (types[each.name], Field(default=each.default, **each.metadata))
         for each in fields(kind)
     }
-    model = create_model(kind.__name__, __base__=_OwnTable, __doc__=kind.__doc__, **made)
+    model = create_model(kind.__name__, __base__=OwnTable, __doc__=kind.__doc__, **made)
     model.kind = kind
     return model
 
@@ -177,7 +203,9 @@ def table_fields(model: type[Table], registry: Registry, before: str) -> None:
         table, shipped = table_of(kind.table), kind.name in registry.shipped_names()
         info = FieldInfo.from_annotated_attribute(
             table if shipped else table | None,  # type: ignore[arg-type]
-            Field(default_factory=table) if shipped else Field(default=None),
+            Field(default_factory=table)
+            if shipped
+            else Field(default=None, description=f"of the {registry.what} {kind.name}"),
         )
         known = model.__pydantic_fields__
         behind = {name: known.pop(name) for name in list(known)[list(known).index(before) :]}
@@ -204,7 +232,11 @@ def key_fields(model: type[Table], registry: Registry) -> None:
                 raise ValueError(f"{kind.name}: there already is a key {name!r}")
             own = FieldInfo.from_annotated_attribute(
                 Annotated[info.annotation | None, *info.metadata],  # type: ignore[operator,arg-type]
-                Field(default=None, description=f"{kind.name} only: {info.description}"),
+                Field(
+                    default=None,
+                    description=f"{kind.name} only: {info.description}",
+                    examples=[info.default],
+                ),
             )
             model.__pydantic_fields__[name] = own
         rebuild(model)

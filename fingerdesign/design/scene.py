@@ -59,7 +59,7 @@ class SceneObject(Table):
     """The rigid object above the crest: let down along y it first touches at approach 0."""
 
     shape: Annotated[str, Named(SCENE_OBJECTS)] = Field(
-        default="plane", description="plane | cylinder | sphere"
+        default="plane", description=" | ".join(SCENE_OBJECTS.shipped_names())
     )
     radius_mm: float | None = bounded(None, 0.05, 1e5, "of a cylinder or sphere")
     axis: Literal["x", "z"] = Field(

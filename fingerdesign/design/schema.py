@@ -24,7 +24,7 @@ from fingerdesign.design.mold import Mold
 from fingerdesign.design.plates import Plates, Row
 from fingerdesign.design.scene import Scene
 from fingerdesign.materials import MATERIALS
-from fingerdesign.runtime.registry import CONTROLLERS
+from fingerdesign.runtime.registry import CONTROLLERS, load_plugins
 
 __all__ = ["Body", "Core", "Design", "Gages", "Material", "Meta", "Plates", "Row", "StepFile"]
 
@@ -238,6 +238,7 @@ def schema_text(schema: dict[str, Any]) -> str:
 
 
 def _schema(model: type[BaseModel], title: str) -> dict[str, Any]:
+    load_plugins()
     schema = model.model_json_schema(mode="validation")
     # Known materials fill in what a file leaves out; which names are known, the schema can't say.
     schema.get("$defs", {}).get("Material", {}).pop("required", None)

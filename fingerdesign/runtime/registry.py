@@ -18,6 +18,7 @@ registry is first used, entry points when a design is first read; importing this
 from __future__ import annotations
 
 import re
+import sys
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
@@ -29,7 +30,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fingerdesign.errors import DesignError, Fault
+from fingerdesign.errors import DesignError, Fault, PluginWarning
 
 PLUGINS = "fingerdesign.plugins"
 LAST = 1000  # where a kind stands in lists that does not say: behind those that are shipped
@@ -92,11 +93,16 @@ class Registry:
 
     def add(self, kind: Any) -> None:
         """Register a :class:`Kind`. Raises ValueError where its name is another's."""
-        if kind.name in self._kinds:
+        if kind.name in self._kinds or self._is_to_come(kind.name):
             raise ValueError(f"there already is a {self.what} called {kind.name!r}")
-        self._kinds[kind.name] = kind
         for watcher in self._watchers:
             watcher(kind)
+        self._kinds[kind.name] = kind
+
+    def _is_to_come(self, name: str) -> bool:
+        """Whether it is a shipped kind's whose file has not been imported yet."""
+        modules = [module for _, known, module in self._shipped if known == name]
+        return any(module not in sys.modules for module in modules)
 
     def kind(
         self, name: str, *, place: int = LAST, table: type | None = None
@@ -202,5 +208,6 @@ def load_plugins() -> None:
         try:
             point.load()
         except Exception as error:
-            why = f"{type(error).__name__}: {error}"
-            warnings.warn(f"the plug-in {point.name} ({point.value}): {why}", stacklevel=2)
+            why = " ".join(f"{type(error).__name__}: {error}".split())
+            text = f"the plug-in {point.name} ({point.value}) is not loaded: {why}"
+            warnings.warn(text, PluginWarning, stacklevel=2)

@@ -39,6 +39,24 @@ def grips(design):
     return run(Case(load_design(design), None, "plane-strain", fields=False)).result.grips
 
 
+def digest(table):
+    """Of a design or a scene."""
+    return table.digest()
+
+
+def digests(*files):
+    """Of a design and a scene, here and in a process that they are sent to."""
+    from fingerdesign import load_design, load_scene
+    from fingerdesign.runtime.isolate import Worker
+
+    tables = [load(file) for load, file in zip((load_design, load_scene), files, strict=True)]
+    there = []
+    for table in tables:
+        with Worker() as worker:
+            there.append(worker.call("tests.support.calls:digest", table, time_s=60.0))
+    return [table.digest() for table in tables], there
+
+
 def who(*given):
     """The number of the process, and its threads' setting; it prints, too."""
     print("this is no answer", flush=True)
