@@ -195,12 +195,15 @@ def test_help_does_not_deny_controllers_of_plug_ins(command):
 
 def test_a_plug_in_that_cannot_be_loaded_is_one_sentence(tmp_path):
     (tmp_path / "taking.py").write_text(TAKING)
-    with installed(tmp_path, "gone = not_there\ntaking = taking") as worker:
+    (tmp_path / "leaving.py").write_text("raise SystemExit(0)\n")
+    points = "gone = not_there\nleaving = leaving\ntaking = taking"
+    with installed(tmp_path, points) as worker:
         first, again = (
             worker.call("tests.support.calls:command", ("check", "sensitive"), time_s=120.0)
             for _ in range(2)
         )
-    gone, taking, *rest = first[1].splitlines()
+    gone, leaving, taking, *rest = first[1].splitlines()
+    assert leaving == "the plug-in leaving (leaving) is not loaded: SystemExit: 0"
     why = "is not loaded: ModuleNotFoundError: No module named 'not_there'"
     assert gone == f"the plug-in gone (not_there) {why}"
     why = "is not loaded: ValueError: there already is a mesher called 'tetwild'"

@@ -207,7 +207,7 @@ def load_plugins() -> None:
     for point in entry_points(group=PLUGINS):
         try:
             point.load()
-        except Exception as error:
+        except (Exception, SystemExit) as error:  # one that exits must not end our process
             why = " ".join(f"{type(error).__name__}: {error}".split())
             text = f"the plug-in {point.name} ({point.value}) is not loaded: {why}"
             warnings.warn(text, PluginWarning, stacklevel=2)
