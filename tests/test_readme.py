@@ -135,6 +135,7 @@ def test_the_molds_page_plans_its_mold_and_reports_profiles_as_they_are(capsys):
         assert reported == [value for key, value in vars(limits).items() if key != "name"]
 
 
+@pytest.mark.slow
 def test_the_molds_page_reports_refusals_as_they_are():
 
     rows = re.findall(

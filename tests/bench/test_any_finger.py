@@ -69,6 +69,7 @@ def test_each_check_can_fall_short(invalid, falls):
     assert not all(check.holds for check in unnamed.checks())
 
 
+@pytest.mark.slow
 def test_straight_designs_extrude_with_angles_over_a_degree():
     found = extrude_straight(30)
     assert len(found) >= 3

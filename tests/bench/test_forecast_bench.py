@@ -18,6 +18,7 @@ def record(pair, **changed):
     return {**pair, "machine": speed, "forecast": reported, **found, **changed}
 
 
+@pytest.mark.slow
 def test_every_pair_can_be_analysed():
     pairs = plain_pairs()
     assert len(pairs) == len(bench.PAIRS) + 30

@@ -173,6 +173,7 @@ def measured():
     return Hexahedra(points, {})
 
 
+@pytest.mark.slow
 def test_errors_are_against_the_other_cell(measured):
     first = measured.points[0]
     assert measured.reference(LINES[0]).line == LINES[3]
@@ -181,6 +182,7 @@ def test_errors_are_against_the_other_cell(measured):
     assert measured.band() == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_numbers_and_chart_are_written(measured, tmp_path):
     measured.machine = machine()
     paths = write_hexahedra(measured, tmp_path / "new" / "folder")

@@ -230,6 +230,7 @@ def test_how_sure_a_look_up_is_comes_from_the_one_off_models(table):
     assert 0.2 < found["relative"] < 0.4  # nine of ten, the meshes' part taken off
 
 
+@pytest.mark.slow
 def test_everything_is_written(table, tmp_path):
     found = judged(table, tmp_path / "plane_strain.jsonl")
     paths = write_plane_strain(found, tmp_path / "out")

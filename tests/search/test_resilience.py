@@ -178,6 +178,7 @@ def dask(place, workers=2):
 
 
 @pytest.mark.usefixtures("interruptible")
+@pytest.mark.slow
 def test_a_killed_and_an_interrupted_driver_go_on_where_they_stopped(place):
     place.study(count=40)
     run = place.sweep("--workers", "2")
