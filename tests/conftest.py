@@ -8,7 +8,6 @@ that takes five times as long (a section of 34k dofs: 4.5 s of processor time, 2
 import os
 import signal
 import tempfile
-from functools import partial
 
 import pytest
 
@@ -36,13 +35,3 @@ def interruptible():
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
-
-
-@pytest.fixture
-def undrawn(monkeypatch):
-    """Analyses make no CAD and pages without figures: those take seconds, and others test them."""
-    from fingerdesign.analysis.page import page
-
-    monkeypatch.setattr(page, "report_html", partial(page.report_html, picture=False))
-    monkeypatch.setattr(page, "report_figures", lambda _: {key: [] for key in page.SECTIONS})
-    monkeypatch.setattr("fingerdesign.pipeline.write_finger_cad", lambda *_: {})

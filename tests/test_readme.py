@@ -55,7 +55,7 @@ def run_python(name, capsys):
 
 
 @pytest.fixture
-def toured(tmp_path, monkeypatch, undrawn):
+def toured(tmp_path, monkeypatch):
     """The folder of somebody who has come to a step of the tour: a design and a scene."""
     (tmp_path / "scene.toml").write_text(blocks("toml")[0], encoding="utf-8")
     monkeypatch.chdir(tmp_path)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,6 +31,21 @@ if TYPE_CHECKING:
 NONE = "–"  # in a cell of the study
 
 
+@contextmanager
+def _going_on(
+    kind: RecordFolder, target: Path, quiet: bool
+) -> Iterator[tuple[Path, Path, Callable[[str, float], None]]]:
+    """Journal, new folder and progress of work that goes on where it stopped; the journal is one
+    process's, and is gone once the folder stands at ``target``."""
+    from fingerdesign.trials.run import journal_beside
+
+    journal = journal_beside(target.absolute())
+    with held(journal):
+        with kind.written(target) as folder, progress(target.name, quiet) as show:
+            yield journal, folder, show
+        journal.unlink(missing_ok=True)
+
+
 # ``fingerdesign tune``: every controller tuned alike, on grips that are not those of the study.
 
 
@@ -47,26 +64,22 @@ def tune(
     design, _ = read_case(design_file)
     from fingerdesign.trials.tune import DESIGN_FILE, tune_controllers, write_tuning
 
-    name = design.design.name
-    target = out / name
-    journal = target.absolute().with_name(f"{name}.unfinished.sqlite")
+    target = out / design.design.name
     kind = RecordFolder("tuning", RECORD_FILE, (RECORD_FILE, DESIGN_FILE))
     refuse_foreign(kind, target)
     estimator = estimator_for(design, estimator_file)
-    with held(journal):
-        with kind.written(target) as folder, progress(name, quiet) as show:
-            record = tune_controllers(
-                design,
-                controllers or CONTROLLER_NAMES,
-                journal,
-                estimator=estimator,
-                noises=noises,
-                seed=seed,
-                workers=workers or cores(),
-                report=show,
-            )
-            write_tuning(record, design, folder)
-        journal.unlink(missing_ok=True)
+    with _going_on(kind, target, quiet) as (journal, folder, show):
+        record = tune_controllers(
+            design,
+            controllers or CONTROLLER_NAMES,
+            journal,
+            estimator=estimator,
+            noises=noises,
+            seed=seed,
+            workers=workers or cores(),
+            report=show,
+        )
+        write_tuning(record, design, folder)
     if as_json:
         print_json(record.data())
     elif not quiet:
@@ -167,10 +180,9 @@ def study_control(
 ) -> int:
     """Judge controllers on DESIGN over friction, weight and gage noise; in plane strain."""
     design, _ = read_case(design_file)
-    from fingerdesign.trials.run import FOLDER, journal_beside, study_control, write_study
+    from fingerdesign.trials.run import FOLDER, study_control, write_study
 
-    name = design.design.name
-    target = out / name
+    target = out / design.design.name
     grid = ControlGrid.quick() if quick else ControlGrid()
     given = {"frictions": frictions, "masses_g": masses, "noises": noises}
     changes: dict[str, Any] = {key: values for key, values in given.items() if values}
@@ -178,21 +190,18 @@ def study_control(
     refuse(grid, ())
     refuse_foreign(FOLDER, target)
     estimator = estimator_for(design, estimator_file)
-    journal = journal_beside(target.absolute())
-    with held(journal):
-        with FOLDER.written(target) as folder, progress(name, quiet) as show:
-            found = study_control(
-                design,
-                controllers or CONTROLLER_NAMES,
-                grid,
-                journal,
-                estimator=estimator,
-                workers=workers or cores(),
-                report=show,
-            )
-            show("writing the report", 1.0)
-            write_study(found, folder)
-        journal.unlink(missing_ok=True)
+    with _going_on(FOLDER, target, quiet) as (journal, folder, show):
+        found = study_control(
+            design,
+            controllers or CONTROLLER_NAMES,
+            grid,
+            journal,
+            estimator=estimator,
+            workers=workers or cores(),
+            report=show,
+        )
+        show("writing the report", 1.0)
+        write_study(found, folder)
     if as_json:
         print_json(plain(found.data))
     elif not quiet:

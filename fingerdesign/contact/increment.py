@@ -30,12 +30,13 @@ from fingerdesign.contact.newton import (
 )
 from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.problem import ContactProblem, Motion
-from fingerdesign.contact.tracking import Tracked, Tracker
+from fingerdesign.contact.tracking import Answer, Tracker
 from fingerdesign.errors import SolverError
 
 # What is tried, in which order, to solve one increment (numpy only).
 #
-# Newton from the last forces solves all but a few increments in a thousand. What is left is mostly
+# Small steps follow from the one before (tracking.py). Of all that is solved anew, Newton from the
+# last forces solves all but a few increments in a thousand. What is left is mostly
 # a large friction coefficient, where an answer always exists but need not be the only one: in the
 # plane complementary pivots find one for certain; in 3-D it is approached along the motion, along
 # the friction coefficient, and by Gauss-Seidel. Each way is limited in iterations: nothing can
@@ -407,7 +408,6 @@ def solve_increment(
         raise SolverError(f"the motion {motion} is not finite")
     found, certificate, method = _answer(problem, state, motion, offset, workspace)
     multiplier, local = found.multiplier, found.motion
-    force = problem.to_global(multiplier)
     if not _accepts(certificate):
         raise SolverError(
             f"no accepted answer at {motion} (friction {problem.friction_coefficient:g}): "
@@ -434,7 +434,7 @@ def solve_increment(
         gap=local[:, 0],
         slip_increment=local[:, 1:],
         status=status,
-        force=force,
+        force=problem.to_global(multiplier),
         state=after,
         iterations=found.iterations,
         residual=found.residual,
@@ -449,7 +449,7 @@ def _answer(
     motion: Motion,
     offset: Array,
     workspace: Workspace,
-) -> tuple[Tracked, Certificate, str]:
+) -> tuple[Answer, Certificate, str]:
     """What is found near the last increment if the certificate accepts it, else by a solve anew."""
     near = None
     if workspace.follows:
@@ -461,9 +461,7 @@ def _answer(
     guess = workspace.predicted(state, motion, problem.friction_coefficient)
     result, method = _solve(problem, state, guess, offset, workspace)
     yielded = (problem.compliance @ result.multiplier.reshape(-1)).reshape(offset.shape)
-    found = Tracked(
-        result.multiplier, yielded, yielded + offset, result.residual, result.iterations
-    )
+    found = Answer(result.multiplier, yielded, yielded + offset, result.residual, result.iterations)
     return found, _certified(problem, found), method
 
 
@@ -476,7 +474,7 @@ def _accepts(certificate: Certificate) -> bool:
     return certificate.laws <= ACCEPT and certificate.balance <= ACCEPT_BALANCE
 
 
-def _certified(problem: ContactProblem, found: Tracked) -> Certificate:
+def _certified(problem: ContactProblem, found: Answer) -> Certificate:
     """The laws and the balance of the forces found."""
     force = problem.to_global(found.multiplier)
     free = ~problem.model.locked.any(axis=0)

@@ -64,18 +64,18 @@ def _refuse_special(path: Path) -> None:
 @contextmanager
 def whole_file(path: Path | str) -> Iterator[Path]:
     """A hidden path beside ``path``, of the same ending; what the block writes there takes the
-    place of ``path``, or of what it links to, and is gone where the block raises.
+    place of ``path``, and is gone where the block raises. A link is replaced, never followed: its
+    target may be somebody else's.
 
     OSError as of the disk, and where ``path`` is a folder, a pipe or a device.
     """
     path = Path(path)
     _refuse_special(path)
-    place = Path(os.path.realpath(path))
-    aside = place.with_name(f".{secrets.token_hex(6)}-{path.name}"[:255])
+    aside = path.with_name(f".{secrets.token_hex(6)}-{path.name}"[:255])
     try:
         with _naming(path):
             yield aside
-        os.replace(aside, place)
+        os.replace(aside, path)
     finally:
         with contextlib.suppress(OSError):
             aside.unlink(missing_ok=True)

@@ -169,7 +169,6 @@ def test_a_folder_of_something_else_is_left_alone(folder, tmp_path, said):
     assert len(list((tmp_path / "coarse").iterdir())) == 2
 
 
-@pytest.mark.usefixtures("undrawn")
 def test_each_friction_is_lifted_once_and_recorded(folder, tmp_path, said):
     options = ["--friction", "0.3", "--friction", "0.7", "--mass-g", "30"]
     printed = json.loads(

@@ -34,9 +34,9 @@ def test_tracked_increments_are_those_solved_anew(shape, friction, request):
     follows = []
     for tracked, anew in pairs(problem, walk(40), follows):
         scale = anew.multiplier.max()
-        np.testing.assert_allclose(tracked.multiplier, anew.multiplier, atol=1e-7 * scale)
+        np.testing.assert_allclose(tracked.multiplier, anew.multiplier, rtol=0.0, atol=1e-8 * scale)
         length = scale * problem.typical_compliance
-        np.testing.assert_allclose(tracked.gap, anew.gap, atol=1e-7 * length)
+        np.testing.assert_allclose(tracked.gap, anew.gap, rtol=0.0, atol=1e-8 * length)
         np.testing.assert_array_equal(tracked.status, anew.status)
     assert np.mean(follows) > 0.9
 
@@ -92,5 +92,5 @@ def test_a_wrong_answer_is_refused_by_the_certificate(patch, monkeypatch):
     follows = []
     for tracked, anew in pairs(patch, walk(5), follows):
         scale = anew.multiplier.max()
-        np.testing.assert_allclose(tracked.multiplier, anew.multiplier, atol=1e-7 * scale)
+        np.testing.assert_allclose(tracked.multiplier, anew.multiplier, rtol=0.0, atol=1e-8 * scale)
     assert not any(follows)

@@ -36,17 +36,18 @@ def test_a_file_is_whole_or_not_at_all(tmp_path):
     assert [each.name for each in tmp_path.iterdir()] == ["a.txt"]
 
 
-def test_a_file_takes_no_pipes_place_and_links_stay(tmp_path):
+def test_a_file_takes_no_pipes_place_and_follows_no_link(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "link").symlink_to(tmp_path / "pipe")
     for name in ("pipe", "link", "."):
         with pytest.raises(OSError, match="not a regular file"):
             files.write_whole(tmp_path / name, "x")
     assert (tmp_path / "pipe").is_fifo()
+    (tmp_path / "real").write_text("somebody's")
     (tmp_path / "to").symlink_to(tmp_path / "real")
     files.write_whole(tmp_path / "to", "x")
-    assert (tmp_path / "to").is_symlink()
-    assert (tmp_path / "real").read_text() == "x"
+    assert (tmp_path / "to").read_text() == "x"
+    assert (tmp_path / "real").read_text() == "somebody's"
 
 
 def test_a_full_disk_is_named(tmp_path, monkeypatch):
