@@ -120,7 +120,7 @@ def contact_problem(
     """Turn the compliance into local components and integrate the exact gap.
 
     object_compliance (m dim, m dim) mm/N, global: that of an elastic object at the finger's nodes
-    (`fingerdesign bench verification` has some). Both yield to the same forces: compliances add.
+    (fem.facing.facing_compliance). Both bodies yield to the same forces, so compliances add.
     """
     _check_friction(friction_coefficient)
     frames = local_frames(indenter.normal(model.points))

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fingerdesign_bench.accuracy.facing import facing_compliance
 
 from fingerdesign import parse_design
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.body import body_model, condense_body
 from fingerdesign.fem.elements import EDGES
+from fingerdesign.fem.facing import facing_compliance
 from fingerdesign.fem.model import build_model
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.mesh.section.extrude import extrude
