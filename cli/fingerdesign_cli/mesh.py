@@ -13,7 +13,7 @@ from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.stages import make_mesh, zone_of
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.mesh.files.io import write_mesh
-from fingerdesign.mesh.pictures import draw_quality
+from fingerdesign.mesh.pictures import draw_mesh, draw_quality
 from fingerdesign.mesh.quality import assess, requested_sizes
 from fingerdesign.runtime.files import write_whole
 from fingerdesign_cli.inputs import read_case
@@ -52,6 +52,7 @@ def mesh(
         files = _write(mesh, out, formats, quality.text(), quality.to_dict())
         if picture:
             report("drawing")
+            files.append(draw_mesh(mesh, out / "mesh.png", name=finger.design.name))
             files.append(draw_quality(mesh, finger, quality, out / "quality.png", requested))
     if as_json:
         print_json({**quality.to_dict(), "files": [str(path) for path in files]})

@@ -1,6 +1,7 @@
-"""A picture of a mesh's quality: cut open at z = 0, with histograms (pyvista, matplotlib).
+"""A picture of a mesh: its outside with edges and, of a whole finger, its inside too (pyvista).
 
-VTK is native code that can crash where graphics drivers are odd: it draws in a process of its own.
+Plates are bronze, a core purple, and a legend says so. VTK is native code that can crash where
+graphics drivers are odd: it draws in a process of its own.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from fingerdesign.runtime.files import whole_file
 from fingerdesign.runtime.isolate import Function, ProcessError, call
 
 TIME_LIMIT_S = 120.0  # drawing takes 1 to 2 s; a software renderer on a busy machine far longer
-EDGES = "#33475b"
+SIZE = (1600, 1120)
+SILICONE, BRONZE, CORE, EDGES = "#cfd8e3", "#b87333", "#a487b5", "#33475b"
 
 
 def placed(mesh: Mesh) -> Array:
@@ -31,6 +33,11 @@ def placed(mesh: Mesh) -> Array:
     if mesh.symmetric:
         points[:, 2] *= -1.0
     return points
+
+
+def view(plotter: Any) -> None:
+    """Look from the front, a little from above and the left."""
+    plotter.view_vector((-0.3, 0.4, 1.0), viewup=(0.0, 1.0, 0.0))
 
 
 def cut_open(grid: Any) -> Any:
@@ -47,6 +54,19 @@ def cropped(image: NDArray[Any]) -> tuple[NDArray[Any], tuple[int, int]]:
     return image[top : rows.max() + 1, left : columns.max() + 1], (left, top)
 
 
+def draw_mesh(mesh: Mesh, path: Path, name: str = "") -> Path:
+    """Write a PNG of a mesh: a section seen along -z, a half model with its mid-plane in front, a
+    whole one beside itself cut open at z = 0. ``name``: the design's, for the title.
+
+    MeshError where nothing can be rendered (no off-screen graphics on this machine).
+    """
+    cores = [number for number, region in mesh.region_names.items() if region == "core"]
+    part = np.where(np.isin(mesh.regions, cores), 2, np.minimum(mesh.regions, 1))
+    whole = mesh.dimension == 3 and not mesh.symmetric
+    data = {"points": placed(mesh), "cells": mesh.corners, "part": part}
+    return drawn(paint_mesh, path, data, picture_title(mesh, name), whole)
+
+
 def drawn(paint: Function, path: Path, *given: Any) -> Path:
     """``paint(*given, path)`` in a process of its own, whole or not at all; MeshError says why."""
     try:
@@ -55,6 +75,64 @@ def drawn(paint: Function, path: Path, *given: Any) -> Path:
     except ProcessError as error:
         raise MeshError(f"the picture {path} could not be drawn: {error}") from error
     return path
+
+
+def picture_title(mesh: Mesh, name: str = "") -> str:
+    """What is drawn: of which design, how much of it, of how many elements."""
+    shown = "the section z = 0"
+    if mesh.dimension == 3:
+        shown = "the half z >= 0" if mesh.symmetric else "the whole finger, and cut open at z = 0"
+    about = f"{shown}; {len(mesh.cells)} elements ({mesh.mesher})"
+    return f"{name}: {about}" if name else about
+
+
+def paint_mesh(data: dict[str, NDArray[Any]], title: str, whole: bool, target: Path) -> None:
+    """Draw a PNG; runs in its process. VTK's errors pass: the caller gets the last line of them."""
+    import pyvista
+
+    plotter = pyvista.Plotter(
+        off_screen=True,
+        window_size=[SIZE[0] * (1 + whole), SIZE[1]],
+        shape=(1, 1 + whole),
+        border=False,
+    )
+    for column in range(1 + whole):
+        plotter.subplot(0, column)
+        _draw(plotter, data, cut=column == 1)
+    plotter.subplot(0, 0)
+    plotter.add_text(title, position="upper_left", font_size=14, color="black")
+    parts = zip(("elastomer", "plates", "core"), (SILICONE, BRONZE, CORE), strict=True)
+    shown = [list(part) for k, part in enumerate(parts) if (data["part"] == k).any()]
+    # VTK writes each word in the colour of its part: only a dark ground shows them all.
+    plotter.add_legend(
+        shown,
+        face="rectangle",
+        loc="lower left",
+        size=(0.13, 0.04 * len(shown)),
+        bcolor="#1d2833",
+        background_opacity=1.0,
+    )
+    plotter.screenshot(str(target))
+
+
+def _draw(plotter: Any, data: dict[str, NDArray[Any]], cut: bool) -> None:
+    """The mesh; ``cut``: of the rubber z <= 0, with plates and core standing out of it."""
+    import pyvista
+
+    points, cells, part = data["points"], data["cells"], data["part"]
+    plotter.set_background("white")
+    kind = pyvista.CellType.TRIANGLE if cells.shape[1] == 3 else pyvista.CellType.TETRA
+    for number, colour in enumerate((SILICONE, BRONZE, CORE)):
+        rows = part == number
+        if rows.any():
+            grid = pyvista.UnstructuredGrid({kind: cells[rows]}, points)
+            shown = cut_open(grid) if cut and number == 0 else grid
+            plotter.add_mesh(shown, color=colour, show_edges=True, edge_color=EDGES, ambient=0.3)
+    if cells.shape[1] == 3:
+        plotter.view_xy()
+    else:
+        view(plotter)
+    plotter.camera.zoom(1.15)
 
 
 _NAMES = {"contact": "at the contact", "rest": "elsewhere in the rubber"}
@@ -67,7 +145,7 @@ def draw_angles(axes: Any, data: dict[str, NDArray[Any]], about: dict[str, Any])
     edges, counts, least = data["edges"], data["counts"], data["least"]
     width = np.diff(edges)
     share = 100.0 * counts / max(counts.sum(), 1.0)
-    axes.bar(edges[:-1], share, width, align="edge", color="#cfd8e3", edgecolor=EDGES, lw=0.5)
+    axes.bar(edges[:-1], share, width, align="edge", color="#cfd8e3", edgecolor="#33475b", lw=0.5)
     own = np.histogram(least, edges)[0]
     axes.stairs(100.0 * own / len(least), edges, color="#0b6fb0", lw=1.6)
     axes.axvline(float(least.min()), color="#e0102a", lw=1.2)
@@ -237,7 +315,7 @@ def _cut_open(data: dict[str, NDArray[Any]], close: bool) -> tuple[NDArray[Any],
     if flat or close:
         plotter.view_xy()
     else:
-        plotter.view_vector((-0.3, 0.4, 1.0), viewup=(0.0, 1.0, 0.0))  # a little from above, left
+        view(plotter)
     if close:
         low, high = _close_box(data)
         plotter.enable_parallel_projection()

@@ -57,7 +57,14 @@ def test_more_than_is_free_is_refused_with_key_and_remedy(case, monkeypatch):
     with pytest.raises(DesignError) as caught:
         refuse(case, case.path_scene)
     (fault,) = caught.value.faults
+    assert fault.key == "mesh.layers"  # thin plates set the section's sizes here
     assert f"{needed:.0f} MB" in fault.bound
+    assert "--go-on" in fault.remedy
+    assert "plane-strain" in fault.remedy
+    coarser = with_values(case.design, {fault.key: int(str(fault.value)) // 2})
+    less = forecast_case(Case(coarser)).memory_MB
+    assert less < 0.6 * needed
+    assert f"lower it (at 4 about {less:.0f} MB)" in fault.remedy
 
 
 def test_where_coarser_meshes_do_not_help_none_is_advised(case, monkeypatch):
@@ -67,37 +74,46 @@ def test_where_coarser_meshes_do_not_help_none_is_advised(case, monkeypatch):
     assert fault.remedy.startswith("no coarser mesh of it fits")
 
 
+BULKY = {"mesh.far_size_mm": 0.6, "mesh.contact_size_mm": 0.6}
 FINE = {"mesh.contact_size_mm": 0.1, "mesh.plate_size_mm": 0.1, "mesh.far_size_mm": 0.2}
 ASTRONOMIC = {"mesh.contact_size_mm": 0.01, "mesh.plate_size_mm": 0.01, "mesh.far_size_mm": 0.02}
-REMEDY = (
-    r"raise mesh.contact.* and mesh.*mm (?P<times>\d+) times each"
+ONE = r"(?:raise|lower) it \(at (?P<one>[\d.]+) about"
+ALL = (
+    r"no one key suffices: raise mesh.contact.* and mesh.*mm (?P<times>\d+) times each"
     r"(?:, and lower mesh.layers to (?P<layers>\d+))? \(about \d+ MB\), or take "
     r"--fidelity plane-strain or --fidelity auto or --go-on"
 )
 
 
 @pytest.mark.parametrize(
-    ("free", "values"),
+    ("free", "name", "values", "key", "form"),
     [
-        (3000.0, FINE | SWEPT | {"mesh.layers": 200}),
-        (8000.0, ASTRONOMIC),
-        (8000.0, ASTRONOMIC | SWEPT),
+        (900.0, "homogeneous", BULKY, "mesh.far_size_mm", ONE),  # that saves most
+        (4000.0, "narrow", SWEPT | {"mesh.layers": 100}, "mesh.layers", ONE),
+        (3000.0, "homogeneous", FINE | SWEPT | {"mesh.layers": 200}, "mesh.contact_size_mm", ALL),
+        (8000.0, "homogeneous", ASTRONOMIC, "mesh.contact_size_mm", ALL),
+        (8000.0, "homogeneous", ASTRONOMIC | SWEPT, "mesh.contact_size_mm", ALL),
     ],
 )
-def test_what_is_refused_at_once_names_what_would_fit(free, values, monkeypatch):
+def test_what_is_refused_at_once_names_what_would_fit(free, name, values, key, form, monkeypatch):
     _free(monkeypatch, free)
-    design = shipped("homogeneous", values)
+    design = shipped(name, values)
     start = time.process_time()
     (fault,) = limits.memory_faults(Case(design))
     assert time.process_time() - start < 6.0  # 1.5 s, where nothing runs beside
-    assert fault.key == "mesh.contact_size_mm"
-    reported = re.match(REMEDY, fault.remedy)
+    assert fault.key == key
+    reported = re.match(form, fault.remedy)
     assert reported is not None, fault.remedy
-    sizes = {k: value for k, value in values.items() if k.endswith("_mm")}
-    assert all(k in fault.remedy for k in sizes)
-    coarser = {k: value * int(reported["times"]) for k, value in sizes.items()}
-    if reported["layers"]:
-        coarser["mesh.layers"] = int(reported["layers"])
+    if form == ONE:
+        coarser = {key: float(reported["one"])}
+    else:
+        sizes = {k: value for k, value in values.items() if k.endswith("_mm")}
+        assert all(k in fault.remedy for k in sizes)
+        coarser = {k: value * int(reported["times"]) for k, value in sizes.items()}
+        layers = int(reported["layers"] or 0)
+        coarser |= {"mesh.layers": layers} if layers else {}
+    if "mesh.layers" in coarser:
+        coarser["mesh.layers"] = int(coarser["mesh.layers"])
     assert limits.memory_faults(Case(with_values(design, coarser))) == []
 
 

@@ -37,7 +37,7 @@ def test_mesh_report_and_picture_are_written(fidelity, dimension, design, tmp_pa
     out = tmp_path / "out"
     options = ["--fidelity", fidelity, "--format", "vtu", "--format", "msh", "--quiet", "--json"]
     printed = json.loads(said("mesh", design, "--out", out, *options).out)
-    names = {"mesh.vtu", "mesh.msh", "quality.txt", "quality.json", "quality.png"}
+    names = {"mesh.vtu", "mesh.msh", "quality.txt", "quality.json", "mesh.png", "quality.png"}
     assert {path.name for path in out.iterdir()} == names
     assert {Path(path).name for path in printed["files"]} == names
     report = json.loads((out / "quality.json").read_text())
@@ -47,7 +47,8 @@ def test_mesh_report_and_picture_are_written(fidelity, dimension, design, tmp_pa
         mesh = read_named(out / name)
         assert len(mesh.cells) == report["elements"]
         assert mesh.dimension == dimension
-    assert (out / "quality.png").read_bytes().startswith(b"\x89PNG")
+    for name in ("mesh.png", "quality.png"):
+        assert (out / name).read_bytes().startswith(b"\x89PNG")
     assert set(report["size_ratio"]) == {"contact", "plates", "rest"}
     assert max(report["surface_distance_mm"].values()) < 1e-9
     assert f"{report['elements']}" in (out / "quality.txt").read_text()

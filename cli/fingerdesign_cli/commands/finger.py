@@ -82,7 +82,7 @@ def check(**given: Any) -> int | None:
 @click.option(
     "--picture/--no-picture",
     default=True,
-    help="Draw quality.png.",
+    help="Draw mesh.png and quality.png.",
     show_default=True,
 )
 @output_options
@@ -91,7 +91,7 @@ def mesh(**given: Any) -> int | None:
 
     DESIGN is a file or a shipped design's name; with mesh.mesher = "file" its mesh is read, checked
     and fitted. Writes mesh.ENDING for each --format, quality.txt and quality.json (angles, aspects,
-    sizes against those asked, volumes and distances to the CAD faces) and quality.png.
+    sizes against those asked, volumes and distances to the CAD faces), mesh.png and quality.png.
     Quadratic elements; cells carry their region (elastomer, plate_0, ..., core), facets the name of
     their face (base, contact, side, end, symmetry).
     """

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 LEFT_MB = 256.0  # for everything else: of the free memory not to be used
 SMALL_MB = 1024.0  # never refused: what is not free now may be in a moment
-_DOUBLINGS = 6  # of all sizes together, at the most
+_ONE_KEY = 30.0  # times the free memory: beyond it no one size, doubled, can suffice
+_DOUBLINGS, _ALONE = 6, 4  # of all sizes together and of one alone, at the most
 _SIZES = ("contact_size_mm", "plate_size_mm", "far_size_mm")
 
 
@@ -61,9 +62,16 @@ def memory_faults(case: Case) -> list[Fault]:
 
 
 def _remedy(case: Case, found: Forecast, free: float) -> tuple[str, float, str]:
-    """A key of the mesh, its value and what to do to all sizes so that the mesh fits."""
+    """A key of the mesh, its value and what to do: change it where that suffices, or several."""
     sizes = _sizes(case, found)
     key, value = next(iter(sizes.items()))
+    best = _coarsened(case, found, sizes)
+    if best is not None and found.memory_MB <= _ONE_KEY * max(free, SMALL_MB):
+        key, value, other, less = best
+        enough = (other, less) if _fits(less, free) else _further(case, key, value, other, free)
+        if enough is not None:
+            verb = "raise" if other > value else "lower"
+            return key, value, f"{verb} it (at {enough[0]:g} about {enough[1].memory_MB:.0f} MB)"
     several = _all_coarsened(case, sizes, found, free)
     if several is None:
         return key, value, "no coarser mesh of it fits: free some memory"
@@ -71,7 +79,7 @@ def _remedy(case: Case, found: Forecast, free: float) -> tuple[str, float, str]:
     *names, last = sizes
     also = f", and lower mesh.layers to {layers}" if layers else ""
     remedy = f"raise {', '.join(names)} and {last} {factor} times each{also}"
-    return key, value, f"{remedy} (about {less.memory_MB:.0f} MB)"
+    return key, value, f"no one key suffices: {remedy} (about {less.memory_MB:.0f} MB)"
 
 
 def _fidelities(case: Case, free: float) -> list[str]:
@@ -118,6 +126,35 @@ def _changed(case: Case, values: dict[str, float]) -> Forecast | None:
         return forecast_case(replace(case, design=with_values(case.design, values)))
     except (DesignError, MeshError, GeometryError):
         return None
+
+
+def _coarsened(
+    case: Case, found: Forecast, sizes: dict[str, float]
+) -> tuple[str, float, float, Forecast] | None:
+    """The key of the mesh that saves most when it is changed by a factor of two: the key, its
+    value, the other value, and the forecast with that."""
+    others = {key: 2.0 * value for key, value in sizes.items()}
+    layers = case.design.mesh.layers
+    if found.mesher == "extrude" and layers > 1:
+        sizes, others = sizes | {"mesh.layers": layers}, others | {"mesh.layers": layers // 2}
+    tried = [
+        (key, sizes[key], other, less)
+        for key, other in others.items()
+        if (less := _changed(case, {key: other})) is not None
+    ]
+    return min(tried, key=lambda each: each[3].memory_MB, default=None)
+
+
+def _further(
+    case: Case, key: str, value: float, other: float, free: float
+) -> tuple[float, Forecast] | None:
+    """A key's value that fits, changed by more than a factor of two, and the forecast; or None."""
+    for doublings in range(1, _ALONE):
+        new: float = other * 2**doublings if other > value else int(other) // 2**doublings
+        less = _changed(case, {key: new})
+        if less is None or _fits(less, free):
+            return None if less is None else (new, less)
+    return None
 
 
 def _all_coarsened(
