@@ -10,16 +10,18 @@ are those of analysis/stages.py, the path analysis/path.py, the record analysis/
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.analysis import Analysis, analysis_of, failed_analysis
+from fingerdesign.analysis.answers import extras, keep_answer, kept_answer
 from fingerdesign.analysis.case import Case, Clock
 from fingerdesign.analysis.fidelity.ladder import Choice, choose
+from fingerdesign.analysis.folder import cad_beside, complete_answer, write_analysis
 from fingerdesign.analysis.forecast.forecast import forecast_case
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.page.page import write_outputs
 from fingerdesign.analysis.path import follow_path, object_at_touch
 from fingerdesign.analysis.stages import (
     bare_opposite,
@@ -31,9 +33,8 @@ from fingerdesign.analysis.stages import (
     slip_studies,
     zone_of,
 )
-from fingerdesign.cad.solid_process import write_finger_cad
 from fingerdesign.contact.problem import contact_problem
-from fingerdesign.errors import DesignError, FingerDesignError, SolverError
+from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.make import mesher_of
 from fingerdesign.mesh.section.netgen import start_mesher
@@ -109,30 +110,46 @@ def _run_in_zone(
     return analysis_of(requested, scene, chosen, problem, array, steps, studies, grips, clock)
 
 
-def analyse_into(case: Case, out: Path, report: Report = lambda message: None) -> Result:
+def analyse_into(
+    case: Case,
+    out: Path,
+    report: Report = lambda message: None,
+    page: bool | None = None,
+    cad: bool | None = None,
+    fresh: bool = False,
+) -> Result:
     """Run a case and write OUT/NAME; a failure of the work is written as a failed result.
+
+    page, cad: with report.html, with STEP and STL files; None: except in plane strain, where they
+    would take longer than the work (``analysis.folder.complete`` makes them later). An answer that
+    is kept from an earlier run is taken, unless ``fresh``.
 
     Raises DesignError for wrong input (nothing is written) and ResultError where the folder cannot
     be written. ``result.status`` says how the work ended.
     """
+    if not fresh and (found := kept_answer(case, out)) is not None:
+        complete_answer(case, out, page, cad)
+        return found
     refuse(case, case.path_scene)
+    page, cad = extras(case, page, cad)
+    with RESULTS.written(out / case.design.design.name) as folder:
+        result = _worked(case, folder, report, page, cad)
+        if result.status == "ok":
+            keep_answer(case, folder)
+    return result
+
+
+def _worked(case: Case, folder: Path, report: Report, page: bool, cad: bool) -> Result:
+    """Run a case and write what was found, or why nothing was, into ``folder``."""
     if case.fidelity != "auto":  # which models that will take is not known yet
         report(f"forecast: {forecast_case(case)}")
-    target = out / case.design.design.name
     clock = Clock()
-    with RESULTS.written(target) as folder:
-        try:
-            report("building the solid")
-            with clock.stage("geometry"):
-                write_finger_cad(case.design, folder)
+    try:
+        with cad_beside(case.design, folder, clock) if cad else nullcontext():
             analysis = run(case, report, clock)
-        except DesignError:
-            raise
-        except FingerDesignError as error:
-            analysis = failed_analysis(case, error, clock)
-        except MemoryError:
-            short = SolverError("not enough memory for this model; coarsen the mesh")
-            analysis = failed_analysis(case, short, clock)
-        report("writing the report")
-        analysis = write_outputs(analysis, folder)
-    return analysis.result
+    except DesignError:
+        raise
+    except (FingerDesignError, MemoryError) as error:
+        analysis = failed_analysis(case, error, clock)
+    report("writing the report")
+    return write_analysis(analysis, case.design, folder, clock, page)

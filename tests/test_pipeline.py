@@ -117,12 +117,13 @@ def test_failed_work_leaves_a_failed_record(tmp_path, monkeypatch):
 
     monkeypatch.setattr(pipeline, "make_mesh", broken)
     design = parse_design('design.name = "unlucky"\nplates.count = 0')
-    result = analyse_into(Case(design, SCENE, "plane-strain", scene_name="short"), tmp_path)
+    case = Case(design, SCENE, "plane-strain", scene_name="short")
+    result = analyse_into(case, tmp_path, page=True, cad=True)
     assert result.status == "failed"
     stored = read_result(tmp_path / "unlucky")
     assert stored.scene == "short"
     assert stored.failure == "the mesher gave up"
-    assert stored.timings_s["geometry"] > 0
+    assert stored.timings_s["report"] > 0
     assert (tmp_path / "unlucky" / "report.html").exists()
 
 
@@ -207,7 +208,7 @@ def test_one_factorisation_serves_frictions_grips_and_fields(counted, scene):
 def test_analyse_can_be_reported_to_leave_fields_out(monkeypatch, tmp_path):
     cases = []
 
-    def stop(case, out, report):
+    def stop(case, *more, **named):
         cases.append(case)
         raise DesignError([Fault("test", 0, "ended here", "none")])
 

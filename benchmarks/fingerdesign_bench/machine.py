@@ -8,7 +8,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from fingerdesign.analysis.summary import versions
+from fingerdesign.version import versions
 
 _MORE = ("mkl", "threadpoolctl", "matplotlib")
 _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")

@@ -8,14 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fingerdesign.analysis.answers import is_kept, kept_answer, missing, read_arrays
+from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.page.words import verdict
 from fingerdesign.checks.starter import find_design, find_scene
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RESULTS
-from fingerdesign_cli.terminal import print_json, print_table, progress
+from fingerdesign_cli.terminal import print_json, print_table, progress, say_verdict, where_report
 
 if TYPE_CHECKING:
     from fingerdesign.records.result import Result
+    from fingerdesign.runtime.progress import Report
 
 
 def analyse(
@@ -26,35 +31,57 @@ def analyse(
     tolerance: float | None,
     go_on: bool,
     no_fields: bool,
+    page: bool | None,
+    cad: bool | None,
+    fresh: bool,
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Analyse each DESIGN: contact, gages, grips, and a report in OUT/NAME/report.html."""
+    """Analyse each DESIGN: contact, gages, grips, and a result in OUT/NAME."""
     options: dict[str, Any] = {"go_on": go_on, "fields": not no_fields}
     if tolerance is not None:
         if fidelity != "auto":
             raise click.UsageError("--tolerance belongs to --fidelity auto; add that or leave it")
         options["tolerance"] = tolerance
-    cases = _read(designs, scene_file, fidelity, out, **options)
-    from fingerdesign.pipeline import analyse_into
-
+    cases = _read(designs, scene_file, fidelity, out, fresh, **options)
     results: list[Result] = []
     for number, case in enumerate(cases):
         name = case.design.design.name
         with progress(name, quiet) as show:
             report = partial(show, fraction=number / len(cases))
-            results.append(analyse_into(case, out, report))
+            results.append(answer_of(case, out, report, page, cad, fresh))
     _report(results, out, quiet, as_json)
     return 0 if all(result.status == "ok" for result in results) else 1
 
 
+def answer_of(
+    case: Case, out: Path, report: Report, page: bool | None, cad: bool | None, fresh: bool
+) -> Result:
+    """OUT/NAME from the answer that is kept, without loading what works, or by that."""
+    found = None if fresh else kept_answer(case, out)
+    if found is not None:
+        report("analysed before: its answer is taken (--fresh works it anew)")
+        if any(missing(case, out, page, cad)):
+            from fingerdesign.analysis.folder import complete_answer
+
+            complete_answer(case, out, page, cad)
+        return found
+    if case.fidelity == "plane-strain":
+        start_mesher()  # it loads while this process loads the rest
+    from fingerdesign.pipeline import analyse_into
+
+    return analyse_into(case, out, report, page, cad, fresh=True)
+
+
 def _read(
-    designs: tuple[Path, ...], scene_file: Path | None, fidelity: str, out: Path, **options: Any
+    designs: tuple[Path, ...],
+    scene_file: Path | None,
+    fidelity: str,
+    out: Path,
+    fresh: bool,
+    **options: Any,
 ) -> list[Any]:
     """Every fault of every file, of each design in its scene, and of --out, before any work."""
-    from fingerdesign.analysis.case import Case, fundamental_scene
-    from fingerdesign.analysis.forecast.limits import refuse
-
     faults: list[Fault] = []
     scene = None
     if scene_file is not None:
@@ -73,7 +100,10 @@ def _read(
         cases.append(Case(design, scene, fidelity, scene_name=name, **options))
     for case in cases:
         try:
-            refuse(case, case.scene or fundamental_scene())
+            if fresh or not is_kept(case):
+                from fingerdesign.analysis.forecast.limits import refuse
+
+                refuse(case, case.path_scene)
         except DesignError as error:
             faults += error.faults
         target = out / case.design.design.name
@@ -136,4 +166,5 @@ def _report(results: list[Result], out: Path, quiet: bool, as_json: bool) -> Non
         for warning in r.warnings if r.ladder and not r.ladder.reached else ():
             if warning.startswith("--tolerance"):
                 click.echo(f"{r.design}: {warning}", err=True)
-        click.echo(f"report: {out / r.design / 'report.html'}")
+        say_verdict(verdict(r, read_arrays(out / r.design).get("grip_traces", ())))
+        click.echo(where_report(out / r.design))

@@ -11,13 +11,15 @@ from typing import TYPE_CHECKING
 import click
 from jinja2 import TemplateError
 
+from fingerdesign.analysis.answers import ARRAYS, PAGE, read_arrays
 from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
 from fingerdesign.analysis.page.words import verdict
 from fingerdesign.checks import starter
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RESULT_FILE, read_result
 from fingerdesign.runtime.files import write_whole
-from fingerdesign_cli.terminal import print_json, print_table, say
+from fingerdesign_cli.terminal import print_json, print_table, say, say_verdict
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.page.words import Question
@@ -58,10 +60,13 @@ def new(file: Path, source: str | None, scene: bool, force: bool, quiet: bool) -
         click.echo(f"{file} written; next: fingerdesign check {design}{shlex.quote(str(file))}")
 
 
-def view(folder: Path, open_browser: bool, quiet: bool, as_json: bool) -> None:
+def view(folder: Path, open_browser: bool, cad: bool, quiet: bool, as_json: bool) -> None:
     """Show the result in DIR, or each result in the folders of DIR, and where its report is."""
     places = _places(folder)
-    views = [_view(place, read_result(place)) for place in places]
+    views = [_view(place) for place in places]
+    page = open_browser or not (quiet or as_json)
+    for place in places:
+        _complete(place, page, cad)
     if as_json:
         print_json([_summary(each) for each in views])
     elif not quiet:
@@ -69,8 +74,20 @@ def view(folder: Path, open_browser: bool, quiet: bool, as_json: bool) -> None:
             _show(each)
     if open_browser:
         for place in places:
-            if (place / "report.html").is_file():
-                click.launch((place / "report.html").absolute().as_uri())
+            if (place / PAGE).is_file():
+                click.launch((place / PAGE).absolute().as_uri())
+
+
+def _complete(place: Path, page: bool, cad: bool) -> None:
+    """Draw what is missing; a result whose arrays are not kept is shown without."""
+    if (cad or page) and (place / ARRAYS).is_file():
+        from fingerdesign.analysis.folder import complete
+
+        try:
+            complete(place, page, cad)
+        except (*_WRONG, TemplateError, OSError) as error:
+            why = f"{type(error).__name__}: {error}"[:200]
+            raise ResultError(f"{place}: its report cannot be drawn: {why}") from error
 
 
 def _places(folder: Path) -> list[Path]:
@@ -109,15 +126,17 @@ class _View:
     @property
     def report(self) -> str | None:
         """Where its report is, if it is there."""
-        report = self.place / "report.html"
+        report = self.place / PAGE
         return str(report) if report.is_file() else None
 
 
-def _view(place: Path, result: Result) -> _View:
+def _view(place: Path) -> _View:
     """What is shown of a result; DesignError where its values are none that can be shown."""
     makers = (model_table, increment_table, grip_table)
+    result = read_result(place)
     try:
-        return _View(place, result, verdict(result), tuple(make(result) for make in makers))
+        found = verdict(result, read_arrays(place).get("grip_traces", ()))
+        return _View(place, result, found, tuple(make(result) for make in makers))
     except (*_WRONG, TemplateError) as error:
         why = f"{type(error).__name__}: {error}"[:200]
         bound = "a result whose values can be shown"
@@ -141,8 +160,7 @@ def _summary(view: _View) -> dict[str, object]:
 def _show(view: _View) -> None:
     result = view.result
     say(f"{result.design} ({result.scene}, {result.fidelity})", bold=True)
-    for item in view.findings:
-        say(f"  {item.answer.upper():6} {item.question} {item.detail}")
+    say_verdict(view.findings)
     for warning in result.warnings:
         say(f"  warning: {warning}")
     for table in view.tables:

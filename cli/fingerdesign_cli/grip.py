@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.analysis.case import Case
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.faults import undexed
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign_cli.analyse import answer_of
 from fingerdesign_cli.inputs import read_case, read_estimator
-from fingerdesign_cli.terminal import number, print_json, print_table, progress
+from fingerdesign_cli.terminal import number, print_json, print_table, progress, where_report
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -28,6 +30,9 @@ def grip(
     fidelity: str,
     estimator_file: Path | None,
     go_on: bool,
+    page: bool | None,
+    cad: bool | None,
+    fresh: bool,
     quiet: bool,
     as_json: bool,
 ) -> int:
@@ -45,12 +50,9 @@ def grip(
 
     estimator = None if estimator_file is None else read_estimator(estimator_file)
 
-    from fingerdesign.analysis.case import Case
-    from fingerdesign.pipeline import analyse_into
-
     with progress(design.design.name, quiet) as show:
         case = Case(design, None, fidelity, go_on=go_on, estimator=estimator)
-        result = analyse_into(case, out, show)
+        result = answer_of(case, out, show, page, cad, fresh)
     _report(result, out, quiet, as_json)
     return 0 if result.status == "ok" else 1
 
@@ -94,7 +96,7 @@ def _report(result: Result, out: Path, quiet: bool, as_json: bool) -> None:
         first = result.grips[0]
         title = f"{result.design}: {first.object_mass_g:g} g, {first.controller}, {result.fidelity}"
         print_table(title, headings, [_row(grip) for grip in result.grips])
-        click.echo(f"report: {folder / 'report.html'}")
+        click.echo(where_report(folder))
     if result.failure:
         click.echo(f"{result.design} failed: {result.failure}", err=True)
 

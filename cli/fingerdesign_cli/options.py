@@ -79,6 +79,20 @@ def output_options(function: _Command) -> _Command:
     return click.option("--quiet", "-q", is_flag=True, help="Print only failures.")(function)
 
 
+def result_options(function: _Command) -> _Command:
+    """Give a command ``--page`` (``page``), ``--cad`` (``cad``) and ``--fresh`` (``fresh``)."""
+    when = "  [default: except in plane strain; view makes it later]"
+    for option in (
+        click.option(
+            "--fresh", is_flag=True, help="Work anew what this machine has kept the answer of."
+        ),
+        click.option("--cad/--no-cad", default=None, help=f"Write STEP and STL files.{when}"),
+        click.option("--page/--no-page", default=None, help=f"Draw report.html.{when}"),
+    ):
+        function = option(function)
+    return function
+
+
 def go_on_option(function: _Command) -> _Command:
     """Give a command the flag ``--go-on`` (``go_on``)."""
     return click.option(

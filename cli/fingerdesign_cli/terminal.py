@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Protocol
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 
 from fingerdesign.errors import printable
+
+if TYPE_CHECKING:
+    from fingerdesign.analysis.page.words import Question
 
 
 class Progress(Protocol):
@@ -82,6 +87,20 @@ def _bar(title: str) -> Iterator[Progress]:
 def say(text: str, **style: Any) -> None:
     """A line on stdout that the terminal obeys in nothing; further lines in it are indented."""
     click.secho(printable(text).replace("\n", "\n      "), **style)
+
+
+def say_verdict(findings: Sequence[Question]) -> None:
+    """The questions of a report and their answers, a line each."""
+    for item in findings:
+        say(f"  {item.answer.upper():6} {item.question} {item.detail}")
+
+
+def where_report(folder: Path) -> str:
+    """Where a result's page is, or how to get it."""
+    page = folder / "report.html"
+    if page.is_file():
+        return f"report: {page}"
+    return f"{folder} written; its report: fingerdesign view {shlex.quote(str(folder))} --open"
 
 
 def number(value: float | None, digits: int = 2, factor: float = 1.0, none: str = "-") -> str:

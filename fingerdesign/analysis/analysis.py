@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerdesign.analysis import summary
+from fingerdesign.analysis.case import result_digest
 from fingerdesign.analysis.path import PathStopped, contact_history, increment_result
 from fingerdesign.analysis.stages import recover_fields
 from fingerdesign.arrays import Array, BoolArray
@@ -16,10 +17,12 @@ from fingerdesign.contact.increment import ContactState
 from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.measures import Measures, completely_slips, measure
 from fingerdesign.contact.uniqueness import other_solutions
+from fingerdesign.errors import SolverError
 from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.records.arrays import ContactHistory, FieldHistory, GripTrace, SlipStudy
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.report.page import said
+from fingerdesign.version import versions
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.case import Case, Clock
@@ -28,7 +31,6 @@ if TYPE_CHECKING:
     from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design, Gages
-    from fingerdesign.errors import FingerDesignError
     from fingerdesign.layout.frames import PlateFrame
     from fingerdesign.mesh.types import Mesh
 
@@ -188,8 +190,10 @@ def analysis_of(
     )
 
 
-def failed_analysis(case: Case, error: FingerDesignError, clock: Clock) -> Analysis:
+def failed_analysis(case: Case, error: Exception, clock: Clock) -> Analysis:
     """The record of an analysis that did not come to an end: why, and of what."""
+    if isinstance(error, MemoryError):
+        error = SolverError("not enough memory for this model; coarsen the mesh")
     increments = error.increments if isinstance(error, PathStopped) else ()
     return Analysis(
         Result(**_identity(case, clock), status="failed", failure=str(error), increments=increments)
@@ -202,8 +206,8 @@ def _identity(case: Case, clock: Clock) -> dict[str, Any]:
     return {
         "design": case.design.design.name,
         "scene": case.scene_name or ("fundamental" if case.scene is None else "scene"),
-        "digest": summary.result_digest(case.design, scene, case.requested),
-        "versions": summary.versions(),
+        "digest": result_digest(case.design, scene, case.requested),
+        "versions": versions(),
         "fidelity": "plane-strain" if case.fidelity == "plane-strain" else "3d",
         "seeds": {"grip": case.design.grip.seed},
         "timings_s": dict(clock.seconds),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING
 from fingerdesign.checks.load import parse_scene
 from fingerdesign.checks.starter import shipped_text
 from fingerdesign.layout.frames import mirrors_in_z, plate_frames
+from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
@@ -113,3 +115,9 @@ def gage_array(design: Design) -> tuple[int, ...]:
         if row.along == "x" and len(own) > len(best):
             best = own
     return tuple(k for k in best if frames[k].along == "x")
+
+
+def result_digest(design: Design, scene: Scene, fidelity: str) -> str:
+    """SHA-256 over design, scene, fidelity and this package's version, in hexadecimal."""
+    parts = (design.digest(), scene.digest(), fidelity, __version__)
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
+from threading import Thread
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -16,6 +17,7 @@ from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.slip_study import slip_studies as study
+from fingerdesign.fem.factor import load_solver
 from fingerdesign.layout.zone import Zone, candidate_zone, greatest_approach
 from fingerdesign.mesh.make import mesh_finger
 from fingerdesign.mesh.section.section import mesh_section
@@ -68,6 +70,7 @@ def make_mesh(design: Design, fidelity: str, zone: Zone, symmetric: bool = True)
 
     A mesh from a file is what it is: the half only where the file holds the half.
     """
+    Thread(target=load_solver, daemon=True).start()  # while the mesher works in its process
     if fidelity == "plane-strain":
         return mesh_section(design, zone.half_width)
     return mesh_finger(design, zone, symmetric)

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-import platform
 import resource
-from functools import cache
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +17,6 @@ from fingerdesign.records.result import (
     SlipStudySummary,
 )
 from fingerdesign.report.page import sentences
-from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.case import Case
@@ -30,29 +25,6 @@ if TYPE_CHECKING:
     from fingerdesign.fem.model import FiniteElementModel
     from fingerdesign.layout.zone import Zone
     from fingerdesign.mesh.types import Mesh
-
-
-# What decides the numbers of a result, as a digest and as versions.
-
-_PACKAGES = ("numpy", "scipy", "scikit-fem", "pypardiso", "cadquery", "pytetwild", "netgen-mesher")
-
-
-@cache
-def versions() -> dict[str, str]:
-    """Versions of this package and of those that decide its numbers."""
-    found = {"fingerdesign": __version__, "python": platform.python_version()}
-    for name in _PACKAGES:
-        try:
-            found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            found[name] = "absent"
-    return found
-
-
-def result_digest(design: Design, scene: Scene, fidelity: str) -> str:
-    """SHA-256 over design, scene, fidelity and this package's version, in hexadecimal."""
-    parts = (design.digest(), scene.digest(), fidelity, __version__)
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
 ELEMENT_WORDS = {"P1": "P1", "P2": "P2", "mixed": "P2 displacement, P1 pressure"}

@@ -8,6 +8,8 @@ Importing this module loads no CAD kernel.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +17,11 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, GeometryError
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.runtime.isolate import ProcessError, call
+from fingerdesign.runtime.isolate import ProcessError, beside, call
 
 TIME_LIMIT_S = 120.0  # thirty times what 200 plates take
+CHORD_MM = 0.01
+_WRITE = "fingerdesign.cad.export:build_and_write"
 
 
 def finger_triangles(
@@ -41,7 +45,7 @@ def finger_triangles(
 def write_finger_cad(
     design: Design,
     folder: Path | str,
-    chord_tolerance_mm: float = 0.01,
+    chord_tolerance_mm: float = CHORD_MM,
     time_limit_s: float = TIME_LIMIT_S,
 ) -> dict[str, Path]:
     """Build a finger and write its STEP and STL files as ``export.write_cad`` does, in a process.
@@ -50,14 +54,27 @@ def write_finger_cad(
     """
     target = Path(folder).resolve()
     request = (target, chord_tolerance_mm)
-    names = _built("fingerdesign.cad.export:build_and_write", time_limit_s, design, *request)
+    names = _built(_WRITE, time_limit_s, design, *request)
     return {name: target / name for name in names}
+
+
+@contextmanager
+def finger_cad_beside(design: Design, folder: Path) -> Iterator[Callable[[], Any]]:
+    """As :func:`write_finger_cad`, beside the block: what is yielded waits for the files."""
+    given = (design, folder.resolve(), CHORD_MM)
+    with beside(_WRITE, *given, time_s=TIME_LIMIT_S) as job:
+        yield lambda: _answer(design, job.result)
 
 
 def _built(function: str, time_limit_s: float, design: Design, *request: Any) -> Any:
     """What a function that builds a design answers."""
+    return _answer(design, lambda: call(function, design, *request, time_s=time_limit_s))
+
+
+def _answer(design: Design, wait: Callable[[], Any]) -> Any:
+    """What the kernel's process answers."""
     try:
-        return call(function, design, *request, time_s=time_limit_s)
+        return wait()
     except DesignError as error:
         raise GeometryError(str(error)) from error
     except ProcessError as error:

@@ -103,6 +103,12 @@ def has_pardiso() -> bool:
     return importlib.util.find_spec("pypardiso") is not None
 
 
+def load_solver() -> None:
+    """Load PARDISO ahead of need: its libraries take as long as a small factorisation."""
+    if has_pardiso():
+        _solver()
+
+
 def _warn_slow() -> None:
     warnings.warn(
         "pypardiso is not installed: using SuperLU, about ten times slower in 3-D", stacklevel=3

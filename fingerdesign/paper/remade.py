@@ -16,10 +16,9 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerdesign.analysis.case import fundamental_scene
+from fingerdesign.analysis.case import fundamental_scene, result_digest
 from fingerdesign.analysis.path import contact_history, increment_result
 from fingerdesign.analysis.stages import in_wide_zone, one_thread, zone_of
-from fingerdesign.analysis.summary import result_digest, versions
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.slip_study import slip_studies
 from fingerdesign.paper import lifts as lifting
@@ -50,6 +49,7 @@ from fingerdesign.records.base import ResultError
 from fingerdesign.report.page import rendered
 from fingerdesign.report.style import house_style
 from fingerdesign.runtime.files import move_into, whole_folder
+from fingerdesign.version import versions
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene

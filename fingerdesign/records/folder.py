@@ -109,7 +109,10 @@ class _ResultFolder(RecordFolder):
 RESULTS = _ResultFolder(
     "result",
     RESULT_FILE,
-    ("result.json", "report.html", "*.csv", "fields_*.vtu", "*.step", "*.stl"),
+    (
+        *("result.json", "design.toml", "arrays.npz", "report.html"),
+        *("*.csv", "fields_*.vtu", "*.step", "*.stl"),
+    ),
 )
 
 

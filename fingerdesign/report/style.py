@@ -58,6 +58,7 @@ _RC: dict[str, Any] = {
     "axes.titlesize": 9.5,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
+    "axes.titley": 1.0,  # else sought by laying out each axis again; no ticks stand above
     "axes.labelsize": 9.0,
     "axes.labelcolor": INK,
     "axes.edgecolor": MUTED,
@@ -146,6 +147,12 @@ def shared_legend(axes: Sequence[Axes], columns: int, where: str = "lower center
 
 def to_svg(figure: Canvas, key: str, alternative: str) -> str:
     """The figure as one inline <svg>: see :func:`inlined`."""
+    for axis in (each for axes in figure.axes for each in (axes.xaxis, axes.yaxis)):
+        if not axis.get_label_text():
+            axis.set_label_coords(0.5, 0.0)  # else a place is sought for it
+    if (layout := figure.get_layout_engine()) is not None:
+        layout.execute(figure)
+        figure.set_layout_engine(None)  # else the whole figure is drawn twice
     stream = io.StringIO()
     figure.savefig(stream, format="svg", metadata={"Date": None}, dpi=150)
     return inlined(stream.getvalue(), key, alternative)

@@ -196,6 +196,12 @@ SCENE_OBJECTS = Registry("scene object", "fingerdesign.shapes", "scene_object")
 BODIES = Registry("body", "fingerdesign.layout", "body")
 PLATE_LAYOUTS = Registry("plate layout", "fingerdesign.layout", "plate_layout")
 MESHERS = Registry("mesher", "fingerdesign.mesh", "mesher")
+REGISTRIES = (CONTROLLERS, SCENE_OBJECTS, BODIES, PLATE_LAYOUTS, MESHERS)
+
+
+def has_plugins() -> bool:
+    """Whether there are kinds from outside the package."""
+    return any(each.names() != each.shipped_names() for each in REGISTRIES)
 
 
 @cache

@@ -18,7 +18,7 @@ from pydantic import TypeAdapter
 
 from fingerdesign.analysis.case import Clock, gage_array
 from fingerdesign.analysis.stages import one_thread
-from fingerdesign.analysis.summary import peak_memory_MB, versions
+from fingerdesign.analysis.summary import peak_memory_MB
 from fingerdesign.control.metrics import MOST_FORCE, JudgedGrip
 from fingerdesign.control.roster import needs_training
 from fingerdesign.design.grip import weight_per_finger
@@ -41,7 +41,7 @@ from fingerdesign.trials.record import (
     grips_csv,
 )
 from fingerdesign.trials.tuning import Report
-from fingerdesign.version import __version__
+from fingerdesign.version import __version__, versions
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator

@@ -19,7 +19,6 @@ from typing_extensions import TypedDict
 
 from fingerdesign.analysis.case import Clock
 from fingerdesign.analysis.stages import one_thread
-from fingerdesign.analysis.summary import versions
 from fingerdesign.checks.load import dump_design, with_values
 from fingerdesign.control.metrics import JudgedGrip
 from fingerdesign.control.roster import Range
@@ -44,6 +43,7 @@ from fingerdesign.trials.tuning import (
     tune,
     tuning_cells,
 )
+from fingerdesign.version import versions
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator

@@ -13,9 +13,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fingerdesign.analysis.case import Case, fundamental_scene
+from fingerdesign.analysis.case import Case, fundamental_scene, result_digest
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.summary import peak_memory_MB, result_digest, versions
+from fingerdesign.analysis.summary import peak_memory_MB
 from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.report.page import said
@@ -40,6 +40,7 @@ from fingerdesign.validate.record import (
     worst_side,
 )
 from fingerdesign.validate.solves import Solves, warm
+from fingerdesign.version import versions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -172,7 +172,10 @@ def test_a_folder_of_something_else_is_left_alone(folder, tmp_path, said):
 def test_each_friction_is_lifted_once_and_recorded(folder, tmp_path, said):
     options = ["--friction", "0.3", "--friction", "0.7", "--mass-g", "30"]
     printed = json.loads(
-        said("grip", folder / "fine.toml", "--out", tmp_path / "out", *options, "--json").out
+        said(
+            *("grip", folder / "fine.toml", "--out", tmp_path / "out", *options),
+            *("--page", "--json"),
+        ).out
     )
     record = json.loads((tmp_path / "out/coarse/result.json").read_text())
     assert record["fidelity"] == "plane-strain"

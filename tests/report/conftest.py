@@ -2,8 +2,9 @@
 
 import pytest
 
+from fingerdesign.analysis.folder import write_page
 from fingerdesign.analysis.page import page
-from fingerdesign.analysis.page.page import report_figures, write_report
+from fingerdesign.analysis.page.page import report_figures
 
 
 @pytest.fixture(scope="session")
@@ -27,4 +28,4 @@ def solid_report(solid, solid_figures, tmp_path_factory):
     """The path of a report with pictures."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(page, "report_figures", lambda analysis: solid_figures)
-        return write_report(solid, tmp_path_factory.mktemp("report"))
+        return write_page(solid, tmp_path_factory.mktemp("report"))

@@ -13,13 +13,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from fingerdesign.analysis.summary import versions
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.layout.gaps import layered
 from fingerdesign.mesh.cache import FORMAT
 from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Report
+from fingerdesign.version import versions
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.lines import Record, resumed
 from fingerdesign_bench.machine import machine

@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from fingerdesign.analysis.summary import versions
 from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Report
+from fingerdesign.version import versions
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.lines import Record, resumed
 from fingerdesign_bench.machine import machine

@@ -22,10 +22,10 @@ from typing import TYPE_CHECKING, Any
 
 from threadpoolctl import threadpool_limits
 
-from fingerdesign.analysis.summary import versions
 from fingerdesign.runtime.files import move_into, whole_folder
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
+from fingerdesign.version import versions
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.stability.bodies import HardBody, hard_bodies
 from fingerdesign_bench.stability.cases import cases_of

@@ -12,6 +12,7 @@ from fingerdesign_cli.options import (
     go_on_option,
     out_option,
     output_options,
+    result_options,
     scene_option,
     work,
 )
@@ -127,12 +128,14 @@ def mesh(**given: Any) -> int | None:
     is_flag=True,
     help="Recover no displacements: the .vtu file and the pictures show the mesh unmoved.",
 )
+@result_options
 @output_options
 def analyse(**given: Any) -> int | None:
-    """Analyse each DESIGN: contact, gages, grips, and a report in OUT/NAME/report.html.
+    """Analyse each DESIGN: contact, gages, grips, and a result in OUT/NAME.
 
     A DESIGN is a file, or the name of a shipped finger. A result is written whole or not at all;
-    one failing design does not stop the others.
+    one failing design does not stop the others. What was analysed before, by the same program, is
+    not worked again: its answer is kept.
     """
     return work("analyse:analyse", given)
 
@@ -196,9 +199,12 @@ def mold(**given: Any) -> int | None:
 @click.command("view")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option("--open", "open_browser", is_flag=True, help="Open the report in the browser.")
+@click.option("--cad", is_flag=True, help="Write STEP and STL files where they are missing.")
 @output_options
 def view(**given: Any) -> int | None:
     """Show the result in DIR, or each result in the folders of DIR, and where its report is.
+
+    A report that is missing is drawn, unless --quiet or --json want no more than what is there.
 
     Exit code 2 where there is no result. That of a failed analysis is shown like any other.
     """

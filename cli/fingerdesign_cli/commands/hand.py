@@ -15,6 +15,7 @@ from fingerdesign_cli.options import (
     numbers_option,
     out_option,
     output_options,
+    result_options,
     two_workers_option,
     work,
     workers_option,
@@ -51,6 +52,7 @@ def _finite(_context: click.Context, parameter: click.Parameter, value: float) -
     "What the regulator grips by, from `fingerdesign teach`; without it, it is taught first."
 )
 @go_on_option
+@result_options
 @output_options
 def grip(**given: Any) -> int | None:
     """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient.

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import time
-from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,13 +9,10 @@ import numpy as np
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.page import gage, tables, words
 from fingerdesign.analysis.page.contact import force_figure, status_figure, traction_figure
-from fingerdesign.analysis.page.fields import write_fields
 from fingerdesign.analysis.page.picture import Picture, pictures_of, region_of
-from fingerdesign.analysis.summary import peak_memory_MB
 from fingerdesign.errors import PictureError
 from fingerdesign.mesh.measures import cell_angles
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.records.folder import write_result_files
 from fingerdesign.records.result import Result
 from fingerdesign.report import style
 from fingerdesign.report.page import captioned, rendered
@@ -145,25 +139,3 @@ def _render(
         points=tables.points_table(result),
         colours=style.COLOURS,
     )
-
-
-def write_report(analysis: Analysis, folder: Path) -> Path:
-    """Write ``report.html`` into an existing folder; returns its path."""
-    path = folder / "report.html"
-    path.write_text(report_html(analysis), encoding="utf-8")
-    return path
-
-
-def write_outputs(analysis: Analysis, folder: Path) -> Analysis:
-    """Fields, report.html, result.json and tables into ``folder``."""
-    start = time.perf_counter()
-    if analysis.mesh is not None:
-        write_fields(folder, analysis.mesh, analysis.fields)
-    # Drawing the pictures is most of the report's time, so it is known before the page is written.
-    write_report(analysis, folder)
-    timings = dict(analysis.result.timings_s)
-    timings["report"] = timings.get("report", 0.0) + time.perf_counter() - start
-    result = replace(analysis.result, timings_s=timings, peak_memory_MB=peak_memory_MB())
-    analysis = replace(analysis, result=result)
-    write_result_files(folder, analysis.result, analysis.grip_traces)
-    return analysis

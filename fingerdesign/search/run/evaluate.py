@@ -10,8 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from fingerdesign.analysis.analysis import Analysis
-from fingerdesign.analysis.case import Case
-from fingerdesign.analysis.summary import result_digest, versions
+from fingerdesign.analysis.case import Case, result_digest
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError
@@ -33,6 +32,7 @@ from fingerdesign.search.study.file import Cost
 from fingerdesign.search.study.metrics import METRICS_VERSION
 from fingerdesign.search.study.values import Choice
 from fingerdesign.validate.plane_strain import plane_strain_error
+from fingerdesign.version import versions
 
 # How far the numbers of an outcome may be believed.
 

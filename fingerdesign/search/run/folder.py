@@ -13,13 +13,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerdesign.analysis.summary import versions
 from fingerdesign.errors import cell_text
 from fingerdesign.records.base import csv_text, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.outcome import Outcome, designs_csv
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, read_comparison
+from fingerdesign.version import versions
 
 if TYPE_CHECKING:
     from fingerdesign.search.compare.read import Comparison

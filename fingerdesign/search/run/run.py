@@ -18,12 +18,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fingerdesign.analysis.summary import versions
 from fingerdesign.checks.starter import find_scene
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.records.outcome import Failure, Outcome, OutcomeError
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.search.run.evaluate import Job, relabelled
+from fingerdesign.version import versions
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fingerdesign.analysis.summary import versions
 from fingerdesign.checks.load import dump_design
 from fingerdesign.errors import DesignError, Fault, GeometryError, cell_text
 from fingerdesign.records.base import ResultError, csv_text, json_text
@@ -28,6 +27,7 @@ from fingerdesign.runtime.files import BusyError, locked, write_whole
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.search.study.variants import stems
+from fingerdesign.version import versions
 
 if TYPE_CHECKING:
     from fingerdesign.search.study.file import Study

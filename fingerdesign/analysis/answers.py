@@ -1,0 +1,115 @@
+"""Answers that are there already: in a result's folder, and kept on this machine. Light to import.
+
+An answer is the whole folder of a result. It is kept under the digest of all that decides its
+numbers: design, scene, fidelity, the program's own code and the versions of what it computes with.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import zipfile
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from fingerdesign.analysis.case import Case, result_digest
+from fingerdesign.design.schema import Gages
+from fingerdesign.layout.frames import Hole, PlateFrame
+from fingerdesign.mesh.types import Mesh
+from fingerdesign.records.arrays import ContactHistory, FieldHistory, GripTrace, SlipStudy
+from fingerdesign.records.folder import RESULTS, read_result
+from fingerdesign.records.packed import read_packed
+from fingerdesign.records.result import Result
+from fingerdesign.runtime.cache import GARBLED, Cache
+from fingerdesign.runtime.registry import has_plugins
+from fingerdesign.version import versions
+
+PAGE, ARRAYS, DESIGN, CAD = "report.html", "arrays.npz", "design.toml", "finger.step"
+_KINDS = (ContactHistory, FieldHistory, GripTrace, SlipStudy, Mesh, Gages, Hole, PlateFrame)
+_MOST = 30  # answers; one in 3-D takes 10 to 20 MB
+
+
+def read_arrays(folder: Path) -> dict[str, Any]:
+    """The arrays of an analysis by the names of ``Analysis``, from its folder; {} where it holds
+    none. ResultError where they are not what was written."""
+    path = folder / ARRAYS
+    return dict(read_packed(path, *_KINDS)) if path.is_file() else {}
+
+
+def extras(case: Case, page: bool | None, cad: bool | None) -> tuple[bool, bool]:
+    """Whether page and CAD files are wanted; where nothing is said (None), except in plane strain,
+    where they take longer than the work."""
+    page, cad = (case.fidelity != "plane-strain" if each is None else each for each in (page, cad))
+    return page, cad
+
+
+def missing(case: Case, out: Path, page: bool | None, cad: bool | None) -> tuple[bool, bool]:
+    """Whether page and CAD files are wanted, and not in OUT/NAME."""
+    folder = out / case.design.design.name
+    page, cad = extras(case, page, cad)
+    return page and not (folder / PAGE).exists(), cad and not (folder / CAD).exists()
+
+
+def is_kept(case: Case) -> bool:
+    """Whether the case's answer is kept."""
+    key = _key(case)
+    return key is not None and _answers().path(key).is_file()
+
+
+def keep_answer(case: Case, folder: Path) -> None:
+    """Keep the files of a result's folder. A place that cannot be written is no hindrance."""
+    key = _key(case)
+    if key is None:
+        return
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as archive:
+        for path in sorted(folder.iterdir()):
+            archive.write(path, path.name)
+    try:
+        _answers().put(key, content.getvalue())
+    except OSError:
+        return
+
+
+def kept_answer(case: Case, out: Path) -> Result | None:
+    """Write the answer that is kept as OUT/NAME; None where there is none. ResultError where OUT
+    will not do."""
+    if not is_kept(case):
+        return None
+    try:
+        with zipfile.ZipFile(_answers().path(str(_key(case)))) as archive:
+            contents = {Path(name).name: archive.read(name) for name in archive.namelist()}
+    except GARBLED:
+        return None
+    with RESULTS.written(out / case.design.design.name) as folder:
+        for name, content in contents.items():
+            (folder / name).write_bytes(content)
+        return read_result(folder)
+
+
+def _key(case: Case) -> str | None:
+    """The name of the case's answer; None where it is not kept: what decides it is not all known.
+
+    That is so with an estimator from a file, and with kinds from outside the package.
+    """
+    if case.estimator is not None or has_plugins():
+        return None
+    digest = result_digest(case.design, case.path_scene, case.requested)
+    path = (case.scene_name, case.scene is None, case.grips, case.fields, case.studied)
+    parts = json.dumps([digest, case.design.model_dump_json(), path, versions(), _code()])
+    return hashlib.sha256(parts.encode()).hexdigest() + ".zip"
+
+
+@cache
+def _code() -> str:
+    """Digest of the program's files, by place, size and time."""
+    home = Path(__file__).resolve().parents[1]
+    found = sorted(path for path in home.rglob("*.*") if path.suffix in (".py", ".j2", ".toml"))
+    stats = [(str(path), path.stat().st_size, path.stat().st_mtime_ns) for path in found]
+    return hashlib.sha256(repr(stats).encode()).hexdigest()
+
+
+def _answers() -> Cache:
+    return Cache("answers", most=_MOST)

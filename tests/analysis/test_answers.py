@@ -1,0 +1,112 @@
+"""What was analysed before: taken as it was, drawn on demand, never taken for something else."""
+
+import json
+
+import numpy as np
+import pytest
+from fingerdesign_cli.main import main
+
+from fingerdesign import load_design, with_values
+from fingerdesign.analysis.answers import ARRAYS, CAD, DESIGN, PAGE, kept_answer
+from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.folder import complete, read_analysis
+from fingerdesign.analysis.page.page import report_html
+from fingerdesign.checks.starter import shipped_path
+from fingerdesign.pipeline import analyse_into, run
+from fingerdesign.records.base import ResultError
+
+COARSE = {
+    "mesh.section.contact_size_mm": 0.15,
+    "mesh.section.plate_size_mm": 0.3,
+    "mesh.section.plate_end_size_mm": 0.1,
+    "mesh.section.far_size_mm": 2.0,
+    "grip.friction_coefficients": [0.5],
+    "grip.max_steps": 30,
+}
+
+
+@pytest.fixture
+def case():
+    return Case(with_values(load_design(shipped_path("narrow")), COARSE), None, "plane-strain")
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
+
+
+@pytest.fixture
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
+
+
+def test_an_answer_is_taken_as_it_was_and_drawn_on_demand(case, tmp_path, own_cache, capsys):
+    worked = analyse_into(case, tmp_path / "a")
+    first = contents(tmp_path / "a/narrow")
+    assert {"result.json", ARRAYS, DESIGN} < set(first)
+    assert not {PAGE, CAD} & set(first)
+    assert analyse_into(case, tmp_path / "b") == worked
+    assert contents(tmp_path / "b/narrow") == first
+    # The page from the folder is the one that the analysis itself would have made.
+    again = report_html(read_analysis(tmp_path / "a/narrow"), picture=False)
+    whole = run(case)
+    timed = {"timings_s": worked.timings_s, "peak_memory_MB": worked.peak_memory_MB}
+    for name, value in timed.items():
+        object.__setattr__(whole.result, name, value)
+    assert again == report_html(whole, picture=False)
+
+    assert main(["view", str(tmp_path / "a/narrow"), "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert shown[0]["report"] is None
+    assert main(["view", str(tmp_path / "a/narrow")]) == 0
+    assert (tmp_path / "a/narrow" / PAGE).is_file()
+    for finding in shown[0]["findings"]:  # page and terminal say the same
+        assert finding["question"] in (tmp_path / "a/narrow" / PAGE).read_text("utf-8")
+    analyse_into(case, tmp_path / "c", cad=True)
+    assert {CAD, "finger.stl"} < set(contents(tmp_path / "c/narrow"))
+    assert CAD in set(contents_of_kept(case, tmp_path / "d"))
+
+
+def contents_of_kept(case, out):
+    assert kept_answer(case, out) is not None
+    return contents(out / case.design.design.name)
+
+
+def test_no_answer_is_taken_for_another_or_when_it_is_garbled(case, tmp_path, own_cache):
+    first = analyse_into(case, tmp_path)
+    softer = with_values(case.design, {"materials.silicone.youngs_modulus_MPa": 1.0})
+    for other in (
+        Case(softer, None, "plane-strain"),
+        Case(case.design, case.path_scene, "plane-strain"),
+        Case(case.design, None, "plane-strain", fields=False),
+        Case(case.design, None, "3d"),
+        Case(case.design, None, "auto", tolerance=0.5),
+    ):
+        assert kept_answer(other, tmp_path / "other") is None
+    (kept,) = (tmp_path / "cache/answers").iterdir()
+    kept.write_bytes(kept.read_bytes()[:-200])
+    assert kept_answer(case, tmp_path) is None
+    assert analyse_into(case, tmp_path).increments == first.increments
+    before = kept.stat().st_mtime_ns
+    analyse_into(case, tmp_path, fresh=True)
+    assert kept.stat().st_mtime_ns > before
+
+
+def test_arrays_and_designs_that_were_changed_are_refused(case, tmp_path, own_cache, capsys):
+    analyse_into(case, tmp_path)
+    folder = tmp_path / "narrow"
+    text = (folder / DESIGN).read_text("utf-8")
+    (folder / DESIGN).write_text(text.replace("width_mm = 10.0", "width_mm = 10.5", 1), "utf-8")
+    assert (folder / DESIGN).read_text("utf-8") != text
+    with pytest.raises(ResultError, match=r"body\.width_mm is 10\.5"):
+        complete(folder, page=False, cad=True)
+    arrays = np.load(folder / ARRAYS)
+    about = json.loads(str(arrays["about"]))
+    for junk in (b"", b"PK\3\4", {"kind": "Path", "values": {}}, [1], {"pairs": [["mesh", 3]]}):
+        if isinstance(junk, bytes):
+            (folder / ARRAYS).write_bytes(junk)
+        else:
+            np.savez(folder / ARRAYS, about=np.array(json.dumps(junk)))
+        assert main(["view", str(folder)]) in (1, 2)
+        assert "narrow" in capsys.readouterr().err
+        assert not (folder / PAGE).exists()
+    assert about["pairs"]
