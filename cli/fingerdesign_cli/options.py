@@ -61,6 +61,17 @@ def numbers_option(
     return click.option(option, name, **kept, **more, help=about)
 
 
+def model_option(function: _Command) -> _Command:
+    """Give a command ``--fidelity`` (``fidelity``) of the model that grips are run on."""
+    return click.option(
+        "--fidelity",
+        type=click.Choice(["plane-strain", "3d"]),
+        default="plane-strain",
+        show_default=True,
+        help="Of the model that grips are run on; 3d takes about ten times as long.",
+    )(function)
+
+
 workers_option = click.option(
     "--workers",
     type=click.IntRange(1, 256),

@@ -159,10 +159,19 @@ def line(value: dict[str, Any]) -> None:
     sys.stdout.flush()
 
 
-def _read(study_file: Path) -> tuple[str, Path, Study]:
-    """A study's text, the folder that it lies in, and what it says."""
+def _read(study_file: Path, fidelity: str | None) -> tuple[str, Path, Study]:
+    """A study's text with the fidelity of the command, where that is given; the folder that it lies
+    in, and what it says."""
     path = study_path(study_file)
     text = read_text(path)
+    study = parse_study(text, str(study_file))
+    if fidelity is None or fidelity == study.study.fidelity:
+        return text, path.parent, study
+    import tomlkit
+
+    document: Any = tomlkit.parse(text)
+    document.setdefault("study", {})["fidelity"] = fidelity
+    text = tomlkit.dumps(document)
     return text, path.parent, parse_study(text, str(study_file))
 
 
@@ -176,11 +185,12 @@ def optimise(
     workers: int | None,
     scheduler: str | None,
     retry: bool,
+    fidelity: str | None,
     quiet: bool,
     as_json: bool,
 ) -> int:
     """Search STUDY for fingers that are better in its [[objectives]], within its [constraints]."""
-    text, folder, study = _read(study_file)
+    text, folder, study = _read(study_file, fidelity)
     refuse_aimless(study)
     target = out / study.name
     refuse_foreign(SEARCH_FOLDER, target)
@@ -280,11 +290,12 @@ def sweep(
     workers: int | None,
     scheduler: str | None,
     retry: bool,
+    fidelity: str | None,
     quiet: bool,
     as_json: bool,
 ) -> int:
     """Analyse every variant of STUDY, a TOML file or a shipped study, and compare them."""
-    text, folder, study = _read(study_file)
+    text, folder, study = _read(study_file, fidelity)
     target = out / study.name
     refuse_foreign(FOLDER, target)
     scenes = study_scenes(study, folder)

@@ -24,7 +24,13 @@ if TYPE_CHECKING:
 
 
 def teach(
-    design_file: Path, out: Path, noise: float, workers: int, quiet: bool, as_json: bool
+    design_file: Path,
+    out: Path,
+    noise: float,
+    workers: int,
+    fidelity: str,
+    quiet: bool,
+    as_json: bool,
 ) -> int:
     """Teach the estimator that the regulator grips by, on DESIGN's own model."""
     design, _ = read_case(design_file)
@@ -34,7 +40,7 @@ def teach(
     kind = RecordFolder("lesson", "lesson.json", ("lesson.json", "estimator.json"))
     refuse_foreign(kind, out / name)
     with kind.written(out / name) as folder, progress(name, quiet) as show:
-        result = training_result_for(design, None, lambda said: show(said, 0.0), workers)
+        result = training_result_for(design, None, lambda said: show(said, 0.0), workers, fidelity)
         result = replace(result, estimator=result.estimator.at_noise(noise))
         record = {k: v for k, v in json.loads(training_text(result)).items() if k != "estimator"}
         (folder / "estimator.json").write_text(result.estimator.to_json(), encoding="utf-8")
@@ -65,6 +71,7 @@ def gages(
     noise: float,
     grips: int,
     workers: int,
+    fidelity: str,
     quiet: bool,
     as_json: bool,
 ) -> int:
@@ -74,7 +81,7 @@ def gages(
     name = design.design.name
     refuse_foreign(FOLDER, out / name)
     with FOLDER.written(out / name) as folder, progress(name, quiet) as show:
-        found = observe(design, noise, grips, lambda message: show(message), workers)
+        found = observe(design, noise, grips, lambda message: show(message), workers, fidelity)
         show("writing", 1.0)
         write_observability(found, folder)
     if as_json:

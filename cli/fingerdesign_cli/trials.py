@@ -57,6 +57,7 @@ def tune(
     seed: int,
     estimator_file: Path | None,
     workers: int | None,
+    fidelity: str,
     quiet: bool,
     as_json: bool,
 ) -> int:
@@ -78,6 +79,7 @@ def tune(
             seed=seed,
             workers=workers or cores(),
             report=show,
+            fidelity=fidelity,
         )
         write_tuning(record, design, folder)
     if as_json:
@@ -114,6 +116,7 @@ def replay(
     out: Path,
     controller: str | None,
     estimator_file: Path | None,
+    fidelity: str,
     quiet: bool,
     as_json: bool,
 ) -> int:
@@ -127,7 +130,7 @@ def replay(
     if estimator is None and needs_training(chosen):
         _refuse_untaught(chosen, design_file)
     with kind.written(out / name) as folder, progress(name, quiet) as show:
-        found = replay_trace(design, trace_file, chosen, estimator, show)
+        found = replay_trace(design, trace_file, chosen, estimator, show, fidelity)
         record = json.dumps(found.record(), indent=1, allow_nan=False) + "\n"
         (folder / "replay.json").write_text(record, encoding="utf-8")
         (folder / "replay.csv").write_text(found.table(), encoding="utf-8")
@@ -175,6 +178,7 @@ def study_control(
     seed: int,
     estimator_file: Path | None,
     workers: int | None,
+    fidelity: str,
     quiet: bool,
     as_json: bool,
 ) -> int:
@@ -199,6 +203,7 @@ def study_control(
             estimator=estimator,
             workers=workers or cores(),
             report=show,
+            fidelity=fidelity,
         )
         show("writing the report", 1.0)
         write_study(found, folder)

@@ -1,4 +1,4 @@
-"""The plane-strain model that grips are run on by the hundred: condensed once, small, and said how.
+"""The model that grips are run on by the hundred: condensed once, small, and said how.
 
 A control step costs what its Python costs below some 150 contact nodes, so the contact is meshed
 for grips with :data:`CONTACT_SIZE_MM` at the crest. On ``sensitive``, against 0.05 mm, over a
@@ -12,65 +12,85 @@ the margin of one of them by 45 %, that of half of them by less than 0.02 %.)
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from fingerdesign.analysis.case import Case, fundamental_scene, gage_array
+from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.path import object_at_touch
 from fingerdesign.analysis.stages import condense, make_mesh
 from fingerdesign.checks.load import with_values, without_plates
 from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.layout.gaps import layered
 from fingerdesign.layout.zone import candidate_zone
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-CONTACT_SIZE_MM = 0.1
+CONTACT_SIZE_MM = {"plane-strain": 0.1, "3d": 0.5}
+FIDELITIES = tuple(CONTACT_SIZE_MM)
 _ROOM = 1.2  # times the zone of a pure approach: a hanging object drags the contact along
 
 
 def grip_problem(
     design: Design,
-    contact_size_mm: float = CONTACT_SIZE_MM,
+    fidelity: str = "plane-strain",
+    contact_size_mm: float | None = None,
     report: Callable[[str], None] = lambda message: None,
 ) -> ContactProblem:
-    """The design's section against a plane, for the stage travel of its ``[grip]`` table.
+    """The design against a plane, for the stage travel of its ``[grip]`` table.
 
     Its gages are those of the array that the slip rule reads; the friction is the bench's. The
-    contact is no finer than ``contact_size_mm``. Raises DesignError where the design cannot be
-    gripped with or has no section.
+    contact is no finer than ``contact_size_mm``, by default :data:`CONTACT_SIZE_MM`. Raises
+    DesignError where the design cannot be gripped with or, in plane strain, has no section.
     """
     if design.plates.number < 2:
         remedy = "add plates: without gages there is nothing to feel"
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
-    coarse = _coarsened(design, contact_size_mm)
-    refuse(Case(coarse, fidelity="plane-strain", fields=False, go_on=True), fundamental_scene())
-    return _section(coarse, gage_array(coarse), report)
+    case = _case(design, fidelity, contact_size_mm)
+    refuse(case, fundamental_scene())
+    return _condensed(case, case.gage_array, report)
 
 
 def opposite_problem(
-    design: Design, report: Callable[[str], None] = lambda message: None
+    design: Design,
+    fidelity: str = "plane-strain",
+    report: Callable[[str], None] = lambda message: None,
 ) -> ContactProblem | None:
     """The other finger of a lift where ``grip.opposite`` is the bare one; None: a mirror image."""
     if design.grip.opposite != "bare":
         return None
-    return _section(_coarsened(without_plates(design), CONTACT_SIZE_MM), (), report)
+    return _condensed(_case(without_plates(design), fidelity), (), report)
 
 
-def _coarsened(design: Design, contact_size_mm: float) -> Design:
-    size = max(contact_size_mm, design.mesh.section.contact_size_mm)
-    return with_values(design, {"mesh.section.contact_size_mm": size})
+def model_data(problem: ContactProblem) -> dict[str, Any]:
+    """What records say of a model that was gripped with."""
+    fidelity = "plane-strain" if problem.model.dimension == 2 else "3d"
+    return {
+        "fidelity": fidelity,
+        "contact_size_mm": CONTACT_SIZE_MM[fidelity],
+        "contact_nodes": problem.model.nodes,
+    }
 
 
-def _section(
-    design: Design, gages: tuple[int, ...], report: Callable[[str], None]
-) -> ContactProblem:
-    scene = fundamental_scene()
+def _case(design: Design, fidelity: str, contact_size_mm: float | None = None) -> Case:
+    """The design as it is gripped with: coarser, and swept through layers where it can be."""
+    size = CONTACT_SIZE_MM.get(fidelity, 0.0) if contact_size_mm is None else contact_size_mm
+    table = design.mesh if fidelity == "3d" else design.mesh.section
+    size = max(size, table.contact_size_mm)
+    coarse: dict[str, object] = {"mesh.section.contact_size_mm": size}
+    if fidelity == "3d":
+        coarse = {"mesh.contact_size_mm": size}
+        coarse |= {"mesh.mesher": "extrude"} if layered(design) else {}
+    return Case(with_values(design, coarse), None, fidelity, fields=False, go_on=True)
+
+
+def _condensed(case: Case, gages: tuple[int, ...], report: Callable[[str], None]) -> ContactProblem:
+    design, scene = case.design, fundamental_scene()
     reach = design.grip.max_approach_mm
     zone = candidate_zone(design, scene.object, reach).widened(_ROOM, design)
     report("meshing")
-    mesh = make_mesh(design, "plane-strain", zone)
+    mesh = make_mesh(design, case.fidelity, zone, case.symmetric)
     report(f"condensing {len(mesh.cells)} elements")
     model = condense(design, mesh, zone, scene).reduced.with_gages(gages)
     rigid = object_at_touch(scene.object, design.body)

@@ -248,6 +248,7 @@ def observe(
     grips: int = GRIPS,
     report: Report = lambda message: None,
     workers: int = 1,
+    fidelity: str = "plane-strain",
 ) -> Observability:
     """The study of a design at a gage noise, microstrain. workers: processes, then threads.
 
@@ -259,7 +260,7 @@ def observe(
 
     refuse(design, noise, grips)
     start = time.perf_counter()
-    problem = grip_problem(design, report=report)
+    problem = grip_problem(design, fidelity, report=report)
     settings = replace(settings_of(design), grips=grips)
     made = random_grip_paths(problem, settings, report, workers)
     found = observe_grips(problem, settings, made, noise, report, workers)

@@ -3,8 +3,8 @@
     result = training_result_for(design, tell=print)
     result.estimator, result.stick_error()
 
-What it is taught on is the plane-strain model that grips run on (model.py). It is kept in the
-user's cache by what it depends on: finger, gages, stage travel, number of grips and seed.
+What it is taught on is the model that grips run on (model.py). It is kept in the user's cache by
+what it depends on: finger, gages, stage travel, fidelity, number of grips and seed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.progress import Report
 from fingerdesign.runtime.registry import CONTROLLERS, own_values
-from fingerdesign.sensing.model import grip_problem
+from fingerdesign.sensing.model import CONTACT_SIZE_MM, FIDELITIES, grip_problem
 from fingerdesign.sensing.teach import Settings, TrainingResult, teach
 from fingerdesign.version import __version__
 
@@ -38,19 +38,20 @@ def training_result_for(
     problem: ContactProblem | None = None,
     report: Report = lambda message: None,
     workers: int = 1,
+    fidelity: str = "plane-strain",
 ) -> TrainingResult:
     """What was taught on a design, from the cache where it has been taught before.
 
-    problem: the design's grip_problem, where it has been made already. Raises what
+    problem: the design's grip_problem of this fidelity, where it has been made already. Raises what
     :func:`grip_problem` and :func:`teach` raise.
     """
     settings = settings_of(design)
-    key = training_key(design, settings)
+    key = training_key(design, settings, fidelity)
     kept = Cache("lessons")
     found = _read(kept.text(f"{key}.txt"))
     if found is not None:
         return found
-    problem = grip_problem(design, report=report) if problem is None else problem
+    problem = grip_problem(design, fidelity, report=report) if problem is None else problem
     result = teach(problem, key, settings, report, workers=workers)
     kept.put_text(f"{key}.txt", training_text(result))
     return result
@@ -67,9 +68,9 @@ def settings_of(design: Design) -> Settings:
     )
 
 
-def training_key(design: Design, settings: Settings) -> str:
+def training_key(design: Design, settings: Settings, fidelity: str = "plane-strain") -> str:
     """SHA-256 of all that an estimator depends on; of the design without names and controllers."""
-    grip = design.grip
+    grip, solid = design.grip, fidelity == "3d"
     content = [
         TEACHING,
         FORMAT,
@@ -78,9 +79,10 @@ def training_key(design: Design, settings: Settings) -> str:
         content_digest(design.plates),
         content_digest(design.gages),
         {name: content_digest(each) for name, each in sorted(design.materials.items())},
-        content_digest(design.mesh.section),
+        content_digest(design.mesh if solid else design.mesh.section),
         asdict(settings),
         grip.bench_friction_coefficient,
+        *([fidelity, CONTACT_SIZE_MM[fidelity]] if solid else []),
     ]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
@@ -88,17 +90,18 @@ def training_key(design: Design, settings: Settings) -> str:
 def estimator_faults(design: Design, estimator: GripEstimator) -> list[Fault]:
     """What is wrong with gripping by ``estimator`` on a design: it was taught on another finger.
 
-    Empty where it was taught on this one, with the same stage travel, number of grips and seed.
+    Empty where it was taught on this one, at any fidelity, with the same stage travel, number of
+    grips and seed.
     """
     remedy = "teach it on this design: fingerdesign teach DESIGN"
     wanted, gages = len(gage_array(design)), estimator.gages
     if gages != wanted:
         value = f"one for {gages} gages"
         return [Fault("--estimator", value, f"one for the design's {wanted} gages", remedy)]
-    key = training_key(design, settings_of(design))
-    if estimator.design != key:
+    keys = [training_key(design, settings_of(design), each) for each in FIDELITIES]
+    if estimator.design not in keys:
         value = f"one taught on {estimator.design[:12]}"
-        bound = f"one taught on this design ({key[:12]}: its finger, gages and stage)"
+        bound = f"one taught on this design ({keys[0][:12]}: its finger, gages and stage)"
         return [Fault("--estimator", value, bound, remedy)]
     return []
 

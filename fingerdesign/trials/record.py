@@ -191,7 +191,7 @@ class CriteriaData(TypedDict):
 class ModelData(TypedDict):
     """What was gripped with."""
 
-    fidelity: Literal["plane-strain"]
+    fidelity: Literal["plane-strain", "3d"]
     contact_nodes: Count
     gages: Count
     face: Literal["upper", "lower", "both"]

@@ -69,6 +69,7 @@ def replay_trace(
     name: str = "paper",
     estimator: GripEstimator | None = None,
     report: Callable[[str], None] = lambda message: None,
+    fidelity: str = "plane-strain",
 ) -> Replay:
     """Put the trace of a file before a controller by its name.
 
@@ -89,7 +90,7 @@ def replay_trace(
         bound = "a controller that is given neither friction nor weight: a trace holds neither"
         raise DesignError([Fault("--controller", name, bound, remedy)])
     hand = make_controller(name, design.grip, estimator=estimator)
-    problem = grip_problem(design, report=report)
+    problem = grip_problem(design, fidelity, report=report)
     report("calibrating")
     calibration = Rig(problem, design.gages.face, design.grip, plates).calibration()
     report("replaying")

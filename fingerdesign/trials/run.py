@@ -28,7 +28,7 @@ from fingerdesign.records.folder import RecordFolder, write_grip_csv
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.pool import Pool
-from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem, opposite_problem
+from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem, model_data, opposite_problem
 from fingerdesign.sensing.training import estimator_faults, training_result_for
 from fingerdesign.trials.bench import GOOD_AMPLIFIER, Cell, ControlGrid, GripBench, refuse
 from fingerdesign.trials.page import chart_png, control_html
@@ -130,6 +130,7 @@ def study_control(
     estimator: GripEstimator | None = None,
     workers: int = 1,
     report: Report = lambda message, fraction: None,
+    fidelity: str = "plane-strain",
 ) -> ControlStudy:
     """Run every grip that the file ``journal`` does not hold yet, and sum up.
 
@@ -142,8 +143,8 @@ def study_control(
     if estimator is not None and (faults := estimator_faults(design, estimator)):
         raise DesignError(faults)
     clock = Clock()
-    bench = grip_bench(design, names, grid, estimator, workers, report, clock)
-    digest = study_digest(design, grid, bench.estimator)
+    bench = grip_bench(design, names, grid, estimator, workers, report, clock, fidelity)
+    digest = study_digest(design, grid, bench.estimator, fidelity)
     batches = list(grid.batches(names))
     # Drawn are the grips at a good amplifier's noise, or at the grid's nearest to it.
     noise = min(grid.noises, key=lambda noise: abs(noise - GOOD_AMPLIFIER))
@@ -181,6 +182,7 @@ def grip_bench(
     workers: int,
     report: Report,
     clock: Clock,
+    fidelity: str,
     opposed: bool = True,
 ) -> GripBench:
     """The model of a design, and an estimator taught on it where a controller needs one.
@@ -192,11 +194,11 @@ def grip_bench(
         report(message, 0.0)
 
     with clock.stage("model"):
-        problem = grip_problem(design, report=say)
-        opposite = opposite_problem(design, report=say) if opposed else None
+        problem = grip_problem(design, fidelity, report=say)
+        opposite = opposite_problem(design, fidelity, report=say) if opposed else None
     with clock.stage("teaching"):
         if any(map(needs_training, names)) and estimator is None:
-            estimator = training_result_for(design, problem, say, workers).estimator
+            estimator = training_result_for(design, problem, say, workers, fidelity).estimator
     face, plates = design.gages.face, gage_array(design)
     return GripBench(problem, face, plates, design.grip, grid, estimator, opposite)
 
@@ -206,11 +208,13 @@ def journal_beside(target: Path) -> Path:
     return target.with_name(f"{target.name}.unfinished.sqlite")
 
 
-def study_digest(design: Design, grid: ControlGrid, estimator: GripEstimator | None) -> str:
+def study_digest(
+    design: Design, grid: ControlGrid, estimator: GripEstimator | None, fidelity: str
+) -> str:
     """SHA-256 of all that decides a grip beside its cell, in hexadecimal."""
     shared = {"seed": grid.seed, "hold_s": grid.hold_s, "tug": conditions_data(grid)["tug"]}
     taught = None if estimator is None else estimator.to_json()
-    parts = [design.digest(), __version__, shared, CONTACT_SIZE_MM, taught]
+    parts = [design.digest(), __version__, shared, fidelity, CONTACT_SIZE_MM[fidelity], taught]
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
@@ -244,9 +248,7 @@ def _traces(bench: GripBench, names: Sequence[str], noise: float) -> list[GripTr
 
 def _model_data(bench: GripBench) -> dict[str, Any]:
     return {
-        "fidelity": "plane-strain",
-        "contact_size_mm": CONTACT_SIZE_MM,
-        "contact_nodes": bench.problem.model.nodes,
+        **model_data(bench.problem),
         "gages": len(bench.plates),
         "face": bench.face,
         "opposite": bench.grip.opposite,

@@ -26,7 +26,7 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError, closed, json_text
 from fingerdesign.report.page import sentences
 from fingerdesign.runtime.journal import Journal
-from fingerdesign.sensing.model import CONTACT_SIZE_MM
+from fingerdesign.sensing.model import model_data
 from fingerdesign.trials.bench import GOOD_AMPLIFIER, Cell, ControlGrid, refuse
 from fingerdesign.trials.run import VARIED, grip_bench
 from fingerdesign.trials.tuning import (
@@ -46,6 +46,7 @@ from fingerdesign.trials.tuning import (
 from fingerdesign.version import versions
 
 if TYPE_CHECKING:
+    from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.schema import Design
 
@@ -257,12 +258,14 @@ def _tuning_digest(
     budget: Sequence[Round],
     noises: Sequence[float],
     seed: int,
+    problem: ContactProblem,
     estimator: GripEstimator | None,
 ) -> str:
     """SHA-256, in hexadecimal, of all that the trials of a tuning depend on."""
     rounds = [asdict(each) for each in budget]
     taught = None if estimator is None else estimator.to_json()
-    parts = [design.digest(), versions()["fingerdesign"], rounds, [*noises], seed, CONTACT_SIZE_MM]
+    size = model_data(problem)["contact_size_mm"]
+    parts = [design.digest(), versions()["fingerdesign"], rounds, [*noises], seed, size]
     return hashlib.sha256(json.dumps([*parts, taught]).encode()).hexdigest()
 
 
@@ -277,6 +280,7 @@ def tune_controllers(
     budget: Sequence[Round] = BUDGET,
     workers: int = 1,
     report: Report = lambda message, fraction: None,
+    fidelity: str = "plane-strain",
 ) -> TuningRecord:
     """Tune those controllers that the file ``journal`` does not hold yet, trial by trial.
 
@@ -289,8 +293,10 @@ def tune_controllers(
     refuse(ControlGrid(noises=tuple(noises), seed=seed), names)
     start = time.perf_counter()
     grid = replace(ControlGrid(seed=seed), tug=None)
-    bench = grip_bench(design, names, grid, estimator, workers, report, Clock(), opposed=False)
-    digest = _tuning_digest(design, budget, noises, seed, bench.estimator)
+    bench = grip_bench(
+        design, names, grid, estimator, workers, report, Clock(), fidelity, opposed=False
+    )
+    digest = _tuning_digest(design, budget, noises, seed, bench.problem, bench.estimator)
     kept = Kept(journal, digest)
     if kept.grips:
         report(f"going on: {kept.grips} grips were made before", 0.0)
@@ -316,9 +322,7 @@ def tune_controllers(
         cells=tuple(tuning_cells("", budget[-1].grips, seed, noises)),
         hardware=design.grip.hardware.model_dump(exclude={VARIED}),
         model={
-            "fidelity": "plane-strain",
-            "contact_size_mm": CONTACT_SIZE_MM,
-            "contact_nodes": bench.problem.model.nodes,
+            **model_data(bench.problem),
             "gages": len(bench.plates),
             **design.grip.model_dump(include={"preload_mm", "max_approach_mm", "max_steps"}),
         },

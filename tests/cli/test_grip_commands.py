@@ -47,7 +47,7 @@ def folder(tmp_path_factory):
     (folder / "coarse.toml").write_text(DESIGN)
     fine = DESIGN.replace("contact_size_mm = 0.3", "contact_size_mm = 0.1")
     (folder / "fine.toml").write_text(f"{fine}[grip]\nmax_steps = 12\n")
-    problem = grip_problem(load_design(folder / "coarse.toml"), 0.3)
+    problem = grip_problem(load_design(folder / "coarse.toml"), contact_size_mm=0.3)
     lift = LiftPlant(problem.with_friction(0.3), "both", 500.0)
     rig = ImperfectPlant(lift, Hardware(gage_noise_microstrain=0.5), np.random.default_rng(0))
     trace = trace_of([rig.move(*move) for move in MOVES], MOVES, 100.0)
@@ -187,6 +187,41 @@ def test_each_friction_is_lifted_once_and_recorded(folder, tmp_path, said):
         # mg < 2 F_t of each finger.
         assert grip["final_tangential_force_N"] > 0.5 * 0.030 * 9.80665
     assert (tmp_path / "out/coarse/report.html").is_file()
+
+
+SOLID = """
+[mesh]
+contact_size_mm = 0.7
+plate_size_mm = 1.0
+far_size_mm = 3.0
+layers = 2
+[grip]
+max_approach_mm = 0.2
+max_steps = 20
+"""
+
+
+def test_every_decision_on_grips_can_be_taken_in_3d(tmp_path, said):
+    """On a short finger swept through two layers: another model, said so, and taken by each."""
+    short = DESIGN.replace("[plates]", "[body]\ndepth_mm = 4.0\n[plates]\ncount = 5\nspan_mm = 4.0")
+    (tmp_path / "short.toml").write_text(short.replace("[mesh.section]", f"{SOLID}[mesh.section]"))
+    options = [tmp_path / "short.toml", "--controller", "fixed_ratio", "--quiet"]
+    study = ["--friction", "0.6", "--mass-g", "30", "--noise", "0", "--workers", "1", "--no-tug"]
+    found = {}
+    for fidelity in ("plane-strain", "3d"):
+        more = ["--fidelity", fidelity, "--out", tmp_path / fidelity]
+        said("study-control", *options, *study, *more)
+        record = json.loads((tmp_path / fidelity / "coarse/control.json").read_text())
+        assert record["model"]["fidelity"] == fidelity
+        with (tmp_path / fidelity / "coarse/grips.csv").open() as file:
+            (found[fidelity],) = csv.DictReader(file)
+    flat, solid = (float(each["peak_normal_force_N"]) for each in found.values())
+    assert 0.6 * flat < solid != flat
+    problem = grip_problem(load_design(tmp_path / "short.toml"), "3d")
+    assert problem.model.dimension == 3
+    design = load_design(tmp_path / "short.toml")
+    keys = {training_key(design, settings_of(design), each) for each in ("plane-strain", "3d")}
+    assert len(keys) == 2
 
 
 def test_a_finger_that_feels_nothing_cannot_grip(tmp_path, said):

@@ -5,13 +5,16 @@ import json
 import os
 import struct
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from fingerdesign_cli.main import main
 from fingerdesign_cli.search import StudyProgress, words
+from fingerdesign_cli.search import _read as read_with
 
 from fingerdesign.search.compare.read import read_comparison
 from fingerdesign.search.run.run import Standing
+from fingerdesign.search.study.file import parse_study
 from tests.support.any_outcomes import any_outcomes
 
 TEXT = (
@@ -92,6 +95,14 @@ def test_wrong_input_ends_before_any_work(study, tmp_path, said):
     (out / "few").mkdir(parents=True)
     (out / "few" / "mine.txt").write_text("mine", "utf-8")
     assert "mine.txt" in said("generate", study, "--out", out, code=2).err
+
+
+def test_the_commands_fidelity_stands_in_the_study_that_is_kept(study):
+    text, _, found = read_with(Path(study), "3d")
+    assert found.study.fidelity == "3d"
+    assert parse_study(text) == found
+    assert text.replace('fidelity = "3d"\n', "") == TEXT
+    assert read_with(Path(study), None)[0] == TEXT
 
 
 def test_a_wrong_study_names_every_fault(tmp_path, said):

@@ -242,7 +242,7 @@ DESIGN = '[design]\nname = "small"\n[plates]\ncount = 5\n[grip]\nmax_approach_mm
 
 @pytest.mark.usefixtures("short_teaching")
 def test_the_command_writes_a_record(problem, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(grip_model, "grip_problem", lambda design, report: problem)
+    monkeypatch.setattr(grip_model, "grip_problem", lambda *given, **more: problem)
     path = tmp_path / "small.toml"
     path.write_text(DESIGN)
     options = ["--grips", "20", "--workers", "1", "--noise", "2"]
@@ -276,7 +276,7 @@ PAGE = (Path(__file__).parents[2] / "docs/gages.md").read_text("utf-8")
 @pytest.mark.usefixtures("short_teaching")
 @pytest.mark.slow
 def test_the_pages_python_runs(problem, monkeypatch, capsys):
-    monkeypatch.setattr(grip_model, "grip_problem", lambda design, report: problem)
+    monkeypatch.setattr(grip_model, "grip_problem", lambda *given, **more: problem)
     (code,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
     exec(compile(code, "docs/gages.md", "exec"), {})
     first = capsys.readouterr().out.splitlines()[0].split()

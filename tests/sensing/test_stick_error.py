@@ -26,7 +26,7 @@ REACH = 0.3
 @pytest.fixture(scope="module")
 def problem():
     coarse = {"mesh.section.plate_size_mm": 0.2, "plates.count": 7, "plates.pitch_mm": 1.5}
-    return grip_problem(with_values(find_design("sensitive"), coarse), 0.2)
+    return grip_problem(with_values(find_design("sensitive"), coarse), contact_size_mm=0.2)
 
 
 @pytest.fixture(scope="module")

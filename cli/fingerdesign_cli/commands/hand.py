@@ -12,6 +12,7 @@ from fingerdesign_cli.options import (
     controllers_option,
     estimator_option,
     go_on_option,
+    model_option,
     numbers_option,
     out_option,
     output_options,
@@ -73,6 +74,7 @@ def grip(**given: Any) -> int | None:
 @estimator_option(
     "An estimator taught on DESIGN (JSON): tells the stick ratio; the regulator needs it."
 )
+@model_option
 @output_options
 def replay(**given: Any) -> int | None:
     """Ask a controller along a grip recorded on a rig with the finger DESIGN.
@@ -97,6 +99,7 @@ def replay(**given: Any) -> int | None:
     help="Of a sample of your gages, microstrain: written into the file.",
 )
 @two_workers_option
+@model_option
 @output_options
 def teach(**given: Any) -> int | None:
     """Teach the estimator that the regulator grips by, on DESIGN's own model.
@@ -126,13 +129,14 @@ def teach(**given: Any) -> int | None:
     help="Grips to learn from; more tell finer differences.",
 )
 @two_workers_option
+@model_option
 @output_options
 def gages(**given: Any) -> int | None:
     """Tell how well DESIGN's gages determine the stick ratio, how few suffice and where.
 
     OUT/NAME then holds observability.json (all numbers), counts.csv (error by number of gages),
     gages.csv (each gage: its rank, and what it costs dead) and observability.png. Errors are of
-    learners on grips in plane strain that they were not taught on. A minute or two.
+    learners on grips that they were not taught on. A minute or two.
     """
     return work("sensing:gages", given)
 
@@ -156,6 +160,7 @@ def gages(**given: Any) -> int | None:
     metavar="FILE",
 )
 @workers_option
+@model_option
 @output_options
 def tune(**given: Any) -> int | None:
     """Tune the controllers of DESIGN, each by the same procedure and the same number of grips.
@@ -203,9 +208,10 @@ def tune(**given: Any) -> int | None:
     metavar="FILE",
 )
 @workers_option
+@model_option
 @output_options
 def study_control(**given: Any) -> int | None:
-    """Judge controllers on DESIGN over friction, weight and gage noise; in plane strain.
+    """Judge controllers on DESIGN over friction, weight and gage noise.
 
     Each lifts every object at every noise and, once, holds it against a tug. OUT/NAME then holds
     control.html (findings, tables, figures), control.json, grips.csv (every grip), control.png and

@@ -15,6 +15,12 @@ from fingerdesign_cli.options import (
     workers_option,
 )
 
+study_fidelity_option = click.option(
+    "--fidelity",
+    type=click.Choice(["plane-strain", "3d", "auto"]),
+    help="Instead of study.fidelity: 3-D, or the cheapest model that keeps to study.tolerance.",
+)
+
 
 @click.command("generate")
 @click.argument("study_file", metavar="STUDY", type=FILE)
@@ -51,6 +57,7 @@ def generate(**given: Any) -> int | None:
 @out_option("Outcomes, tables and report.html go to OUT/NAME of the study.")
 @scheduler_options
 @click.option("--retry", is_flag=True, help="Run again what failed: for time, memory, a crash.")
+@study_fidelity_option
 @output_options
 def sweep(**given: Any) -> int | None:
     """Analyse every variant of STUDY, a TOML file or a shipped study, and compare them.
@@ -77,6 +84,7 @@ def sweep(**given: Any) -> int | None:
 )
 @scheduler_options
 @click.option("--retry", is_flag=True, help="Run again what failed for time, memory or a crash.")
+@study_fidelity_option
 @output_options
 def optimise(**given: Any) -> int | None:
     """Search STUDY for fingers that are better in its [[objectives]], within its [constraints].
