@@ -57,7 +57,7 @@ def test_new_check_analyse(installed, tmp_path):
     (tmp_path / "mine.toml").write_text(starter_text("mine"), "utf-8")
     write_coarser(tmp_path / "mine.toml")
     shipped = [f"new {name}.toml --from {name}" for name in ("maeno2000", "domed")]
-    analyse = "analyse mine.toml --out out --fidelity plane-strain"
+    analyse = "analyse mine.toml --out out --fidelity plane-strain --page --cad"
     commands = ["new new.toml", *shipped, "check new.toml maeno2000.toml domed.toml", analyse]
     done = run(installed, tmp_path, *commands)
     assert done.returncode == 0, done.stderr

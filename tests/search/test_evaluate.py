@@ -120,7 +120,7 @@ def test_the_digest_changes_with_the_design_and_with_what_is_requested(job, desi
     found = [each.digest() for each in requested]
     monkeypatch.setattr(module, "METRICS_VERSION", -1)
     found.append(job.digest())
-    monkeypatch.setattr("fingerdesign.analysis.summary.__version__", "0.0.other")
+    monkeypatch.setattr("fingerdesign.analysis.case.__version__", "0.0.other")
     found.append(job.digest())
     assert len(set(found)) == len(found)
 
