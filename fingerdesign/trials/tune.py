@@ -297,8 +297,7 @@ def tune_controllers(
         design, names, grid, estimator, workers, report, Clock(), fidelity, opposed=False
     )
     digest = _tuning_digest(design, budget, noises, seed, bench.problem, bench.estimator)
-    kept = Kept(journal, digest)
-    if kept.grips:
+    if (kept := Kept(journal, digest)).grips:
         report(f"going on: {kept.grips} grips were made before", 0.0)
     left = [name for name in names if name not in kept.controllers]
     with one_thread(), bench_judge(bench, workers) as judge:

@@ -13,6 +13,7 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from fingerdesign.analysis.answers import extras
 from fingerdesign.analysis.case import FIDELITIES, Case
 from fingerdesign.analysis.fidelity.ladder import tolerance_faults
 from fingerdesign.analysis.fidelity.rungs import can_extrude
@@ -139,7 +140,7 @@ def stage_seconds(counts: Counts, case: Case, machine: Machine) -> dict[str, flo
     entries = _ENTRIES[counts.dimension] * counts.dofs
     slow = ONE_CORE / machine.one_core
     seconds = {
-        "geometry": 2.5 * slow,
+        "geometry": 0.0,  # CAD files are made beside the rest
         "mesh": _mesh_seconds(counts, case) * slow,
         "assemble": (9e-6 if counts.dimension == 2 else 60e-6) * counts.elements * slow,
         "condense": 0.05 * slow
@@ -150,7 +151,9 @@ def stage_seconds(counts: Counts, case: Case, machine: Machine) -> dict[str, flo
     grips = _grips(counts, case)
     if grips:
         seconds["grips"] = grips * slow
-    seconds["report"] = (3.2 + (2.3 if grips else 0.0) + 1e-5 * counts.elements) * slow
+    page, _ = extras(case, None, None)
+    drawn = 1.5 + (1.0 if grips else 0.0) if page else 0.0
+    seconds["report"] = (0.2 + drawn + 1e-5 * counts.elements) * slow
     return seconds
 
 
