@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,6 +98,11 @@ class ReducedModel:
     def nodes(self) -> int:
         return len(self.points)
 
+    @cached_property
+    def balanced(self) -> NDArray[np.bool_]:
+        """Axes (dim,) along which no component is locked: forces there balance the base's."""
+        return np.asarray(~self.locked.any(axis=0))
+
     def with_gages(self, plates: Sequence[int]) -> ReducedModel:
         """The same finger with the gages of some plates only, in the order given."""
         chosen = np.asarray(plates, dtype=np.int64)
@@ -124,3 +130,35 @@ class ReducedModel:
     def total_force(self, force: Array) -> Array:
         """Force on the whole finger (dim,) N."""
         return np.asarray(self.symmetry_factor * force.sum(axis=0))
+
+    @cached_property
+    def mid_line(self) -> tuple[IntArray, IntArray, Array]:
+        """The line z = 0 across the facets: pairs of end points, each a mix of two nodes.
+
+        first, second (s, 2) node numbers and weight (s, 2): a point is
+        (1 - weight) first + weight second. In plane strain these are the facets themselves.
+        """
+        if self.dimension == 2:
+            return self.facets, self.facets, np.zeros(self.facets.shape)
+        z = self.points[:, 2].copy()
+        z[np.abs(z) < 1e-9] = 0.0
+        pieces: list[list[tuple[int, int, float]]] = []
+        seen: set[tuple[int, int]] = set()
+        for facet in self.facets[(z[self.facets].min(1) <= 0) & (z[self.facets].max(1) >= 0)]:
+            ends: list[tuple[int, int, float]] = [
+                (int(i), int(i), 0.0) for i in facet if z[i] == 0.0
+            ]
+            for a, b in ((0, 1), (1, 2), (0, 2)):
+                i, j = int(facet[a]), int(facet[b])
+                if z[i] * z[j] < 0.0:
+                    ends.append((i, j, float(z[i] / (z[i] - z[j]))))
+            if len(ends) < 2:
+                continue
+            if all(i == j for i, j, _ in ends[:2]):
+                edge = (min(ends[0][0], ends[1][0]), max(ends[0][0], ends[1][0]))
+                if edge in seen:
+                    continue
+                seen.add(edge)
+            pieces.append(ends[:2])
+        first, second, weight = np.array(pieces, dtype=float).reshape(-1, 2, 3).transpose(2, 0, 1)
+        return first.astype(np.int64), second.astype(np.int64), weight

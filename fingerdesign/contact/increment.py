@@ -16,6 +16,7 @@ from fingerdesign.contact.laws import (
     STICK,
     Certificate,
     certify,
+    coded,
     lengths,
     project,
     status_of,
@@ -416,14 +417,14 @@ def solve_increment(
     _check_zone(problem, multiplier, local[:, 0], motion)
     status = status_of(multiplier, local, problem.self_compliance, problem.friction_coefficient)
     slip = local[:, 1:] + state.slip
-    sliding = _sliding(problem, state, multiplier, local[:, 1:])
+    moved = lengths(local[:, 1:])
+    sliding = _sliding(problem, state, multiplier, moved)
     status[(sliding > 0.0) & (status == STICK)] = SLIP
     # A sticking node has not moved, whatever the rounding; an open one starts anew.
-    moved = np.where(status == SLIP, lengths(local[:, 1:]), 0.0)
-    travelled = np.where(status != OPEN, state.travelled + moved, 0.0)
+    travelled = (status != OPEN) * (state.travelled + moved * (status == SLIP))
     after = ContactState(slip, multiplier, motion, travelled, sliding)
-    touching = np.where(multiplier[:, 0] > 0.0, np.where(status == SLIP, SLIP, STICK), OPEN)
     tracker = workspace.tracker(problem)
+    touching = coded(status == SLIP, multiplier[:, 0] > 0.0)
     tracker.know(found, touching, _change(state, motion), state.slip, slip)
     if method == TRACKED:
         workspace.inverse = tracker.inverse
@@ -476,8 +477,7 @@ def _accepts(certificate: Certificate) -> bool:
 
 def _certified(problem: ContactProblem, found: Answer) -> Certificate:
     """The laws and the balance of the forces found."""
-    force = problem.to_global(found.multiplier)
-    free = ~problem.model.locked.any(axis=0)
+    force, free = problem.to_global(found.multiplier), problem.model.balanced
     return certify(
         found.multiplier,
         found.motion,
@@ -488,15 +488,16 @@ def _certified(problem: ContactProblem, found: Answer) -> Certificate:
     )
 
 
-def _sliding(problem: ContactProblem, state: ContactState, multiplier: Array, slip: Array) -> Array:
-    """Slip (m,) mm of nodes on their friction limit; their last one where nothing has moved.
+def _sliding(
+    problem: ContactProblem, state: ContactState, multiplier: Array, moved: Array
+) -> Array:
+    """Slip (m,) mm of nodes on their friction limit; their last one where nothing has ``moved``.
 
     A motion that stands still leaves such nodes on the limit without a slip of their own: they are
     still those that slid.
     """
-    limit = problem.friction_coefficient * np.maximum(multiplier[:, 0], 0.0)
-    on_limit = (multiplier[:, 0] > 0.0) & (lengths(multiplier[:, 1:]) >= limit * (1.0 - _ON_LIMIT))
-    moved = lengths(slip)
+    limit = (problem.friction_coefficient * (1.0 - _ON_LIMIT)) * multiplier[:, 0]
+    on_limit = (multiplier[:, 0] > 0.0) & (lengths(multiplier[:, 1:]) >= limit)
     still = moved <= _ON_LIMIT * problem.self_compliance * multiplier[:, 0]
     return np.where(on_limit, np.where(still, state.sliding, moved), 0.0)
 

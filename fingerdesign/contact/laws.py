@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array, BoolArray, IntArray
 
 OPEN, STICK, SLIP = 0, 1, 2
 
@@ -68,7 +68,10 @@ class Certificate:
     @property
     def laws(self) -> float:
         """Worst violation of Signorini's and Coulomb's laws."""
-        return float(np.max([self.complementarity, self.coulomb, self.dissipation]))  # keeps NaN
+        total = self.complementarity + self.coulomb + self.dissipation
+        if total != total:
+            return total  # not a number, which a maximum would hide
+        return max(self.complementarity, self.coulomb, self.dissipation)
 
     def __str__(self) -> str:
         return (
@@ -93,27 +96,35 @@ def certify(
         return Certificate(*4 * [float("inf")])
     normal, gap = multiplier[:, 0], motion[:, 0]
     tangential, slip = multiplier[:, 1:], motion[:, 1:]
+    lowest = min(0.0, float(gap.min(initial=0.0)))
     if not multiplier.any():
         # Nothing is touched: only penetration can be wrong.
-        deepest = max(0.0, -float(gap.min(initial=0.0)))
         return Certificate(
-            deepest / max(float(np.abs(gap).max(initial=0.0)), 1e-300), 0.0, 0.0, 0.0
+            -lowest / max(float(np.abs(gap).max(initial=0.0)), 1e-300), 0.0, 0.0, 0.0
         )
-    force = float(np.abs(normal).max())
+    pulled = max(0.0, -float(normal.min()))
+    force = max(pulled, float(normal.max()))
     length = force * typical_compliance
-    tension = max(0.0, -float(normal.min(initial=0.0))) / force
-    penetration = max(0.0, -float(gap.min(initial=0.0))) / length
-    product = float(np.abs(np.minimum(normal / force, gap / length)).max(initial=0.0))
-    size = lengths(tangential)
-    bound = friction_coefficient * np.maximum(normal, 0.0)
-    coulomb = max(0.0, float((size - bound).max(initial=0.0))) / force
+    product = float(np.abs(np.minimum(normal / force, gap / length)).max())
+    bound = friction_coefficient * (normal if pulled == 0.0 else np.maximum(normal, 0.0))
+    coulomb = max(0.0, float((lengths(tangential) - bound).max())) / force
     # Maximum dissipation: bound |d| + lambda_t . d = 0 in contact; open nodes carry nothing.
     travelled = lengths(slip)
-    loss = bound * travelled + np.sum(tangential * slip, axis=1)
+    loss = bound * travelled + np.einsum("ij,ij->i", tangential, slip)
     # Per node: a long slip (light contact, large shear) carries the rounding of its own length.
-    dissipation = float((np.abs(loss) / (force * np.maximum(travelled, length))).max(initial=0.0))
+    dissipation = float((np.abs(loss) / np.maximum(travelled, length)).max()) / force
     balance = float(np.abs(base_reaction + contact_force).max() / max(normal.sum(), 1e-300))
-    return Certificate(max(tension, penetration, product), coulomb, dissipation, balance)
+    complementarity = max(pulled / force, -lowest / length, product)
+    return Certificate(complementarity, coulomb, dissipation, balance)
+
+
+def coded(slides: BoolArray, closed: BoolArray) -> IntArray:
+    """Statuses of nodes that slide if they are closed.
+
+    >>> coded(np.array([True, False, True]), np.array([True, True, False])).tolist()
+    [2, 1, 0]
+    """
+    return np.asarray((slides + np.int64(STICK)) * closed)
 
 
 def status_of(
@@ -121,9 +132,5 @@ def status_of(
 ) -> IntArray:
     """OPEN, STICK or SLIP per node (m,) from the trial forces of the laws."""
     trial = multiplier - motion / self_compliance[:, None]
-    status = np.full(len(multiplier), STICK, dtype=np.int64)
-    bound = friction_coefficient * np.maximum(trial[:, 0], 0.0)
-    size = lengths(trial[:, 1:])
-    status[size > bound * (1.0 + 1e-9)] = SLIP
-    status[trial[:, 0] <= 0.0] = OPEN
-    return status
+    bound = (friction_coefficient * (1.0 + 1e-9)) * trial[:, 0]
+    return coded(lengths(trial[:, 1:]) > bound, trial[:, 0] > 0.0)

@@ -1,0 +1,153 @@
+"""The laws of a few nodes, linearised, and factors that are kept while little changes (LAPACK).
+
+Rows of a node's laws, with trial forces f - rho v, their direction e, and t across it:
+
+    sticking: v = 0;        open: f = 0;
+    sliding:  v_n = 0,      e.f_t - mu f_n = 0,      t.f_t = 0.
+
+e turns with the trial force, so that the last row's derivative is (1 - q) t.df + rho q t.dv with
+q = mu f_n / |trial|. Sticking needs no unknown, sliding two (one in the plane), an open node all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dgetrf, dgetrs, sgetrf, sgetrs
+
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.contact.laws import OPEN, SLIP, STICK, coded, lengths
+from fingerdesign.contact.newton import dofs_of
+
+_CLOSE = 0.1  # of the bound: within it q is taken from the force that is, e.f_t, not from the bound
+
+
+@dataclass
+class Point:
+    """Where an iteration stands, of c nodes: the laws' rows (c, dim) N, forces, motions, statuses.
+
+    sliding (s,): which slide; direction (s, dim - 1) and size (s,) N of their trial forces.
+    """
+
+    rows: Array
+    force: Array
+    motion: Array
+    status: IntArray
+    sliding: IntArray
+    direction: Array
+    size: Array
+
+
+class System:
+    """The laws of c candidates, ``nodes`` (c,) of the base whose inverse compliance is given.
+
+    Unknown are their motions x (c dim,), which make forces start + response @ x. rho (k,): of the
+    base's nodes.
+    """
+
+    def __init__(self, inverse: Array, nodes: IntArray, rho: Array, friction: float) -> None:
+        self.nodes, self.friction, self.rho = nodes, friction, rho[nodes]
+        self.dim = len(inverse) // len(rho)
+        self.stiffness = float(rho.mean())  # N/mm: makes forces of motions
+        self.dofs = dofs_of(nodes, self.dim)
+        self.numbers = np.arange(len(self.dofs)).reshape(-1, self.dim)
+        self.response = inverse
+        if len(nodes) < len(rho):
+            self.response = inverse.take(self.dofs, 0).take(self.dofs, 1)
+        # Steps are corrected by the next one, where single precision is as good and twice as fast.
+        # In the plane all is linear, and one step should do.
+        self.coarse = self.response.astype(np.float32) if self.dim == 3 else self.response
+        self.factors: Factors | None = None
+
+    def at(
+        self, force: Array, motion: Array, status: IntArray | None, trial: Array | None
+    ) -> Point:
+        """The point at these forces and motions (c dim,).
+
+        status (c,), trial (c, dim - 1): those to keep to, where they are not to follow from both.
+        """
+        force, motion = force.reshape(-1, self.dim), motion.reshape(-1, self.dim)
+        tried = force - self.rho[:, None] * motion
+        tangential = tried[:, 1:] if trial is None else trial
+        size = lengths(tangential)
+        if status is None:
+            pressed = tried[:, 0]
+            status = coded(size > self.friction * pressed, pressed > 0.0)
+        rows, fixed = force.copy(), self.stiffness * motion
+        np.copyto(rows[:, 0], fixed[:, 0], where=status != OPEN)
+        np.copyto(rows[:, 1:], fixed[:, 1:], where=(status == STICK)[:, None])
+        s = (status == SLIP).nonzero()[0]
+        size = np.maximum(size[s], 1e-300)
+        direction, slid = tangential[s] / size[:, None], force[s]
+        if self.dim == 2:
+            rows[s, 1] = direction[:, 0] * slid[:, 1] - self.friction * slid[:, 0]
+        else:
+            (one, two), (normal, first, second) = direction.T, slid.T
+            rows[s, 1] = one * first + two * second - self.friction * normal
+            rows[s, 2] = one * second - two * first
+        return Point(rows, force, motion, status, s, direction, size)
+
+
+class Factors:
+    """LU factors of a system's derivative at one point, in terms of the unknowns ``free``.
+
+    held (c dim,): motions that the laws fix. sound: False where the matrix is singular.
+    """
+
+    def __init__(self, system: System, point: Point) -> None:
+        self.system, self.status = system, point.status
+        dim, sliding, s = system.dim, point.sliding, len(point.sliding)
+        dofs, opened = system.numbers[sliding], system.numbers[point.status == OPEN].reshape(-1)
+        self.free = np.concatenate([dofs[:, 1:].reshape(-1), opened])
+        self._dofs, self._opened = dofs.reshape(-1), opened
+        self.held = np.ones(len(system.dofs), dtype=bool)
+        self.held[self.free] = False
+        n, slips = len(self.free), s * (dim - 1)
+        self._weights, turn = self._laws(point)
+        matrix = np.empty((n, n), dtype=system.coarse.dtype)
+        part = system.coarse.take(self._dofs, 0).take(self.free, 1).reshape(s, dim, n)
+        weights = self._weights.astype(part.dtype)
+        np.matmul(weights, part, out=matrix[:slips].reshape(s, dim - 1, n))
+        matrix[slips:] = system.coarse.take(opened, 0).take(self.free, 1)
+        if dim == 3:
+            across = np.arange(1, slips, 2)
+            matrix[across, across - 1] += turn[:, 0]
+            matrix[across, across] += turn[:, 1]
+        self.sound = True
+        if n:
+            factorise = sgetrf if dim == 3 else dgetrf
+            self._lu, self._pivots, info = factorise(matrix.T, overwrite_a=1)  # in Fortran's order
+            self.sound = info == 0
+
+    def _laws(self, point: Point) -> tuple[Array, Array]:
+        """K (s, dim - 1, dim), D (s, dim - 1): rows change by K df, the last by D dv besides."""
+        system, direction, force = self.system, point.direction, point.force[point.sliding]
+        weights = np.zeros((*direction.shape, system.dim))
+        weights[:, 0, 0] = -system.friction
+        weights[:, 0, 1:] = direction
+        if system.dim == 2:
+            return weights, direction
+        bound = system.friction * np.maximum(force[:, 0], 0.0)
+        along = np.einsum("sa,sa->s", direction, force[:, 1:])
+        # Near the answer 1 - q is small, and right only with the force itself.
+        along = np.where(np.abs(along - bound) < _CLOSE * bound, along, bound)
+        ratio = np.clip(along / point.size, 0.0, 1.0)[:, None]
+        across = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
+        weights[:, 1, 1:] = (1.0 - ratio) * across
+        return weights, system.rho[point.sliding, None] * ratio * across
+
+    def solve(self, wanted: Array) -> Array:
+        """The step (c dim,) that takes rows ``wanted`` (c dim,) away."""
+        system = self.system
+        found = np.where(self.held, wanted / -system.stiffness, 0.0)
+        if not len(self.free):
+            return found
+        rest = wanted[self.free]
+        if found.any():
+            force = system.response @ found
+            sliding = self._weights @ force[self._dofs].reshape(-1, system.dim, 1)
+            rest += np.concatenate([sliding.reshape(-1), force[self._opened]])
+        substitute = sgetrs if system.dim == 3 else dgetrs
+        found[self.free] = -substitute(self._lu, self._pivots, rest, trans=1)[0]
+        return found
