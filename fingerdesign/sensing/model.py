@@ -7,6 +7,10 @@ the contact has a few nodes), readings 0.35 microstrain RMS; with 0.15 mm 0.009,
 16 grips by the paper's rule and 16 at a fixed ratio none ended otherwise than with 0.05 mm, in half
 the time; with 0.15 mm two did. (The rule itself is touchy: one step's difference in a hold changed
 the margin of one of them by 45 %, that of half of them by less than 0.02 %.)
+
+In 3-D a finger that can be swept through layers is, through :data:`LAYERS` of them in half its
+depth: on ``sensitive``, against eight, pressed and sheared to complete slip at mu = 0.3 and 0.8,
+forces to 0.4 %, stick ratio to 0.065, readings to 1.8 % of the largest, in a fifth of the time.
 """
 
 from __future__ import annotations
@@ -27,7 +31,8 @@ from fingerdesign.layout.zone import candidate_zone
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-CONTACT_SIZE_MM = {"plane-strain": 0.1, "3d": 0.5}
+CONTACT_SIZE_MM = {"plane-strain": 0.1, "3d": 0.4}
+LAYERS = 4
 FIDELITIES = tuple(CONTACT_SIZE_MM)
 _ROOM = 1.2  # times the zone of a pure approach: a hanging object drags the contact along
 
@@ -81,7 +86,8 @@ def _case(design: Design, fidelity: str, contact_size_mm: float | None = None) -
     coarse: dict[str, object] = {"mesh.section.contact_size_mm": size}
     if fidelity == "3d":
         coarse = {"mesh.contact_size_mm": size}
-        coarse |= {"mesh.mesher": "extrude"} if layered(design) else {}
+        if layered(design):
+            coarse |= {"mesh.mesher": "extrude", "mesh.layers": min(LAYERS, design.mesh.layers)}
     return Case(with_values(design, coarse), None, fidelity, fields=False, go_on=True)
 
 
