@@ -25,7 +25,7 @@ from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.cache import GARBLED, Cache
 from fingerdesign.version import __version__
 
-FORMAT = 4  # raise it when the way from CAD to mesh changes
+FORMAT = 5  # raise it when the way from CAD to mesh changes
 KEPT = 300  # meshes of a few MB each; the longest unused go first
 
 

@@ -295,7 +295,7 @@ def test_a_mesher_out_of_time_is_ended_and_its_input_kept(cube, field, tmp_path,
     with pytest.raises(
         MeshError, match=r"did not finish in 0.05 s; its input is kept as .*in\.npz"
     ):
-        run_tetwild(*cube, field, Attempt(0.01), 0.05)
+        run_tetwild(*cube, field, Attempt(0.01), 0.05, 1000.0)
     (kept,) = tmp_path.glob("*/in.npz")
     with np.load(kept) as data:
         np.testing.assert_allclose(data["vertices"], cube[0] / [1.0, 1.0, field.sizes.stretch])
@@ -315,12 +315,12 @@ def test_a_mesher_that_dies_is_an_error(code, message, cube, field, tmp_path, mo
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     monkeypatch.setattr(tetwild, "TETRAHEDRALISE", "dying_mesher:tetrahedralize")
     with pytest.raises(MeshError, match=message):
-        run_tetwild(*cube, field, Attempt(0.01), 30.0)
+        run_tetwild(*cube, field, Attempt(0.01), 30.0, 1000.0)
 
 
 def test_success_leaves_nothing_behind(cube, field, tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    points, tets = run_tetwild(*cube, field, Attempt(0.05, iterations=10), 60.0)
+    points, tets = run_tetwild(*cube, field, Attempt(0.05, iterations=10), 60.0, 1000.0)
     assert len(tets) > 0
     assert tets.max() < len(points)
     inside = points[tets].mean(axis=1)
