@@ -174,8 +174,9 @@ def test_a_lifts_keys_without_a_lift_are_refused(tmp_path, capsys):
 
 
 @pytest.fixture
-def counted(monkeypatch):
+def counted(monkeypatch, tmp_path):
     """How often a stiffness was factored, and displacements recovered."""
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "empty"))
     calls = {"factored": 0, "fields": 0}
     condense = factor.Condensation.__init__
     recover = FiniteElementModel.displacement_fields

@@ -77,13 +77,13 @@ def make_mesh(design: Design, fidelity: str, zone: Zone, symmetric: bool = True)
 
 
 def condense(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> FiniteElementModel:
-    """Assemble, and condense onto the contact candidates and readouts."""
+    """Assemble, and condense onto the contact candidates and readouts; or what has been kept."""
     from fingerdesign.fem.model import build_model, candidate_facets
 
     if not len(candidate_facets(mesh, zone.half_width, zone.half_depth)):
         raise ZoneExhausted(f"no whole contact facet lies in the candidate zone ({zone})")
     points = np.array(scene.readout.points_mm).reshape(-1, 3)
-    return build_model(design, mesh, zone.half_width, points, zone.half_depth)
+    return build_model(design, mesh, zone.half_width, points, zone.half_depth, keep=True)
 
 
 def one_thread() -> AbstractContextManager[object]:

@@ -4,7 +4,7 @@
     R u = C f + s d          C = R K^-1 R^T compliance, d = R K^-1 l
 
 R holds the contact trace, the caller's readouts, the sums of the supports' forces and the loads
-themselves, so that one factorisation gives every answer.
+themselves, so that one factorisation gives every answer; fem/kept.py keeps them.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -20,6 +21,7 @@ import scipy.sparse as sp
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.factor import Condensation
+from fingerdesign.fem.kept import Answers, keep_answers, key_of, load_answers
 from fingerdesign.fem.system import System, assemble_system, check_material
 from fingerdesign.fem.trace import ContactTrace, contact_trace, owners
 from fingerdesign.mesh.types import Mesh
@@ -67,12 +69,14 @@ class CondensedBody:
     reaction           (dim, m dim): sum of the supports' forces on the body per contact force
     load_displacement  (m dim,) mm, contact displacement under the loads; None without loads
     load_reaction      (dim,) N, sum of the supports' forces under the loads (zero without)
+    factors            the equations (``dofs`` of them) and their factorisation; it is made when
+                       first asked for where the answers were kept
     """
 
     body: Body
     trace: ContactTrace
-    system: System
-    condensation: Condensation
+    dofs: int
+    factors: Callable[[], tuple[System, Condensation]]
     compliance: Array
     readouts: tuple[Array, ...]
     reaction: Array
@@ -85,43 +89,101 @@ class CondensedBody:
         loads = self.trace.operator.T @ forces.reshape(len(forces), -1).T
         if self.body.loads is not None:
             loads = loads + load * self.body.loads[:, None]
-        lift = self.system.lift
-        fields = lift @ self.condensation.solve(lift.T @ loads)
+        system, condensation = self.factors()
+        fields = system.lift @ condensation.solve(system.lift.T @ loads)
         return np.asarray(fields.T).reshape(len(forces), *self.body.mesh.points.shape)
 
 
-def condense_body(body: Body, readouts: Sequence[sp.csr_matrix] = ()) -> CondensedBody:
-    """Assemble, factor once, and read everything off.
+def condense_body(
+    body: Body, readouts: Sequence[sp.csr_matrix] = (), keep: bool = False
+) -> CondensedBody:
+    """Assemble, factor once, and read everything off; or read off what has been kept.
 
-    readouts: blocks of rows (r, n dim), each a linear functional of the nodal displacements. Raises
-    SolverError where the body is not held, has no contact facet, or is unsound itself.
+    readouts: blocks of rows (r, n dim), each a linear functional of the nodal displacements; keep:
+    look among kept answers, and keep these. Raises SolverError where the body is not held, has no
+    contact facet, or is unsound itself.
     """
     check_sound(body)
+    start = time.perf_counter()
     trace = contact_trace(body.mesh.points, body.contact, body.thickness)
     if body.project is not None:  # gaps are measured from the exact surface
         points = body.project(trace.surface.points)
         trace = replace(trace, surface=replace(trace.surface, points=points))
-    size = trace.operator.shape[0]
-    loads = np.zeros(body.fixed.shape) if body.loads is None else body.loads
-    scale = float(np.abs(loads).sum()) or 1.0  # the size of the other rows
-    own = sp.csr_matrix(loads / scale)
-    system, condensation, blocks, timings = condensed_rows(body, [trace.operator, own, *readouts])
-    by_force = [block[:, :size].copy() for block in blocks]
-    moved = scale * by_force[1][0]
-    # What acts on held dofs goes into the supports at once.
-    reaction = by_force[-1] - (trace.operator @ system.held).toarray().T
-    load_reaction = scale * (blocks[-1][:, size] - (own @ system.held).toarray()[0])
+    rows = [trace.operator, *readouts]
+    modulus = float(body.youngs_modulus[0]) if body.attached is None else 1.0  # sheets: their own
+    key = _key(body, modulus, rows) if keep else ""
+    kept = load_answers(key, modulus) if keep else None
+    factors: Callable[[], tuple[System, Condensation]]
+    if kept is None:
+        answers, pair, timings = _answered(body, rows)
+        dofs, factors = pair[0].dofs, lambda: pair
+        if keep:
+            keep_answers(key, modulus, answers, dofs)
+    else:
+        (answers, dofs), factors = kept, cache(lambda: _factored(body))
+        timings = {"assemble": 0.0, "condense": time.perf_counter() - start}
+    ends = np.cumsum([part.shape[0] for part in readouts])
     return CondensedBody(
         body=body,
         trace=trace,
-        system=system,
-        condensation=condensation,
-        compliance=by_force[0],
-        readouts=tuple(by_force[2:-1]),
-        reaction=reaction,
-        load_displacement=None if body.loads is None else moved,
-        load_reaction=load_reaction,
+        dofs=dofs,
+        factors=factors,
+        compliance=answers["compliance"],
+        readouts=tuple(np.split(answers["readouts"], ends)[:-1]),
+        reaction=answers["reaction"],
+        load_displacement=None if body.loads is None else answers["load_displacement"],
+        load_reaction=answers["load_reaction"],
         timings=timings,
+    )
+
+
+def _answered(
+    body: Body, rows: Sequence[sp.csr_matrix]
+) -> tuple[Answers, tuple[System, Condensation], dict[str, float]]:
+    """What a body answers to the contact trace and the readouts, ``rows``, and how it was found."""
+    trace, *readouts = rows
+    size = trace.shape[0]
+    loads = np.zeros(body.fixed.shape) if body.loads is None else body.loads
+    scale = float(np.abs(loads).sum()) or 1.0  # the size of the other rows
+    own = sp.csr_matrix(loads / scale)
+    system, condensation, blocks, timings = condensed_rows(body, [trace, own, *readouts])
+    by_force = [block[:, :size].copy() for block in blocks]
+    # What acts on held dofs goes into the supports at once.
+    answers = {
+        "compliance": by_force[0],
+        "readouts": np.vstack([np.empty((0, size)), *by_force[2:-1]]),
+        "load_displacement": scale * by_force[1][0],
+        "reaction": by_force[-1] - (trace @ system.held).toarray().T,
+        "load_reaction": scale * (blocks[-1][:, size] - (own @ system.held).toarray()[0]),
+    }
+    return answers, (system, condensation), timings
+
+
+def _key(body: Body, modulus: float, rows: Sequence[sp.csr_matrix]) -> str:
+    """The name of the answers to rows of a body whose moduli are relative to ``modulus``."""
+    mesh = body.mesh
+    parts = [body.poissons_ratio, body.fixed, mesh.points, mesh.cells, body.contact, body.loads]
+    words = f"{body.element} {body.thickness}"
+    relative = body.youngs_modulus / modulus
+    return key_of(words, relative, [*parts, body.pressure_cells, body.attached, *rows])
+
+
+def _factored(body: Body) -> tuple[System, Condensation]:
+    """The equations of a body and their factorisation alone."""
+    system = _system(body)
+    return system, Condensation(system.stiffness, system.support[:1], system.pressures)
+
+
+def _system(body: Body) -> System:
+    return assemble_system(
+        body.mesh,
+        body.youngs_modulus,
+        body.poissons_ratio,
+        body.fixed,
+        body.thickness,
+        body.element,
+        body.pressure_cells,
+        body.attached,
     )
 
 
@@ -153,16 +215,7 @@ def condensed_rows(
     The third: rows of R K^-1 R^T, one array a block of R; the supports' rows come last.
     """
     start = time.perf_counter()
-    system = assemble_system(
-        body.mesh,
-        body.youngs_modulus,
-        body.poissons_ratio,
-        body.fixed,
-        body.thickness,
-        body.element,
-        body.pressure_cells,
-        body.attached,
-    )
+    system = _system(body)
     assembled = time.perf_counter()
     parts = [*(part @ system.lift for part in rows), system.support]
     bordering = sp.vstack(parts, format="csr")

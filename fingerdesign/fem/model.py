@@ -50,7 +50,7 @@ class FiniteElementModel:
     @property
     def dofs(self) -> int:
         """Equations solved."""
-        return self.condensed.system.dofs
+        return self.condensed.dofs
 
     @property
     def element(self) -> str:
@@ -68,11 +68,13 @@ def build_model(
     zone_half_width: float,
     readout_points: Array | None = None,
     zone_half_depth: float | None = None,
+    keep: bool = False,
 ) -> FiniteElementModel:
     """Condense the finger onto the contact nodes with |x| <= ``zone_half_width`` (mm).
 
     readout_points: (p, 3) mm where strain tensors are wanted; zone_half_depth: mm, candidates only
-    within |z| <= it as well. Raises SolverError where the condensed model is out of balance.
+    within |z| <= it as well; keep: use and make kept answers. Raises SolverError where the
+    condensed model is out of balance.
     """
     start = time.perf_counter()
     frames = plate_frames(design)
@@ -86,7 +88,7 @@ def build_model(
     ]
     read = time.perf_counter() - start
     body = body_of(design, mesh, candidate_facets(mesh, zone_half_width, zone_half_depth))
-    condensed = condense_body(body, readouts)
+    condensed = condense_body(body, readouts, keep)
     depth = design.body.depth_mm
     reduced = reduced_model(
         condensed,

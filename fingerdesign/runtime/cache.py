@@ -14,6 +14,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import math
 import os
 import struct
 import time
@@ -50,11 +51,18 @@ def cache_folder(kind: str) -> Path:
 
 
 class Cache:
-    """The kept files of one kind; names may lie in folders. most: the longest unused go first."""
+    """The kept files of one kind; names may lie in folders. most (with it, most_MB together): the
+    longest unused go first."""
 
-    def __init__(self, kind: str, most: int | None = None, folder: Path | None = None) -> None:
+    def __init__(
+        self,
+        kind: str,
+        most: int | None = None,
+        folder: Path | None = None,
+        most_MB: float = math.inf,
+    ) -> None:
         self.folder = cache_folder(kind) if folder is None else folder
-        self._most = most
+        self._most, self._most_MB = most, most_MB
 
     def path(self, name: str) -> Path:
         """Where the entry of a name is kept, if it is."""
@@ -69,10 +77,18 @@ class Cache:
         write_whole(path, content, durable)
         if self._most is not None:
             with contextlib.suppress(OSError):  # another process clears, too
-                found = [each for each in self.folder.glob("[!.]*") if each.is_file()]
-                for old in sorted(found, key=lambda each: each.stat().st_mtime)[: -self._most]:
-                    old.unlink(missing_ok=True)
+                self._clear_beyond(self._most)
         return path
+
+    def _clear_beyond(self, most: int) -> None:
+        """Remove the longest unused of more entries than ``most``, or of more than most_MB."""
+        found = [each for each in self.folder.glob("[!.]*") if each.is_file()]
+        entries = sorted(((each.stat(), each) for each in found), key=lambda e: -e[0].st_mtime)
+        total = 0.0
+        for number, (stat, old) in enumerate(entries):
+            total += 1e-6 * stat.st_size
+            if number >= most or (number and total > self._most_MB):
+                old.unlink(missing_ok=True)
 
     def text(self, name: str, younger_than_s: float | None = None) -> str | None:
         """The text kept under a name; None: nothing, a garbled one, or one that is too old.
@@ -109,15 +125,20 @@ class Cache:
             return None
         return found, about
 
-    def put_arrays(self, name: str, arrays: Mapping[str, NDArray[Any]], about: Any) -> bool:
-        """Keep arrays, and plain values about them; False where the folder cannot be written."""
+    def put_arrays(
+        self, name: str, arrays: Mapping[str, NDArray[Any]], about: Any, packed: bool = True
+    ) -> bool:
+        """Keep arrays, and plain values about them; False where the folder cannot be written.
+
+        packed: compressed, which pays for what is not random in its last digits.
+        """
         import io
 
         import numpy as np
 
         content = io.BytesIO()
         named: dict[str, Any] = {"about": np.array(json.dumps(about)), **arrays}
-        np.savez_compressed(content, **named)
+        (np.savez_compressed if packed else np.savez)(content, **named)
         try:
             self.put(name, content.getvalue())
         except OSError:

@@ -175,7 +175,7 @@ def test_dofs_and_contact_nodes_are_predicted(design, fidelity):
         assert 0.5 < predicted / found < 2.0
     free = fidelity == "3d" and design.mesh.mesher == "tetwild"
     low, high = (0.4, 2.5) if free else (0.5, 2.0)
-    assert low < reported.operations / model.condensed.condensation.operations < high
+    assert low < reported.operations / model.condensed.factors()[1].operations < high
 
 
 @pytest.mark.parametrize("seed", MADE)

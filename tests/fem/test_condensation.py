@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from fingerdesign import parse_design
 from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError
-from fingerdesign.fem import factor
+from fingerdesign.fem import body, factor
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.model import MIXED_FROM, build_model, element_of, fixed_dofs, materials_of
@@ -256,3 +256,39 @@ def test_points_mirror_with_their_signs():
     assert np.allclose(strain[1], strain[0] * [1, 1, 1, 1, -1, -1], atol=1e-12)
     assert np.abs(strain[0, 4:]).max() > 1e-6
     assert np.abs(strain[2, 4:]).max() < 1e-9 * np.abs(strain[2]).max()
+
+
+MODULI = ("materials.silicone.youngs_modulus_MPa", "materials.phosphor_bronze.youngs_modulus_MPa")
+
+
+def test_a_body_is_condensed_once_whatever_its_moduli_are_multiplied_by(monkeypatch, tmp_path):
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+    mesh = mesh_section(DESIGN, 1.5)
+
+    def built(factors=(1.0, 1.0), keep=True):
+        parts = [DESIGN.material_of(part).youngs_modulus_MPa for part in ("body", "plates")]
+        values = {key: f * e for key, f, e in zip(MODULI, factors, parts, strict=True)}
+        return build_model(with_values(DESIGN, values), mesh, 1.5, POINT, keep=keep)
+
+    built()
+    calls = []
+    assemble = body.assemble_system
+    monkeypatch.setattr(
+        body, "assemble_system", lambda *given: calls.append(given) or assemble(*given)
+    )
+    kept, fresh = built((2.3, 2.3)), built((2.3, 2.3), keep=False)
+    assert len(calls) == 1  # the fresh one
+    for name in ("compliance", "gage_readout", "point_readout", "reaction_readout"):
+        one, other = getattr(kept.reduced, name), getattr(fresh.reduced, name)
+        np.testing.assert_allclose(one, other, atol=1e-9 * np.abs(other).max())
+    assert kept.dofs == fresh.dofs
+    force = np.random.default_rng(0).normal(size=(1, *kept.reduced.points.shape))
+    fields = [model.displacement_fields(force) for model in (kept, kept, fresh)]
+    assert len(calls) == 2  # once for both fields of the kept one
+    np.testing.assert_allclose(fields[0], fields[2], atol=1e-8 * np.abs(fields[2]).max())
+    built((1.0, 1.1))  # another contrast is another body
+    assert len(calls) == 3
+    for path in (tmp_path / "models").iterdir():
+        path.write_bytes(b"garbled")
+    built()
+    assert len(calls) == 4

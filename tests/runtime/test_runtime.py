@@ -141,6 +141,10 @@ def test_the_longest_unused_go_first_and_leavings_in_time(cache):
         path = cache.put(f"{number}.bin", b"x")
         os.utime(path, (number, number))
     assert sorted(path.name for path in cache.folder.iterdir()) == ["2.bin", "3.bin", "4.bin"]
+    large = Cache("trial", most=3, most_MB=2.5e-6)  # two and a half bytes
+    large.put("5.bin", b"xx")
+    assert sorted(path.name for path in cache.folder.iterdir()) == ["5.bin"]
+    cache.put("4.bin", b"x")
     old, new = cache.folder / ".old", cache.folder / ".new"
     old.write_text("")
     new.write_text("")

@@ -55,9 +55,9 @@ class FullSystem:
     """
 
     def __init__(self, condensed: CondensedBody, problem: ContactProblem, modulus: float) -> None:
-        upper = condensed.system.stiffness
+        upper = condensed.factors()[0].stiffness
         self.problem = problem
-        self.lift = condensed.system.lift
+        self.lift = condensed.factors()[0].lift
         self.stiffness = (upper + sp.triu(upper, k=1).T).tocsr()
         m, dim = problem.shape
         frames = sp.bsr_matrix(
