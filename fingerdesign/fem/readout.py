@@ -67,6 +67,32 @@ def displacement_rows(mesh: Mesh, point: Array, prefer: int | None = None) -> sp
     return _interpolated(mesh, mesh.cells[cells[0]], value)
 
 
+def _weighted_displacements(
+    mesh: Mesh, points: Array, vectors: Array, region: int
+) -> sp.csr_matrix:
+    """One row (1, n dim): the sum of displacements at points (p, dim) of a region, each times its
+    vector (p, dim). All at once: cell by cell it took longer than anything else of a kept model."""
+    own = np.flatnonzero(mesh.regions == region)
+    corners = mesh.points[mesh.corners[own]]
+    low, high = corners.min(axis=1) - 1e-9, corners.max(axis=1) + 1e-9
+    point, near = np.nonzero(((points[:, None] >= low) & (points[:, None] <= high)).all(axis=2))
+    cells = own[near]
+    reference = inverse_map(mesh.points[mesh.cells[cells]], points[point])
+    least = np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0))
+    best = np.lexsort((least, point))
+    best = best[np.diff(point[best], append=-1) != 0]
+    inside = best[least[best] >= -_INSIDE]
+    nodes = mesh.cells[cells[inside]]
+    value = tabulate(mesh.dimension, reference[:, inside]).value.T
+    entries = value[:, :, None] * vectors[point[inside], None, :]
+    columns = nodes[:, :, None] * mesh.dimension + np.arange(mesh.dimension)
+    size, zero = mesh.points.size, np.zeros(columns.size, dtype=np.int64)
+    row = sp.csr_matrix((entries.ravel(), (zero, columns.ravel())), shape=(1, size))
+    for rest in np.setdiff1d(np.arange(len(points)), point[inside]):  # beside a bent face's facets
+        row = row + sp.csr_matrix(vectors[rest]) @ displacement_rows(mesh, points[rest], region)
+    return sp.csr_matrix(row)
+
+
 def _interpolated(mesh: Mesh, nodes: IntArray, value: Array) -> sp.csr_matrix:
     """Rows (dim, n dim): the displacement where nodes (k,) have the shape functions ``value``."""
     dimension = mesh.dimension
@@ -161,13 +187,13 @@ def gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> sp.csr_
         sheet = sheet_of(mesh, frame) if f"plate_{frame.index}_upper" in mesh.facets else None
         for side in (0.5, -0.5):
             points, vectors = _gage_places(mesh, frame, gages, side * frame.thickness)
+            if sheet is None:
+                rows.append(_weighted_displacements(mesh, points, vectors, frame.index + 1))
+                continue
             parts = []
             for point, vector in zip(points, vectors, strict=True):
-                if sheet is None:
-                    own = displacement_rows(mesh, point, frame.index + 1)
-                else:
-                    face = sheet.nodes if side > 0.0 else sheet.nodes_below
-                    own = _displacement(mesh, sheet, face, places_on(frame, point[None])[0])
+                face = sheet.nodes if side > 0.0 else sheet.nodes_below
+                own = _displacement(mesh, sheet, face, places_on(frame, point[None])[0])
                 parts.append(sp.csr_matrix(vector) @ own)
             rows.append(sp.csr_matrix(sum(parts[1:], parts[0])))
     return sp.vstack([sp.csr_matrix((0, mesh.points.size)), *rows], format="csr")
