@@ -91,7 +91,7 @@ def complete(folder: Path, page: bool, cad: bool) -> None:
         write_page(read_analysis(folder), folder)
     if cad and not (folder / CAD).exists():
         design = _analysed_design(folder)
-        with whole_folder(folder / "cad") as aside:
+        with whole_folder(folder) as aside:  # beside it: a killed one leaves nothing in it
             files = write_finger_cad(design, aside)
             move_into(folder, files.values())
 
