@@ -10,7 +10,6 @@ are those of analysis/stages.py, the path analysis/path.py, the record analysis/
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -120,12 +119,9 @@ def analyse_into(
 ) -> Result:
     """Run a case and write OUT/NAME; a failure of the work is written as a failed result.
 
-    page, cad: with report.html, with STEP and STL files; None: except in plane strain, where they
-    would take longer than the work (``analysis.folder.complete`` makes them later). An answer that
-    is kept from an earlier run is taken, unless ``fresh``.
-
-    Raises DesignError for wrong input (nothing is written) and ResultError where the folder cannot
-    be written. ``result.status`` says how the work ended.
+    page, cad: with report.html, with STEP and STL files; None: except in plane strain. An answer
+    that is kept from an earlier run is taken, unless ``fresh``. Raises DesignError for wrong input
+    (nothing is written), ResultError where the folder cannot be.
     """
     if not fresh and (found := kept_answer(case, out)) is not None:
         complete_answer(case, out, page, cad)
@@ -145,7 +141,7 @@ def _worked(case: Case, folder: Path, report: Report, page: bool, cad: bool) -> 
         report(f"forecast: {forecast_case(case)}")
     clock = Clock()
     try:
-        with cad_beside(case.design, folder, clock) if cad else nullcontext():
+        with cad_beside(case.design, folder, clock, wanted=cad):
             analysis = run(case, report, clock)
     except DesignError:
         raise

@@ -34,8 +34,14 @@ _NOT_KEPT = ("result", "problem")  # it has a file of its own; made anew by an a
 
 
 @contextmanager
-def cad_beside(design: Design, folder: Path, clock: Clock) -> Iterator[None]:
-    """Write the finger's STEP and STL files beside the block; GeometryError where that fails."""
+def cad_beside(design: Design, folder: Path, clock: Clock, wanted: bool) -> Iterator[None]:
+    """Write the finger's STEP and STL files, where they are wanted, beside the block.
+
+    GeometryError where that fails.
+    """
+    if not wanted:
+        yield
+        return
     with finger_cad_beside(design, folder) as wait:
         yield
         with clock.stage("geometry"):
