@@ -293,7 +293,7 @@ class ZoneExhausted(SolverError):
 ACCEPT = 1e-8  # the laws; Newton ends below 1e-10, so a pass is never a close call
 TRACKED = "tracking"  # an increment's method where none of Newton's attempts was needed
 ACCEPT_BALANCE = 1e-6  # the model's own rounding, not the solver's (fem.model)
-_ON_LIMIT = 1e-9  # relative: rounding of forces and slips
+_ON_LIMIT = 1e-9  # of the largest normal force: ten times what the solvers leave; and of slips
 _MOST = 0.5  # of the nodes: with more than these near, all are solved for
 _LONGEST = 1.5  # times the last increment: as far as its change is taken on
 _MARGIN = 0.1  # of the deepest overlap: nodes this near join the first solve
@@ -427,7 +427,7 @@ def solve_increment(
     touching = coded(status == SLIP, multiplier[:, 0] > 0.0)
     tracker.know(found, touching, _change(state, motion), state.slip, slip)
     if method == TRACKED:
-        workspace.inverse = tracker.inverse
+        workspace.inverse = tracker.base.active if tracker.base is not None else None
     workspace.passed(state, after)
     return Increment(
         motion=motion,
@@ -496,8 +496,9 @@ def _sliding(
     A motion that stands still leaves such nodes on the limit without a slip of their own: they are
     still those that slid.
     """
-    limit = (problem.friction_coefficient * (1.0 - _ON_LIMIT)) * multiplier[:, 0]
-    on_limit = (multiplier[:, 0] > 0.0) & (lengths(multiplier[:, 1:]) >= limit)
+    limit = problem.friction_coefficient * multiplier[:, 0]
+    near = limit - _ON_LIMIT * float(multiplier[:, 0].max(initial=0.0))
+    on_limit = (multiplier[:, 0] > 0.0) & (lengths(multiplier[:, 1:]) >= near)
     still = moved <= _ON_LIMIT * problem.self_compliance * multiplier[:, 0]
     return np.where(on_limit, np.where(still, state.sliding, moved), 0.0)
 

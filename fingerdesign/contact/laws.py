@@ -96,7 +96,7 @@ def certify(
         return Certificate(*4 * [float("inf")])
     normal, gap = multiplier[:, 0], motion[:, 0]
     tangential, slip = multiplier[:, 1:], motion[:, 1:]
-    lowest = min(0.0, float(gap.min(initial=0.0)))
+    lowest = float(gap.min(initial=0.0))
     if not multiplier.any():
         # Nothing is touched: only penetration can be wrong.
         return Certificate(

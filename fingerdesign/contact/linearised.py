@@ -20,6 +20,8 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, coded, lengths
 from fingerdesign.contact.newton import dofs_of
 
+TOLERANCE = 1e-10  # of the largest normal force, as in newton.py
+_FEW = 3.0  # steps with old factors cost what new ones do of a small system
 _CLOSE = 0.1  # of the bound: within it q is taken from the force that is, e.f_t, not from the bound
 
 
@@ -55,8 +57,8 @@ class System:
         self.response = inverse
         if len(nodes) < len(rho):
             self.response = inverse.take(self.dofs, 0).take(self.dofs, 1)
-        # Steps are corrected by the next one, where single precision is as good and twice as fast.
-        # In the plane all is linear, and one step should do.
+        # Steps are corrected by the next one: single precision is as good, and twice as fast. In
+        # the plane all is linear, and one step should do.
         self.coarse = self.response.astype(np.float32) if self.dim == 3 else self.response
         self.factors: Factors | None = None
 
@@ -137,17 +139,38 @@ class Factors:
         weights[:, 1, 1:] = (1.0 - ratio) * across
         return weights, system.rho[point.sliding, None] * ratio * across
 
+    def other(self, point: Point) -> bool:
+        """Whether the point's statuses are others than those of the factors."""
+        return bool((self.status != point.status).any())
+
+    def worn(self, residual: float, last: float) -> bool:
+        """Whether as many steps as new factors cost would not do, at the rate of the last one."""
+        few = _FEW + (len(self.free) / 200.0) ** 2
+        return bool(residual * (residual / last) ** few > TOLERANCE)
+
+    def moved(self, force: Array) -> Array:
+        """Motions (c dim,) that answer a change of the forces (c dim,), what is held staying."""
+        found = np.zeros(len(force))
+        found[self.free] = self._freed(self._linear(force))
+        return found
+
     def solve(self, wanted: Array) -> Array:
         """The step (c dim,) that takes rows ``wanted`` (c dim,) away."""
-        system = self.system
-        found = np.where(self.held, wanted / -system.stiffness, 0.0)
-        if not len(self.free):
-            return found
+        found = np.where(self.held, wanted / -self.system.stiffness, 0.0)
         rest = wanted[self.free]
         if found.any():
-            force = system.response @ found
-            sliding = self._weights @ force[self._dofs].reshape(-1, system.dim, 1)
-            rest += np.concatenate([sliding.reshape(-1), force[self._opened]])
-        substitute = sgetrs if system.dim == 3 else dgetrs
-        found[self.free] = -substitute(self._lu, self._pivots, rest, trans=1)[0]
+            rest += self._linear(self.system.response @ found)
+        found[self.free] = self._freed(rest)
         return found
+
+    def _linear(self, force: Array) -> Array:
+        """The free rows (n,) of a change of the forces (c dim,) alone."""
+        sliding = self._weights @ force[self._dofs].reshape(-1, self.system.dim, 1)
+        return np.concatenate([sliding.reshape(-1), force[self._opened]])
+
+    def _freed(self, rows: Array) -> Array:
+        """The free unknowns (n,) that take these rows away."""
+        if not len(rows):
+            return rows
+        substitute = sgetrs if self.system.dim == 3 else dgetrs
+        return np.asarray(-substitute(self._lu, self._pivots, rows, trans=1)[0])

@@ -54,8 +54,9 @@ def measure(problem: ContactProblem, increment: Increment) -> Measures:
     force = model.total_force(increment.force)
     factor = model.symmetry_factor
     # Plane strain: areas are lengths x depth already; in 3-D of the modelled half.
-    fields = contact, np.minimum(contact, stick)
-    shares = [_positive_fraction(field[model.facets]) for field in fields]
+    fields = np.stack([contact, np.minimum(contact, stick)])
+    corners = fields[:, model.facets]
+    shares = _positive_fraction(corners.reshape(-1, corners.shape[2])).reshape(2, -1)
     contact_area, stick_area = (factor * float(model.facet_areas @ share) for share in shares)
     contact_width, stick_width = _widths(model, fields, shares)
     pressure = increment.multiplier[:, 0] / model.areas
@@ -157,22 +158,18 @@ def _positive_fraction(values: Array) -> Array:
     return np.asarray(fraction)
 
 
-def _widths(
-    model: ReducedModel, fields: tuple[Array, Array], shares: list[Array]
-) -> tuple[float, float]:
-    """Lengths along x at z = 0 where the fields are positive, given their shares of each facet."""
+def _widths(model: ReducedModel, fields: Array, shares: Array) -> tuple[float, float]:
+    """Lengths along x at z = 0 where the fields (2, m) are positive, given their shares (2, f)."""
     if model.dimension == 2:
         along = np.abs(np.diff(model.points[model.facets, 0])[:, 0])
-        return float(along @ shares[0]), float(along @ shares[1])
-    line = model.mid_line
-    contact, stick = (_positive_length(model.points, line, field) for field in fields)
-    return contact, stick
-
-
-def _positive_length(points: Array, line: tuple[IntArray, IntArray, Array], field: Array) -> float:
-    """Length along x on the line where the field is positive."""
-    x, values = _along(line, points[:, 0]), _along(line, field)
-    return float(np.abs(x[:, 1] - x[:, 0]) @ _positive_fraction(values)) if len(x) else 0.0
+    else:
+        line = model.mid_line
+        ends = _along(line, model.points[:, 0])
+        along = np.abs(ends[:, 1] - ends[:, 0])
+        values = np.concatenate([_along(line, field) for field in fields])
+        shares = _positive_fraction(values).reshape(2, -1)
+    contact, stick = shares @ along
+    return float(contact), float(stick)
 
 
 def _along(line: tuple[IntArray, IntArray, Array], values: Array) -> Array:

@@ -15,10 +15,12 @@ from fingerdesign.contact.increment import (
     ZoneExhausted,
     solve_increment,
 )
-from fingerdesign.contact.laws import OPEN, SLIP
+from fingerdesign.contact.laws import OPEN, STICK
+from fingerdesign.contact.linearised import Factors, System
 from fingerdesign.contact.measures import Measures, measure
-from fingerdesign.contact.newton import ActiveInverse, classify, slip_system, tangential_dofs
+from fingerdesign.contact.newton import ActiveInverse, classify
 from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.tracking import Base
 from fingerdesign.errors import SolverError
 
 # How the forces of an accepted increment answer to a change of the motion (numpy only).
@@ -40,31 +42,30 @@ def force_response(
     ``held``: sliding nodes are taken to stick, as they do when the motion turns back.
     """
     m, dim = problem.shape
-    friction = problem.friction_coefficient
     motion = np.column_stack([increment.gap, increment.slip_increment])
-    rho = (0.05 / problem.self_compliance)[:, None]
-    status, trial = classify(increment.multiplier, motion, rho, friction)
-    closed = np.flatnonzero(status != OPEN)
+    rho = 0.05 / problem.self_compliance
+    friction = problem.friction_coefficient
+    status, _ = classify(increment.multiplier, motion, rho[:, None], friction)
+    closed = status != OPEN
     changes = np.zeros((len(modes), m, dim))
-    if not len(closed):
+    if not closed.any():
         return changes
-    inverse = workspace.inverse if workspace is not None else None
-    if inverse is None or not len(inverse.nodes):
-        inverse = ActiveInverse.of(problem.compliance, closed, dim)
-    inverse = inverse.moved_to(problem.compliance, closed, dim)
-    nodes = inverse.nodes
-    forces = -inverse.inverse @ modes[:, nodes].reshape(len(modes), -1).T  # were nothing to slide
-    sliding = np.flatnonzero(status[nodes] == SLIP)
-    if len(sliding) and not held:
-        system = slip_system(friction, trial, rho, increment.multiplier, inverse, sliding)
-        shaped = forces.reshape(len(nodes), dim, -1)[sliding]
-        wanted = -(
-            np.einsum("sab,sbk->sak", system.keep, shaped[:, 1:])
-            - system.pull[:, :, None] * shaped[:, :1]
-        )
-        slips = np.linalg.solve(system.matrix, wanted.reshape(-1, len(modes)))
-        forces = forces + inverse.inverse[:, tangential_dofs(sliding, dim)] @ slips
-    changes[:, nodes] = forces.T.reshape(len(modes), len(nodes), dim)
+    base = None if workspace is None else workspace.tracker(problem).base
+    if base is None or (closed & ~base.inside).any():
+        base = Base(ActiveInverse.of(problem.compliance, np.flatnonzero(closed), dim), m)
+    nodes = base.nodes
+    forces = -(modes * closed[:, None])[:, nodes].reshape(len(modes), -1) @ base.inverse
+    moving = np.flatnonzero(status[nodes] == OPEN if held else status[nodes] != STICK)
+    if len(moving):  # the others stick
+        system = System(base.inverse, moving, rho[nodes], friction)
+        mine = nodes[moving]
+        point = system.at(increment.multiplier[mine], motion[mine], status[mine], None)
+        factors = Factors(system, point)
+        if not factors.sound:
+            raise np.linalg.LinAlgError("the increment's tangent is singular")
+        motions = np.array([factors.moved(force[system.dofs]) for force in forces])
+        forces += motions @ base.inverse[system.dofs]
+    changes[:, nodes] = forces.reshape(len(modes), len(nodes), dim)
     return changes
 
 

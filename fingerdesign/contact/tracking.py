@@ -25,18 +25,20 @@ from scipy.linalg.blas import dsymv
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
-from fingerdesign.contact.linearised import Factors, Point, System
+from fingerdesign.contact.linearised import TOLERANCE, Factors, Point, System
 from fingerdesign.contact.newton import ActiveInverse
 
-_TOLERANCE = 1e-10  # of the largest normal force, as in newton.py
-_OPPOSED = 1e-8  # of it: friction off a slip's opposite; the residual hardly sees short slips
+_OPPOSED = 1e-8  # of the force: friction off a slip's opposite, which residuals hardly see if short
 _MOST = 15  # iterations on one set of candidates; 95 in 100 take up to 9
 _ROUNDS = 6  # sets of candidates in an increment
 _RING, _LEAST = 0.03, 8  # open nodes that the base takes in: of those needed; at least
-_WIDEST = 4  # times these: with more open nodes it drops some
+_MORE = 1.5  # times the nodes closed: where more would touch, nothing is near
+_WIDEST = 4  # times the ring: with more open nodes the base drops some
 _NEAR = 0.9  # of its friction limit: such a node may slide next
 _SMALL = 300  # dofs: of smaller bases every node is a candidate
-_FEW = 4  # steps with old factors cost what new ones do: where they would not suffice, new ones
+_STRAY = 5  # nodes that leave sticking unforeseen: with more, every node is a candidate
+_LOOSE = 0.3  # of the candidates: with fewer that slide or are open they are chosen anew
+_BULK = 0.6  # of the base: with more candidates every node is one
 _SHARE, _LONGEST = 0.3, 1.5  # of the last step: when, and how far, its slips are taken on
 
 
@@ -93,7 +95,7 @@ class Tracker:
         self._half = compliance.T
         self._rho = 0.05 / self_compliance
         self._length = float(np.median(self_compliance))
-        self._base: Base | None = None
+        self.base: Base | None = None
         self._system: System | None = None
         self.known: Known | None = None
 
@@ -135,13 +137,8 @@ class Tracker:
         try:
             return self._follow(known, offset, ahead)
         except np.linalg.LinAlgError:
-            self.known, self._base = None, None
+            self.known, self.base = None, None
             return None
-
-    @property
-    def inverse(self) -> ActiveInverse | None:
-        """Of the compliance on the base's nodes, for others who need one."""
-        return None if self._base is None else self._base.active
 
     def _follow(self, known: Known, offset: Array, ahead: Array | None) -> Answer | None:
         """Newton on one set of candidates after the other, until no other node has a say.
@@ -154,18 +151,22 @@ class Tracker:
         rest = here * (status == OPEN)[:, None]
         ahead = np.zeros_like(here) if ahead is None else ahead
         gap = here[:, 0] + ahead[:, 0]
-        deepest = -_TOLERANCE * self._length * known.largest
+        deepest = -TOLERANCE * self._length * known.largest
         astray = np.zeros(len(status), dtype=bool)  # no candidates, but they turned out to be
         for _ in range(_ROUNDS):
-            base = self._bring_base((status != OPEN) | (gap < 0.0), gap)
+            needed = (status != OPEN) | (gap < 0.0)
+            if np.count_nonzero(needed) > _MORE * np.count_nonzero(status) + _LEAST:
+                return None
+            base = self._bring_base(needed, gap)
             nodes = base.nodes
             drift = (here - rest)[nodes].reshape(-1)
             start = known.multiplier[nodes].reshape(-1) - dsymv(1.0, base.half, drift)
             system = self._chosen(base, known, status[nodes], astray)
             mine = nodes[system.nodes]
             found = self._newton(
+                base,
                 system,
-                start[system.dofs],
+                start,
                 rest[mine].reshape(-1),
                 ahead[mine].reshape(-1),
                 None if begun else status[mine],
@@ -176,13 +177,10 @@ class Tracker:
                 return None
             x, point, residual, iterations = found
             spent, begun = spent + iterations, True
-            moved = np.zeros(len(start))
-            moved[system.dofs] = x
-            force = (start + dsymv(1.0, base.half, moved)).reshape(-1, here.shape[1])
             status = status.copy()
             status[mine] = point.status
             ahead[mine] = x.reshape(-1, here.shape[1])
-            lost = self._lost(system, force)
+            force, lost = self._whole(base, system, start, x)
             if lost.any():
                 astray[nodes[lost]] = True
                 continue
@@ -201,7 +199,7 @@ class Tracker:
 
     def _bring_base(self, needed: BoolArray, gap: Array) -> Base:
         """See that the base holds the nodes ``needed`` (m,), and not too many others."""
-        base, dim = self._base, len(self.compliance) // len(needed)
+        base, dim = self.base, len(self.compliance) // len(needed)
         if base is not None:
             others = len(base.nodes) - np.count_nonzero(needed)
             if others <= _WIDEST * self._ring(needed):
@@ -215,8 +213,8 @@ class Tracker:
             inverse = ActiveInverse.of(self.compliance, nodes, dim)
         else:
             inverse = base.active.moved_to(self.compliance, nodes, dim)
-        self._base, self._system = Base(inverse, len(gap)), None
-        return self._base
+        self.base, self._system = Base(inverse, len(gap)), None
+        return self.base
 
     @staticmethod
     def _ring(needed: BoolArray) -> int:
@@ -224,32 +222,42 @@ class Tracker:
         return max(_LEAST, int(_RING * np.count_nonzero(needed)))
 
     def _chosen(self, base: Base, known: Known, status: IntArray, astray: BoolArray) -> System:
-        """Candidates that cover what may change: those at hand, or others."""
-        held = self._system
+        """Candidates that cover what may change: those at hand, or others.
+
+        status (k,): of the base's nodes. Every node is one where the base is small or most of them
+        are anyway, and where the last choice was far from enough.
+        """
+        held, small = self._system, len(base.inverse) <= _SMALL
+        if held is not None and small:
+            return held
+        needed = (status != STICK) | astray[base.nodes]
         if held is not None:
-            beyond = (status != STICK) | astray[base.nodes]
+            beyond = needed.copy()
             beyond[held.nodes] = False
-            if not beyond.any():
+            if not beyond.any() and np.count_nonzero(needed) > _LOOSE * len(held.nodes):
                 return held
-        chosen = np.ones(len(status), dtype=bool)
-        if len(base.inverse) > _SMALL:
-            force = known.multiplier[base.nodes]
-            chosen = lengths(force[:, 1:]) > _NEAR * self.friction * force[:, 0]
-            chosen |= (status != STICK) | astray[base.nodes]
-        rho = self._rho[base.nodes]
-        self._system = System(base.inverse, chosen.nonzero()[0], rho, self.friction)
+        force, rho = known.multiplier[base.nodes], self._rho[base.nodes]
+        needed |= lengths(force[:, 1:]) > _NEAR * self.friction * force[:, 0]
+        most = np.count_nonzero(needed) > _BULK * len(status)
+        if small or most or np.count_nonzero(astray) > _STRAY:
+            needed[:] = True
+        self._system = System(base.inverse, needed.nonzero()[0], rho, self.friction)
         return self._system
 
-    def _lost(self, system: System, force: Array) -> BoolArray:
-        """Nodes of the base, no candidates, that do not stick."""
+    def _whole(self, base: Base, system: System, start: Array, x: Array) -> tuple[Array, BoolArray]:
+        """Forces (k, dim) of the base, and which of its nodes, no candidates, do not stick."""
+        moved = np.zeros(len(start))
+        moved[system.dofs] = x
+        force = (start + dsymv(1.0, base.half, moved)).reshape(-1, system.dim)
         if len(system.nodes) == len(force):
-            return np.zeros(len(force), dtype=bool)
-        wrong = lengths(force[:, 1:]) > self.friction * force[:, 0]
-        wrong[system.nodes] = False
-        return np.asarray(wrong)
+            return force, np.zeros(len(force), dtype=bool)
+        lost = lengths(force[:, 1:]) > self.friction * force[:, 0]
+        lost[system.nodes] = False
+        return force, np.asarray(lost)
 
     def _newton(
         self,
+        base: Base,
         system: System,
         start: Array,
         rest: Array,
@@ -260,20 +268,22 @@ class Tracker:
     ) -> tuple[Array, Point, float, int] | None:
         """x, the point there, its residual, and iterations; None where it does not settle.
 
-        start, rest: forces and motions at x = 0, (n,). status, trial: those that the first
-        iteration keeps to.
+        start (k dim,), rest (n,): forces of the base and motions at x = 0. status, trial: those
+        that the first iteration keeps to. It ends early where nodes that are no candidates do not
+        stick.
         """
-        last = 1e300
+        last, begin, alone = 1e30, start[system.dofs], len(system.nodes) < len(base.nodes)
         for iteration in range(_MOST):
-            point = system.at(start + system.response @ x, rest + x, status, trial)
-            residual = float(np.abs(point.rows).max()) / scale
-            if residual <= _TOLERANCE and iteration and self._opposed(point, scale):
+            point = system.at(begin + system.response @ x, rest + x, status, trial)
+            residual = float(np.abs(point.rows).max(initial=0.0)) / scale
+            if residual <= TOLERANCE and iteration and self._opposed(point, scale):
                 return x, point, residual, iteration
             if not np.isfinite(residual):
                 return None
             factors = system.factors
-            worn = residual * (residual / last) ** _FEW > _TOLERANCE and iteration
-            if factors is None or worn or (factors.status != point.status).any():
+            if factors is None or factors.worn(residual, last) or factors.other(point):
+                if iteration == 1 and alone and self._whole(base, system, start, x)[1].any():
+                    return x, point, residual, iteration
                 factors = system.factors = Factors(system, point)
                 if not factors.sound:
                     system.factors = None

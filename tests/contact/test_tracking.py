@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.contact.increment import TRACKED, ContactState, Workspace, solve_increment
+from fingerdesign.contact.laws import SLIP
 from fingerdesign.contact.path import Forces, follow, solve_forces
 from fingerdesign.contact.problem import Motion
 from fingerdesign.contact.tracking import Tracker
@@ -38,6 +39,9 @@ def test_tracked_increments_are_those_solved_anew(shape, friction, request):
         length = scale * problem.typical_compliance
         np.testing.assert_allclose(tracked.gap, anew.gap, rtol=0.0, atol=1e-8 * length)
         np.testing.assert_array_equal(tracked.status, anew.status)
+        sliding = tracked.state.sliding  # of all that slips, though the limit be met to 1e-10 only
+        np.testing.assert_allclose(sliding, anew.state.sliding, rtol=0.0, atol=1e-7 * length)
+        assert (sliding[tracked.status == SLIP] > 0.0).all()
     assert np.mean(follows) > 0.9
 
 

@@ -1,9 +1,12 @@
-"""The moves of a grip, each increment followed from the one before and solved anew, in one run."""
+"""A grip's increments followed and solved anew, in one run; and a grid of lifts."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,11 +18,19 @@ from fingerdesign.contact.increment import ContactState, Workspace, solve_increm
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample
+from fingerdesign.runtime.journal import Journal
+from fingerdesign.runtime.machine import usable_cores
+from fingerdesign.trials.bench import FRICTIONS, MASSES_G, ControlGrid, GripBench
+from fingerdesign.trials.run import KIND, run_batches
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.speed.speed_worker import GRIP_SPACE, STEPS, grip_problem, one_grip
 
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
 MEAN_MS = {"3d": 1.5, "plane-strain": 0.25}
 WORST_MS = {"3d": 5.0, "plane-strain": 1.0}
+LIFTS_S = 20.0  # for a hundred lifts of so many steps
 SAME = 1e-6  # of the largest nodal force: each path goes on from its own increments
 
 
@@ -50,6 +61,8 @@ def step_checks(fidelities: Sequence[str] = ("3d", "plane-strain")) -> list[Chec
         anew, followed, difference = replayed(own, plant.motions)
         where = f"{fidelity}, {own.shape[0]} contact nodes, {len(plant.motions)} steps"
         ratio = anew.mean() / followed.mean()
+        if fidelity == "3d":
+            checks.append(lift_check(design, problem))
         checks += [
             Check(
                 f"{where}: mean ms, {ratio:.1f} times sooner", MEAN_MS[fidelity], followed.mean()
@@ -77,3 +90,23 @@ def replayed(problem: ContactProblem, motions: Sequence[Motion]) -> tuple[Array,
             scale = max(float(np.abs(forces[0]).max()), 1e-300)
             worst = max(worst, float(np.abs(forces[1] - forces[0]).max()) / scale)
     return spent[0], spent[1], worst
+
+
+def lift_check(design: Design, problem: ContactProblem) -> Check:
+    """Seconds of a hundred lifts over friction and weight, as ``study-control`` runs them.
+
+    On the cores at hand, the model sent once to each process; brought to ``STEPS`` steps a lift.
+    """
+    grip, face = design.grip, design.gages.face
+    grid = ControlGrid(FRICTIONS, MASSES_G, (0.0,), tug=None)
+    plates = tuple(range(len(problem.model.gage_x)))
+    own = problem.with_friction(grip.bench_friction_coefficient)
+    bench = GripBench(own, face, plates, grip, grid)
+    workers, batches = usable_cores(), list(grid.batches(("reactive",)))
+    with TemporaryDirectory() as folder, Journal(Path(folder) / "lifts", KIND, "") as journal:
+        start = time.perf_counter()
+        grips = run_batches(bench, batches, journal, workers).values()
+        seconds = time.perf_counter() - start
+    steps = sum(each.steps for each in grips)
+    name = f"3d, {len(grips)} lifts of {STEPS} steps, on {workers} cores ({steps} steps run)"
+    return Check(name, LIFTS_S, seconds * STEPS * len(grips) / steps, "s")
