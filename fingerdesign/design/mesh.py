@@ -31,7 +31,7 @@ class MeshOptions(Table):
     mesher: Annotated[str, Named(MESHERS)] = Field(
         default="tetwild",
         description="tetwild (any finger) | extrude (a section swept through layers) | file (made "
-        "elsewhere)",
+        "elsewhere) | auto (extrude where it can be, else tetwild)",
     )
     file: str | None = Field(
         default=None,

@@ -21,6 +21,7 @@ from fingerdesign.layout.frames import PlateFrame, plate_frames
 MOST_PIECES = 16  # of a bent plate
 _STRAY_MM = 1e-3  # by which its chords may
 FAR_MM = 1e5  # a finger and its mold are smaller
+_THIN, _SAME_MM = 0.01, 1e-9  # the least layer, of the depth; heights that are one, mm
 _ROUNDING_MM = 1e-12  # pairs that are as near: the first counts
 
 
@@ -179,6 +180,12 @@ def layered(design: Design) -> bool:
     return not_layered(design) is None
 
 
+def sweepable(design: Design) -> bool:
+    """Whether it is layered, and no two parts end so near to each other along z that the layer
+    between would be too thin to mesh."""
+    return layered(design) and _least_step(design) > _THIN * design.body.depth_mm
+
+
 def not_layered(design: Design) -> str | None:
     """The first thing that keeps a finger from being swept through layers; None: nothing does.
 
@@ -218,3 +225,16 @@ def lies_over(design: Design) -> str | None:
             if distance < _NEAR_CORE_MM:
                 return f"plate {frame.index} and the core lie over one another, seen along z"
     return None
+
+
+def _least_step(design: Design) -> float:
+    """Least distance along z between two heights at which plates, core or the body end, mm."""
+    half = 0.5 * design.body.depth_mm
+    ends = [-half, 0.0, half]
+    if design.plates.model != "none":
+        ends += [end for frame in plate_frames(design) for end in (frame.low, frame.high)]
+    core = design.body.core
+    if core is not None and core.depth_mm is not None:
+        ends += [-0.5 * core.depth_mm, 0.5 * core.depth_mm]
+    steps = [b - a for a, b in pairwise(sorted(ends)) if b - a > _SAME_MM]
+    return min(steps)

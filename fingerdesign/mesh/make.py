@@ -12,9 +12,12 @@ from typing import Any, ClassVar
 
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
+from fingerdesign.layout.gaps import sweepable
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.registry import MESHERS, own_values
+
+AUTO = "auto"
 
 
 class Mesher:
@@ -44,13 +47,26 @@ class Mesher:
 mesher = MESHERS.kind  # registers a Mesher; its own keys are the table ``[mesh.NAME]``
 
 
+def mesher_name(design: Design) -> str:
+    """The mesher that a design names; "auto": layers where they can be swept, else fTetWild."""
+    named = design.mesh.mesher
+    if named != AUTO:
+        return named
+    return "extrude" if sweepable(design) else "tetwild"
+
+
 def mesher_of(design: Design) -> Mesher:
-    """The mesher that a design names."""
-    found: Mesher = MESHERS.find(design.mesh.mesher, "mesh.mesher").made
+    """The mesher of a design."""
+    found: Mesher = MESHERS.find(mesher_name(design), "mesh.mesher").made
     return found
 
 
 def mesh_finger(design: Design, zone: Zone, symmetric: bool = True) -> Mesh:
     """The finger, or its half z >= 0, by the design's mesher. Raises MeshError."""
-    kind = MESHERS.find(design.mesh.mesher, "mesh.mesher")
+    kind = MESHERS.find(mesher_name(design), "mesh.mesher")
     return mesher_of(design).make(design, own_values(design.mesh, kind), zone, symmetric)
+
+
+@mesher("auto", place=4)
+class Auto(Mesher):
+    """The one that suits the finger: never itself at work, :func:`mesher_of` says which is."""

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design, parse_scene
+from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.ladder import (
     ORDERS,
     analytic_readings,
@@ -24,8 +25,12 @@ from fingerdesign.analysis.fidelity.rungs import (
     rung,
     scene_sizes,
 )
+from fingerdesign.analysis.forecast.counts import count_model
+from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.gaps import layered
+from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.make import mesh_finger, mesher_name
 
 DESIGN = parse_design('design.name = "made_up"\nplates.count = 0')
 SCENE = parse_scene("[object]\n[path]\nincrements_mm = [[0.1, 0.0], [0.1, 0.05]]")
@@ -147,7 +152,16 @@ def test_parts_that_end_at_nearly_one_height_are_not_swept_through_layers():
     near = parse_design(keys.format(2.002))
     assert layered(near)
     assert not can_extrude(near)
-    assert can_extrude(parse_design(keys.format(4.0)))
+    far = parse_design(keys.format(4.0))
+    assert can_extrude(far)
+    auto = [with_values(each, {"mesh.mesher": "auto"}) for each in (near, far)]
+    assert [mesher_name(each) for each in auto] == ["tetwild", "extrude"]
+    counts = [
+        count_model(Case(each, SCENE), Zone(2.0))
+        for each in (auto[1], with_values(far, {"mesh.mesher": "extrude"}))
+    ]
+    assert counts[0] == counts[1]
+    assert mesh_finger(auto[1], Zone(2.0)).mesher == "extrude"
     assert rung(near, SCENE, "3-D", 1.0).mesher == near.mesh.mesher
 
 

@@ -19,6 +19,7 @@ from fingerdesign.analysis.path import follow_path, object_at_touch
 from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, one_thread, zone_of
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.problem import contact_problem
+from fingerdesign.mesh.make import mesher_name
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 
@@ -193,7 +194,7 @@ def _mesh(design: Design, model: Model, zone: Zone, symmetric: bool) -> Mesh:
     sizes = section_sizes(design, model)
     if model.dimension == "plane strain":
         return mesh_section(design, zone.half_width, sizes)
-    if design.mesh.mesher == "extrude":
+    if mesher_name(design) == "extrude":
         return extrude(design, zone.half_width, symmetric, sizes)
     return make_mesh(design, "3d", zone, symmetric)
 

@@ -19,7 +19,6 @@ five plates, 8 mm deep, against 300k equations; a homogeneous finger, 3.5 mm dee
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.fidelity.models import Dimension, Model, Sizes
@@ -28,8 +27,9 @@ from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import crest_height, plate_frames
-from fingerdesign.layout.gaps import layered
+from fingerdesign.layout.gaps import sweepable
 from fingerdesign.layout.zone import contact_reach, greatest_approach
+from fingerdesign.mesh.make import mesher_name
 from fingerdesign.mesh.section.section import sheet_room_faults
 
 if TYPE_CHECKING:
@@ -43,7 +43,6 @@ SHEETS_FROM = 4.0  # the first alone: the next, solid, judges it
 _CONTACT, _PLATE, _END, _FAR = 0.05, 0.2, 0.6, 0.12  # see scene_sizes
 _LAYERS, _LAYERS_DEPTH = 10.0, 4.0  # so many in half a depth of so many mm
 _FOR_PLATES = 1.5
-_THIN, _SAME_MM = 0.01, 1e-9  # of the depth; mm
 _LEAST_HALF = 0.05  # of the body's half-width
 _GRADATION = 0.5
 _FARTHEST = 0.4  # of the crest's height
@@ -100,7 +99,7 @@ def rung(design: Design, scene: Scene, dimension: Dimension, scale: float) -> Mo
         sizes,
         layers(design, scale),
         plates="sheet" if sheets else None,
-        mesher="extrude" if extruded else design.mesh.mesher,
+        mesher="extrude" if extruded else mesher_name(design),
     )
 
 
@@ -109,22 +108,7 @@ def can_extrude(design: Design) -> bool:
 
     Parts that end at nearly the same z want a layer too thin to mesh: those fTetWild takes.
     """
-    if not layered(design) or design.mesh.mesher == "file":
-        return False
-    return least_step(design) > _THIN * design.body.depth_mm
-
-
-def least_step(design: Design) -> float:
-    """Least distance along z between two heights at which plates, core or the body end, mm."""
-    half = 0.5 * design.body.depth_mm
-    ends = [-half, 0.0, half]
-    if design.plates.model != "none":
-        ends += [end for frame in plate_frames(design) for end in (frame.low, frame.high)]
-    core = design.body.core
-    if core is not None and core.depth_mm is not None:
-        ends += [-0.5 * core.depth_mm, 0.5 * core.depth_mm]
-    steps = [b - a for a, b in pairwise(sorted(ends)) if b - a > _SAME_MM]
-    return min(steps)
+    return design.mesh.mesher != "file" and sweepable(design)
 
 
 def can_be_sheets(design: Design) -> bool:

@@ -13,6 +13,7 @@ from fingerdesign.fem.model import candidate_facets, element_of, fixed_dofs
 from fingerdesign.layout.frames import mirrors_in_z, plate_frames
 from fingerdesign.mesh.cache import kept_mesh_file, load_mesh, mesh_key
 from fingerdesign.mesh.files.imported import imported_mesh
+from fingerdesign.mesh.make import mesher_name
 from fingerdesign.mesh.section.extrude import distinct, graded_heights, layer_heights, tallest_layer
 from fingerdesign.mesh.section.section import extruded_sizes, section_sizes
 from fingerdesign.mesh.sizing import MeshSizes
@@ -57,7 +58,7 @@ def count_model(case: Case, zone: Zone) -> Counts:
     design = case.design
     if case.fidelity == "plane-strain":
         found = _plane_strain(case, zone)
-    elif design.mesh.mesher == "extrude":
+    elif mesher_name(design) == "extrude":
         found = _extruded(case, zone)
     elif design.mesh.mesher == "file":
         found = _of_mesh(imported_mesh(design, case.symmetric), case, zone)
@@ -140,7 +141,7 @@ def _space(case: Case, zone: Zone) -> Counts:
     design = case.design
     sizes = MeshSizes.of(design, zone.half_width, zone.half_depth)
     key = mesh_key(design, sizes, (zone.half_width, zone.half_depth), case.symmetric)
-    own = design.mesh.mesher == "tetwild"  # the only one whose meshes are kept
+    own = mesher_name(design) == "tetwild"  # the only one whose meshes are kept
     kept = load_mesh(key) if own and kept_mesh_file(key).is_file() else None
     if kept is not None:
         return _of_mesh(kept, case, zone)
@@ -151,7 +152,7 @@ def _space(case: Case, zone: Zone) -> Counts:
     dofs += corners if element == "mixed" else 0.0
     return Counts(
         dimension=3,
-        mesher=design.mesh.mesher,
+        mesher=mesher_name(design),
         element=element,
         elements=tets,
         dofs=dofs,
