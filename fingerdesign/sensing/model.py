@@ -8,7 +8,7 @@ the contact has a few nodes), readings 0.35 microstrain RMS; with 0.15 mm 0.009,
 the time; with 0.15 mm two did. (The rule itself is touchy: one step's difference in a hold changed
 the margin of one of them by 45 %, that of half of them by less than 0.02 %.)
 
-In 3-D a finger that can be swept through layers is, through :data:`LAYERS` of them in half its
+In 3-D a finger that can be swept through layers is, :data:`LAYERS` of them at most in half its
 depth: on ``sensitive``, against eight, pressed and sheared to complete slip at mu = 0.3 and 0.8,
 forces to 0.4 %, stick ratio to 0.065, readings to 1.8 % of the largest, in a fifth of the time.
 """
@@ -25,7 +25,6 @@ from fingerdesign.analysis.stages import condense, make_mesh
 from fingerdesign.checks.load import with_values, without_plates
 from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.layout.gaps import layered
 from fingerdesign.layout.zone import candidate_zone
 
 if TYPE_CHECKING:
@@ -86,8 +85,9 @@ def _case(design: Design, fidelity: str, contact_size_mm: float | None = None) -
     coarse: dict[str, object] = {"mesh.section.contact_size_mm": size}
     if fidelity == "3d":
         coarse = {"mesh.contact_size_mm": size}
-        if layered(design):
-            coarse |= {"mesh.mesher": "extrude", "mesh.layers": min(LAYERS, design.mesh.layers)}
+        coarse["mesh.layers"] = min(LAYERS, design.mesh.layers)
+        if design.mesh.mesher == "tetwild":
+            coarse["mesh.mesher"] = "auto"
     return Case(with_values(design, coarse), None, fidelity, fields=False, go_on=True)
 
 
