@@ -407,7 +407,7 @@ def solve_increment(
     offset = problem.offset(motion, state.slip)
     if not np.isfinite(offset).all():
         raise SolverError(f"the motion {motion} is not finite")
-    found, certificate, method = _answer(problem, state, motion, offset, workspace)
+    found, certificate, force, method = _answer(problem, state, motion, offset, workspace)
     multiplier, local = found.multiplier, found.motion
     if not _accepts(certificate):
         raise SolverError(
@@ -435,7 +435,7 @@ def solve_increment(
         gap=local[:, 0],
         slip_increment=local[:, 1:],
         status=status,
-        force=problem.to_global(multiplier),
+        force=force,
         state=after,
         iterations=found.iterations,
         residual=found.residual,
@@ -450,20 +450,23 @@ def _answer(
     motion: Motion,
     offset: Array,
     workspace: Workspace,
-) -> tuple[Answer, Certificate, str]:
-    """What is found near the last increment if the certificate accepts it, else by a solve anew."""
+) -> tuple[Answer, Certificate, Array, str]:
+    """What is found near the last increment if the certificate accepts it, else by a solve anew.
+
+    With its certificate, nodal forces (m, dim) in x, y(, z), and the name of the way.
+    """
     near = None
     if workspace.follows:
         near = workspace.tracker(problem).solve(offset, _change(state, motion), state.slip)
     if near is not None:
-        certificate = _certified(problem, near)
+        certificate, force = _certified(problem, near)
         if _accepts(certificate):
-            return near, certificate, TRACKED
+            return near, certificate, force, TRACKED
     guess = workspace.predicted(state, motion, problem.friction_coefficient)
     result, method = _solve(problem, state, guess, offset, workspace)
     yielded = (problem.compliance @ result.multiplier.reshape(-1)).reshape(offset.shape)
     found = Answer(result.multiplier, yielded, yielded + offset, result.residual, result.iterations)
-    return found, _certified(problem, found), method
+    return found, *_certified(problem, found), method
 
 
 def _change(state: ContactState, motion: Motion) -> Array:
@@ -475,10 +478,10 @@ def _accepts(certificate: Certificate) -> bool:
     return certificate.laws <= ACCEPT and certificate.balance <= ACCEPT_BALANCE
 
 
-def _certified(problem: ContactProblem, found: Answer) -> Certificate:
-    """The laws and the balance of the forces found."""
+def _certified(problem: ContactProblem, found: Answer) -> tuple[Certificate, Array]:
+    """The laws and the balance of the forces found, and these in x, y(, z)."""
     force, free = problem.to_global(found.multiplier), problem.model.balanced
-    return certify(
+    certificate = certify(
         found.multiplier,
         found.motion,
         problem.typical_compliance,
@@ -486,6 +489,7 @@ def _certified(problem: ContactProblem, found: Answer) -> Certificate:
         (problem.model.reaction_readout @ force.reshape(-1))[free],
         force.sum(axis=0)[free],
     )
+    return certificate, force
 
 
 def _sliding(

@@ -24,6 +24,8 @@ def lengths(vectors: Array) -> Array:
     """
     if vectors.shape[1] == 1:
         return np.abs(vectors[:, 0])
+    if vectors.shape[1] == 2:
+        return np.asarray(np.hypot(vectors[:, 0], vectors[:, 1]))
     return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
 
 

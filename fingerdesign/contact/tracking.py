@@ -28,6 +28,7 @@ from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
 from fingerdesign.contact.linearised import TOLERANCE, Factors, Point, System
 from fingerdesign.contact.newton import ActiveInverse
 
+_FACTOR = 0.5  # rho C_ii: ten times newton.py's, which starts from farther; from 2 on it cycles
 _OPPOSED = 1e-8  # of the force: friction off a slip's opposite, which residuals hardly see if short
 _MOST = 15  # iterations on one set of candidates; 95 in 100 take up to 9
 _ROUNDS = 6  # sets of candidates in an increment
@@ -93,7 +94,7 @@ class Tracker:
     def __init__(self, compliance: Array, self_compliance: Array, friction: float) -> None:
         self.compliance, self.friction = compliance, friction
         self._half = compliance.T
-        self._rho = 0.05 / self_compliance
+        self._rho = _FACTOR / self_compliance
         self._length = float(np.median(self_compliance))
         self.base: Base | None = None
         self._system: System | None = None
