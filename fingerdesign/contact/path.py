@@ -52,7 +52,13 @@ def force_response(
         return changes
     base = None if workspace is None else workspace.tracker(problem).base
     if base is None or (closed & ~base.inside).any():
-        base = Base(ActiveInverse.of(problem.compliance, np.flatnonzero(closed), dim), m)
+        index, inverse = (
+            np.flatnonzero(closed),
+            workspace.inverse if workspace is not None else None,
+        )
+        if inverse is None or not len(inverse.nodes):
+            inverse = ActiveInverse.of(problem.compliance, index, dim)
+        base = Base(inverse.moved_to(problem.compliance, index, dim), m)
     nodes = base.nodes
     forces = -(modes * closed[:, None])[:, nodes].reshape(len(modes), -1) @ base.inverse
     moving = np.flatnonzero(status[nodes] == OPEN if held else status[nodes] != STICK)
