@@ -84,13 +84,9 @@ class ActiveInverse:
         beside = compliance[new]
         cross = self.inverse @ beside[:, old].T
         root = _root_of_inverse(beside[:, new] - beside[:, old] @ cross)
-        k, whole = len(old), np.empty((len(old) + len(new),) * 2)
-        cross = cross @ root.T
-        np.matmul(cross, cross.T, out=whole[:k, :k])
-        whole[:k, :k] += self.inverse
-        whole[:k, k:] = -cross @ root
-        whole[k:, :k] = whole[:k, k:].T
-        whole[k:, k:] = root.T @ root
+        side = np.concatenate([cross @ root.T, -root.T])
+        whole = side @ side.T
+        whole[: len(old), : len(old)] += self.inverse
         return ActiveInverse(np.concatenate([self.nodes, joins]), whole)
 
     def renamed(self, numbers: IntArray) -> ActiveInverse:

@@ -174,6 +174,19 @@ def test_moved_inverse_equals_a_new_one(dim, goal):
         assert np.abs(product - np.eye(len(dofs))).max() < 1e-8
 
 
+def test_an_inverse_carried_far_stays_at_rounding():
+    """Bordered seventeen times; where that is not symmetric to the last digit, none is left."""
+    x, y = np.meshgrid(np.arange(12.0), np.arange(12.0))
+    place = (x + 1j * y).reshape(-1) - 5.5 - 5.5j
+    place = place[np.argsort(np.abs(place), kind="stable")]
+    compliance = -np.log(np.abs(place[:, None] - place) / 40.0 + 0.008)
+    inverse = ActiveInverse.of(compliance, np.arange(10), 1)
+    for count in range(14, 145, 8):
+        inverse = inverse.moved_to(compliance, np.arange(count), 1)
+    product = inverse.inverse @ compliance[:count, :count]
+    assert np.abs(product - np.eye(count)).max() < 1e-12
+
+
 def test_a_workspace_changes_no_answer():
     """A path with a workspace gives the forces of one without, to rounding."""
     nodes, dim = 20, 3
