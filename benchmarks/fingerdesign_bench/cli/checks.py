@@ -82,7 +82,7 @@ def assembly(folder: Path | None, quiet: bool, as_json: bool) -> int:
 @_table_option
 @output_options
 def steps(folder: Path | None, quiet: bool, as_json: bool) -> int:
-    """A grip's increments, each from the one before and each solved anew, in one run."""
+    """A grip's increments, each from the one before and each solved anew; a hundred lifts."""
     from fingerdesign_bench.speed.steps import step_checks
 
     with progress("bench steps", quiet or as_json) as report:
