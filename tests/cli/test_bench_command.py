@@ -67,3 +67,22 @@ def test_numbers_are_written_where_requested(tmp_path, monkeypatch, capsys):
     record = json.loads((tmp_path / "verification.json").read_text("utf-8"))
     assert record["checks"][0]["name"] == "hertz"
     assert record["machine"]["cores"] >= 1
+
+
+def test_peers_that_are_not_installed_are_named_and_left_out(tmp_path, monkeypatch, said):
+    monkeypatch.setattr("fingerdesign_bench.speed.peers.PYTHON", tmp_path / "python3")
+    shown = said("bench", "peers", code=1)
+    assert "python3-siconos): left out" in shown.err
+    assert "python3-getfem): left out" in shown.err
+    monkeypatch.setattr("fingerdesign_bench.speed.peers.installed", lambda: {"getfem": "5.4"})
+    row = {"problem": "a finger", "failed": "all"}
+    monkeypatch.setattr(
+        "fingerdesign_bench.speed.peers.measure_peers",
+        lambda found, report, quick: ([], [row | {"ratio": 2.0}, row]),
+    )
+    shown = said("bench", "peers", "--out", tmp_path)
+    assert "siconos is not installed" in shown.err
+    assert "getfem is not installed" not in shown.err
+    record = json.loads((tmp_path / "peers.json").read_text("utf-8"))
+    assert record["installed"] == {"getfem": "5.4"}
+    assert record["full"][1] == row

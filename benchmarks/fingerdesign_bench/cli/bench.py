@@ -17,6 +17,7 @@ from fingerdesign_bench.cli import compare as bench_compare
 from fingerdesign_bench.cli import fidelity as bench_fidelity
 from fingerdesign_bench.cli import forecast as bench_forecast
 from fingerdesign_bench.cli import molds as bench_molds
+from fingerdesign_bench.cli import peers as bench_peers
 from fingerdesign_bench.cli import plane_strain as bench_plane_strain
 from fingerdesign_bench.cli import search as bench_search
 from fingerdesign_bench.cli import sweep as bench_sweep
@@ -73,6 +74,7 @@ for _each in (
     *bench_fidelity.COMMANDS,
     *bench_forecast.COMMANDS,
     *bench_molds.COMMANDS,
+    *bench_peers.COMMANDS,
     *bench_search.COMMANDS,
     *bench_plane_strain.COMMANDS,
     *bench_sweep.COMMANDS,

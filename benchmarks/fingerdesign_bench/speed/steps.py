@@ -51,15 +51,10 @@ def step_checks(fidelities: Sequence[str] = ("3d", "plane-strain")) -> list[Chec
     """Mean and worst milliseconds a step, how many times sooner, and the difference of forces."""
     checks = []
     for fidelity in fidelities:
-        values = GRIP_SPACE if fidelity == "3d" else {}
-        design = with_values(load_design(shipped_path("maeno2000")), values)
-        problem, _ = grip_problem(design, fidelity)
+        design, problem, motions = recorded_grip(fidelity)
         own = problem.with_friction(design.grip.friction_coefficients[0])
-        moves, _ = one_grip(design, problem, 1.0)
-        plant = _Recorded(own, design.gages.face)
-        one_grip(design, problem, moves / (1.1 * STEPS), plant)
-        anew, followed, difference = replayed(own, plant.motions)
-        where = f"{fidelity}, {own.shape[0]} contact nodes, {len(plant.motions)} steps"
+        anew, followed, difference = replayed(own, motions)
+        where = f"{fidelity}, {own.shape[0]} contact nodes, {len(motions)} steps"
         ratio = anew.mean() / followed.mean()
         if fidelity == "3d":
             checks.append(lift_check(design, problem))
@@ -71,6 +66,18 @@ def step_checks(fidelities: Sequence[str] = ("3d", "plane-strain")) -> list[Chec
             Check(f"{where}: difference of forces", SAME, difference),
         ]
     return checks
+
+
+def recorded_grip(fidelity: str) -> tuple[Design, ContactProblem, list[Motion]]:
+    """maeno2000, what it is facing the fundamental scene's plane, and the motions of a lift."""
+    values = GRIP_SPACE if fidelity == "3d" else {}
+    design = with_values(load_design(shipped_path("maeno2000")), values)
+    problem, _ = grip_problem(design, fidelity)
+    own = problem.with_friction(design.grip.friction_coefficients[0])
+    moves, _ = one_grip(design, problem, 1.0)
+    plant = _Recorded(own, design.gages.face)
+    one_grip(design, problem, moves / (1.1 * STEPS), plant)
+    return design, problem, plant.motions
 
 
 def replayed(problem: ContactProblem, motions: Sequence[Motion]) -> tuple[Array, Array, float]:

@@ -1,0 +1,269 @@
+"""``fingerdesign bench peers``: Siconos and GetFEM on our problems, beside us in the same run.
+
+Condensed: Siconos gets our compliance, the offsets and the last forces of each increment, and must
+give our nodal forces to a millionth. Full: GetFEM gets our mesh. Each runs on one thread under the
+system's own Python (peers_worker.py), in turn with ours; times are processor time, the least of the
+repeats, so a busy machine matters little.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.checks.load import load_design, parse_scene, with_values
+from fingerdesign.checks.starter import shipped_path, shipped_text
+from fingerdesign.contact.increment import ContactState, Increment, Workspace, solve_increment
+from fingerdesign.contact.laws import status_of
+from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
+from fingerdesign.errors import SolverError
+from fingerdesign.runtime.progress import Report
+from fingerdesign_bench.speed import peers_worker
+from fingerdesign_bench.speed.steps import recorded_grip
+
+PYTHON = Path("/usr/bin/python3")
+PACKAGES = {"siconos": "python3-siconos", "getfem": "python3-getfem"}
+_TIME_LIMIT_S = 3600.0  # for one call of a peer
+_GRIP_EVERY = 13  # of the steps of a grip: about twenty
+_LONG_PATH = 200  # increments
+# Quadratic displacements without pressures, as GetFEM's; meshes that it takes seconds a row for.
+_MESHES: dict[str, dict[str, Any]] = {
+    "plane-strain": {"mesh.section.contact_size_mm": 0.2, "mesh.section.plate_size_mm": 0.3},
+    "3d": {
+        "mesh.mesher": "extrude",
+        "mesh.layers": 2,
+        "mesh.section.contact_size_mm": 0.5,
+        "mesh.section.plate_size_mm": 1.0,
+        "mesh.section.plate_end_size_mm": 0.9,
+        "mesh.section.far_size_mm": 4.0,
+        "mesh.section.gradation": 0.8,
+    },
+}
+Row = dict[str, Any]  # heading -> text, number, or None where nothing converged
+
+
+def installed() -> dict[str, str]:
+    """Versions of the peers that the system's own Python can import."""
+    return dict(_work("probe", {})) if PYTHON.exists() else {}
+
+
+def missing(found: dict[str, str]) -> list[str]:
+    """A line for each peer that is not installed."""
+    return [
+        f"{name} is not installed for {PYTHON} (Debian: {package}): left out"
+        for name, package in PACKAGES.items()
+        if name not in found
+    ]
+
+
+def measure_peers(
+    found: dict[str, str], report: Report = lambda message: None, quick: bool = False
+) -> tuple[list[Row], list[Row]]:
+    """Rows of the condensed and of the full problem, by those ``found`` by installed().
+
+    quick: plane strain alone, fewer repeats. Raises SolverError where a peer's process fails.
+    """
+    condensed, full = [], []
+    for fidelity in ("plane-strain",) if quick else ("plane-strain", "3d"):
+        if "siconos" in found:
+            design, problem, grip = recorded_grip(fidelity)
+            own = problem.with_friction(design.grip.friction_coefficients[0])
+            scene = parse_scene(shipped_text("reference_plane_strain", "scene"))
+            rows = [Motion(*row) for row in scene.path.rows]
+            for name, each, motions, every in (
+                ("16 increments", problem, rows, 1),
+                ("grip", own, grip, _GRIP_EVERY),
+            ):
+                path = f"{fidelity}, {problem.shape[0]} nodes, {name}"
+                report(f"condensed, {path}")
+                condensed += _condensed(path, each, motions, every)
+        if "getfem" in found:
+            report(f"full, {fidelity}")
+            full.append(_full(fidelity, 1 if quick else 2))
+    return condensed, full
+
+
+def _work(task: str, given: dict[str, Any]) -> dict[str, Any]:
+    """What peers_worker answers under the system's Python, on one thread. Raises SolverError."""
+    with tempfile.TemporaryDirectory(prefix="fingerdesign-bench-") as folder:
+        source, target = Path(folder, "in.npz"), Path(folder, "out.npz")
+        np.savez(source, **given)
+        threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+        own = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+        try:
+            done = subprocess.run(
+                [PYTHON, peers_worker.__file__, task, source, target],
+                env=own | threads,
+                cwd=folder,
+                capture_output=True,
+                text=True,
+                timeout=_TIME_LIMIT_S,
+                check=False,
+            )
+        except subprocess.TimeoutExpired as error:
+            raise SolverError(f"{task}: not done in {_TIME_LIMIT_S:g} s") from error
+        if done.returncode != 0 or not target.exists():
+            said = (done.stderr or done.stdout).strip()[-300:]
+            raise SolverError(f"{task} under {PYTHON} ended with {done.returncode}: {said}")
+        if task == "probe":
+            return dict(json.loads(target.read_text("utf-8")))
+        with np.load(target) as answer:
+            return dict(answer)
+
+
+def _condensed(
+    path: str, problem: ContactProblem, motions: Sequence[Motion], every: int
+) -> list[Row]:
+    """A row a method of Siconos, over every so many of the motions."""
+    chosen = range(every - 1, len(motions), every)
+    own, ours = _ours(problem, motions, chosen)
+    given = ours | {
+        "compliance": problem.compliance,
+        "friction": problem.friction_coefficient,
+        "scale": problem.typical_compliance,
+    }
+    found = _work("condensed", given)  # the first call also looks for tolerances
+    own = np.minimum(own, _ours(problem, motions, chosen)[0])
+    again = _work("condensed", given | {"tolerance": found["tolerance"]})
+    found["seconds"] = np.minimum(found["seconds"], again["seconds"])
+    own = np.minimum(own, _ours(problem, motions, chosen)[0])
+    each = [{key: found[key][k] for key in found} for k in range(len(again["seconds"]))]
+    return [
+        {"problem": path, **_compared(problem, ours, own, method)}
+        if method["converged"].any()
+        else {"problem": path, "method": str(method["names"]), "failed": "all"}
+        for method in each
+    ]
+
+
+def _ours(
+    problem: ContactProblem, motions: Sequence[Motion], chosen: range
+) -> tuple[Array, dict[str, Array]]:
+    """Seconds (2, k) of the ``chosen`` increments, from zero forces and along the path; their
+    offsets, last forces and answers (k, m, dim)."""
+    from fingerdesign.analysis.stages import one_thread
+
+    state, workspace = ContactState.untouched(problem), Workspace()
+    seconds, kept = [], []
+    with one_thread():
+        for k, motion in enumerate(motions):
+            if k in chosen:
+                bare = replace(state, multiplier=np.zeros_like(state.multiplier))
+                cold, _ = _timed(problem, bare, motion, Workspace(follows=False))
+            warm, increment = _timed(problem, state, motion, workspace)
+            if k in chosen:
+                seconds.append((cold, warm))
+                offset = problem.offset(motion, state.slip)
+                kept.append((offset, state.multiplier, increment.multiplier))
+            state = increment.state
+    arrays = np.array(kept).swapaxes(0, 1)
+    return np.array(seconds).T, dict(zip(("offset", "start", "reference"), arrays, strict=True))
+
+
+def _timed(
+    problem: ContactProblem, state: ContactState, motion: Motion, workspace: Workspace
+) -> tuple[float, Increment]:
+    start = time.process_time()
+    increment = solve_increment(problem, state, motion, workspace)
+    return time.process_time() - start, increment
+
+
+def _compared(
+    problem: ContactProblem, ours: dict[str, Array], own: Array, found: dict[str, Any]
+) -> Row:
+    """Mean times, theirs and ours from zero and along the path, over the increments solved.
+
+    total: largest difference of the forces' sum over its length; statuses: nodes open, sticking or
+    sliding other than ours, of all increments'.
+    """
+    good = found["converged"]
+    ms, cold, warm = (1e3 * float(each[good].mean()) for each in (found["seconds"], *own))
+    total, statuses = 0.0, 0
+    for k in np.flatnonzero(good):
+        pair = ours["reference"][k], found["forces"][k]
+        before, after = (problem.to_global(forces).sum(axis=0) for forces in pair)
+        total = max(total, float(np.linalg.norm(after - before) / np.linalg.norm(before)))
+        first, second = (_status(problem, ours["offset"][k], forces) for forces in pair)
+        statuses += int((first != second).sum())
+    return {
+        "method": str(found["names"]),
+        "ms": ms,
+        "ours cold": cold,
+        "ratio": ms / cold,
+        "ours warm": warm,
+        "ratio to warm": ms / warm,
+        "failed": f"{len(good) - int(good.sum())} of {len(good)}",
+        "tolerance": "{1:.0e} to {0:.0e}".format(*np.sort(found["tolerance"][good])[[0, -1]]),
+        "total": total,
+        "statuses": statuses,
+    }
+
+
+def _status(problem: ContactProblem, offset: Array, forces: Array) -> IntArray:
+    motion = (problem.compliance @ forces.reshape(-1)).reshape(offset.shape) + offset
+    return status_of(forces, motion, problem.self_compliance, problem.friction_coefficient)
+
+
+def _full(fidelity: str, repeats: int) -> Row:
+    """Ours from a mesh to the last row of the fundamental scene, and GetFEM on the same mesh.
+
+    Set-up: to the condensed model, or to GetFEM's model; neither includes meshing.
+    """
+    from fingerdesign.analysis.case import Case, fundamental_scene
+    from fingerdesign.analysis.path import object_at_touch
+    from fingerdesign.analysis.stages import make_mesh, one_thread, zone_of
+    from fingerdesign.contact.path import follow
+    from fingerdesign.fem.model import build_model
+    from fingerdesign.layout.frames import crest_height
+
+    scene = fundamental_scene()
+    values = {"mesh.element": "P2", **_MESHES[fidelity]}
+    design = with_values(load_design(shipped_path("maeno2000")), values)
+    zone = zone_of(Case(design, None, fidelity), scene)
+    mesh = make_mesh(design, fidelity, zone)
+    rows, friction = scene.path.rows, scene.object.friction_coefficient
+    best = np.full((2, 1 + len(rows)), np.inf)  # seconds: theirs and ours, of set-up and each row
+    for _ in range(repeats):
+        with one_thread():
+            times = [time.process_time()]
+            model = build_model(design, mesh, zone.half_width, None, zone.half_depth)
+            rigid = object_at_touch(scene.object, design.body)
+            problem = contact_problem(model.reduced, rigid, friction)
+            times.append(time.process_time())
+            forces = []
+            for step in follow(problem, [Motion(*row) for row in rows]):
+                times.append(time.process_time())
+                forces.append(step.increment.force.sum(axis=0))
+        body = model.condensed.body
+        given = {key: getattr(body, key) for key in ("fixed", "contact", "thickness")}
+        given |= {"points": mesh.points, "cells": mesh.cells, "friction": friction}
+        given |= {"young": body.youngs_modulus, "poisson": body.poissons_ratio}
+        given |= {"crest": crest_height(design.body), "path": np.array(rows)[:, :2]}
+        answer = _work("full", given)
+        theirs = [float(answer["setup"]), *answer["seconds"]]
+        best = np.minimum(best, np.array([theirs, np.diff(times)]))
+    errors = np.abs(answer["forces"] / np.array(forces) - 1.0).max(axis=0)
+    setup, increment = best[:, 0], best[:, 1:].mean(axis=1)
+    long = setup + _LONG_PATH * increment
+    return {
+        "problem": f"{fidelity}, {model.dofs} dofs, {problem.shape[0]} nodes",
+        "set-up s": float(setup[0]),
+        "ours s": float(setup[1]),
+        "increment ms": 1e3 * float(increment[0]),
+        "ours ms": 1e3 * float(increment[1]),
+        "ratio": float(increment[0] / increment[1]),
+        f"ratio, {_LONG_PATH} increments": float(long[0] / long[1]),
+        "failed": f"{int((~answer['converged']).sum())} of {len(rows)}",
+        "normal": float(errors[1]),
+        "tangential": float(errors[0]),
+    }
