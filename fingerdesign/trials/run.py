@@ -28,7 +28,13 @@ from fingerdesign.records.folder import RecordFolder, write_grip_csv
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.pool import Pool
-from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem, model_data, opposite_problem
+from fingerdesign.sensing.model import (
+    CONTACT_SIZE_MM,
+    LAYERS,
+    grip_problem,
+    model_data,
+    opposite_problem,
+)
 from fingerdesign.sensing.training import estimator_faults, training_result_for
 from fingerdesign.trials.bench import GOOD_AMPLIFIER, Cell, ControlGrid, GripBench, refuse
 from fingerdesign.trials.page import chart_png, control_html
@@ -214,7 +220,8 @@ def study_digest(
     """SHA-256 of all that decides a grip beside its cell, in hexadecimal."""
     shared = {"seed": grid.seed, "hold_s": grid.hold_s, "tug": conditions_data(grid)["tug"]}
     taught = None if estimator is None else estimator.to_json()
-    parts = [design.digest(), __version__, shared, fidelity, CONTACT_SIZE_MM[fidelity], taught]
+    model = [fidelity, CONTACT_SIZE_MM[fidelity], LAYERS]
+    parts = [design.digest(), __version__, shared, model, taught]
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
