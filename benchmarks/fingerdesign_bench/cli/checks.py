@@ -91,6 +91,19 @@ def steps(folder: Path | None, quiet: bool, as_json: bool) -> int:
     return _show("steps", "Steps of a grip", checks, folder, quiet, as_json)
 
 
+@click.command("smoothness", short_help="Ripple of the pressure on the meshes used (2 min).")
+@_table_option
+@output_options
+def smoothness(folder: Path | None, quiet: bool, as_json: bool) -> int:
+    """The reference finger's pressure at z = 0 against that on facets half as long."""
+    from fingerdesign_bench.accuracy.smoothness import smoothness_checks
+
+    with progress("bench smoothness", quiet or as_json) as report:
+        report("pressing")
+        checks = smoothness_checks()
+    return _show("smoothness", "Smoothness of the pressure", checks, folder, quiet, as_json)
+
+
 @click.command("verification", short_help="Against analytic solutions (1.5 min).")
 @_table_option
 @output_options
@@ -165,4 +178,4 @@ def _show(
     return show_checks(title, checks, paths, quiet, as_json)
 
 
-COMMANDS = (reference, condensation, assembly, steps, verification, agreement, whole)
+COMMANDS = (reference, smoothness, condensation, assembly, steps, verification, agreement, whole)

@@ -1,0 +1,86 @@
+"""How smooth the pressure along the contact's middle is: against facets half as long."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.path import follow_path, object_at_touch
+from fingerdesign.analysis.stages import condense, make_mesh, one_thread, zone_of
+from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.checks.starter import shipped_path
+from fingerdesign.contact.problem import contact_problem
+from fingerdesign.layout.zone import candidate_zone, greatest_approach
+from fingerdesign_bench.check import Check
+
+if TYPE_CHECKING:
+    from fingerdesign.arrays import Array
+    from fingerdesign.design.schema import Design
+    from fingerdesign.reduced import ReducedModel
+
+ASKED = 0.03  # of the peak
+# Of the contact's half-width: beyond, the pressure falls more steeply than any facet can follow,
+# and what two meshes differ by is where the last facet ends.
+WITHIN = 0.8
+_PLACES = 401
+
+
+def smoothness_checks() -> list[Check]:
+    """Peak-to-peak ripple of the reference finger's pressure at z = 0, fully pressed and sheared.
+
+    The ripple is what the pressure differs by from that of the swept finger with facets half as
+    long, over WITHIN of the contact's half-width, over its peak.
+    """
+    demo = load_design(shipped_path("maeno2000"))
+    swept = with_values(demo, {"mesh.mesher": "extrude"})
+    half = {"mesh.contact_size_mm": 0.5 * demo.mesh.contact_size_mm}
+    fine, _ = middle_pressures(with_values(swept, half), all_candidates=False)
+    found = []
+    for mesher, design in (("tetwild", demo), ("extrude", swept)):
+        pressures, nodes = middle_pressures(design)
+        label = f"pressure at z = 0, {mesher}, {nodes} candidate nodes: ripple over peak"
+        worst = max(ripple(*pair) for pair in zip(pressures, fine, strict=True))
+        found.append(Check(label, ASKED, worst))
+    return found
+
+
+def ripple(pressure: Array, fine: Array) -> float:
+    """Peak-to-peak difference of two pressures (places,) over the middle of the contact, over the
+    greatest of the second."""
+    x = np.linspace(-1.0, 1.0, len(fine))
+    inside = np.abs(x) <= WITHIN * np.abs(x[fine > 1e-6 * fine.max()]).max()
+    return float(np.ptp((pressure - fine)[inside]) / fine.max())
+
+
+def middle_pressures(design: Design, all_candidates: bool = True) -> tuple[list[Array], int]:
+    """Pressures (places,) MPa at z = 0 after the rows of the fundamental path with the greatest
+    approach, and the candidates' number; all_candidates: as many as the grips ask for."""
+    case = Case(design, fields=False)
+    scene = case.path_scene
+    deepest = greatest_approach(design, scene)
+    own = candidate_zone(design, scene.object, deepest)
+    zone = zone_of(case, scene) if all_candidates else own
+    model = condense(design, make_mesh(design, "3d", zone), zone, scene).reduced
+    rigid = object_at_touch(scene.object, design.body)
+    problem = contact_problem(model, rigid, scene.object.friction_coefficient)
+    with one_thread():
+        steps = follow_path(problem, scene, design)
+    pressed = [k for k, row in enumerate(scene.path.rows) if row[0] == deepest]
+    line = along_middle(model, np.linspace(-own.half_width, own.half_width, _PLACES))
+    return [-line @ (steps[k].increment.force[:, 1] / model.areas) for k in pressed], model.nodes
+
+
+def along_middle(model: ReducedModel, x: Array) -> Array:
+    """Weights (places, nodes) of the nodal tractions at places x (mm) of z = 0, on the facets."""
+    corners = model.points[model.facets][:, :, [0, 2]]
+    weights = np.zeros((len(x), model.nodes))
+    edges = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=2)
+    inverse = np.linalg.inv(edges)
+    for row, place in enumerate(x):
+        local = np.einsum("fab,fb->fa", inverse, np.array([place, 0.0]) - corners[:, 0])
+        shares = np.column_stack([1.0 - local.sum(axis=1), local])
+        facet = int(shares.min(axis=1).argmax())
+        weights[row, model.facets[facet]] = shares[facet]
+    return weights
