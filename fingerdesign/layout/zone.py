@@ -41,11 +41,12 @@ def contact_half_width(design: Design, approach_mm: float, object_curvature: flo
     line contact on a layer of the crest's height d (Johnson, Contact Mechanics, 1985, eq. 5.56),
     approach = a^2 / (4 R) (2 ln(2 d / a) - nu / (1 - nu)), with ln(1 + x) in the place of ln(x): so
     it grows with the approach also where the contact is wide. A crest curved along z too (dome,
-    pin): point contact on a half-space of the mean curvature, approach = a^2 / R. A flat top under a
-    plane: all of it. Plates, cores, free sides and friction are left out, so it errs to the wide
-    side: against the plane-strain model of five shipped fingers at a quarter to all of their grips'
-    travel by 4 to 24 %; with a hard core it is 6 to 9 % narrow, on a layer of a third of the
-    contact 20 to 70 % wide. A forecast, no result. Never more than half of the body's width.
+    pin): point contact on a half-space of the mean curvature, approach = a^2 / R. A flat top under
+    a plane: all of it. Plates, cores, free sides and friction are left out, so it errs to the wide
+    side: against the plane-strain model of four shipped fingers at a quarter to all of their grips'
+    travel by 4 to 24 %; over a hard core it is 6 to 9 % narrow, on a layer of a third of the
+    contact's half-width 20 to 70 % wide. A forecast, no result. Never more than half of the body's
+    width.
     """
     body = design.body
     most = flat_half_extents(body)[0]

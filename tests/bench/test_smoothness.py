@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from fingerdesign_bench.accuracy.smoothness import WITHIN, along_middle, ripple
 
 from fingerdesign import parse_design
 from fingerdesign.fem.model import build_model
 from fingerdesign.mesh.section.extrude import extrude
-from fingerdesign_bench.accuracy.smoothness import WITHIN, along_middle, ripple
 
 DESIGN = parse_design(
     'design.name = "s"\nplates.count = 0\n[mesh]\ncontact_size_mm = 0.8\nlayers = 2\n'

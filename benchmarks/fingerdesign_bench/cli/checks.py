@@ -95,7 +95,7 @@ def steps(folder: Path | None, quiet: bool, as_json: bool) -> int:
 @_table_option
 @output_options
 def smoothness(folder: Path | None, quiet: bool, as_json: bool) -> int:
-    """The reference finger's pressure at z = 0 against that on facets half as long."""
+    """The reference finger's pressure at z = 0 against that on facets of 0.1 mm."""
     from fingerdesign_bench.accuracy.smoothness import smoothness_checks
 
     with progress("bench smoothness", quiet or as_json) as report:
