@@ -19,7 +19,7 @@ class Check:
 
     @property
     def holds(self) -> bool:
-        return self.measured <= self.asked
+        return bool(self.measured <= self.asked)
 
     def row(self) -> list[str]:
         unit = f" {self.unit}" if self.unit else ""
