@@ -68,7 +68,7 @@ def model_option(function: _Command) -> _Command:
         type=click.Choice(["plane-strain", "3d"]),
         default="plane-strain",
         show_default=True,
-        help="Of the model that grips are run on; 3d takes about ten times as long.",
+        help="Of the model that grips are run on; 3d takes three to four times as long.",
     )(function)
 
 

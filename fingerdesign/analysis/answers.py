@@ -10,7 +10,6 @@ import hashlib
 import io
 import json
 import zipfile
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +21,13 @@ from fingerdesign.records.arrays import ContactHistory, FieldHistory, GripTrace,
 from fingerdesign.records.folder import RESULTS, read_result
 from fingerdesign.records.packed import read_packed
 from fingerdesign.records.result import Result
-from fingerdesign.runtime.cache import GARBLED, Cache
+from fingerdesign.runtime.cache import GARBLED, Cache, code_digest
 from fingerdesign.runtime.registry import has_plugins
 from fingerdesign.version import versions
 
 PAGE, ARRAYS, DESIGN, CAD = "report.html", "arrays.npz", "design.toml", "finger.step"
 _KINDS = (ContactHistory, FieldHistory, GripTrace, SlipStudy, Mesh, Gages, Hole, PlateFrame)
+_HOME = Path(__file__).resolve().parents[1]
 _MOST = 30  # answers; one in 3-D takes 10 to 20 MB
 
 
@@ -98,17 +98,10 @@ def _key(case: Case) -> str | None:
         return None
     digest = result_digest(case.design, case.path_scene, case.requested)
     path = (case.scene_name, case.scene is None, case.grips, case.fields, case.studied)
-    parts = json.dumps([digest, case.design.model_dump_json(), path, versions(), _code()])
+    parts = json.dumps(
+        [digest, case.design.model_dump_json(), path, versions(), code_digest(_HOME)]
+    )
     return hashlib.sha256(parts.encode()).hexdigest() + ".zip"
-
-
-@cache
-def _code() -> str:
-    """Digest of the program's files, by place, size and time."""
-    home = Path(__file__).resolve().parents[1]
-    found = sorted(path for path in home.rglob("*.*") if path.suffix in (".py", ".j2", ".toml"))
-    stats = [(str(path), path.stat().st_size, path.stat().st_mtime_ns) for path in found]
-    return hashlib.sha256(repr(stats).encode()).hexdigest()
 
 
 def _answers() -> Cache:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,10 +17,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.runtime.cache import GARBLED, Cache
+from fingerdesign.runtime.cache import GARBLED, Cache, code_digest
 from fingerdesign.version import __version__
 
-FORMAT = 1  # raise it when the way from body to compliance changes
 # A model of 480 nodes in 3-D takes 8 MB, one of a section 0.2 MB.
 KEPT, KEPT_MB = 1000, 1000.0
 _DIGITS = 12  # of relative moduli: the factor's own rounding is no difference
@@ -31,7 +31,8 @@ Answers = dict[str, Array]
 
 def key_of(words: str, moduli: Array, parts: Iterable[Array | sp.csr_matrix | None]) -> str:
     """SHA-256, in hexadecimal, of what answers depend on: relative moduli, arrays, words."""
-    content = hashlib.sha256(f"{FORMAT} {__version__} {words}".encode())
+    code = code_digest(Path(__file__).parent)
+    content = hashlib.sha256(f"{code} {__version__} {words}".encode())
     values, place = np.unique(moduli, return_inverse=True)
     rounded = np.array([float(f"{value:.{_DIGITS}g}") for value in values])[place]
     arrays: list[NDArray[Any] | None] = [rounded]

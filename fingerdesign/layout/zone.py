@@ -154,10 +154,9 @@ def summarise(design: Design, scene: Scene | None = None) -> Summary:
     )
 
 
-# The forecast for a plane on a straight finger is 4 to 24 % wide, over a core 9 % narrow, and knows
-# nothing of shear, which drags the contact along by a few tenths of a millimetre. (The section's
-# mesh follows the zone: between 1.05 and 1.4 the reference case's forces are off by 1e-4 to 1e-3,
-# by chance; here by 1e-4 and 3e-4.)
+# The forecast for a plane on a straight finger is 4 to 24 % wide, over a core up to 9 % narrow,
+# which the factor covers, and knows nothing of shear, which drags the contact along by a few tenths
+# of a millimetre.
 _FACTOR, _MARGIN = 1.15, 0.3
 # Half-width over that of the undeformed overlap: 0.71 in a round contact, to 1 in a long one.
 _OVERLAP = 0.85

@@ -21,6 +21,7 @@ import time
 import zipfile
 import zlib
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,6 +49,15 @@ def cache_folder(kind: str) -> Path:
     from platformdirs import user_cache_path
 
     return user_cache_path("fingerdesign", appauthor=False) / kind
+
+
+@cache
+def code_digest(folder: Path) -> str:
+    """Digest of the program's files below a folder, by place, size and time: of what is kept by it,
+    nothing outlives a change of the code that made it."""
+    found = sorted(path for path in folder.rglob("*.*") if path.suffix in (".py", ".j2", ".toml"))
+    stats = [(str(path), path.stat().st_size, path.stat().st_mtime_ns) for path in found]
+    return hashlib.sha256(repr(stats).encode()).hexdigest()
 
 
 class Cache:

@@ -129,7 +129,8 @@ def _read(text: str | None) -> TrainingResult | None:
 
 
 def with_estimator(case: Case, report: Report) -> Case:
-    """The case with what its regulator grips by, taught on the design where none is given.
+    """The case with what its regulator grips by, taught on the design where none is given: in 3-D
+    where the case is, for one taught in plane strain drops every second object there.
 
     Raises DesignError for an estimator of another finger.
     """
@@ -137,7 +138,9 @@ def with_estimator(case: Case, report: Report) -> Case:
         return case
 
     if case.estimator is None:
-        return replace(case, estimator=training_result_for(case.design, report=report).estimator)
+        fidelity = "3d" if case.fidelity == "3d" else "plane-strain"
+        found = training_result_for(case.design, report=report, fidelity=fidelity)
+        return replace(case, estimator=found.estimator)
     if faults := estimator_faults(case.design, case.estimator):
         raise DesignError(faults)
     return case
