@@ -426,8 +426,6 @@ def solve_increment(
     tracker = workspace.tracker(problem)
     touching = coded(status == SLIP, multiplier[:, 0] > 0.0)
     tracker.know(found, touching, _change(state, motion), state.slip, slip)
-    if method == TRACKED:
-        workspace.inverse = tracker.base.active if tracker.base is not None else None
     workspace.passed(state, after)
     return Increment(
         motion=motion,
@@ -457,7 +455,11 @@ def _answer(
     """
     near = None
     if workspace.follows:
-        near = workspace.tracker(problem).solve(offset, _change(state, motion), state.slip)
+        tracker = workspace.tracker(problem)
+        base = tracker.base
+        near = tracker.solve(offset, _change(state, motion), state.slip)
+        if tracker.base is not None and tracker.base is not base:
+            workspace.inverse = tracker.base.active
     if near is not None:
         certificate, force = _certified(problem, near)
         if _accepts(certificate):

@@ -17,11 +17,12 @@ import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs, sgetrf, sgetrs
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.contact.laws import OPEN, SLIP, STICK, coded, lengths
-from fingerdesign.contact.newton import dofs_of
+from fingerdesign.contact.laws import OPEN, SLIP, coded, lengths
+from fingerdesign.contact.newton import Room, dofs_of
 
 TOLERANCE = 1e-10  # of the largest normal force, as in newton.py
 _FEW = 3.0  # steps with old factors cost what new ones do of a small system
+_TURNED = np.array([-1.0, 1.0])  # takes (e2, e1) to the direction across e
 _CLOSE = 0.1  # of the bound: within it q is taken from the force that is, e.f_t, not from the bound
 
 
@@ -48,47 +49,68 @@ class System:
     base's nodes.
     """
 
-    def __init__(self, inverse: Array, nodes: IntArray, rho: Array, friction: float) -> None:
+    def __init__(
+        self,
+        inverse: Array,
+        nodes: IntArray,
+        rho: Array,
+        friction: float,
+        room: Room = np.empty,
+    ) -> None:
         self.nodes, self.friction, self.rho = nodes, friction, rho[nodes]
         self.dim = len(inverse) // len(rho)
         self.stiffness = float(rho.mean())  # N/mm: makes forces of motions
         self.dofs = dofs_of(nodes, self.dim)
         self.numbers = np.arange(len(self.dofs)).reshape(-1, self.dim)
+        c = len(self.dofs)
         self.response = inverse
         if len(nodes) < len(rho):
-            self.response = inverse.take(self.dofs, 0).take(self.dofs, 1)
+            rows = inverse.take(self.dofs, 0, out=room((c, len(inverse))), mode="clip")
+            self.response = rows.take(self.dofs, 1, out=room((c, c)), mode="clip")
         # Steps are corrected by the next one: single precision is as good, and twice as fast. In
         # the plane all is linear, and one step should do.
-        self.coarse = self.response.astype(np.float32) if self.dim == 3 else self.response
+        self.coarse = self.response
+        if self.dim == 3:
+            self.coarse = room((c, c), dtype=np.float32)
+            self.coarse[:] = self.response
         self.factors: Factors | None = None
+        self._trial_per_motion = np.repeat(-self.rho, self.dim)
 
-    def at(
-        self, force: Array, motion: Array, status: IntArray | None, trial: Array | None
-    ) -> Point:
+    def at(self, force: Array, motion: Array, status: IntArray | None = None) -> Point:
         """The point at these forces and motions (c dim,).
 
-        status (c,), trial (c, dim - 1): those to keep to, where they are not to follow from both.
+        status (c,): those to keep to, where they are not to follow from both.
         """
-        force, motion = force.reshape(-1, self.dim), motion.reshape(-1, self.dim)
-        tried = force - self.rho[:, None] * motion
-        tangential = tried[:, 1:] if trial is None else trial
+        dim, friction = self.dim, self.friction
+        tried = self._trial_per_motion * motion
+        tried += force
+        tried = tried.reshape(-1, dim)
+        tangential = tried[:, 1:]
         size = lengths(tangential)
         if status is None:
             pressed = tried[:, 0]
-            status = coded(size > self.friction * pressed, pressed > 0.0)
-        rows, fixed = force.copy(), self.stiffness * motion
-        np.copyto(rows[:, 0], fixed[:, 0], where=status != OPEN)
-        np.copyto(rows[:, 1:], fixed[:, 1:], where=(status == STICK)[:, None])
+            status = coded(size > friction * pressed, pressed > 0.0)
+        # By the status: the force of open nodes, the motion of sticking ones, of sliding ones the
+        # normal part of it.
+        fixed = _FIXED[dim].take(status, 0).reshape(-1)
+        rows = np.where(fixed, self.stiffness * motion, force).reshape(-1, dim)
+        force, motion = force.reshape(-1, dim), motion.reshape(-1, dim)
         s = (status == SLIP).nonzero()[0]
-        size = np.maximum(size[s], 1e-300)
-        direction, slid = tangential[s] / size[:, None], force[s]
-        if self.dim == 2:
-            rows[s, 1] = direction[:, 0] * slid[:, 1] - self.friction * slid[:, 0]
+        size = np.maximum(size.take(s), 1e-300)
+        direction, slid = tangential.take(s, 0) / size[:, None], force.take(s, 0)
+        if dim == 2:
+            rows[s, 1] = direction[:, 0] * slid[:, 1] - friction * slid[:, 0]
         else:
             (one, two), (normal, first, second) = direction.T, slid.T
-            rows[s, 1] = one * first + two * second - self.friction * normal
+            rows[s, 1] = one * first + two * second - friction * normal
             rows[s, 2] = one * second - two * first
         return Point(rows, force, motion, status, s, direction, size)
+
+
+# Whether the laws of a status (OPEN, STICK, SLIP) fix a component of the motion, by dimension.
+_FIXED = {
+    dim: np.array([dim * [False], dim * [True], [True] + (dim - 1) * [False]]) for dim in (2, 3)
+}
 
 
 class Factors:
@@ -100,18 +122,21 @@ class Factors:
     def __init__(self, system: System, point: Point) -> None:
         self.system, self.status = system, point.status
         dim, sliding, s = system.dim, point.sliding, len(point.sliding)
-        dofs, opened = system.numbers[sliding], system.numbers[point.status == OPEN].reshape(-1)
+        dofs = system.numbers.take(sliding, 0)
+        opened = system.numbers[point.status == OPEN].reshape(-1)
         self.free = np.concatenate([dofs[:, 1:].reshape(-1), opened])
         self._dofs, self._opened = dofs.reshape(-1), opened
         self.held = np.ones(len(system.dofs), dtype=bool)
         self.held[self.free] = False
         n, slips = len(self.free), s * (dim - 1)
         self._weights, turn = self._laws(point)
-        matrix = np.empty((n, n), dtype=system.coarse.dtype)
-        part = system.coarse.take(self._dofs, 0).take(self.free, 1).reshape(s, dim, n)
-        weights = self._weights.astype(part.dtype)
+        coarse = system.coarse
+        matrix = np.empty((n, n), dtype=coarse.dtype)
+        part = coarse.take(self._dofs, 0).take(self.free, 1).reshape(s, dim, n)
+        weights = self._weights.astype(coarse.dtype)
         np.matmul(weights, part, out=matrix[:slips].reshape(s, dim - 1, n))
-        matrix[slips:] = system.coarse.take(opened, 0).take(self.free, 1)
+        if len(opened):
+            matrix[slips:] = coarse.take(opened, 0).take(self.free, 1)
         if dim == 3:
             across = np.arange(1, slips, 2)
             matrix[across, across - 1] += turn[:, 0]
@@ -124,20 +149,22 @@ class Factors:
 
     def _laws(self, point: Point) -> tuple[Array, Array]:
         """K (s, dim - 1, dim), D (s, dim - 1): rows change by K df, the last by D dv besides."""
-        system, direction, force = self.system, point.direction, point.force[point.sliding]
+        system, direction = self.system, point.direction
         weights = np.zeros((*direction.shape, system.dim))
         weights[:, 0, 0] = -system.friction
         weights[:, 0, 1:] = direction
         if system.dim == 2:
             return weights, direction
-        bound = system.friction * np.maximum(force[:, 0], 0.0)
-        along = np.einsum("sa,sa->s", direction, force[:, 1:])
+        normal, first, second = point.force.take(point.sliding, 0).T
+        one, two = direction.T
+        bound = system.friction * np.maximum(normal, 0.0)
+        along = one * first + two * second
         # Near the answer 1 - q is small, and right only with the force itself.
         along = np.where(np.abs(along - bound) < _CLOSE * bound, along, bound)
-        ratio = np.clip(along / point.size, 0.0, 1.0)[:, None]
-        across = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
+        ratio = np.minimum(np.maximum(along / point.size, 0.0), 1.0)[:, None]
+        across = direction[:, ::-1] * _TURNED
         weights[:, 1, 1:] = (1.0 - ratio) * across
-        return weights, system.rho[point.sliding, None] * ratio * across
+        return weights, (system.rho.take(point.sliding)[:, None] * ratio) * across
 
     def other(self, point: Point) -> bool:
         """Whether the point's statuses are others than those of the factors."""
@@ -165,8 +192,8 @@ class Factors:
 
     def _linear(self, force: Array) -> Array:
         """The free rows (n,) of a change of the forces (c dim,) alone."""
-        sliding = self._weights @ force[self._dofs].reshape(-1, self.system.dim, 1)
-        return np.concatenate([sliding.reshape(-1), force[self._opened]])
+        sliding = self._weights @ force.take(self._dofs).reshape(-1, self.system.dim, 1)
+        return np.concatenate([sliding.reshape(-1), force.take(self._opened)])
 
     def _freed(self, rows: Array) -> Array:
         """The free unknowns (n,) that take these rows away."""

@@ -14,10 +14,12 @@ and cycles (Alart and Curnier, CMAME 92 (1991) 353, leave rho free).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.blas import dsyrk
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths, natural_residual
@@ -32,7 +34,28 @@ from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths, natural_residu
 # and its reverse), which costs a fraction of a new factorisation.
 
 _SMALL = 100  # dofs: smaller blocks are inverted at once
+_TILE = 64  # rows mirrored at once: they stay in the cache
+_ABOVE = np.triu(np.ones((_TILE, _TILE), dtype=bool), 1)
 _RENEW = 0.3  # part of the nodes changing from which a new inverse is cheaper
+
+
+Room = Callable[..., Array]  # of a shape (and dtype): unwritten memory, as from numpy.empty
+
+
+class Rooms:
+    """Memory for arrays up to ``most``^2 that are made again and again, each from the one before.
+
+    There are three, in turn: an array stands until the third call after its own. What is freed and
+    made anew is fetched page by page from the system, which takes as long as filling it.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._next, self._rooms = 0, [np.empty(most * most) for _ in range(3)]
+
+    def __call__(self, shape: tuple[int, int], dtype: type[np.floating] = np.float64) -> Array:
+        self._next = (self._next + 1) % len(self._rooms)
+        here = self._rooms[self._next].view(dtype)
+        return here[: shape[0] * shape[1]].reshape(shape)
 
 
 @dataclass(frozen=True)
@@ -48,7 +71,13 @@ class ActiveInverse:
         dofs = dofs_of(nodes, dim)
         return ActiveInverse(nodes, inverse_of(block(compliance, dofs, dofs)))
 
-    def moved_to(self, compliance: Array, nodes: IntArray, dim: int) -> ActiveInverse:
+    def moved_to(
+        self,
+        compliance: Array,
+        nodes: IntArray,
+        dim: int,
+        room: Room = np.empty,
+    ) -> ActiveInverse:
         """The inverse on other ``nodes``, by the cheaper of updating and making anew."""
         wanted = np.zeros(len(compliance) // dim, dtype=bool)
         wanted[nodes] = True
@@ -60,34 +89,40 @@ class ActiveInverse:
             return self
         if changed > _RENEW * len(nodes):
             return ActiveInverse.of(compliance, nodes, dim)
-        return self.restricted(stays, dim)._with(compliance, joins, dim)
+        if not len(joins):
+            return self.restricted(stays, dim, room)
+        return self.restricted(stays, dim)._with(compliance, joins, dim, room)
 
-    def restricted(self, stays: NDArray[np.bool_], dim: int) -> ActiveInverse:
+    def restricted(
+        self, stays: NDArray[np.bool_], dim: int, room: Room = np.empty
+    ) -> ActiveInverse:
         """On those of its nodes that stay (by position)."""
         if stays.all():
             return self
         keep = dofs_of(np.flatnonzero(stays), dim)
         drop = dofs_of(np.flatnonzero(~stays), dim)
         rows = self.inverse[drop]
-        root = _root_of_inverse(rows[:, drop])
-        cross = rows[:, keep].T @ root.T
-        return ActiveInverse(self.nodes[stays], block(self.inverse, keep, keep) - cross @ cross.T)
+        side = _root_of_inverse(rows[:, drop]) @ rows[:, keep]
+        whole = room((len(keep), len(keep)))
+        whole[:] = block(self.inverse, keep, keep)
+        return ActiveInverse(self.nodes[stays], _corrected(whole, side, -1.0))
 
-    def _with(self, compliance: Array, joins: IntArray, dim: int) -> ActiveInverse:
+    def _with(self, compliance: Array, joins: IntArray, dim: int, room: Room) -> ActiveInverse:
         """Bordered, in a form that keeps it symmetric to the last digit.
 
         Where it is not, each bordering multiplies its error by ten.
         """
-        if not len(joins):
-            return self
         old, new = dofs_of(self.nodes, dim), dofs_of(joins, dim)
         beside = compliance[new]
-        cross = self.inverse @ beside[:, old].T
-        root = _root_of_inverse(beside[:, new] - beside[:, old] @ cross)
-        side = np.concatenate([cross @ root.T, -root.T])
-        whole = side @ side.T
-        whole[: len(old), : len(old)] += self.inverse
-        return ActiveInverse(np.concatenate([self.nodes, joins]), whole)
+        rows = beside[:, old]
+        cross = rows @ self.inverse
+        root = _root_of_inverse(beside[:, new] - cross @ rows.T)
+        side = np.concatenate([root @ cross, -root], axis=1)
+        k = len(old)
+        whole = room((k + len(new), k + len(new)))
+        whole[:k, :k], whole[k:] = self.inverse, 0.0
+        nodes = np.concatenate([self.nodes, joins])
+        return ActiveInverse(nodes, _corrected(whole, side, 1.0))
 
     def renamed(self, numbers: IntArray) -> ActiveInverse:
         """The same with node i called ``numbers[i]``; nodes with a negative number must be gone."""
@@ -97,6 +132,17 @@ class ActiveInverse:
 def _root_of_inverse(matrix: Array) -> Array:
     """R with R^T R the inverse of a symmetric positive definite matrix."""
     return np.asarray(np.linalg.inv(np.linalg.cholesky(0.5 * (matrix + matrix.T))))
+
+
+def _corrected(matrix: Array, side: Array, sign: float) -> Array:
+    """matrix (n, n) + sign side^T side of side (r, n), in place: its lower half, then mirrored."""
+    dsyrk(sign, side.T, beta=1.0, c=matrix.T, overwrite_c=1)
+    for low in range(0, len(matrix), _TILE):
+        high = low + _TILE
+        matrix[low:high, high:] = matrix[high:, low:high].T
+        corner = matrix[low:high, low:high]
+        np.copyto(corner, corner.T.copy(), where=_ABOVE[: len(corner), : len(corner)])
+    return matrix
 
 
 def block(matrix: Array, rows: IntArray, columns: IntArray) -> Array:

@@ -65,7 +65,9 @@ def force_response(
     if len(moving):  # the others stick
         system = System(base.inverse, moving, rho[nodes], friction)
         mine = nodes[moving]
-        point = system.at(increment.multiplier[mine], motion[mine], status[mine], None)
+        point = system.at(
+            increment.multiplier[mine].reshape(-1), motion[mine].reshape(-1), status[mine]
+        )
         factors = Factors(system, point)
         if not factors.sound:
             raise np.linalg.LinAlgError("the increment's tangent is singular")

@@ -26,7 +26,7 @@ from scipy.linalg.blas import dsymv
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
 from fingerdesign.contact.linearised import TOLERANCE, Factors, Point, System
-from fingerdesign.contact.newton import ActiveInverse
+from fingerdesign.contact.newton import ActiveInverse, Rooms
 
 _FACTOR = 0.5  # rho C_ii: ten times newton.py's, which starts from farther; from 2 on it cycles
 _OPPOSED = 1e-8  # of the force: friction off a slip's opposite, which residuals hardly see if short
@@ -40,7 +40,8 @@ _SMALL = 300  # dofs: of smaller bases every node is a candidate
 _STRAY = 5  # nodes that leave sticking unforeseen: with more, every node is a candidate
 _LOOSE = 0.3  # of the candidates: with fewer that slide or are open they are chosen anew
 _BULK = 0.6  # of the base: with more candidates every node is one
-_SHARE, _LONGEST = 0.3, 1.5  # of the last step: when, and how far, its slips are taken on
+_ONWARD = 0.9  # of a step's square lies along the last one: its slips are taken on
+_LONGEST = 1.5  # times the last step: so far they are
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,7 @@ class Known:
 
     ahead (m, dim): what nodes moved in it beyond sticking, or beyond where they were if open, mm.
     change: of the motion's amplitudes; slip, after (m, dim - 1): the history that it started from
-    and the one that it left; before (m, dim): C f where it started. trial (m, dim - 1): tangential
-    trial forces; largest: the normal force.
+    and the one that it left; before (m, dim): C f where it started. largest: normal force.
     """
 
     multiplier: Array
@@ -72,7 +72,6 @@ class Known:
     slip: Array
     after: Array
     before: Array
-    trial: Array
     largest: float
 
 
@@ -96,6 +95,7 @@ class Tracker:
         self._half = compliance.T
         self._rho = _FACTOR / self_compliance
         self._length = float(np.median(self_compliance))
+        self._rooms, self._spare = Rooms(len(compliance)), Rooms(len(compliance))
         self.base: Base | None = None
         self._system: System | None = None
         self.known: Known | None = None
@@ -113,10 +113,9 @@ class Tracker:
         ahead = np.where((status == OPEN)[:, None], yielded - before, 0.0)
         sliding = status == SLIP
         ahead[sliding, 1:] = motion[sliding, 1:]
-        trial = found.multiplier[:, 1:] - self._rho[:, None] * motion[:, 1:]
         largest = float(found.multiplier[:, 0].max())
         self.known = Known(
-            found.multiplier, yielded, status, ahead, change, slip, after, before, trial, largest
+            found.multiplier, yielded, status, ahead, change, slip, after, before, largest
         )
 
     def solve(self, offset: Array, change: Array, slip: Array) -> Answer | None:
@@ -130,7 +129,8 @@ class Tracker:
         if slip is known.after:
             length = float(known.change @ known.change)
             share = float(known.change @ change) / length if length > 0.0 else 0.0
-            ahead = min(share, _LONGEST) * known.ahead if share >= _SHARE else None
+            onward = share > 0.0 and share * share * length >= _ONWARD * float(change @ change)
+            ahead = min(share, _LONGEST) * known.ahead if onward else None
         elif slip is known.slip:  # another trial of the same step
             ahead = np.where((known.status == SLIP)[:, None], known.ahead, 0.0)
         else:
@@ -147,7 +147,8 @@ class Tracker:
         ahead (m, dim): u to begin with; None where nothing is known of it.
         """
         status, begun, spent = known.status, False, 0
-        trial = known.trial if ahead is None else None
+        if ahead is None:  # a turn: what slid mostly sticks
+            status = np.minimum(status, STICK)
         here = known.yielded + offset
         rest = here * (status == OPEN)[:, None]
         ahead = np.zeros_like(here) if ahead is None else ahead
@@ -171,7 +172,6 @@ class Tracker:
                 rest[mine].reshape(-1),
                 ahead[mine].reshape(-1),
                 None if begun else status[mine],
-                None if begun or trial is None else trial[mine],
                 known.largest,
             )
             if found is None:
@@ -181,7 +181,7 @@ class Tracker:
             status = status.copy()
             status[mine] = point.status
             ahead[mine] = x.reshape(-1, here.shape[1])
-            force, lost = self._whole(base, system, start, x)
+            force, lost = self._whole(base, system, start, x, point)
             if lost.any():
                 astray[nodes[lost]] = True
                 continue
@@ -213,7 +213,7 @@ class Tracker:
         if base is None:
             inverse = ActiveInverse.of(self.compliance, nodes, dim)
         else:
-            inverse = base.active.moved_to(self.compliance, nodes, dim)
+            inverse = base.active.moved_to(self.compliance, nodes, dim, self._rooms)
         self.base, self._system = Base(inverse, len(gap)), None
         return self.base
 
@@ -242,16 +242,19 @@ class Tracker:
         most = np.count_nonzero(needed) > _BULK * len(status)
         if small or most or np.count_nonzero(astray) > _STRAY:
             needed[:] = True
-        self._system = System(base.inverse, needed.nonzero()[0], rho, self.friction)
+        nodes = needed.nonzero()[0]
+        self._system = System(base.inverse, nodes, rho, self.friction, self._spare)
         return self._system
 
-    def _whole(self, base: Base, system: System, start: Array, x: Array) -> tuple[Array, BoolArray]:
+    def _whole(
+        self, base: Base, system: System, start: Array, x: Array, point: Point
+    ) -> tuple[Array, BoolArray]:
         """Forces (k, dim) of the base, and which of its nodes, no candidates, do not stick."""
+        if len(system.nodes) == len(base.nodes):
+            return point.force, np.zeros(len(base.nodes), dtype=bool)
         moved = np.zeros(len(start))
         moved[system.dofs] = x
         force = (start + dsymv(1.0, base.half, moved)).reshape(-1, system.dim)
-        if len(system.nodes) == len(force):
-            return force, np.zeros(len(force), dtype=bool)
         lost = lengths(force[:, 1:]) > self.friction * force[:, 0]
         lost[system.nodes] = False
         return force, np.asarray(lost)
@@ -264,18 +267,16 @@ class Tracker:
         rest: Array,
         x: Array,
         status: IntArray | None,
-        trial: Array | None,
         scale: float,
     ) -> tuple[Array, Point, float, int] | None:
         """x, the point there, its residual, and iterations; None where it does not settle.
 
-        start (k dim,), rest (n,): forces of the base and motions at x = 0. status, trial: those
-        that the first iteration keeps to. It ends early where nodes that are no candidates do not
-        stick.
+        start (k dim,), rest (n,): forces of the base and motions at x = 0. status: those that the
+        first iteration keeps to. It ends early where nodes that are no candidates do not stick.
         """
         last, begin, alone = 1e30, start[system.dofs], len(system.nodes) < len(base.nodes)
         for iteration in range(_MOST):
-            point = system.at(begin + system.response @ x, rest + x, status, trial)
+            point = system.at(begin + system.response @ x, rest + x, status)
             residual = float(np.abs(point.rows).max(initial=0.0)) / scale
             if residual <= TOLERANCE and iteration and self._opposed(point, scale):
                 return x, point, residual, iteration
@@ -283,14 +284,14 @@ class Tracker:
                 return None
             factors = system.factors
             if factors is None or factors.worn(residual, last) or factors.other(point):
-                if iteration == 1 and alone and self._whole(base, system, start, x)[1].any():
+                if iteration == 1 and alone and self._whole(base, system, start, x, point)[1].any():
                     return x, point, residual, iteration
                 factors = system.factors = Factors(system, point)
                 if not factors.sound:
                     system.factors = None
                     return None
             x = np.where(factors.held, -rest, x + factors.solve(point.rows.reshape(-1)))
-            status, trial, last = None, None, max(residual, 1e-30)
+            status, last = None, max(residual, 1e-30)
         return None
 
     def _opposed(self, point: Point, scale: float) -> bool:
