@@ -46,7 +46,7 @@ def mesh(
         symmetric = mirrors_in_z(finger) and (scene is None or scene.mirrors_in_z)
         zone = zone_of(Case(finger, scene), run_scene)  # the analysis's, to share a kept mesh
         mesh = make_mesh(finger, fidelity, zone, symmetric)
-        requested = requested_sizes(finger, mesh, zone.half_width, zone.half_depth)
+        requested = requested_sizes(finger, mesh, zone)
         quality = assess(mesh, finger, requested)
         report("writing")
         files = _write(mesh, out, formats, quality.text(), quality.to_dict())

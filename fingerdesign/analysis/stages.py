@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from threading import Thread
 from typing import TYPE_CHECKING, TypeVar
 
@@ -42,10 +43,11 @@ def zone_of(case: Case, scene: Scene) -> Zone:
     design = case.design
     touch = touch_point(scene.object, design.body)
     zone = candidate_zone(design, scene.object, greatest_approach(design, scene), touch)
+    inner = zone.half_width
     if case.runs_grips:
         grips = candidate_zone(design, scene.object, design.grip.max_approach_mm)
         zone = max(zone, grips, key=lambda each: each.half_width)
-    return zone
+    return replace(zone, inner=inner)
 
 
 def in_wide_zone(

@@ -6,7 +6,7 @@ A forecast, no result: one too narrow is refused by the solver (ZoneExhausted) a
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -165,10 +165,15 @@ _WORTH = 0.8  # of the half-depth: a shorter zone than this leaves candidates ou
 
 @dataclass(frozen=True)
 class Zone:
-    """Contact candidates: |x| <= half_width and, where given, |z| <= half_depth (mm)."""
+    """Contact candidates: |x| <= half_width and, where given, |z| <= half_depth (mm).
+
+    inner: half-width, mm, that the scene's own path reaches, where grips reach further: facets of a
+    long contact are finest there (None: the same everywhere).
+    """
 
     half_width: float
     half_depth: float | None = None
+    inner: float | None = None
 
     def __str__(self) -> str:
         deep = "" if self.half_depth is None else f", |z| <= {self.half_depth:.2f}"
@@ -176,7 +181,8 @@ class Zone:
 
     def widened(self, factor: float, design: Design) -> Zone:
         """The zone ``factor`` times as large, within the body."""
-        return _within(design, factor * self.half_width, factor * (self.half_depth or math.inf))
+        wider = _within(design, factor * self.half_width, factor * (self.half_depth or math.inf))
+        return replace(wider, inner=self.inner)
 
     def fills(self, design: Design) -> bool:
         """Whether it holds the whole contact surface."""

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.cache import GARBLED, Cache
@@ -32,10 +33,10 @@ KEPT = 300  # meshes of a few MB each; the longest unused go first
 def mesh_key(
     design: Design,
     sizes: MeshSizes,
-    zone_mm: tuple[float, float | None],
+    zone: Zone,
     symmetric: bool,
 ) -> str:
-    """SHA-256, in hexadecimal, of what a tetrahedral mesh depends on; zone: half width, depth."""
+    """SHA-256, in hexadecimal, of what a tetrahedral mesh depends on."""
     body = design.body
     core = body.core.model_copy(update={"material": ""}) if body.core is not None else None
     bare = body.model_copy(update={"material": "", "core": core})
@@ -46,7 +47,7 @@ def mesh_key(
         "plates": [asdict(frame) for frame in plate_frames(design)],
         "model": design.plates.model,
         "sizes": asdict(sizes),
-        "zone_mm": zone_mm,
+        "zone_mm": asdict(zone),
         "symmetric": symmetric,
     }
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)

@@ -15,6 +15,7 @@ from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import surface_of
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.files.imported import import_words
 from fingerdesign.mesh.measures import (
     aspects,
@@ -26,8 +27,13 @@ from fingerdesign.mesh.measures import (
     volumes_by_region,
     worst_area_error,
 )
-from fingerdesign.mesh.section.section import extruded_sizes, section_sizes
-from fingerdesign.mesh.sizing import FACETS_ACROSS, MeshSizes, SizeField, distances_to_plate
+from fingerdesign.mesh.section.section import Inner, extruded_sizes, inner_of, section_sizes
+from fingerdesign.mesh.sizing import (
+    FACETS_ACROSS,
+    MeshSizes,
+    SizeField,
+    distances_to_plate,
+)
 from fingerdesign.mesh.types import Mesh
 
 _END_WORDS = ("in plates and beside them finer at the plates' ends, where stress is singular",)
@@ -58,26 +64,29 @@ class AskedSizes:
         return np.asarray(mean / self.at(points[cells].mean(axis=1)))
 
 
-def requested_sizes(
-    design: Design, mesh: Mesh, zone_half_width: float, zone_half_depth: float | None = None
-) -> AskedSizes:
-    """What the design's ``[mesh]`` table asks of a mesh that is fine in a zone of contact.
-
-    ``zone_half_width``, ``zone_half_depth``: the zone's, mm (None: the full depth).
-    """
+def requested_sizes(design: Design, mesh: Mesh, zone: Zone) -> AskedSizes:
+    """What the design's ``[mesh]`` table asks of a mesh that is fine in a zone of contact."""
     frames = plate_frames(design) if design.plates.model != "none" else ()
     has_plates = bool(frames)
     plane = mesh.dimension == 2
     if plane or mesh.mesher == "extrude":
-        flat = (section_sizes if plane else extruded_sizes)(design, zone_half_width)
+        flat = (section_sizes if plane else extruded_sizes)(design, zone.half_width)
         said = (design.mesh.section if plane else design.mesh).contact_size_mm
-        field = _section_field(design, flat, zone_half_width)
+        inner = None if plane else inner_of(design, zone)
+        field = _section_field(design, flat, zone.half_width, inner)
         table = "mesh.section" if plane else "mesh"
-        words = _finer_words(table, said, flat.contact_size_mm, zone_half_width)
+        words = _finer_words(table, said, flat.contact_size_mm, zone.half_width)
+        words += (
+            []
+            if inner is None
+            else [
+                f"over |x| <= {inner[0]:.3g} mm, which the scene's path reaches, {inner[1]:.3g} mm"
+            ]
+        )
         return AskedSizes(field, 1.0 if plane else np.inf, (*words, *_END_WORDS[:has_plates]))
-    sizes = MeshSizes.of(design, zone_half_width, zone_half_depth)
-    field = SizeField(surface_of(design.body), frames, sizes, zone_half_width, zone_half_depth)
-    half = min(zone_half_width, zone_half_depth or np.inf)
+    sizes = MeshSizes.of(design, zone)
+    field = SizeField(surface_of(design.body), frames, sizes, zone)
+    half = min(zone.half_width, zone.half_depth or np.inf)
     words = _finer_words("mesh", design.mesh.contact_size_mm, sizes.contact, half)
     if sizes.stretch > 1.0:
         words.append(
@@ -98,7 +107,9 @@ def _finer_words(table: str, said: float, size: float, half_width: float) -> lis
     ]
 
 
-def _section_field(design: Design, sizes: SectionMesh, zone: float) -> Callable[[Array], Array]:
+def _section_field(
+    design: Design, sizes: SectionMesh, zone: float, inner: Inner | None
+) -> Callable[[Array], Array]:
     """As netgen is asked: sizes set at the contact zone, at plates and their ends, then growing."""
     surface = surface_of(design.body)
     frames = plate_frames(design) if design.plates.model != "none" else ()
@@ -108,6 +119,10 @@ def _section_field(design: Design, sizes: SectionMesh, zone: float) -> Callable[
         sideways = np.maximum(np.abs(flat[:, 0]) - zone, 0.0)
         away = np.hypot(sideways, np.abs(surface.distance(flat)))
         found = np.minimum(sizes.far_size_mm, sizes.contact_size_mm + sizes.gradation * away)
+        if inner is not None:
+            sideways = np.maximum(np.abs(flat[:, 0]) - inner[0], 0.0)
+            away = np.hypot(sideways, np.abs(surface.distance(flat)))
+            found = np.minimum(found, inner[1] + sizes.gradation * away)
         for frame in frames:
             if frame.along != "x":
                 continue

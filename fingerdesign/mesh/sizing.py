@@ -19,6 +19,7 @@ from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.surface import Surface
+from fingerdesign.layout.zone import Zone
 
 GRID_POINTS = 200_000
 # Measured on a finger with three plates against a fine extruded mesh (errors of membrane strain out
@@ -29,6 +30,8 @@ STRETCH_STRAIGHT, STRETCH_ROUND = 2.0, 1.4
 # Contact facets over half the contact's width at the least, whatever mesh.contact_size_mm says: a
 # small contact on a large finger would be a few facets. But no finer than a third of what is said.
 FACETS_ACROSS, LEAST_CONTACT_SIZE = 5.0, 0.33
+# Facets that only grips reach, beyond the scene's own path: so many times longer.
+OUTER_SIZE = 1.4
 END_GRADATION = 1.2  # a singularity's field: elements as large as they are away from it
 
 
@@ -48,7 +51,7 @@ def contact_size(
 class MeshSizes:
     """Edge lengths in mm.
 
-    contact    mean edge of the contact facets in the zone
+    contact    mean edge of the contact facets that the scene's path reaches
     plate, far along the plates, and largest anywhere: in the section (x, y)
     gradation  growth of the size, mm per mm away from where it is set
     stretch    elements are this many times longer along z than in the section
@@ -66,20 +69,18 @@ class MeshSizes:
                 raise MeshError(f"mesh size {name} = {value} must be a finite number above 0")
 
     @classmethod
-    def of(
-        cls, design: Design, zone_half_width: float = np.inf, zone_half_depth: float | None = None
-    ) -> MeshSizes:
+    def of(cls, design: Design, zone: Zone) -> MeshSizes:
         """The sizes a design asks for in its ``[mesh]`` table, no coarser than its contact needs.
 
-        ``zone_half_width`` and ``zone_half_depth``: of the contact that its scene will produce.
+        ``zone``: of the contact that its scene will produce.
         """
         mesh, body = design.mesh, design.body
-        round_contact = zone_half_depth is not None or body.dome_radius_mm is not None
+        round_contact = zone.half_depth is not None or body.dome_radius_mm is not None
         stretch = STRETCH_ROUND if round_contact else STRETCH_STRAIGHT
         across = [plates.along == "z" for plates in design.plates.all_rows]
         if body.kind.turned or body.step is not None or (design.plates.number and any(across)):
             stretch = 1.0  # no direction is the slow one
-        contact = contact_size(mesh.contact_size_mm, zone_half_width, zone_half_depth)
+        contact = contact_size(mesh.contact_size_mm, zone.half_width, zone.half_depth)
         return cls(contact, mesh.plate_size_mm, mesh.far_size_mm, mesh.gradation, stretch)
 
     def scaled(self, factor: float) -> MeshSizes:
@@ -96,17 +97,15 @@ class MeshSizes:
 class SizeField:
     """Wanted edge length in the section: fine at the contact zone, at plates and at their ends.
 
-    The contact zone is |x| <= ``zone_half_width`` and, where given, |z| <= ``zone_half_depth``. The
-    square ends of the
-    plates are stress singularities, and what strains a gage comes in through them: there the size
-    is half the thickness (but no less than a tenth of ``sizes.plate``) and grows by END_GRADATION.
+    The square ends of the plates are stress singularities, and what strains a gage comes in through
+    them: there the size is half the thickness (but no less than a tenth of ``sizes.plate``) and
+    grows by END_GRADATION.
     """
 
     surface: Surface
     frames: tuple[PlateFrame, ...]
     sizes: MeshSizes
-    zone_half_width: float
-    zone_half_depth: float | None = None
+    zone: Zone
 
     def __call__(self, points: Array) -> Array:
         """Wanted edge length (n,), mm, at points (n, 2) or (n, 3)."""
@@ -127,14 +126,19 @@ class SizeField:
     def at_contact(self, points: Array) -> Array:
         """What the contact alone asks for, (n,), mm, at points (n, 2) or (n, 3)."""
         sizes = self.sizes
-        sideways = np.maximum(np.abs(points[:, 0]) - self.zone_half_width, 0.0)
+        from_middle = np.abs(points[:, 0])
+        sideways = np.maximum(from_middle - self.zone.half_width, 0.0)
         # The surface continued below its lowest point is no contact surface.
         below = self.surface.lowest - points[:, 1]
-        if self.zone_half_depth is not None and points.shape[1] == 3:
-            past = np.maximum(np.abs(points[:, 2]) - self.zone_half_depth, 0.0)
+        if self.zone.half_depth is not None and points.shape[1] == 3:
+            past = np.maximum(np.abs(points[:, 2]) - self.zone.half_depth, 0.0)
             sideways = np.hypot(sideways, past / sizes.stretch)
         away = np.hypot(sideways, np.maximum(np.abs(self.surface.distance(points)), below))
-        contact = sizes.contact / np.sqrt(sizes.stretch)  # across; along z longer, on the mean so
+        least = sizes.contact / np.sqrt(sizes.stretch)  # across; along z longer, on the mean so
+        contact: float | Array = least
+        if self.zone.inner is not None:
+            beyond = np.maximum(from_middle - self.zone.inner, 0.0)
+            contact = np.minimum(OUTER_SIZE * least, least + sizes.gradation * beyond)
         return np.asarray(np.minimum(sizes.far, contact + sizes.gradation * away))
 
     def end_size(self, frame: PlateFrame) -> float:
@@ -279,7 +283,8 @@ def _grid_axes(field: SizeField, low: Array, high: Array) -> list[Array]:
     fine = np.minimum(np.array([2.0, 0.7, 2.0]) * sizes.contact, coarse)
     first, last = low.copy(), high.copy()
     first[1] = _zone_floor(field, high) - 2.0 * sizes.contact
-    round_zone = field.zone_half_depth is not None or field.surface.curvatures[1] > 0.0
+    half_depth = field.zone.half_depth
+    round_zone = half_depth is not None or field.surface.curvatures[1] > 0.0
     steep_in_z = round_zone
     if field.frames:
         end = min(field.end_size(frame) for frame in field.frames)
@@ -292,8 +297,8 @@ def _grid_axes(field: SizeField, low: Array, high: Array) -> list[Array]:
             fine[1:] = np.minimum(fine[1:], [end, 2.0 * end])
             first[2], last[2] = least[2] - 2.0 * end, most[2] + 2.0 * end
         steep_in_z |= across == 1 or least[2] > low[2] + 1e-6 or most[2] < high[2] - 1e-6
-    elif field.zone_half_depth is not None:
-        reach = 1.5 * field.zone_half_depth
+    elif half_depth is not None:
+        reach = 1.5 * half_depth
         first[2], last[2] = max(low[2], -reach), min(high[2], reach)
     if not steep_in_z:
         fine[2] = coarse[2] = 0.5 * extent[2]
@@ -326,8 +331,8 @@ def _graded_axis(
 
 def _zone_floor(field: SizeField, high: Array) -> float:
     """Least height of the contact surface over the zone, mm."""
-    x = np.linspace(0.0, min(field.zone_half_width, float(high[0])), 9)
-    deep = field.zone_half_depth if field.zone_half_depth is not None else float(high[2])
+    x = np.linspace(0.0, min(field.zone.half_width, float(high[0])), 9)
+    deep = field.zone.half_depth if field.zone.half_depth is not None else float(high[2])
     z = np.linspace(0.0, deep, 9)
     heights = field.surface.height(*(axis.reshape(-1) for axis in np.meshgrid(x, z)))
     known = heights[np.isfinite(heights)]

@@ -237,8 +237,8 @@ def test_a_mesh_in_the_cache_is_counted_as_it_is(monkeypatch, tmp_path):
     before = forecast_case(case, MACHINE)
     swept = with_values(case.design, COARSE)
     mesh = make_mesh(swept, "3d", zone)
-    sizes = MeshSizes.of(case.design, zone.half_width, zone.half_depth)
-    keep_mesh(mesh_key(case.design, sizes, (zone.half_width, zone.half_depth), True), mesh)
+    sizes = MeshSizes.of(case.design, zone)
+    keep_mesh(mesh_key(case.design, sizes, zone, True), mesh)
     again = forecast_case(case, Machine(60.0, 110.0, 3))  # not the forecast remembered
     model = condense(case.design, mesh, zone, case.path_scene)
     assert (again.dofs, again.contact_nodes) == (model.dofs, model.reduced.nodes)

@@ -6,6 +6,7 @@ from fingerdesign_bench.accuracy.smoothness import WITHIN, along_middle, ripple
 
 from fingerdesign import parse_design
 from fingerdesign.fem.model import build_model
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 
 DESIGN = parse_design(
@@ -14,7 +15,7 @@ DESIGN = parse_design(
 
 
 def test_a_linear_traction_is_read_as_it_is_along_the_middle():
-    model = build_model(DESIGN, extrude(DESIGN, 2.0), 2.0).reduced
+    model = build_model(DESIGN, extrude(DESIGN, Zone(2.0)), 2.0).reduced
     x = np.linspace(-1.2, 1.2, 7)
     given = 3.0 + 0.5 * model.points[:, 0] - 0.7 * model.points[:, 2]
     np.testing.assert_allclose(along_middle(model, x) @ given, 3.0 + 0.5 * x, atol=1e-12)

@@ -23,7 +23,7 @@ from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.model import build_model
 from fingerdesign.layout.frames import crest_height
-from fingerdesign.layout.zone import candidate_zone
+from fingerdesign.layout.zone import Zone, candidate_zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.shapes.objects import Plane
@@ -178,7 +178,7 @@ def test_the_stiffness_is_that_of_scikit_fem(dimension, count):
 def both(kind, size, plates="none"):
     design = sized(Method(kind, "P2", plates=plates), size)
     zone = candidate_zone(design, SceneObject(), ROWS[-1][0]).half_width
-    mesh = mesh_section(design, zone) if kind == "plane strain" else extrude(design, zone)
+    mesh = mesh_section(design, zone) if kind == "plane strain" else extrude(design, Zone(zone))
     model = build_model(design, mesh, zone)
     problem = contact_problem(model.reduced, Plane(crest_height(design.body)), 0.5)
     return model, problem

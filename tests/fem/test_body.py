@@ -12,6 +12,7 @@ from fingerdesign.fem.elements import EDGES
 from fingerdesign.fem.facing import facing_compliance
 from fingerdesign.fem.model import build_model
 from fingerdesign.layout.surface import ContactSurface
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from tests.support.boxes import block
@@ -212,7 +213,7 @@ far_size_mm = 0.8
 
 def test_a_zone_limited_in_z_ends_in_a_rim():
     design = parse_design(SMALL)
-    mesh = extrude(design, 1.5)
+    mesh = extrude(design, Zone(1.5))
     whole = build_model(design, mesh, 1.5).reduced
     short = build_model(design, mesh, 1.5, zone_half_depth=2.0).reduced
     assert short.points[:, 2].max() <= 2.0 + 1e-9 < whole.points[:, 2].max()
@@ -226,6 +227,6 @@ def test_a_zone_limited_in_z_ends_in_a_rim():
 def test_gaps_are_measured_from_the_exact_surface():
     design = parse_design(SMALL)
     surface = ContactSurface.of(design.body)
-    for mesh in (mesh_section(design, 1.5), extrude(design, 1.5)):
+    for mesh in (mesh_section(design, 1.5), extrude(design, Zone(1.5))):
         points = build_model(design, mesh, 1.5).reduced.surface.points
         assert np.abs(surface.distance(points)).max() < 1e-12

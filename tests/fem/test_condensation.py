@@ -16,6 +16,7 @@ from fingerdesign.fem.sheet import design_sheets
 from fingerdesign.fem.system import assemble_system
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 
@@ -57,7 +58,11 @@ def case(request):
     if element != "P2":
         keys = {"mesh.element": element, "materials.silicone.poissons_ratio": 0.4999}
         design = with_values(design, keys)
-    mesh = mesh_section(design, 1.5) if kind == "section" else extrude(design, 1.5, kind == "half")
+    mesh = (
+        mesh_section(design, 1.5)
+        if kind == "section"
+        else extrude(design, Zone(1.5), kind == "half")
+    )
     return design, mesh, build_model(design, mesh, 1.5, POINT)
 
 
@@ -146,8 +151,8 @@ def test_field_satisfies_the_full_equations(case):
 
 def test_half_model_equals_whole():
     """Mirror symmetry: the half model under half the load moves as the whole one does."""
-    half = build_model(DESIGN, extrude(DESIGN, 1.5, symmetric=True), 1.5).reduced
-    whole = build_model(DESIGN, extrude(DESIGN, 1.5, symmetric=False), 1.5).reduced
+    half = build_model(DESIGN, extrude(DESIGN, Zone(1.5), symmetric=True), 1.5).reduced
+    whole = build_model(DESIGN, extrude(DESIGN, Zone(1.5), symmetric=False), 1.5).reduced
     load = np.array([1.0, -3.0, 0.0])
     u_half = half.displacement(half.areas[:, None] * load)
     u_whole = whole.displacement(whole.areas[:, None] * load)
@@ -162,7 +167,7 @@ def test_half_model_equals_whole():
 
 def test_uniform_pressure_is_reproduced():
     """Nodal forces p a_i load the quadratic surface exactly as the uniform pressure p does."""
-    for mesh in (mesh_section(DESIGN, 1.5), extrude(DESIGN, 1.5)):
+    for mesh in (mesh_section(DESIGN, 1.5), extrude(DESIGN, Zone(1.5))):
         facets = mesh.facets["contact"]
         trace = contact_trace(mesh.points, facets)
         force = np.zeros((len(trace.nodes), mesh.dimension))
@@ -191,7 +196,7 @@ def quadrature_moment(mesh, facets):
 
 def test_constant_strain_is_read_exactly():
     """A linear displacement gives its own strain at points and gages, in 2-D and 3-D."""
-    for mesh in (mesh_section(DESIGN, 1.5), extrude(DESIGN, 1.5, symmetric=False)):
+    for mesh in (mesh_section(DESIGN, 1.5), extrude(DESIGN, Zone(1.5), symmetric=False)):
         d = mesh.dimension
         slope = np.array([[0.3, 0.2, 0.1], [0.05, -0.4, 0.07], [0.02, 0.03, 0.6]])[:d, :d]
         field = mesh.points @ slope.T
@@ -249,7 +254,7 @@ def test_repeated_functionals_are_answered():
 
 def test_points_mirror_with_their_signs():
     """In a half model strains at z < 0 are those at z > 0 with xz and yz turned round."""
-    mesh = extrude(DESIGN, 1.5)
+    mesh = extrude(DESIGN, Zone(1.5))
     points = np.array([[0.5, 3.2, 0.9], [0.5, 3.2, -0.9], [0.5, 3.2, 0.0]])
     model = build_model(DESIGN, mesh, 1.5, points).reduced
     strain = model.point_strain(random_force(model))

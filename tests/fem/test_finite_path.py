@@ -193,8 +193,8 @@ def test_a_round_object_and_half_the_load_tend_to_small_strain(rubber, plain):
 def test_half_a_finger_in_space_is_the_whole(design):
     rubber = with_values(design, {"plates.placement": None, "plates.count": 0})
     rows = scene_of([[0.1, 0.0], [0.1, 0.05]])
-    half = finite_readings(rubber, extrude(rubber, 1.6, True), Zone(1.6), rows)
-    whole = finite_readings(rubber, extrude(rubber, 1.6, False), Zone(1.6), rows)
+    half = finite_readings(rubber, extrude(rubber, Zone(1.6), True), Zone(1.6), rows)
+    whole = finite_readings(rubber, extrude(rubber, Zone(1.6), False), Zone(1.6), rows)
     assert np.allclose(half.readings.normal_force, whole.readings.normal_force, rtol=1e-3)
     assert np.allclose(half.readings.tangential_force, whole.readings.tangential_force, rtol=1e-3)
     assert half.dofs < 0.6 * whole.dofs

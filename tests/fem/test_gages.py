@@ -11,6 +11,7 @@ from fingerdesign.fem.finite.row import gage_lines
 from fingerdesign.fem.model import build_model, free_ends, gage_positions, materials_of
 from fingerdesign.fem.readout import gage_rows
 from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 
@@ -41,12 +42,12 @@ def design_of(**tables):
 
 @pytest.fixture(scope="module")
 def whole():
-    return extrude(design_of(), 2.0, symmetric=False)
+    return extrude(design_of(), Zone(2.0), symmetric=False)
 
 
 @pytest.fixture(scope="module")
 def half():
-    return extrude(design_of(), 2.0, symmetric=True)
+    return extrude(design_of(), Zone(2.0), symmetric=True)
 
 
 @pytest.fixture(scope="module")

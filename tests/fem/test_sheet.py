@@ -14,6 +14,7 @@ from fingerdesign.fem.model import build_model
 from fingerdesign.fem.readout import gage_rows, plate_strain_rows
 from fingerdesign.fem.sheet import SheetFacets, sheet_of, sheet_stiffness
 from fingerdesign.layout.frames import crest_height, plate_frames
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.tetra.tetwild import tetrahedralise
@@ -43,7 +44,7 @@ FRAME = plate_frames(DESIGN)[0]
 def mesh(request):
     if request.param == "section":
         return mesh_section(DESIGN, 1.0)
-    return extrude(DESIGN, 1.0, request.param == "half")
+    return extrude(DESIGN, Zone(1.0), request.param == "half")
 
 
 def stiffness(mesh, nu=NU):
@@ -171,7 +172,7 @@ def test_a_beam_bends_at_fourth_order():
 
 def test_a_strip_bends_like_a_beam_in_space():
     coarse, fine = (
-        beam(extrude(DESIGN, 1.0, sizes=DESIGN.mesh.section.model_copy(update=sizes)))
+        beam(extrude(DESIGN, Zone(1.0), sizes=DESIGN.mesh.section.model_copy(update=sizes)))
         for sizes in (
             {"plate_size_mm": 0.5, "plate_end_size_mm": 0.5},
             {"plate_size_mm": 0.25, "plate_end_size_mm": 0.25},
@@ -304,7 +305,7 @@ def test_short_sheets_against_solid_plates_in_tetrahedra(along):
     design, found = with_values(SHORT, {"plates.along": along}), []
     for model in ("sheet", "solid"):
         given = with_values(design, {"plates.model": model})
-        mesh = tetrahedralise(given, 2.8, symmetric=False, use_cache=False)
+        mesh = tetrahedralise(given, Zone(2.8), symmetric=False, use_cache=False)
         motions = [Motion(0.1, 0.0), Motion(0.2, 0.0), Motion(0.2, 0.05, 0.05)]
         found.append(loaded(given, mesh, 2.8, motions))
     sheet, solid = found

@@ -13,6 +13,7 @@ from fingerdesign.analysis.stages import make_mesh, zone_of
 from fingerdesign.checks.load import parse_design, parse_scene, with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, MeshError
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.files.imported import import_words, imported_mesh
 from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.quality import assess
@@ -37,7 +38,7 @@ Write = Callable[..., Design]
 
 @pytest.fixture(scope="module")
 def made():
-    return extrude(parse_design(DESIGN), 3.0)
+    return extrude(parse_design(DESIGN), Zone(3.0))
 
 
 def linear(mesh, path, regions, facets):
@@ -120,7 +121,7 @@ def test_a_face_far_from_the_designs_stays_as_it_came(made, tmp_path):
 
 def test_slots_of_sheets_come_back_and_must_have_names(tmp_path):
     sheets = parse_design(DESIGN + 'plates.model = "sheet"\n')
-    made = extrude(sheets, 3.0)
+    made = extrude(sheets, Zone(3.0))
     own = with_values(
         sheets, {"mesh.mesher": "file", "mesh.file": str(write_mesh(made, tmp_path / "m.msh"))}
     )
@@ -152,7 +153,7 @@ def test_half_and_whole(made, tmp_path):
     half = of_file(write_mesh(made, tmp_path / "half.msh"))
     with pytest.raises(MeshError, match="holds the half z >= 0"):
         imported_mesh(half, symmetric=False)
-    both = extrude(parse_design(DESIGN), 3.0, symmetric=False)
+    both = extrude(parse_design(DESIGN), Zone(3.0), symmetric=False)
     mesh = imported_mesh(of_file(write_mesh(both, tmp_path / "whole.msh")), symmetric=True)
     assert not mesh.symmetric
     assert "symmetry" not in mesh.facets

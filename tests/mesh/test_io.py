@@ -10,6 +10,7 @@ import pytest
 
 from fingerdesign import parse_design, with_values
 from fingerdesign.errors import MeshError
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.cache import keep_mesh, load_mesh
 from fingerdesign.mesh.files.calculix import cell_faces
 from fingerdesign.mesh.files.io import read_named, to_meshio, write_mesh
@@ -38,7 +39,7 @@ DESIGN = parse_design(
 
 @pytest.fixture(scope="module", params=[2, 3])
 def mesh(request):
-    return mesh_section(DESIGN, 3.0) if request.param == 2 else extrude(DESIGN, 3.0)
+    return mesh_section(DESIGN, 3.0) if request.param == 2 else extrude(DESIGN, Zone(3.0))
 
 
 @pytest.mark.parametrize("ending", ["vtu", "msh", "vtk", "inp"])
@@ -46,7 +47,7 @@ def mesh(request):
 def test_round_trip(kind, ending, tmp_path):
     """Points, cells and facets, and the names of core, plates and the slots of sheets."""
     design = with_values(DESIGN, {"plates.model": "sheet" if kind == "sheet" else "solid"})
-    mesh = (mesh_section if kind == "section" else extrude)(design, 3.0)
+    mesh = mesh_section(design, 3.0) if kind == "section" else extrude(design, Zone(3.0))
     again = read_named(write_mesh(mesh, tmp_path / f"finger.{ending}"))
     np.testing.assert_allclose(again.points, mesh.points, atol=1e-12)
     np.testing.assert_array_equal(again.cells, mesh.cells)

@@ -7,6 +7,7 @@ from fingerdesign import parse_design, with_values
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.layout.gaps import lies_over, not_layered
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section.extrude import distinct, extrude, graded_heights, layer_heights
 
@@ -50,7 +51,7 @@ KINDS = {
 def test_parts_end_where_the_design_says(name):
     """Regions' volumes, plates' faces and the outside's areas are the closed form's."""
     design = with_values(DESIGN, KINDS[name])
-    mesh = extrude(design, 2.0, mirrors_in_z(design))
+    mesh = extrude(design, Zone(2.0), mirrors_in_z(design))
     assert mesh.symmetric == (name not in ("off the middle", "placed") and "stag" not in name)
     report = assess(mesh, design)
     assert report.body_volume_error < 1e-6
@@ -67,7 +68,7 @@ def test_parts_end_where_the_design_says(name):
 @pytest.mark.parametrize("model", ["solid", "sheet"])
 def test_half_and_whole_are_the_same_finger(model):
     design = with_values(DESIGN, {"plates.model": model})
-    half, whole = extrude(design, 2.0), extrude(design, 2.0, symmetric=False)
+    half, whole = extrude(design, Zone(2.0)), extrude(design, Zone(2.0), symmetric=False)
     assert len(whole.cells) == 2 * len(half.cells)
     assert assess(whole, design).body_volume_error < 1e-6
     assert set(whole.facets) == set(half.facets) - {"symmetry"}
@@ -75,7 +76,7 @@ def test_half_and_whole_are_the_same_finger(model):
 
 def test_full_plates_give_the_mesh_that_they_gave():
     """A plate as long as the body needs no border, and changes no layer."""
-    full = extrude(with_values(DESIGN, {"plates.span_mm": 6.0}), 2.0)
+    full = extrude(with_values(DESIGN, {"plates.span_mm": 6.0}), Zone(2.0))
     heights = np.unique(np.round(full.points[np.unique(full.corners), 2], 9))
     assert heights == pytest.approx(layer_heights(3.0, 3))
 
@@ -97,12 +98,12 @@ def test_borders_that_differ_by_rounding_are_one():
 def test_ends_too_near_to_each_other_are_refused_by_name():
     near = with_values(DESIGN, {"plates.placement": [[-2, 4, 45, 0.0], [2, 4, 45, 0.004]]})
     with pytest.raises(MeshError, match=r"end at z = -1\.5 and -1\.496 mm"):
-        extrude(near, 2.0, symmetric=False)
+        extrude(near, Zone(2.0), symmetric=False)
 
 
 def test_a_half_of_what_does_not_mirror_is_refused():
     with pytest.raises(MeshError, match="do not mirror"):
-        extrude(with_values(DESIGN, {"plates.span_offset_mm": 0.5}), 2.0)
+        extrude(with_values(DESIGN, {"plates.span_offset_mm": 0.5}), Zone(2.0))
 
 
 def test_parts_over_one_another_are_refused_by_name():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.checks.load import parse_design, with_values
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import (
     aspects,
     cell_angles,
@@ -117,7 +118,7 @@ DESIGN = parse_design(CORED)
 
 @pytest.fixture(scope="module")
 def cored():
-    return extrude(DESIGN, 3.0)
+    return extrude(DESIGN, Zone(3.0))
 
 
 def test_every_region_and_face_is_held_against_the_design(cored):
@@ -182,7 +183,7 @@ def test_turned_cells_are_counted_and_the_worst_are_named(cored):
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_sizes_are_those_requested_and_coarser_ones_show(dimension, cored):
     mesh = mesh_section(DESIGN, 3.0) if dimension == 2 else cored
-    requested = requested_sizes(DESIGN, mesh, 3.0)
+    requested = requested_sizes(DESIGN, mesh, Zone(3.0))
     ratio = assess(mesh, DESIGN, requested).size_ratio
     assert set(ratio) == {"contact", "plates", "core", "rest"}
     for values in ratio.values():
@@ -190,12 +191,12 @@ def test_sizes_are_those_requested_and_coarser_ones_show(dimension, cored):
         assert values["p5"] <= values["mean"] <= values["p95"]
     keys = {"mesh.contact_size_mm": 0.25, "mesh.section.contact_size_mm": 0.025}
     finer = with_values(DESIGN, keys)
-    again = assess(mesh, finer, requested_sizes(finer, mesh, 3.0)).size_ratio
+    again = assess(mesh, finer, requested_sizes(finer, mesh, Zone(3.0))).size_ratio
     assert again["contact"]["mean"] > 1.3 * ratio["contact"]["mean"]
 
 
 def test_the_report_says_what_it_is_of_and_how_it_came(cored):
-    report = assess(cored, DESIGN, requested_sizes(DESIGN, cored, 3.0))
+    report = assess(cored, DESIGN, requested_sizes(DESIGN, cored, Zone(3.0)))
     assert (report.modelled, report.attempts) == ("half z >= 0", None)
     assert all(isinstance(values["elements"], int) for values in report.regions.values())
     assert all(isinstance(values["elements"], int) for values in report.size_ratio.values())
@@ -208,14 +209,16 @@ def test_the_report_says_what_it_is_of_and_how_it_came(cored):
 
 def test_sizes_that_are_not_those_of_the_keys_are_explained(cored):
     mesh = replace(cored, mesher="tetwild")
-    reasons = requested_sizes(DESIGN, mesh, 2.5).reasons
+    reasons = requested_sizes(DESIGN, mesh, Zone(2.5)).reasons
     assert reasons[0].startswith("at the contact 0.5 mm, not mesh.contact_size_mm = 1: 5 facets")
     assert "2 times longer along z" in reasons[1]
     assert "plates' ends" in reasons[2]
-    assert len(requested_sizes(DESIGN, mesh, 9.0).reasons) == 2
+    assert len(requested_sizes(DESIGN, mesh, Zone(9.0)).reasons) == 2
     bare = parse_design(CORED.replace("plates.count = 2", "plates.count = 0"))
-    assert not any("plates" in reason for reason in requested_sizes(bare, mesh, 2.5).reasons)
-    assert assess(mesh, DESIGN, requested_sizes(DESIGN, mesh, 2.5)).text().count(reasons[0]) == 1
+    assert not any("plates" in reason for reason in requested_sizes(bare, mesh, Zone(2.5)).reasons)
+    assert (
+        assess(mesh, DESIGN, requested_sizes(DESIGN, mesh, Zone(2.5))).text().count(reasons[0]) == 1
+    )
 
 
 def test_sheets_are_slots_and_no_plates_are_no_fault():
@@ -223,7 +226,7 @@ def test_sheets_are_slots_and_no_plates_are_no_fault():
         design = parse_design(
             CORED.replace("plates.count", f'plates.model = "{model}"\nplates.count')
         )
-        report = assess(extrude(design, 3.0), design)
+        report = assess(extrude(design, Zone(3.0)), design)
         assert set(report.volumes) == {"elastomer", "core"}
         assert report.body_volume_error < 1e-6
         assert report.worst_plate_volume_error == 0.0

@@ -13,6 +13,7 @@ from fingerdesign.fem.elements import physical_gradients
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.layout.volume import section_area
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.quality import cell_angles
 from fingerdesign.mesh.section.extrude import extrude, layer_heights
 from fingerdesign.mesh.section.netgen import run_netgen, start_mesher
@@ -57,7 +58,7 @@ def design_of(name, **more):
 @pytest.mark.parametrize("name", KINDS)
 def test_every_kind_fills_its_section(name):
     design = design_of(name)
-    for mesh, depth in ((mesh_section(design, 2.0), 1.0), (extrude(design, 2.0), 2.0)):
+    for mesh, depth in ((mesh_section(design, 2.0), 1.0), (extrude(design, Zone(2.0)), 2.0)):
         _, weights = physical_gradients(mesh.points, mesh.cells, 4)
         sizes = np.bincount(mesh.regions, weights.sum(axis=1)) / depth
         assert sizes.sum() == pytest.approx(section_area(design.body), rel=2e-5)
@@ -119,7 +120,7 @@ def test_a_strongly_bent_plate_is_whole():
     body = {"arc_radius_mm": 6.0, "base_height_mm": 8.0}
     plates = {"count": 1, "thickness_mm": 0.26, "length_mm": 1.8, "cover_mm": 3.9}
     design = design_of("bent", body=body, plates=plates)
-    mesh = extrude(design, 2.0)
+    mesh = extrude(design, Zone(2.0))
     _, weights = physical_gradients(mesh.points, mesh.cells, 4)
     volume = np.bincount(mesh.regions, weights.sum(axis=1))[1]
     assert volume == pytest.approx(1.8 * 0.26 * 2.0, rel=1e-5)
@@ -137,7 +138,7 @@ def test_thin_plates_get_lower_layers():
     thin = design_of("plain", plates={"thickness_mm": 0.02}, mesh={"plate_size_mm": 0.4})
     layers = []
     for design in (design_of("plain"), thin):
-        mesh = extrude(design, 2.0)
+        mesh = extrude(design, Zone(2.0))
         assert cell_angles(mesh.points, mesh.corners).min() >= 1.0
         layers.append(mesh.notes["layers"])
     assert layers[0] == 2
@@ -184,7 +185,7 @@ def test_gage_ends_are_nodes():
 def test_a_body_that_changes_along_z_cannot_be_extruded():
     dome = with_values(design_of("plain"), {"body.shape": "dome", "body.dome_radius_mm": 20.0})
     with pytest.raises(MeshError, match=r"body\.shape = 'dome'.*tetwild"):
-        extrude(dome, 2.0)
+        extrude(dome, Zone(2.0))
 
 
 def test_sizes_that_netgen_cannot_do_in_time_end_with_a_reason():

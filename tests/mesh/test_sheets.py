@@ -10,6 +10,7 @@ from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.volume import outline_volume, section_area
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
@@ -35,7 +36,7 @@ DESIGN = parse_design(TEXT)
 def mesh(request):
     if request.param == "section":
         return mesh_section(DESIGN, 2.0)
-    return extrude(DESIGN, 2.0, request.param == "half")
+    return extrude(DESIGN, Zone(2.0), request.param == "half")
 
 
 def rubber(mesh):
@@ -89,7 +90,9 @@ def test_faces_mirror_node_by_node(mesh):
 def test_slots_are_no_contact_surface(mesh):
     """The outside has the names and areas that it has without plates."""
     bare = with_values(DESIGN, {"plates.model": "none"})
-    other = mesh_section(bare, 2.0) if mesh.dimension == 2 else extrude(bare, 2.0, mesh.symmetric)
+    other = (
+        mesh_section(bare, 2.0) if mesh.dimension == 2 else extrude(bare, Zone(2.0), mesh.symmetric)
+    )
     outside = {name for name in mesh.facets if not name.startswith("plate_")}
     assert outside == set(other.facets)
     for name in outside - {"end", "symmetry"}:

@@ -8,6 +8,7 @@ from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.layout.volume import outline_volume
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.section.section import extruded_sizes, section_sizes
 from fingerdesign.mesh.sizing import (
@@ -26,7 +27,7 @@ def field_of(keys, stretch=1.0):
     design = parse_design(f'design.name = "t"\n{keys}')
     sizes = MeshSizes(contact=0.2, plate=0.3, far=2.0, gradation=0.5, stretch=stretch)
     frames = plate_frames(design)
-    return SizeField(ContactSurface.of(design.body), frames, sizes, 3.0)
+    return SizeField(ContactSurface.of(design.body), frames, sizes, Zone(3.0))
 
 
 def test_sizes_at_the_contact_beside_the_zone_and_far_away():
@@ -110,7 +111,7 @@ def test_the_expected_elements_of_an_even_field_fill_the_body():
         sizes = MeshSizes(
             contact=1.0 * np.sqrt(stretch), plate=1.0, far=1.0, gradation=0.5, stretch=stretch
         )
-        field = SizeField(ContactSurface.of(design.body), (), sizes, 3.0)
+        field = SizeField(ContactSurface.of(design.body), (), sizes, Zone(3.0))
         wanted = outline_volume(design.body, half=True) * 6.0 * np.sqrt(2.0) / stretch
         assert expected_elements(field, low, high) == pytest.approx(wanted, rel=0.05)
 
@@ -127,5 +128,5 @@ def test_sections_too_are_as_fine_as_a_small_contact_needs():
     assert section_sizes(design, 1.0).contact_size_mm == pytest.approx(0.2)
     assert section_sizes(design, 0.3).contact_size_mm == pytest.approx(LEAST_CONTACT_SIZE * 0.4)
     assert section_sizes(design, 4.0) == design.mesh.section
-    assert extruded_sizes(design, 1.0).contact_size_mm == MeshSizes.of(design, 1.0).contact
+    assert extruded_sizes(design, 1.0).contact_size_mm == MeshSizes.of(design, Zone(1.0)).contact
     assert extruded_sizes(design, 4.0).contact_size_mm == 0.4

@@ -10,6 +10,7 @@ from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import mirrors_in_z, plate_frames
 from fingerdesign.layout.surface import ContactSurface
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.sizing import MeshSizes, SizeField
@@ -84,7 +85,7 @@ def made(case):
     """A case's design and its mesh, from the cache if it has been made before."""
     keys, symmetric = CASES[case]
     design = design_of(keys)
-    return design, tetrahedralise(design, 3.0, symmetric)
+    return design, tetrahedralise(design, Zone(3.0), symmetric)
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +149,7 @@ def test_edges_at_the_contact_come_out_as_requested():
     a, b, c = (mesh.points[inner[:, i]] for i in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).mean()
     mean = np.sqrt(4.0 * area / np.sqrt(3.0))
-    requested = MeshSizes.of(design, 3.0).contact
+    requested = MeshSizes.of(design, Zone(3.0)).contact
     # Finer than [mesh] says: five facets on its half-width.
     assert requested == pytest.approx(3.0 / 5.0)
     assert 0.75 * requested < mean < 1.25 * requested
@@ -159,7 +160,7 @@ def test_sizes_that_ask_for_millions_of_elements_are_refused_at_once():
         'design.name="t"\nplates.count=0\nmesh.contact_size_mm=0.01\nmesh.gradation=0.05'
     )
     with pytest.raises(MeshError, match=r"tetrahedra, more than .* raise mesh\.contact_size_mm"):
-        tetrahedralise(design, 3.0, use_cache=False)
+        tetrahedralise(design, Zone(3.0), use_cache=False)
 
 
 def test_a_mesh_many_times_finer_than_requested_is_refused(monkeypatch, known_tetrahedra):
@@ -168,7 +169,7 @@ def test_a_mesh_many_times_finer_than_requested_is_refused(monkeypatch, known_te
     monkeypatch.setattr(tetwild, "expected_elements", lambda *arguments: len(good.cells) / 3)
     monkeypatch.setattr(tetwild, "FEW_ELEMENTS", 0)
     with pytest.raises(MeshError, match=r"tetrahedra, and at most \d+ were to be expected"):
-        tetrahedralise(design, 3.0, use_cache=False)
+        tetrahedralise(design, Zone(3.0), use_cache=False)
 
 
 def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(
@@ -176,7 +177,7 @@ def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(
 ):
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     design, _ = known_tetrahedra
-    first = tetrahedralise(design, 3.0)
+    first = tetrahedralise(design, Zone(3.0))
     calls = []
 
     def refuse(*arguments):
@@ -184,16 +185,16 @@ def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(
         raise MeshError("not to be run")
 
     monkeypatch.setattr(tetwild, "run_tetwild", refuse)
-    again = tetrahedralise(design, 3.0)
+    again = tetrahedralise(design, Zone(3.0))
     np.testing.assert_array_equal(first.points, again.points)
     np.testing.assert_array_equal(first.cells, again.cells)
     assert not calls
     with pytest.raises(MeshError):
-        tetrahedralise(design, 2.5)  # another zone is another mesh
+        tetrahedralise(design, Zone(2.5))  # another zone is another mesh
     (kept,) = (tmp_path / "meshes").glob("*.npz")
     kept.write_bytes(kept.read_bytes()[:500])
     with pytest.raises(MeshError):
-        tetrahedralise(design, 3.0)
+        tetrahedralise(design, Zone(3.0))
     assert len(calls) == 2 * design.mesh.attempts
 
 
@@ -210,7 +211,7 @@ def test_a_mesh_that_fails_the_gate_is_made_again_and_then_refused(monkeypatch, 
     bad = Mesh(squashed, good.cells, good.regions, good.facets, "tetwild", True)
     monkeypatch.setattr(tetwild, "finish", lambda *arguments: bad)
     with pytest.raises(MeshError, match=r"in 4 attempts.*attempt 4 \(no plates\): body"):
-        tetrahedralise(design, 3.0, use_cache=False)
+        tetrahedralise(design, Zone(3.0), use_cache=False)
     assert len(seen) == 4
     assert len(set(seen)) > 1  # settings change
 
@@ -224,7 +225,7 @@ def test_an_attempt_whose_elements_have_no_volume_is_made_again(monkeypatch, kno
         return good
 
     monkeypatch.setattr(tetwild, "finish", divide)
-    mesh = tetrahedralise(design, 3.0, use_cache=False)
+    mesh = tetrahedralise(design, Zone(3.0), use_cache=False)
     assert mesh.notes["attempts"] == 2
     assert "divide by zero" in str(mesh.notes["failed_attempts"])
 
@@ -236,7 +237,7 @@ def test_a_vanished_plate_is_refused(monkeypatch):
     # At 1.2 times the thickness fTetWild simplifies the plate away.
     monkeypatch.setattr(tetwild, "envelope_mm", lambda *arguments: 0.36)
     with pytest.raises(MeshError, match="no tetrahedral mesh of coarse passed the gate"):
-        tetrahedralise(design, 3.0, use_cache=False)
+        tetrahedralise(design, Zone(3.0), use_cache=False)
 
 
 def test_the_envelope_follows_the_thinnest_part():
@@ -273,7 +274,7 @@ def cube():
 @pytest.fixture
 def field():
     body = parse_design('design.name = "t"\nplates.count = 0').body
-    return SizeField(ContactSurface.of(body), (), MeshSizes(1.0, 1.0, 1.0, 0.5), 3.0)
+    return SizeField(ContactSurface.of(body), (), MeshSizes(1.0, 1.0, 1.0, 0.5), Zone(3.0))
 
 
 def test_unfit_surfaces_are_named(cube):

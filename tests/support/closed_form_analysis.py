@@ -13,6 +13,7 @@ from fingerdesign.analysis.summary import study_summary
 from fingerdesign.checks.load import parse_design
 from fingerdesign.design.schema import Gages
 from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh, quadratic
@@ -225,7 +226,9 @@ def grip_trace(friction, rule=True, mass=200.0):
 
 def finger_mesh(dimension):
     """The section, or half of the finger extruded: coarse, of straight cells, with every plate."""
-    made = mesh_section(DESIGN, 4.0) if dimension == 2 else extrude(DESIGN, 4.0, symmetric=True)
+    made = (
+        mesh_section(DESIGN, 4.0) if dimension == 2 else extrude(DESIGN, Zone(4.0), symmetric=True)
+    )
     corners = made.points[: made.corners.max() + 1]
     points, cells = quadratic(corners, made.corners)
     return Mesh(points, cells, made.regions, {}, "synthetic", symmetric=dimension == 3)

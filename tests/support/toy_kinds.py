@@ -84,7 +84,7 @@ class Slicer(Mesher):
 
     def make(self, design, own, zone, symmetric):
         options = design.mesh.model_copy(update={"layers": own.number})
-        found = extrude(design.model_copy(update={"mesh": options}), zone.half_width, symmetric)
+        found = extrude(design.model_copy(update={"mesh": options}), zone, symmetric)
         return replace(found, mesher="slices")
 
     def why_not(self, design):

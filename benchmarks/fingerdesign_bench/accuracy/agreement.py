@@ -58,11 +58,9 @@ def answer(design: Design) -> Answer:
     zone = zone_of(Case(design), scene)
     start = time.perf_counter()
     if design.mesh.mesher == "extrude":
-        mesh = extrude(design, zone.half_width)
+        mesh = extrude(design, zone)
     else:
-        mesh = tetrahedralise(
-            design, zone.half_width, use_cache=False, zone_half_depth_mm=zone.half_depth
-        )
+        mesh = tetrahedralise(design, zone, use_cache=False)
     seconds = time.perf_counter() - start
     model = condense(design, mesh, zone, scene)
     rigid = object_at_touch(scene.object, design.body)

@@ -30,6 +30,7 @@ from fingerdesign.fem.system import System, assemble_system
 from fingerdesign.fem.trace import ContactTrace, contact_trace
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import surface_of
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude, layer_heights
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh
@@ -190,7 +191,7 @@ def measure_hexahedra(report: Report = lambda message: None, quick: bool = False
 
 def _tetrahedra(design: Design, size: float, mixed: bool) -> HexPoint:
     layered = with_values(design, {"mesh.layers": _layers(size)})
-    mesh = extrude(layered, ZONE, True, _sizes(size))
+    mesh = extrude(layered, Zone(ZONE), True, _sizes(size))
     start = time.perf_counter()
     young, poisson = _materials(design, mesh)
     system = assemble_system(

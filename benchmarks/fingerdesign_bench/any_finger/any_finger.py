@@ -16,6 +16,7 @@ from typing import Any
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.layout.gaps import layered
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.cache import FORMAT
 from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Report
@@ -157,7 +158,7 @@ def extrude_straight(number: int) -> list[Record]:
             continue
         design = parse_design(tomlkit.dumps(random_design(seed)))
         if layered(design):
-            mesh = extrude(design, 0.25 * design.body.width_mm, mirrors_in_z(design))
+            mesh = extrude(design, Zone(0.25 * design.body.width_mm), mirrors_in_z(design))
             report = assess(mesh, design)
             least, body = report.min_dihedral_deg, report.body_volume_error
             found.append({"seed": seed, "min_dihedral_deg": least, "body_volume_error": body})

@@ -26,13 +26,7 @@ def mesh_one(seed: int) -> dict[str, Any]:
     zone = candidate_zone(design, SceneObject(), 0.02 * design.body.base_height_mm)
     start = time.perf_counter()
     try:
-        mesh = tetrahedralise(
-            design,
-            zone.half_width,
-            mirrors_in_z(design),
-            use_cache=False,
-            zone_half_depth_mm=zone.half_depth,
-        )
+        mesh = tetrahedralise(design, zone, mirrors_in_z(design), use_cache=False)
     except FingerDesignError as error:
         record |= {"status": "refused", "reason": f"{type(error).__name__}: {error}"}
         record["seconds"] = round(time.perf_counter() - start, 2)

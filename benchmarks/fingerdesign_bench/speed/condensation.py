@@ -12,6 +12,7 @@ from fingerdesign.checks.load import load_design, parse_design, with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.model import build_model
+from fingerdesign.layout.zone import Zone
 from fingerdesign_bench.check import Check
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ def cost_checks(repeats: int = 3) -> list[Check]:
     from fingerdesign.mesh.section.extrude import extrude
 
     design = parse_design(LARGE)
-    mesh = extrude(design, _ZONE)
+    mesh = extrude(design, Zone(_ZONE))
     alone, condense, whole, rates = [], [], [], []
     operations = plain = float("nan")
     for _ in range(repeats):
@@ -119,7 +120,7 @@ def condensation_checks() -> list[Check]:
     coarse = with_values(design, {"mesh.mesher": "extrude", "mesh.layers": 6})
     return [
         *exactness_checks(design, mesh_section(design, 3.0), 3.0, "plane strain"),
-        *exactness_checks(coarse, extrude(coarse, 3.0), 3.0, "3-D"),
+        *exactness_checks(coarse, extrude(coarse, Zone(3.0)), 3.0, "3-D"),
         *cost_checks(),
     ]
 

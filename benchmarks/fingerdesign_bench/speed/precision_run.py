@@ -22,7 +22,7 @@ from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import crest_height
-from fingerdesign.layout.zone import candidate_zone
+from fingerdesign.layout.zone import Zone, candidate_zone
 from fingerdesign.shapes.objects import Plane
 
 if TYPE_CHECKING:
@@ -174,10 +174,10 @@ def _mesh(method: Method, design: Design, zone: float) -> Mesh:
     if method.kind == "extruded":
         from fingerdesign.mesh.section.extrude import extrude
 
-        return extrude(design, zone)
+        return extrude(design, Zone(zone))
     from fingerdesign.mesh.tetra.tetwild import tetrahedralise
 
-    return tetrahedralise(design, zone, use_cache=False)
+    return tetrahedralise(design, Zone(zone), use_cache=False)
 
 
 def _geometry_seconds(design: Design) -> float:

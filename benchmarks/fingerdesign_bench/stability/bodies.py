@@ -13,6 +13,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.model import build_model
 from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh, quadratic
@@ -84,7 +85,7 @@ class HardBody:
         """The reduced model and the height of its crest, mm."""
         design = self.parsed()
         if self.solid:
-            mesh = extrude(design, self.zone, self.symmetric)
+            mesh = extrude(design, Zone(self.zone), self.symmetric)
         else:
             mesh = mesh_section(design, self.zone)
         if self.distortion:

@@ -195,7 +195,7 @@ def _mesh(design: Design, model: Model, zone: Zone, symmetric: bool) -> Mesh:
     if model.dimension == "plane strain":
         return mesh_section(design, zone.half_width, sizes)
     if mesher_name(design) == "extrude":
-        return extrude(design, zone.half_width, symmetric, sizes)
+        return extrude(design, zone, symmetric, sizes)
     return make_mesh(design, "3d", zone, symmetric)
 
 

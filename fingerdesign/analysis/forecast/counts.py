@@ -15,7 +15,7 @@ from fingerdesign.mesh.cache import kept_mesh_file, load_mesh, mesh_key
 from fingerdesign.mesh.files.imported import imported_mesh
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.mesh.section.extrude import distinct, graded_heights, layer_heights, tallest_layer
-from fingerdesign.mesh.section.section import extruded_sizes, section_sizes
+from fingerdesign.mesh.section.section import extruded_sizes, inner_of, section_sizes
 from fingerdesign.mesh.sizing import MeshSizes
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def _extruded(case: Case, zone: Zone) -> Counts:
     design = case.design
     frames = plate_frames(design) if design.plates.model != "none" else ()
     sizes = extruded_sizes(design, zone.half_width)
-    plan = count_section(design, zone.half_width, sizes, frames)
+    plan = count_section(design, zone.half_width, sizes, frames, inner_of(design, zone))
     heights = _heights(case, plan.least_size)
     layers = (len(heights) - 1) * (1 if case.symmetric or not mirrors_in_z(design) else 2)
     deep = zone.half_depth if zone.half_depth is not None else np.inf
@@ -139,8 +139,7 @@ def _heights(case: Case, least_size: float) -> Array:
 
 def _space(case: Case, zone: Zone) -> Counts:
     design = case.design
-    sizes = MeshSizes.of(design, zone.half_width, zone.half_depth)
-    key = mesh_key(design, sizes, (zone.half_width, zone.half_depth), case.symmetric)
+    key = mesh_key(design, MeshSizes.of(design, zone), zone, case.symmetric)
     own = mesher_name(design) == "tetwild"  # the only one whose meshes are kept
     kept = load_mesh(key) if own and kept_mesh_file(key).is_file() else None
     if kept is not None:

@@ -17,7 +17,7 @@ from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.gaps import not_a_sheet
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.mesh.section.outline import Outline
-from fingerdesign.mesh.section.section import section_frames, section_outline
+from fingerdesign.mesh.section.section import Inner, section_frames, section_outline
 from fingerdesign.mesh.sizing import MeshSizes, SizeField, elements_within, expected_elements
 from fingerdesign.mesh.tetra.slots import THICK, sized_frames
 from fingerdesign.mesh.tetra.tetwild import size_field
@@ -45,9 +45,8 @@ MADE_AT_CONTACT = 0.68
 def count_space(design: Design, zone: Zone, symmetric: bool) -> tuple[float, float]:
     """Tetrahedra, and nodes of the candidate facets, that ``tetrahedralise``'s mesh of a finger, or
     of its half z >= 0, is expected to have."""
-    sizes = MeshSizes.of(design, zone.half_width, zone.half_depth)
     frames = _sized(design, symmetric)
-    field = size_field(design, frames, sizes, zone.half_width, zone.half_depth)
+    field = size_field(design, frames, MeshSizes.of(design, zone), zone)
     low, high = field.box(design.body, symmetric)
     holes = any(frame.holes for frame in frames)
     made = MADE_WITH_HOLES if holes else MADE
@@ -70,11 +69,12 @@ def _sized(design: Design, symmetric: bool) -> tuple[PlateFrame, ...]:
 
 def _contact_nodes(field: SizeField, low: Array, high: Array) -> float:
     """Nodes of the candidate facets."""
-    first = np.array([max(low[0], -field.zone_half_width), low[2]])
-    last = np.array([min(high[0], field.zone_half_width), high[2]])
-    if field.zone_half_depth is not None:
-        first[1] = max(low[2], -field.zone_half_depth)
-        last[1] = min(high[2], field.zone_half_depth)
+    zone = field.zone
+    first = np.array([max(low[0], -zone.half_width), low[2]])
+    last = np.array([min(high[0], zone.half_width), high[2]])
+    if zone.half_depth is not None:
+        first[1] = max(low[2], -zone.half_depth)
+        last[1] = min(high[2], zone.half_depth)
     share = (np.arange(24) + 0.5) / 24
     x, z = np.meshgrid(*(first[k] + (last[k] - first[k]) * share for k in range(2)))
     x, z = x.reshape(-1), z.reshape(-1)
@@ -136,14 +136,15 @@ def count_section(
     zone_half_width: float,
     sizes: SectionMesh,
     frames: tuple[PlateFrame, ...] | None = None,
+    inner: Inner | None = None,
 ) -> SectionCount:
     """Expected size of ``mesh_section``'s mesh of a parametric body; see MADE for how well.
 
     zone_half_width: of the contact candidates, mm; frames: the plates that are drawn, by default
-    those that z = 0 cuts.
+    those that z = 0 cuts; inner: see ``mesh_section``.
     """
     frames = section_frames(design) if frames is None else frames
-    outline = section_outline(design, zone_half_width, sizes, frames)
+    outline = section_outline(design, zone_half_width, sizes, frames, inner)
     field = SectionSize(outline)
     inside = _section_integral(design.body, field)
     for frame in frames if design.plates.model == "solid" else ():

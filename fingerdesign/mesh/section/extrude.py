@@ -27,6 +27,7 @@ from fingerdesign.mesh.measures import cell_angles, oriented
 from fingerdesign.mesh.section.section import (
     bend_faces,
     extruded_sizes,
+    inner_of,
     mesh_section,
     onto_surface,
     sheet_room_faults,
@@ -105,7 +106,7 @@ def least_dihedral(points: Array, triangles: IntArray, height: float) -> float:
 
 
 def extrude(
-    design: Design, zone_half_width: float, symmetric: bool = True, sizes: SectionMesh | None = None
+    design: Design, zone: Zone, symmetric: bool = True, sizes: SectionMesh | None = None
 ) -> Mesh:
     """Quadratic tetrahedra of a finger swept through layers, or of its half z >= 0.
 
@@ -123,9 +124,8 @@ def extrude(
         )
     frames = plate_frames(design) if design.plates.model != "none" else ()
     sheets = frames if design.plates.model == "sheet" else ()
-    section = mesh_section(
-        design, zone_half_width, sizes or extruded_sizes(design, zone_half_width), frames
-    )
+    flat_sizes = sizes or extruded_sizes(design, zone.half_width)
+    section = mesh_section(design, zone.half_width, flat_sizes, frames, inner_of(design, zone))
     parts = _reaches(design, frames)
     drawn, drawn_regions = _drawn(section, sheets, parts)
     used, triangles = np.unique(drawn, return_inverse=True)
@@ -265,7 +265,7 @@ class Extruder(Mesher):
     elements_from = "netgen's size field integrated over the section, times the layers"
 
     def make(self, design: Design, own: None, zone: Zone, symmetric: bool) -> Mesh:
-        return extrude(design, zone.half_width, symmetric)
+        return extrude(design, zone, symmetric)
 
     def why_not(self, design: Design) -> str | None:
         why = not_sweepable(design)

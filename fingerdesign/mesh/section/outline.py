@@ -69,8 +69,25 @@ def core_box(body: Body, region: int) -> CoreBox | None:
     return CoreBox(0.5 * core.width_mm, core.bottom_mm, top, BODY + region)
 
 
-def body_outline(body: Body, zone: float, sizes: SectionMesh, core: CoreBox | None) -> Outline:
-    """A parametric body and its core, fine over |x| <= ``zone`` (mm) on the contact surface."""
+@dataclass(frozen=True)
+class ContactSizes:
+    """Edges on the contact surface, mm: ``sizes[k]`` over |x| <= ``reaches[k]``, both ascending;
+    ``far`` beyond."""
+
+    reaches: tuple[float, ...]
+    sizes: tuple[float, ...]
+    far: float
+
+    def at(self, x: float) -> float:
+        """The edge length at |x|, mm."""
+        found = (size for reach, size in zip(self.reaches, self.sizes, strict=True) if x <= reach)
+        return next(found, self.far)
+
+
+def body_outline(
+    body: Body, contact: ContactSizes, sizes: SectionMesh, core: CoreBox | None
+) -> Outline:
+    """A parametric body and its core, fine at the contact."""
     outline = Outline(sizes.far_size_mm, sizes.gradation)
     profile = profile_of(body)
     half, side = profile.half_width, profile.side_height
@@ -83,22 +100,19 @@ def body_outline(body: Body, zone: float, sizes: SectionMesh, core: CoreBox | No
         outline.curve([numbers[a], numbers[b]], domain, 0, sizes.far_size_mm)
     if core is not None:
         _add_core(outline, numbers, core, half, sizes)
-    pieces = [
-        part
-        for piece in profile.pieces
-        if piece.length > _LEAST_LENGTH
-        for part in _cut(piece, zone, sizes.contact_size_mm)
-    ]
+    pieces = [piece for piece in profile.pieces if piece.length > _LEAST_LENGTH]
+    for reach, size in zip(contact.reaches, contact.sizes, strict=True):
+        pieces = [part for piece in pieces for part in _cut(piece, reach, size)]
     ends = [numbers[half, side]]
     ends += [outline.point(*piece.start) for piece in pieces[::-1]]
     for pair, piece in zip(pairwise(ends), pieces[::-1], strict=True):
-        _add_piece(outline, pair, piece, 1.0, zone, sizes)
+        _add_piece(outline, pair, piece, 1.0, contact)
     start = ends[-1]
     for number, piece in enumerate(pieces):
         last = number == len(pieces) - 1
         x, y = piece.end
         end = numbers[-half, side] if last else outline.point(-x, y)
-        _add_piece(outline, (start, end), piece, -1.0, zone, sizes)
+        _add_piece(outline, (start, end), piece, -1.0, contact)
         start = end
     return outline
 
@@ -159,12 +173,10 @@ def _add_piece(
     ends: tuple[int, int],
     piece: Piece,
     side: float,
-    zone: float,
-    sizes: SectionMesh,
+    contact: ContactSizes,
 ) -> None:
     """A piece of the contact surface, on the right (side 1) or mirrored (-1)."""
-    inside = 0.5 * (piece.start[0] + piece.end[0]) <= zone
-    size = sizes.contact_size_mm if inside else sizes.far_size_mm
+    size = contact.at(0.5 * (piece.start[0] + piece.end[0]))
     if not piece.radius:
         outline.curve(list(ends), BODY, 0, size)
         return

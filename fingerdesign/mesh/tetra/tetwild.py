@@ -175,14 +175,9 @@ class Gate:
 
 
 def tetrahedralise(
-    design: Design,
-    zone_half_width_mm: float,
-    symmetric: bool = True,
-    use_cache: bool = True,
-    zone_half_depth_mm: float | None = None,
+    design: Design, zone: Zone, symmetric: bool = True, use_cache: bool = True
 ) -> Mesh:
-    """Mesh a finger (or its half z >= 0) with quadratic tetrahedra, fine at |x| <= zone half width
-    and, where given, |z| <= zone half depth.
+    """Mesh a finger (or its half z >= 0) with quadratic tetrahedra, fine in a zone of contact.
 
     Meshes that passed the gate are kept by content
     and returned again unless ``use_cache`` is False. MeshError when no attempt passes,
@@ -191,8 +186,7 @@ def tetrahedralise(
     faults = tetwild_faults(design, symmetric)
     if faults:
         raise DesignError(faults, design.design.name)
-    zone = (zone_half_width_mm, zone_half_depth_mm)
-    sizes = MeshSizes.of(design, *zone)
+    sizes = MeshSizes.of(design, zone)
     key = mesh_key(design, sizes, zone, symmetric)
     kept = load_mesh(key) if use_cache else None
     if kept is not None and not Gate().faults(assess(kept, design)):
@@ -231,12 +225,12 @@ def _attempted(
     way: PlateWay,
     attempt: Attempt,
     sizes: MeshSizes,
-    zone: tuple[float, float | None],
+    zone: Zone,
     symmetric: bool,
 ) -> Mesh:
     """One try: CAD, fTetWild, and what follows. MeshError says what failed."""
     scaled = sizes.scaled(attempt.size_factor)
-    field = size_field(design, way.sized, scaled, *zone)
+    field = size_field(design, way.sized, scaled, zone)
     expected = _expected(design, field, symmetric)
     most = max(int(MOST_ELEMENTS_RATIO * expected), FEW_ELEMENTS)
     parts, outside = finger_triangles(design, chord_mm(design.body), symmetric, way.meshed)
@@ -273,15 +267,11 @@ def chord_mm(body: Body) -> float:
 
 
 def size_field(
-    design: Design,
-    frames: tuple[PlateFrame, ...],
-    sizes: MeshSizes,
-    zone_half_width: float,
-    zone_half_depth: float | None = None,
+    design: Design, frames: tuple[PlateFrame, ...], sizes: MeshSizes, zone: Zone
 ) -> SizeField:
     """The size field to ask fTetWild for, so that edges at the contact come out as ``sizes``."""
     requested = replace(sizes, contact=sizes.contact / CONTACT_OVERSHOOT)
-    return SizeField(surface_of(design.body), frames, requested, zone_half_width, zone_half_depth)
+    return SizeField(surface_of(design.body), frames, requested, zone)
 
 
 def _expected(design: Design, field: SizeField, symmetric: bool) -> float:
@@ -320,8 +310,7 @@ class TetWild(Mesher):
     elements_from = "fTetWild's size field integrated over the body"
 
     def make(self, design: Design, own: None, zone: Zone, symmetric: bool) -> Mesh:
-        half_depth = zone.half_depth
-        return tetrahedralise(design, zone.half_width, symmetric, zone_half_depth_mm=half_depth)
+        return tetrahedralise(design, zone, symmetric)
 
     def refusals(self, design: Design, symmetric: bool) -> list[Fault]:
         return tetwild_faults(design, symmetric)
