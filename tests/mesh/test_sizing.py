@@ -10,6 +10,7 @@ from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import cell_volumes
+from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import extruded_sizes, section_sizes
 from fingerdesign.mesh.sizing import (
     END_GRADATION,
@@ -130,3 +131,20 @@ def test_sections_too_are_as_fine_as_a_small_contact_needs():
     assert section_sizes(design, 4.0) == design.mesh.section
     assert extruded_sizes(design, 1.0).contact_size_mm == MeshSizes.of(design, Zone(1.0)).contact
     assert extruded_sizes(design, 4.0).contact_size_mm == 0.4
+
+
+def test_facets_are_finest_where_the_path_reaches():
+    """Swept: 0.3 of what is said over the path's zone, the said size beyond; fTetWild: 1.4 times
+    as long beyond."""
+    design = parse_design('design.name = "t"\nplates.count = 0\n[mesh]\nlayers = 2\n')
+    zone = Zone(6.0, inner=2.5)
+    mesh = extrude(design, zone)
+    corners = mesh.points[mesh.facets["contact"][:, :3]]
+    across, middle = np.ptp(corners[..., 0], axis=1), np.abs(corners[..., 0]).mean(axis=1)
+    said = design.mesh.contact_size_mm
+    assert across[middle < 2.3].mean() == pytest.approx(0.3 * said, rel=0.1)
+    assert across[(middle > 3.5) & (middle < 5.5)].mean() == pytest.approx(said, rel=0.2)
+    field = SizeField(ContactSurface.of(design.body), (), MeshSizes.of(design, zone), zone)
+    x = np.array([0.0, 2.4, 4.0, 5.9])
+    top = np.column_stack([x, field.surface.height(x, 0.0 * x)])
+    assert field(top) * np.sqrt(2.0) / said == pytest.approx([1.0, 1.0, 1.4, 1.4], rel=1e-3)
