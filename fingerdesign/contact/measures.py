@@ -13,7 +13,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.increment import Increment
-from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
+from fingerdesign.contact.laws import SLIP, lengths
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.reduced import ReducedModel
 
@@ -63,7 +63,7 @@ def measure(problem: ContactProblem, increment: Increment) -> Measures:
     inner = ~model.free_end
     touching = increment.multiplier[:, 0] > 0.0
     travelled = increment.state.travelled[touching]
-    status = increment.status
+    opened, stuck, slipping = np.bincount(increment.status, minlength=3)
     force_z, twist_moment = _out_of_section(model, increment.force)
     return Measures(
         normal_force=float(-force[1]) + 0.0,  # no minus zero
@@ -73,9 +73,9 @@ def measure(problem: ContactProblem, increment: Increment) -> Measures:
         contact_width=contact_width,
         stick_width=stick_width,
         peak_pressure=float(pressure[inner].max(initial=0.0)),
-        open_nodes=int((status == OPEN).sum()),
-        stick_nodes=int((status == STICK).sum()),
-        slip_nodes=int((status == SLIP).sum()),
+        open_nodes=int(opened),
+        stick_nodes=int(stuck),
+        slip_nodes=int(slipping),
         slip_distance=float(travelled.min()) if touching.any() else 0.0,
         gages=model.gage_strain(increment.force),
         points=model.point_strain(increment.force),
@@ -129,32 +129,28 @@ def _border_compliances(problem: ContactProblem) -> tuple[Array, Array]:
 
 
 def _positive_fraction(values: Array) -> Array:
-    """Part of each simplex (f, k) where the linear field with these corner values is > 0.
+    """Part of each line or triangle (f, k) where the linear field with these corner values is > 0.
 
     >>> _positive_fraction(np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 0.0]])).tolist()
     [0.5, 1.0, 0.0]
     >>> _positive_fraction(np.array([[1.0, -1.0, -1.0], [1.0, 1.0, -1.0]])).tolist()
     [0.25, 0.75]
     """
-    corners = values.shape[1]
-    if corners == 2:
+    if values.shape[1] == 2:
         high = np.maximum(np.maximum(values[:, 0], values[:, 1]), 0.0)
         span = high - np.minimum(np.minimum(values[:, 0], values[:, 1]), 0.0)
         return np.asarray(np.divide(high, span, out=np.zeros(len(values)), where=span > 0.0))
     positive = values > 0.0
     count = np.einsum("fk->f", positive.view(np.int8))  # a sum along rows is slow
-    fraction = (count == corners).astype(float)
-    # One corner on its own side: a small simplex similar to the whole is cut off there.
-    for lone_positive in (True, False):
-        mixed = (count == (1 if lone_positive else corners - 1)) & (count > 0) & (count < corners)
-        rows = np.flatnonzero(mixed)
-        if not len(rows):
-            continue
-        lone = np.argmax(positive[rows] == lone_positive, axis=1)
-        own = values[rows, lone][:, None]
-        others = values[rows][np.arange(corners)[None, :] != lone[:, None]].reshape(len(rows), -1)
-        cut = np.prod(own / (own - others), axis=1)
-        fraction[rows] = cut if lone_positive else 1.0 - cut
+    fraction = (count == 3).astype(float)
+    # One corner on its own side: a small triangle similar to the whole is cut off there.
+    rows = np.flatnonzero((count == 1) | (count == 2))
+    lone_positive = count[rows] == 1
+    lone = np.argmax(positive[rows] == lone_positive[:, None], axis=1)
+    mixed = values[rows[:, None], (lone[:, None] + np.arange(3)) % 3]  # the lone one first
+    own = mixed[:, :1]
+    cut = np.prod(own / (own - mixed[:, 1:]), axis=1)
+    fraction[rows] = np.where(lone_positive, cut, 1.0 - cut)
     return np.asarray(fraction)
 
 

@@ -45,12 +45,12 @@ Room = Callable[..., Array]  # of a shape (and dtype): unwritten memory, as from
 class Rooms:
     """Memory for arrays up to ``most``^2 that are made again and again, each from the one before.
 
-    There are three, in turn: an array stands until the third call after its own. What is freed and
-    made anew is fetched page by page from the system, which takes as long as filling it.
+    Given out in turn: an array stands until ``count`` calls after its own. What is freed and made
+    anew is fetched page by page from the system, which takes as long as filling it.
     """
 
-    def __init__(self, most: int) -> None:
-        self._next, self._rooms = 0, [np.empty(most * most) for _ in range(3)]
+    def __init__(self, most: int, count: int) -> None:
+        self._next, self._rooms = 0, [np.empty(most * most) for _ in range(count)]
 
     def __call__(self, shape: tuple[int, int], dtype: type[np.floating] = np.float64) -> Array:
         self._next = (self._next + 1) % len(self._rooms)

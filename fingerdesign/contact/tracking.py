@@ -95,7 +95,8 @@ class Tracker:
         self._half = compliance.T
         self._rho = _FACTOR / self_compliance
         self._length = float(np.median(self_compliance))
-        self._rooms, self._spare = Rooms(len(compliance)), Rooms(len(compliance))
+        most = len(compliance)
+        self._inverses, self._systems = Rooms(most, 2), Rooms(most, 3)
         self.base: Base | None = None
         self._system: System | None = None
         self.known: Known | None = None
@@ -110,9 +111,9 @@ class Tracker:
             before = known.yielded
         elif known is not None and slip is known.slip:
             before = known.before
-        ahead = np.where((status == OPEN)[:, None], yielded - before, 0.0)
-        sliding = status == SLIP
-        ahead[sliding, 1:] = motion[sliding, 1:]
+        ahead = (yielded - before) * (status == OPEN)[:, None]
+        sliding = (status == SLIP).nonzero()[0]
+        ahead[sliding, 1:] = motion.take(sliding, 0)[:, 1:]
         largest = float(found.multiplier[:, 0].max())
         self.known = Known(
             found.multiplier, yielded, status, ahead, change, slip, after, before, largest
@@ -213,7 +214,7 @@ class Tracker:
         if base is None:
             inverse = ActiveInverse.of(self.compliance, nodes, dim)
         else:
-            inverse = base.active.moved_to(self.compliance, nodes, dim, self._rooms)
+            inverse = base.active.moved_to(self.compliance, nodes, dim, self._inverses)
         self.base, self._system = Base(inverse, len(gap)), None
         return self.base
 
@@ -243,7 +244,7 @@ class Tracker:
         if small or most or np.count_nonzero(astray) > _STRAY:
             needed[:] = True
         nodes = needed.nonzero()[0]
-        self._system = System(base.inverse, nodes, rho, self.friction, self._spare)
+        self._system = System(base.inverse, nodes, rho, self.friction, self._systems)
         return self._system
 
     def _whole(

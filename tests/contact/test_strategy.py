@@ -17,6 +17,7 @@ from fingerdesign.contact.laws import OPEN, SLIP, natural_residual
 from fingerdesign.contact.newton import (
     ActiveInverse,
     NewtonResult,
+    Rooms,
     classify,
     dofs_of,
     inverse_of,
@@ -161,13 +162,14 @@ def compliance_of(nodes, dim, seed=0):
     return root @ root.T / nodes + 0.2 * np.eye(nodes * dim)
 
 
+@pytest.mark.parametrize("room", [np.empty, Rooms(36, 2)])
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("goal", [[0, 1, 2, 3, 4], [1, 2, 3, 9], [5, 6, 7], [0, 1, 2, 3, 4, 8]])
-def test_moved_inverse_equals_a_new_one(dim, goal):
+def test_moved_inverse_equals_a_new_one(dim, goal, room):
     compliance = compliance_of(12, dim)
     inverse = ActiveInverse.of(compliance, np.arange(5), dim)
     for nodes in (np.array([0, 1, 2, 3]), np.array([0, 2, 3, 4, 6]), np.array(goal)):
-        inverse = inverse.moved_to(compliance, nodes, dim)
+        inverse = inverse.moved_to(compliance, nodes, dim, room)
         assert set(inverse.nodes.tolist()) == set(nodes.tolist())
         dofs = dofs_of(inverse.nodes, dim)
         product = inverse.inverse @ compliance[np.ix_(dofs, dofs)]
@@ -180,9 +182,9 @@ def test_an_inverse_carried_far_stays_at_rounding():
     place = (x + 1j * y).reshape(-1) - 5.5 - 5.5j
     place = place[np.argsort(np.abs(place), kind="stable")]
     compliance = -np.log(np.abs(place[:, None] - place) / 40.0 + 0.008)
-    inverse = ActiveInverse.of(compliance, np.arange(10), 1)
+    inverse, room = ActiveInverse.of(compliance, np.arange(10), 1), Rooms(144, 2)
     for count in range(14, 145, 8):
-        inverse = inverse.moved_to(compliance, np.arange(count), 1)
+        inverse = inverse.moved_to(compliance, np.arange(count), 1, room)
     product = inverse.inverse @ compliance[:count, :count]
     assert np.abs(product - np.eye(count)).max() < 1e-12
 
