@@ -50,6 +50,9 @@ class MeshOptions(Table):
         description="auto (by the body's Poisson's ratio) | P2 | mixed (with a pressure) | P1",
     )
     layers: int = bounded(8, 1, 200, "extruded layers in half the depth")
+    layer_growth: float = bounded(
+        1.15, 0.5, 2, "a layer's height over the next one's toward the end; < 1: thinnest at z = 0"
+    )
     time_limit_s: float = bounded(120.0, 1, 36_000, "for one attempt of the mesher")
     attempts: int = bounded(4, 1, 20, "before the mesher gives up")
     section: SectionMesh = Field(default_factory=SectionMesh)

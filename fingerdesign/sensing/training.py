@@ -22,7 +22,7 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.progress import Report
 from fingerdesign.runtime.registry import CONTROLLERS, own_values
-from fingerdesign.sensing.model import CONTACT_SIZE_MM, FIDELITIES, LAYERS, grip_problem
+from fingerdesign.sensing.model import CONTACT_SIZE_MM, FIDELITIES, MESHED, grip_problem
 from fingerdesign.sensing.teach import Settings, TrainingResult, teach
 from fingerdesign.version import __version__
 
@@ -82,7 +82,7 @@ def training_key(design: Design, settings: Settings, fidelity: str = "plane-stra
         content_digest(design.mesh if solid else design.mesh.section),
         asdict(settings),
         grip.bench_friction_coefficient,
-        *([fidelity, CONTACT_SIZE_MM[fidelity], LAYERS] if solid else []),
+        *([fidelity, CONTACT_SIZE_MM[fidelity], MESHED] if solid else []),
     ]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 

@@ -30,7 +30,7 @@ from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.sensing.model import (
     CONTACT_SIZE_MM,
-    LAYERS,
+    MESHED,
     grip_problem,
     model_data,
     opposite_problem,
@@ -220,7 +220,7 @@ def study_digest(
     """SHA-256 of all that decides a grip beside its cell, in hexadecimal."""
     shared = {"seed": grid.seed, "hold_s": grid.hold_s, "tug": conditions_data(grid)["tug"]}
     taught = None if estimator is None else estimator.to_json()
-    model = [fidelity, CONTACT_SIZE_MM[fidelity], LAYERS]
+    model = [fidelity, CONTACT_SIZE_MM[fidelity], MESHED]
     parts = [design.digest(), __version__, shared, model, taught]
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 

@@ -26,7 +26,7 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError, closed, json_text
 from fingerdesign.report.page import sentences
 from fingerdesign.runtime.journal import Journal
-from fingerdesign.sensing.model import LAYERS, model_data
+from fingerdesign.sensing.model import MESHED, model_data
 from fingerdesign.trials.bench import GOOD_AMPLIFIER, Cell, ControlGrid, refuse
 from fingerdesign.trials.run import VARIED, grip_bench
 from fingerdesign.trials.tuning import (
@@ -264,7 +264,7 @@ def _tuning_digest(
     """SHA-256, in hexadecimal, of all that the trials of a tuning depend on."""
     rounds = [asdict(each) for each in budget]
     taught = None if estimator is None else estimator.to_json()
-    model = [model_data(problem), LAYERS]
+    model = [model_data(problem), MESHED]
     parts = [design.digest(), versions()["fingerdesign"], rounds, [*noises], seed, model]
     return hashlib.sha256(json.dumps([*parts, taught]).encode()).hexdigest()
 

@@ -42,7 +42,7 @@ def mesh_of(**body):
     design = Design.model_validate(TABLES | {"body": TABLES["body"] | body})
     section = mesh_section(design, 1.5)
     project = surface_of(design.body).project
-    return design, extruded_hexahedra(section, layer_heights(2.0, 2), project)
+    return design, extruded_hexahedra(section, layer_heights(2.0, 2, 1.15), project)
 
 
 @pytest.fixture(scope="module")

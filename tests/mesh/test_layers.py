@@ -78,17 +78,19 @@ def test_full_plates_give_the_mesh_that_they_gave():
     """A plate as long as the body needs no border, and changes no layer."""
     full = extrude(with_values(DESIGN, {"plates.span_mm": 6.0}), Zone(2.0))
     heights = np.unique(np.round(full.points[np.unique(full.corners), 2], 9))
-    assert heights == pytest.approx(layer_heights(3.0, 3))
+    assert heights == pytest.approx(layer_heights(3.0, 3, 1.15))
 
 
 def test_layers_are_thin_where_plates_end():
-    heights = graded_heights(np.array([0.0, 2.5, 5.0]), np.array([-2.5, 2.5, 5.0]), 0.3)
+    heights = graded_heights(np.array([0.0, 2.5, 5.0]), np.array([-2.5, 2.5, 5.0]), 0.3, 1.15)
     steps, middle = np.diff(heights), 0.5 * (heights[1:] + heights[:-1])
     assert {0.0, 2.5, 5.0} <= set(heights)
     assert (steps > 0.0).all()
     near = np.abs(middle[:, None] - [2.5, 5.0]).min(axis=1)
     assert (np.abs(steps - 0.3 - 0.15 * near) < 0.1).all()
-    assert np.diff(graded_heights(np.array([0.0, 5.0]), np.array([5.0]), 0.3, 0.4)).max() <= 0.4
+    assert (
+        np.diff(graded_heights(np.array([0.0, 5.0]), np.array([5.0]), 0.3, 1.15, 0.4)).max() <= 0.4
+    )
 
 
 def test_borders_that_differ_by_rounding_are_one():

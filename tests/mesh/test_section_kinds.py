@@ -146,14 +146,16 @@ def test_thin_plates_get_lower_layers():
 
 
 def test_layers_stop_growing_at_the_height_given():
-    heights = layer_heights(5.0, 4, 0.8)
+    heights = layer_heights(5.0, 4, 1.15, 0.8)
     steps = np.diff(heights)
     assert heights[0] == 0.0
     assert heights[-1] == pytest.approx(5.0)
     assert steps.max() <= 0.8
     assert (np.diff(steps) < 1e-12).all()
-    assert len(layer_heights(5.0, 4)) == 5
-    assert (np.diff(layer_heights(5.0, 4), 2) < 0).all()  # thin toward the free end
+    assert len(layer_heights(5.0, 4, 1.15)) == 5
+    steps = np.diff(layer_heights(5.0, 4, 1.25))
+    assert steps[:-1] / steps[1:] == pytest.approx(1.25)  # thin toward the free end
+    assert np.diff(layer_heights(5.0, 4, 0.8))[::-1] == pytest.approx(steps)  # toward z = 0
 
 
 def test_the_same_mesh_every_time():

@@ -125,6 +125,17 @@ def test_the_digest_changes_with_the_design_and_with_what_is_requested(job, desi
     assert len(set(found)) == len(found)
 
 
+def test_variants_are_meshed_as_grips_are_but_for_what_the_study_says(job, design):
+    solid = replace(job, fidelity="3d")
+    mesh = solid.case.design.mesh
+    assert (mesh.layers, mesh.layer_growth, mesh.section.gradation) == (4, 0.75, 0.4)
+    said = replace(solid, said=("mesh.layers", "mesh.mesher", "plates.count")).case.design.mesh
+    assert (said.layers, said.mesher) == (design.mesh.layers, design.mesh.mesher)
+    assert (said.layer_growth, said.contact_size_mm) == (0.75, mesh.contact_size_mm)
+    assert solid.digest() != replace(solid, said=("mesh.layers",)).digest()
+    assert replace(job, fidelity="auto").case.design == design
+
+
 def test_what_one_cannot_analyse_is_refused(job):
     scene = parse_scene(SPHERE)
     found = evaluate(replace(job, scene=scene, scene_name="ball"))

@@ -211,7 +211,7 @@ def _tetrahedra(design: Design, size: float, mixed: bool) -> HexPoint:
 
 def _hexahedra(design: Design, size: float, mixed: bool) -> HexPoint:
     section = mesh_section(design, ZONE, _sizes(_COARSER * size))
-    heights = layer_heights(0.5 * design.body.depth_mm, _layers(size))
+    heights = layer_heights(0.5 * design.body.depth_mm, _layers(size), design.mesh.layer_growth)
     mesh = extruded_hexahedra(section, heights, surface_of(design.body).project)
     start = time.perf_counter()
     young, poisson = _materials(design, mesh)

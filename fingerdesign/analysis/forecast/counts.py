@@ -14,7 +14,7 @@ from fingerdesign.layout.frames import mirrors_in_z, plate_frames
 from fingerdesign.mesh.cache import kept_mesh_file, load_mesh, mesh_key
 from fingerdesign.mesh.files.imported import imported_mesh
 from fingerdesign.mesh.make import mesher_name
-from fingerdesign.mesh.section.extrude import distinct, graded_heights, layer_heights, tallest_layer
+from fingerdesign.mesh.section.extrude import layer_borders
 from fingerdesign.mesh.section.section import extruded_sizes, inner_of, section_sizes
 from fingerdesign.mesh.sizing import MeshSizes
 
@@ -119,22 +119,14 @@ def _extruded(case: Case, zone: Zone) -> Counts:
 def _heights(case: Case, least_size: float) -> Array:
     """Layer borders of the extruded model, mm: from z = 0 where the finger mirrors there."""
     design = case.design
-    half = 0.5 * design.body.depth_mm
-    plain = layer_heights(half, design.mesh.layers)
     # The flattest triangles of a section are about half as high as regular ones of the least size.
     flattest = least_size * np.array([[0.0, 0.0], [1.0, 0.0], [0.5, 0.4]])
-    most = tallest_layer(flattest, np.array([[0, 1, 2]]), float(np.diff(plain).max()))
-    plain = layer_heights(half, design.mesh.layers, most)
     frames = plate_frames(design) if design.plates.model != "none" else ()
     ends = [end for frame in frames for end in (frame.low, frame.high)]
     core = design.body.core
     if core is not None and core.depth_mm is not None:
         ends += [-0.5 * core.depth_mm, 0.5 * core.depth_mm]
-    fine = distinct(np.array([-half, half, *ends]))
-    if len(fine) == 2:
-        return plain if mirrors_in_z(design) else np.concatenate([-plain[:0:-1], plain])
-    start = np.array([0.0, *fine[fine > 0.0]]) if mirrors_in_z(design) else fine
-    return graded_heights(start, fine, float(plain[-1] - plain[-2]), most)
+    return layer_borders(design, np.array(ends), flattest, np.array([[0, 1, 2]]))[0]
 
 
 def _space(case: Case, zone: Zone) -> Counts:

@@ -36,37 +36,42 @@ from fingerdesign.mesh.sheets import sheet_facets
 from fingerdesign.mesh.types import Mesh, boundary_facets, core_name, prisms, quadratic
 
 LEAST_DEG = 1.1  # 1 degree is required of extruded layers; snapped nodes may take a little of it
-_GROWTH = 1.15  # from the free end, where the field changes fastest, toward the mid-plane
 _SAME = 1e-9  # mm: borders that are one
 
 
-def layer_heights(half_depth: float, layers: int, most: float = np.inf) -> Array:
-    """Layer borders from z = 0 to the free end, thinning toward it; mm.
+def layer_heights(half_depth: float, layers: int, growth: float, most: float = np.inf) -> Array:
+    """Layer borders from z = 0 to the free end, each layer ``growth`` times as tall as the next one
+    toward the end; mm.
 
-    ``layers`` of them, or more where none may be taller than ``most`` (mm): from the free end they
+    ``layers`` of them, or more where none may be taller than ``most`` (mm): from the thinnest they
     then grow as they would and stop at that height.
     """
-    steps = _GROWTH ** np.arange(layers)
+    steps = max(growth, 1.0 / growth) ** np.arange(float(layers))
     steps *= half_depth / steps.sum()
     if steps[-1] > most:
         grown = np.minimum(steps, most)
         missing = int(np.ceil((half_depth - grown.sum()) / most - 1e-9))
         steps = np.concatenate([grown, np.full(missing, most)])
         steps *= half_depth / steps.sum()
-    return np.asarray(np.concatenate([[0.0], np.cumsum(steps[::-1])]))
+    if growth >= 1.0:
+        steps = steps[::-1]
+    return np.asarray(np.concatenate([[0.0], np.cumsum(steps)]))
 
 
-def graded_heights(borders: Array, fine: Array, first: float, most: float = np.inf) -> Array:
+def graded_heights(
+    borders: Array, fine: Array, first: float, growth: float, most: float = np.inf
+) -> Array:
     """Layer borders that hold all of ``borders``, ascending; mm.
 
     At the heights ``fine`` layers are ``first`` (mm) tall, and grow from there as those of
     layer_heights do, up to ``most``.
     """
     found = [np.array([borders[0]])]
+    rate = max(growth, 1.0 / growth) - 1.0
     for low, high in pairwise(borders):
         place = np.linspace(low, high, 401)
         away = np.abs(place[:, None] - fine[None, :]).min(axis=1)
-        density = 1.0 / np.minimum(first + (_GROWTH - 1.0) * away, most)
+        density = 1.0 / np.minimum(first + rate * away, most)
         total = np.concatenate(
             [[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(place))]
         )
@@ -74,6 +79,28 @@ def graded_heights(borders: Array, fine: Array, first: float, most: float = np.i
         found.append(np.interp(np.linspace(0.0, total[-1], count + 1)[1:], total, place))
         found[-1][-1] = high
     return np.concatenate(found)
+
+
+def layer_borders(
+    design: Design, ends: Array, points: Array, triangles: IntArray
+) -> tuple[Array, float]:
+    """Layer borders from z = 0, or where nothing mirrors there from end to end, and the thinnest
+    layer that is wanted; mm.
+
+    ends: z of the ends of parts; points (n, 2), triangles (t, 3): the section.
+    """
+    half, growth = 0.5 * design.body.depth_mm, design.mesh.layer_growth
+    plain = layer_heights(half, design.mesh.layers, growth)
+    most = tallest_layer(points, triangles, float(np.diff(plain).max()))
+    plain = layer_heights(half, design.mesh.layers, growth, most)
+    first = float(np.diff(plain).min())
+    mirrors = mirrors_in_z(design)
+    found = distinct(np.array([-half, half, *ends]))
+    if len(found) == 2:
+        return (plain if mirrors else np.concatenate([-plain[:0:-1], plain])), first
+    start = np.array([0.0, *found[found > 0.0]]) if mirrors else found
+    fine = found if growth >= 1.0 else np.append(found, 0.0)
+    return graded_heights(start, fine, first, growth, most), first
 
 
 def distinct(values: Array) -> Array:
@@ -138,7 +165,9 @@ def extrude(
     for k, middle in enumerate(0.5 * (heights[1:] + heights[:-1])):
         own = _regions_at(float(middle), drawn_regions, parts, slots)
         kept = triangles[own >= 0] + k * len(flat)
-        tets.append(prisms(kept, kept + len(flat)))
+        # Cut alike, all layers would lean to one side; in turn mirrored, errors are half as large.
+        sides = (kept, kept + len(flat))
+        tets.append(prisms(*sides[:: 1 if k % 2 == 0 else -1]))
         numbers.append(np.repeat(own[own >= 0], 3))
     cells, regions = np.vstack(tets), np.concatenate(numbers)
     if mirrors_in_z(design) and not symmetric:
@@ -167,23 +196,12 @@ def _reaches(design: Design, frames: tuple[PlateFrame, ...]) -> dict[int, tuple[
 def _heights(
     design: Design, reaches: list[tuple[float, float]], points: Array, triangles: IntArray
 ) -> Array:
-    """Layer borders from z = 0, or where nothing mirrors there from end to end; mm.
-
-    Raises MeshError where a layer would be too thin.
-    """
-    half = 0.5 * design.body.depth_mm
-    plain = layer_heights(half, design.mesh.layers)
-    most = tallest_layer(points, triangles, float(np.diff(plain).max()))
-    plain = layer_heights(half, design.mesh.layers, most)
-    fine = distinct(np.array([-half, half, *np.ravel(reaches)]))
-    if len(fine) == 2:
-        return plain if mirrors_in_z(design) else np.concatenate([-plain[:0:-1], plain])
-    first = float(plain[-1] - plain[-2])
-    start = np.array([0.0, *fine[fine > 0.0]]) if mirrors_in_z(design) else fine
-    heights = graded_heights(start, fine, first, most)
+    """Layer borders of a section's mesh, mm. Raises MeshError where a layer would be too thin."""
+    heights, first = layer_borders(design, np.ravel(reaches), points, triangles)
     steps = np.diff(heights)
     thin = int(np.argmin(steps))
-    if steps[thin] < first and least_dihedral(points, triangles, float(steps[thin])) < LEAST_DEG:
+    too_thin = steps[thin] < (1.0 - _SAME) * first
+    if too_thin and least_dihedral(points, triangles, float(steps[thin])) < LEAST_DEG:
         raise MeshError(
             f"parts of {design.design.name} end at z = {heights[thin]:.4g} and "
             f"{heights[thin + 1]:.4g} mm, too near to each other for a layer between: let them end "

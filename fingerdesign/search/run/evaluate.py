@@ -31,6 +31,7 @@ from fingerdesign.search.run.measured import (
 from fingerdesign.search.study.file import Cost
 from fingerdesign.search.study.metrics import METRICS_VERSION
 from fingerdesign.search.study.values import Choice
+from fingerdesign.sensing.model import FIDELITIES, meshed_for_grips
 from fingerdesign.validate.plane_strain import plane_strain_error
 from fingerdesign.version import versions
 
@@ -66,7 +67,8 @@ class Job:
     """What is to be analysed, and what its cost is added up from.
 
     scene None: the fundamental case and the grips of the design's ``[grip]`` table. values: the
-    studied keys, reported in the outcome.
+    studied keys, reported in the outcome. said: the keys that the study gives values, which stay;
+    other sizes of the mesh are those that grips are studied with (sensing/model.py).
     """
 
     name: str
@@ -77,13 +79,17 @@ class Job:
     scene_name: str = "fundamental"
     fidelity: str = "plane-strain"
     tolerance: float = 0.02
+    said: tuple[str, ...] = ()
 
     @property
     def case(self) -> Case:
         """The analysis."""
         scene_name = "" if self.scene is None else self.scene_name
+        design = self.design
+        if self.fidelity in FIDELITIES:
+            design = meshed_for_grips(design, self.fidelity, said=self.said)
         return Case(
-            self.design,
+            design,
             self.scene,
             self.fidelity,
             scene_name,
@@ -99,7 +105,7 @@ class Job:
         The design's name does not count: two studies that meet in a finger share its outcome.
         """
         case = self.case
-        decided = result_digest(_nameless(self.design), case.path_scene, case.requested)
+        decided = result_digest(_nameless(case.design), case.path_scene, case.requested)
         gripped = "" if self.scene is not None else "with grips"
         reported = "\n".join((decided, gripped, f"metrics {METRICS_VERSION}"))
         return hashlib.sha256(reported.encode()).hexdigest()
@@ -199,7 +205,8 @@ def _analysed(job: Job) -> Outcome:
     from fingerdesign.pipeline import run
 
     # Nameless, since another study's job may be given the outcome: its sentences name no design.
-    case = replace(job.case, design=_nameless(job.design))
+    case = job.case
+    case = replace(case, design=_nameless(case.design))
     analysis = run(case)
     result = analysis.result
     reported, unheard = stick_error_of(case, analysis)

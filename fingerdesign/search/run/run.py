@@ -138,6 +138,7 @@ def planned_variant(
             scene_name=name,
             fidelity=table.fidelity,
             tolerance=table.tolerance,
+            said=(*study.fixed, *variant.values),
         )
         for name, scene in scenes.items()
     ]
