@@ -9,8 +9,9 @@ kept. With u what nodes of the base move beyond where f* and w put them,
 
 u is zero at sticking nodes, the slip at sliding ones, free at open ones. Only candidates are solved
 for: nodes that slide or nearly do, and open ones (linearised.py). The first iteration keeps the
-statuses known, so that the factors at hand serve; most of what changes shows after it. No product
-with C is needed before the answer: then one, of the symmetric half, for the certificate.
+statuses known, so that the factors at hand serve, or where the motion turns lets all that is
+closed stick; most of what changes shows after it. No product with C is needed before the answer:
+then one, of the symmetric half, for the certificate.
 
 Where this does not lead to an answer (many changes at once, a singular matrix) there is none, and
 the caller solves anew; what it does give is certified like any other.
