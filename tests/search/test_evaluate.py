@@ -133,6 +133,8 @@ def test_variants_are_meshed_as_grips_are_but_for_what_the_study_says(job, desig
     assert (said.layers, said.mesher) == (design.mesh.layers, design.mesh.mesher)
     assert (said.layer_growth, said.contact_size_mm) == (0.75, mesh.contact_size_mm)
     assert solid.digest() != replace(solid, said=("mesh.layers",)).digest()
+    flat, own = replace(job, fidelity="plane-strain").case.design.mesh.section, design.mesh.section
+    assert (flat.gradation, flat.contact_size_mm) == (0.4, own.contact_size_mm)
     assert replace(job, fidelity="auto").case.design == design
 
 

@@ -87,7 +87,9 @@ class Job:
         scene_name = "" if self.scene is None else self.scene_name
         design = self.design
         if self.fidelity in FIDELITIES:
-            design = meshed_for_grips(design, self.fidelity, said=self.said)
+            # Coarser contact in plane strain moves the peak ratio of maeno2000 by up to a fourth.
+            size = 0.0 if self.fidelity == "plane-strain" else None
+            design = meshed_for_grips(design, self.fidelity, size, self.said)
         return Case(
             design,
             self.scene,
