@@ -14,8 +14,8 @@ the largest, and a variant of a study costs a third less.
 In 3-D a finger that can be swept through layers is: :data:`LAYERS` of them in half its depth, more
 if it is deeper than 10 mm, thinnest in the middle, where gages are. Over twelve states of approach
 and shear at mu = 0.5, against meshes of 156k to 640k equations, forces keep to 0.9 %. Readings, of
-each state's largest, the mean of both faces and one face alone: ``maeno2000`` (84k equations) 2.9
-and 5.4 %, ``sensitive`` (85k; plates 54 times softer) 1.9 and 1.9, ``narrow`` 2.0 and 9.0, ``wide``
+each state's largest, the mean of both faces and one face alone: ``maeno2000`` (84k equations) 2.8
+and 5.7 %, ``sensitive`` (85k; plates 54 times softer) 1.8 and 1.9, ``narrow`` 2.0 and 9.0, ``wide``
 1.7 and 9.6 (four layers: 4.7 and 12.6). Six layers that thin toward the end, in a section
 that coarsens by 0.2, leave 1.4 and 10 % of ``maeno2000`` with 186k equations.
 """
