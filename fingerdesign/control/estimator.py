@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.signals import Sample
+from fingerdesign.control.signals import NormalCalibration, Sample
 from fingerdesign.errors import FingerDesignError
 
 FORMAT = "fingerdesign grip estimator, 2"
@@ -140,6 +140,13 @@ class GripEstimator:
     def at_noise(self, noise: float) -> GripEstimator:
         """The same for a rig with another noise, microstrain: it was taught on all."""
         return replace(self, noise=noise)
+
+    def on_rig(self, normal: NormalCalibration) -> GripEstimator:
+        """The same for a rig that has been pressed without shear: what F_n alone does to its gages
+        is as measured, whatever their gains, the plates' moduli and the cover came out as."""
+        force = normal.normal_force
+        sticking = np.array([self.curves.at(float(each))[1] for each in force])
+        return replace(self, curves=FingerCurves(force, normal.readings, sticking))
 
     @property
     def gages(self) -> int:

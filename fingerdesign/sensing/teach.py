@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ContactState, solve_increment
 from fingerdesign.contact.measures import measure
@@ -341,7 +342,7 @@ def _noisy(
 def fit(inputs: Array, outputs: Array, most_noise: float, seed: int) -> Band:
     """Train one network on features (n, f) and truths (n, 2); its spread is not known yet."""
     center, scale = standard(inputs)
-    with ends_as_meant():
+    with one_thread(), ends_as_meant():
         layers = trained(standardised(inputs, center, scale), outputs, _TEACHING, seed)
     return Band(most_noise, center, scale, layers, np.array([[1.0, 1.0]]))
 

@@ -87,11 +87,13 @@ def training_key(design: Design, settings: Settings, fidelity: str = "plane-stra
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def estimator_faults(design: Design, estimator: GripEstimator) -> list[Fault]:
+def estimator_faults(
+    design: Design, estimator: GripEstimator, fidelity: str | None = None
+) -> list[Fault]:
     """What is wrong with gripping by ``estimator`` on a design: it was taught on another finger.
 
-    Empty where it was taught on this one, at any fidelity, with the same stage travel, number of
-    grips and seed.
+    Empty where it was taught on this one, at this fidelity (None: at any), with the same stage
+    travel, number of grips and seed.
     """
     remedy = "teach it on this design: fingerdesign teach DESIGN"
     wanted, gages = len(gage_array(design)), estimator.gages
@@ -99,7 +101,12 @@ def estimator_faults(design: Design, estimator: GripEstimator) -> list[Fault]:
         value = f"one for {gages} gages"
         return [Fault("--estimator", value, f"one for the design's {wanted} gages", remedy)]
     keys = [training_key(design, settings_of(design), each) for each in FIDELITIES]
-    if estimator.design not in keys:
+    known = dict(zip(keys, FIDELITIES, strict=True))
+    own = known.get(estimator.design)
+    if own is not None and fidelity in FIDELITIES and own != fidelity:
+        where = f"fingerdesign teach DESIGN --fidelity {fidelity}"
+        return [Fault("--estimator", f"taught in {own}", f"one taught in {fidelity}", where)]
+    if own is None:
         value = f"one taught on {estimator.design[:12]}"
         bound = f"one taught on this design ({keys[0][:12]}: its finger, gages and stage)"
         return [Fault("--estimator", value, bound, remedy)]
@@ -132,7 +139,7 @@ def with_estimator(case: Case, report: Report) -> Case:
     """The case with what its regulator grips by, taught on the design where none is given: in 3-D
     where the case is, for one taught in plane strain drops every second object there.
 
-    Raises DesignError for an estimator of another finger.
+    Raises DesignError for an estimator of another finger, or taught at another fidelity.
     """
     if not case.runs_grips or not needs_training(case.design.grip.controller):
         return case
@@ -141,6 +148,6 @@ def with_estimator(case: Case, report: Report) -> Case:
         fidelity = "3d" if case.fidelity == "3d" else "plane-strain"
         found = training_result_for(case.design, report=report, fidelity=fidelity)
         return replace(case, estimator=found.estimator)
-    if faults := estimator_faults(case.design, case.estimator):
+    if faults := estimator_faults(case.design, case.estimator, case.fidelity):
         raise DesignError(faults)
     return case

@@ -136,6 +136,9 @@ def test_an_estimator_reports_and_the_regulator_asks(folder, tmp_path, capsys, s
     design = load_design(folder / "coarse.toml")
     key = training_key(design, settings_of(design))
     path.write_text(GripEstimator(key, curves, 0.5, (band,)).to_json())
+    solid = ["grip", str(folder / "coarse.toml"), "--controller", "regulator", "--fidelity", "3d"]
+    refused = said(*solid, "--estimator", path, "--out", tmp_path / "solid", code=2).err
+    assert "--estimator = taught in plane-strain: must be one taught in 3d" in refused
     assert run(folder, out, "--estimator", str(path), "--controller", "regulator", "--quiet") == 0
     with (out / "coarse/replay.csv").open() as file:
         rows = list(csv.DictReader(file))

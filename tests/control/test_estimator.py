@@ -130,6 +130,9 @@ class Teller:
         used = min(now.tangential_force / (self.friction * now.normal_force), 1.0)
         return Estimated(self.stick, used, 0.02)
 
+    def on_rig(self, normal):
+        return self
+
 
 def grip(teller, steps=60, lifted_at=None):
     """Forces of a finger that never slips, 10 N/mm in shear and 30 N/mm in pressing."""
@@ -173,3 +176,15 @@ def test_a_lifted_object_is_held_and_a_tug_is_answered():
     answer = regulator.command(tugged)
     assert answer.dy > 0.0
     assert answer.dx == 0.0
+
+
+def test_on_a_rig_what_it_measured_is_taken_for_what_it_was_taught():
+    """Gains of 2 on the gages: pressed alone, the finger feels as it did where it was taught."""
+    normal = NormalCalibration(np.array([0.0, 0.5, 2.0]), 2.0 * CURVES.pressed[[0, 0, 2]])
+    normal.readings[1] = CURVES.at(0.5)[0] * 2.0
+    rig = estimator().on_rig(normal)
+    pressed = [moment(0.5, 0.0, readings=[1.0, 2.0, 3.0]), moment(2.0, 0.0, readings=[4, 8, 12])]
+    taught = [moment(0.5, 0.0, readings=CURVES.at(0.5)[0]), moment(2.0, 0.0, readings=[2, 4, 6])]
+    expected = features(taught, CURVES, 0.5)
+    assert features(pressed, rig.curves, 0.5) == pytest.approx(expected, abs=1e-12)
+    np.testing.assert_allclose(rig.curves.at(1.3)[1], CURVES.at(1.3)[1])

@@ -31,7 +31,6 @@ from fingerdesign.runtime.registry import key
 
 if TYPE_CHECKING:
     from fingerdesign.control.calibration import Calibration
-    from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.grip import Grip
 
 _LEAST_USED = 0.15  # less tells nothing of the friction
@@ -89,10 +88,11 @@ class Regulator:
         assert held.estimator is not None
         self._own = own
         self._approach_step, self._shear_step = grip.approach_step_mm, grip.shear_step_mm
-        self.estimator: GripEstimator = held.estimator
+        self._taught = self.estimator = held.estimator
 
     def start(self, calibration: Calibration, sample: Sample) -> None:
         """Begin a grip; see Controller."""
+        self.estimator = self._taught.on_rig(calibration.normal)
         self._stiffness = calibration.tangential_stiffness
         self._pressing = 0.0  # dF_n/dy, N/mm, once it has been felt
         self._history = [Moment(sample, 0.0, 0.0)]
