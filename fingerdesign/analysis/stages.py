@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 Made = TypeVar("Made")
 _WIDEN = 1.4  # a candidate zone that the contact has outgrown
+_PIECES = 4  # of each row of the path
 STUDY_FRICTION = (0.2, 0.35, 0.5, 0.7, 1.0)  # of the fundamental case, beside the scene's own
 
 
@@ -98,12 +99,15 @@ def one_thread() -> AbstractContextManager[object]:
 
 
 def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[SlipStudy, ...]:
-    """The gage area beside the stick area over the fundamental path, at several frictions."""
+    """The gage area beside the stick area over the fundamental path, at several frictions.
+
+    Each row is cut into four: with eight points a few large steps decide a rank correlation.
+    """
     if len(problem.model.gage_x) < 2:
         return ()
     frictions = sorted({*STUDY_FRICTION, scene.object.friction_coefficient})
     rows = [(row[0], row[1]) for row in scene.path.rows]
-    return tuple(study(problem, rows, case.design.gages.face, frictions))
+    return tuple(study(problem, rows, case.design.gages.face, frictions, _PIECES))
 
 
 def bare_opposite(

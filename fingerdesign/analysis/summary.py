@@ -6,6 +6,9 @@ import resource
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from fingerdesign.arrays import Array
 from fingerdesign.design.step_file import portable
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.mesh.files.imported import import_words
@@ -64,13 +67,23 @@ def mesh_summary(mesh: Mesh, design: Design) -> MeshSummary:
 
 def study_summary(study: SlipStudy) -> SlipStudySummary:
     """What a result holds of a slip study."""
+    touching = np.isfinite(study.stick_ratio)
+    responding = np.logical_or.accumulate(study.gage_area_mm > 0.0)
     return SlipStudySummary(
         friction_coefficient=study.friction_coefficient,
         rank_correlation=study.rank_correlation,
         rank_correlation_raw=study.rank_correlation_raw,
         threshold_microstrain_per_N=study.threshold,
         force_floor_N=study.force_floor_N,
+        step_correlation=study.step_correlation,
+        gage_area_mm=_range(study.gage_area_mm[responding]),
+        stick_length_mm=_range(study.stick_length_mm[touching]),
+        points=len(study.stick_ratio),
     )
+
+
+def _range(values: Array) -> tuple[float, float]:
+    return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
 
 
 def parameters(design: Design, scene: Scene) -> dict[str, object]:

@@ -190,6 +190,7 @@ def slip_study(
     stick = np.array([step.stick_area for step in steps])
     reported = np.logical_or.accumulate(np.abs(change) >= floor)
     used = reported & np.array([step.contact_area > 0.0 for step in steps])
+    steady = rank_correlation(np.flatnonzero(used).astype(float), stick[used])
     ratio = [np.nan if step.stick_ratio is None else step.stick_ratio for step in steps]
     return SlipStudy(
         friction_coefficient=problem.friction_coefficient,
@@ -206,6 +207,7 @@ def slip_study(
         tangential_force=np.array([s.tangential_force for s in samples]),
         normal_force=np.array([s.normal_force for s in samples]),
         force_floor_N=floor,
+        step_correlation=None if steady is None else abs(steady),
     )
 
 

@@ -87,6 +87,8 @@ class SlipStudy:
     threshold         microstrain/N
     rank_correlation_raw, rank_correlation  Spearman's, of the area with the stick area; None where
                       it is not defined (an area that never changes)
+    step_correlation  of the step's number alone with the stick area, its size: what any area that
+                      rises or falls steadily would reach
     tangential_force, normal_force  (k,) N
     force_floor_N     the area is held where F_t changes by less
     """
@@ -105,6 +107,7 @@ class SlipStudy:
     tangential_force: Array
     normal_force: Array
     force_floor_N: float = 0.0
+    step_correlation: float | None = None
 
     def __post_init__(self) -> None:
         k, g = len(self.stick_ratio), len(self.gage_x_mm)

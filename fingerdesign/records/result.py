@@ -148,7 +148,9 @@ class SlipStudySummary:
 
     Rank correlations (Spearman) of the gage area with the true stick length, with and without the
     normal force's part taken out; None where not defined. The area is held where F_t changes by
-    less than force_floor_N.
+    less than force_floor_N. step_correlation: of the step's number alone, its size; what an area
+    says beyond it is worth something. gage_area_mm: least and greatest with a response;
+    stick_length_mm: with contact; points: increments.
     """
 
     friction_coefficient: float
@@ -156,6 +158,10 @@ class SlipStudySummary:
     rank_correlation_raw: float | None
     threshold_microstrain_per_N: float
     force_floor_N: float
+    step_correlation: float | None = None
+    gage_area_mm: tuple[float, float] = (0.0, 0.0)
+    stick_length_mm: tuple[float, float] = (0.0, 0.0)
+    points: int = 0
 
 
 @strict

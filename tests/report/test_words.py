@@ -56,6 +56,14 @@ def test_gage_area_verdict(plane_strain, values, answer, words):
     assert "over 9 microstrain/N, half of this finger's largest" in found.detail
 
 
+def test_a_gage_area_must_say_more_than_the_number_of_the_step(plane_strain):
+    """0.9 where the step's number alone has 0.85 is no merit of the gages."""
+    for alone, answer in ((0.85, "no"), (0.79, "yes"), (None, "yes")):
+        changes = [{"rank_correlation": 0.9, "step_correlation": alone}] * 3
+        changed = with_parts(plane_strain.result, "slip_studies", changes)
+        assert verdict(changed)[0].answer == answer
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

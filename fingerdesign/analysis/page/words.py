@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from fingerdesign.records.arrays import GripTrace
-from fingerdesign.records.result import GripResult, IncrementResult, Result
+from fingerdesign.records.result import GripResult, IncrementResult, Result, SlipStudySummary
 from fingerdesign.report.page import said
 from fingerdesign.report.table import NOISE, cleaned, under_load, value_text
 from fingerdesign.runtime.registry import BODIES, SCENE_OBJECTS, Kind
@@ -22,6 +22,7 @@ MOST_PHASES = 6  # in one sentence; a longer path is described by its ranges
 _MOTIONS = (("approach", "mm"), ("shear", "mm"), ("shear along z", "mm"), ("twist", "degrees"))
 _FORCES = (("normal force", "N"), ("tangential force", "N"))
 _ASIDE = 0.01  # of the normal force, and of it times the contact's width: less is the mesh's
+CLEARLY = 0.1  # over what the step's number alone correlates
 GOOD_CORRELATION = 0.8  # the level that the project set for "the gage area follows the stick area"
 UNDEFINED = "too little force or the area never changes"
 NOT_JUDGED = (
@@ -205,10 +206,16 @@ def _touches(found: Sequence[IncrementResult]) -> Question:
     )
 
 
+def follows(study: SlipStudySummary) -> bool:
+    """Whether the gage area follows the stick area, and clearly better than the step's number."""
+    least = max(GOOD_CORRELATION, (study.step_correlation or 0.0) + CLEARLY)
+    return study.rank_correlation is not None and study.rank_correlation >= least
+
+
 def _follows(result: Result) -> Question:
     studies, keys = result.slip_studies, result.parameters
-    defined = [s.rank_correlation for s in studies if s.rank_correlation is not None]
-    good = sum(value >= GOOD_CORRELATION for value in defined)
+    defined = [s for s in studies if s.rank_correlation is not None]
+    good = sum(follows(study) for study in defined)
     return _question(
         "follows",
         _graded(good, len(defined)) if defined else "open",
@@ -217,6 +224,7 @@ def _follows(result: Result) -> Question:
         defined=len(defined),
         good=good,
         enough=GOOD_CORRELATION,
+        clearly=CLEARLY,
         undefined=UNDEFINED,
         rows=_rows(keys),
         placed=keys.get("plates.placement") is not None,
