@@ -43,6 +43,10 @@ COMMANDS = {
         f"{_HAND}:study_control",
         "Compare controllers over friction, weight and noise.",
     ),
+    "study-unlike": (
+        f"{_HAND}:study_unlike",
+        "Compare controllers on fingers that came out unlike the model.",
+    ),
     "mold": (f"{_FINGER}:mold", "Make the mold that a finger is cast in."),
     "generate": (f"{_STUDY}:generate", "Write a study's variants as files."),
     "sweep": (f"{_STUDY}:sweep", "Analyse every variant of a study."),

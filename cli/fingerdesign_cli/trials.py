@@ -214,6 +214,63 @@ def study_control(
     return 0
 
 
+def study_unlike(
+    design_file: Path,
+    out: Path,
+    controllers: tuple[str, ...],
+    faults: tuple[str, ...],
+    plants: int,
+    lifts: int,
+    seed: int,
+    estimator_file: Path | None,
+    workers: int | None,
+    fidelity: str,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Judge controllers on fingers that came out unlike DESIGN's model."""
+    design, _ = read_case(design_file)
+    from fingerdesign.trials.unlike import FOLDER, chosen_faults, study_unlike, write_unlike
+
+    target = out / design.design.name
+    chosen = chosen_faults(faults)
+    refuse_foreign(FOLDER, target)
+    estimator = estimator_for(design, estimator_file)
+    with _going_on(FOLDER, target, quiet) as (journal, folder, show):
+        found = study_unlike(
+            design,
+            controllers or CONTROLLER_NAMES,
+            chosen,
+            plants,
+            journal,
+            lifts=lifts,
+            seed=seed,
+            estimator=estimator,
+            workers=workers or cores(),
+            report=show,
+            fidelity=fidelity,
+        )
+        write_unlike(found, folder)
+    if as_json:
+        print_json(found.record)
+    elif not quiet:
+        names = list(next(iter(found.record["summaries"].values())))
+        rows = [
+            [label, *(_of_unlike(by[name]) for name in names)]
+            for label, by in found.record["summaries"].items()
+        ]
+        title = f"{design.design.name}: success in % (95 %), margin; {plants} fingers a row"
+        print_table(title, ["fault", *names], rows)
+        click.echo(f"every lift: {target / 'unlike.csv'}")
+    return 0
+
+
+def _of_unlike(summary: dict[str, Any]) -> str:
+    share, margin = summary["success"], summary["safety_margin"]
+    words = f"{100 * share['rate']:.0f} ({100 * share['low']:.0f}–{100 * share['high']:.0f})"
+    return words if margin is None else f"{words}, {margin['median']:.2f}"
+
+
 def _show(found: ControlStudy, folder: Path) -> None:
     noise, data = found.trace_noise, found.data
     conditions, names = data["conditions"], [each["controller"] for each in data["controllers"]]

@@ -1,9 +1,10 @@
-"""What a rig learns of its own finger before it ever grips: two bench moves, gages and forces only.
+"""What a rig learns of its own finger before it ever grips: bench moves, gages and forces only.
 
 1. Press without shear as far as the stage goes and record readings against F_n. A grip moves both
    ways at once, and F_n strains the gages more than F_t does: this record takes F_n's part out.
 2. Press to the preload of a grip and shear a little. Nearly everything sticks, so the response of
    the gages to F_t is the design's own scale, and dF_t/dx the first guess of the stiffness.
+3. The same at a few depths more, up to all of the stage's: the response grows as the contact does.
 
 The press takes the same steps as a grip: coarser ones, with straight lines between, put kinks into
 what is taken out, and a kink looks like a fall of A (steps growing by 4 % of the depth were tried:
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from fingerdesign.design.grip import Grip
 
 _SMALL_SHEAR = 0.05  # of the preload: F_t is then 2 % of F_n, far from slip at any usual friction
+_STICKING_SHEAR = 0.2  # of the depth: 8 % of F_n, which noise at rest drowns by some per cent only
+_DEPTHS = 6
 
 
 @dataclass(frozen=True)
@@ -36,13 +39,15 @@ class Calibration:
     """A finger as its rig knows it; gages in the order of the readings.
 
     gage_x (g,) mm; normal: readings under F_n alone; full_stick (g,) microstrain/N: response to a
-    small shear where all sticks; tangential_stiffness: dF_t/dx then, N/mm.
+    small shear where all sticks; tangential_stiffness: dF_t/dx then, N/mm. sticking: the like
+    responses with their signs by F_n, None where they were not measured.
     """
 
     gage_x: Array
     normal: NormalCalibration
     full_stick: Array
     tangential_stiffness: float
+    sticking: NormalCalibration | None = None
 
     @property
     def scale(self) -> float:
@@ -91,4 +96,25 @@ def calibrate(make_plant: PlantMaker, gage_x: Array, bounds: Bounds) -> Calibrat
     full_stick = response(pressed, sheared, normal)
     if not full_stick.max() > 0.0:
         raise SolverError("no gage answers to a shear at the preload")
-    return Calibration(np.asarray(gage_x, dtype=float), normal, full_stick, rise / shear)
+    sticking = _sticking(make_plant, bounds, normal)
+    x = np.asarray(gage_x, dtype=float)
+    return Calibration(x, normal, full_stick, rise / shear, sticking)
+
+
+def _sticking(
+    make_plant: PlantMaker, bounds: Bounds, normal: NormalCalibration
+) -> NormalCalibration:
+    """Responses (k, g) to a small shear at a few depths, microstrain/N, and the F_n (k,) there."""
+    forces: list[float] = []
+    responses: list[Array] = []
+    for depth in np.geomspace(bounds.preload, bounds.max_approach, _DEPTHS):
+        plant = make_plant()
+        *_, before = press(plant, float(depth), max(bounds.approach_step, 0.2 * float(depth)))
+        now = plant.move(_STICKING_SHEAR * float(depth), 0.0)
+        rise = now.tangential_force - before.tangential_force
+        if not rise > 0.0 or (forces and not before.normal_force > forces[-1]):
+            continue  # as noisy as this, a depth tells nothing
+        alone = normal.at(now.normal_force) - normal.at(before.normal_force)
+        forces.append(before.normal_force)
+        responses.append((now.readings - before.readings - alone) / rise)
+    return NormalCalibration(np.array(forces), np.array(responses))

@@ -22,13 +22,16 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.signals import NormalCalibration, Sample
+from fingerdesign.control.signals import Sample
 from fingerdesign.errors import FingerDesignError
+
+if TYPE_CHECKING:
+    from fingerdesign.control.calibration import Calibration
 
 FORMAT = "fingerdesign grip estimator, 2"
 LAGS = (1, 4, 12)  # steps back
@@ -83,6 +86,19 @@ class FingerCurves:
             return np.asarray(values[k] + share * (values[k + 1] - values[k]))
 
         return between(self.pressed), between(self.sticking)
+
+
+def rig_curves(calibration: Calibration, taught: FingerCurves | None = None) -> FingerCurves:
+    """The curves that a rig has measured; taught: what stands in for responses that it has not."""
+    normal, measured = calibration.normal, calibration.sticking
+    force = normal.normal_force
+    if measured is not None and len(measured.normal_force) > 1:
+        ends = measured.normal_force[[0, -1]]
+        sticking = np.array([measured.at(float(each)) for each in np.clip(force, *ends)])
+    else:
+        assert taught is not None
+        sticking = np.array([taught.at(float(each))[1] for each in force])
+    return FingerCurves(force, normal.readings, sticking)
 
 
 @dataclass(frozen=True)
@@ -141,12 +157,10 @@ class GripEstimator:
         """The same for a rig with another noise, microstrain: it was taught on all."""
         return replace(self, noise=noise)
 
-    def on_rig(self, normal: NormalCalibration) -> GripEstimator:
-        """The same for a rig that has been pressed without shear: what F_n alone does to its gages
-        is as measured, whatever their gains, the plates' moduli and the cover came out as."""
-        force = normal.normal_force
-        sticking = np.array([self.curves.at(float(each))[1] for each in force])
-        return replace(self, curves=FingerCurves(force, normal.readings, sticking))
+    def on_rig(self, calibration: Calibration) -> GripEstimator:
+        """The same for a rig that knows its own finger, whatever gains, moduli and places came out
+        as."""
+        return replace(self, curves=rig_curves(calibration, self.curves))
 
     @property
     def gages(self) -> int:

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.path import object_at_touch
+from fingerdesign.analysis.path import object_at_touch, touch_point
 from fingerdesign.analysis.stages import condense, make_mesh
 from fingerdesign.checks.load import with_values, without_plates
 from fingerdesign.contact.problem import ContactProblem, contact_problem
@@ -36,7 +36,9 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.zone import candidate_zone
 
 if TYPE_CHECKING:
+    from fingerdesign.design.scene import SceneObject
     from fingerdesign.design.schema import Design
+    from fingerdesign.sensing.unlike import Unlike
 
 CONTACT_SIZE_MM = {"plane-strain": 0.1, "3d": 0.4}
 GRADATION = 0.4
@@ -64,6 +66,17 @@ def grip_problem(
     case = _case(design, fidelity, contact_size_mm)
     refuse(case, fundamental_scene())
     return _condensed(case, case.gage_array, report)
+
+
+def unlike_problems(
+    found: Unlike, fidelity: str = "plane-strain"
+) -> tuple[ContactProblem, ContactProblem]:
+    """A finger against the plane of its bench, and against what it grips; condensed once."""
+    design = found.design
+    case = _case(design, fidelity)
+    bench = _condensed(case, case.gage_array, lambda message: None, found.held)
+    rigid = object_at_touch(found.held, design.body)
+    return bench, contact_problem(bench.model, rigid, bench.friction_coefficient)
 
 
 def opposite_problem(
@@ -117,10 +130,20 @@ def _case(design: Design, fidelity: str, contact_size_mm: float | None = None) -
     return Case(design, None, fidelity, fields=False, go_on=True)
 
 
-def _condensed(case: Case, gages: tuple[int, ...], report: Callable[[str], None]) -> ContactProblem:
+def _condensed(
+    case: Case,
+    gages: tuple[int, ...],
+    report: Callable[[str], None],
+    held: SceneObject | None = None,
+) -> ContactProblem:
+    """Against the fundamental scene's plane; the zone has room for ``held`` too."""
     design, scene = case.design, fundamental_scene()
     reach = design.grip.max_approach_mm
-    zone = candidate_zone(design, scene.object, reach).widened(_ROOM, design)
+    zone = candidate_zone(design, scene.object, reach)
+    if held is not None:
+        other = candidate_zone(design, held, reach, touch_point(held, design.body))
+        zone = max(zone, other, key=lambda each: each.half_width)
+    zone = zone.widened(_ROOM, design)
     report("meshing")
     mesh = make_mesh(design, case.fidelity, zone, case.symmetric)
     report(f"condensing {len(mesh.cells)} elements")

@@ -60,11 +60,15 @@ _KINDS, _SHARES = ("press", "pull", "climb", "ease"), (0.2, 0.35, 0.35, 0.1)
 
 @dataclass(frozen=True)
 class RandomGripPath:
-    """One grip without noise: moments and truths, step by step, and its friction coefficient."""
+    """One grip without noise: moments and truths, step by step, and its friction coefficient.
+
+    curves: of its own finger, where that is not the one that is taught for.
+    """
 
     friction_coefficient: float
     moments: tuple[Moment, ...]
     truths: tuple[Truth, ...]
+    curves: FingerCurves | None = None
 
     @property
     def used(self) -> tuple[float, ...]:
@@ -175,7 +179,8 @@ _GAIN_SPREAD = 0.01  # of the gages' gains, drawn anew for each hearing
 
 @dataclass(frozen=True)
 class Settings:
-    """How much is taught. face, max_approach (mm) and force_noise (N) are the rig's."""
+    """How much is taught. face, max_approach (mm) and force_noise (N) are the rig's; fingers: among
+    how many unlike ones the grips are shared out (1: the design's own model)."""
 
     face: str
     max_approach: float
@@ -183,6 +188,7 @@ class Settings:
     hearings: int = 2
     force_noise: float = 0.005
     seed: int = 0
+    fingers: int = 1
 
 
 @dataclass(frozen=True)
@@ -209,7 +215,7 @@ def teach(
     workers: int = 1,
 ) -> TrainingResult:
     """Teach the network. design: the content digest that it is for; grips: instead of random grip
-    paths.
+    paths on the problem, those of other fingers first: what is held out is of fingers not taught.
 
     Raises SolverError where the model gives too few grips to teach anything.
     """
@@ -312,14 +318,20 @@ def sample(
     """
     gains = 1.0 + _GAIN_SPREAD * rng.standard_normal(len(grip.moments[0].sample.readings))
     history = [_noisy(each, noise, gains, settings.force_noise, rng) for each in grip.moments]
+    own = _measured(grip.curves or curves, gains)
     rows, truths = [], []
     for k, (truth, used) in enumerate(zip(grip.truths, grip.used, strict=True)):
         if k == 0 or truth.stick_ratio is None or truth.normal_force < 2.0 * LEAST_FORCE:
             continue
-        rows.append(features(history[max(0, k - max(LAGS)) : k + 1], curves, noise))
+        rows.append(features(history[max(0, k - max(LAGS)) : k + 1], own, noise))
         truths.append([truth.stick_ratio, used])
     count = feature_count(len(gains))
     return np.array(rows).reshape(-1, count), np.array(truths).reshape(-1, 2)
+
+
+def _measured(curves: FingerCurves, gains: Array) -> FingerCurves:
+    """As a rig measures them through its own gages."""
+    return replace(curves, pressed=gains * curves.pressed, sticking=gains * curves.sticking)
 
 
 def _noisy(

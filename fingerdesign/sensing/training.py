@@ -14,23 +14,41 @@ import json
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from fingerdesign.analysis.case import Case, gage_array
+from fingerdesign.analysis.stages import one_thread
 from fingerdesign.control.estimator import FORMAT, EstimatorError, GripEstimator
 from fingerdesign.control.roster import needs_training
 from fingerdesign.design.digest import content_digest
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.cache import Cache
+from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
 from fingerdesign.runtime.registry import CONTROLLERS, own_values
-from fingerdesign.sensing.model import CONTACT_SIZE_MM, FIDELITIES, MESHED, grip_problem
-from fingerdesign.sensing.teach import Settings, TrainingResult, teach
+from fingerdesign.sensing.model import (
+    CONTACT_SIZE_MM,
+    FIDELITIES,
+    MESHED,
+    grip_problem,
+    unlike_problems,
+)
+from fingerdesign.sensing.teach import (
+    RandomGripPath,
+    Settings,
+    TrainingResult,
+    finger_curves,
+    random_grip_paths,
+    teach,
+)
+from fingerdesign.sensing.unlike import TAUGHT, unlike
 from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
     from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.design.schema import Design
 
-TEACHING = 3  # raise it when what is taught, or how, changes
+TEACHING = 4  # raise it when what is taught, or how, changes
 
 
 def training_result_for(
@@ -52,7 +70,10 @@ def training_result_for(
     if found is not None:
         return found
     problem = grip_problem(design, fidelity, report=report) if problem is None else problem
-    result = teach(problem, key, settings, report, workers=workers)
+    grips = None
+    if settings.fingers > 1:
+        grips = _grips_of_others(design, settings, fidelity, report, workers)
+    result = teach(problem, key, settings, report, grips, workers=workers)
     kept.put_text(f"{key}.txt", training_text(result))
     return result
 
@@ -60,12 +81,39 @@ def training_result_for(
 def settings_of(design: Design) -> Settings:
     """How much a design's estimator is taught."""
     grip = design.grip
+    own = own_values(grip, CONTROLLERS.find("regulator", "grip.controller"))
     return Settings(
         face=design.gages.face,
         max_approach=grip.max_approach_mm,
-        grips=own_values(grip, CONTROLLERS.find("regulator", "grip.controller")).taught_grips,
+        grips=own.taught_grips,
         seed=grip.seed,
+        fingers=own.taught_fingers,
     )
+
+
+def _grips_of_others(
+    design: Design, settings: Settings, fidelity: str, report: Report, workers: int
+) -> list[RandomGripPath]:
+    """Random grip paths of fingers and objects that are unlike the model, finger by finger."""
+    found: list[RandomGripPath] = []
+    with Pool(workers, shared=(design, settings, fidelity)) as pool:
+        numbers = [(number,) for number in range(settings.fingers)]
+        for number, each in enumerate(pool.in_order(_grips_of, numbers), start=1):
+            found += each
+            report(f"grips: {len(found)}, of {number} of {settings.fingers} fingers")
+    return found
+
+
+def _grips_of(
+    design: Design, settings: Settings, fidelity: str, number: int
+) -> list[RandomGripPath]:
+    """Those of one finger, with the curves that its bench would show."""
+    seed = int(np.random.SeedSequence([settings.seed, number]).generate_state(1)[0])
+    bench, held = unlike_problems(unlike(design, TAUGHT, seed), fidelity)
+    own = replace(settings, grips=-(-settings.grips // settings.fingers), seed=seed)
+    curves = finger_curves(bench, settings.face, settings.max_approach)
+    with one_thread():
+        return [replace(each, curves=curves) for each in random_grip_paths(held, own)]
 
 
 def training_key(design: Design, settings: Settings, fidelity: str = "plane-strain") -> str:

@@ -177,7 +177,8 @@ class GripBench:
 
     problem: at the bench's friction. plates: numbers of those whose gages are read, in the order of
     the readings. grip: its hardware counts but for the gages' noise, which a cell says. opposite:
-    the other finger at any friction, None for a mirror image.
+    the other finger at any friction, None for a mirror image. held: the finger against what it
+    grips, None where that is the bench's plane.
     """
 
     problem: ContactProblem
@@ -187,6 +188,7 @@ class GripBench:
     grid: ControlGrid
     estimator: GripEstimator | None = None
     opposite: ContactProblem | None = None
+    held: ContactProblem | None = None
 
     @cached_property
     def bounds(self) -> Bounds:
@@ -258,7 +260,7 @@ class GripBench:
         if tug is not None:  # it comes when grips without it are over: one plant serves both
             pulls = tug.pulls(cell.mass_g, self._held + 1, rate)
             after += tug.steps(rate) if cell.tug > 0.0 else 0
-        problem, other = self.problem.with_friction(cell.friction), self.opposite
+        problem, other = (self.held or self.problem).with_friction(cell.friction), self.opposite
         other = None if other is None else other.with_friction(cell.friction)
         remembered = RememberedPlant(
             lambda: LiftPlant(problem, self.face, cell.mass_g, other, pulls),

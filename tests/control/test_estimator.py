@@ -130,7 +130,7 @@ class Teller:
         used = min(now.tangential_force / (self.friction * now.normal_force), 1.0)
         return Estimated(self.stick, used, 0.02)
 
-    def on_rig(self, normal):
+    def on_rig(self, calibration):
         return self
 
 
@@ -182,7 +182,9 @@ def test_on_a_rig_what_it_measured_is_taken_for_what_it_was_taught():
     """Gains of 2 on the gages: pressed alone, the finger feels as it did where it was taught."""
     normal = NormalCalibration(np.array([0.0, 0.5, 2.0]), 2.0 * CURVES.pressed[[0, 0, 2]])
     normal.readings[1] = CURVES.at(0.5)[0] * 2.0
-    rig = estimator().on_rig(normal)
+    sticking = NormalCalibration(np.array([0.5, 1.0]), np.full((2, GAGES), 10.0))
+    calibration = Calibration(np.arange(3.0), normal, np.ones(GAGES), 10.0, sticking)
+    rig = estimator().on_rig(calibration)
     pressed = [moment(0.5, 0.0, readings=[1.0, 2.0, 3.0]), moment(2.0, 0.0, readings=[4, 8, 12])]
     taught = [moment(0.5, 0.0, readings=CURVES.at(0.5)[0]), moment(2.0, 0.0, readings=[2, 4, 6])]
     expected = features(taught, CURVES, 0.5)

@@ -90,7 +90,7 @@ def test_too_few_grips_are_refused(problem, grips):
 def test_it_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypatch, tmp_path):
     taught = []
 
-    def teacher(problem, key, settings, report, workers):
+    def teacher(problem, key, settings, report, unlike=None, workers=1):
         taught.append(key)
         return teach(problem, key, SETTINGS, grips=grips)
 

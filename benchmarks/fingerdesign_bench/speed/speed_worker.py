@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import resource
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -115,7 +116,8 @@ def grip_problem(design: Design, fidelity: str) -> tuple[Any, dict[str, Any]]:
     from fingerdesign.contact.problem import contact_problem
 
     scene = fundamental_scene()
-    zone = zone_of(Case(design, None, fidelity), scene)
+    # Facets alike all over: as many nodes as the bounds on a step's time are said for.
+    zone = replace(zone_of(Case(design, None, fidelity), scene), inner=None)
     model = condense(design, make_mesh(design, fidelity, zone), zone, scene)
     rigid = object_at_touch(scene.object, design.body)
     problem = contact_problem(model.reduced, rigid, scene.object.friction_coefficient)

@@ -224,6 +224,48 @@ def study_control(**given: Any) -> int | None:
     return work("trials:study_control", given)
 
 
+@click.command("study-unlike")
+@click.argument("design_file", metavar="DESIGN", type=FILE)
+@out_option("The record goes to OUT/NAME of the design.")
+@controllers_option
+@click.option(
+    "--fault",
+    "faults",
+    multiple=True,
+    metavar="NAME",
+    help="none (the model itself), all (every fault at once), or one of the faults in "
+    "docs/control.md; may be given again. Without it all of these.",
+)
+@click.option(
+    "--plants",
+    type=click.IntRange(1, 1000),
+    default=25,
+    show_default=True,
+    help="Fingers of each.",
+)
+@click.option(
+    "--lifts", type=click.IntRange(1, 100), default=4, show_default=True, help="Objects a finger."
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Of fingers and objects.")
+@estimator_option(
+    "For the regulator: what `fingerdesign teach` wrote for DESIGN. Without it one is taught "
+    "first (minutes), or taken from the cache.",
+    metavar="FILE",
+)
+@workers_option
+@model_option
+@output_options
+def study_unlike(**given: Any) -> int | None:
+    """Judge controllers on fingers and objects that came out unlike DESIGN's model.
+
+    Each finger is drawn from the seed (rubber, plates' places, cover, gages, mesh, the object's
+    tilt and radius), measures itself on its bench, and lifts objects of 100 to 1000 g at frictions
+    of 0.2 to 0.8. OUT/NAME then holds unlike.json (success with intervals, by fault and controller)
+    and unlike.csv (every lift). An interrupted study goes on where it stopped.
+    """
+    return work("trials:study_unlike", given)
+
+
 @click.command("paper")
 @out_option("The folder that the figures go to.")
 @click.option(

@@ -63,6 +63,12 @@ class RegulatorTable:
     taught_grips: int = key(
         3000, "simulated grips that its estimator learns from", ge=50, le=100_000
     )
+    taught_fingers: int = key(
+        1,
+        "fingers and objects, drawn unlike the model, that share these grips; 1: the model alone",
+        ge=1,
+        le=1000,
+    )
 
 
 @controller(
@@ -92,7 +98,7 @@ class Regulator:
 
     def start(self, calibration: Calibration, sample: Sample) -> None:
         """Begin a grip; see Controller."""
-        self.estimator = self._taught.on_rig(calibration.normal)
+        self.estimator = self._taught.on_rig(calibration)
         self._stiffness = calibration.tangential_stiffness
         self._pressing = 0.0  # dF_n/dy, N/mm, once it has been felt
         self._history = [Moment(sample, 0.0, 0.0)]

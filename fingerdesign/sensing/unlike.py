@@ -1,0 +1,152 @@
+"""Fingers and objects as they come out: not those of the model that a controller is taught on.
+
+A fault is drawn from a seed and set in the design's own keys, in its hardware, or in the object.
+What is taught on a model and judged on the same model knows too much: plates lie where the mold
+left them, the rubber is of another batch, the object leans. Sizes are those of a careful workshop:
+plates to 0.1 mm and 1 degree, silicone to 15 %, gage factors to 3 %.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.checks.load import with_values
+from fingerdesign.design.scene import SceneObject
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.layout.frames import plate_frames
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+Keys = dict[str, object]
+
+
+@dataclass(frozen=True)
+class Unlike:
+    """A finger with its hardware, and the object that it grips."""
+
+    design: Design
+    held: SceneObject
+
+
+@dataclass(frozen=True)
+class Draw:
+    """What is changed: plates (p, 3) by x, y (mm), angle (degrees); keys of design and object."""
+
+    plates: Array
+    design: Keys
+    held: Keys
+
+
+Drawn = Callable[["Design", np.random.Generator, Draw], None]
+
+
+def _scaled(table: Literal["body", "plates"], key: str, share: float) -> Drawn:
+    """A material's key times 1 +- share."""
+
+    def drawn(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+        value = getattr(design.material_of(table), key) * (1.0 + share * rng.uniform(-1.0, 1.0))
+        name = getattr(design, table).material
+        draw.design[f"materials.{name}.{key}"] = value
+
+    return drawn
+
+
+def _poisson(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+    draw.design[f"materials.{design.body.material}.poissons_ratio"] = rng.uniform(0.47, 0.4999)
+
+
+def _moved(sizes: tuple[float, float, float], alike: bool) -> Drawn:
+    """Plates off by up to ``sizes``, each for itself or all alike."""
+
+    def drawn(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+        count = 1 if alike else len(draw.plates)
+        draw.plates[:] += np.array(sizes) * rng.uniform(-1.0, 1.0, (count, 3))
+
+    return drawn
+
+
+def _hardware(**spreads: object) -> Drawn:
+    def drawn(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+        draw.design.update({f"grip.hardware.{key}": value for key, value in spreads.items()})
+        draw.design["grip.hardware.specimen"] = int(rng.integers(2**31))
+
+    return drawn
+
+
+def _tilted(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+    draw.held["tilt_deg"] = 2.0 * rng.uniform(-1.0, 1.0)
+
+
+def _curved(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+    """A cylinder has no tilt to speak of: of objects that would have both, half have either."""
+    if "tilt_deg" in draw.held:
+        if rng.uniform() < 0.5:
+            return
+        del draw.held["tilt_deg"]
+    draw.held.update(shape="cylinder", radius_mm=30.0 / rng.uniform(1e-3, 1.0))
+
+
+def _meshed(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+    factor = rng.uniform(1.2, 2.0)
+    for table, sizes in (("mesh.section", design.mesh.section), ("mesh", design.mesh)):
+        draw.design[f"{table}.plate_size_mm"] = factor * sizes.plate_size_mm
+
+
+# Each with its size; drawn evenly between both signs.
+FAULTS: Mapping[str, Drawn] = {
+    "modulus": _scaled("body", "youngs_modulus_MPa", 0.15),
+    "poisson": _poisson,  # 0.47 to 0.4999
+    "plates": _moved((0.1, 0.1, 1.0), alike=False),  # mm, mm, degrees
+    "row": _moved((0.1, 0.0, 0.0), alike=True),
+    "cover": _moved((0.0, 0.1, 0.0), alike=True),
+    "angle": _moved((0.0, 0.0, 2.0), alike=True),
+    "plate_modulus": _scaled("plates", "youngs_modulus_MPa", 0.2),
+    "gains": _hardware(gain_spread=0.03),
+    "drift": _hardware(drift_microstrain_per_s=0.5),
+    "delay": _hardware(delay_samples=2),
+    "tilt": _tilted,  # 2 degrees
+    "radius": _curved,  # 30 mm to flat
+    "mesh": _meshed,
+}
+ALL = tuple(FAULTS)
+# Taught on. The others are kept out: they are what a rig meets that nobody thought of.
+TAUGHT = ("modulus", "poisson", "plates", "cover", "tilt", "radius")
+
+
+def unlike(design: Design, faults: Iterable[str], seed: int) -> Unlike:
+    """One finger and object with the faults, drawn from the seed alone, each from its own part.
+
+    Raises DesignError for an unknown fault, and for plates that cannot be set one by one.
+    """
+    chosen = tuple(faults)
+    _refuse(design, chosen)
+    frames = plate_frames(design)
+    before = np.array([[*frame.centre, frame.angle_deg] for frame in frames])
+    draw = Draw(before.copy(), {}, {})
+    for name in chosen:
+        rng = np.random.default_rng([seed, ALL.index(name)])
+        FAULTS[name](design, rng, draw)
+    if not np.array_equal(draw.plates, before):
+        draw.design["plates.placement"] = [[float(f"{v:.6f}") for v in row] for row in draw.plates]
+        draw.design["plates.offset_mm"] = 0.0
+    return Unlike(with_values(design, draw.design), SceneObject(**draw.held))  # type: ignore[arg-type]
+
+
+def _refuse(design: Design, names: tuple[str, ...]) -> None:
+    found = [
+        Fault("--fault", name, f"one of {', '.join(ALL)}", "correct it")
+        for name in names
+        if name not in FAULTS
+    ]
+    plates = design.plates
+    if plates.rows or plates.along != "x" or plates.follow != "level":
+        bound = "one level row along x, whose plates can be moved one by one"
+        found.append(Fault("plates", "several rows, or bent", bound, "study another design"))
+    if found:
+        raise DesignError(found)

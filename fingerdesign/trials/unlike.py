@@ -1,0 +1,277 @@
+"""Controllers on fingers that are not the one that was taught: every fault alone, and all at once.
+
+Each plant is drawn by :mod:`fingerdesign.sensing.unlike`, is pressed and sheared on its bench as a
+rig would be, and then lifts a few objects. All controllers meet the same plants and objects.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fingerdesign.analysis.case import gage_array
+from fingerdesign.analysis.stages import one_thread
+from fingerdesign.control.roster import needs_training
+from fingerdesign.errors import DesignError, Fault, FingerDesignError, SolverError
+from fingerdesign.records.base import csv_text
+from fingerdesign.records.folder import RecordFolder
+from fingerdesign.runtime.isolate import ProcessError
+from fingerdesign.runtime.journal import Journal
+from fingerdesign.runtime.pool import Pool
+from fingerdesign.sensing.model import CONTACT_SIZE_MM, MESHED, unlike_problems
+from fingerdesign.sensing.training import estimator_faults, training_result_for
+from fingerdesign.sensing.unlike import ALL, unlike
+from fingerdesign.trials.bench import (
+    FRICTIONS,
+    GOOD_AMPLIFIER,
+    MASSES_G,
+    Cell,
+    ControlGrid,
+    GripBench,
+    refuse,
+)
+from fingerdesign.trials.record import share_of, spread_of
+from fingerdesign.version import __version__, versions
+
+if TYPE_CHECKING:
+    from fingerdesign.control.estimator import GripEstimator
+    from fingerdesign.design.schema import Design
+
+RECORD_FILE, CSV_FILE = "unlike.json", "unlike.csv"
+KIND = "a study of unlike fingers"  # of journals
+NONE, EVERY = "none", "all"  # the model itself; every fault together
+COLUMNS = (
+    "fault",
+    "plant",
+    "controller",
+    "friction_coefficient",
+    "object_mass_g",
+    "success",
+    "lifted",
+    "gross_slip",
+    "crushed",
+    "safety_margin",
+    "ending",
+    "reason",
+)
+
+
+FOLDER = RecordFolder("study of unlike fingers", RECORD_FILE, (RECORD_FILE, CSV_FILE))
+Chosen = tuple[str, tuple[str, ...]]  # a label, and the faults that it stands for
+
+
+def chosen_faults(names: Sequence[str]) -> list[Chosen]:
+    """The labels' faults; of no name every one alone, none of them, and all at once. Raises
+    DesignError for an unknown one."""
+    known: dict[str, tuple[str, ...]] = {NONE: (), **{name: (name,) for name in ALL}, EVERY: ALL}
+    wrong = [
+        Fault("--fault", name, f"one of {', '.join(known)}", "correct it")
+        for name in names
+        if name not in known
+    ]
+    if wrong:
+        raise DesignError(wrong)
+    return [(name, known[name]) for name in dict.fromkeys(names or known)]
+
+
+@dataclass(frozen=True)
+class UnlikeStudy:
+    """lifts: a row of COLUMNS each; summaries: by fault, then by controller."""
+
+    record: dict[str, Any]
+    lifts: tuple[dict[str, Any], ...]
+
+
+@dataclass(frozen=True)
+class _Shared:
+    """What every plant of a study has in common."""
+
+    design: Design
+    controllers: tuple[str, ...]
+    estimator: GripEstimator | None
+    fidelity: str
+    lifts: int
+    seed: int
+
+
+def study_unlike(
+    design: Design,
+    controllers: Sequence[str],
+    faults: Sequence[Chosen],
+    plants: int,
+    journal: Path,
+    *,
+    lifts: int = 4,
+    seed: int = 0,
+    estimator: GripEstimator | None = None,
+    workers: int = 1,
+    report: Callable[[str, float], None] = lambda message, fraction: None,
+    fidelity: str = "plane-strain",
+) -> UnlikeStudy:
+    """Every controller on ``plants`` fingers of each of ``faults`` (a label, the faults in it).
+
+    lifts: objects a plant, friction and weight drawn from the grid's ranges. Gages' noise is that
+    of a good amplifier. The file ``journal`` keeps what is done, so that an interruption costs one
+    plant. Raises DesignError for wrong input, SolverError where a process died.
+    """
+    names = tuple(dict.fromkeys(controllers))
+    refuse(ControlGrid(), names)
+    for _, chosen in faults:
+        unlike(design, chosen, seed)  # refused before any work
+    if estimator is not None and (wrong := estimator_faults(design, estimator)):
+        raise DesignError(wrong)
+    if any(map(needs_training, names)) and estimator is None:
+        found = training_result_for(
+            design, None, lambda message: report(message, 0.0), workers, fidelity
+        )
+        estimator = found.estimator
+    shared = _Shared(design, names, estimator, fidelity, lifts, seed)
+    jobs = [(label, chosen, plant) for label, chosen in faults for plant in range(plants)]
+    with one_thread(), Journal(journal, KIND, _digest(shared, faults)) as kept:
+        done = dict(kept)
+        left = [job for job in jobs if _key(job) not in done]
+        for job, rows in _lifted(shared, left, workers):
+            kept.add({_key(job): rows})
+            done[_key(job)] = rows
+            report(f"gripping: {job[0]}", len(done) / len(jobs))
+    rows = [row for job in jobs for row in done[_key(job)]]
+    return UnlikeStudy(_record(shared, faults, plants, rows), tuple(rows))
+
+
+def write_unlike(study: UnlikeStudy, folder: Path) -> None:
+    """The record and every lift into a folder that exists."""
+    table = csv_text(COLUMNS, ([row[name] for name in COLUMNS] for row in study.lifts))
+    (folder / CSV_FILE).write_text(table, encoding="utf-8")
+    text = json.dumps(study.record, indent=1, allow_nan=False) + "\n"
+    (folder / RECORD_FILE).write_text(text, encoding="utf-8")
+
+
+def lift_plant(
+    shared: _Shared, label: str, faults: tuple[str, ...], plant: int
+) -> list[dict[str, Any]]:
+    """All controllers on one plant; one whose model or bench fails is a failure of each."""
+    seed = int(np.random.SeedSequence([shared.seed, 1, plant]).generate_state(1)[0])
+    rng = np.random.default_rng(seed)
+    friction = rng.uniform(min(FRICTIONS), max(FRICTIONS), shared.lifts)
+    mass = np.exp(rng.uniform(np.log(min(MASSES_G)), np.log(max(MASSES_G)), shared.lifts))
+    cells = [
+        Cell(name, round(float(mu), 4), round(float(grams), 1), GOOD_AMPLIFIER)
+        for name in shared.controllers
+        for mu, grams in zip(friction, mass, strict=True)
+    ]
+    try:
+        found = unlike(shared.design, faults, seed)
+        bench, held = unlike_problems(found, shared.fidelity)
+    except FingerDesignError as error:
+        nothing = dict.fromkeys(COLUMNS)
+        why = {"success": 0, "lifted": 0, "ending": "failed", "reason": str(error)}
+        return [nothing | why | _facts(label, plant, cell) for cell in cells]
+    rig = GripBench(
+        bench,
+        found.design.gages.face,
+        gage_array(found.design),
+        found.design.grip,
+        ControlGrid(seed=shared.seed, tug=None),
+        shared.estimator,
+        held=held,
+    )
+    rows = []
+    for cell in cells:
+        (each,) = rig.run_batch([cell])
+        rows.append(
+            _facts(label, plant, cell)
+            | {
+                "success": int(each.success),
+                "lifted": int(each.lifted),
+                "gross_slip": int(each.dropped),
+                "crushed": int(each.crushed),
+                "safety_margin": each.margin_at_lift,
+                "ending": each.ending,
+                "reason": each.reason,
+            }
+        )
+    return rows
+
+
+def _facts(label: str, plant: int, cell: Cell) -> dict[str, Any]:
+    return {
+        "fault": label,
+        "plant": plant,
+        "controller": cell.controller,
+        "friction_coefficient": cell.friction,
+        "object_mass_g": cell.mass_g,
+    }
+
+
+Job = tuple[str, tuple[str, ...], int]
+
+
+def _lifted(
+    shared: _Shared, jobs: Sequence[Job], workers: int
+) -> Iterator[tuple[Job, list[dict[str, Any]]]]:
+    if workers <= 1:
+        yield from ((job, lift_plant(shared, *job)) for job in jobs)
+        return
+    with Pool(workers, shared=(shared,)) as pool:
+        try:
+            yield from pool.as_done(lambda job: (job, pool.call(lift_plant, *job)), jobs)
+        except ProcessError as error:
+            raise SolverError(f"a process of the study ended ({error}); run it again") from error
+
+
+def _key(job: Job) -> str:
+    return f"{job[0]} {job[2]}"
+
+
+def _digest(shared: _Shared, faults: Sequence[Chosen]) -> str:
+    taught = None if shared.estimator is None else shared.estimator.to_json()
+    plain = [shared.design.digest(), shared.controllers, shared.fidelity, shared.lifts, shared.seed]
+    model = [CONTACT_SIZE_MM[shared.fidelity], MESHED, __version__]
+    return hashlib.sha256(json.dumps([*plain, *model, taught, list(faults)]).encode()).hexdigest()
+
+
+def _record(
+    shared: _Shared,
+    faults: Sequence[Chosen],
+    plants: int,
+    rows: Sequence[dict[str, Any]],
+) -> dict[str, Any]:
+    """Shares with Wilson's intervals, spreads of the margin at the lift."""
+    summaries = {
+        label: {
+            name: _summary([r for r in rows if r["fault"] == label and r["controller"] == name])
+            for name in shared.controllers
+        }
+        for label, _ in faults
+    }
+    return {
+        "design": shared.design.design.name,
+        "digest": shared.design.digest(),
+        "fidelity": shared.fidelity,
+        "taught_on": None if shared.estimator is None else shared.estimator.design,
+        "noise_microstrain": GOOD_AMPLIFIER,
+        "plants": plants,
+        "lifts_a_plant": shared.lifts,
+        "seed": shared.seed,
+        "faults": {label: list(chosen) for label, chosen in faults},
+        "summaries": summaries,
+        "versions": versions(),
+    }
+
+
+def _summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    margins = spread_of(row["safety_margin"] for row in rows if row["success"])
+    return {
+        "success": asdict(share_of(sum(row["success"] for row in rows), len(rows))),
+        "gross_slip": sum(row["gross_slip"] or 0 for row in rows),
+        "crushed": sum(row["crushed"] or 0 for row in rows),
+        "not_lifted": sum(not row["lifted"] for row in rows),
+        "failed": sum(row["ending"] == "failed" for row in rows),
+        "safety_margin": None if margins is None else asdict(margins),
+    }

@@ -1,0 +1,92 @@
+"""Fingers drawn unlike the model, and controllers judged on them."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from fingerdesign_cli.main import main
+
+from fingerdesign.checks.starter import find_design
+from fingerdesign.errors import DesignError
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.sensing.unlike import ALL, unlike
+
+COARSE = """
+[design]
+name = "coarse"
+[plates]
+count = 5
+length_mm = 1.0
+cover_mm = 1.2
+[gages]
+length_mm = 0.6
+[mesh.section]
+contact_size_mm = 0.3
+plate_size_mm = 0.4
+plate_end_size_mm = 0.1
+"""
+
+
+def places(design):
+    return np.array([[*frame.centre, frame.angle_deg] for frame in plate_frames(design)])
+
+
+def test_a_draw_is_its_seeds_and_keeps_within_its_bounds():
+    design = find_design("sensitive")
+    own, rubber = places(design), design.material_of("body")
+    for seed in range(12):
+        found = unlike(design, ALL, seed)
+        assert found == unlike(design, ALL, seed)
+        assert found != unlike(design, ALL, seed + 100)
+        other = found.design.material_of("body")
+        assert abs(other.youngs_modulus_MPa / rubber.youngs_modulus_MPa - 1.0) <= 0.15
+        assert 0.47 <= other.poissons_ratio <= 0.4999
+        # Plates each by 0.1 mm and 1 degree; row, cover and angle by 0.1, 0.1 mm and 2 degrees.
+        off = np.abs(places(found.design) - own)
+        assert (off.max(axis=0) > 0.0).all()
+        assert (off.max(axis=0) <= [0.2, 0.2, 3.0]).all()
+        held = found.held
+        assert (held.radius_mm is None) != (held.tilt_deg == 0.0)
+        assert held.radius_mm is None or held.radius_mm >= 30.0
+
+
+@pytest.mark.parametrize(("fault", "moved"), [("row", 0), ("cover", 1), ("angle", 2)])
+def test_a_row_moves_as_one(fault, moved):
+    design = find_design("sensitive")
+    off = places(unlike(design, [fault], 3).design) - places(design)
+    assert np.ptp(off, axis=0) == pytest.approx(0.0, abs=1e-5)
+    assert np.flatnonzero(np.abs(off).max(axis=0) > 1e-3).tolist() == [moved]
+
+
+def test_what_cannot_be_drawn_is_refused():
+    with pytest.raises(DesignError, match="--fault"):
+        unlike(find_design("sensitive"), ["rust"], 0)
+    with pytest.raises(DesignError, match="one level row"):
+        unlike(find_design("both_ways"), ["row"], 0)
+
+
+def test_all_controllers_meet_the_same_fingers(tmp_path, capsys):
+    (tmp_path / "coarse.toml").write_text(COARSE)
+    given = ["study-unlike", str(tmp_path / "coarse.toml"), "--out", str(tmp_path / "out")]
+    given += ["--plants", "2", "--lifts", "1", "--workers", "1", "--quiet"]
+    assert main([*given, "--fault", "rust"]) == 2
+    assert "--fault = rust: must be one of none, modulus" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+    chosen = ["--fault", "none", "--fault", "all"]
+    chosen += ["--controller", "fixed_ratio", "--controller", "reactive"]
+    assert main([*given, *chosen]) == 0
+    record = json.loads((tmp_path / "out/coarse/unlike.json").read_text())
+    with (tmp_path / "out/coarse/unlike.csv").open() as file:
+        lifts = list(csv.DictReader(file))
+    assert len(lifts) == 8
+    objects = {name: [] for name in ("fixed_ratio", "reactive")}
+    for row in lifts:
+        objects[row["controller"]].append((row["object_mass_g"], row["friction_coefficient"]))
+    assert objects["fixed_ratio"] == objects["reactive"]
+    for label, by in record["summaries"].items():
+        for name, summary in by.items():
+            own = [r for r in lifts if (r["fault"], r["controller"]) == (label, name)]
+            assert summary["success"]["of"] == len(own) == 2
+            assert summary["success"]["count"] == sum(int(r["success"]) for r in own)
+            assert summary["failed"] == 0
