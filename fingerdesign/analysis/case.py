@@ -104,8 +104,9 @@ def gage_array(design: Design) -> tuple[int, ...]:
     first of those; centres placed one by one are one row.
     """
     plates = design.plates
+    every = 2 if design.gages.grid == "double_axial" else 1  # a pair goes by its first plate
     if plates.placement is not None:
-        return tuple(range(plates.number))
+        return tuple(range(0, plates.number, every))
     frames = plate_frames(design)
     best: tuple[int, ...] = ()
     first = 0
@@ -114,7 +115,7 @@ def gage_array(design: Design) -> tuple[int, ...]:
         first += row.count
         if row.along == "x" and len(own) > len(best):
             best = own
-    return tuple(k for k in best if frames[k].along == "x")
+    return tuple(k for k in best[::every] if frames[k].along == "x")
 
 
 def result_digest(design: Design, scene: Scene, fidelity: str) -> str:

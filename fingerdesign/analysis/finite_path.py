@@ -68,7 +68,7 @@ def finite_readings(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> Fin
     ZoneExhausted where the contact outgrows the zone, SolverError where a row fails.
     """
     refuse_finite(design, scene)
-    lines = gage_lines(mesh, plate_frames(design), design.gages)
+    lines = gage_lines(mesh, plate_frames(design), design.gages, design.gage_weights)
     contact = candidate_facets(mesh, zone.half_width, zone.half_depth)
     if not len(contact):
         raise ZoneExhausted(f"no whole contact facet lies in the candidate zone ({zone})")

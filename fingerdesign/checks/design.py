@@ -91,15 +91,20 @@ def _upward_faults(grip: Grip) -> list[Fault]:
 
 def _dead_gage_faults(design: Design) -> list[Fault]:
     dead, plates = list(design.grip.hardware.dead_gages), design.plates.number
-    key, most = "grip.hardware.dead_gages", max(plates - _LEAST_GAGES, 0)
+    pairs = design.gages.grid == "double_axial"
+    bridges = plates // 2 if pairs else plates
+    key, most = "grip.hardware.dead_gages", max(bridges - _LEAST_GAGES, 0)
     if len(set(dead)) < len(dead):
         return [Fault(key, dead, "each once", "say a plate once")]
     if wrong := [plate for plate in dead if plate >= plates]:
         bound = f"plates 0 to {plates - 1}" if plates else "empty: the design has no plates"
         return [Fault(key, wrong, bound, "name plates that there are")]
+    if seconds := [plate for plate in dead if pairs and plate % 2]:
+        bound = "even: the bridge of two plates goes by the first"
+        return [Fault(key, seconds, bound, "name the plate before")]
     if len(dead) > most:
         remedy = f"leave {_LEAST_GAGES} gages that answer: a rig is calibrated by them"
-        return [Fault(key, dead, f"at most {most} of the design's {plates}", remedy)]
+        return [Fault(key, dead, f"at most {most} of the design's {bridges}", remedy)]
     return []
 
 
@@ -189,6 +194,7 @@ LEAST_SLENDERNESS = 4.0  # length / thickness; a stubbier box is no plate and be
 LEAST_BEND = 4.0  # bend radius / thickness: below it the strain across the plate is no plate's
 MOST_BEND_DEG = 90.0  # from end to end of a bent plate
 LEAST_METAL_MM = 0.1  # beside a hole
+_LEAST_SLOPE = 0.03  # product of sin(2 angle) of a pair: 5 degrees either way
 
 
 def plate_faults(design: Design) -> list[Fault]:
@@ -296,7 +302,41 @@ def gage_faults(design: Design) -> list[Fault]:
         bound = f"within -{reach:g} ... {reach:g}, so that the gage lies on the plate"
         remedy = f"move it toward 0, narrow the gage or raise {key}"
         faults.append(Fault("gages.z_mm", gages.z_mm, bound, remedy))
-    return faults
+    return faults + _bridge_faults(design) + _pair_faults(design)
+
+
+def _bridge_faults(design: Design) -> list[Fault]:
+    """A bridge that the grids cannot make."""
+    gages = design.gages
+    found = list(gages.bridges(design.material_of("plates").poissons_ratio))
+    if gages.bridge is None or gages.bridge in found:
+        return []
+    faces = "both faces" if gages.faces == 2 else "one face"
+    bound = f"{' or '.join(map(repr, found))} for {gages.grid} grids on {faces}"
+    remedy = f"leave it out for '{found[-1]}'"
+    if gages.faces == 1 and gages.bridge != "quarter":
+        remedy += ", or set gages.face = 'both'"
+    return [Fault("gages.bridge", gages.bridge, bound, remedy)]
+
+
+def _pair_faults(design: Design) -> list[Fault]:
+    """Two plates of one bridge lie at opposite angles, side by side in one row."""
+    if design.gages.grid != "double_axial":
+        return []
+    for row in plate_rows(design):
+        first, last = row.frames[0].index, row.frames[-1].index
+        if len(row.frames) % 2:
+            bound = f"'axial' or 'tee' for a row of {len(row.frames)} plates ({first} to {last})"
+            remedy = f"give the row an even number of plates ({row.key('count')})"
+            return [Fault("gages.grid", "double_axial", bound, remedy)]
+        for one, two in zip(row.frames[::2], row.frames[1::2], strict=True):
+            slopes = np.sin(np.radians([2.0 * one.angle_deg, 2.0 * two.angle_deg]))
+            if slopes[0] * slopes[1] > -_LEAST_SLOPE:
+                angles = f"{one.angle_deg:.4g} and {two.angle_deg:.4g} degrees"
+                bound = f"'axial' or 'tee' for plates {one.index} and {two.index} at {angles}"
+                remedy = "give a pair opposite angles: plates.alternate = true, or plates.placement"
+                return [Fault("gages.grid", "double_axial", bound, remedy)]
+    return []
 
 
 MOST_MOVES = 5000  # a grip takes about 50

@@ -202,7 +202,7 @@ def run_episodes(
     which is given the noise of the table's hardware. Raises SolverError where the calibration
     itself fails.
     """
-    grip = design.grip
+    grip = design.rig
     rig = Rig(problem, design.gages.face, grip, plates, opposite)
     bounds = Bounds.of(grip)
     calibration = rig.calibration()

@@ -12,6 +12,15 @@ from fingerdesign.design.mesh import mesh_file_digest
 from fingerdesign.design.step import content_of
 
 UNSEEN = {"mold"}  # tables that no analysis depends on
+# Keys that came after digests were first written down; their defaults leave digests as they were.
+LATER: dict[str, Any] = {
+    "alternate": False,
+    "grid": "axial",
+    "gage_factor": 2.0,
+    "transverse_sensitivity": 0.0,
+    "excitation_V": 2.5,
+    "gage_noise_microvolt_per_V": 0.0,
+}
 
 
 def content_digest(model: BaseModel) -> str:
@@ -41,9 +50,10 @@ def _by_content(values: dict[str, Any]) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Drop absent keys and make -0.0 the 0.0 that it equals."""
+    """Drop absent keys and later ones at their defaults; make -0.0 the 0.0 that it equals."""
     if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items() if item is not None}
+        kept = {key: item for key, item in value.items() if item is not None}
+        return {k: _plain(v) for k, v in kept.items() if k not in LATER or v != LATER[k]}
     if isinstance(value, list):
         return [_plain(item) for item in value]
     if isinstance(value, float):

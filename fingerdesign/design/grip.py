@@ -87,6 +87,13 @@ class HardwareTable(Table):
     gage_noise_microstrain: float = bounded(
         0.0, 0, 1e5, "standard deviation of one sample; 0.5 is a good strain amplifier at 100 Hz"
     )
+    gage_noise_microvolt_per_V: float = bounded(
+        0.0,
+        0,
+        1e5,
+        "standard deviation of one sample of the bridge's output, the amplifier's own; counts "
+        "beside the noise in microstrain, in squares",
+    )
     drift_microstrain_per_s: float = bounded(
         0.0, 0, 1e5, "each gage drifts steadily, at a rate of this standard deviation"
     )
@@ -113,6 +120,7 @@ class HardwareTable(Table):
         fall = 1.0 / np.sqrt(samples)
         rested = {
             "gage_noise_microstrain": float(self.gage_noise_microstrain * fall),
+            "gage_noise_microvolt_per_V": float(self.gage_noise_microvolt_per_V * fall),
             "force_noise_N": float(self.force_noise_N * fall),
             "drift_microstrain_per_s": 0.0,
             "delay_samples": 0,

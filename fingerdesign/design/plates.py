@@ -88,6 +88,9 @@ class Plates(Table):
     thickness_mm: float = bounded(0.1, 0.005, 10, "in the section")
     length_mm: float = bounded(2.0, 0.05, 200, "in the section")
     angle_deg: float = bounded(45.0, -180, 180, "anticlockwise from the row's axis (+x)")
+    alternate: bool = Field(
+        default=False, description="every second plate of a row lies at -angle_deg"
+    )
     pitch_mm: float = bounded(1.0, 0.01, 200, "between plate centres, along the row")
     cover_mm: float = bounded(2.0, 0.01, 500, "plate centre below the surface, along y")
     offset_mm: float = bounded(0.0, -250, 250, "of the row's middle, along the row")
@@ -154,7 +157,12 @@ class Plates(Table):
                 "lower plates.count or the rows' own",
                 "plates.rows",
             )
-        for key, idle in (("along", "x"), ("follow", "level"), ("offset_mm", 0.0)):
+        for key, idle in (
+            ("along", "x"),
+            ("follow", "level"),
+            ("offset_mm", 0.0),
+            ("alternate", False),
+        ):
             if self.placement is not None and getattr(self, key) != idle:
                 bound = f"{idle!r} where plates.placement is given"
                 remedy = "remove it: plates.placement says where each plate lies"

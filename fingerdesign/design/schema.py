@@ -6,6 +6,7 @@ Lengths in mm, moduli in MPa, angles in degrees. Every key but ``design.name`` h
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
@@ -15,9 +16,10 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Table, Whole, bounded, holds, refuse
+from fingerdesign.design.base import Many, Table, Whole, holds, refuse
 from fingerdesign.design.body import Body, Core, StepFile
 from fingerdesign.design.digest import content_digest
+from fingerdesign.design.gages import Gages
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.mesh import MeshOptions
 from fingerdesign.design.mold import Mold
@@ -63,21 +65,6 @@ class Meta(Table):
     name: Annotated[str, AfterValidator(safe_name)] = Field(
         description="names the result's folder: letters, digits, - _ .",
         json_schema_extra={"pattern": NAME_PATTERN},
-    )
-
-
-class Gages(Table):
-    """The strain gage that each plate carries on one face or on both."""
-
-    length_mm: float = bounded(1.0, 0.01, 200, "averaged along the plate, centred on it")
-    width_mm: float = bounded(
-        1.0, 0.01, 500, "averaged across the plate (along z), centred on z_mm"
-    )
-    z_mm: float = bounded(0.0, -250, 250, "the gage's middle, from its plate's middle")
-    face: Literal["upper", "lower", "both"] = Field(
-        default="both",
-        description="upper (90 degrees anticlockwise from the plate's axis) | lower | both "
-        "(their mean: membrane)",
     )
 
 
@@ -165,6 +152,29 @@ class Design(Whole):
                 raise KeyError(f"{self.design.name} has no core")
             return self.materials[self.body.core.material]
         return self.materials[getattr(self, part).material]
+
+    @property
+    def gage_weights(self) -> tuple[float, float]:
+        """a and b of a gage's reading a e_axial + b e_transverse, on plates of this material."""
+        return self.gages.weights(self.material_of("plates").poissons_ratio)
+
+    @property
+    def bridge(self) -> tuple[str, float]:
+        """The bridge's name, and its output in microvolt per volt of a reading of 1 microstrain."""
+        found = self.gages.bridges(self.material_of("plates").poissons_ratio)
+        name: str = self.gages.bridge or list(found)[-1]
+        return name, 0.25 * self.gages.gage_factor * found[name]
+
+    @property
+    def rig(self) -> Grip:
+        """``[grip]`` with the amplifier's noise as microstrain of the bridge, added in squares."""
+        hardware = self.grip.hardware
+        if hardware.gage_noise_microvolt_per_V == 0.0:
+            return self.grip
+        amplifier = hardware.gage_noise_microvolt_per_V / self.bridge[1]
+        noise = math.hypot(hardware.gage_noise_microstrain, amplifier)
+        own = {"gage_noise_microstrain": noise, "gage_noise_microvolt_per_V": 0.0}
+        return self.grip.model_copy(update={"hardware": hardware.model_copy(update=own)})
 
     def __hash__(self) -> int:
         return hash(self.digest())

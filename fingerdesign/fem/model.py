@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.body import Body as FingerBody
-from fingerdesign.design.schema import Design, Gages
+from fingerdesign.design.gages import Gages
+from fingerdesign.design.schema import Design
 from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
 from fingerdesign.fem.readout import gage_rows, plate_at, plate_strain_rows, strain_rows
 from fingerdesign.fem.sheet import design_sheets
@@ -80,7 +81,7 @@ def build_model(
     frames = plate_frames(design)
     points, signs = _readout_points(mesh, readout_points)
     readouts = [
-        gage_rows(mesh, frames, design.gages),
+        gage_rows(mesh, frames, design.gages, design.gage_weights),
         *[
             sp.csr_matrix(sp.diags_array(sign) @ _point_rows(design, mesh, point))
             for point, sign in zip(points, signs, strict=True)
@@ -153,10 +154,13 @@ def fixed_dofs(mesh: Mesh) -> NDArray[np.bool_]:
 
 
 def gage_positions(frames: Sequence[PlateFrame], gages: Gages) -> Array:
-    """Centres of the gages (plates, 3), mm: on their plates' mid-surfaces."""
+    """Centres of the gages (plates, 3), mm: on the mid-surfaces, of pairs between them."""
     if not frames:
         return np.empty((0, 3))
-    return np.vstack([f.to_space(f.centre, f.middle + gages.z_mm) for f in frames])
+    centres = np.vstack([f.to_space(f.centre, f.middle + gages.z_mm) for f in frames])
+    if gages.grid == "double_axial":
+        centres = centres.reshape(-1, 2, 3).mean(axis=1).repeat(2, axis=0)
+    return centres
 
 
 def free_ends(body: FingerBody, mesh: Mesh) -> tuple[float, float] | None:

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.design.schema import Gages
+from fingerdesign.design.gages import Gages
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.fem.elements import inverse_map, jacobians, quadrature, tabulate
 from fingerdesign.fem.sheet import SheetFacets, places_on, sheet_of
@@ -172,21 +172,26 @@ def _strain_from_gradient(mesh: Mesh, nodes: IntArray, even: Array, odd: Array) 
     return sp.csr_matrix(entries, shape=(6, mesh.points.size))
 
 
-def gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> sp.csr_matrix:
-    """Rows (2 plates, n dim): mean strain along the plate over the gage, upper then lower face.
+def gage_rows(
+    mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages, weights: tuple[float, float]
+) -> sp.csr_matrix:
+    """Rows (2 plates, n dim): what the gages read, upper then lower face.
 
-    A plate that is a sheet has its gages on the faces of its slot.
+    weights: of the mean strains along the plate and across it, over the same rectangle (see
+    :meth:`Gages.weights`); in plane strain there is none across. A plate that is a sheet has its
+    gages on the faces of its slot.
     Of a flat plate the mean over the length is exact: the difference of the end displacements along
     the plate divided by the length. On a bent one, with rho the radius of the face that carries the
     gage, the strain along it is du_t/ds + u_n / rho: the first part is again a difference of end
     displacements, the second a Gauss rule along the face. ``gages.length_mm`` is measured on that
-    face. Across the width it is a Gauss rule about the plate's middle + z_mm.
+    face. Across the width it is a Gauss rule about the plate's middle + z_mm. The strain across is
+    the difference over the width, by a Gauss rule along the face.
     """
     rows = []
     for frame in frames:
         sheet = sheet_of(mesh, frame) if f"plate_{frame.index}_upper" in mesh.facets else None
         for side in (0.5, -0.5):
-            points, vectors = _gage_places(mesh, frame, gages, side * frame.thickness)
+            points, vectors = _gage_places(mesh, frame, gages, side * frame.thickness, weights)
             if sheet is None:
                 rows.append(_weighted_displacements(mesh, points, vectors, frame.index + 1))
                 continue
@@ -196,7 +201,28 @@ def gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> sp.csr_
                 own = _displacement(mesh, sheet, face, places_on(frame, point[None])[0])
                 parts.append(sp.csr_matrix(vector) @ own)
             rows.append(sp.csr_matrix(sum(parts[1:], parts[0])))
-    return sp.vstack([sp.csr_matrix((0, mesh.points.size)), *rows], format="csr")
+    found = sp.vstack([sp.csr_matrix((0, mesh.points.size)), *rows], format="csr")
+    pairs = pairing(frames, gages)
+    return found if pairs is None else sp.csr_matrix(pairs @ found)
+
+
+def pairing(frames: Sequence[PlateFrame], gages: Gages) -> sp.csr_matrix | None:
+    """What bridges of two plates read of strains (2 plates,), (2 plates, 2 plates): of each pair
+    half the plate at a positive angle less the other, face by face, in both plates' places; None
+    where each plate has a bridge of its own. ValueError where a plate's fellow is not among them.
+    """
+    if gages.grid != "double_axial":
+        return None
+    numbers = [frame.index for frame in frames]
+    halves = zip(numbers[::2], numbers[1::2], strict=False)
+    if len(numbers) % 2 or any(one % 2 or two != one + 1 for one, two in halves):
+        raise ValueError(f"plates {numbers} are no whole pairs")
+    signs = [0.5 * np.sign(np.sin(np.radians(2.0 * frame.angle_deg))) for frame in frames]
+    blocks = [
+        np.kron([[one, two], [one, two]], np.eye(2))
+        for one, two in zip(signs[::2], signs[1::2], strict=True)
+    ]
+    return sp.block_diag([sp.csr_matrix((0, 0)), *blocks], format="csr")
 
 
 def gage_heights(gages: Gages) -> tuple[Array, Array]:
@@ -228,19 +254,37 @@ def _outward(frame: PlateFrame, s: float) -> Array:
     return np.array([-along[1], along[0]])
 
 
-def _gage_places(mesh: Mesh, frame: PlateFrame, gages: Gages, v: float) -> tuple[Array, Array]:
+def gage_crossing(frame: PlateFrame, gages: Gages, v: float) -> tuple[Array, Array, Array]:
+    """Both ends (2, k, 3), mm, at + and - of k lines across a gage on the face at ``v``, their
+    shares (k,) of its length (sum 1), and their direction (3,)."""
+    reach = 0.5 * gages.length_mm
+    if frame.bend_radius is not None:  # s is measured along the mid-surface
+        reach *= frame.bend_radius / (frame.bend_radius + v)
+    nodes, shares = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
+    where, middle = frame.from_local(reach * nodes, v), frame.middle + gages.z_mm
+    ends = [frame.to_space(where, middle + half * gages.width_mm) for half in (0.5, -0.5)]
+    return np.array(ends), 0.5 * shares, frame.to_space(np.zeros(2), 1.0)[0]
+
+
+def _gage_places(
+    mesh: Mesh, frame: PlateFrame, gages: Gages, v: float, weights: tuple[float, float]
+) -> tuple[Array, Array]:
     """Points (k, dim) on the face at ``v`` (mm, along the normal), and the vectors (k, dim), 1/mm,
-    whose products with the displacements there add up to the gage's strain.
+    whose products with the displacements there add up to the gage's reading.
 
     In a half model what lies at z < 0 is the mirror image of what lies at z > 0.
     """
     along, shares = gage_shares(frame, gages.length_mm, v)
-    where = frame.from_local(along, v)
+    where, shares = frame.from_local(along, v), weights[0] * shares
     if mesh.dimension == 2:
         return where, shares
-    offsets, weights = gage_heights(gages)
+    offsets, heights = gage_heights(gages)
     points = np.vstack([frame.to_space(where, frame.middle + offset) for offset in offsets])
-    vectors = np.vstack([weight * frame.direction(shares) for weight in weights])
+    vectors = np.vstack([weight * frame.direction(shares) for weight in heights])
+    if weights[1] != 0.0:
+        ends, parts, across = gage_crossing(frame, gages, v)
+        pull = weights[1] / gages.width_mm * np.outer(parts, across)
+        points, vectors = np.vstack([points, *ends]), np.vstack([vectors, pull, -pull])
     if mesh.symmetric:
         turned = np.where(points[:, 2:] < 0.0, [1.0, 1.0, -1.0], 1.0)
         points, vectors = points * turned, vectors * turned

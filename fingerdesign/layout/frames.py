@@ -256,7 +256,8 @@ def row_frames(body: Body, row: Plates, first: int) -> list[PlateFrame]:
     for k, pace in enumerate(paces):
         middle = _middle(row, k, row.span_offset_mm)
         x, y, turn, bend = row.layout.placed(body, row, float(pace), middle)
-        frames.append(_frame(row, first + k, (x, y, row.angle_deg + turn), bend, middle, span))
+        angle = -row.angle_deg if row.alternate and k % 2 else row.angle_deg
+        frames.append(_frame(row, first + k, (x, y, angle + turn), bend, middle, span))
     return frames
 
 

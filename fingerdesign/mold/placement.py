@@ -99,7 +99,7 @@ def readings(
     from fingerdesign.fem.readout import gage_rows
 
     body = body_of(design, mesh, candidate_facets(mesh, zone.half_width))
-    condensed = condense_body(body, [gage_rows(mesh, frames, design.gages)])
+    condensed = condense_body(body, [gage_rows(mesh, frames, design.gages, design.gage_weights)])
     centres = np.vstack([frame.to_space(frame.centre, frame.middle) for frame in frames])
     reduced = reduced_model(
         condensed,
@@ -184,6 +184,8 @@ def section_plates(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
     shown = tuple(f for f in frames if f.along == "x" and f.low < 0.0 < f.high)
     if not shown:
         return (), "the section z = 0 cuts no plate"
+    if design.gages.grid == "double_axial" and len(shown) < len(frames):
+        return (), "the section z = 0 does not cut both plates of every pair"
     return shown, None
 
 

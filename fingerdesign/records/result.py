@@ -53,7 +53,7 @@ class MeshSummary:
 @strict
 @dataclass(frozen=True)
 class GageResult:
-    """One plate's gage, microstrain, tension positive.
+    """One plate's gage, microstrain, tension positive; of tees and pairs what their bridge reads.
 
     membrane = (upper + lower) / 2, bending = (upper - lower) / 2; reading: that of ``gages.face``.
     """

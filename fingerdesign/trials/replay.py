@@ -92,7 +92,7 @@ def replay_trace(
     hand = make_controller(name, design.grip, estimator=estimator)
     problem = grip_problem(design, fidelity, report=report)
     report("calibrating")
-    calibration = Rig(problem, design.gages.face, design.grip, plates).calibration()
+    calibration = Rig(problem, design.gages.face, design.rig, plates).calibration()
     report("replaying")
     try:
         steps = tuple(replay(plant, calibration, design.grip.preload_mm, hand, estimator))

@@ -119,7 +119,10 @@ def _results(
             raise SolverError(f"{words}: it goes on where it stopped") from error
 
 
-VARIED = "gage_noise_microstrain"  # of the hardware: what the grid's noises replace
+VARIED = {
+    "gage_noise_microstrain",
+    "gage_noise_microvolt_per_V",
+}  # of the hardware: what the grid's noises replace
 PAGE_FILE, CHART_FILE = "control.html", "control.png"
 # path_*.csv: the grips that the page draws, one each.
 FOLDER = RecordFolder(
@@ -171,7 +174,7 @@ def study_control(
         design=design.design.name,
         digest=digest,
         model=_model_data(bench),
-        hardware=design.grip.hardware.model_dump(exclude={VARIED}),
+        hardware=design.grip.hardware.model_dump(exclude=VARIED),
         seconds={**clock.seconds, "whole": whole},
         workers=workers,
         versions=versions(),
@@ -206,7 +209,7 @@ def grip_bench(
         if any(map(needs_training, names)) and estimator is None:
             estimator = training_result_for(design, problem, say, workers, fidelity).estimator
     face, plates = design.gages.face, gage_array(design)
-    return GripBench(problem, face, plates, design.grip, grid, estimator, opposite)
+    return GripBench(problem, face, plates, design.rig, grid, estimator, opposite)
 
 
 def journal_beside(target: Path) -> Path:

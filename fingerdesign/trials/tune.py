@@ -319,7 +319,7 @@ def tune_controllers(
         digest=digest,
         seed=seed,
         cells=tuple(tuning_cells("", budget[-1].grips, seed, noises)),
-        hardware=design.grip.hardware.model_dump(exclude={VARIED}),
+        hardware=design.grip.hardware.model_dump(exclude=VARIED),
         model={
             **model_data(bench.problem),
             "gages": len(bench.plates),

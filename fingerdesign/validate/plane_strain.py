@@ -201,16 +201,21 @@ def plane_strain_error(
     place = (poisson, _span(design), depth, width)
     inside = chart.inside(*place)
     known = chart.table.get("uncertainty", {})
+    gaged = design.plates.number and design.gages.grid == "axial"  # as the map's
     errors, unsure = {}, {}
     for quantity in chart.errors:
         value = chart.error(quantity, *place)
-        if not math.isfinite(value) or ("gage" in quantity and not design.plates.number):
+        if not math.isfinite(value) or ("gage" in quantity and not gaged):
             continue
         errors[quantity] = value
         own = known.get(quantity, {"relative": 0.5, "absolute": 0.05})
         unsure[quantity] = own["absolute"] + own["relative"] * abs(value)
         unsure[quantity] *= 1.0 if inside else _OUTSIDE
     notes = []
+    if design.plates.number and not gaged:
+        notes.append(
+            f"what it does to {design.gages.grid} gages is not known: the study's are axial"
+        )
     if place[1] > 0.0 and _plate_length(design) < (1.0 - 1e-9) * _STUDY_LENGTH * height:
         notes.append(_widen_to_bare(errors, unsure, chart, place))
     if scene is not None and _pulls_further(scene):

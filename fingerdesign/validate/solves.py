@@ -185,7 +185,7 @@ class Reader:
         from fingerdesign.fem.readout import gage_rows
 
         frames, old = plate_frames(self.solved.design), self.own
-        operator = gage_rows(self.solved.mesh, frames, gages)
+        operator = gage_rows(self.solved.mesh, frames, gages, self.solved.design.gage_weights)
         strains = MICRO * (operator @ self._fields.T).T.reshape(old.gages.shape)
         return replace(old, gages=strains, face=gages.face)
 

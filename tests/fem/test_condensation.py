@@ -114,7 +114,9 @@ def test_condensed_equals_full(case):
     scale = np.abs(u).max()
     free = ~model.locked
     assert np.abs(model.displacement(force) - u)[free].max() < 1e-9 * scale
-    gages = (gage_rows(mesh, plate_frames(design), design.gages) @ field.ravel()).reshape(-1, 2)
+    gages = (
+        gage_rows(mesh, plate_frames(design), design.gages, design.gage_weights) @ field.ravel()
+    ).reshape(-1, 2)
     assert np.abs(model.gage_strain(force) - gages).max() < 1e-9 * np.abs(gages).max()
     point = POINT[0, : mesh.dimension]
     strain = strain_rows(mesh, point) @ field.ravel()
@@ -209,7 +211,9 @@ def test_constant_strain_is_read_exactly():
             wanted[4:] = shear[0, 2], shear[1, 2]
         assert np.allclose(got, wanted, atol=1e-9)
         frames = plate_frames(DESIGN)
-        gages = (gage_rows(mesh, frames, DESIGN.gages) @ field.ravel()).reshape(-1, 2)
+        gages = (
+            gage_rows(mesh, frames, DESIGN.gages, DESIGN.gage_weights) @ field.ravel()
+        ).reshape(-1, 2)
         axis = frames[0].axis
         assert np.allclose(gages, axis @ slope[:2, :2] @ axis, atol=1e-9)
 
@@ -226,7 +230,7 @@ def test_slow_fallback_gives_the_same(monkeypatch):
     free = ~fixed_dofs(mesh)
     stiffness = stiffness_of(DESIGN, mesh)[free][:, free].tocsr()
     stiffness.sort_indices()
-    rows = gage_rows(mesh, plate_frames(DESIGN), DESIGN.gages)[:, free].tocsr()
+    rows = gage_rows(mesh, plate_frames(DESIGN), DESIGN.gages, DESIGN.gage_weights)[:, free].tocsr()
     fast = Condensation(stiffness, rows)
     load = np.random.default_rng(0).normal(size=(stiffness.shape[0], 2))
     monkeypatch.setattr(factor, "has_pardiso", lambda: False)

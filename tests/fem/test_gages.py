@@ -15,6 +15,7 @@ from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 
+AXIAL, TEE = (1.0, 0.0), (1.0, 0.33)
 GAGES = Gages(length_mm=1.0, width_mm=0.6, z_mm=0.2)
 SMALL = {
     "design": {"name": "rubber"},
@@ -55,16 +56,66 @@ def section():
     return mesh_section(design_of(), 2.0)
 
 
-def read(mesh, frame, field):
-    return gage_rows(mesh, [frame], GAGES) @ field.ravel()
+def read(mesh, frame, field, weights=AXIAL):
+    return gage_rows(mesh, [frame], GAGES, weights) @ field.ravel()
+
+
+def directions(frame):
+    """Unit vectors along the plate and across it, in space."""
+    return frame.direction(frame.axis), frame.to_space(np.zeros(2), 1.0)[0]
 
 
 @pytest.mark.parametrize("frame", [FLAT, ALONG_Z, LEVEL_Z, UPRIGHT_Z])
 def test_constant_strain_in_any_direction(whole, frame):
-    """A linear displacement's own strain along the plate's axis in space, on both faces."""
+    """A linear displacement's own strain along the plate's axis in space and, of a tee, across it,
+    on both faces."""
     slope = np.random.default_rng(1).normal(size=(3, 3))
-    axis = frame.direction(frame.axis)
-    assert np.allclose(read(whole, frame, whole.points @ slope.T), axis @ slope @ axis, atol=1e-9)
+    axis, across = directions(frame)
+    for a, b in (AXIAL, TEE, (1.02, -0.7)):
+        got = read(whole, frame, whole.points @ slope.T, (a, b))
+        assert np.allclose(
+            got, a * (axis @ slope @ axis) + b * (across @ slope @ across), atol=1e-9
+        )
+
+
+def test_a_tee_reads_the_plates_own_axial_stress(whole):
+    """Pulled along by s / E and free to contract, a plate of nu = 0.33 reads s (1 - nu^2) / E;
+    what pulls across alone reads nothing. A bent plate's faces are stretched across alike."""
+    (axis, across), strain = directions(FLAT), 3e-4
+    pulled = strain * (np.outer(axis, axis) - 0.33 * np.outer(across, across))
+    stretched = strain * (np.outer(across, across) - 0.33 * np.outer(axis, axis))
+    for slope, wanted in ((pulled, strain * (1.0 - 0.33**2)), (stretched, 0.0)):
+        assert np.allclose(read(whole, FLAT, whole.points @ slope, TEE), wanted, atol=1e-15)
+    field = whole.points @ (strain * np.outer(across, across))
+    assert np.allclose(read(whole, BENT, field, (0.0, 1.0)), strain, atol=1e-15)
+
+
+def test_a_tee_in_plane_strain_is_a_single_gage(section):
+    """Bit for bit: nothing is stretched across; the grids' own sensitivity leaves a gain."""
+    tee = Gages(grid="tee", transverse_sensitivity=0.01)
+    one, two = (gage_rows(section, [FLAT, BENT], GAGES, each) for each in (AXIAL, TEE))
+    assert (one != two).nnz == 0
+    assert tee.weights(0.33)[0] == pytest.approx((1.0 + 0.33 * 0.01) / (1.0 - 0.285 * 0.01))
+
+
+def test_pairs_read_half_their_difference(whole, section):
+    """Plates at +30 and -30 degrees under shear; both places hold what the one bridge reads."""
+    pairs = Gages(grid="double_axial", length_mm=1.0, width_mm=0.6)
+    frames = [replace(FLAT, index=k, angle_deg=30.0 * (-1) ** k) for k in range(4)]
+    for mesh in (section, whole):
+        slope = np.zeros((mesh.dimension,) * 2)
+        slope[0] = [2e-4, 3e-4, *[0.0] * (mesh.dimension - 2)]
+        rows = gage_rows(mesh, frames[:2], pairs, AXIAL)
+        wanted = 3e-4 * np.sin(np.radians(60.0)) / 2.0
+        assert np.allclose(rows @ (mesh.points @ slope.T).ravel(), wanted, atol=1e-15)
+        moved_by = (mesh.points @ (1e-4 * slope).T) / 1e-4
+        assert np.allclose(
+            gage_lines(mesh, frames[:2], pairs, AXIAL).strains(moved_by), wanted, rtol=1e-3
+        )
+    places = gage_positions([replace(f, place=float(f.index)) for f in frames], pairs)
+    assert places[:, 0].tolist() == [0.5, 0.5, 2.5, 2.5]
+    with pytest.raises(ValueError, match="whole pairs"):
+        gage_rows(whole, frames[1:3], pairs, AXIAL)
 
 
 def test_gages_lie_about_their_plates_middle(whole):
@@ -107,9 +158,10 @@ def test_halves_read_what_the_whole_reads(whole, half, frame):
         x, y, z = points.T
         return np.stack([0.3 * x + 0.1 * z**2 + x * y, 0.2 * y + 0.4 * z**2, (1 + x + y) * z], 1)
 
-    there = read(whole, frame, mirrored(whole.points))
-    assert np.abs(there).max() > 0.1
-    assert np.allclose(read(half, frame, mirrored(half.points)), there, atol=1e-8)
+    for weights in (AXIAL, TEE):
+        there = read(whole, frame, mirrored(whole.points), weights)
+        assert np.abs(there).max() > 0.1
+        assert np.allclose(read(half, frame, mirrored(half.points), weights), there, atol=1e-8)
 
 
 def test_the_core_has_its_own_material():
@@ -172,16 +224,16 @@ def test_a_turn_reads_nothing(whole, section):
     """In space and in the section, of a body that is moved besides."""
     gradient = turn(3, 0.8) @ turn(3, 0.3).T[[2, 0, 1]][:, [2, 0, 1]]
     for mesh, motion, frames in ((whole, gradient, ALL), (section, turn(2, 1.2), [FLAT, BENT])):
-        strains = gage_lines(mesh, frames, GAGES).strains(moved(mesh, motion) + 0.4)
+        strains = gage_lines(mesh, frames, GAGES, TEE).strains(moved(mesh, motion) + 0.4)
         assert np.abs(strains).max() < 1e-13
 
 
 @pytest.mark.parametrize("frame", [FLAT, ALONG_Z, UPRIGHT_Z])
 def test_a_large_homogeneous_strain_is_the_axis_own_stretch(whole, frame):
     gradient = np.eye(3) + 0.3 * np.random.default_rng(4).normal(size=(3, 3))
-    strains = gage_lines(whole, [frame], GAGES).strains(moved(whole, gradient))
-    stretch = np.linalg.norm(gradient @ frame.direction(frame.axis))
-    assert np.allclose(strains, stretch - 1.0, atol=1e-13)
+    strains = gage_lines(whole, [frame], GAGES, TEE).strains(moved(whole, gradient))
+    along, across = (np.linalg.norm(gradient @ each) - 1.0 for each in directions(frame))
+    assert np.allclose(strains, along + 0.33 * across, atol=1e-13)
 
 
 @pytest.mark.parametrize("frame", ALL)
@@ -193,9 +245,9 @@ def test_small_motions_read_what_the_small_strain_rows_do(request, which, frame)
     field = np.stack(
         [x * y + 0.3 * z * z, np.sin(x) + 0.2 * y * y, z * (0.5 + 0.1 * x * y)], axis=1
     )
-    wanted = (gage_rows(mesh, [frame], GAGES) @ field.ravel()).reshape(-1, 2)
+    wanted = (gage_rows(mesh, [frame], GAGES, TEE) @ field.ravel()).reshape(-1, 2)
     small = 1e-7
-    found = gage_lines(mesh, [frame], GAGES).strains(small * field) / small
+    found = gage_lines(mesh, [frame], GAGES, TEE).strains(small * field) / small
     scale = np.abs(wanted).max()
     assert np.abs(found - wanted).max() < (2e-3 if frame.bend_radius else 2e-6) * scale
 
@@ -203,8 +255,8 @@ def test_small_motions_read_what_the_small_strain_rows_do(request, which, frame)
 def test_sheets_are_refused(section):
     slot = {"plate_0_upper": np.zeros((0, 3), dtype=int)}
     with pytest.raises(SolverError, match=r"plates\.model"):
-        gage_lines(replace(section, facets=section.facets | slot), [FLAT], GAGES)
+        gage_lines(replace(section, facets=section.facets | slot), [FLAT], GAGES, AXIAL)
 
 
 def test_no_plates_no_strains(section):
-    assert gage_lines(section, [], GAGES).strains(section.points).shape == (0, 2)
+    assert gage_lines(section, [], GAGES, AXIAL).strains(section.points).shape == (0, 2)

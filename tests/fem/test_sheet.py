@@ -183,7 +183,7 @@ def test_a_strip_bends_like_a_beam_in_space():
 
 
 def test_gages_read_stretch_and_bending(mesh):
-    rows = gage_rows(mesh, [FRAME], DESIGN.gages)
+    rows = gage_rows(mesh, [FRAME], DESIGN.gages, DESIGN.gage_weights)
     s, n, z = coordinates(mesh)
     stretch, curvature = 3e-4, 0.02
     u = field(mesh, stretch * s - n * curvature * s, 0.5 * curvature * s**2 + 0 * z)

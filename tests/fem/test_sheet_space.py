@@ -22,6 +22,7 @@ FRAMES = {
     "flush": PlateFrame(0, 0.4, 0.3, 35.0, 2.0, T, -2.0, 2.0),
     "crosswise": PlateFrame(0, 0.4, 0.3, -20.0, 2.0, T, -1.0, 1.0, "z"),
 }
+AXIAL = (1.0, 0.0)
 GAGES = Gages(length_mm=0.8, width_mm=0.6, z_mm=0.2)
 
 
@@ -111,13 +112,15 @@ def test_gages_read_stretch_and_bending(case):
     w = frame.across(mesh.points)
     stretch, curvature = 3e-4, 0.02
     along = stretch * s - v * curvature * s + 1e-4 * w
-    u = np.column_stack([along, 0.5 * curvature * s**2, 2e-4 * s]) @ axes(frame)
+    u = np.column_stack([along, 0.5 * curvature * s**2, 2e-4 * s + 5e-5 * w]) @ axes(frame)
     half = 0.5 * T * curvature
-    got = gage_rows(mesh, [frame], GAGES) @ u.ravel()
+    got = gage_rows(mesh, [frame], GAGES, AXIAL) @ u.ravel()
     np.testing.assert_allclose(got, [stretch - half, stretch + half], rtol=1e-9)
+    tee = gage_rows(mesh, [frame], GAGES, (1.0, 0.4)) @ u.ravel()
+    np.testing.assert_allclose(tee - got, 2e-5, rtol=1e-9)
     wide = Gages(length_mm=0.8, width_mm=3.0, z_mm=1.5)
     with pytest.raises(SolverError, match="off the plate"):
-        gage_rows(mesh, [frame], wide)
+        gage_rows(mesh, [frame], wide, AXIAL)
 
 
 def test_strain_inside_a_sheet(case):
@@ -143,5 +146,5 @@ def test_gages_of_a_half_are_those_of_the_whole():
     z = mesh.points[:, 2]
     u = np.zeros_like(mesh.points)
     u[:, 2] = 1e-3 * z + 2e-4 * z**3 * mesh.points[:, 1]
-    rows = [gage_rows(m, [frame], GAGES) @ u.ravel() for m in (mesh, kept)]
+    rows = [gage_rows(m, [frame], GAGES, AXIAL) @ u.ravel() for m in (mesh, kept)]
     np.testing.assert_allclose(rows[0], rows[1], rtol=1e-9)

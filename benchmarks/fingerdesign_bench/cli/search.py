@@ -1,7 +1,8 @@
-"""``fingerdesign bench paper-finger``: the search for the dimensions that the paper leaves open."""
+"""``fingerdesign bench paper-finger`` and ``grids``: gage areas that follow the stick area."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 
 import click
@@ -73,4 +74,48 @@ def paper_finger(
             click.echo(str(path))
 
 
-COMMANDS = (paper_finger,)
+@click.command("grids", short_help="Single gages and tees in 3-D, over 32 points (3 min).")
+@click.argument("designs", nargs=-1)
+@click.option(
+    "--mesher", default="extrude", show_default=True, type=click.Choice(["extrude", "tetwild"])
+)
+@click.option("--contact-mm", default=0.4, show_default=True, type=click.FloatRange(0.05, 2.0))
+@click.option("--layers", default=5, show_default=True, type=click.IntRange(1, 40))
+@output_options
+def grids(
+    designs: tuple[str, ...],
+    mesher: str,
+    contact_mm: float,
+    layers: int,
+    quiet: bool,
+    as_json: bool,
+) -> None:
+    """Rank correlation of the gage area with the stick area in 3-D, by grids of the gages.
+
+    Over the fundamental case, each row cut into four, at five friction coefficients. DESIGNS are
+    files or shipped names; without them maeno2000, as it is and with shorter plates nearer to the
+    surface.
+    """
+    from fingerdesign_bench.studies.grids import FRICTIONS, fingers, measure_grids
+
+    with progress("bench grids", quiet or as_json) as report:
+        found = measure_grids(fingers(designs), mesher, contact_mm, layers, report)
+    if as_json:
+        print_json({"frictions": FRICTIONS, "rows": [asdict(row) for row in found]})
+    elif not quiet:
+        headings = ["finger", "grid", *(f"mu {mu:g}" for mu in FRICTIONS), "A mm", "dofs", "s"]
+        cells = [
+            [
+                row.finger,
+                row.grid,
+                *("-" if value is None else f"{value:.2f}" for value in row.correlations),
+                f"{row.least_mm:.1f}-{row.greatest_mm:.1f}",
+                str(row.dofs),
+                f"{row.seconds:.0f}",
+            ]
+            for row in found
+        ]
+        print_table("Rank correlation of gage area and stick area, 32 points", headings, cells)
+
+
+COMMANDS = (paper_finger, grids)

@@ -26,7 +26,10 @@ from fingerdesign.checks.starter import shipped_path, shipped_text
 from fingerdesign.contact.increment import ContactState, Increment, Workspace, solve_increment
 from fingerdesign.contact.laws import status_of
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
+from fingerdesign.layout.frames import crest_height, plate_frames
+from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.speed import peers_worker
 from fingerdesign_bench.speed.steps import recorded_grip
@@ -88,8 +91,9 @@ def measure_peers(
                 report(f"condensed, {path}")
                 condensed += _condensed(path, each, motions, every)
         if "getfem" in found:
-            report(f"full, {fidelity}")
-            full.append(_full(fidelity, 1 if quick else 2))
+            for plates in (15,) if fidelity == "plane-strain" else (15, 1):
+                report(f"full, {fidelity}, {plates} plates")
+                full.append(_full(fidelity, plates, 1 if quick else 2))
     return condensed, full
 
 
@@ -214,20 +218,22 @@ def _status(problem: ContactProblem, offset: Array, forces: Array) -> IntArray:
     return status_of(forces, motion, problem.self_compliance, problem.friction_coefficient)
 
 
-def _full(fidelity: str, repeats: int) -> Row:
+def _full(fidelity: str, plates: int, repeats: int) -> Row:
     """Ours from a mesh to the last row of the fundamental scene, and GetFEM on the same mesh.
 
-    Set-up: to the condensed model, or to GetFEM's model; neither includes meshing.
+    Set-up: to the condensed model, or to GetFEM's model; neither includes meshing. Gages, single
+    ones and tees on both faces: the largest difference, of the path's largest reading (one plate's
+    crosses zero); theirs are means of GetFEM's own displacement gradients over the rectangles.
     """
     from fingerdesign.analysis.case import Case, fundamental_scene
     from fingerdesign.analysis.path import object_at_touch
     from fingerdesign.analysis.stages import make_mesh, one_thread, zone_of
     from fingerdesign.contact.path import follow
     from fingerdesign.fem.model import build_model
-    from fingerdesign.layout.frames import crest_height
+    from fingerdesign.fem.readout import gage_rows
 
     scene = fundamental_scene()
-    values = {"mesh.element": "P2", **_MESHES[fidelity]}
+    values = {"mesh.element": "P2", "plates.count": plates, **_MESHES[fidelity]}
     design = with_values(load_design(shipped_path("maeno2000")), values)
     zone = zone_of(Case(design, None, fidelity), scene)
     mesh = make_mesh(design, fidelity, zone)
@@ -243,20 +249,32 @@ def _full(fidelity: str, repeats: int) -> Row:
             forces = []
             for step in follow(problem, [Motion(*row) for row in rows]):
                 times.append(time.process_time())
-                forces.append(step.increment.force.sum(axis=0))
+                forces.append(step.increment.force)
         body = model.condensed.body
         given = {key: getattr(body, key) for key in ("fixed", "contact", "thickness")}
         given |= {"points": mesh.points, "cells": mesh.cells, "friction": friction}
         given |= {"young": body.youngs_modulus, "poisson": body.poissons_ratio}
         given |= {"crest": crest_height(design.body), "path": np.array(rows)[:, :2]}
+        points, directions = _gage_points(design, mesh)
+        given |= {"points_read": points.reshape(-1, mesh.dimension)}
         answer = _work("full", given)
         theirs = [float(answer["setup"]), *answer["seconds"]]
         best = np.minimum(best, np.array([theirs, np.diff(times)]))
-    errors = np.abs(answer["forces"] / np.array(forces) - 1.0).max(axis=0)
+    totals = np.array(forces).sum(axis=1)
+    errors = np.abs(answer["forces"] / totals - 1.0).max(axis=0)
+    slopes = answer["gradients"].reshape(len(rows), *points.shape, mesh.dimension)
+    strains = np.einsum("gda,rgqab,gdb->drg", directions, slopes, directions) / points.shape[1]
+    fields = model.displacement_fields(np.array(forces)).reshape(len(rows), -1).T
+    gages = []
+    for weights in ((1.0, 0.0), (1.0, design.material_of("plates").poissons_ratio)):
+        own = gage_rows(mesh, plate_frames(design), design.gages, weights) @ fields
+        pair = np.stack([own.T, np.tensordot(weights[: len(strains)], strains, 1)])
+        mine, other = pair.reshape(2, len(rows), -1, 2).mean(axis=3)
+        gages.append(float(np.abs(other - mine).max() / np.abs(mine).max()))
     setup, increment = best[:, 0], best[:, 1:].mean(axis=1)
     long = setup + _LONG_PATH * increment
     return {
-        "problem": f"{fidelity}, {model.dofs} dofs, {problem.shape[0]} nodes",
+        "problem": f"{fidelity}, {plates} plates, {model.dofs} dofs, {problem.shape[0]} nodes",
         "set-up s": float(setup[0]),
         "ours s": float(setup[1]),
         "increment ms": 1e3 * float(increment[0]),
@@ -266,4 +284,28 @@ def _full(fidelity: str, repeats: int) -> Row:
         "failed": f"{int((~answer['converged']).sum())} of {len(rows)}",
         "normal": float(errors[1]),
         "tangential": float(errors[0]),
+        "gages": gages[0],
+        "tees": gages[1],
     }
+
+
+def _gage_points(design: Design, mesh: Mesh) -> tuple[Array, Array]:
+    """Points (g, q, dim) spread over each gage's rectangle, a thousandth of the thickness inside
+    its plate, and directions (g, 1 or 2, dim) along the plate and across; g: faces of plates. In a
+    half model those at z < 0 are mirrored, which leaves both strains as they are."""
+    gages, found, directions = design.gages, [], []
+    s, w = (
+        0.5 * length * (np.arange(-29, 30, 2) / 30.0)
+        for length in (gages.length_mm, gages.width_mm)
+    )
+    for frame in plate_frames(design):
+        for v in (0.499 * frame.thickness, -0.499 * frame.thickness):
+            line, ways = frame.from_local(s, v), [frame.axis]
+            if mesh.dimension == 3:
+                across = frame.middle + gages.z_mm + w
+                line = np.vstack([frame.to_space(line, each) for each in across])
+                line[:, 2] = np.abs(line[:, 2]) if mesh.symmetric else line[:, 2]
+                ways = [frame.direction(frame.axis), frame.to_space(np.zeros(2), 1.0)[0]]
+            found.append(line)
+            directions.append(ways)
+    return np.array(found), np.array(directions)

@@ -104,7 +104,8 @@ def _solve(
 
 
 def full(problem: Any) -> dict[str, Any]:
-    """The whole body by GetFEM: seconds of set-up and of each row, whether it converged, forces."""
+    """The whole body by GetFEM: seconds of set-up and of each row, whether it converged, forces,
+    displacement gradients (rows, q, dim, dim), or transposed, at points_read (q, dim)."""
     getfem = import_module("getfem")
     getfem.util_trace_level(0)
     getfem.util_warning_level(0)
@@ -112,7 +113,7 @@ def full(problem: Any) -> dict[str, Any]:
     model, integration, right, height, free = _model(getfem, problem)
     setup = time.process_time() - begin
     crest, dim = float(problem["crest"]), right.shape[0]
-    seconds, converged, forces, sheared = [], [], [], 0.0
+    seconds, converged, forces, gradients, sheared = [], [], [], [], 0.0
     for approach, shear in problem["path"]:
         begin = time.process_time()
         model.set_variable("obstacle", crest - approach - height)
@@ -127,11 +128,15 @@ def full(problem: Any) -> dict[str, Any]:
             for k in range(dim)
         ]
         forces.append(float(problem["thickness"]) * np.array(sums))
+        points = np.ascontiguousarray(problem["points_read"].T)
+        slopes = model.interpolation("Grad_u", points, model.kept[0])
+        gradients.append(slopes.reshape(-1, dim, dim))
     return {
         "setup": setup,
         "seconds": seconds,
         "converged": converged,
         "forces": forces,
+        "gradients": gradients,
         "dofs": int(free.sum()),
     }
 

@@ -164,6 +164,7 @@ def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> style.Re
         membrane=(numbers[most], last[0, most]),
         bending=(numbers[bent], last[1, bent]),
         along_z=known and any(plate.along == "z" for plate in plates),
+        grid=result.parameters.get("gages.grid", "axial"),
     )
 
 

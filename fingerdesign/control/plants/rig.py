@@ -41,7 +41,8 @@ class ImperfectPlant:
 
     plates: numbers of the plates whose gages are read, in the order of the readings; without them
     0, 1, ... Equal draws for equal seeds, whatever the levels: two noise levels differ in scale
-    alone. Before ``delay_samples`` moves the hand hears of an untouched finger.
+    alone. Before ``delay_samples`` moves the hand hears of an untouched finger. ValueError for
+    noise that is not in microstrain.
     """
 
     def __init__(
@@ -51,6 +52,8 @@ class ImperfectPlant:
         rng: np.random.Generator,
         plates: Sequence[int] | None = None,
     ) -> None:
+        if hardware.gage_noise_microvolt_per_V > 0.0:
+            raise ValueError("noise in microvolt per volt wants a bridge: take design.rig.hardware")
         self._plant, self._hardware, self._rng = plant, hardware, rng
         self._plates = plates
         self._gains: Array | None = None

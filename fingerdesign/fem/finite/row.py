@@ -25,33 +25,34 @@ from fingerdesign.contact.increment import (
 )
 from fingerdesign.contact.path import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
-from fingerdesign.design.schema import Gages
+from fingerdesign.design.gages import Gages
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.finite.body import FiniteBody, Linearised
-from fingerdesign.fem.readout import displacement_rows, gage_heights
+from fingerdesign.fem.readout import displacement_rows, gage_crossing, gage_heights, pairing
 from fingerdesign.fem.trace import TRACE_ORDER
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.shapes.objects import Indenter
 
-# What a gage reads at finite strain: how much longer its own line on the plate has become.
+# What a gage reads at finite strain: how much longer its own lines on the plate have become.
 #
-#     strain = mean over the width of (length now / length at rest) - 1
+#     strain = mean over the lines of (length now / length at rest) - 1
 #
-# for the line between the gage's two ends on the plate's face; along a bent plate the line is a
-# chain of chords. A turned plate reads nothing. To first order this is the small-strain reading of
+# for lines between the gage's two ends on the plate's face, spread over its width; along a bent
+# plate a line is a chain of chords. Strain across the plate is that of lines across it. A turned
+# plate reads nothing. To first order this is the small-strain reading of
 # :func:`fingerdesign.fem.readout.gage_rows` (of a bent plate to 1e-6 of it: chords for arcs).
 
 _CHORDS = 12  # of a bent plate's line
 
 
 @dataclass(frozen=True)
-class GageLines:
-    """Lines (g, widths, chords + 1) of points on the plates' faces.
+class _Lines:
+    """Lines (g, k, chords + 1) of points on the plates' faces, along them or across.
 
-    places (g w p, dim) mm at rest; rows (g w p dim, n dim): their displacements; weights (w,):
-    shares of the lines across a gage's width; shape (g, w, p), g = 2 plates: upper, lower of each.
+    places (g k p, dim) mm at rest; rows (g k p dim, n dim): their displacements; weights (k,):
+    what a gage's lines count in its reading; shape (g, k, p), g = 2 plates: upper, lower of each.
     """
 
     places: Array
@@ -60,7 +61,7 @@ class GageLines:
     shape: tuple[int, int, int]
 
     def strains(self, displacement: Array) -> Array:
-        """Plain strains (plates, 2), upper and lower, at nodal displacements (n, dim), mm."""
+        """Weighted strains (g,) at nodal displacements (n, dim), mm."""
         moved = np.asarray(self.rows @ displacement.ravel()).reshape(self.places.shape)
         start = np.diff(self.places.reshape(*self.shape, self.places.shape[1]), axis=2)
         change = np.diff(moved.reshape(*self.shape, self.places.shape[1]), axis=2)
@@ -69,33 +70,61 @@ class GageLines:
         after = np.linalg.norm(start + change, axis=-1)
         longer = np.sum(change * (2.0 * start + change), axis=-1) / (after + before)
         strain = longer.sum(axis=2) / before.sum(axis=2)
-        return np.asarray((strain @ self.weights).reshape(-1, 2))
+        return np.asarray(strain @ self.weights)
 
 
-def gage_lines(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> GageLines:
-    """The lines of all plates' gages. Raises SolverError for plates that are modelled as sheets."""
+@dataclass(frozen=True)
+class GageLines:
+    """All lines whose strains add up to the plates' readings; pairs: see readout.pairing."""
+
+    parts: tuple[_Lines, ...]
+    pairs: sp.csr_matrix | None
+
+    def strains(self, displacement: Array) -> Array:
+        """Plain readings (plates, 2), upper and lower, at nodal displacements (n, dim), mm."""
+        found = sum(part.strains(displacement) for part in self.parts)
+        return np.asarray(found if self.pairs is None else self.pairs @ found).reshape(-1, 2)
+
+
+def gage_lines(
+    mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages, weights: tuple[float, float]
+) -> GageLines:
+    """The lines of all plates' gages; weights: of strain along and across the plates. Raises
+    SolverError for plates that are modelled as sheets."""
     if any(name.startswith("plate_") for name in mesh.facets):
         raise SolverError(
             'plates.model = "sheet": finite strain reads gages on solid plates; '
             'set plates.model = "solid"'
         )
-    offsets, weights = gage_heights(gages)
-    if mesh.dimension == 2:
-        offsets, weights = offsets[:1], np.ones(1)
+    solid = mesh.dimension == 3
+    offsets, heights = gage_heights(gages) if solid else (np.zeros(1), np.ones(1))
     pieces = 1 if all(frame.bend_radius is None for frame in frames) else _CHORDS
-    places: list[Array] = [np.empty((0, mesh.dimension))]
-    rows: list[sp.csr_matrix] = [sp.csr_matrix((0, mesh.points.size))]
+    along, across = [], []
     for frame in frames:
-        for side in (0.5, -0.5):
-            line = _line(frame, gages.length_mm, side * frame.thickness, pieces)
-            for offset in offsets:
-                where = line
-                if mesh.dimension == 3:
-                    where = frame.to_space(line, frame.middle + float(offset))
-                places.append(where)
-                rows += [_displacement(mesh, point, frame.index + 1) for point in where]
-    shape = (2 * len(frames), len(weights), pieces + 1)
-    return GageLines(np.concatenate(places), sp.vstack(rows, format="csr"), weights, shape)
+        for v in (0.5 * frame.thickness, -0.5 * frame.thickness):
+            line = _line(frame, gages.length_mm, v, pieces)
+            at = frame.middle + offsets
+            along.append(np.array([frame.to_space(line, z) for z in at] if solid else [line]))
+            across.append(gage_crossing(frame, gages, v)[0].swapaxes(0, 1))
+    parts = [_lines(mesh, frames, along, weights[0] * heights)]
+    if solid and weights[1] != 0.0 and frames:
+        shares = gage_crossing(frames[0], gages, 0.0)[1]
+        parts.append(_lines(mesh, frames, across, weights[1] * shares))
+    return GageLines(tuple(parts), pairing(frames, gages))
+
+
+def _lines(
+    mesh: Mesh, frames: Sequence[PlateFrame], places: Sequence[Array], weights: Array
+) -> _Lines:
+    """Lines of points (k, p, dim), one array a face of each plate."""
+    rows: list[sp.csr_matrix] = [sp.csr_matrix((0, mesh.points.size))]
+    for number, lines in enumerate(places):
+        region = frames[number // 2].index + 1
+        rows += [_displacement(mesh, point, region) for line in lines for point in line]
+    points = np.array(places).reshape(-1, mesh.dimension)
+    count = points.shape[0] // max(len(places) * len(weights), 1)
+    shape = (len(places), len(weights), count)
+    return _Lines(points, sp.vstack(rows, format="csr"), weights, shape)
 
 
 def _line(frame: PlateFrame, length: float, v: float, pieces: int) -> Array:

@@ -85,6 +85,8 @@ LENGTHS_MM = (
     *(5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70),
     *(80, 90, 100, 110, 120, 130, 140, 150),
 )
+# So many round wires in a round bundle take so many of their diameters.
+_BUNDLE = {2: 2.0, 4: 1.0 + math.sqrt(2.0), 6: 3.0}
 WIRE_MM = 200.0  # of thin wire a gage lead, to where it can be handled
 TEMPLATE = Path(__file__).parents[1] / "templates" / "bill.j2"
 
@@ -110,11 +112,10 @@ def bill_of_materials(
     silicone: Silicone,
 ) -> tuple[Item, ...]:
     """All lines, parts first, then plates, hardware and what is consumed."""
-    faces = 2 if design.gages.face == "both" else 1
-    gages = faces * sum(pattern.count for pattern in patterns)
-    # So many round wires in a round bundle: four take 2.41 of their diameters, two take 2.
-    wire = design.mold.wire_mm / (1.0 + math.sqrt(2.0) if faces == 2 else 2.0)
-    metres = math.ceil(2 * gages * WIRE_MM / 1000.0)
+    plates = sum(pattern.count for pattern in patterns)
+    gages = design.gages.faces * plates
+    wire = design.mold.wire_mm / _BUNDLE[design.gages.leads]
+    metres = math.ceil(design.gages.leads * plates * WIRE_MM / 1000.0)
     return (
         *_items("parts", design, meshes.parts, _extent),
         *_items("plates", design, patterns, _extent),

@@ -71,7 +71,7 @@ def stick_error_of(case: Case, analysis: Analysis) -> tuple[float | None, tuple[
     reach = deepest if case.scene is not None else grip.max_approach_mm
     try:
         with one_thread():
-            listening = Listening.of(grip.hardware)
+            listening = Listening.of(design.rig.hardware)
             return stick_error(problem, design.gages.face, reach, listening, grip.seed), ()
     except SolverError as error:
         return None, (f"no gage error of the stick ratio: {error}",)

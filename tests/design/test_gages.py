@@ -1,0 +1,108 @@
+"""Grids and bridges: what a bridge gives, what noise it adds, which bridges there are."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.analysis.case import gage_array
+from fingerdesign.checks.load import parse_design
+from fingerdesign.errors import DesignError
+
+NAME = 'design.name = "a"\n'
+PAIRS = 'gages.grid = "double_axial"\n[plates]\nlength_mm = 1.0\npitch_mm = 1.5\n'
+
+
+def wheatstone(*arms):
+    """Output over excitation of a bridge whose arms' resistances are (at rest, strained)."""
+    rest, now = np.array(arms, dtype=float).T
+
+    def output(r):
+        return r[0] / (r[0] + r[1]) - r[3] / (r[2] + r[3])
+
+    return output(now) - output(rest)
+
+
+@pytest.mark.parametrize("weight", [0.33, 0.8])
+def test_outputs_are_those_of_the_circuit(weight):
+    """The wiring that each bridge stands for, resistor by resistor, at a strain of 1e-7."""
+    along, across, other, k = 3e-7, -2e-7, -1e-7, 2.1
+
+    def grid(strain, shunt=np.inf):
+        r = 350.0 * np.array([1.0, 1.0 + k * strain])
+        return r if shunt == np.inf else r * shunt / (r + shunt)
+
+    full, half_arm = grid(0.0), 350.0 * weight / (1.0 - weight)
+    root = np.sqrt(weight)
+    series = grid(along) + grid(across, 350.0 * root / (1.0 - root))
+    rest = np.full(2, series[0])
+    low = grid(across, half_arm)
+    tee = along + weight * across
+    wired = {
+        ("axial", "upper", "quarter"): (along, (grid(along), full, full, full)),
+        ("axial", "both", "half"): (along, (grid(along), full, grid(along), full)),
+        ("axial", "both", "quarter"): (along, (2 * grid(along), 2 * full, 2 * full, 2 * full)),
+        ("tee", "upper", "half"): (tee, (grid(along), full, low, np.full(2, low[0]))),
+        ("tee", "upper", "quarter"): (tee, (series, rest, rest, rest)),
+        ("tee", "both", "half"): (tee, (series, rest, series, rest)),
+        ("double_axial", "upper", "half"): (
+            0.5 * (along - other),
+            (grid(along), grid(other), full, full),
+        ),
+        ("double_axial", "both", "full"): (
+            0.5 * (along - other),
+            (grid(along), grid(other), grid(along), grid(other)),
+        ),
+    }
+    for (grids, face, bridge), (reading, arms) in wired.items():
+        text = f'grid = "{grids}"\nface = "{face}"\nbridge = "{bridge}"\ngage_factor = {k}\n'
+        text += f"transverse_weight = {weight}\n" if grids == "tee" else ""
+        pairs = "plates.count = 4\nplates.alternate = true\nplates.length_mm = 1.0\n"
+        design = parse_design(f"{NAME}{pairs}plates.pitch_mm = 1.5\n[gages]\n{text}")
+        name, per_microstrain = design.bridge
+        assert name == bridge
+        assert wheatstone(*arms) == pytest.approx(per_microstrain * reading, rel=1e-5), text
+
+
+def test_a_difference_fills_the_bridge_of_two_tees():
+    """At a negative weight neighbouring arms subtract: four arms, as for two grids of a tee."""
+    design = parse_design(NAME + 'gages.grid = "tee"\ngages.transverse_weight = -1.0')
+    assert design.bridge == ("full", 1.0)
+    assert design.gage_weights == (1.0, -1.0)
+    assert design.gages.leads == 6
+
+
+def test_the_amplifiers_noise_is_the_bridges():
+    """A quarter bridge with gage factor 2 gives 0.5 microvolt per volt a microstrain."""
+    text = NAME + 'gages.face = "upper"\n[grip.hardware]\ngage_noise_microvolt_per_V = 0.2\n'
+    quarter = parse_design(text).rig.hardware
+    assert quarter.gage_noise_microstrain == pytest.approx(0.4)
+    assert quarter.gage_noise_microvolt_per_V == 0.0
+    both = parse_design(text + "gage_noise_microstrain = 0.3").rig.hardware
+    assert both.gage_noise_microstrain == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("lines", "key", "words"),
+    [
+        ('gages.grid = "tee"\ngages.bridge = "full"', "gages.bridge", "'quarter' or 'half'"),
+        ('gages.bridge = "half"\ngages.face = "upper"', "gages.bridge", "on one face"),
+        ("gages.transverse_weight = 0.3", "gages.transverse_weight", "without a tee"),
+        (PAIRS + "count = 5", "gages.grid", "row of 5 plates"),
+        (PAIRS + "count = 4", "gages.grid", "plates 0 and 1 at 45 and 45 degrees"),
+        (PAIRS + "count = 4\nalternate = true\nangle_deg = 2", "gages.grid", "2 and -2 degrees"),
+        (
+            PAIRS + "count = 6\nalternate = true\n[grip.hardware]\ndead_gages = [3]",
+            "grip.hardware.dead_gages",
+            "even",
+        ),
+    ],
+)
+def test_what_no_bridge_can_be_is_refused(lines, key, words):
+    with pytest.raises(DesignError) as caught:
+        parse_design(NAME + lines)
+    fault = next(fault for fault in caught.value.faults if fault.key == key)
+    assert words in str(fault)
+
+
+def test_a_pair_goes_by_its_first_plate():
+    design = parse_design(NAME + PAIRS + "count = 6\nalternate = true")
+    assert gage_array(design) == (0, 2, 4)
