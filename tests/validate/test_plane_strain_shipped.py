@@ -51,6 +51,12 @@ def test_the_papers_finger_lies_within_its_estimate():
     assert found.most("stick_ratio") >= found.most("normal_force") - 1e-12
     assert "pulled further than 0.4 of the approach" in found.words
     assert "between those with and without plates" in found.words
+    tees = plane_strain_error(
+        with_values(find_design("maeno2000"), {"gages.grid": "tee"}), fundamental_scene()
+    )
+    assert tees.errors["normal_force"] == found.errors["normal_force"]
+    assert not any("gage" in quantity for quantity in tees.errors)
+    assert "tee gages is not known" in tees.words
 
 
 def test_short_plates_reach_the_error_without_plates():

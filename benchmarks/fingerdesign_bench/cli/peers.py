@@ -17,7 +17,7 @@ _TITLES = {
 }
 
 
-@click.command("peers", short_help="Siconos and GetFEM beside us (12 min; --quick 1.5 min).")
+@click.command("peers", short_help="Siconos and GetFEM beside us (20 min; --quick 1.5 min).")
 @click.option(
     "--out",
     "folder",

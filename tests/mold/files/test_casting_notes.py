@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from fingerdesign.checks.load import with_values
 from fingerdesign.mold.plan.legs import legs_share
 from fingerdesign.mold.plan.plan import Bolt, CorePin
 from fingerdesign.mold.products.bill import (
@@ -186,3 +187,8 @@ def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
     assert counts.get("shim", 0) == (6 if holding == "slots" else 0)
     assert counts.get("dowel pin", 0) == (len(plan.pins) if holding == "slots" else 0)
     assert "shim" not in counts or re.match(r"0\.\d+ mm thick", sizes["shim"])
+    assert sizes["gage wire"].startswith("3 m, ")  # four leads of 200 mm a plate
+    tees = with_values(design, {"gages.grid": "tee", "mold.wire_mm": 0.3})
+    found = bill_of_materials(tees, plan, meshes, patterns, silicone_of(tees, plan, meshes))
+    wire = next(item for item in found if item.item == "gage wire")
+    assert wire.size.startswith("4 m, 0.1 mm")  # six, three across the bundle
