@@ -20,6 +20,7 @@ LATER: dict[str, Any] = {
     "transverse_sensitivity": 0.0,
     "excitation_V": 2.5,
     "gage_noise_microvolt_per_V": 0.0,
+    "taught_fingers": 1,
 }
 
 

@@ -134,7 +134,7 @@ def unlike(design: Design, faults: Iterable[str], seed: int) -> Unlike:
         FAULTS[name](design, rng, draw)
     if not np.array_equal(draw.plates, before):
         draw.design["plates.placement"] = [[float(f"{v:.6f}") for v in row] for row in draw.plates]
-        draw.design["plates.offset_mm"] = 0.0
+        draw.design.update({"plates.offset_mm": 0.0, "plates.alternate": False})
     return Unlike(with_values(design, draw.design), SceneObject(**draw.held))  # type: ignore[arg-type]
 
 

@@ -283,7 +283,8 @@ class GripBench:
         return steps_in(self.grid.hold_s, self.grip.hardware.sample_rate_Hz)
 
     def _noisy(self, noise: float) -> Hardware:
-        return self.grip.hardware.model_copy(update={"gage_noise_microstrain": noise})
+        own = {"gage_noise_microstrain": noise, "gage_noise_microvolt_per_V": 0.0}
+        return self.grip.hardware.model_copy(update=own)
 
     def _imperfect(self, plant: Plant, hardware: Hardware, rng: np.random.Generator) -> Plant:
         return ImperfectPlant(plant, hardware, rng, self.plates)

@@ -119,10 +119,8 @@ def _results(
             raise SolverError(f"{words}: it goes on where it stopped") from error
 
 
-VARIED = {
-    "gage_noise_microstrain",
-    "gage_noise_microvolt_per_V",
-}  # of the hardware: what the grid's noises replace
+# Of the hardware: what the grid's noises replace.
+VARIED = {"gage_noise_microstrain", "gage_noise_microvolt_per_V"}
 PAGE_FILE, CHART_FILE = "control.html", "control.png"
 # path_*.csv: the grips that the page draws, one each.
 FOLDER = RecordFolder(
@@ -209,7 +207,7 @@ def grip_bench(
         if any(map(needs_training, names)) and estimator is None:
             estimator = training_result_for(design, problem, say, workers, fidelity).estimator
     face, plates = design.gages.face, gage_array(design)
-    return GripBench(problem, face, plates, design.rig, grid, estimator, opposite)
+    return GripBench(problem, face, plates, design.grip, grid, estimator, opposite)
 
 
 def journal_beside(target: Path) -> Path:
