@@ -5,6 +5,7 @@ import pytest
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.checks.load import parse_design
+from fingerdesign.control.plants.rig import ImperfectPlant
 from fingerdesign.errors import DesignError
 
 NAME = 'design.name = "a"\n'
@@ -78,6 +79,8 @@ def test_the_amplifiers_noise_is_the_bridges():
     assert quarter.gage_noise_microvolt_per_V == 0.0
     both = parse_design(text + "gage_noise_microstrain = 0.3").rig.hardware
     assert both.gage_noise_microstrain == pytest.approx(0.5)
+    with pytest.raises(ValueError, match=r"design\.rig\.hardware"):
+        ImperfectPlant(None, parse_design(text).grip.hardware, np.random.default_rng(0))
 
 
 @pytest.mark.parametrize(
