@@ -60,12 +60,20 @@ def grip_problem(
     contact is no finer than ``contact_size_mm``, by default :data:`CONTACT_SIZE_MM`. Raises
     DesignError where the design cannot be gripped with or, in plane strain, has no section.
     """
+    case = gripped_case(design, fidelity, contact_size_mm)
+    return _condensed(case, case.gage_array, report)
+
+
+def gripped_case(
+    design: Design, fidelity: str = "plane-strain", contact_size_mm: float | None = None
+) -> Case:
+    """The design as it is gripped with. DesignError where it cannot be; see grip_problem."""
     if design.plates.number < 2:
         remedy = "add plates: without gages there is nothing to feel"
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
     case = _case(design, fidelity, contact_size_mm)
     refuse(case, fundamental_scene())
-    return _condensed(case, case.gage_array, report)
+    return case
 
 
 def unlike_problems(

@@ -58,7 +58,10 @@ def _scaled(table: Literal["body", "plates"], key: str, share: float) -> Drawn:
 
 
 def _poisson(design: Design, rng: np.random.Generator, draw: Draw) -> None:
-    draw.design[f"materials.{design.body.material}.poissons_ratio"] = rng.uniform(0.47, 0.4999)
+    """Of a rubber; a foam's is off by 3 %."""
+    own = design.material_of("body").poissons_ratio
+    low, high = (0.47, 0.4999) if own >= 0.47 else (0.97 * own, min(1.03 * own, 0.4999))
+    draw.design[f"materials.{design.body.material}.poissons_ratio"] = rng.uniform(low, high)
 
 
 def _moved(sizes: tuple[float, float, float], alike: bool) -> Drawn:
@@ -71,9 +74,13 @@ def _moved(sizes: tuple[float, float, float], alike: bool) -> Drawn:
     return drawn
 
 
-def _hardware(**spreads: object) -> Drawn:
+def _hardware(**spreads: float) -> Drawn:
+    """The worse of the rig's own and this."""
+
     def drawn(design: Design, rng: np.random.Generator, draw: Draw) -> None:
-        draw.design.update({f"grip.hardware.{key}": value for key, value in spreads.items()})
+        own = design.grip.hardware
+        worse = {key: max(value, getattr(own, key)) for key, value in spreads.items()}
+        draw.design.update({f"grip.hardware.{key}": value for key, value in worse.items()})
         draw.design["grip.hardware.specimen"] = int(rng.integers(2**31))
 
     return drawn
@@ -96,6 +103,8 @@ def _meshed(design: Design, rng: np.random.Generator, draw: Draw) -> None:
     factor = rng.uniform(1.2, 2.0)
     for table, sizes in (("mesh.section", design.mesh.section), ("mesh", design.mesh)):
         draw.design[f"{table}.plate_size_mm"] = factor * sizes.plate_size_mm
+        if design.plates.model == "sheet":  # lines, which their size hardly changes
+            draw.design[f"{table}.contact_size_mm"] = factor * sizes.contact_size_mm
 
 
 # Each with its size; drawn evenly between both signs.
@@ -115,6 +124,8 @@ FAULTS: Mapping[str, Drawn] = {
     "mesh": _meshed,
 }
 ALL = tuple(FAULTS)
+_ATTEMPTS = 20
+_MOVING = {"plates", "row", "cover", "angle"}
 # Taught on. The others are kept out: they are what a rig meets that nobody thought of.
 TAUGHT = ("modulus", "poisson", "plates", "cover", "tilt", "radius")
 
@@ -122,31 +133,55 @@ TAUGHT = ("modulus", "poisson", "plates", "cover", "tilt", "radius")
 def unlike(design: Design, faults: Iterable[str], seed: int) -> Unlike:
     """One finger and object with the faults, drawn from the seed alone, each from its own part.
 
-    Raises DesignError for an unknown fault, and for plates that cannot be set one by one.
+    One whose plates would overlap is drawn anew. Raises DesignError for what
+    :func:`refuse_unlike` refuses, and where no draw is sound.
     """
     chosen = tuple(faults)
-    _refuse(design, chosen)
+    refuse_unlike(design, chosen)
+    for attempt in range(_ATTEMPTS):
+        try:
+            return _drawn(design, chosen, (seed, attempt))
+        except DesignError:
+            if attempt == _ATTEMPTS - 1:
+                raise
+    raise AssertionError
+
+
+def _drawn(design: Design, faults: tuple[str, ...], seed: tuple[int, int]) -> Unlike:
     frames = plate_frames(design)
-    before = np.array([[*frame.centre, frame.angle_deg] for frame in frames])
+    before = np.array([[*frame.centre, frame.angle_deg] for frame in frames]).reshape(-1, 3)
     draw = Draw(before.copy(), {}, {})
-    for name in chosen:
-        rng = np.random.default_rng([seed, ALL.index(name)])
-        FAULTS[name](design, rng, draw)
+    for name in faults:
+        again = [seed[1]] if seed[1] else []
+        FAULTS[name](design, np.random.default_rng([seed[0], ALL.index(name), *again]), draw)
     if not np.array_equal(draw.plates, before):
-        draw.design["plates.placement"] = [[float(f"{v:.6f}") for v in row] for row in draw.plates]
-        draw.design.update({"plates.offset_mm": 0.0, "plates.alternate": False})
+        places = draw.plates
+        if any(frame.middle for frame in frames):
+            places = np.column_stack([places, [frame.middle for frame in frames]])
+            draw.design.update({"plates.stagger_mm": 0.0, "plates.span_offset_mm": 0.0})
+        draw.design["plates.placement"] = [[float(f"{v:.6f}") for v in row] for row in places]
+        draw.design["plates.offset_mm"] = 0.0
     return Unlike(with_values(design, draw.design), SceneObject(**draw.held))  # type: ignore[arg-type]
 
 
-def _refuse(design: Design, names: tuple[str, ...]) -> None:
+def refuse_unlike(design: Design, names: Iterable[str]) -> None:
+    """DesignError, with every fault: unknown names; what cannot be drawn on this design."""
+    chosen, plates = set(names), design.plates
     found = [
         Fault("--fault", name, f"one of {', '.join(ALL)}", "correct it")
-        for name in names
-        if name not in FAULTS
+        for name in sorted(chosen - set(ALL))
     ]
-    plates = design.plates
-    if plates.rows or plates.along != "x" or plates.follow != "level":
-        bound = "one level row along x, whose plates can be moved one by one"
-        found.append(Fault("plates", "several rows, or bent", bound, "study another design"))
+    moved = ", ".join(sorted(chosen & _MOVING))
+    if moved and (plates.rows or plates.along != "x" or plates.follow != "level"):
+        bound = f"one level row along x where plates are moved one by one ({moved})"
+        found.append(Fault("plates", "several rows, or bent", bound, "choose other faults"))
+    shared = plates.number and design.body.material == plates.material
+    if shared and chosen & {"modulus", "plate_modulus"}:
+        bound = "another material than the body's where moduli are drawn apart"
+        remedy = "give the plates' material a name of its own"
+        found.append(Fault("plates.material", plates.material, bound, remedy))
+    if design.grip.opposite != "mirror":
+        bound = "'mirror' on unlike fingers: both are alike"
+        found.append(Fault("grip.opposite", design.grip.opposite, bound, "set it to 'mirror'"))
     if found:
-        raise DesignError(found)
+        raise DesignError(found, design.design.name)

@@ -24,9 +24,9 @@ from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.pool import Pool
-from fingerdesign.sensing.model import CONTACT_SIZE_MM, MESHED, unlike_problems
+from fingerdesign.sensing.model import CONTACT_SIZE_MM, MESHED, gripped_case, unlike_problems
 from fingerdesign.sensing.training import estimator_faults, training_result_for
-from fingerdesign.sensing.unlike import ALL, unlike
+from fingerdesign.sensing.unlike import ALL, refuse_unlike, unlike
 from fingerdesign.trials.bench import (
     FRICTIONS,
     GOOD_AMPLIFIER,
@@ -121,10 +121,10 @@ def study_unlike(
     plant. Raises DesignError for wrong input, SolverError where a process died.
     """
     names = tuple(dict.fromkeys(controllers))
-    refuse(ControlGrid(), names)
-    for _, chosen in faults:
-        unlike(design, chosen, seed)  # refused before any work
-    if estimator is not None and (wrong := estimator_faults(design, estimator)):
+    refuse(ControlGrid(seed=seed), names)
+    refuse_unlike(design, {name for _, chosen in faults for name in chosen})
+    gripped_case(design, fidelity)
+    if estimator is not None and (wrong := estimator_faults(design, estimator, fidelity)):
         raise DesignError(wrong)
     if any(map(needs_training, names)) and estimator is None:
         found = training_result_for(

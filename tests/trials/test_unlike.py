@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from fingerdesign_cli.main import main
 
+from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
+from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.sensing.unlike import ALL, unlike
@@ -64,6 +66,23 @@ def test_what_cannot_be_drawn_is_refused():
         unlike(find_design("sensitive"), ["rust"], 0)
     with pytest.raises(DesignError, match="one level row"):
         unlike(find_design("both_ways"), ["row"], 0)
+    assert unlike(find_design("both_ways"), ["gains"], 0).held == SceneObject()
+    same = with_values(find_design("sensitive"), {"plates.material": "silicone"})
+    with pytest.raises(DesignError, match="another material"):
+        unlike(same, ["plate_modulus"], 0)
+
+
+def test_a_draw_keeps_what_it_does_not_change():
+    """Plates' places along z, worse hardware than the fault's, a foam's Poisson's ratio."""
+    keys = {"plates.span_mm": 4.0, "plates.stagger_mm": 2.0, "grip.hardware.delay_samples": 8}
+    keys["materials.silicone.poissons_ratio"] = 0.3
+    design = with_values(find_design("sensitive"), keys)
+    found = unlike(design, ALL, 0).design
+    middles = [frame.middle for frame in plate_frames(design)]
+    assert [frame.middle for frame in plate_frames(found)] == pytest.approx(middles)
+    assert np.ptp(middles) > 1.0
+    assert found.grip.hardware.delay_samples == 8
+    assert found.material_of("body").poissons_ratio == pytest.approx(0.3, rel=0.031)
 
 
 def test_all_controllers_meet_the_same_fingers(tmp_path, capsys):
@@ -72,7 +91,13 @@ def test_all_controllers_meet_the_same_fingers(tmp_path, capsys):
     given += ["--plants", "2", "--lifts", "1", "--workers", "1", "--quiet"]
     assert main([*given, "--fault", "rust"]) == 2
     assert "--fault = rust: must be one of none, modulus" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
+    assert main([*given, "--seed", "-1"]) == 2
+    assert "--seed = -1" in capsys.readouterr().err
+    (tmp_path / "bare.toml").write_text(COARSE.replace("count = 5", "count = 0"))
+    bare = [given[0], str(tmp_path / "bare.toml"), *given[2:]]
+    assert main([*bare, "--fault", "plates"]) == 2
+    assert "plates.count = 0: must be at least 2" in capsys.readouterr().err
+    assert not (tmp_path / "out/coarse").exists()
     chosen = ["--fault", "none", "--fault", "all"]
     chosen += ["--controller", "fixed_ratio", "--controller", "reactive"]
     assert main([*given, *chosen]) == 0
