@@ -88,15 +88,14 @@ class FingerCurves:
         return between(self.pressed), between(self.sticking)
 
 
-def rig_curves(calibration: Calibration, taught: FingerCurves | None = None) -> FingerCurves:
-    """The curves that a rig has measured; taught: what stands in for responses that it has not."""
+def rig_curves(calibration: Calibration, taught: FingerCurves) -> FingerCurves:
+    """The curves that a rig has measured, with the taught responses where it has measured none."""
     normal, measured = calibration.normal, calibration.sticking
     force = normal.normal_force
     if measured is not None and len(measured.normal_force) > 1:
         ends = measured.normal_force[[0, -1]]
         sticking = np.array([measured.at(float(each)) for each in np.clip(force, *ends)])
     else:
-        assert taught is not None
         sticking = np.array([taught.at(float(each))[1] for each in force])
     return FingerCurves(force, normal.readings, sticking)
 

@@ -21,6 +21,7 @@ LATER: dict[str, Any] = {
     "excitation_V": 2.5,
     "gage_noise_microvolt_per_V": 0.0,
     "taught_fingers": 1,
+    "layer_growth": 1.15,
 }
 
 

@@ -215,7 +215,7 @@ def teach(
     workers: int = 1,
 ) -> TrainingResult:
     """Teach the network. design: the content digest that it is for; grips: instead of random grip
-    paths on the problem, those of other fingers first: what is held out is of fingers not taught.
+    paths on the problem; the first are held out, so that of many fingers' whole fingers are.
 
     Raises SolverError where the model gives too few grips to teach anything.
     """

@@ -9,6 +9,7 @@ plates to 0.1 mm and 1 degree, silicone to 15 %, gage factors to 3 %.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -139,12 +140,9 @@ def unlike(design: Design, faults: Iterable[str], seed: int) -> Unlike:
     chosen = tuple(faults)
     refuse_unlike(design, chosen)
     for attempt in range(_ATTEMPTS):
-        try:
+        with suppress(DesignError):
             return _drawn(design, chosen, (seed, attempt))
-        except DesignError:
-            if attempt == _ATTEMPTS - 1:
-                raise
-    raise AssertionError
+    return _drawn(design, chosen, (seed, _ATTEMPTS))
 
 
 def _drawn(design: Design, faults: tuple[str, ...], seed: tuple[int, int]) -> Unlike:
