@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from fingerdesign_bench.cli.bench import command as bench
-from fingerdesign_cli.main import COMMANDS, main
+from fingerdesign_cli.main import cli, main
 
 from fingerdesign import parse_design
 from fingerdesign.checks.load import load_design, with_values
@@ -167,6 +167,6 @@ def test_what_a_page_names_exists(name):
     for target in re.findall(r"\]\(([^)#]+)\)", text):
         assert target.startswith("http") or ((ROOT / name).parent / target).exists(), target
     for command in re.findall(r"(?:^ {4}|^|`)fingerdesign ([a-z-]+)", text, flags=re.MULTILINE):
-        assert command in COMMANDS, command
+        assert command in cli.commands, command
     for command in re.findall(r"fingerdesign bench ([a-z][a-z-]*)", text):
         assert command in bench.commands, command

@@ -14,8 +14,8 @@ from fingerdesign.analysis.page.words import verdict
 from fingerdesign.checks.starter import find_design, find_scene
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.mesh.section.netgen import start_mesher
-from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RESULTS
+from fingerdesign_cli.inputs import refuse_foreign
 from fingerdesign_cli.terminal import print_json, print_table, progress, say_verdict, where_report
 
 if TYPE_CHECKING:
@@ -106,13 +106,10 @@ def _read(
                 refuse(case, case.path_scene)
         except DesignError as error:
             faults += error.faults
-        target = out / case.design.design.name
         try:
-            RESULTS.refuse_foreign(target)
-            if out.exists() and not out.is_dir():
-                raise ResultError(f"{out} is a file")
-        except ResultError as error:
-            faults.append(Fault("--out", str(out), "a folder for results", str(error)))
+            refuse_foreign(RESULTS, out / case.design.design.name)
+        except DesignError as error:
+            faults += error.faults
     names = [case.design.design.name for case in cases]
     for name in sorted({name for name in names if names.count(name) > 1}):
         faults.append(

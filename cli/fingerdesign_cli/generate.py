@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fingerdesign.errors import DesignError, Fault
-from fingerdesign.records.base import ResultError
 from fingerdesign.search.study.file import read_study, study_path
 from fingerdesign.search.study.generate import generate as write_variants
 from fingerdesign.search.study.generate import reasons, refuse_foreign
 from fingerdesign.search.study.variants import base_design, number_of_points, points, variant_of
+from fingerdesign_cli.inputs import naming_out
 from fingerdesign_cli.search import line
 from fingerdesign_cli.terminal import cores, print_table, progress
 
@@ -39,7 +38,8 @@ def generate(
     study = read_study(study_file)
     base = base_design(study, study_path(study_file).parent)
     target = out / study.name
-    _refuse_foreign(study, target)
+    with naming_out(target, f"variants of {study.name}"):
+        refuse_foreign(study, target)
     of, chosen = _chosen(study, base, count, only)
     invalid = failed = 0
     with progress(study.name, quiet or as_json) as show:
@@ -76,15 +76,6 @@ def generate(
         reported = f"{len(found) - len(valid)} of {len(found)} cannot exist"
         click.echo(f"{reported}: faults in {target / 'invalid.csv'}", err=True)
     return 0 if valid and not any(made.failed for made in found) else 1
-
-
-def _refuse_foreign(study: Study, target: Path) -> None:
-    try:
-        refuse_foreign(study, target)
-    except ResultError as error:
-        remedy = f"choose another, for {str(error).removesuffix('; choose another --out')}"
-        bound = f"a folder for variants of {study.name}"
-        raise DesignError([Fault("--out", str(target.parent), bound, remedy)]) from error
 
 
 def _chosen(study: Study, base: Any, count: int | None, only: tuple[int, ...]) -> tuple[int, Any]:

@@ -1,7 +1,9 @@
-"""What subcommands share: --quiet and --json, files or shipped names, progress, tables."""
+"""What subcommands share: files or shipped names, estimators, folders that are written whole."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +13,8 @@ from fingerdesign.checks.starter import file_text
 from fingerdesign.control.estimator import EstimatorError, GripEstimator
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError
+from fingerdesign.runtime.journal import held
+from fingerdesign_cli.terminal import Progress, progress
 
 if TYPE_CHECKING:
     from fingerdesign.checks.load import Judged
@@ -83,11 +87,41 @@ def estimator_for(design: Design, path: Path | None) -> GripEstimator | None:
     return estimator
 
 
+@contextmanager
+def naming_out(target: Path, what: str) -> Iterator[None]:
+    """DesignError that names --out for a ResultError of the block: ``target`` is in the way."""
+    try:
+        yield
+    except ResultError as error:
+        remedy = f"choose another, for {str(error).removesuffix('; choose another --out')}"
+        fault = Fault("--out", str(target.parent), f"a folder for {what}", remedy)
+        raise DesignError([fault]) from error
+
+
 def refuse_foreign(kind: RecordFolder, target: Path) -> None:
     """DesignError, before any work, where ``target`` holds what is no older record of the kind."""
-    try:
+    with naming_out(target, f"a {kind.kind}"):
         kind.refuse_foreign(target)
-    except ResultError as error:
-        bound = f"a folder for a {kind.kind}"
-        remedy = f"choose another, for {str(error).removesuffix('; choose another --out')}"
-        raise DesignError([Fault("--out", str(target.parent), bound, remedy)]) from error
+
+
+@contextmanager
+def recorded(
+    kind: RecordFolder, target: Path, quiet: bool, journal: Path | None = None
+) -> Iterator[tuple[Path, Progress]]:
+    """A folder to write into, which takes the place of ``target``, and progress.
+
+    journal: of work that goes on where it stopped; it is one process's, and is gone once the folder
+    stands. Folders above ``target`` that were made for it go where nothing was written.
+    """
+    refuse_foreign(kind, target)
+    missing = [each for each in target.absolute().parents if not each.exists()]
+    try:
+        with held(journal) if journal is not None else nullcontext():
+            with kind.written(target) as folder, progress(target.name, quiet) as show:
+                yield folder, show
+            if journal is not None:
+                journal.unlink(missing_ok=True)
+    finally:
+        for each in missing:
+            with suppress(OSError):  # it holds something
+                each.rmdir()

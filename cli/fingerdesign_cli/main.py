@@ -23,41 +23,7 @@ import click
 import fingerdesign
 from fingerdesign.errors import DesignError, FingerDesignError, PluginWarning, printable
 from fingerdesign.runtime.files import is_full
-
-_FINGER, _HAND, _STUDY = (f"fingerdesign_cli.commands.{x}" for x in ("finger", "hand", "study"))
-
-# name -> (module:command, the line of --help); a module that is not there is not offered.
-COMMANDS = {
-    "new": (f"{_FINGER}:new", "Write a commented starter design."),
-    "check": (f"{_FINGER}:check", "Is a design sound? Every fault at once."),
-    "mesh": (f"{_FINGER}:mesh", "Mesh a design and report the mesh's quality."),
-    "analyse": (f"{_FINGER}:analyse", "Analyse designs: contact, gages, grips, report."),
-    "grip": (f"{_HAND}:grip", "Lift an object whose weight and friction are unknown."),
-    "replay": (f"{_HAND}:replay", "Ask a controller along a recorded grip."),
-    "validate": (f"{_FINGER}:validate", "What each modelling assumption costs, and saves."),
-    "teach": (f"{_HAND}:teach", "Teach the estimator that the regulator grips by."),
-    "gages": (f"{_HAND}:gages", "How few gages tell the stick ratio, and where."),
-    "tune": (f"{_HAND}:tune", "Tune controllers alike, on grips of their own."),
-    "paper": (f"{_HAND}:paper", "Remake every figure of the paper."),
-    "study-control": (
-        f"{_HAND}:study_control",
-        "Compare controllers over friction, weight and noise.",
-    ),
-    "study-unlike": (
-        f"{_HAND}:study_unlike",
-        "Compare controllers on fingers that came out unlike the model.",
-    ),
-    "mold": (f"{_FINGER}:mold", "Make the mold that a finger is cast in."),
-    "generate": (f"{_STUDY}:generate", "Write a study's variants as files."),
-    "sweep": (f"{_STUDY}:sweep", "Analyse every variant of a study."),
-    "optimise": (f"{_STUDY}:optimise", "Search for better fingers; the best are confirmed in 3-D."),
-    "compare": (f"{_STUDY}:compare", "Which finger is better at what, on one page."),
-    "view": (f"{_FINGER}:view", "Look at a result."),
-    "bench": (  # benchmarks/ is in a checkout, not in the wheel
-        "fingerdesign_bench.cli.bench:command",
-        "Compare with known answers; speed and accuracy.",
-    ),
-}
+from fingerdesign_cli.commands import finger, hand, study
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -67,35 +33,15 @@ _ending: list[float] = []  # when the first of them was obeyed, s
 _PATIENCE_S = 2.0  # a second signal within it is the first one's echo
 
 
-def _there(target: str) -> bool:
-    """Whether this installation has the command's package (``bench`` is in a checkout only)."""
-    module = target.partition(":")[0]
-    return find_spec(module.partition(".")[0]) is not None and find_spec(module) is not None
-
-
-class LazyGroup(click.Group):
-    """A group that imports a subcommand only when it runs or when its own help is asked for."""
+class _InOrder(click.Group):
+    """A group that lists its commands as they were added."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Name the subcommands that this installation has."""
-        return [name for name, (target, _) in COMMANDS.items() if _there(target)]
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import the subcommand ``cmd_name``; None where there is none."""
-        if cmd_name not in self.list_commands(ctx):
-            return None
-        module, _, attribute = COMMANDS[cmd_name][0].partition(":")
-        command: click.Command = getattr(import_module(module), attribute)
-        return command
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the subcommands with their help lines, importing none of them."""
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, COMMANDS[name][1]) for name in self.list_commands(ctx)])
+        return list(self.commands)
 
 
 @click.group(
-    cls=LazyGroup,
+    cls=_InOrder,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Exit codes: 0 done; 1 the work failed; 2 the input is wrong; 130 interrupted.",
 )
@@ -106,6 +52,17 @@ def cli(debug: bool) -> None:
 
     Start with `fingerdesign new mine.toml` and `fingerdesign analyse mine.toml --out results`.
     """
+
+
+for _each in (
+    *(finger.new, finger.check, finger.mesh, finger.analyse),
+    *(hand.grip, hand.replay, finger.validate, hand.teach, hand.gages, hand.tune, hand.paper),
+    *(hand.study_control, hand.study_unlike, finger.mold),
+    *(study.generate, study.sweep, study.optimise, study.compare, finger.view),
+):
+    cli.add_command(_each)
+if find_spec("fingerdesign_bench") is not None:  # benchmarks/ is in a checkout, not in the wheel
+    cli.add_command(import_module("fingerdesign_bench.cli.bench").command)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -27,7 +27,7 @@ ENDINGS = ("vtu", "vtk", "msh", "inp", "mdpa")
 
 
 def mesh(
-    design: Path,
+    design_file: Path,
     out: Path,
     fidelity: str,
     scene_file: Path | None,
@@ -38,7 +38,7 @@ def mesh(
 ) -> None:
     """Mesh DESIGN as an analysis would, and say how good the mesh is."""
     formats = _endings(formats)
-    finger, scene = read_case(design, scene_file)
+    finger, scene = read_case(design_file, scene_file)
     run_scene = scene or fundamental_scene()
     refuse(Case(finger, scene, fidelity), run_scene)
     with progress(finger.design.name, quiet) as report:

@@ -1,7 +1,7 @@
 """Options that commands share, and how a command calls its work: light, so that --help is.
 
-A command's options stand in commands/; what it does in a module beside this one, which imports
-what it needs at its top and is loaded when the command runs.
+A command's options and words stand in commands/; what it does is the function of its name in a
+module beside this one, which imports what it needs at its top and is loaded when the command runs.
 """
 
 from __future__ import annotations
@@ -20,11 +20,21 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 FILE = click.Path(path_type=Path)
 
 
-def work(target: str, given: dict[str, Any]) -> int | None:
-    """Call ``module:function`` of this package with a command's parameters; loads the module."""
-    module, _, name = target.partition(":")
-    code: int | None = getattr(import_module(f"fingerdesign_cli.{module}"), name)(**given)
-    return code
+def command(module: str, short: str) -> Callable[[Callable[[], None]], click.Command]:
+    """Make a command of a function that holds options and words; its work is the function of the
+    same name in ``module``. short: its line in the list of commands."""
+
+    def made(function: Callable[[], None]) -> click.Command:
+        def work(**given: Any) -> int | None:
+            found = getattr(import_module(f"fingerdesign_cli.{module}"), function.__name__)
+            code: int | None = found(**given)
+            return code
+
+        found = click.command(function.__name__.replace("_", "-"), short_help=short)(function)
+        found.callback = work
+        return found
+
+    return made
 
 
 def output_folder(_context: click.Context, parameter: click.Parameter, value: Path) -> Path:
@@ -37,20 +47,29 @@ def output_folder(_context: click.Context, parameter: click.Parameter, value: Pa
     return value
 
 
-def out_option(about: str, **more: Any) -> Callable[[_Command], _Command]:
+def out_option(about: str) -> Callable[[_Command], _Command]:
     """``--out`` (``out``): a folder, or what can become one."""
-    kept: dict[str, Any] = {"required": True, "type": FILE, "callback": output_folder}
-    return click.option("--out", **kept, **more, help=about)
+    return click.option("--out", required=True, type=FILE, callback=output_folder, help=about)
 
 
-def estimator_option(about: str, **more: Any) -> Callable[[_Command], _Command]:
+def design_and_out(about: str) -> Callable[[_Command], _Command]:
+    """The argument DESIGN (``design_file``) and ``--out`` (``out``)."""
+
+    def given(function: _Command) -> _Command:
+        function = out_option(about)(function)
+        return click.argument("design_file", metavar="DESIGN", type=FILE)(function)
+
+    return given
+
+
+def estimator_option(about: str) -> Callable[[_Command], _Command]:
     """``--estimator`` (``estimator_file``): what ``fingerdesign teach`` wrote."""
-    return click.option("--estimator", "estimator_file", type=FILE, **more, help=about)
+    return click.option("--estimator", "estimator_file", metavar="FILE", type=FILE, help=about)
 
 
-def scene_option(about: str, **more: Any) -> Callable[[_Command], _Command]:
+def scene_option(about: str) -> Callable[[_Command], _Command]:
     """``--scene`` (``scene_file``): a scene's file, or a shipped one's name."""
-    return click.option("--scene", "scene_file", type=FILE, **more, help=about)
+    return click.option("--scene", "scene_file", metavar="SCENE", type=FILE, help=about)
 
 
 def numbers_option(
@@ -61,17 +80,13 @@ def numbers_option(
     return click.option(option, name, **kept, **more, help=about)
 
 
-def model_option(function: _Command) -> _Command:
-    """Give a command ``--fidelity`` (``fidelity``) of the model that grips are run on."""
-    return click.option(
-        "--fidelity",
-        type=click.Choice(["plane-strain", "3d"]),
-        default="plane-strain",
-        show_default=True,
-        help="Of the model that grips are run on; 3d takes three to four times as long.",
-    )(function)
-
-
+model_option = click.option(
+    "--fidelity",
+    type=click.Choice(["plane-strain", "3d"]),
+    default="plane-strain",
+    show_default=True,
+    help="Of the model that grips are run on; 3d takes three to four times as long.",
+)
 workers_option = click.option(
     "--workers",
     type=click.IntRange(1, 256),
@@ -104,16 +119,10 @@ def result_options(function: _Command) -> _Command:
     return function
 
 
-def go_on_option(function: _Command) -> _Command:
-    """Give a command the flag ``--go-on`` (``go_on``)."""
-    return click.option(
-        "--go-on", is_flag=True, help="Even where the forecast exceeds the memory that is free."
-    )(function)
-
-
+go_on_option = click.option(
+    "--go-on", is_flag=True, help="Even where the forecast exceeds the memory that is free."
+)
 CONTROLLER_NAMES = CONTROLLERS.shipped_names()
-
-
 controllers_option = click.option(
     "--controller",
     "controllers",
@@ -122,6 +131,26 @@ controllers_option = click.option(
     help="This controller alone; may be given again. "
     f"One of: {', '.join(CONTROLLER_NAMES)}; or a plug-in's.",
 )
+
+
+def trial_options(seed_of: str) -> Callable[[_Command], _Command]:
+    """What commands that try controllers share: ``--seed``, estimator, workers and model."""
+
+    def given(function: _Command) -> _Command:
+        for option in (
+            output_options,
+            model_option,
+            workers_option,
+            estimator_option(
+                "For the regulator: what `fingerdesign teach` wrote for DESIGN. Without it one is "
+                "taught first (minutes), or taken from the cache."
+            ),
+            click.option("--seed", type=int, default=0, show_default=True, help=f"Of {seed_of}."),
+        ):
+            function = option(function)
+        return function
+
+    return given
 
 
 def scheduler_options(function: _Command) -> _Command:

@@ -12,8 +12,8 @@ import click
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensing.observability import observe, refuse
 from fingerdesign.sensing.record import FOLDER, write_observability
-from fingerdesign_cli.inputs import read_case, refuse_foreign
-from fingerdesign_cli.terminal import print_json, print_table, progress
+from fingerdesign_cli.inputs import read_case, recorded
+from fingerdesign_cli.terminal import print_json, print_table
 
 if TYPE_CHECKING:
     from fingerdesign.sensing.record import Observability
@@ -38,8 +38,7 @@ def teach(
 
     name = design.design.name
     kind = RecordFolder("lesson", "lesson.json", ("lesson.json", "estimator.json"))
-    refuse_foreign(kind, out / name)
-    with kind.written(out / name) as folder, progress(name, quiet) as show:
+    with recorded(kind, out / name, quiet) as (folder, show):
         result = training_result_for(design, None, lambda said: show(said, 0.0), workers, fidelity)
         result = replace(result, estimator=result.estimator.at_noise(noise))
         record = {k: v for k, v in json.loads(training_text(result)).items() if k != "estimator"}
@@ -79,8 +78,7 @@ def gages(
     design, _ = read_case(design_file)
     refuse(design, noise, grips)
     name = design.design.name
-    refuse_foreign(FOLDER, out / name)
-    with FOLDER.written(out / name) as folder, progress(name, quiet) as show:
+    with recorded(FOLDER, out / name, quiet) as (folder, show):
         found = observe(design, noise, grips, lambda message: show(message), workers, fidelity)
         show("writing", 1.0)
         write_observability(found, folder)

@@ -1,13 +1,13 @@
-"""``fingerdesign study-control``: controllers over friction x weight x noise, on one design."""
+"""``study-control``, ``study-unlike``, ``tune`` and ``replay``: controllers tried on one design."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -15,82 +15,92 @@ from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import plain
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.runtime.journal import held
 from fingerdesign.trials.bench import ControlGrid, refuse
 from fingerdesign.trials.page import answers
 from fingerdesign.trials.replay import replay_trace
 from fingerdesign.trials.tune import RECORD_FILE
-from fingerdesign_cli.inputs import estimator_for, read_case, refuse_foreign
+from fingerdesign_cli.inputs import estimator_for, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import CONTROLLER_NAMES
-from fingerdesign_cli.terminal import cores, number, print_json, print_table, progress
+from fingerdesign_cli.terminal import cores, number, print_json, print_table
 
 if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
     from fingerdesign.trials.record import ControlStudy, Summary
     from fingerdesign.trials.replay import Replay
+    from fingerdesign.trials.tune import TuningRecord
 
 NONE = "–"  # in a cell of the study
+Found = TypeVar("Found")
 
 
-@contextmanager
-def _going_on(
-    kind: RecordFolder, target: Path, quiet: bool
-) -> Iterator[tuple[Path, Path, Callable[[str, float], None]]]:
-    """Journal, new folder and progress of work that goes on where it stopped; the journal is one
-    process's, and is gone once the folder stands at ``target``."""
-    from fingerdesign.trials.run import journal_beside
+@dataclass(frozen=True)
+class _Trial:
+    """What the commands that try controllers are all given."""
 
-    journal = journal_beside(target.absolute())
-    with held(journal):
-        with kind.written(target) as folder, progress(target.name, quiet) as show:
-            yield journal, folder, show
-        journal.unlink(missing_ok=True)
+    design_file: Path
+    out: Path
+    controllers: tuple[str, ...]
+    seed: int
+    estimator_file: Path | None
+    workers: int | None
+    fidelity: str
+    quiet: bool
+    as_json: bool
+
+    @cached_property
+    def design(self) -> Design:
+        return read_case(self.design_file)[0]
+
+    @property
+    def target(self) -> Path:
+        return self.out / self.design.design.name
+
+    def run(
+        self,
+        kind: RecordFolder,
+        work: Callable[..., Found],
+        write: Callable[[Found, Path], None],
+        *given: Any,
+        **more: Any,
+    ) -> Found:
+        """What ``work`` finds, written by ``write``; it goes on where it stopped."""
+        from fingerdesign.trials.run import journal_beside
+
+        refuse_foreign(kind, self.target)
+        more["estimator"] = estimator_for(self.design, self.estimator_file)
+        more |= {"workers": self.workers or cores(), "fidelity": self.fidelity}
+        journal = journal_beside(self.target.absolute())
+        with recorded(kind, self.target, self.quiet, journal) as (folder, show):
+            names = self.controllers or CONTROLLER_NAMES
+            found = work(self.design, names, *given, journal, report=show, **more)
+            show("writing", 1.0)
+            write(found, folder)
+        return found
 
 
 # ``fingerdesign tune``: every controller tuned alike, on grips that are not those of the study.
 
 
-def tune(
-    design_file: Path,
-    out: Path,
-    controllers: tuple[str, ...],
-    noises: tuple[float, ...],
-    seed: int,
-    estimator_file: Path | None,
-    workers: int | None,
-    fidelity: str,
-    quiet: bool,
-    as_json: bool,
-) -> int:
+def tune(noises: tuple[float, ...], **given: Any) -> int:
     """Tune the controllers of DESIGN, each by the same procedure and the same number of grips."""
-    design, _ = read_case(design_file)
     from fingerdesign.trials.tune import DESIGN_FILE, tune_controllers, write_tuning
 
-    target = out / design.design.name
+    trial = _Trial(**given)
     kind = RecordFolder("tuning", RECORD_FILE, (RECORD_FILE, DESIGN_FILE))
-    refuse_foreign(kind, target)
-    estimator = estimator_for(design, estimator_file)
-    with _going_on(kind, target, quiet) as (journal, folder, show):
-        record = tune_controllers(
-            design,
-            controllers or CONTROLLER_NAMES,
-            journal,
-            estimator=estimator,
-            noises=noises,
-            seed=seed,
-            workers=workers or cores(),
-            report=show,
-            fidelity=fidelity,
-        )
-        write_tuning(record, design, folder)
-    if as_json:
+
+    def write(record: TuningRecord, folder: Path) -> None:
+        write_tuning(record, trial.design, folder)
+
+    record = trial.run(kind, tune_controllers, write, noises=noises, seed=trial.seed)
+    if trial.as_json:
         print_json(record.data())
-    elif not quiet:
+    elif not trial.quiet:
         headings = ["controller", "success % (before)", "held %", "dropped", "crushed"]
         headings += ["not lifted", "peak (before)", "takes"]
         rows = [_row(name, found) for name, found in record.controllers.items()]
         print_table(f"{record.design}: tuned on {len(record.cells)} grips", headings, rows)
         click.echo("rates on other grips differ: judge the tuned design with study-control")
-        click.echo(f"{record.seconds:.0f} s; tuned design: {target / DESIGN_FILE}")
+        click.echo(f"{record.seconds:.0f} s; tuned design: {trial.target / DESIGN_FILE}")
     return 0
 
 
@@ -129,7 +139,7 @@ def replay(
     chosen = controller or design.grip.controller
     if estimator is None and needs_training(chosen):
         _refuse_untaught(chosen, design_file)
-    with kind.written(out / name) as folder, progress(name, quiet) as show:
+    with recorded(kind, out / name, quiet) as (folder, show):
         found = replay_trace(design, trace_file, chosen, estimator, show, fidelity)
         record = json.dumps(found.record(), indent=1, allow_nan=False) + "\n"
         (folder / "replay.json").write_text(record, encoding="utf-8")
@@ -167,101 +177,49 @@ def _show_replay(found: Replay, folder: Path) -> None:
 
 
 def study_control(
-    design_file: Path,
-    out: Path,
-    controllers: tuple[str, ...],
     frictions: tuple[float, ...],
     masses: tuple[float, ...],
     noises: tuple[float, ...],
     quick: bool,
     no_tug: bool,
-    seed: int,
-    estimator_file: Path | None,
-    workers: int | None,
-    fidelity: str,
-    quiet: bool,
-    as_json: bool,
+    **given: Any,
 ) -> int:
     """Judge controllers on DESIGN over friction, weight and gage noise; in plane strain."""
-    design, _ = read_case(design_file)
     from fingerdesign.trials.run import FOLDER, study_control, write_study
 
-    target = out / design.design.name
+    trial = _Trial(**given)
     grid = ControlGrid.quick() if quick else ControlGrid()
-    given = {"frictions": frictions, "masses_g": masses, "noises": noises}
-    changes: dict[str, Any] = {key: values for key, values in given.items() if values}
-    grid = replace(grid, **changes, seed=seed, tug=None if no_tug else grid.tug)
+    axes = {"frictions": frictions, "masses_g": masses, "noises": noises}
+    changes: dict[str, Any] = {key: values for key, values in axes.items() if values}
+    grid = replace(grid, **changes, seed=trial.seed, tug=None if no_tug else grid.tug)
     refuse(grid, ())
-    refuse_foreign(FOLDER, target)
-    estimator = estimator_for(design, estimator_file)
-    with _going_on(FOLDER, target, quiet) as (journal, folder, show):
-        found = study_control(
-            design,
-            controllers or CONTROLLER_NAMES,
-            grid,
-            journal,
-            estimator=estimator,
-            workers=workers or cores(),
-            report=show,
-            fidelity=fidelity,
-        )
-        show("writing the report", 1.0)
-        write_study(found, folder)
-    if as_json:
+    found = trial.run(FOLDER, study_control, write_study, grid)
+    if trial.as_json:
         print_json(plain(found.data))
-    elif not quiet:
-        _show(found, target)
+    elif not trial.quiet:
+        _show(found, trial.target)
     return 0
 
 
-def study_unlike(
-    design_file: Path,
-    out: Path,
-    controllers: tuple[str, ...],
-    faults: tuple[str, ...],
-    plants: int,
-    lifts: int,
-    seed: int,
-    estimator_file: Path | None,
-    workers: int | None,
-    fidelity: str,
-    quiet: bool,
-    as_json: bool,
-) -> int:
+def study_unlike(faults: tuple[str, ...], plants: int, lifts: int, **given: Any) -> int:
     """Judge controllers on fingers that came out unlike DESIGN's model."""
-    design, _ = read_case(design_file)
     from fingerdesign.trials.unlike import FOLDER, chosen_faults, study_unlike, write_unlike
 
-    target = out / design.design.name
+    trial = _Trial(**given)
     chosen = chosen_faults(faults)
-    refuse_foreign(FOLDER, target)
-    estimator = estimator_for(design, estimator_file)
-    with _going_on(FOLDER, target, quiet) as (journal, folder, show):
-        found = study_unlike(
-            design,
-            controllers or CONTROLLER_NAMES,
-            chosen,
-            plants,
-            journal,
-            lifts=lifts,
-            seed=seed,
-            estimator=estimator,
-            workers=workers or cores(),
-            report=show,
-            fidelity=fidelity,
-        )
-        write_unlike(found, folder)
-    if as_json:
+    more = {"lifts": lifts, "seed": trial.seed}
+    found = trial.run(FOLDER, study_unlike, write_unlike, chosen, plants, **more)
+    if trial.as_json:
         print_json(found.record)
-    elif not quiet:
+    elif not trial.quiet:
         names = list(next(iter(found.record["summaries"].values())))
         rows = [
             [label, *(_of_unlike(by[name]) for name in names)]
             for label, by in found.record["summaries"].items()
         ]
-        title = f"{design.design.name}: success in % (95 %), margin; {plants} fingers a row"
+        title = f"{found.record['design']}: success in % (95 %), margin; {plants} fingers a row"
         print_table(title, ["fault", *names], rows)
-        click.echo(f"every lift: {target / 'unlike.csv'}")
+        click.echo(f"every lift: {trial.target / 'unlike.csv'}")
     return 0
 
 

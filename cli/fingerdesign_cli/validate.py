@@ -8,20 +8,16 @@ from typing import TYPE_CHECKING
 import click
 
 from fingerdesign.analysis.fidelity.readings import QUANTITIES
-from fingerdesign.errors import DesignError, Fault
-from fingerdesign.records.base import ResultError
 from fingerdesign.validate.advice import NONE, spread_cell
-from fingerdesign_cli.inputs import read_case
-from fingerdesign_cli.terminal import number, print_json, print_table, progress
+from fingerdesign_cli.inputs import read_case, recorded
+from fingerdesign_cli.terminal import number, print_json, print_table
 
 if TYPE_CHECKING:
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
     from fingerdesign.validate.record import Row, Validation
 
 
 def validate(
-    design: Path,
+    design_file: Path,
     out: Path,
     scene_file: Path | None,
     deep: bool,
@@ -30,11 +26,11 @@ def validate(
     as_json: bool,
 ) -> int:
     """Tell what each modelling assumption costs for DESIGN in a scene, and what it saves."""
-    finger, scene = _read(design, scene_file, out)
+    finger, scene = read_case(design_file, scene_file)
     from fingerdesign.validate.run import FOLDER, validate, write_validation
 
     name = finger.design.name
-    with FOLDER.written(out / name) as folder, progress(name, quiet) as show:
+    with recorded(FOLDER, out / name, quiet) as (folder, show):
         found = validate(
             finger,
             scene,
@@ -52,21 +48,6 @@ def validate(
     if found.failure is not None:
         click.echo(f"{name}: {found.failure}", err=True)
     return 0 if found.status == "ok" else 1
-
-
-def _read(design: Path, scene_file: Path | None, out: Path) -> tuple[Design, Scene | None]:
-    """Design and scene, every fault of both and of --out, before any work."""
-    from fingerdesign.validate.run import FOLDER
-
-    finger, scene = read_case(design, scene_file)
-    try:
-        if out.exists() and not out.is_dir():
-            raise ResultError(f"{out} is a file")
-        FOLDER.refuse_foreign(out / finger.design.name)
-    except ResultError as error:
-        fault = Fault("--out", str(out), "a folder for this record", str(error))
-        raise DesignError([fault]) from error
-    return finger, scene
 
 
 def _show(found: Validation, folder: Path) -> None:

@@ -26,7 +26,7 @@ def _signals_as_before(monkeypatch):
 
 def run(monkeypatch, callback):
     command = click.Command("check", callback=callback)
-    monkeypatch.setattr(cli_main.LazyGroup, "get_command", lambda *_: command)
+    monkeypatch.setitem(cli_main.cli.commands, "check", command)
     monkeypatch.setattr("sys.argv", ["fingerdesign", "check"])
     with pytest.raises(SystemExit) as end:
         cli_main.entry_point()

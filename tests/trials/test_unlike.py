@@ -97,7 +97,7 @@ def test_all_controllers_meet_the_same_fingers(tmp_path, capsys):
     bare = [given[0], str(tmp_path / "bare.toml"), *given[2:]]
     assert main([*bare, "--fault", "plates"]) == 2
     assert "plates.count = 0: must be at least 2" in capsys.readouterr().err
-    assert not (tmp_path / "out/coarse").exists()
+    assert not (tmp_path / "out").exists()
     chosen = ["--fault", "none", "--fault", "all"]
     chosen += ["--controller", "fixed_ratio", "--controller", "reactive"]
     assert main([*given, *chosen]) == 0

@@ -24,7 +24,11 @@ from fingerdesign_bench.cli import sweep as bench_sweep
 from fingerdesign_bench.cli.charts import optional_folder, say_busy, show_checks
 
 
-@click.group("bench", invoke_without_command=True)
+@click.group(
+    "bench",
+    short_help="Compare with known answers; speed and accuracy.",
+    invoke_without_command=True,
+)
 @click.option(
     "--out",
     "folder",

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import click
 
 from fingerdesign_cli.options import (
     FILE,
+    command,
+    design_and_out,
     go_on_option,
     out_option,
     output_options,
     result_options,
     scene_option,
-    work,
 )
 
 _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
@@ -23,30 +23,26 @@ _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
 )
 
 
-@click.command("new")
+@command("folders", "Write a commented starter design.")
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
 @click.option("--from", "source", metavar="NAME", help="Start from this shipped design (or scene).")
 @click.option("--scene", is_flag=True, help="Write a scene instead of a design.")
 @click.option("--force", is_flag=True, help="Overwrite FILE.")
 @click.option("--quiet", "-q", is_flag=True, help="Print only failures.")
-def new(**given: Any) -> int | None:
+def new() -> None:
     """Write a commented starter design to FILE.toml, its name taken from FILE; or a scene.
 
     Beside it goes design.schema.json (scene.schema.json), with which editors complete and explain
     keys. Nothing is overwritten without --force. Shipped designs: maeno2000, homogeneous, narrow,
     wide, domed, pin, block, both_ways, boned.
     """
-    return work("folders:new", given)
 
 
-@click.command("check")
+@command("check", "Is a design sound? Every fault at once.")
 @click.argument("designs", metavar="DESIGN...", nargs=-1, required=True, type=FILE)
-@scene_option(
-    "A scene's file or a shipped one's name; without it, fundamental.",
-    metavar="SCENE",
-)
+@scene_option("A scene's file or a shipped one's name; without it, fundamental.")
 @output_options
-def check(**given: Any) -> int | None:
+def check() -> None:
     """Name every fault of every DESIGN at once, each as key, value, bound and remedy.
 
     DESIGN is a file or a shipped design's name. What rests on a faulty key is judged once that is
@@ -56,19 +52,16 @@ def check(**given: Any) -> int | None:
     half-width and of what `analyse` will take: equations, memory and time on this machine. Not
     where SCENE is faulty. Exit code 2 where any file has a fault.
     """
-    return work("check:check", given)
 
 
-@click.command("mesh")
-@click.argument("design", metavar="DESIGN", type=FILE)
-@out_option("The folder to write into.", metavar="DIR")
+@command("mesh", "Mesh a design and report the mesh's quality.")
+@design_and_out("The folder to write into.")
 @click.option(
     "--fidelity", type=click.Choice(["plane-strain", "3d"]), default="3d", show_default=True
 )
 @scene_option(
     "A scene's file or a shipped one's name: fine where its contact will be; without it, "
-    "the fundamental case's.",
-    metavar="SCENE",
+    "the fundamental case's."
 )
 @click.option(
     "--format",
@@ -87,7 +80,7 @@ def check(**given: Any) -> int | None:
     show_default=True,
 )
 @output_options
-def mesh(**given: Any) -> int | None:
+def mesh() -> None:
     """Mesh DESIGN as an analysis would, and say how good the mesh is.
 
     DESIGN is a file or a shipped design's name; with mesh.mesher = "file" its mesh is read, checked
@@ -96,12 +89,11 @@ def mesh(**given: Any) -> int | None:
     Quadratic elements; cells carry their region (elastomer, plate_0, ..., core), facets the name of
     their face (base, contact, side, end, symmetry).
     """
-    return work("mesh:mesh", given)
 
 
-@click.command("analyse")
+@command("analyse", "Analyse designs: contact, gages, grips, report.")
 @click.argument("designs", metavar="DESIGN...", nargs=-1, required=True, type=FILE)
-@click.option("--out", required=True, type=FILE, help="Results go to OUT/NAME of each design.")
+@out_option("Results go to OUT/NAME of each design.")
 @scene_option(
     "Run this scene's path alone (a file, or a shipped scene's name); without it, the "
     "fundamental case and the design's grips."
@@ -130,19 +122,17 @@ def mesh(**given: Any) -> int | None:
 )
 @result_options
 @output_options
-def analyse(**given: Any) -> int | None:
+def analyse() -> None:
     """Analyse each DESIGN: contact, gages, grips, and a result in OUT/NAME.
 
     A DESIGN is a file, or the name of a shipped finger. A result is written whole or not at all;
     one failing design does not stop the others. What was analysed before, by the same program, is
     not worked again: its answer is kept.
     """
-    return work("analyse:analyse", given)
 
 
-@click.command("validate")
-@click.argument("design", metavar="DESIGN", type=FILE)
-@click.option("--out", required=True, type=FILE, help="The record goes to OUT/NAME.")
+@command("validate", "What each modelling assumption costs, and saves.")
+@design_and_out("The record goes to OUT/NAME of the design.")
 @scene_option(
     "In this scene (a file, or a shipped scene's name); without it, the fundamental case."
 )
@@ -157,7 +147,7 @@ def analyse(**given: Any) -> int | None:
     help=f"This assumption alone; may be given again. One of: {', '.join(_KEYS)}.",
 )
 @output_options
-def validate(**given: Any) -> int | None:
+def validate() -> None:
     """Tell what each modelling assumption costs for DESIGN in a scene, and what it saves.
 
     Each is held against the next better model, at equal motion and at equal force. OUT/NAME then
@@ -166,12 +156,10 @@ def validate(**given: Any) -> int | None:
     Exit code 0 also where DESIGN and scene can tell nothing: each row says why. 1, status "failed"
     and a sentence as failure, where models failed and no assumption was reported.
     """
-    return work("validate:validate", given)
 
 
-@click.command("mold")
-@click.argument("design_file", metavar="DESIGN", type=FILE)
-@out_option("The mold goes to OUT/NAME of the design.")
+@command("mold", "Make the mold that a finger is cast in.")
+@design_and_out("The mold goes to OUT/NAME of the design.")
 @click.option(
     "--process",
     type=click.Choice(["sla", "fdm", "machined"]),
@@ -183,7 +171,7 @@ def validate(**given: Any) -> int | None:
     help="Instead of mold.plate_fixture: what holds the plates.",
 )
 @output_options
-def mold(**given: Any) -> int | None:
+def mold() -> None:
     """Make the mold that DESIGN is cast in: parts, plate fixture, checks, casting notes.
 
     OUT/NAME then holds each part as STL and STEP, mold.3mf (printed parts on the bed, in mm), DXF
@@ -193,19 +181,17 @@ def mold(**given: Any) -> int | None:
 
     Exit code 1 where a check fails: record and report say which, and why.
     """
-    return work("mold:mold", given)
 
 
-@click.command("view")
+@command("folders", "Look at a result.")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option("--open", "open_browser", is_flag=True, help="Open the report in the browser.")
 @click.option("--cad", is_flag=True, help="Write STEP and STL files where they are missing.")
 @output_options
-def view(**given: Any) -> int | None:
+def view() -> None:
     """Show the result in DIR, or each result in the folders of DIR, and where its report is.
 
     A report that is missing is drawn, unless --quiet or --json want no more than what is there.
 
     Exit code 2 where there is no result. That of a failed analysis is shown like any other.
     """
-    return work("folders:view", given)

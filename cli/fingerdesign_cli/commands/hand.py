@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import click
 
 from fingerdesign_cli.options import (
     FILE,
+    command,
     controllers_option,
+    design_and_out,
     estimator_option,
     go_on_option,
     model_option,
@@ -17,9 +18,8 @@ from fingerdesign_cli.options import (
     out_option,
     output_options,
     result_options,
+    trial_options,
     two_workers_option,
-    work,
-    workers_option,
 )
 
 
@@ -30,9 +30,8 @@ def _finite(_context: click.Context, parameter: click.Parameter, value: float) -
     return value
 
 
-@click.command("grip")
-@click.argument("design_file", metavar="DESIGN", type=FILE)
-@out_option("The result goes to OUT/NAME of the design.")
+@command("grip", "Lift an object whose weight and friction are unknown.")
+@design_and_out("The result goes to OUT/NAME of the design.")
 @click.option("--controller", metavar="NAME", help="Instead of grip.controller.")
 @numbers_option(
     "--friction",
@@ -55,7 +54,7 @@ def _finite(_context: click.Context, parameter: click.Parameter, value: float) -
 @go_on_option
 @result_options
 @output_options
-def grip(**given: Any) -> int | None:
+def grip() -> None:
     """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient.
 
     DESIGN is a file or a shipped design's name.
@@ -63,10 +62,9 @@ def grip(**given: Any) -> int | None:
     The controller feels gages and forces only. Exit code 0 also where an object slips or is not
     lifted: that is a finding, and stands in the table and in result.json.
     """
-    return work("grip:grip", given)
 
 
-@click.command("replay")
+@command("trials", "Ask a controller along a recorded grip.")
 @click.argument("design_file", metavar="DESIGN", type=FILE)
 @click.argument("trace_file", metavar="TRACE", type=FILE)
 @out_option("Files go to OUT/NAME of the design.")
@@ -76,7 +74,7 @@ def grip(**given: Any) -> int | None:
 )
 @model_option
 @output_options
-def replay(**given: Any) -> int | None:
+def replay() -> None:
     """Ask a controller along a grip recorded on a rig with the finger DESIGN.
 
     TRACE is a CSV file: time_s, dx_mm, dy_mm, normal_force_N, tangential_force_N, gage_1, ... (in
@@ -84,12 +82,10 @@ def replay(**given: Any) -> int | None:
     what the controller asks for at each. A trace with gaps, NaN, other units or too few gages is
     refused by row and column.
     """
-    return work("trials:replay", given)
 
 
-@click.command("teach")
-@click.argument("design_file", metavar="DESIGN", type=FILE)
-@out_option("Files go to OUT/NAME of the design.")
+@command("sensing", "Teach the estimator that the regulator grips by.")
+@design_and_out("Files go to OUT/NAME of the design.")
 @click.option(
     "--noise",
     type=click.FloatRange(0.0, 1e3),
@@ -101,19 +97,17 @@ def replay(**given: Any) -> int | None:
 @two_workers_option
 @model_option
 @output_options
-def teach(**given: Any) -> int | None:
+def teach() -> None:
     """Teach the estimator that the regulator grips by, on DESIGN's own model.
 
     OUT/NAME/estimator.json runs on a rig with numpy alone (fingerdesign.control.estimator);
     lesson.json tells its errors on grips that it was not taught on. Minutes the first time; what
     has been taught is kept, and changes of the [grip] table's controllers teach nothing anew.
     """
-    return work("sensing:teach", given)
 
 
-@click.command("gages")
-@click.argument("design_file", metavar="DESIGN", type=FILE)
-@out_option("The record goes to OUT/NAME of the design.")
+@command("sensing", "How few gages tell the stick ratio, and where.")
+@design_and_out("The record goes to OUT/NAME of the design.")
 @click.option(
     "--noise",
     type=float,
@@ -131,19 +125,17 @@ def teach(**given: Any) -> int | None:
 @two_workers_option
 @model_option
 @output_options
-def gages(**given: Any) -> int | None:
+def gages() -> None:
     """Tell how well DESIGN's gages determine the stick ratio, how few suffice and where.
 
     OUT/NAME then holds observability.json (all numbers), counts.csv (error by number of gages),
     gages.csv (each gage: its rank, and what it costs dead) and observability.png. Errors are of
     learners on grips that they were not taught on. A minute or two.
     """
-    return work("sensing:gages", given)
 
 
-@click.command("tune")
-@click.argument("design_file", metavar="DESIGN", type=FILE)
-@out_option("The record goes to OUT/NAME of the design.")
+@command("trials", "Tune controllers alike, on grips of their own.")
+@design_and_out("The record goes to OUT/NAME of the design.")
 @controllers_option
 @numbers_option(
     "--noise",
@@ -153,16 +145,8 @@ def gages(**given: Any) -> int | None:
     default=(0.5,),
     show_default=True,
 )
-@click.option("--seed", type=int, default=0, show_default=True, help="Of trials, grips and noise.")
-@estimator_option(
-    "For the regulator: what `fingerdesign teach` wrote for DESIGN. Without it one is taught "
-    "or taken from the cache.",
-    metavar="FILE",
-)
-@workers_option
-@model_option
-@output_options
-def tune(**given: Any) -> int | None:
+@trial_options("trials, grips and noise")
+def tune() -> None:
     """Tune the controllers of DESIGN, each by the same procedure and the same number of grips.
 
     The grips have other frictions, masses and noise than those of study-control. OUT/NAME then
@@ -173,12 +157,10 @@ def tune(**given: Any) -> int | None:
     What is done stands in OUT/NAME.unfinished.sqlite until the folder is there: an interrupted run
     goes on in the middle of a round.
     """
-    return work("trials:tune", given)
 
 
-@click.command("study-control")
-@click.argument("design_file", metavar="DESIGN", type=FILE)
-@out_option("The record goes to OUT/NAME of the design.")
+@command("trials", "Compare controllers over friction, weight and noise.")
+@design_and_out("The record goes to OUT/NAME of the design.")
 @controllers_option
 @numbers_option(
     "--friction",
@@ -201,16 +183,8 @@ def tune(**given: Any) -> int | None:
 )
 @click.option("--quick", is_flag=True, help="4 frictions, 4 masses, 3 noises: seconds.")
 @click.option("--no-tug", is_flag=True, help="Leave out the grips whose lifted object is tugged.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of all noise.")
-@estimator_option(
-    "For the regulator: what `fingerdesign teach` wrote for DESIGN. Without it one is taught "
-    "first (minutes), or taken from the cache.",
-    metavar="FILE",
-)
-@workers_option
-@model_option
-@output_options
-def study_control(**given: Any) -> int | None:
+@trial_options("all noise")
+def study_control() -> None:
     """Judge controllers on DESIGN over friction, weight and gage noise.
 
     Each lifts every object at every noise and, once, holds it against a tug. OUT/NAME then holds
@@ -221,12 +195,10 @@ def study_control(**given: Any) -> int | None:
     study goes on where it stopped. Exit code 0 also where objects are dropped or crushed: that is a
     finding.
     """
-    return work("trials:study_control", given)
 
 
-@click.command("study-unlike")
-@click.argument("design_file", metavar="DESIGN", type=FILE)
-@out_option("The record goes to OUT/NAME of the design.")
+@command("trials", "Compare controllers on fingers that came out unlike the model.")
+@design_and_out("The record goes to OUT/NAME of the design.")
 @controllers_option
 @click.option(
     "--fault",
@@ -246,16 +218,8 @@ def study_control(**given: Any) -> int | None:
 @click.option(
     "--lifts", type=click.IntRange(1, 100), default=4, show_default=True, help="Objects a finger."
 )
-@click.option("--seed", type=int, default=0, show_default=True, help="Of fingers and objects.")
-@estimator_option(
-    "For the regulator: what `fingerdesign teach` wrote for DESIGN. Without it one is taught "
-    "first (minutes), or taken from the cache.",
-    metavar="FILE",
-)
-@workers_option
-@model_option
-@output_options
-def study_unlike(**given: Any) -> int | None:
+@trial_options("fingers and objects")
+def study_unlike() -> None:
     """Judge controllers on fingers and objects that came out unlike DESIGN's model.
 
     Each finger is drawn from the seed (rubber, plates' places, cover, gages, mesh, the object's
@@ -263,10 +227,9 @@ def study_unlike(**given: Any) -> int | None:
     of 0.2 to 0.8. OUT/NAME then holds unlike.json (success with intervals, by fault and controller)
     and unlike.csv (every lift). An interrupted study goes on where it stopped.
     """
-    return work("trials:study_unlike", given)
 
 
-@click.command("paper")
+@command("paper", "Remake every figure of the paper.")
 @out_option("The folder that the figures go to.")
 @click.option(
     "--design",
@@ -278,11 +241,10 @@ def study_unlike(**given: Any) -> int | None:
     help="With this finger: a file, or a shipped design's name.",
 )
 @output_options
-def paper(**given: Any) -> int | None:
+def paper() -> None:
     """Remake the paper's Figs 2, 3, 6, 7, 8, 10 and 12, and judge its words by them.
 
     OUT then holds paper.html (the paper's words beside what was measured), each figure as PNG and
     SVG with its data as CSV, and paper.json. In plane strain, under a minute. Exit code 0 also
     where a claim of the paper does not hold: that is a finding.
     """
-    return work("paper:paper", given)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import click
 
 from fingerdesign_cli.options import (
     FILE,
+    command,
     out_option,
     output_options,
     scheduler_options,
-    work,
     workers_option,
 )
 
@@ -22,7 +20,7 @@ study_fidelity_option = click.option(
 )
 
 
-@click.command("generate")
+@command("generate", "Write a study's variants as files.")
 @click.argument("study_file", metavar="STUDY", type=FILE)
 @out_option("The variants go to OUT/NAME of the study.")
 @click.option("--count", type=click.IntRange(min=1), help="Only the first COUNT variants.")
@@ -36,7 +34,7 @@ study_fidelity_option = click.option(
 @click.option("--cad/--no-cad", default=True, show_default=True, help="Write STEP and STL too.")
 @workers_option
 @output_options
-def generate(**given: Any) -> int | None:
+def generate() -> None:
     """Write the variants of STUDY, a TOML file or a shipped study: a folder each in OUT/NAME.
 
     It holds the variant's design as TOML, finger.step, and finger.stl (the outside), body.stl and
@@ -49,17 +47,16 @@ def generate(**given: Any) -> int | None:
 
     Exit code 1 where the CAD of a variant fails, or no variant can exist.
     """
-    return work("generate:generate", given)
 
 
-@click.command("sweep")
+@command("search", "Analyse every variant of a study.")
 @click.argument("study_file", metavar="STUDY", type=FILE)
 @out_option("Outcomes, tables and report.html go to OUT/NAME of the study.")
 @scheduler_options
 @click.option("--retry", is_flag=True, help="Run again what failed: for time, memory, a crash.")
 @study_fidelity_option
 @output_options
-def sweep(**given: Any) -> int | None:
+def sweep() -> None:
     """Analyse every variant of STUDY, a TOML file or a shipped study, and compare them.
 
     Each variant is analysed in a process of its own under the study's [limits]: one that crashes,
@@ -71,10 +68,9 @@ def sweep(**given: Any) -> int | None:
     and a last one for the folder. With --quiet one line where variants failed. Exit code 1 where no
     variant at all could be analysed.
     """
-    return work("search:sweep", given)
 
 
-@click.command("optimise")
+@command("search", "Search for better fingers; the best are confirmed in 3-D.")
 @click.argument("study_file", metavar="STUDY", type=FILE)
 @out_option("Outcomes, tables and report.html go to OUT/NAME of the study.")
 @click.option(
@@ -86,7 +82,7 @@ def sweep(**given: Any) -> int | None:
 @click.option("--retry", is_flag=True, help="Run again what failed for time, memory or a crash.")
 @study_fidelity_option
 @output_options
-def optimise(**given: Any) -> int | None:
+def optimise() -> None:
     """Search STUDY for fingers that are better in its [[objectives]], within its [constraints].
 
     Trials are drawn by Optuna and analysed at the study's fidelity; the best of the front, and the
@@ -98,10 +94,9 @@ def optimise(**given: Any) -> int | None:
     (number: the trial's; done: how many are). With --quiet one line where trials failed.
     Exit code 1 where no trial at all could be analysed.
     """
-    return work("search:optimise", given)
 
 
-@click.command("compare")
+@command("compare", "Which finger is better at what, on one page.")
 @click.argument("results", metavar="RESULT...", nargs=-1, required=True, type=FILE)
 @click.option("--out", required=True, type=FILE, help="The page, FILE.html.")
 @click.option("--csv", "csv_file", metavar="FILE", type=FILE, help="Also a row a design as CSV.")
@@ -121,7 +116,7 @@ def optimise(**given: Any) -> int | None:
 )
 @click.option("--name", default="", help="To head the page; without it that of the study.")
 @click.option("--quiet", "-q", is_flag=True, help="Print only failures.")
-def compare(**given: Any) -> int | None:
+def compare() -> None:
     """Compare the designs of every RESULT on one page that opens offline.
 
     A RESULT is what sweep or optimise wrote (OUT/NAME), a result of analyse, a folder of such
@@ -131,4 +126,3 @@ def compare(**given: Any) -> int | None:
 
     Exit code 2 where a RESULT is none. Failed designs are shown with their causes: exit code 0.
     """
-    return work("compare:compare", given)
