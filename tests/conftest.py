@@ -35,3 +35,15 @@ def interruptible():
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture
+def said(capsys):
+    """Run the command line to an exit code; what was said by then, on ``out`` and ``err``."""
+    from fingerdesign_cli.main import main
+
+    def run(*arguments, code=0):
+        assert main([str(each) for each in arguments]) == code
+        return capsys.readouterr()
+
+    return run

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from fingerdesign.trials.record import ControlStudy, Summary
     from fingerdesign.trials.replay import Replay
     from fingerdesign.trials.tune import TuningRecord
+    from fingerdesign.trials.unlike import UnlikeSummary
 
 NONE = "–"  # in a cell of the study
 Found = TypeVar("Found")
@@ -210,23 +211,21 @@ def study_unlike(faults: tuple[str, ...], plants: int, lifts: int, **given: Any)
     more = {"lifts": lifts, "seed": trial.seed}
     found = trial.run(FOLDER, study_unlike, write_unlike, chosen, plants, **more)
     if trial.as_json:
-        print_json(found.record)
+        print_json(plain(found.data))
     elif not trial.quiet:
-        names = list(next(iter(found.record["summaries"].values())))
-        rows = [
-            [label, *(_of_unlike(by[name]) for name in names)]
-            for label, by in found.record["summaries"].items()
-        ]
-        title = f"{found.record['design']}: success in % (95 %), margin; {plants} fingers a row"
-        print_table(title, ["fault", *names], rows)
+        summaries = found.data.summaries
+        rows = [[label, *map(_of_unlike, by.values())] for label, by in summaries.items()]
+        title = f"{found.data.design}: success in % (95 %), margin; {plants} fingers a row"
+        print_table(title, ["fault", *next(iter(summaries.values()))], rows)
         click.echo(f"every lift: {trial.target / 'unlike.csv'}")
     return 0
 
 
-def _of_unlike(summary: dict[str, Any]) -> str:
-    share, margin = summary["success"], summary["safety_margin"]
-    words = f"{100 * share['rate']:.0f} ({100 * share['low']:.0f}–{100 * share['high']:.0f})"
-    return words if margin is None else f"{words}, {margin['median']:.2f}"
+def _of_unlike(summary: UnlikeSummary) -> str:
+    share, margin = summary.success, summary.safety_margin
+    low, high = share.low or 0.0, share.high or 1.0
+    words = f"{number(share.rate, 0, 100.0)} ({100 * low:.0f}–{100 * high:.0f})"
+    return words if margin is None else f"{words}, {margin.median:.2f}"
 
 
 def _show(found: ControlStudy, folder: Path) -> None:

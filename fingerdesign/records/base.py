@@ -42,6 +42,10 @@ SCHEMAS = {
         "fingerdesign.trials.record:ControlData",
         "Controllers over friction, weight and noise (fingerdesign study-control)",
     ),
+    "unlike": (
+        "fingerdesign.trials.unlike:UnlikeData",
+        "Controllers on fingers unlike the model (fingerdesign study-unlike)",
+    ),
     "mold": ("fingerdesign.mold.record:MoldData", "A finger's mold (fingerdesign mold)"),
 }
 closed = with_config(ConfigDict(extra="forbid"))  # all keys of the type, and no others

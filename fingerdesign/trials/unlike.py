@@ -9,9 +9,9 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, Fault, FingerDesignError, SolverError
-from fingerdesign.records.base import csv_text
+from fingerdesign.records.base import Count, Size, closed, csv_text, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.journal import Journal
@@ -36,7 +36,7 @@ from fingerdesign.trials.bench import (
     GripBench,
     refuse,
 )
-from fingerdesign.trials.record import share_of, spread_of
+from fingerdesign.trials.record import Share, Spread, share_of, spread_of
 from fingerdesign.version import __version__, versions
 
 if TYPE_CHECKING:
@@ -46,20 +46,58 @@ if TYPE_CHECKING:
 RECORD_FILE, CSV_FILE = "unlike.json", "unlike.csv"
 KIND = "a study of unlike fingers"  # of journals
 NONE, EVERY = "none", "all"  # the model itself; every fault together
-COLUMNS = (
-    "fault",
-    "plant",
-    "controller",
-    "friction_coefficient",
-    "object_mass_g",
-    "success",
-    "lifted",
-    "gross_slip",
-    "crushed",
-    "safety_margin",
-    "ending",
-    "reason",
-)
+
+
+@dataclass(frozen=True)
+class Lift:
+    """One object: a row of unlike.csv; truths are 1 and 0, what a failure has no value of is empty.
+
+    As plain values in the journal and between processes.
+    """
+
+    fault: str
+    plant: int
+    controller: str
+    friction_coefficient: float
+    object_mass_g: float
+    success: int = 0
+    lifted: int = 0
+    gross_slip: int | None = None
+    crushed: int | None = None
+    safety_margin: float | None = None
+    ending: str = "failed"
+    reason: str = ""
+
+
+@closed
+@dataclass(frozen=True)
+class UnlikeSummary:
+    """The lifts of one controller on the fingers of one label; safety_margin: of its successes."""
+
+    success: Share
+    gross_slip: Count
+    crushed: Count
+    not_lifted: Count
+    failed: Count
+    safety_margin: Spread | None
+
+
+@closed
+@dataclass(frozen=True)
+class UnlikeData:
+    """The content of unlike.json; summaries by label of faults, then by controller."""
+
+    design: str
+    digest: str
+    fidelity: Literal["plane-strain", "3d"]
+    taught_on: str | None
+    noise_microstrain: Size
+    plants: Count
+    lifts_a_plant: Count
+    seed: Count
+    faults: dict[str, tuple[str, ...]]
+    summaries: dict[str, dict[str, UnlikeSummary]]
+    versions: dict[str, str]
 
 
 FOLDER = RecordFolder("study of unlike fingers", RECORD_FILE, (RECORD_FILE, CSV_FILE))
@@ -82,10 +120,10 @@ def chosen_faults(names: Sequence[str]) -> list[Chosen]:
 
 @dataclass(frozen=True)
 class UnlikeStudy:
-    """lifts: a row of COLUMNS each; summaries: by fault, then by controller."""
+    """The record, and every lift."""
 
-    record: dict[str, Any]
-    lifts: tuple[dict[str, Any], ...]
+    data: UnlikeData
+    lifts: tuple[Lift, ...]
 
 
 @dataclass(frozen=True)
@@ -95,7 +133,7 @@ class _Shared:
     design: Design
     controllers: tuple[str, ...]
     estimator: GripEstimator | None
-    fidelity: str
+    fidelity: Literal["plane-strain", "3d"]
     lifts: int
     seed: int
 
@@ -112,7 +150,7 @@ def study_unlike(
     estimator: GripEstimator | None = None,
     workers: int = 1,
     report: Callable[[str, float], None] = lambda message, fraction: None,
-    fidelity: str = "plane-strain",
+    fidelity: Literal["plane-strain", "3d"] = "plane-strain",
 ) -> UnlikeStudy:
     """Every controller on ``plants`` fingers of each of ``faults`` (a label, the faults in it).
 
@@ -140,15 +178,16 @@ def study_unlike(
             kept.add({_key(job): rows})
             done[_key(job)] = rows
             report(f"gripping: {job[0]}", len(done) / len(jobs))
-    rows = [row for job in jobs for row in done[_key(job)]]
-    return UnlikeStudy(_record(shared, faults, plants, rows), tuple(rows))
+    every = tuple(Lift(**row) for job in jobs for row in done[_key(job)])
+    return UnlikeStudy(_data(shared, faults, plants, every), every)
 
 
 def write_unlike(study: UnlikeStudy, folder: Path) -> None:
     """The record and every lift into a folder that exists."""
-    table = csv_text(COLUMNS, ([row[name] for name in COLUMNS] for row in study.lifts))
+    columns = [field.name for field in fields(Lift)]
+    table = csv_text(columns, (vars(each).values() for each in study.lifts))
     (folder / CSV_FILE).write_text(table, encoding="utf-8")
-    text = json.dumps(study.record, indent=1, allow_nan=False) + "\n"
+    text = json_text(study.data, indent=1)
     (folder / RECORD_FILE).write_text(text, encoding="utf-8")
 
 
@@ -165,13 +204,12 @@ def lift_plant(
         for name in shared.controllers
         for mu, grams in zip(friction, mass, strict=True)
     ]
+    lifts = [Lift(label, plant, each.controller, each.friction, each.mass_g) for each in cells]
     try:
         found = unlike(shared.design, faults, seed)
         bench, held = unlike_problems(found, shared.fidelity)
     except FingerDesignError as error:
-        nothing = dict.fromkeys(COLUMNS)
-        why = {"success": 0, "lifted": 0, "ending": "failed", "reason": str(error)}
-        return [nothing | why | _facts(label, plant, cell) for cell in cells]
+        return [vars(replace(lift, reason=str(error))) for lift in lifts]
     rig = GripBench(
         bench,
         found.design.gages.face,
@@ -182,31 +220,20 @@ def lift_plant(
         held=held,
     )
     rows = []
-    for cell in cells:
+    for cell, lift in zip(cells, lifts, strict=True):
         (each,) = rig.run_batch([cell])
-        rows.append(
-            _facts(label, plant, cell)
-            | {
-                "success": int(each.success),
-                "lifted": int(each.lifted),
-                "gross_slip": int(each.dropped),
-                "crushed": int(each.crushed),
-                "safety_margin": each.margin_at_lift,
-                "ending": each.ending,
-                "reason": each.reason,
-            }
+        done = replace(
+            lift,
+            success=int(each.success),
+            lifted=int(each.lifted),
+            gross_slip=int(each.dropped),
+            crushed=int(each.crushed),
+            safety_margin=each.margin_at_lift,
+            ending=each.ending,
+            reason=each.reason,
         )
+        rows.append(vars(done))
     return rows
-
-
-def _facts(label: str, plant: int, cell: Cell) -> dict[str, Any]:
-    return {
-        "fault": label,
-        "plant": plant,
-        "controller": cell.controller,
-        "friction_coefficient": cell.friction,
-        "object_mass_g": cell.mass_g,
-    }
 
 
 Job = tuple[str, tuple[str, ...], int]
@@ -236,42 +263,38 @@ def _digest(shared: _Shared, faults: Sequence[Chosen]) -> str:
     return hashlib.sha256(json.dumps([*plain, *model, taught, list(faults)]).encode()).hexdigest()
 
 
-def _record(
-    shared: _Shared,
-    faults: Sequence[Chosen],
-    plants: int,
-    rows: Sequence[dict[str, Any]],
-) -> dict[str, Any]:
+def _data(
+    shared: _Shared, faults: Sequence[Chosen], plants: int, lifts: Sequence[Lift]
+) -> UnlikeData:
     """Shares with Wilson's intervals, spreads of the margin at the lift."""
     summaries = {
         label: {
-            name: _summary([r for r in rows if r["fault"] == label and r["controller"] == name])
+            name: _summary([x for x in lifts if (x.fault, x.controller) == (label, name)])
             for name in shared.controllers
         }
         for label, _ in faults
     }
-    return {
-        "design": shared.design.design.name,
-        "digest": shared.design.digest(),
-        "fidelity": shared.fidelity,
-        "taught_on": None if shared.estimator is None else shared.estimator.design,
-        "noise_microstrain": GOOD_AMPLIFIER,
-        "plants": plants,
-        "lifts_a_plant": shared.lifts,
-        "seed": shared.seed,
-        "faults": {label: list(chosen) for label, chosen in faults},
-        "summaries": summaries,
-        "versions": versions(),
-    }
+    return UnlikeData(
+        design=shared.design.design.name,
+        digest=shared.design.digest(),
+        fidelity=shared.fidelity,
+        taught_on=None if shared.estimator is None else shared.estimator.design,
+        noise_microstrain=GOOD_AMPLIFIER,
+        plants=plants,
+        lifts_a_plant=shared.lifts,
+        seed=shared.seed,
+        faults=dict(faults),
+        summaries=summaries,
+        versions=versions(),
+    )
 
 
-def _summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    margins = spread_of(row["safety_margin"] for row in rows if row["success"])
-    return {
-        "success": asdict(share_of(sum(row["success"] for row in rows), len(rows))),
-        "gross_slip": sum(row["gross_slip"] or 0 for row in rows),
-        "crushed": sum(row["crushed"] or 0 for row in rows),
-        "not_lifted": sum(not row["lifted"] for row in rows),
-        "failed": sum(row["ending"] == "failed" for row in rows),
-        "safety_margin": None if margins is None else asdict(margins),
-    }
+def _summary(lifts: Sequence[Lift]) -> UnlikeSummary:
+    return UnlikeSummary(
+        success=share_of(sum(each.success for each in lifts), len(lifts)),
+        gross_slip=sum(each.gross_slip or 0 for each in lifts),
+        crushed=sum(each.crushed or 0 for each in lifts),
+        not_lifted=sum(not each.lifted for each in lifts),
+        failed=sum(each.ending == "failed" for each in lifts),
+        safety_margin=spread_of(each.safety_margin for each in lifts if each.success),
+    )

@@ -18,3 +18,8 @@ def test_a_tees_area_follows_where_a_single_gages_does_not():
     assert len(single) == len(FRICTIONS)
     assert max(single) < 0.5
     assert min(tee[:4]) > 0.75
+
+
+def test_a_finger_without_gages_is_refused_in_words(said):
+    shown = said("bench", "grids", "maeno2000", "homogeneous", code=2).err
+    assert shown.startswith("homogeneous: plates.count = 0: must be at least 1; add plates")

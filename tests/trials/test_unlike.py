@@ -6,13 +6,16 @@ import json
 import numpy as np
 import pytest
 from fingerdesign_cli.main import main
+from pydantic import TypeAdapter
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import plate_frames
+from fingerdesign.records.base import plain
 from fingerdesign.sensing.unlike import ALL, unlike
+from fingerdesign.trials.unlike import UnlikeData
 
 COARSE = """
 [design]
@@ -101,7 +104,9 @@ def test_all_controllers_meet_the_same_fingers(tmp_path, capsys):
     chosen = ["--fault", "none", "--fault", "all"]
     chosen += ["--controller", "fixed_ratio", "--controller", "reactive"]
     assert main([*given, *chosen]) == 0
-    record = json.loads((tmp_path / "out/coarse/unlike.json").read_text())
+    text = (tmp_path / "out/coarse/unlike.json").read_text()
+    record = json.loads(text)
+    assert plain(TypeAdapter(UnlikeData).validate_json(text)) == record
     with (tmp_path / "out/coarse/unlike.csv").open() as file:
         lifts = list(csv.DictReader(file))
     assert len(lifts) == 8

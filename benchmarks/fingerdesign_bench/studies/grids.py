@@ -27,6 +27,7 @@ from fingerdesign.checks.starter import find_design
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.control.slip_study import slip_studies
 from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.zone import Zone
 from fingerdesign.records.arrays import SlipStudy
 from fingerdesign.runtime.progress import Report
@@ -53,9 +54,18 @@ class GridRow:
 
 def fingers(names: Sequence[str]) -> dict[str, Design]:
     """Designs by name; without names maeno2000, and the same with shorter plates nearer to the
-    surface."""
+    surface. DesignError for those without gages, of which there is nothing to correlate."""
     if names:
-        return {name: find_design(name) for name in names}
+        found = {name: find_design(name) for name in names}
+        remedy = "add plates: their gages are what is read"
+        faults = [
+            Fault(f"{name}: plates.count", 0, "at least 1", remedy)
+            for name, design in found.items()
+            if not design.plates.number
+        ]
+        if faults:
+            raise DesignError(faults)
+        return found
     own = find_design("maeno2000")
     return {"maeno2000": own, "cover 0.6, plates 0.7 mm": with_values(own, SHORT)}
 
