@@ -20,12 +20,12 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.cad.kernel import (
-    Arc,
-    Line,
+    arc,
     box,
     circle,
     extruded,
     flat_face,
+    line,
     one_solid,
     polygon,
     revolved,
@@ -101,8 +101,8 @@ def _bent(frame: PlateFrame) -> cq.Solid:
     a, b, c, d = (
         _place(frame, end, side, frame.low) for end, side in ((-s, -v), (s, -v), (s, v), (-s, v))
     )
-    lower, upper = Arc(a, b, centre, -about, radius - v), Arc(c, d, centre, about, radius + v)
-    section = flat_face([lower, Line(b, c), upper, Line(d, a)])
+    lower, upper = arc(a, b, centre, -about, radius - v), arc(c, d, centre, about, radius + v)
+    section = flat_face([lower, line(b, c), upper, line(d, a)])
     across = frame.to_space(frame.centre, 1.0)[0] - frame.to_space(frame.centre, 0.0)[0]
     return extruded(section, frame.span * across)
 
@@ -169,7 +169,7 @@ def outline_solid(body: Body, half: bool = False) -> cq.Solid:
     return _dome(body, profile, half)
 
 
-def _section(profile: Profile, z: float, bottom: float) -> list[Line | Arc]:
+def _section(profile: Profile, z: float, bottom: float) -> list[cq.Edge]:
     """The closed section above y = bottom, in the plane at z, anticlockwise."""
     side, height = profile.half_width, profile.side_height
     start, end = np.array([-side, bottom, z]), np.array([side, bottom, z])
@@ -178,7 +178,7 @@ def _section(profile: Profile, z: float, bottom: float) -> list[Line | Arc]:
     right = [_edge(piece, z) for piece in pieces[:0:-1]]
     left = [_edge(piece, z, mirrored=True) for piece in pieces[1:]]
     top = _edge(pieces[0], z, whole=True)
-    return [Line(start, end), Line(end, first), *right, top, *left, Line(last, start)]
+    return [line(start, end), line(end, first), *right, top, *left, line(last, start)]
 
 
 def _pieces(profile: Profile) -> list[Piece]:
@@ -189,7 +189,7 @@ def _pieces(profile: Profile) -> list[Piece]:
     return [piece for piece in profile.pieces if piece.length > 1e-6]
 
 
-def _edge(piece: Piece, z: float, mirrored: bool = False, whole: bool = False) -> Line | Arc:
+def _edge(piece: Piece, z: float, mirrored: bool = False, whole: bool = False) -> cq.Edge:
     """A piece from its end to its start; mirrored in x = 0, from start to end; or both in one."""
     sign = -1.0 if mirrored else 1.0
     start, end = (np.array([sign * x, y, z]) for x, y in (piece.end, piece.start))
@@ -198,8 +198,8 @@ def _edge(piece: Piece, z: float, mirrored: bool = False, whole: bool = False) -
     if whole:
         end = start * [-1.0, 1.0, 1.0]
     if not piece.radius:
-        return Line(start, end)
-    return Arc(start, end, np.array([sign * piece.x, piece.y, z]), FORWARD, piece.radius)
+        return line(start, end)
+    return arc(start, end, np.array([sign * piece.x, piece.y, z]), FORWARD, piece.radius)
 
 
 def _revolved(profile: Profile, half: bool) -> cq.Solid:
@@ -208,7 +208,7 @@ def _revolved(profile: Profile, half: bool) -> cq.Solid:
     foot, corner = np.zeros(3), np.array([side, 0.0, 0.0])
     crest, edge = np.array([0.0, profile.crest, 0.0]), np.array([side, height, 0.0])
     outline = [_edge(piece, 0.0) for piece in reversed(_pieces(profile))]
-    outer = [Line(foot, corner), Line(corner, edge), *outline, Line(crest, foot)]
+    outer = [line(foot, corner), line(corner, edge), *outline, line(crest, foot)]
     # About -y a point on +x moves toward +z.
     turned = revolved(flat_face(outer), foot, np.array([0.0, -1.0, 0.0]), 180 if half else 360)
     return one_solid(turned.clean(), "body outline") if half else turned

@@ -1,4 +1,4 @@
-"""Lines, arcs, faces and solids in the CAD kernel, built from exact centres and radii.
+"""Lines, arcs, faces and solids in CadQuery, built from exact centres and radii.
 
 CadQuery's own arcs go through three points, which loses digits where an arc is flat; here a circle
 keeps its centre and radius. Lengths in mm. Importing this module loads the CAD kernel.
@@ -7,14 +7,11 @@ keeps its centre and radius. Lengths in mm. Importing this module loads the CAD 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import cadquery as cq
-import numpy as np
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
 from OCP.BRepGProp import BRepGProp_Domain, BRepGProp_Face, BRepGProp_Vinert
-from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism, BRepPrimAPI_MakeRevol
-from OCP.gp import gp_Ax1, gp_Ax2, gp_Circ, gp_Dir, gp_Pnt, gp_Vec
+from OCP.gp import gp_Ax2, gp_Circ, gp_Dir, gp_Pnt
 
 from fingerdesign.arrays import Array
 from fingerdesign.cad.step_shape import volume_of as by_gauss_kronrod
@@ -23,67 +20,45 @@ from fingerdesign.errors import GeometryError
 _SPLINES = ("BSPLINE", "BEZIER", "EXTRUSION", "OFFSET", "OTHER")  # kinds of faces
 
 
-@dataclass(frozen=True)
-class Arc:
-    """A circular edge from start to end, anticlockwise about ``direction``; points in space."""
-
-    start: Array
-    end: Array
-    centre: Array
-    direction: Array
-    radius: float
+def line(start: Array, end: Array) -> cq.Edge:
+    """The straight edge from start to end, (3,)."""
+    return cq.Edge.makeLine(cq.Vector(*start), cq.Vector(*end))
 
 
-@dataclass(frozen=True)
-class Line:
-    """A straight edge from start to end; points in space."""
-
-    start: Array
-    end: Array
-
-
-def point(where: Array) -> gp_Pnt:
-    """The kernel's point."""
-    return gp_Pnt(*(float(value) for value in where))
-
-
-def polygon(points: Sequence[Array] | Array) -> list[Line | Arc]:
-    """The closed polygon through ``points`` (n, 3)."""
-    corners = [np.asarray(corner, dtype=float) for corner in points]
-    return [Line(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
-
-
-def flat_face(outer: Sequence[Line | Arc], circles: Sequence[gp_Circ] = ()) -> cq.Face:
-    """The flat face within a closed chain of edges, without the discs of ``circles``."""
-    edges = [_edge(part) for part in outer]
-    made = BRepBuilderAPI_MakeFace(cq.Wire.assembleEdges(edges).wrapped, True)
-    for circle in circles:
-        hole = cq.Wire.assembleEdges([cq.Edge(BRepBuilderAPI_MakeEdge(circle).Edge())])
-        made.Add(hole.wrapped)
+def arc(start: Array, end: Array, centre: Array, direction: Array, radius: float) -> cq.Edge:
+    """The circular edge from start to end, anticlockwise about ``direction``."""
+    round_ = gp_Circ(gp_Ax2(gp_Pnt(*centre), gp_Dir(*direction)), radius)
+    made = BRepBuilderAPI_MakeEdge(round_, gp_Pnt(*start), gp_Pnt(*end))
     if not made.IsDone():
-        raise GeometryError("the CAD kernel made no flat face of a section")
-    return cq.Face(made.Face())
+        raise GeometryError("the CAD kernel made no edge between two points of a section")
+    return cq.Edge(made.Edge())
 
 
-def circle(centre: Array, direction: Array, radius: float) -> gp_Circ:
+def polygon(points: Sequence[Array] | Array) -> list[cq.Edge]:
+    """The closed polygon through ``points`` (n, 3)."""
+    return [line(a, b) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
+
+
+def circle(centre: Array, direction: Array, radius: float) -> cq.Edge:
     """The full circle anticlockwise about ``direction``."""
-    return gp_Circ(gp_Ax2(point(centre), gp_Dir(*(float(d) for d in direction))), radius)
+    return cq.Edge.makeCircle(radius, cq.Vector(*centre), cq.Vector(*direction))
+
+
+def flat_face(outer: Sequence[cq.Edge], circles: Sequence[cq.Edge] = ()) -> cq.Face:
+    """The flat face within a closed chain of edges, without the discs of ``circles``."""
+    wires = [cq.Wire.assembleEdges(edges) for edges in (outer, *([each] for each in circles))]
+    return cq.Face.makeFromWires(wires[0], wires[1:])
 
 
 def extruded(face: cq.Face, vector: Array) -> cq.Solid:
     """The solid that a flat face sweeps when moved by ``vector``."""
-    prism = BRepPrimAPI_MakePrism(face.wrapped, gp_Vec(*(float(v) for v in vector)))
-    return one_solid(cq.Shape.cast(prism.Shape()), "an extruded section")
+    return one_solid(cq.Solid.extrudeLinear(face, cq.Vector(*vector)), "an extruded section")
 
 
 def revolved(face: cq.Face, origin: Array, direction: Array, angle_deg: float) -> cq.Solid:
     """The solid that a flat face sweeps when turned about an axis, by the right-hand rule."""
-    axis = gp_Ax1(point(origin), gp_Dir(*(float(d) for d in direction)))
-    if angle_deg >= 360.0:
-        turned = BRepPrimAPI_MakeRevol(face.wrapped, axis)
-    else:
-        turned = BRepPrimAPI_MakeRevol(face.wrapped, axis, float(np.radians(angle_deg)))
-    return one_solid(cq.Shape.cast(turned.Shape()), "a revolved section")
+    ends = cq.Vector(*origin), cq.Vector(*(origin + direction))
+    return one_solid(cq.Solid.revolve(face, angle_deg, *ends), "a revolved section")
 
 
 def box(low: Sequence[float], high: Sequence[float]) -> cq.Solid:
@@ -126,14 +101,3 @@ def one_solid(shape: cq.Shape, what: str) -> cq.Solid:
     if len(solids) != 1 or not solids[0].isValid():
         raise GeometryError(f"{what}: the CAD kernel made {len(solids)} solids, or an invalid one")
     return solids[0] if solids[0].Volume() > 0.0 else cq.Solid(solids[0].wrapped.Reversed())
-
-
-def _edge(part: Line | Arc) -> cq.Edge:
-    if isinstance(part, Line):
-        made = BRepBuilderAPI_MakeEdge(point(part.start), point(part.end))
-    else:
-        round_ = circle(part.centre, part.direction, part.radius)
-        made = BRepBuilderAPI_MakeEdge(round_, point(part.start), point(part.end))
-    if not made.IsDone():
-        raise GeometryError("the CAD kernel made no edge between two points of a section")
-    return cq.Edge(made.Edge())

@@ -1,8 +1,7 @@
 """A STEP file -> a body whose faces numpy computes with; runs in a process of its own.
 
-Planes, cylinders, cones, spheres and tori (also circles revolved) keep their closed form; every
-other surface becomes a NURBS surface, held against the kernel's own. Importing this module loads
-the CAD kernel.
+Planes, cylinders, cones and spheres keep their closed form; every other surface becomes a NURBS
+surface, held against the kernel's own. Importing this module loads the CAD kernel.
 """
 
 from __future__ import annotations
@@ -25,14 +24,11 @@ from OCP.GCPnts import GCPnts_AbscissaPoint
 from OCP.Geom import Geom_BSplineSurface, Geom_RectangularTrimmedSurface
 from OCP.GeomAbs import (
     GeomAbs_C2,
-    GeomAbs_Circle,
     GeomAbs_Cone,
     GeomAbs_Cylinder,
     GeomAbs_Line,
     GeomAbs_Plane,
     GeomAbs_Sphere,
-    GeomAbs_SurfaceOfRevolution,
-    GeomAbs_Torus,
 )
 from OCP.GeomAdaptor import GeomAdaptor_Surface
 from OCP.GeomConvert import GeomConvert, GeomConvert_ApproxSurface
@@ -59,7 +55,7 @@ from fingerdesign.cad.step_shape import (
 from fingerdesign.runtime.files import scratch
 from fingerdesign.shapes.faces import Border, CadFace, arrays_of
 from fingerdesign.shapes.nurbs import Nurbs
-from fingerdesign.shapes.quadrics import Cone, Plane, Shape, Sphere, Torus
+from fingerdesign.shapes.quadrics import Cone, Plane, Shape, Sphere
 
 PIECES = 600  # of a face's border
 LEAST_PIECES = 24  # of a curved edge: 1e-7 mm on a quarter circle of 0.5 mm
@@ -272,41 +268,7 @@ def shape_of(surface: Any, bounds: tuple[float, float, float, float], name: str)
         if middle < 0.0:  # the half beyond the apex
             return Cone(triple(form.Location()), axis, -form.RefRadius(), -slope)
         return Cone(triple(form.Location()), axis, form.RefRadius(), slope)
-    place = _inner_point(surface, bounds)
-    if kind == GeomAbs_Torus:
-        form = seen.Torus()
-        axis, centre = triple(form.Axis().Direction()), triple(form.Location())
-        return _torus(centre, axis, form.MajorRadius(), form.MinorRadius(), place)
-    if kind == GeomAbs_SurfaceOfRevolution and seen.BasisCurve().GetType() == GeomAbs_Circle:
-        found = _circle_revolved(seen, place)
-        if found is not None:
-            return found
     return _nurbs(surface, bounds, name)
-
-
-def _inner_point(surface: Any, bounds: tuple[float, float, float, float]) -> Array:
-    u0, u1, v0, v1 = bounds
-    return triple(surface.Value(u0 + 0.437 * (u1 - u0), v0 + 0.437 * (v1 - v0)))
-
-
-def _torus(centre: Array, axis: Array, major: float, minor: float, place: Array) -> Torus:
-    """The torus part that a point of the face lies on: of a spindle the outer or the inner."""
-    both = [Torus(centre, axis, reach, minor) for reach in (major, -major)]
-    return min(both, key=lambda torus: abs(float(torus.distance(place[None])[0])))
-
-
-def _circle_revolved(seen: Any, place: Array) -> Torus | None:
-    """A torus, where the circle's plane holds the axis."""
-    circle, line = seen.BasisCurve().Circle(), seen.AxeOfRevolution()
-    axis, origin = triple(line.Direction()), triple(line.Location())
-    middle, across = triple(circle.Location()), triple(circle.Axis().Direction())
-    offset = middle - origin
-    radial = offset - float(offset @ axis) * axis
-    size = 1.0 + float(np.linalg.norm(offset))
-    if abs(float(across @ axis)) > 1e-10 or abs(float(across @ radial)) > 1e-9 * size:
-        return None
-    centre = origin + float(offset @ axis) * axis
-    return _torus(centre, axis, float(np.linalg.norm(radial)), circle.Radius(), place)
 
 
 def _nurbs(surface: Any, bounds: tuple[float, float, float, float], name: str) -> Nurbs | Plane:

@@ -119,8 +119,8 @@ def contact_problem(
 ) -> ContactProblem:
     """Turn the compliance into local components and integrate the exact gap.
 
-    object_compliance (m dim, m dim) mm/N, global: that of an elastic object at the finger's nodes
-    (fem.facing.facing_compliance). Both bodies yield to the same forces, so compliances add.
+    object_compliance (m dim, m dim) mm/N, global: that of an elastic object at the finger's
+    nodes. Both bodies yield to the same forces, so compliances add.
     """
     _check_friction(friction_coefficient)
     frames = local_frames(indenter.normal(model.points))

@@ -45,13 +45,10 @@ def cut_open(grid: Any) -> Any:
     return grid.clip("z", origin=(0.0, 0.0, 0.0)) if grid.bounds[5] > 1e-9 else grid
 
 
-def cropped(image: NDArray[Any]) -> tuple[NDArray[Any], tuple[int, int]]:
-    """Pixels without the white around them, and the column and row of their first corner."""
+def cropped(image: NDArray[Any]) -> NDArray[Any]:
+    """Pixels without the white around them."""
     rows, columns = np.nonzero((image < 250).any(axis=2))
-    if not len(rows):
-        return image, (0, 0)
-    top, left = int(rows.min()), int(columns.min())
-    return image[top : rows.max() + 1, left : columns.max() + 1], (left, top)
+    return image[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
 
 
 def draw_mesh(mesh: Mesh, path: Path, name: str = "") -> Path:
@@ -205,20 +202,20 @@ def draw_quality(
     """
     least = cell_angles(mesh.points, mesh.corners).min(axis=1)
     where, nodes = _interest(mesh, design)
+    worst = near_cut(mesh, [row["element"] for row in report.worst[:MARKED]])
     arrays: dict[str, Any] = {
         "points": placed(mesh),
         "cells": mesh.corners,
         "least": least,
         "inner": mesh.regions > 0,
         "close": placed(mesh)[nodes],
-        "worst": near_cut(mesh, [row["element"] for row in report.worst[:MARKED]]),
+        "worst": placed(mesh)[mesh.corners[worst]].mean(axis=1),
         "counts": np.array(report.dihedral_histogram["counts"]),
         "edges": np.array(report.dihedral_histogram["edges_deg"]),
     }
     ratios = requested.ratios(mesh.points, mesh.corners)
-    for zone, rows in size_zones(mesh, design, requested).items():
-        if rows.any():
-            arrays[f"ratio_{zone}"] = ratios[rows]
+    zones = size_zones(mesh, design, requested)
+    arrays["ratios"] = {zone: ratios[rows] for zone, rows in zones.items() if rows.any()}
     about = {
         "title": f"{design.design.name}: {report.elements} elements ({report.mesher}), "
         f"{report.dofs} dofs{', cut flat at z = 0' * (report.modelled == 'whole')}",
@@ -252,22 +249,19 @@ def _interest(mesh: Mesh, design: Design) -> tuple[str, IntArray]:
     return ("close to the core" if core.any() else "at the crest"), np.unique(mesh.cells[core])
 
 
-def paint_quality(data: dict[str, NDArray[Any]], about: dict[str, Any], target: Path) -> None:
+def paint_quality(data: dict[str, Any], about: dict[str, Any], target: Path) -> None:
     """Draw what ``draw_quality`` prepared; runs in its process."""
     import matplotlib
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    ratios = {name[6:]: values for name, values in data.items() if name.startswith("ratio_")}
     figure = plt.figure(figsize=(14.0, 8.2), dpi=110, layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=[1.6, 1.0], height_ratios=[1.25, 1.0])
     titles = (about["title"], about["where"])
     for row, (close, title) in enumerate(zip((False, True), titles, strict=True)):
         scene = figure.add_subplot(grid[row, 0])
-        image, marks = _cut_open(data, close)
-        scene.imshow(image)
-        scene.scatter(*marks.T, s=70, facecolors="none", edgecolors="#e0102a", linewidths=1.4)
+        scene.imshow(cropped(_cut_open(data, close)))
         scene.set_axis_off()
         scene.set_title(title, loc="left", fontsize=11, fontweight="bold" if row == 0 else None)
     scale = plt.cm.ScalarMappable(plt.Normalize(0.0, _SATURATED), "viridis")
@@ -278,23 +272,21 @@ def paint_quality(data: dict[str, NDArray[Any]], about: dict[str, Any], target: 
     label = f"least {about['angle']} of an element, degrees; red rings: {rings}"
     figure.colorbar(scale, ax=scene, location="bottom", aspect=40, extend="max", label=label)
     draw_angles(figure.add_subplot(grid[0, 1]), data, about)
-    draw_ratios(figure.add_subplot(grid[1, 1]), ratios)
+    draw_ratios(figure.add_subplot(grid[1, 1]), data["ratios"])
     figure.savefig(target)
 
 
-def _cut_open(data: dict[str, NDArray[Any]], close: bool) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Pixels of a view of what lies behind z = 0 and, in them, where the worst elements are."""
+def _cut_open(data: dict[str, Any], close: bool) -> NDArray[Any]:
+    """Pixels of a view of what lies behind z = 0, rings about its worst elements."""
     import pyvista
 
-    points, cells, least = data["points"], data["cells"], data["least"]
-    flat = cells.shape[1] == 3
+    points, cells, flat = data["points"], data["cells"], data["cells"].shape[1] == 3
     kind = pyvista.CellType.TRIANGLE if flat else pyvista.CellType.TETRA
-    centres = points[cells].mean(axis=1)
-    height = VIEW[1] * 3 // 4 if close else VIEW[1]
-    plotter = pyvista.Plotter(off_screen=True, window_size=[VIEW[0], height])
+    size = [VIEW[0], VIEW[1] * 3 // 4 if close else VIEW[1]]
+    plotter = pyvista.Plotter(off_screen=True, window_size=size)
     plotter.set_background("white")
     grid = pyvista.UnstructuredGrid({kind: cells}, points)
-    grid.cell_data["least"] = least
+    grid.cell_data["least"] = data["least"]
     plotter.add_mesh(
         cut_open(grid),
         scalars="least",
@@ -306,50 +298,31 @@ def _cut_open(data: dict[str, NDArray[Any]], close: bool) -> tuple[NDArray[Any],
         show_scalar_bar=False,
         ambient=0.45,
     )
-    inner = data["inner"]
-    if inner.any():
-        parts = cut_open(pyvista.UnstructuredGrid({kind: cells[inner]}, points)).extract_surface()
-        lines = parts.extract_feature_edges(30.0)
+    if data["inner"].any():
+        parts = pyvista.UnstructuredGrid({kind: cells[data["inner"]]}, points)
+        lines = cut_open(parts).extract_surface().extract_feature_edges(30.0)
         if lines.n_cells:
             plotter.add_mesh(lines, color="black", line_width=2.0)
-    if flat or close:
+    if len(data["worst"]):
+        plotter.add_point_labels(
+            data["worst"],
+            ["O"] * len(data["worst"]),
+            text_color="#e0102a",
+            font_size=26,
+            shape=None,
+            show_points=False,
+            always_visible=True,
+            justification_horizontal="center",
+            justification_vertical="center",
+        )
+    if not (flat or close):
+        view(plotter)
+    elif not close:
         plotter.view_xy()
     else:
-        view(plotter)
-    if close:
-        low, high = _close_box(data)
+        near = data["close"] if len(data["close"]) else points
+        (left, bottom, _), (right, *_) = near.min(axis=0), near.max(axis=0)
         plotter.enable_parallel_projection()
-        plotter.camera.focal_point = (*(0.5 * (low + high)), 0.0)
-        plotter.camera.position = (*(0.5 * (low + high)), 10.0 * float(np.ptp(points)))
-        width = (high[0] - low[0]) * height / VIEW[0]
-        plotter.camera.parallel_scale = 0.55 * max(high[1] - low[1], width)
-        plotter.renderer.ResetCameraClippingRange()
-    image = np.asarray(plotter.screenshot(return_img=True))
-    marks = _pixels(plotter, centres[data["worst"]], image.shape)
-    plotter.close()
-    image, corner = cropped(image)
-    marks = marks - corner
-    inside = (marks > 0).all(axis=1) & (marks < [image.shape[1], image.shape[0]]).all(axis=1)
-    return image, marks[inside]
-
-
-def _close_box(data: dict[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Lowest and highest (x, y) of what to look at closely, up to the crest; or a box there."""
-    chosen, points = data["close"], data["points"]
-    crest = float(points[:, 1].max())
-    if not len(chosen):
-        reach = 0.2 * float(np.ptp(points[:, 0]))
-        return np.array([-reach, crest - 0.7 * reach]), np.array([reach, crest])
-    low, high = chosen[:, :2].min(axis=0), chosen[:, :2].max(axis=0)
-    return low, np.array([high[0], crest])
-
-
-def _pixels(plotter: Any, places: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
-    """Columns and rows (n, 2) of the picture at places (n, 3) in space."""
-    found = np.zeros((len(places), 2))
-    for row, place in enumerate(places):
-        plotter.renderer.SetWorldPoint(*place, 1.0)
-        plotter.renderer.WorldToDisplay()
-        x, y, _ = plotter.renderer.GetDisplayPoint()
-        found[row] = x, shape[0] - y
-    return found
+        plotter.view_xy(bounds=(left, right, bottom, points[:, 1].max(), 0.0, 0.0))
+        plotter.camera.zoom(1.6)
+    return np.asarray(plotter.screenshot(return_img=True))

@@ -1,1 +1,1 @@
-"""One geometry of faces: planes, cylinders, spheres, tori, NURBS; scene objects."""
+"""One geometry of faces: planes, cylinders, spheres, NURBS; scene objects."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.shapes.nurbs import Nurbs
-from fingerdesign.shapes.quadrics import Cone, Plane, Shape, Sphere, Torus, dot, unit
+from fingerdesign.shapes.quadrics import Cone, Plane, Shape, Sphere, dot, unit
 
 # Where a face ends: its border is cut into short cubic (Hermite) pieces, exact to h^4/(384 R^3) mm
 # for pieces of length h on a curve of radius R.
@@ -307,7 +307,7 @@ def top_height(faces: Sequence[CadFace], x: Array, z: Array) -> Array:
 
 
 _KINDS: dict[str, Any] = {
-    each.__name__: each for each in (CadFace, Border, Plane, Cone, Sphere, Torus, Nurbs)
+    each.__name__: each for each in (CadFace, Border, Plane, Cone, Sphere, Nurbs)
 }
 
 

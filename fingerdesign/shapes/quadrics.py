@@ -1,4 +1,4 @@
-"""Planes, cylinders, cones, spheres and tori in space: distance, normal, heights (numpy only).
+"""Planes, cylinders, cones and spheres in space: distance, normal, heights (numpy only).
 
 The closed forms behind a STEP body's faces. Lengths in mm, points (n, 3), unit vectors (3,). Signs
 are those of each form's own outside; a face whose solid lies there is turned by its ``sign``.
@@ -12,8 +12,6 @@ from typing import Protocol
 import numpy as np
 
 from fingerdesign.arrays import Array
-
-_NEWTON = 60  # a simple root takes six; at a silhouette, a double one, each halves the error
 
 
 class Shape(Protocol):
@@ -106,70 +104,6 @@ class Cone:
         offset = points - self.origin
         along = offset @ self.axis
         return along, np.linalg.norm(offset - np.outer(along, self.axis), axis=1)
-
-
-@dataclass(frozen=True)
-class Torus:
-    """A circle of radius ``minor`` about a circle of radius ``major`` in the plane across the axis.
-
-    ``major`` below 0: the circle's centre lies beyond the axis (the inner part of a spindle, as of
-    a finger whose crest is rounder along z than along x). Outside: away from the circle's centre.
-    """
-
-    centre: Array
-    axis: Array
-    major: float
-    minor: float
-
-    def distance(self, points: Array) -> Array:
-        _, out, along = self._meridian(points)
-        return np.asarray(np.hypot(out - self.major, along) - self.minor)
-
-    def normal(self, points: Array) -> Array:
-        radial, out, along = self._meridian(points)
-        away = np.hypot(out - self.major, along)
-        safe = np.maximum(away, 1e-300)[:, None]
-        return ((out - self.major)[:, None] * radial + np.outer(along, self.axis)) / safe
-
-    def heights(self, x: Array, z: Array) -> Array:
-        """Two of up to four: from above and from below, by Newton on the distance."""
-        reach = abs(self.major) + self.minor + 1.0
-        found = []
-        for start in (self.centre[1] + reach, self.centre[1] - reach):
-            points = np.column_stack([x, np.full(len(x), start), z])
-            found.append(fall(self, points))
-        return np.stack(found)
-
-    def _meridian(self, points: Array) -> tuple[Array, Array, Array]:
-        offset = points - self.centre
-        along = offset @ self.axis
-        radial = offset - np.outer(along, self.axis)
-        out = np.linalg.norm(radial, axis=1)
-        return radial / np.maximum(out, 1e-300)[:, None], out, along
-
-
-def fall(shape: Shape, points: Array, tolerance: float = 1e-12) -> Array:
-    """Heights (n,) at which the vertical lines through ``points`` meet a shape; NaN where not.
-
-    Newton's method on the distance; from outside of a convex shape it falls without overshooting.
-    """
-    points = points.copy()
-    size = 1.0 + np.abs(points).max(initial=0.0)
-    alive = np.arange(len(points))
-    found = np.full(len(points), np.nan)
-    for _ in range(_NEWTON):
-        if not len(alive):
-            break
-        here = points[alive]
-        away = shape.distance(here)
-        slope = shape.normal(here)[:, 1]
-        done = np.abs(away) < tolerance * size
-        found[alive[done]] = here[done, 1]
-        going = ~done & (np.abs(slope) > 1e-9) & np.isfinite(away)
-        step = away[going] / slope[going]
-        alive = alive[going]
-        points[alive, 1] -= np.clip(step, -size, size)
-    return found
 
 
 def roots(a: Array, b: Array, c: Array, scale: Array | float) -> Array:

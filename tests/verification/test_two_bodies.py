@@ -1,11 +1,17 @@
 """Two elastic bodies, and bodies that contact alone holds, against theory and published results."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from fingerdesign_bench.accuracy import analytic
 from fingerdesign_bench.accuracy import verification_bodies as bodies
+from fingerdesign_bench.accuracy.facing import facing_compliance
 
 from fingerdesign.contact.path import Forces, NoEquilibrium, follow
+from fingerdesign.errors import SolverError
+from fingerdesign.fem.body import body_model
+from tests.support.boxes import block
 
 
 @pytest.mark.slow
@@ -97,3 +103,28 @@ def test_no_force_holds_the_wedge_beyond_its_limit():
     assert held.measures.tangential_force == pytest.approx(0.999 * limit * normal)
     with pytest.raises(NoEquilibrium):
         list(follow(problem, [*start, Forces(normal, 1.001 * limit * normal)]))
+
+
+def raised(body, height):
+    mesh = body.mesh
+    points = mesh.points + height * np.eye(mesh.dimension)[1]
+    return replace(body, mesh=replace(mesh, points=points))
+
+
+@pytest.mark.parametrize("shape", [((6, 4), (3.0, 2.0)), ((4, 3, 2), (3.0, 2.0, 1.0))])
+def test_a_body_facing_its_mirror_image(shape):
+    """On the same contact mesh the object's compliance is that of the body itself, mirrored."""
+    finger, upper = body_model(block(*shape, 2.0)), raised(block(*shape, 0.0), 2.3)
+    got, own = facing_compliance(upper, finger), body_model(upper)
+    order = [
+        int(np.flatnonzero(np.abs(own.points[:, ::2] - p[::2]).max(axis=1) < 1e-9)[0])
+        for p in finger.points
+    ]
+    dim = finger.dimension
+    pick = (np.array(order)[:, None] * dim + np.arange(dim)).ravel()
+    wanted = own.compliance[np.ix_(pick, pick)]
+    assert np.abs(got - wanted).max() < 1e-10 * np.abs(wanted).max()
+    with pytest.raises(SolverError, match="face no contact facet"):
+        facing_compliance(
+            raised(block((4, 4), (2.0, 2.0), 0.0), 2.0), body_model(block((6, 4), (3.0, 2.0), 2.0))
+        )

@@ -18,7 +18,6 @@ from fingerdesign.contact.path import Forces, Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
 from fingerdesign.fem.elements import quadrature, tabulate
-from fingerdesign.fem.facing import facing_compliance
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.shapes.objects import Cylinder, Plane
 from fingerdesign_bench.accuracy.block import (
@@ -30,6 +29,7 @@ from fingerdesign_bench.accuracy.block import (
     upside_down,
 )
 from fingerdesign_bench.accuracy.disc import disc, half_disc
+from fingerdesign_bench.accuracy.facing import facing_compliance
 
 Element = Literal["P1", "P2", "mixed"]
 

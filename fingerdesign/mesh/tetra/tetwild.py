@@ -25,7 +25,6 @@ from fingerdesign.mesh.cache import keep_mesh, load_mesh, mesh_key
 from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.quality import QualityReport, assess
 from fingerdesign.mesh.sizing import MeshSizes, SizeField, background_grid, expected_elements
-from fingerdesign.mesh.tetra.boundary import check_closed
 from fingerdesign.mesh.tetra.finish import finish
 from fingerdesign.mesh.tetra.slots import PlateWay, plate_ways
 from fingerdesign.mesh.types import Mesh
@@ -234,7 +233,6 @@ def _attempted(
     expected = _expected(design, field, symmetric)
     most = max(int(MOST_ELEMENTS_RATIO * expected), FEW_ELEMENTS)
     parts, outside = finger_triangles(design, chord_mm(design.body), symmetric, way.meshed)
-    check_closed(*outside)
     epsilon = attempt.envelope * envelope_mm(design, way.meshed)
     limit = float(design.mesh.time_limit_s)
     settings = replace(attempt, envelope=epsilon)

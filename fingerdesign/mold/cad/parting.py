@@ -23,7 +23,7 @@ from OCP.BRepBuilderAPI import (
 from OCP.TopTools import TopTools_ListOfShape
 
 from fingerdesign.arrays import Array, BoolArray
-from fingerdesign.cad.kernel import box, extruded, flat_face, one_solid, point, polygon
+from fingerdesign.cad.kernel import box, extruded, flat_face, one_solid, polygon
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.part import INSERT, comb_names, wall_name
 from fingerdesign.mold.plan.plan import (
@@ -77,7 +77,7 @@ class FlatSide:
         corners = [v for edge in self.top for v in edge.Vertices()]
         order = np.argsort(np.array([v.toTuple() for v in corners]) @ across(self.side))
         steps = ((-reach, self.height_low), (-reach, 0.0), (reach, 0.0), (reach, self.height_high))
-        places = [point(in_space(self.side, *step, self.away)) for step in steps]
+        places = [cq.Vector(*in_space(self.side, *step, self.away)).toPnt() for step in steps]
         chain = [
             corners[order[0]].wrapped,
             *(BRepBuilderAPI_MakeVertex(place).Vertex() for place in places),
