@@ -5,7 +5,7 @@
     result = analyse_into(Case(design), out)     # and the folder that a user opens
 
 Refuse what cannot be; make the model; follow the path; lift; write down what was found. The stages
-are those of analysis/stages.py, the path analysis/path.py, the record analysis/summary.py.
+are those of analysis/stages.py, the path analysis/path.py, the record analysis/analysis.py.
 """
 
 from __future__ import annotations

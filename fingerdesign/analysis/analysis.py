@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerdesign.analysis import summary
 from fingerdesign.analysis.case import result_digest
 from fingerdesign.analysis.path import PathStopped, contact_history, increment_result
 from fingerdesign.analysis.stages import recover_fields
@@ -17,11 +16,21 @@ from fingerdesign.contact.increment import ContactState
 from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.measures import Measures, completely_slips, measure
 from fingerdesign.contact.uniqueness import other_solutions
+from fingerdesign.design.step import portable
 from fingerdesign.errors import SolverError
-from fingerdesign.layout.frames import crest_height, plate_frames
+from fingerdesign.layout.frames import crest_height, mirrors_in_z, plate_frames
+from fingerdesign.mesh.files.imported import import_words
+from fingerdesign.mesh.quality import assess
 from fingerdesign.records.arrays import ContactHistory, FieldHistory, GripTrace, SlipStudy
-from fingerdesign.records.result import GripResult, Result
-from fingerdesign.report.page import said
+from fingerdesign.records.result import (
+    GripResult,
+    MeshSummary,
+    ModelSummary,
+    Result,
+    SlipStudySummary,
+)
+from fingerdesign.report.page import said, sentences
+from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.version import versions
 
 if TYPE_CHECKING:
@@ -37,7 +46,9 @@ if TYPE_CHECKING:
 
 # What a reader must know before believing the numbers of an analysis.
 
-CAVEATS = Path(__file__).parent / "templates" / "caveats.txt.j2"
+TEMPLATES = Path(__file__).parent / "templates"
+CAVEATS, MODEL = TEMPLATES / "caveats.txt.j2", TEMPLATES / "model.txt.j2"
+ELEMENT_WORDS = {"P1": "P1", "P2": "P2", "mixed": "P2 displacement, P1 pressure"}
 _SMALL_STRAIN = 0.1  # approach over height where the paper's linearity has gone by any measure
 _ENOUGH_NODES = {2: 10, 3: 40}  # in contact: about five facets across half of it
 # Searched for other answers above it: on the shipped finger none was found even at 5.
@@ -169,11 +180,11 @@ def analysis_of(
     result = Result(
         **_identity(requested, clock),
         warnings=caveats(chosen, scene, problem, steps),
-        model=summary.model_summary(chosen.model, case, chosen.zone, chosen.notes),
-        mesh=summary.mesh_summary(mesh, design),
+        model=model_summary(chosen),
+        mesh=mesh_summary(mesh, design),
         increments=tuple(increment_result(step, design.gages.face) for step in steps),
         grips=tuple(grip for grip, _ in grips),
-        slip_studies=tuple(summary.study_summary(study) for study in studies),
+        slip_studies=tuple(study_summary(study) for study in studies),
         ladder=chosen.summary,
     )
     return Analysis(
@@ -211,7 +222,74 @@ def _identity(case: Case, clock: Clock) -> dict[str, Any]:
         "fidelity": "plane-strain" if case.fidelity == "plane-strain" else "3d",
         "seeds": {"grip": case.design.grip.seed},
         "timings_s": dict(clock.seconds),
-        "peak_memory_MB": summary.peak_memory_MB(),
-        "parameters": summary.parameters(case.design, scene),
+        "peak_memory_MB": largest_memory_MB(),
+        "parameters": parameters(case.design, scene),
         "assumed": case.design.assumed,
     }
+
+
+def model_summary(chosen: Choice) -> ModelSummary:
+    """What was modelled, and a sentence for each choice."""
+    case, model = chosen.case, chosen.model
+    mesh, design = model.mesh, case.design
+    kind = "triangles" if mesh.dimension == 2 else "tetrahedra"
+    mixed = model.element == "mixed" and design.mesh.element == "auto"
+    reasons = sentences(MODEL, "reasons", case, mesh, chosen.zone, mixed, mirrors_in_z(design))
+    return ModelSummary(
+        dimension=2 if mesh.dimension == 2 else 3,
+        element=f"{ELEMENT_WORDS[model.element]} {kind}, P1 contact tractions",
+        dofs=model.dofs,
+        contact_nodes=model.reduced.nodes,
+        symmetry=mesh.symmetric,
+        reasons=(*reasons, *import_words(mesh), *chosen.notes),
+    )
+
+
+def mesh_summary(mesh: Mesh, design: Design) -> MeshSummary:
+    """The mesh's quality in a few numbers."""
+    report = assess(mesh, design)
+    has_plates = design.plates.number and design.plates.model == "solid"
+    return MeshSummary(
+        mesher=mesh.mesher,
+        elements=len(mesh.cells),
+        min_dihedral_deg=report.min_dihedral_deg,
+        body_volume_error=report.body_volume_error,
+        worst_plate_volume_error=report.worst_plate_volume_error if has_plates else None,
+    )
+
+
+def study_summary(study: SlipStudy) -> SlipStudySummary:
+    """What a result holds of a slip study."""
+    touching = np.isfinite(study.stick_ratio)
+    responding = np.logical_or.accumulate(study.gage_area_mm > 0.0)
+    return SlipStudySummary(
+        friction_coefficient=study.friction_coefficient,
+        rank_correlation=study.rank_correlation,
+        rank_correlation_raw=study.rank_correlation_raw,
+        threshold_microstrain_per_N=study.threshold,
+        force_floor_N=study.force_floor_N,
+        step_correlation=study.step_correlation,
+        gage_area_mm=_range(study.gage_area_mm[responding]),
+        stick_length_mm=_range(study.stick_length_mm[touching]),
+        points=len(study.stick_ratio),
+    )
+
+
+def _range(values: Array) -> tuple[float, float]:
+    return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+
+
+def parameters(design: Design, scene: Scene) -> dict[str, object]:
+    """The keys of design and scene (``scene.``) in dotted form, for tables and comparison."""
+    flat: dict[str, object] = {}
+
+    def walk(prefix: str, value: object) -> None:
+        if isinstance(value, dict):
+            for key, inner in value.items():
+                walk(f"{prefix}.{key}" if prefix else key, inner)
+        else:
+            flat[prefix] = value
+
+    walk("", design.model_dump(mode="json", exclude={"assumed"}))
+    walk("scene", scene.model_dump(mode="json"))
+    return portable(flat)

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
 
-from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.analysis import Analysis, parameters
 from fingerdesign.analysis.answers import (
     ARRAYS,
     CAD,
@@ -20,7 +20,6 @@ from fingerdesign.analysis.answers import (
 from fingerdesign.analysis.case import Case, Clock, fundamental_scene
 from fingerdesign.analysis.page.fields import write_fields
 from fingerdesign.analysis.page.page import report_html
-from fingerdesign.analysis.summary import parameters, peak_memory_MB
 from fingerdesign.cad.solid_process import finger_cad_beside, write_finger_cad
 from fingerdesign.checks.load import dump_design, load_design
 from fingerdesign.design.schema import Design
@@ -29,6 +28,7 @@ from fingerdesign.records.folder import read_result, write_result_files
 from fingerdesign.records.packed import write_packed
 from fingerdesign.records.result import Result
 from fingerdesign.runtime.files import move_into, whole_folder, write_whole
+from fingerdesign.runtime.machine import largest_memory_MB
 
 _NOT_KEPT = ("result", "problem")  # it has a file of its own; made anew by an analysis
 
@@ -65,7 +65,7 @@ def write_analysis(
         (folder / DESIGN).write_text(dump_design(design), encoding="utf-8")
         if page:
             write_page(analysis, folder)
-    memory = peak_memory_MB()
+    memory = largest_memory_MB()
     result = replace(timed, timings_s=dict(clock.seconds), peak_memory_MB=memory)
     write_result_files(folder, result, analysis.grip_traces)
     return result

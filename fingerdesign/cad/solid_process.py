@@ -62,8 +62,8 @@ def write_finger_cad(
 def finger_cad_beside(design: Design, folder: Path) -> Iterator[Callable[[], Any]]:
     """As :func:`write_finger_cad`, beside the block: what is yielded waits for the files."""
     given = (design, folder.resolve(), CHORD_MM)
-    with beside(_WRITE, *given, time_s=TIME_LIMIT_S) as job:
-        yield lambda: _answer(design, job.result)
+    with beside(_WRITE, *given, time_s=TIME_LIMIT_S) as wait:
+        yield lambda: _answer(design, wait)
 
 
 def _built(function: str, time_limit_s: float, design: Design, *request: Any) -> Any:

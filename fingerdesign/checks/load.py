@@ -18,10 +18,9 @@ from pydantic_core import ErrorDetails
 
 from fingerdesign.checks.design import design_faults
 from fingerdesign.design.faults import fault_of, set_value, shown
-from fingerdesign.design.mesh import resolved_file
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, unknown_materials
-from fingerdesign.design.step_file import resolved, without_sizes
+from fingerdesign.design.step import resolved
 from fingerdesign.errors import DesignError, Fault
 
 # A finger without its plates: the other side of a rig that reads one finger alone.
@@ -96,7 +95,10 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
     A further row's keys are written ``plates.rows[0].cover_mm``. None takes a key's value away.
     Raises :class:`DesignError` with every fault.
     """
-    data = without_sizes(design.model_dump(mode="json", exclude_none=True))
+    data = design.model_dump(mode="json", exclude_none=True)
+    if design.body.step is not None:  # its file, which may change, decides its sizes
+        for key in ("width_mm", "depth_mm", "base_height_mm"):
+            del data["body"][key]
     for key, value in values.items():
         set_value(data, key, value)
     return judge_data(data).sound(design.design.name)
@@ -177,9 +179,9 @@ def judge_scene(text: str, source: str = "") -> Judged[Scene]:
 
 def judge_data(data: dict[str, Any], folder: Path | None = None) -> Judged[Design]:
     """As :func:`judge_design`, of what the text holds."""
-    known = resolved(resolved_file(data, folder or Path.cwd()), folder)
-    found = _validated(Design, known.data)
-    keys = _distinct([*known.faults, *found.faults])
+    complete, faults = resolved(data, folder)
+    found = _validated(Design, complete)
+    keys = _distinct([*faults, *found.faults])
     if keys or found.value is None:
         return Judged(None, keys)
     return Judged(found.value, _distinct(design_faults(found.value) + _assumed_faults(found.value)))

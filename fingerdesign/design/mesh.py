@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 from pydantic_core import PydanticCustomError
@@ -68,18 +68,6 @@ class MeshOptions(Table):
 
 
 table_fields(MeshOptions, MESHERS, before="section")
-
-
-def resolved_file(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """A copy of a design's TOML data with a relative ``mesh.file`` made absolute, from ``folder``.
-
-    What is no text is left as it is: validation names it.
-    """
-    mesh = data.get("mesh")
-    name = mesh.get("file") if isinstance(mesh, Mapping) else None
-    if not isinstance(mesh, Mapping) or not isinstance(name, str) or not name:
-        return dict(data)
-    return {**data, "mesh": {**mesh, "file": str((folder / name).absolute())}}
 
 
 def mesh_file_faults(options: MeshOptions) -> list[Fault]:

@@ -1,7 +1,9 @@
 """``[body.step]`` when a design is read: where the file lies, and the sizes that its solid has.
 
 ``body.width_mm``, ``depth_mm`` and ``base_height_mm`` of a STEP body are its solid's; the rest of
-the program then reads them as of any body.
+the program then reads them as of any body. What such a body is, extents, faces, heights, volume,
+is read once by the CAD kernel in a process of its own, then kept in the cache under the file's
+content and the rules of ``[body.step]``; this process computes with numpy alone.
 """
 
 from __future__ import annotations
@@ -9,30 +11,25 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from fingerdesign.arrays import Array
+from fingerdesign.design.body import StepFile
+from fingerdesign.design.mesh import mesh_file_digest
 from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.runtime.cache import GARBLED, Cache
 from fingerdesign.runtime.files import keep_request
 from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.shapes.faces import CadFace, faces_of, top_height
-
-if TYPE_CHECKING:
-    from fingerdesign.design.body import StepFile
-
-
-# What a STEP body is: extents, faces, heights, volume; read once in a process, then kept.
-#
-# The CAD kernel runs in a process of its own with a time limit; what it finds is kept in the cache
-# under the file's content and the rules of ``[body.step]``. This process computes with numpy alone.
 
 READ = "fingerdesign.cad.step_read:read_body"
 FORMAT = 7  # raise it when what that returns changes
@@ -230,3 +227,68 @@ def _intact(brep: Path, outline: str) -> bool:
 def _triple(values: Sequence[float]) -> tuple[float, float, float]:
     x, y, z = values
     return float(x), float(y), float(z)
+
+
+# Sizes and whereabouts in a design's tables.
+
+LEAST_BASE_HEIGHT_MM = 0.5  # that of every body; a contact surface may run down to the base
+SAME_MM = 1e-6  # a size given beside the file is its solid's: a design written out and read again
+
+
+def resolved(
+    data: Mapping[str, Any], folder: Path | None = None
+) -> tuple[dict[str, Any], tuple[Fault, ...]]:
+    """A design's raw table with the places of its files made absolute, from ``folder`` (None: from
+    here), and the sizes of a STEP body filled in; faults: why the file will not do, or which sizes
+    stand in the design too.
+
+    The STEP file is read only where every key of [body.step] is sound.
+    """
+    out, home = deepcopy(dict(data)), folder or Path.cwd()
+    body: Any = out.get("body")
+    step = body.get("step") if isinstance(body, dict) and body.get("shape") == "step" else None
+    named = [each for each in (step, out.get("mesh")) if isinstance(each, dict)]
+    for table in named:
+        if isinstance(table.get("file"), str) and table["file"]:
+            table["file"] = str((home / table["file"]).absolute())
+    try:
+        sizes = step_sizes(StepFile.model_validate(step)) if step else {}
+    except ValidationError:  # its keys are judged with all others
+        return out, ()
+    except DesignError as error:
+        return out, error.faults
+    faults = []
+    for key, value in sizes.items():
+        given = body.get(key)
+        same = isinstance(given, (int, float)) and abs(given - value) <= SAME_MM
+        if given is not None and not same:
+            bound = f"absent where body.shape = 'step' (the file's solid has {value:.6g})"
+            faults.append(Fault(f"body.{key}", given, bound, "remove it: the file says it"))
+        body[key] = value
+    return out, tuple(faults)
+
+
+def step_sizes(step: StepFile) -> dict[str, float]:
+    """The sizes of a [body] that a STEP solid decides, mm: extents along x and z, the least height
+    of its contact surface. DesignError where the file or its rules will not do."""
+    facts = step_facts(step)
+    return {
+        "width_mm": round(facts.high[0] - facts.low[0], 9),
+        "depth_mm": round(facts.high[2] - facts.low[2], 9),
+        "base_height_mm": round(max(facts.lowest, LEAST_BASE_HEIGHT_MM), 9),
+    }
+
+
+def portable(parameters: Mapping[str, object]) -> dict[str, object]:
+    """Dotted parameters of a design for records: files by their name and content, not by their
+    place on this machine."""
+    out = dict(parameters)
+    for key, digest in (("body.step", content_of), ("mesh", mesh_file_digest)):
+        file = out.get(f"{key}.file")
+        if isinstance(file, str):
+            out[f"{key}.file"] = Path(file).name
+            try:
+                out[f"{key}.content"] = digest(file)
+            except DesignError:
+                out[f"{key}.content"] = "absent"
+    return out

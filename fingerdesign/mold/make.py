@@ -35,7 +35,7 @@ from fingerdesign.mold.record import RECORD_FILE, MoldData, Products, mold_recor
 from fingerdesign.records.base import ResultError, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import sweep_abandoned
-from fingerdesign.runtime.isolate import Job, ProcessError, beside, call
+from fingerdesign.runtime.isolate import ProcessError, Wait, beside, call
 
 Report = Callable[[str, float], None]
 
@@ -117,7 +117,7 @@ def _made(
     design: Design,
     plan: MoldPlan,
     folder: Path,
-    placing: Job,
+    placing: Wait,
     clock: Clock,
     start: float,
     report: Report,
@@ -200,10 +200,10 @@ def write_products(design: Design, plan: MoldPlan, meshes: MoldMeshes, folder: P
     return Products(meshes, patterns, posed, silicone, items)
 
 
-def placement_of(job: Job) -> dict[str, Any]:
+def placement_of(wait: Wait) -> dict[str, Any]:
     """What ``placement.placement_effect`` found, or a record that says how its process failed."""
     try:
-        found: dict[str, Any] = job.result()
+        found: dict[str, Any] = wait()
     except FingerDesignError as error:
         return unknown_effect(f"its analysis failed: {error}")
     return found

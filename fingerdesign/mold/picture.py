@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.errors import PictureError
 from fingerdesign.mold.part import CORE, MoldMeshes, PartMesh
-from fingerdesign.runtime.isolate import Job, ProcessError, beside
+from fingerdesign.runtime.isolate import ProcessError, Wait, beside
 
 TIME_LIMIT_S = 60.0  # it takes 2 to 4 s; a software renderer on a busy machine far longer
 COLOURS = {
@@ -76,15 +77,17 @@ def exploded_parts(meshes: MoldMeshes) -> tuple[Shown, ...]:
     )
 
 
-def exploded_job(meshes: MoldMeshes, time_limit_s: float = TIME_LIMIT_S) -> Job:
+def exploded_job(
+    meshes: MoldMeshes, time_limit_s: float = TIME_LIMIT_S
+) -> AbstractContextManager[Wait]:
     """The drawing process; enter it to start, and give it to :func:`exploded_of`."""
     return beside(draw_exploded, exploded_parts(meshes), time_s=time_limit_s)
 
 
-def exploded_of(job: Job, meshes: MoldMeshes) -> Exploded:
+def exploded_of(wait: Wait, meshes: MoldMeshes) -> Exploded:
     """What was drawn; PictureError says why nothing was."""
     try:
-        png, places = job.result()
+        png, places = wait()
     except ProcessError as error:
         raise PictureError(str(error)) from error
     badges = tuple(

@@ -15,7 +15,6 @@ import numpy as np
 from pydantic import ConfigDict, Field, with_config
 from typing_extensions import TypedDict
 
-from fingerdesign.analysis.summary import peak_memory_MB
 from fingerdesign.design.schema import Design
 from fingerdesign.mold.part import Check, MoldMeshes, PartMesh
 from fingerdesign.mold.plan.plan import MoldPlan, Side, SidePlan, limits_of
@@ -24,6 +23,7 @@ from fingerdesign.mold.products.flat_pattern import FlatPattern
 from fingerdesign.mold.products.notes import casting_notes, warnings_of
 from fingerdesign.mold.products.three_mf import Posed
 from fingerdesign.records.base import Count, Size, closed, plain
+from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.version import __version__, versions
 
 RECORD_FILE = "mold_report.json"
@@ -305,7 +305,7 @@ def mold_record(
             "files": files,
             "timings_s": dict(timings_s),
             "seconds": seconds,
-            "peak_memory_MB": peak_memory_MB(),
+            "peak_memory_MB": largest_memory_MB(),
             "versions": versions() | {name: metadata.version(name) for name in _PACKAGES},
         },
         decimals=MICRO,

@@ -1,7 +1,7 @@
 """A function called in another process, with limits of time and memory.
 
     call("fingerdesign.cad.solid:finger_parts", design, 0.02, time_s=120.0)     fresh
-    with beside(placement_effect, design, plan, time_s=60.0) as job: ...        beside other work
+    with beside(placement_effect, design, plan, time_s=60.0) as wait: ...       beside other work
     worker = Worker(); worker.start(); ...; worker.call(mesh_outline, outline)  warm
 
 Native code (CAD kernel, mesher, graphics) can crash or hang; there it harms nobody. Arguments and
@@ -26,7 +26,7 @@ import tempfile
 import threading
 import time
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any, Literal, Self
 
@@ -39,6 +39,7 @@ _CHUNK = 1 << 16  # bytes: what a pipe holds
 _OTHERS = ("SIGKILL", "SIGTERM", "SIGINT", "SIGHUP", "SIGXCPU")  # that no defect sends
 
 Function = Callable[..., Any] | str  # "package.module:function", or the function itself
+Wait = Callable[[], Any]  # for the answer of a call that goes on beside
 Kind = Literal["crashed", "timeout", "memory"]
 
 
@@ -80,32 +81,16 @@ def call(
         return worker.call(function, *given, time_s=time_s, memory_MB=memory_MB, **named)
 
 
-class Job:
-    """A call that goes on beside the caller's work; see :func:`beside`."""
+@contextlib.contextmanager
+def beside(function: Function, *given: Any, time_s: float) -> Iterator[Wait]:
+    """``function(*given)`` in a fresh process beside the caller's work.
 
-    def __init__(self, function: Function, given: tuple[Any, ...], time_s: float) -> None:
-        self._request = _request(function, given, {})
-        self._worker, self._time_s = Worker(), time_s
-
-    def __enter__(self) -> Self:
-        self._worker.begin(self._request, self._time_s)
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._worker.end()
-
-    def result(self) -> Any:
-        """Wait for the answer; raises as :func:`call` does. Once only."""
-        return self._worker.answer(None)
-
-
-def beside(function: Function, *given: Any, time_s: float) -> Job:
-    """``function(*given)`` in a fresh process beside the caller's work: a context manager.
-
-    ``job.result()`` waits for the answer; leaving the block ends a process that still runs. time_s
-    counts from entering.
+    What is yielded waits for the answer, once, and raises as :func:`call` does; leaving the block
+    ends a process that still runs. time_s counts from entering.
     """
-    return Job(function, given, time_s)
+    with Worker() as worker:
+        worker.begin(_request(function, given, {}), time_s)
+        yield lambda: worker.answer(None)
 
 
 class Worker:

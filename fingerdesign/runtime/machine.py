@@ -57,6 +57,13 @@ def peak_memory_MB() -> float:
     return total
 
 
+def largest_memory_MB() -> float:
+    """Largest resident memory of this process or of one that it started, since they began."""
+    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    started = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    return max(own, started) / 1024.0
+
+
 def _own_peak_MB() -> float:
     with contextlib.suppress(OSError):
         for line in Path("/proc/self/status").read_text(encoding="utf-8").splitlines():

@@ -18,7 +18,6 @@ from pydantic import TypeAdapter
 
 from fingerdesign.analysis.case import Clock, gage_array
 from fingerdesign.analysis.stages import one_thread
-from fingerdesign.analysis.summary import peak_memory_MB
 from fingerdesign.control.metrics import MOST_FORCE, JudgedGrip
 from fingerdesign.control.roster import needs_training
 from fingerdesign.design.grip import weight_per_finger
@@ -27,6 +26,7 @@ from fingerdesign.records.base import ResultError, closed, json_text
 from fingerdesign.records.folder import RecordFolder, write_grip_csv
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.journal import Journal
+from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.sensing.model import (
     CONTACT_SIZE_MM,
@@ -176,7 +176,7 @@ def study_control(
         seconds={**clock.seconds, "whole": whole},
         workers=workers,
         versions=versions(),
-        peak_memory_MB=peak_memory_MB(),
+        peak_memory_MB=largest_memory_MB(),
     )
     return ControlStudy(data, outcomes, traces, noise)
 

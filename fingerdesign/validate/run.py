@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.case import Case, fundamental_scene, result_digest
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.summary import peak_memory_MB
 from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.report.page import said
+from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.runtime.registry import unknown_name
 from fingerdesign.validate.advice import TEMPLATES, advise, off_middle
 from fingerdesign.validate.assumptions import (
@@ -109,7 +109,7 @@ def validate(
         thresholds=THRESHOLDS,
         assumptions=tuple(rows),
         seconds=time.perf_counter() - start,
-        peak_memory_MB=peak_memory_MB(),
+        peak_memory_MB=largest_memory_MB(),
         versions=versions(),
     )
 

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from fingerdesign.analysis.analysis import CAVEATS, _at_side, of_choices
+from fingerdesign.analysis.analysis import CAVEATS, MODEL, _at_side, of_choices
 from fingerdesign.analysis.case import Case, gage_array
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.summary import MODEL
 from fingerdesign.checks.load import parse_design, parse_scene
 from fingerdesign.design.schema import Design, StepFile
 from fingerdesign.errors import DesignError

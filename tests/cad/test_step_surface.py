@@ -10,8 +10,7 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
 from fingerdesign.cad.bodies import step_outline
 from fingerdesign.design import step as facts_module
 from fingerdesign.design.body import Body, StepFile
-from fingerdesign.design.step import content_of, step_facts
-from fingerdesign.design.step_file import step_sizes
+from fingerdesign.design.step import content_of, step_facts, step_sizes
 from fingerdesign.layout.surface import ContactSurface, step_carriers, surface_of
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.shapes.faces import nearest

@@ -7,7 +7,7 @@ import pytest
 from fingerdesign_bench.any_finger.step_samples import sample_step
 
 from fingerdesign.design.schema import Design
-from fingerdesign.design.step_file import resolved
+from fingerdesign.design.step import resolved
 from fingerdesign.layout.frames import Hole, PlateFrame, plate_frames
 from fingerdesign.mold.plan.extent import exits_of, flat_sided, rim_height
 from fingerdesign.mold.plan.leg_room import Fixture
@@ -170,8 +170,8 @@ def test_a_leg_does_not_stand_on_a_hole():
 
 def step_body(kind, *sizes):
     data = {"shape": "step", "step": {"file": str(sample_step(kind, *sizes))}}
-    found = resolved({"design": {"name": "t"}, "body": data, "plates": {"count": 0}})
-    return Design.model_validate(found.data).body
+    found, _ = resolved({"design": {"name": "t"}, "body": data, "plates": {"count": 0}})
+    return Design.model_validate(found).body
 
 
 @pytest.mark.parametrize("scale", [1.0, 1.0 / 0.98])

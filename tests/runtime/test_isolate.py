@@ -127,8 +127,8 @@ def test_it_runs_where_it_is_reported(tmp_path):
 
 
 def test_a_job_answers_beside_the_callers_work():
-    with beside(calls.double, np.ones(300_000), time_s=20.0) as job:
-        assert job.result().sum() == 600_000.0
+    with beside(calls.double, np.ones(300_000), time_s=20.0) as wait:
+        assert wait().sum() == 600_000.0
 
 
 def test_a_job_that_is_left_ends_with_all_it_started(tmp_path):
@@ -136,10 +136,10 @@ def test_a_job_that_is_left_ends_with_all_it_started(tmp_path):
         found = numbers(written(tmp_path / "pids"))
     assert gone(found)
     with (
-        beside(calls.sleep, 60.0, time_s=0.2) as job,
+        beside(calls.sleep, 60.0, time_s=0.2) as wait,
         pytest.raises(ProcessError, match=r"did not finish in 0\.2 s"),
     ):
-        job.result()
+        wait()
 
 
 # A warm one.

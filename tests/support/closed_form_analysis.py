@@ -8,8 +8,7 @@ import pytest
 from scipy.spatial import Delaunay
 from scipy.stats import spearmanr
 
-from fingerdesign.analysis.analysis import Analysis
-from fingerdesign.analysis.summary import study_summary
+from fingerdesign.analysis.analysis import Analysis, study_summary
 from fingerdesign.checks.load import parse_design
 from fingerdesign.design.schema import Gages
 from fingerdesign.layout.frames import plate_frames

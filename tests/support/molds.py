@@ -7,7 +7,7 @@ from fingerdesign_bench.any_finger.designs import random_design
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
 from fingerdesign.design.schema import Design
-from fingerdesign.design.step_file import resolved
+from fingerdesign.design.step import resolved
 from fingerdesign.errors import DesignError
 from fingerdesign.mold.part import PartMesh, volume
 from fingerdesign.mold.plan.planning import plan_mold
@@ -51,7 +51,7 @@ def shipped(name, **values):
 
 def drawn(seed):
     """A random design."""
-    return Design.model_validate(resolved(random_design(seed)).data)
+    return Design.model_validate(resolved(random_design(seed))[0])
 
 
 def mold_faults(design):

@@ -105,10 +105,10 @@ def drawn(name: str, chance: Generator, wanted: tuple[str, ...]) -> Data:
 def _sound(data: Data) -> bool:
     from fingerdesign.checks.design import is_sound
     from fingerdesign.design.schema import Design
-    from fingerdesign.design.step_file import resolved
+    from fingerdesign.design.step import resolved
 
-    known = resolved(data)
-    return not known.faults and is_sound(Design.model_validate(known.data))
+    known, faults = resolved(data)
+    return not faults and is_sound(Design.model_validate(known))
 
 
 def _draw(chance: Generator, key: str, digits: int = 2) -> float:

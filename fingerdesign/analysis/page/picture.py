@@ -86,7 +86,7 @@ def pictures_of(
 
     def pictures() -> dict[str, Picture]:
         try:
-            drawn: dict[str, bytes] = job.result()
+            drawn: dict[str, bytes] = wait()
         except ProcessError as error:
             why = f"the drawing process failed: {error}"
             if error.kind == "timeout":
@@ -98,7 +98,7 @@ def pictures_of(
             found["deformed"] = replace(found["deformed"], scale_mm=top)
         return found
 
-    with beside(draw, arrays, time_s=time_limit_s) as job:
+    with beside(draw, arrays, time_s=time_limit_s) as wait:
         yield pictures
 
 
