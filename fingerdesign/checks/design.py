@@ -381,13 +381,10 @@ def placing_faults(design: Design) -> list[Fault]:
 
 def is_sound(design: Design) -> bool:
     """Whether :func:`design_faults` finds nothing; faster where it does, for it seeks no remedy."""
-    if body_faults(design.body) or _mesh_faults(design) or _grip_faults(design):
-        return False
-    if not design.plates.number:
-        return True
-    if plate_faults(design) or gage_faults(design):
-        return False
-    return not (placing_findings(design) or spacing_findings(design))
+    every = [lambda each: body_faults(each.body), _mesh_faults, _grip_faults]
+    if design.plates.number:
+        every += [plate_faults, gage_faults, placing_findings, spacing_findings]
+    return not any(found(design) for found in every)
 
 
 def _grip_faults(design: Design) -> list[Fault]:

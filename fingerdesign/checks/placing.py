@@ -87,10 +87,16 @@ def too_near(
     return row.frames[worst], float(distances[worst])
 
 
-def set_to(design: Design, key: str, value: float, holds: Callable[[Design], bool]) -> bool:
-    """Whether ``holds`` of the design with a key set; False where the value itself is refused."""
-    trial = with_key(design, key, value)
-    return trial is not None and holds(trial)
+def mended_by(
+    design: Design, key: str, find: Callable[[Design], list[Misplacement]]
+) -> Callable[[object], bool]:
+    """Whether a value of a key, if it is not refused itself, leaves nothing to ``find``."""
+
+    def mends(value: object) -> bool:
+        trial = with_key(design, key, value)
+        return trial is not None and not find(trial)
+
+    return mends
 
 
 def greatest(holds: Callable[[float], bool], low: float, high: float) -> float | None:
@@ -208,11 +214,11 @@ def side_findings(design: Design, row: PlateRow) -> list[Misplacement]:
 # Whether plates end where they may: with the body, or clear of its end faces and walls.
 
 
-def end_findings(design: Design, row: PlateRow) -> list[Misplacement]:
+def end_findings(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
     """Plates whose span's ends pass the end faces, or leave a skin below the least over them."""
     *_, axis, deep, half = limits(design.body, row)
     if design.body.kind.turned:
-        return _round(design, row)
+        return _round(design, row, number)
     over = np.array([_excess(frame.low, frame.high, half) for frame in row.frames])
     worst = int(np.argmax(over))
     if over[worst] <= 0.0:
@@ -276,7 +282,7 @@ def _span_culprit(row: PlateRow, half: float) -> str:
     return "stagger_mm" if stagger else "span_offset_mm"
 
 
-def _round(design: Design, row: PlateRow) -> list[Misplacement]:
+def _round(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
     """Plates of a revolved body that leave its round section."""
     allowed = 0.5 * design.body.width_mm - LEAST_CLEARANCE_MM
     groups = [clearance.plate_points(frame) for frame in row.frames]
@@ -293,18 +299,12 @@ def _round(design: Design, row: PlateRow) -> list[Misplacement]:
         room = np.sqrt(max(allowed**2 - along**2, 0.0)) - sideways
         raised = at_least(2.0 * (reach[worst] + LEAST_CLEARANCE_MM))
         found = [Change.to("raise body.width_mm to at least", "body.width_mm", raised)]
-        narrow = greatest(covered, 0.1, 2.0 * room) if room > 0.05 else None
+        # Toward the border the surface comes down: it may be what limits the span.
+        clear = mended_by(design, key, lambda trial: _cover(trial, number))
+        narrow = greatest(clear, 0.1, 2.0 * room) if room > 0.05 else None
         if narrow is not None:
             found.insert(0, Change.to(f"set {key} to at most", key, at_most(narrow)))
         return found
-
-    def covered(span: float) -> bool:
-        """Toward the border the surface comes down: it may be what limits the span."""
-        frames = tuple(
-            replace(each, low=each.middle - 0.5 * span, high=each.middle + 0.5 * span)
-            for each in row.frames
-        )
-        return bool(clearance.cover_clearances(design.body, frames).min() >= LEAST_CLEARANCE_MM)
 
     bound = (
         f"such that plates stay {LEAST_CLEARANCE_MM} mm inside the round section of radius "
@@ -347,27 +347,24 @@ def placing_findings(design: Design) -> list[Misplacement]:
         found += beside
         if any(not np.isfinite(frame.y) for frame in row.frames):
             continue
-        ends = end_findings(design, row)
+        ends = end_findings(design, row, number)
         found += ends
         if beside:
             continue
         if not ends:
             found += wall_findings(design, row)
-            found += _cover(design, row, number)
+            found += _cover(design, number)
         found += _base(design, row)
     return worst_by_key(found)
 
 
-def _cover(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
+def _cover(design: Design, number: int) -> list[Misplacement]:
+    row = plate_rows(design)[number]
     found = too_near(row, clearance.cover_clearances(design.body, row.frames))
     if found is None:
         return []
     frame, distance = found
     key, value = row.blame(frame.index, "cover_mm")
-
-    def clear(trial: Design) -> bool:
-        distances = clearance.cover_clearances(trial.body, plate_rows(trial)[number].frames)
-        return bool(distances.min() >= LEAST_CLEARANCE_MM - CLOSE)  # False for NaN
 
     def lower(down: float) -> bool:
         moved = (replace(frame, y=frame.y - down),)
@@ -379,7 +376,8 @@ def _cover(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
             down = least(lower, 0.0, room)
             return [] if down is None else [Change(f"lower its y by at least {at_least(down)}")]
         cover = row.table.cover_mm
-        raised = least(lambda c: set_to(design, key, c, clear), cover, cover + room)
+        clear = mended_by(design, key, lambda trial: _cover(trial, number))
+        raised = least(clear, cover, cover + room)
         words = f"raise {key} to at least"
         return [] if raised is None else [Change.to(words, key, at_least(raised))]
 

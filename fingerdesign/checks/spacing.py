@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from fingerdesign.checks.placing import (
     Change,
     Misplacement,
     greatest,
     least,
+    mended_by,
     row_reach,
-    set_to,
     too_near,
     worst_by_key,
 )
 from fingerdesign.design.faults import at_least, at_most
-from fingerdesign.design.schema import Design
+from fingerdesign.design.schema import Design, Plates
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
 from fingerdesign.layout.frames import PlateRow, plate_rows, row_frames
-from fingerdesign.layout.gaps import PlateGap, core_gaps, least_gap, neighbour_gaps
+from fingerdesign.layout.gaps import PlateGap, core_gaps, least_gap
 
 # Gap between plates, in thicknesses: below it, the rubber between is thinner than half a plate.
 LEAST_GAP = 0.5
@@ -30,11 +32,11 @@ def spacing_findings(design: Design) -> list[Misplacement]:
     rows = plate_rows(design)
     for row in rows:
         found += _within(design, row)
-    for number, row in enumerate(rows):
+    for number in range(len(rows)):
         for first in range(number):
-            found += _between(design, rows[first], row, (first, number))
-    for number, row in enumerate(rows):
-        found += _core(design, row, number)
+            found += _between(design, first, number)
+    for number in range(len(rows)):
+        found += _core(design, number)
     return worst_by_key(found)
 
 
@@ -69,17 +71,15 @@ def _wider_pitch(design: Design, row: PlateRow) -> float | None:
     """The least pitch from which neighbours are apart, up to the widest that the body holds."""
     half = 0.5 * (design.body.width_mm if row.table.along == "x" else design.body.depth_mm)
 
-    def at(pitch: float) -> PlateRow:
-        trial = row.table.model_copy(update={"pitch_mm": pitch})
-        return PlateRow(trial, tuple(row_frames(design.body, trial, 0)))
+    def at(pitch: float) -> Plates:
+        return row.table.model_copy(update={"pitch_mm": pitch})
 
     def fits(pitch: float) -> bool:
-        trial = row.table.model_copy(update={"pitch_mm": pitch})
-        return row_reach(design.body, trial) <= half - LEAST_CLEARANCE_MM
+        return row_reach(design.body, at(pitch)) <= half - LEAST_CLEARANCE_MM
 
     def apart(pitch: float) -> bool:
-        enough = _least(design)
-        return bool(neighbour_gaps(at(pitch).frames, 2.0 * enough).min() >= enough)
+        gap = least_gap(tuple(row_frames(design.body, at(pitch), 0)))
+        return gap is not None and gap.distance >= _least(design)
 
     low = row.table.pitch_mm
     enough = row.table.length_mm + row.table.thickness_mm + _least(design)
@@ -89,9 +89,9 @@ def _wider_pitch(design: Design, row: PlateRow) -> float | None:
     return least(apart, low, widest)
 
 
-def _between(
-    design: Design, first: PlateRow, second: PlateRow, numbers: tuple[int, int]
-) -> list[Misplacement]:
+def _between(design: Design, number: int, later: int) -> list[Misplacement]:
+    rows = plate_rows(design)
+    first, second = rows[number], rows[later]
     gap, wanted = least_gap(first.frames, second.frames), _least(design)
     if gap is None or gap.distance >= wanted - 1e-9:
         return []
@@ -101,21 +101,15 @@ def _between(
     if shared:
         value = f"(absent: plates.cover_mm = {second.table.cover_mm:g})"
 
-    def clear(trial: Design) -> bool:
-        rows = plate_rows(trial)
-        between = least_gap(rows[numbers[0]].frames, rows[numbers[1]].frames)
-        return between is not None and between.distance >= wanted
-
     def changes() -> list[Change]:
         if len(first.frames) * len(second.frames) > _MOST_PAIRS:
             return []
         cover = second.table.cover_mm
         lowest = min(frame.y for frame in second.frames)
-        deeper = least(lambda c: set_to(design, key, c, clear), cover, cover + max(lowest, wanted))
+        clear = mended_by(design, key, lambda trial: _between(trial, number, later))
+        deeper = least(clear, cover, cover + max(lowest, wanted))
         found = [] if deeper is None else [Change.to(f"set {key} to", key, at_least(deeper))]
-        higher = greatest(
-            lambda less: not set_to(design, key, cover - less, clear), 0.0, cover - 0.01
-        )
+        higher = greatest(lambda less: not clear(cover - less), 0.0, cover - 0.01)
         if higher is not None and higher < cover - 0.02:
             found.append(Change.to(f"set {key} to", key, at_most(cover - higher - 1e-3)))
         return found
@@ -125,8 +119,8 @@ def _between(
     return [Misplacement(key, value, _bound(design, gap), short, changes, remedy)]
 
 
-def _core(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
-    core = design.body.core
+def _core(design: Design, number: int) -> list[Misplacement]:
+    core, row = design.body.core, plate_rows(design)[number]
     if core is None:
         return []
     depth = core.depth_mm if core.depth_mm is not None else design.body.depth_mm
@@ -136,23 +130,19 @@ def _core(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
     frame, distance = nearest
     key, value = row.blame(frame.index, "cover_mm")
 
-    def clear(trial: Design) -> bool:
-        box, each = trial.body.core, plate_rows(trial)[number]
-        assert box is not None
-        deep = box.depth_mm if box.depth_mm is not None else trial.body.depth_mm
-        gaps = core_gaps(box, deep, each.frames)
-        return bool(gaps.min() >= LEAST_CLEARANCE_MM)
+    def clear(key: str) -> Callable[[object], bool]:
+        return mended_by(design, key, lambda trial: _core(trial, number))
 
     def changes() -> list[Change]:
         found = []
         if not row.placed:
             cover = row.table.cover_mm
-            up = least(lambda d: set_to(design, key, cover - d, clear), 0.0, cover - 0.01)
+            up = least(lambda less: clear(key)(cover - less), 0.0, cover - 0.01)
             if up is not None:
                 lowered = at_most(cover - up)
                 found.append(Change.to(f"lower {key} to at most", key, lowered))
         high = "body.core.height_mm"
-        most = greatest(lambda h: set_to(design, high, h, clear), 0.1, core.height_mm)
+        most = greatest(clear(high), 0.1, core.height_mm)
         if most is not None:
             found.append(Change.to(f"lower {high} to at most", high, at_most(most)))
         return found

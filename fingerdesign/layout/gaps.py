@@ -128,14 +128,6 @@ def least_gap(
     return PlateGap(best, min(pair), max(pair))
 
 
-def neighbour_gaps(frames: tuple[PlateFrame, ...], beyond: float = FAR_MM) -> Array:
-    """Distances (plates - 1,) from each plate to the next, mm; all of them have a place.
-
-    ``beyond`` stands for all that are greater.
-    """
-    return np.array([one.min_gap(two, beyond) for one, two in pairwise(solids_of(frames))])
-
-
 def core_gaps(core: Core, depth: float, frames: tuple[PlateFrame, ...]) -> Array:
     """Distances (plates,) from each plate to the core, mm; 0: they touch or cross; NaN: no place.
 

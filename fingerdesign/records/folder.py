@@ -75,17 +75,13 @@ class RecordFolder:
         except OSError as error:
             raise ResultError(f"cannot look into {target}: {error}") from error
         foreign = [name for name in names if self._foreign(target / name)]
-        if fault := self._fault(names, ", ".join(foreign[:5])):
-            raise ResultError(f"{target} holds {fault}")
-
-    def _fault(self, names: list[str], foreign: str) -> str:
-        """What is wrong with a folder of these names; empty where nothing is."""
         if foreign:
-            return f"{foreign}, which is no {self.kind}; choose another --out"
-        if names and not self.filled and self.record not in names:
-            held = f"{', '.join(names[:5])} but no {self.record}"
-            return f"{held}, so it is no older {self.kind}; choose another --out"
-        return ""
+            held = f"{', '.join(foreign[:5])}, which is no {self.kind}"
+        elif names and not self.filled and self.record not in names:
+            held = f"{', '.join(names[:5])} but no {self.record}, so it is no older {self.kind}"
+        else:
+            return
+        raise ResultError(f"{target} holds {held}; choose another --out")
 
     def _foreign(self, path: Path) -> bool:
         if not any(fnmatch.fnmatch(path.name, pattern) for pattern in self.products):
@@ -93,20 +89,7 @@ class RecordFolder:
         return not self.filled and path.is_dir()
 
 
-class _ResultFolder(RecordFolder):
-    """That of an analysis, beside which users keep files of their own."""
-
-    def _fault(self, names: list[str], foreign: str) -> str:
-        if names and self.record not in names:
-            held = f"files but no {self.record}, so it is not an older result and is left alone"
-            return f"{held}; choose another --out or move it away"
-        if foreign:
-            remedy = "move what is not a result away, or choose another --out"
-            return f"{foreign} beside an older result; {remedy}"
-        return ""
-
-
-RESULTS = _ResultFolder(
+RESULTS = RecordFolder(
     "result",
     RESULT_FILE,
     (

@@ -25,15 +25,7 @@ def rendered(template: Path, **values: Any) -> str:
     A template may take macros from ``parts.html.j2``. Raises jinja2.UndefinedError where it names a
     value that is not given.
     """
-    import jinja2
-
-    made = jinja2.Environment(
-        loader=jinja2.FileSystemLoader([template.parent, COMMON]),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    made = _environment(template.parent, COMMON, autoescape=True)
     made.filters["picture"] = lambda shown: _safe(png_element(shown.png, shown.alternative))
     # The images are the program's own; all words of the design go through escaping.
     made.filters["image"] = lambda figure: _safe(figure.image)
@@ -47,16 +39,21 @@ def macros(template: Path) -> Any:
 
     Whoever shows them on a page lets the page's own template escape them.
     """
+    made = _environment(template.parent, autoescape=False)
+    made.filters["to"] = format  # {{ 0.1234 | to(".2f") }}
+    return made.get_template(template.name).module
+
+
+def _environment(*folders: Path, autoescape: bool) -> Any:
     import jinja2
 
-    made = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(template.parent),
+    return jinja2.Environment(
+        loader=jinja2.FileSystemLoader(folders),
+        autoescape=autoescape,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters["to"] = format  # {{ 0.1234 | to(".2f") }}
-    return made.get_template(template.name).module
 
 
 def said(template: Path, name: str, /, **values: Any) -> list[str]:

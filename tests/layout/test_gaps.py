@@ -10,7 +10,7 @@ from fingerdesign.design.body import Body, Core
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.clearance import cover_clearances, least_dome_radius
 from fingerdesign.layout.frames import PlateFrame, crest_height, plate_frames, surface_height
-from fingerdesign.layout.gaps import core_gaps, least_gap, neighbour_gaps
+from fingerdesign.layout.gaps import core_gaps, least_gap
 
 QUICK = settings(max_examples=40, derandomize=True, deadline=None)
 LONGER = settings(QUICK, max_examples=50)
@@ -86,13 +86,6 @@ def test_a_plate_along_z_passes_below_one_along_x():
     assert least_gap((above, below)).distance == pytest.approx(1.0 - 0.3)
     crossing = plate(1, 0.0, 0.9, 0.0, -2.0, 2.0, "z")
     assert least_gap((above, crossing)).distance == 0.0
-
-
-def test_neighbours_are_reported_one_by_one():
-    frames = tuple(plate(k, x, 0.0, 90.0, -1.0, 1.0) for k, x in enumerate((0.0, 1.0, 1.9, 3.0)))
-    assert np.allclose(neighbour_gaps(frames), [0.7, 0.6, 0.8])
-    bent = tuple(plate(k, 3.0 * k, 0.0, 0.0, -1.0, 1.0, bend=50.0) for k in range(3))
-    assert np.allclose(neighbour_gaps(bent), 1.0, atol=0.01)
 
 
 def test_a_plate_of_no_place_is_in_no_pair():

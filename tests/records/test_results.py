@@ -177,7 +177,7 @@ def test_a_renaming_that_fails_puts_the_older_result_back(tmp_path, monkeypatch,
 
 def test_a_foreign_folder_is_left_alone(tmp_path):
     (tmp_path / "thesis.txt").write_text("years of work", encoding="utf-8")
-    with pytest.raises(ResultError, match="left alone"):
+    with pytest.raises(ResultError, match=r"thesis\.txt, which is no result"):
         write_result_folder(tmp_path, result())
     assert (tmp_path / "thesis.txt").exists()
     (tmp_path / "file").write_text("", encoding="utf-8")
