@@ -63,17 +63,6 @@ class Piece:
         return np.asarray(y0 + (x - x0) * (y1 - y0) / (x1 - x0))
 
     @property
-    def area(self) -> float:
-        """Area between the piece and y = 0, mm^2."""
-        (x0, y0), (x1, y1) = self.start, self.end
-        area = 0.5 * (y0 + y1) * (x1 - x0)
-        if self.radius:
-            chord = float(np.hypot(x1 - x0, y1 - y0))
-            angle = 2.0 * np.arcsin(min(1.0, 0.5 * chord / self.radius))
-            area += 0.5 * self.radius**2 * (angle - np.sin(angle))
-        return float(area)
-
-    @property
     def length(self) -> float:
         """Length of the piece, mm."""
         chord = float(np.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1]))
@@ -111,7 +100,8 @@ class Profile:
     @property
     def area(self) -> float:
         """Area of the whole section, both halves, down to y = 0, mm^2."""
-        return 2.0 * sum(piece.area for piece in self.pieces)
+        _, y, weights = self.gauss_points()
+        return float(2.0 * weights[:, 0] @ y)
 
     def chains(self) -> tuple[tuple[Piece, ...], ...]:
         """The pieces in groups that join without an edge (under 12 degrees)."""

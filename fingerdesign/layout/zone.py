@@ -13,17 +13,16 @@ import numpy as np
 from fingerdesign.design.scene import Scene, SceneObject
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.layout import clearance
-from fingerdesign.layout.frames import PlateRow, crest_height, plate_frames, plate_rows
+from fingerdesign.layout.frames import (
+    PlateFrame,
+    PlateRow,
+    crest_height,
+    plate_frames,
+    plate_rows,
+)
 from fingerdesign.layout.gaps import least_gap
 from fingerdesign.layout.profile import profile_of
-from fingerdesign.layout.volume import outline_volume
-
-
-def plates_volume(design: Design) -> float:
-    """Volume of all plates together, mm^3; their holes left out."""
-    frames = plate_frames(design)
-    holes = sum(np.pi * hole.radius**2 * f.thickness for f in frames for hole in f.holes)
-    return float(sum(f.length * f.thickness * f.span for f in frames) - holes)
+from fingerdesign.layout.volume import outline_volume, plate_volume
 
 
 def flat_half_extents(body: Body) -> tuple[float, float]:
@@ -74,11 +73,12 @@ def contact_half_width(design: Design, approach_mm: float, object_curvature: flo
 DEFAULT_APPROACH_MM = 0.1  # of the fundamental case
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Summary:
     """What ``fingerdesign check`` shows of a sound design; clearances are None without plates.
 
-    least_surface_mm: of the plates' nearest points, not their middles as plates.cover_mm.
+    body, rows: "arc, round edge, core" and "7 along x, bent, finite". least_surface_mm: of the
+    plates' nearest points, not their middles as plates.cover_mm.
     """
 
     name: str
@@ -86,10 +86,10 @@ class Summary:
     body: str
     plates: int
     rows: tuple[str, ...]
-    least_surface_mm: float | None
-    least_gap_mm: float | None
-    least_side_mm: float | None
-    least_base_mm: float | None
+    least_surface_mm: float | None = None
+    least_gap_mm: float | None = None
+    least_side_mm: float | None = None
+    least_base_mm: float | None = None
     approach_mm: float
     contact_half_width_mm: float
     volume_mm3: float
@@ -97,61 +97,52 @@ class Summary:
     extruded: bool
 
 
-def body_words(body: Body) -> str:
-    """A body in a few words: "arc, round edge, core"."""
-    edge = f", {body.edge} edge" if body.edge_radius_mm is not None else ""
-    return f"{body.shape}{edge}{', core' if body.core is not None else ''}"
-
-
-def row_words(row: PlateRow) -> str:
-    """A row of plates in a few words: "7 along x, bent, finite"."""
-    table = row.table
-    words = [
-        f"{len(row.frames)} placed" if row.placed else f"{len(row.frames)} along {table.along}"
-    ]
-    words += [table.follow] if table.follow != "level" else []
-    words += ["staggered"] if table.stagger_mm else []
-    words += ["finite"] if table.span_mm is not None else []
-    words += ["perforated"] if table.hole_diameter_mm is not None else []
-    models = {"sheet": ["as sheets"], "none": ["not modelled"]}
-    words += models.get(table.model, [])
-    return ", ".join(words)
-
-
 def summarise(design: Design, scene: Scene | None = None) -> Summary:
     """Summarise a sound design, pressed as far as ``scene`` does (else the fundamental case)."""
-    approach = greatest_approach(design, scene) if scene is not None else DEFAULT_APPROACH_MM
-    if scene is not None:
-        half_width = contact_reach(design, scene.object, approach)[0]
-    else:
-        half_width = contact_half_width(design, approach)
-    body, plates = design.body, design.plates
-    cover = gap = side = base = None
-    if plates.number:
-        frames = plate_frames(design)
-        points = np.vstack([clearance.plate_points(frame) for frame in frames])
-        cover = float(clearance.cover_clearances(body, frames).min())
-        closest = least_gap(frames)
-        gap = closest.distance if closest is not None else None
-        reach = points[:, 0] if not body.kind.turned else np.hypot(points[:, 0], points[:, 2])
-        side = float(0.5 * body.width_mm - np.abs(reach).max())
-        base = float(points[:, 1].min())
+    body, frames = design.body, plate_frames(design)
+    approach = DEFAULT_APPROACH_MM if scene is None else greatest_approach(design, scene)
+    rigid = SceneObject() if scene is None else scene.object
+    words = [body.shape, *([f"{body.edge} edge"] if body.edge_radius_mm is not None else [])]
     return Summary(
         name=design.design.name,
         digest=design.digest(),
-        body=body_words(body),
-        plates=plates.number,
-        rows=tuple(row_words(row) for row in plate_rows(design)),
-        least_surface_mm=cover,
-        least_gap_mm=gap,
-        least_side_mm=side,
-        least_base_mm=base,
+        body=", ".join([*words, *(["core"] if body.core is not None else [])]),
+        plates=design.plates.number,
+        rows=tuple(_row_words(row) for row in plate_rows(design)),
         approach_mm=approach,
-        contact_half_width_mm=min(half_width, 0.5 * body.width_mm),
+        contact_half_width_mm=min(contact_reach(design, rigid, approach)[0], 0.5 * body.width_mm),
         volume_mm3=outline_volume(body),
-        plates_volume_mm3=plates_volume(design),
+        plates_volume_mm3=sum(plate_volume(frame) for frame in frames),
         extruded=design.extruded,
+        **(_clearances(body, frames) if frames else {}),
     )
+
+
+def _row_words(row: PlateRow) -> str:
+    table, count = row.table, len(row.frames)
+    words = [f"{count} placed" if row.placed else f"{count} along {table.along}"]
+    for there, word in (
+        (table.follow != "level", table.follow),
+        (table.stagger_mm, "staggered"),
+        (table.span_mm is not None, "finite"),
+        (table.hole_diameter_mm is not None, "perforated"),
+        (table.model == "sheet", "as sheets"),
+        (table.model == "none", "not modelled"),
+    ):
+        words += [word] if there else []
+    return ", ".join(words)
+
+
+def _clearances(body: Body, frames: tuple[PlateFrame, ...]) -> dict[str, float | None]:
+    points = np.vstack([clearance.plate_points(frame) for frame in frames])
+    reach = points[:, 0] if not body.kind.turned else np.hypot(points[:, 0], points[:, 2])
+    closest = least_gap(frames)
+    return {
+        "least_surface_mm": float(clearance.cover_clearances(body, frames).min()),
+        "least_gap_mm": None if closest is None else closest.distance,
+        "least_side_mm": float(0.5 * body.width_mm - np.abs(reach).max()),
+        "least_base_mm": float(points[:, 1].min()),
+    }
 
 
 # The forecast for a plane on a straight finger is 4 to 24 % wide, over a core up to 9 % narrow,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
 LEFT_MB = 256.0  # for everything else: of the free memory not to be used
 SMALL_MB = 1024.0  # never refused: what is not free now may be in a moment
 _ONE_KEY = 30.0  # times the free memory: beyond it no one size, doubled, can suffice
-_DOUBLINGS, _ALONE = 6, 4  # of all sizes together and of one alone, at the most
+_DOUBLINGS, _FACTORS = 6, (2, 4, 8, 16)  # of all sizes together, of one alone
+LAYERS = "mesh.layers"
 _SIZES = ("contact_size_mm", "plate_size_mm", "far_size_mm")
 
 
@@ -64,22 +66,38 @@ def memory_faults(case: Case) -> list[Fault]:
 def _remedy(case: Case, found: Forecast, free: float) -> tuple[str, float, str]:
     """A key of the mesh, its value and what to do: change it where that suffices, or several."""
     sizes = _sizes(case, found)
-    key, value = next(iter(sizes.items()))
-    best = _coarsened(case, found, sizes)
-    if best is not None and found.memory_MB <= _ONE_KEY * max(free, SMALL_MB):
-        key, value, other, less = best
-        enough = (other, less) if _fits(less, free) else _further(case, key, value, other, free)
-        if enough is not None:
-            verb = "raise" if other > value else "lower"
-            return key, value, f"{verb} it (at {enough[0]:g} about {enough[1].memory_MB:.0f} MB)"
-    several = _all_coarsened(case, sizes, found, free)
-    if several is None:
-        return key, value, "no coarser mesh of it fits: free some memory"
-    factor, layers, less = several
-    *names, last = sizes
-    also = f", and lower mesh.layers to {layers}" if layers else ""
-    remedy = f"raise {', '.join(names)} and {last} {factor} times each{also}"
-    return key, value, f"no one key suffices: {remedy} (about {less.memory_MB:.0f} MB)"
+    key = next(iter(sizes))
+    once = {each: _changed(case, sizes, [each], 2) for each in sizes}
+    saving = {each: less.memory_MB for each, less in once.items() if less is not None}
+    if saving and found.memory_MB <= _ONE_KEY * max(free, SMALL_MB):
+        key = min(saving, key=lambda each: saving[each])
+        for factor in _FACTORS:
+            less = _changed(case, sizes, [key], factor)
+            if less is None or _fits(less, free):
+                break
+        if less is not None and _fits(less, free):
+            verb, other = "lower" if key == LAYERS else "raise", _coarser(key, sizes[key], factor)
+            remedy = f"{verb} it (at {other:g} about {less.memory_MB:.0f} MB)"
+            return key, sizes[key], remedy
+    return key, sizes[key], _of_several(case, found, sizes, free)
+
+
+def _of_several(case: Case, found: Forecast, sizes: dict[str, float], free: float) -> str:
+    """What to do where no one key suffices: raise all sizes, and lower the layers if need be."""
+    *names, last = lengths = [key for key in sizes if key != LAYERS]
+    # Memory falls with about the fourth power of the sizes: fewer doublings need not be tried.
+    fewest = max(1, int(np.log2(found.memory_MB / max(free, SMALL_MB)) / 5.0))
+    for factor in (2**doublings for doublings in range(fewest, _DOUBLINGS + 1)):
+        layers = int(sizes.get(LAYERS, 0)) // factor
+        for keys in (lengths, list(sizes)) if layers else (lengths,):
+            less = _changed(case, sizes, keys, factor)
+            if less is None:
+                break
+            if _fits(less, free):
+                also = f", and lower {LAYERS} to {layers}" if LAYERS in keys else ""
+                remedy = f"raise {', '.join(names)} and {last} {factor} times each{also}"
+                return f"no one key suffices: {remedy} (about {less.memory_MB:.0f} MB)"
+    return "no coarser mesh of it fits: free some memory"
 
 
 def _fidelities(case: Case, free: float) -> list[str]:
@@ -113,63 +131,25 @@ def too_large(found: Forecast) -> str:
 
 
 def _sizes(case: Case, found: Forecast) -> dict[str, float]:
-    """The sizes of the mesh by their dotted keys."""
+    """What a coarser mesh has other values of, by dotted keys: sizes, and layers that there are."""
     flat = found.fidelity == "plane-strain"
     mesh = case.design.mesh.section if flat else case.design.mesh
     names = [*_SIZES, *(["plate_end_size_mm"] if flat else [])]
-    return {f"mesh.{'section.' * flat}{name}": float(getattr(mesh, name)) for name in names}
+    sizes = {f"mesh.{'section.' * flat}{name}": float(getattr(mesh, name)) for name in names}
+    layers = case.design.mesh.layers
+    return sizes | ({LAYERS: layers} if found.mesher == "extrude" and layers > 1 else {})
 
 
-def _changed(case: Case, values: dict[str, float]) -> Forecast | None:
-    """The forecast with other keys of the mesh; None where there is no such design."""
+def _coarser(key: str, value: float, factor: int) -> float:
+    return int(value) // factor if key == LAYERS else factor * value
+
+
+def _changed(
+    case: Case, sizes: dict[str, float], keys: Iterable[str], factor: int
+) -> Forecast | None:
+    """The forecast with some keys coarser; None where there is no such design."""
+    values = {key: _coarser(key, sizes[key], factor) for key in keys}
     try:
         return forecast_case(replace(case, design=with_values(case.design, values)))
     except (DesignError, MeshError, GeometryError):
         return None
-
-
-def _coarsened(
-    case: Case, found: Forecast, sizes: dict[str, float]
-) -> tuple[str, float, float, Forecast] | None:
-    """The key of the mesh that saves most when it is changed by a factor of two: the key, its
-    value, the other value, and the forecast with that."""
-    others = {key: 2.0 * value for key, value in sizes.items()}
-    layers = case.design.mesh.layers
-    if found.mesher == "extrude" and layers > 1:
-        sizes, others = sizes | {"mesh.layers": layers}, others | {"mesh.layers": layers // 2}
-    tried = [
-        (key, sizes[key], other, less)
-        for key, other in others.items()
-        if (less := _changed(case, {key: other})) is not None
-    ]
-    return min(tried, key=lambda each: each[3].memory_MB, default=None)
-
-
-def _further(
-    case: Case, key: str, value: float, other: float, free: float
-) -> tuple[float, Forecast] | None:
-    """A key's value that fits, changed by more than a factor of two, and the forecast; or None."""
-    for doublings in range(1, _ALONE):
-        new: float = other * 2**doublings if other > value else int(other) // 2**doublings
-        less = _changed(case, {key: new})
-        if less is None or _fits(less, free):
-            return None if less is None else (new, less)
-    return None
-
-
-def _all_coarsened(
-    case: Case, sizes: dict[str, float], found: Forecast, free: float
-) -> tuple[int, int, Forecast] | None:
-    """By how many times all sizes must be raised to fit, to how many layers (0: as they are), and
-    the forecast with that; None: no such mesh fits."""
-    # Memory falls with about the fourth power of the sizes: fewer doublings need not be tried.
-    fewest = max(1, int(np.log2(found.memory_MB / max(free, SMALL_MB)) / 5.0))
-    for doublings in range(fewest, _DOUBLINGS + 1):
-        factor = 2**doublings
-        values = {key: factor * value for key, value in sizes.items()}
-        fewer = case.design.mesh.layers // factor if found.mesher == "extrude" else 0
-        for layers in (0, fewer) if fewer else (0,):
-            less = _changed(case, values | ({"mesh.layers": layers} if layers else {}))
-            if less is None or _fits(less, free):
-                return None if less is None else (factor, layers, less)
-    return None
