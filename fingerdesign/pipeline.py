@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.analysis import Analysis, analysis_of, failed_analysis
 from fingerdesign.analysis.answers import extras, keep_answer, kept_answer
@@ -33,6 +32,8 @@ from fingerdesign.analysis.stages import (
     zone_of,
 )
 from fingerdesign.contact.problem import contact_problem
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.make import mesher_of
@@ -42,10 +43,6 @@ from fingerdesign.records.folder import RESULTS
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.training import with_estimator
-
-if TYPE_CHECKING:
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
 
 
 def analyse(design: Design, scene: Scene | None = None, fidelity: str = "3d") -> Result:

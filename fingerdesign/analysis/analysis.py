@@ -4,23 +4,29 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from fingerdesign.analysis.case import result_digest
+from fingerdesign.analysis.case import Case, Clock, result_digest
+from fingerdesign.analysis.fidelity.ladder import Choice
 from fingerdesign.analysis.path import PathStopped, contact_history, increment_result
 from fingerdesign.analysis.stages import recover_fields
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.contact.increment import ContactState
 from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.measures import Measures, completely_slips, measure
+from fingerdesign.contact.path import Step
+from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.uniqueness import other_solutions
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design, Gages
 from fingerdesign.design.step import portable
 from fingerdesign.errors import SolverError
-from fingerdesign.layout.frames import crest_height, mirrors_in_z, plate_frames
+from fingerdesign.layout.frames import PlateFrame, crest_height, mirrors_in_z, plate_frames
 from fingerdesign.mesh.files.imported import import_words
 from fingerdesign.mesh.quality import assess
+from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.arrays import ContactHistory, FieldHistory, GripTrace, SlipStudy
 from fingerdesign.records.result import (
     GripResult,
@@ -32,17 +38,6 @@ from fingerdesign.records.result import (
 from fingerdesign.report.page import said, sentences
 from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.version import versions
-
-if TYPE_CHECKING:
-    from fingerdesign.analysis.case import Case, Clock
-    from fingerdesign.analysis.fidelity.ladder import Choice
-    from fingerdesign.contact.path import Step
-    from fingerdesign.contact.problem import ContactProblem
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design, Gages
-    from fingerdesign.layout.frames import PlateFrame
-    from fingerdesign.mesh.types import Mesh
-
 
 # What a reader must know before believing the numbers of an analysis.
 

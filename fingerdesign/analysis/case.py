@@ -7,17 +7,14 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from fingerdesign.checks.load import parse_scene
 from fingerdesign.checks.starter import shipped_text
+from fingerdesign.control.estimator import GripEstimator
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import mirrors_in_z, plate_frames
 from fingerdesign.version import __version__
-
-if TYPE_CHECKING:
-    from fingerdesign.control.estimator import GripEstimator
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
 
 FIDELITIES = ("plane-strain", "3d", "auto")
 TOLERANCE = 0.02  # of "auto", where none is given

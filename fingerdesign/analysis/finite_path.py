@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,19 +19,16 @@ from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.measures import Measures, measure
 from fingerdesign.contact.path import Forces
 from fingerdesign.contact.problem import Motion
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.fem.finite.body import finite_body
-from fingerdesign.fem.finite.row import Follower, Row, facing, gage_lines, untouched
+from fingerdesign.fem.finite.row import Facing, Follower, Row, facing, gage_lines, untouched
 from fingerdesign.fem.model import body_of, candidate_facets, free_ends
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.layout.frames import plate_frames
-
-if TYPE_CHECKING:
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
-    from fingerdesign.fem.finite.row import Facing
-    from fingerdesign.layout.zone import Zone
-    from fingerdesign.mesh.types import Mesh
+from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.types import Mesh
 
 
 @dataclass(frozen=True)

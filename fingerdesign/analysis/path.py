@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,22 +10,17 @@ from fingerdesign.arrays import Array
 from fingerdesign.checks.design import MOST_MOTION
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import Forces, Step, follow
-from fingerdesign.contact.problem import Motion
+from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.signals import gage_readings
+from fingerdesign.design.scene import Scene, SceneObject, ScenePath
+from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import SolverError
 from fingerdesign.layout.frames import crest_height
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.records.arrays import ContactHistory
 from fingerdesign.records.result import GageResult, IncrementResult, PointStrain
+from fingerdesign.reduced import ReducedModel
 from fingerdesign.shapes.objects import Plane, RigidObject, touching
-
-if TYPE_CHECKING:
-    from fingerdesign.contact.problem import ContactProblem, Motion
-    from fingerdesign.design.scene import Scene, SceneObject, ScenePath
-    from fingerdesign.design.schema import Body, Design
-    from fingerdesign.records.result import IncrementResult
-    from fingerdesign.reduced import ReducedModel
-
 
 # From a scene's words to the contact layer's: the object at first touch, the path's targets.
 

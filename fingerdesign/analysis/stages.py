@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from threading import Thread
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -17,21 +17,18 @@ from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.control.episode import run_episodes
+from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.slip_study import slip_studies as study
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.fem.factor import load_solver
+from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.layout.zone import Zone, candidate_zone, greatest_approach
 from fingerdesign.mesh.make import mesh_finger
 from fingerdesign.mesh.section.section import mesh_section
+from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.arrays import FieldHistory, GripTrace, SlipStudy
 from fingerdesign.records.result import GripResult
-
-if TYPE_CHECKING:
-    from fingerdesign.control.estimator import GripEstimator
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
-    from fingerdesign.fem.model import FiniteElementModel
-    from fingerdesign.mesh.types import Mesh
-
 
 Made = TypeVar("Made")
 _WIDEN = 1.4  # a candidate zone that the contact has outgrown

@@ -10,7 +10,9 @@ from difflib import get_close_matches
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from pydantic import BaseModel
 
 from fingerdesign.checks.load import parse_design, parse_scene, read_text
 from fingerdesign.design.base import OwnTable, described
@@ -23,9 +25,6 @@ from fingerdesign.design.schema import (
     schema_text,
 )
 from fingerdesign.errors import DesignError, Fault
-
-if TYPE_CHECKING:
-    from pydantic import BaseModel
 
 SCHEMA_FILE = "design.schema.json"
 _HEAD = f"""\

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from fingerdesign.design.base import Many, Named, Table, bounded, refuse, refuse_key
+from fingerdesign.design.body import Body
 from fingerdesign.runtime.registry import PLATE_LAYOUTS
-
-if TYPE_CHECKING:
-    from fingerdesign.design.body import Body
 
 MAX_PLATES = 500  # far beyond what can be cast; keeps every check and CAD step bounded
 _FARTHEST_MM = 500  # no body is larger

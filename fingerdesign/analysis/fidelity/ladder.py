@@ -15,26 +15,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
+from fingerdesign.analysis.case import Case, Clock
 from fingerdesign.analysis.fidelity.models import InTurn, Model, Solved
 from fingerdesign.analysis.fidelity.readings import NOT_PULLED, Readings, errors
 from fingerdesign.analysis.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, can_be_section, rung
 from fingerdesign.arrays import Array
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.zone import Zone
 from fingerdesign.records.result import LadderSummary, TriedModel
 from fingerdesign.runtime.progress import Report
-
-if TYPE_CHECKING:
-    from fingerdesign.analysis.case import Case, Clock
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
-    from fingerdesign.fem.model import FiniteElementModel
-    from fingerdesign.layout.zone import Zone
-
 
 # The lowest rung: a straight finger without plates, by formulas (numpy only).
 #

@@ -11,27 +11,24 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from fingerdesign.analysis.case import Case, Clock
 from fingerdesign.analysis.fidelity.readings import Readings, readings_of
 from fingerdesign.analysis.path import follow_path, object_at_touch
 from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, one_thread, zone_of
 from fingerdesign.checks.load import with_values
-from fingerdesign.contact.problem import contact_problem
+from fingerdesign.contact.path import Step
+from fingerdesign.contact.problem import ContactProblem, contact_problem
+from fingerdesign.design.mesh import SectionMesh
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
+from fingerdesign.fem.model import FiniteElementModel
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
-
-if TYPE_CHECKING:
-    from fingerdesign.contact.path import Step
-    from fingerdesign.contact.problem import ContactProblem
-    from fingerdesign.design.mesh import SectionMesh
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
-    from fingerdesign.fem.model import FiniteElementModel
-    from fingerdesign.layout.zone import Zone
-    from fingerdesign.mesh.types import Mesh
+from fingerdesign.mesh.types import Mesh
 
 Dimension = Literal["plane strain", "3-D"]
 Plates = Literal["solid", "sheet", "none"]

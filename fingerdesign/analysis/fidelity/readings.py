@@ -9,15 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.measures import Measures
 from fingerdesign.control.signals import gage_readings
-
-if TYPE_CHECKING:
-    from fingerdesign.contact.measures import Measures
 
 MICRO = 1e6
 QUANTITIES = ("normal_force", "tangential_force", "contact_width", "stick_ratio", "gage")

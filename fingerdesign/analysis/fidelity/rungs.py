@@ -19,22 +19,19 @@ five plates, 8 mm deep, against 300k equations; a homogeneous finger, 3.5 mm dee
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.fidelity.models import Dimension, Model, Sizes
 from fingerdesign.analysis.path import steps_sideways
 from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.checks.load import with_values
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.layout.gaps import sweepable
 from fingerdesign.layout.zone import contact_reach, greatest_approach
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.mesh.section.section import sheet_room_faults
-
-if TYPE_CHECKING:
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
 
 SPACE_SCALES = (4.0, 2.8, 2.0, 1.4, 1.0, 0.7)
 SECTION_SCALES = (4.0, 2.0, 1.0, 0.5)

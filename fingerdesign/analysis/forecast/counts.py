@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.forecast.elements import count_section, count_space
 from fingerdesign.arrays import Array
 from fingerdesign.fem.model import candidate_facets, element_of, fixed_dofs
 from fingerdesign.layout.frames import mirrors_in_z, plate_frames
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.cache import kept_mesh_file, load_mesh, mesh_key
 from fingerdesign.mesh.files.imported import imported_mesh
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.mesh.section.extrude import layer_borders
 from fingerdesign.mesh.section.section import extruded_sizes, inner_of, section_sizes
 from fingerdesign.mesh.sizing import MeshSizes
-
-if TYPE_CHECKING:
-    from fingerdesign.analysis.case import Case
-    from fingerdesign.layout.zone import Zone
-    from fingerdesign.mesh.types import Mesh
-
+from fingerdesign.mesh.types import Mesh
 
 # Of tetwild's meshes of T tetrahedra, least squares over 100 random designs and the shipped ones:
 # nodes 1.33 T + 4.3 T^(2/3) (1.38 to 1.75 T; scatter 4 %), vertices 0.165 T + 1.3 T^(2/3).

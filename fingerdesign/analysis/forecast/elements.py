@@ -8,26 +8,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.design.body import Body
+from fingerdesign.design.mesh import SectionMesh
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.gaps import not_a_sheet
 from fingerdesign.layout.profile import profile_of
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.outline import Outline
 from fingerdesign.mesh.section.section import Inner, section_frames, section_outline
 from fingerdesign.mesh.sizing import MeshSizes, SizeField, elements_within, expected_elements
 from fingerdesign.mesh.tetra.slots import THICK, sized_frames
 from fingerdesign.mesh.tetra.tetwild import size_field
-
-if TYPE_CHECKING:
-    from fingerdesign.design.body import Body
-    from fingerdesign.design.mesh import SectionMesh
-    from fingerdesign.design.schema import Design
-    from fingerdesign.layout.zone import Zone
-
 
 # Tetrahedra by fTetWild.
 

@@ -11,28 +11,22 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.answers import extras
 from fingerdesign.analysis.case import FIDELITIES, Case
 from fingerdesign.analysis.fidelity.ladder import tolerance_faults
 from fingerdesign.analysis.fidelity.rungs import can_extrude
-from fingerdesign.analysis.forecast.counts import count_model
+from fingerdesign.analysis.forecast.counts import Counts, count_model
 from fingerdesign.analysis.path import steps_sideways
 from fingerdesign.analysis.stages import zone_of
 from fingerdesign.checks.design import plane_strain_faults, scene_faults
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, MeshError
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.mesh.make import mesher_of
 from fingerdesign.mesh.section.section import sheet_room_faults
 from fingerdesign.runtime.machine import Machine, busy, this_machine
-
-if TYPE_CHECKING:
-    from fingerdesign.analysis.case import Case
-    from fingerdesign.analysis.forecast.counts import Counts
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
-
 
 # What design, scene and fidelity cannot do together: refused before anything is built.
 

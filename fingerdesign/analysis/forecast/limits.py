@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.forecast.forecast import Forecast, forecast_case, impossible
 from fingerdesign.checks.load import with_values
+from fingerdesign.design.scene import Scene
 from fingerdesign.errors import DesignError, Fault, GeometryError, MeshError
 from fingerdesign.runtime import machine
-
-if TYPE_CHECKING:
-    from fingerdesign.analysis.case import Case
-    from fingerdesign.design.scene import Scene
 
 LEFT_MB = 256.0  # for everything else: of the free memory not to be used
 SMALL_MB = 1024.0  # never refused: what is not free now may be in a moment

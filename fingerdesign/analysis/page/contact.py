@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingerdesign.analysis.page.words import FIGURES, force_controlled, leaves_section
 from fingerdesign.records.arrays import OPEN, SLIP, STICK, ContactHistory
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
     from matplotlib.ticker import Locator
-    from numpy.typing import NDArray
 
 
 def force_figure(result: Result) -> style.ReportFigure:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.analysis.page.words import FIGURES
 from fingerdesign.arrays import Array
+from fingerdesign.design.schema import Gages
 from fingerdesign.errors import PictureError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.types import Mesh
@@ -24,9 +25,8 @@ from fingerdesign.records.arrays import OPEN, FieldHistory
 from fingerdesign.report.page import said
 from fingerdesign.runtime.isolate import ProcessError, beside
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # the drawing process starts without it
     from fingerdesign.analysis.analysis import Analysis
-    from fingerdesign.design.schema import Gages
 
 _LIFT = 0.02  # mm: gages lie above their faces, or the two would flicker into each other
 _BENT_PIECES = 6
