@@ -381,10 +381,10 @@ def placing_faults(design: Design) -> list[Fault]:
 
 def is_sound(design: Design) -> bool:
     """Whether :func:`design_faults` finds nothing; faster where it does, for it seeks no remedy."""
-    every = [lambda each: body_faults(each.body), _mesh_faults, _grip_faults]
-    if design.plates.number:
-        every += [plate_faults, gage_faults, placing_findings, spacing_findings]
-    return not any(found(design) for found in every)
+    if body_faults(design.body) or _mesh_faults(design) or _grip_faults(design):
+        return False
+    among = (plate_faults, gage_faults, placing_findings, spacing_findings)
+    return not (design.plates.number and any(found(design) for found in among))
 
 
 def _grip_faults(design: Design) -> list[Fault]:
