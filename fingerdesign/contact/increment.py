@@ -10,17 +10,8 @@ from functools import partial
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.contact.laws import (
-    OPEN,
-    SLIP,
-    STICK,
-    Certificate,
-    certify,
-    coded,
-    lengths,
-    project,
-    status_of,
-)
+from fingerdesign.contact.kernel import tracker_of
+from fingerdesign.contact.laws import Certificate, project
 from fingerdesign.contact.newton import (
     ActiveInverse,
     NewtonResult,
@@ -29,9 +20,10 @@ from fingerdesign.contact.newton import (
     newton,
     relative_residual,
 )
+from fingerdesign.contact.outcome import Answer, Outcome
 from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.problem import ContactProblem, Motion
-from fingerdesign.contact.tracking import Answer, Tracker
+from fingerdesign.contact.tracking import Tracker
 from fingerdesign.errors import SolverError
 
 # What is tried, in which order, to solve one increment (numpy only).
@@ -293,7 +285,6 @@ class ZoneExhausted(SolverError):
 ACCEPT = 1e-8  # the laws; Newton ends below 1e-10, so a pass is never a close call
 TRACKED = "tracking"  # an increment's method where none of Newton's attempts was needed
 ACCEPT_BALANCE = 1e-6  # the model's own rounding, not the solver's (fem.model)
-_ON_LIMIT = 1e-9  # of the largest normal force: ten times what the solvers leave; and of slips
 _MOST = 0.5  # of the nodes: with more than these near, all are solved for
 _LONGEST = 1.5  # times the last increment: as far as its change is taken on
 _MARGIN = 0.1  # of the deepest overlap: nodes this near join the first solve
@@ -356,7 +347,7 @@ class Workspace:
             or tracker.compliance is not problem.compliance
             or (tracker.friction != friction)
         ):
-            tracker = Tracker(problem.compliance, problem.self_compliance, friction)
+            tracker = tracker_of(problem.compliance, problem.self_compliance, friction)
             self._tracker = tracker
         return tracker
 
@@ -407,37 +398,28 @@ def solve_increment(
     offset = problem.offset(motion, state.slip)
     if not np.isfinite(offset).all():
         raise SolverError(f"the motion {motion} is not finite")
-    found, certificate, force, method = _answer(problem, state, motion, offset, workspace)
-    multiplier, local = found.multiplier, found.motion
-    if not _accepts(certificate):
+    found, outcome, method = _answer(problem, state, motion, offset, workspace)
+    if not _accepts(outcome.certificate):
         raise SolverError(
             f"no accepted answer at {motion} (friction {problem.friction_coefficient:g}): "
-            f"{certificate} after {found.iterations} iterations; use smaller increments"
+            f"{outcome.certificate} after {found.iterations} iterations; use smaller increments"
         )
-    _check_zone(problem, multiplier, local[:, 0], motion)
-    status = status_of(multiplier, local, problem.self_compliance, problem.friction_coefficient)
-    slip = local[:, 1:] + state.slip
-    moved = lengths(local[:, 1:])
-    sliding = _sliding(problem, state, multiplier, moved)
-    status[(sliding > 0.0) & (status == STICK)] = SLIP
-    # A sticking node has not moved, whatever the rounding; an open one starts anew.
-    travelled = (status != OPEN) * (state.travelled + moved * (status == SLIP))
-    after = ContactState(slip, multiplier, motion, travelled, sliding)
-    tracker = workspace.tracker(problem)
-    touching = coded(status == SLIP, multiplier[:, 0] > 0.0)
-    tracker.know(found, touching, _change(state, motion), state.slip, slip)
+    if outcome.at_rim:
+        raise _exhausted(problem, found.multiplier, motion)
+    after = ContactState(outcome.slip, found.multiplier, motion, outcome.travelled, outcome.sliding)
+    workspace.tracker(problem).know(found, outcome, _change(state, motion), state.slip)
     workspace.passed(state, after)
     return Increment(
         motion=motion,
-        multiplier=multiplier,
-        gap=local[:, 0],
-        slip_increment=local[:, 1:],
-        status=status,
-        force=force,
+        multiplier=found.multiplier,
+        gap=found.motion[:, 0],
+        slip_increment=found.motion[:, 1:],
+        status=outcome.status,
+        force=outcome.force,
         state=after,
         iterations=found.iterations,
         residual=found.residual,
-        certificate=certificate,
+        certificate=outcome.certificate,
         method=method,
     )
 
@@ -448,27 +430,26 @@ def _answer(
     motion: Motion,
     offset: Array,
     workspace: Workspace,
-) -> tuple[Answer, Certificate, Array, str]:
+) -> tuple[Answer, Outcome, str]:
     """What is found near the last increment if the certificate accepts it, else by a solve anew.
 
-    With its certificate, nodal forces (m, dim) in x, y(, z), and the name of the way.
+    With what it amounts to, and the name of the way.
     """
-    near = None
+    near, tracker = None, workspace.tracker(problem)
     if workspace.follows:
-        tracker = workspace.tracker(problem)
         base = tracker.base
         near = tracker.solve(offset, _change(state, motion), state.slip)
         if tracker.base is not None and tracker.base is not base:
             workspace.inverse = tracker.base.active
     if near is not None:
-        certificate, force = _certified(problem, near)
-        if _accepts(certificate):
-            return near, certificate, force, TRACKED
+        outcome = tracker.outcome(problem, state, near)
+        if _accepts(outcome.certificate):
+            return near, outcome, TRACKED
     guess = workspace.predicted(state, motion, problem.friction_coefficient)
     result, method = _solve(problem, state, guess, offset, workspace)
     yielded = (problem.compliance @ result.multiplier.reshape(-1)).reshape(offset.shape)
     found = Answer(result.multiplier, yielded, yielded + offset, result.residual, result.iterations)
-    return found, *_certified(problem, found), method
+    return found, tracker.outcome(problem, state, found), method
 
 
 def _change(state: ContactState, motion: Motion) -> Array:
@@ -478,35 +459,6 @@ def _change(state: ContactState, motion: Motion) -> Array:
 
 def _accepts(certificate: Certificate) -> bool:
     return certificate.laws <= ACCEPT and certificate.balance <= ACCEPT_BALANCE
-
-
-def _certified(problem: ContactProblem, found: Answer) -> tuple[Certificate, Array]:
-    """The laws and the balance of the forces found, and these in x, y(, z)."""
-    force, free = problem.to_global(found.multiplier), problem.model.balanced
-    certificate = certify(
-        found.multiplier,
-        found.motion,
-        problem.typical_compliance,
-        problem.friction_coefficient,
-        (problem.model.reaction_readout @ force.reshape(-1))[free],
-        force.sum(axis=0)[free],
-    )
-    return certificate, force
-
-
-def _sliding(
-    problem: ContactProblem, state: ContactState, multiplier: Array, moved: Array
-) -> Array:
-    """Slip (m,) mm of nodes on their friction limit; their last one where nothing has ``moved``.
-
-    A motion that stands still leaves such nodes on the limit without a slip of their own: they are
-    still those that slid.
-    """
-    limit = problem.friction_coefficient * multiplier[:, 0]
-    near = limit - _ON_LIMIT * float(multiplier[:, 0].max(initial=0.0))
-    on_limit = (multiplier[:, 0] > 0.0) & (lengths(multiplier[:, 1:]) >= near)
-    still = moved <= _ON_LIMIT * problem.self_compliance * multiplier[:, 0]
-    return np.where(on_limit, np.where(still, state.sliding, moved), 0.0)
 
 
 def _solve(
@@ -554,11 +506,9 @@ def _solve(
         near |= missed
 
 
-def _check_zone(problem: ContactProblem, multiplier: Array, gap: Array, motion: Motion) -> None:
-    rim = problem.model.rim
-    if (multiplier[rim, 0] > 0.0).any():
-        where = problem.model.points[rim & (multiplier[:, 0] > 0.0), 0]
-        raise ZoneExhausted(
-            f"the contact reaches the end of the candidate zone (x = {where[0]:.2f} mm) at "
-            f"{motion}; widen the zone"
-        )
+def _exhausted(problem: ContactProblem, multiplier: Array, motion: Motion) -> ZoneExhausted:
+    where = problem.model.points[problem.model.rim & (multiplier[:, 0] > 0.0), 0]
+    return ZoneExhausted(
+        f"the contact reaches the end of the candidate zone (x = {where[0]:.2f} mm) at "
+        f"{motion}; widen the zone"
+    )

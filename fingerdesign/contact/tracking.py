@@ -28,6 +28,8 @@ from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
 from fingerdesign.contact.linearised import TOLERANCE, Factors, Point, System
 from fingerdesign.contact.newton import ActiveInverse, Rooms
+from fingerdesign.contact.outcome import Answer, History, Outcome, outcome
+from fingerdesign.contact.problem import ContactProblem
 
 _FACTOR = 0.5  # rho C_ii: ten times newton.py's, which starts from farther; from 2 on it cycles
 _OPPOSED = 1e-8  # of the force: friction off a slip's opposite, which residuals hardly see if short
@@ -43,17 +45,6 @@ _LOOSE = 0.3  # of the candidates: with fewer that slide or are open they are ch
 _BULK = 0.6  # of the base: with more candidates every node is one
 _ONWARD = 0.9  # of a step's square lies along the last one: its slips are taken on
 _LONGEST = 1.5  # times the last step: so far they are
-
-
-@dataclass(frozen=True)
-class Answer:
-    """Forces (m, dim) N, C f and gap and slip increment (m, dim) mm, still to be certified."""
-
-    multiplier: Array
-    yielded: Array
-    motion: Array
-    residual: float
-    iterations: int
 
 
 @dataclass(frozen=True)
@@ -74,6 +65,26 @@ class Known:
     after: Array
     before: Array
     largest: float
+
+
+@dataclass(frozen=True)
+class Start:
+    """What of the known increment's motion an increment begins with: ``share`` of it.
+
+    turned: nothing, and what slid mostly sticks. trial: of the same step, so its slips alone.
+    """
+
+    share: float
+    turned: bool = False
+    trial: bool = False
+
+    def of(self, known: Known) -> Array:
+        """What nodes move beyond where they rest, to begin with (m, dim), mm."""
+        if self.turned:
+            return np.zeros_like(known.ahead)
+        if self.trial:
+            return np.where((known.status == SLIP)[:, None], known.ahead, 0.0)
+        return self.share * known.ahead
 
 
 class Base:
@@ -102,22 +113,29 @@ class Tracker:
         self._system: System | None = None
         self.known: Known | None = None
 
-    def know(
-        self, found: Answer, status: IntArray, change: Array, slip: Array, after: Array
-    ) -> None:
-        """Start the next increment from this accepted one; names as in :class:`Known`."""
-        yielded, motion, known = found.yielded, found.motion, self.known
-        before = yielded
+    def outcome(self, problem: ContactProblem, past: History, found: Answer) -> Outcome:
+        """What an answer from a state amounts to, and its certificate."""
+        return outcome(problem, past, found, self._before(past.slip, found))
+
+    def _before(self, slip: Array, found: Answer) -> Array:
+        """C f (m, dim) where an increment from the history ``slip`` started."""
+        known = self.known
         if known is not None and slip is known.after:
-            before = known.yielded
-        elif known is not None and slip is known.slip:
-            before = known.before
-        ahead = (yielded - before) * (status == OPEN)[:, None]
-        sliding = (status == SLIP).nonzero()[0]
-        ahead[sliding, 1:] = motion.take(sliding, 0)[:, 1:]
-        largest = float(found.multiplier[:, 0].max())
+            return known.yielded
+        return known.before if known is not None and slip is known.slip else found.yielded
+
+    def know(self, found: Answer, outcome: Outcome, change: Array, slip: Array) -> None:
+        """Start the next increment from this accepted one; names as in :class:`Known`."""
         self.known = Known(
-            found.multiplier, yielded, status, ahead, change, slip, after, before, largest
+            found.multiplier,
+            found.yielded,
+            outcome.touching,
+            outcome.ahead,
+            change,
+            slip,
+            outcome.slip,
+            self._before(slip, found),
+            outcome.largest,
         )
 
     def solve(self, offset: Array, change: Array, slip: Array) -> Answer | None:
@@ -132,28 +150,25 @@ class Tracker:
             length = float(known.change @ known.change)
             share = float(known.change @ change) / length if length > 0.0 else 0.0
             onward = share > 0.0 and share * share * length >= _ONWARD * float(change @ change)
-            ahead = min(share, _LONGEST) * known.ahead if onward else None
-        elif slip is known.slip:  # another trial of the same step
-            ahead = np.where((known.status == SLIP)[:, None], known.ahead, 0.0)
+            start = Start(min(share, _LONGEST), turned=not onward)
+        elif slip is known.slip:
+            start = Start(1.0, trial=True)
         else:
             return None
         try:
-            return self._follow(known, offset, ahead)
+            return self._follow(known, offset, start)
         except np.linalg.LinAlgError:
             self.known, self.base = None, None
             return None
 
-    def _follow(self, known: Known, offset: Array, ahead: Array | None) -> Answer | None:
-        """Newton on one set of candidates after the other, until no other node has a say.
-
-        ahead (m, dim): u to begin with; None where nothing is known of it.
-        """
+    def _follow(self, known: Known, offset: Array, begin: Start) -> Answer | None:
+        """Newton on one set of candidates after the other, until no other node has a say."""
         status, begun, spent = known.status, False, 0
-        if ahead is None:  # a turn: what slid mostly sticks
+        if begin.turned:
             status = np.minimum(status, STICK)
         here = known.yielded + offset
         rest = here * (status == OPEN)[:, None]
-        ahead = np.zeros_like(here) if ahead is None else ahead
+        ahead = begin.of(known)
         gap = here[:, 0] + ahead[:, 0]
         deepest = -TOLERANCE * self._length * known.largest
         astray = np.zeros(len(status), dtype=bool)  # no candidates, but they turned out to be

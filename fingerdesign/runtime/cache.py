@@ -55,7 +55,8 @@ def cache_folder(kind: str) -> Path:
 def code_digest(folder: Path) -> str:
     """Digest of the program's files below a folder, by place, size and time: of what is kept by it,
     nothing outlives a change of the code that made it."""
-    found = sorted(path for path in folder.rglob("*.*") if path.suffix in (".py", ".j2", ".toml"))
+    kinds = (".py", ".c", ".j2", ".toml")
+    found = sorted(path for path in folder.rglob("*.*") if path.suffix in kinds)
     stats = [(str(path), path.stat().st_size, path.stat().st_mtime_ns) for path in found]
     return hashlib.sha256(repr(stats).encode()).hexdigest()
 

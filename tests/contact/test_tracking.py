@@ -10,6 +10,13 @@ from fingerdesign.contact.problem import Motion
 from fingerdesign.contact.tracking import Tracker
 
 
+@pytest.fixture(autouse=True, params=["numpy", "compiled"])
+def way(request, monkeypatch):
+    """Each by numpy and, where there is a compiler, by the kernel."""
+    if request.param == "numpy":
+        monkeypatch.setattr("fingerdesign.contact.increment.tracker_of", Tracker)
+
+
 def walk(steps, seed=0):
     """Press, then small moves to and fro along x and z, deeper and back."""
     rng = np.random.default_rng(seed)

@@ -1,0 +1,207 @@
+"""Following increments, compiled: kernel.c behind tracking.py's Tracker.
+
+Of a step in the plane nearly all is numpy's price of a call, of one in 3-D a third. Where a C
+compiler is at hand kernel.c does the same work; where none is, tracking.py does it, and either way
+the answers agree to rounding.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import weakref
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cython_blas, cython_lapack
+
+from fingerdesign.arrays import Array
+from fingerdesign.contact.laws import Certificate
+from fingerdesign.contact.outcome import Answer, History, Outcome
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.contact.tracking import Base, Known, Start, Tracker
+from fingerdesign.runtime.native import compiled
+
+_ROUTINES = {
+    cython_blas: ("dsymv", "dgemv"),
+    cython_lapack: ("dgetrf", "sgetrf", "dgetrs", "sgetrs"),
+}
+_first_of: Callable[[Any], ctypes.c_char] = ctypes.c_char.from_buffer
+_NONE, _FOUND, _NEEDS_A_BASE = range(3)  # what following came to
+_AT, _REAL, _INT = ctypes.c_void_p, ctypes.c_double, ctypes.c_int
+_SIGNATURES = {
+    "bind_blas": (None, _AT),
+    "follower_new": (_AT, _INT, _INT, _REAL, _REAL, _AT, _AT),
+    "follower_free": (None, _AT),
+    "follower_base": (None, _AT, _INT, _AT, _AT),
+    "follower_begin": (_INT, *6 * [_AT], _REAL, _INT, _INT, _REAL, *3 * [_AT]),
+    "follower_go": (_INT, _AT, _INT),
+    "follower_needed": (_AT, _AT),
+    "follower_gap": (_AT, _AT),
+    "follower_residual": (_REAL, _AT),
+    "follower_iterations": (_INT, _AT),
+    "account_for": (_INT, *10 * [_AT]),
+}
+
+
+@cache
+def kernel() -> ctypes.CDLL | None:
+    """The compiled file with SciPy's BLAS bound to it; None where it cannot be had."""
+    library = compiled(Path(__file__).with_name("kernel.c"))
+    if library is None:
+        return None
+    for name, (result, *arguments) in _SIGNATURES.items():
+        function = getattr(library, name)
+        function.restype, function.argtypes = result, arguments
+    pointers = [_routine(module, name) for module, names in _ROUTINES.items() for name in names]
+    library.bind_blas((_AT * len(pointers))(*pointers))
+    return library if all(pointers) else None
+
+
+def _routine(module: Any, name: str) -> int | None:
+    """Address of one of SciPy's Fortran routines; None where its integers are not C's."""
+    capsule = module.__pyx_capi__[name]
+    named, pointer = ctypes.pythonapi.PyCapsule_GetName, ctypes.pythonapi.PyCapsule_GetPointer
+    named.restype, named.argtypes = ctypes.c_char_p, [ctypes.py_object]
+    pointer.restype, pointer.argtypes = _AT, [ctypes.py_object, ctypes.c_char_p]
+    types = named(capsule)
+    return pointer(capsule, types) if b"int *" in types.replace(b"_int *", b"") else None
+
+
+class _Judged(ctypes.Structure):
+    """As in kernel.c."""
+
+    _fields_ = [
+        *((name, _INT) for name in ("m", "dim")),
+        *((name, _REAL) for name in ("friction", "typical")),
+        *((name, _AT) for name in ("self_compliance", "frames", "readout", "balanced", "rim")),
+    ]
+
+
+class CompiledTracker(Tracker):
+    """A Tracker whose increments the kernel follows."""
+
+    def __init__(
+        self, library: ctypes.CDLL, compliance: Array, self_compliance: Array, friction: float
+    ) -> None:
+        super().__init__(compliance, self_compliance, friction)
+        self._library = library
+        m = len(self_compliance)
+        self._follower = library.follower_new(
+            m, len(compliance) // m, friction, self._length, address(compliance), address(self._rho)
+        )
+        if not self._follower:
+            raise MemoryError(f"no memory to follow {m} contact nodes")
+        self._end = weakref.finalize(self, library.follower_free, self._follower)
+        self._bound: Base | None = None
+        self._problem: ContactProblem | None = None
+        self._about: tuple[_Judged, list[Array]]
+
+    def _follow(self, known: Known, offset: Array, start: Start) -> Answer | None:
+        library, follower = self._library, self._follower
+        self._bind(self.base)
+        out = np.empty((3, *offset.shape))
+        first = address(out)
+        came = library.follower_begin(
+            follower,
+            address(offset),
+            address(known.multiplier),
+            address(known.yielded),
+            address(known.status),
+            address(known.ahead),
+            known.largest,
+            start.turned,
+            start.trial,
+            start.share,
+            first,
+            first + out[0].nbytes,
+            first + 2 * out[0].nbytes,
+        )
+        while came == _NEEDS_A_BASE:
+            m = len(offset)
+            needed = np.ctypeslib.as_array(
+                ctypes.cast(library.follower_needed(follower), ctypes.POINTER(ctypes.c_bool)), (m,)
+            )
+            gap = np.ctypeslib.as_array(
+                ctypes.cast(library.follower_gap(follower), ctypes.POINTER(ctypes.c_double)), (m,)
+            )
+            self._bind(self._bring_base(needed.copy(), gap))
+            came = library.follower_go(follower, True)
+        if came != _FOUND:
+            return None
+        residual = library.follower_residual(follower)
+        iterations = library.follower_iterations(follower)
+        return Answer(out[0], out[1], out[2], residual, iterations)
+
+    def outcome(self, problem: ContactProblem, past: History, found: Answer) -> Outcome:
+        judged = self._judged(problem)
+        m, dim = found.motion.shape
+        n = m * dim
+        reals, codes = np.empty(5 + 3 * n + m), np.empty((2, m), dtype=np.int64)
+        given = [found.multiplier, found.yielded, found.motion, self._before(past.slip, found)]
+        given += [past.slip, past.travelled, past.sliding]
+        whole = [np.ascontiguousarray(array, dtype=np.float64) for array in given]
+        at_rim = self._library.account_for(
+            judged, *map(address, whole), address(reals), address(codes)
+        )
+        *laws, largest = reals[:5].tolist()
+        slip = reals[5 + 2 * n : 5 + 3 * n - m]
+        return Outcome(
+            Certificate(*laws),
+            reals[5 : 5 + n].reshape(m, dim),
+            codes[0],
+            codes[1],
+            reals[5 + n : 5 + 2 * n].reshape(m, dim),
+            largest,
+            bool(at_rim),
+            slip.reshape(m, dim - 1),
+            reals[5 + 3 * n - m : 5 + 3 * n],
+            reals[5 + 3 * n :],
+        )
+
+    def _judged(self, problem: ContactProblem) -> int:
+        """Address of what outcomes of a problem are made with."""
+        if problem is not self._problem:
+            model, own = problem.model, problem.self_compliance
+            kept = [own, problem.frames, model.reaction_readout, model.balanced, model.rim]
+            kinds = [np.float64, np.float64, np.float64, np.bool_, np.bool_]
+            arrays = [np.ascontiguousarray(*each) for each in zip(kept, kinds, strict=True)]
+            judged = _Judged(
+                *problem.shape,
+                problem.friction_coefficient,
+                problem.typical_compliance,
+                *map(address, arrays),
+            )
+            self._problem, self._about = problem, (judged, arrays)
+        return ctypes.addressof(self._about[0])
+
+    def _bind(self, base: Base | None) -> None:
+        if base is not self._bound:
+            self._bound = base
+            if base is None:
+                self._library.follower_base(self._follower, 0, None, None)
+            else:
+                self._library.follower_base(
+                    self._follower, len(base.nodes), address(base.nodes), address(base.inverse)
+                )
+
+
+def address(array: NDArray[Any]) -> int:
+    """Of a contiguous array's first element."""
+    try:
+        return ctypes.addressof(
+            ctypes.c_char.from_buffer(array.data)
+        )  # a third of the other's time
+    except (TypeError, ValueError):  # read-only, or empty
+        return int(array.ctypes.data)
+
+
+def tracker_of(compliance: Array, self_compliance: Array, friction: float) -> Tracker:
+    """The compiled one where it can be had."""
+    library = kernel()
+    if library is None:
+        return Tracker(compliance, self_compliance, friction)
+    return CompiledTracker(library, compliance, self_compliance, friction)

@@ -1,0 +1,113 @@
+"""What an answer amounts to: its certificate, and the state that it leaves (numpy only)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.contact.laws import (
+    OPEN,
+    SLIP,
+    STICK,
+    Certificate,
+    certify,
+    coded,
+    lengths,
+    status_of,
+)
+from fingerdesign.contact.problem import ContactProblem
+
+_ON_LIMIT = 1e-9  # of the largest normal force: ten times what the solvers leave; and of slips
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Forces (m, dim) N, C f and gap and slip increment (m, dim) mm, still to be certified."""
+
+    multiplier: Array
+    yielded: Array
+    motion: Array
+    residual: float
+    iterations: int
+
+
+class History(Protocol):
+    """Of the state that an increment starts from; see increment.ContactState."""
+
+    @property
+    def slip(self) -> Array: ...
+    @property
+    def travelled(self) -> Array: ...
+    @property
+    def sliding(self) -> Array: ...
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The certificate of an answer; what stands below it holds where that is accepted.
+
+    force (m, dim) N in x, y(, z); status (m,), and touching: by the force alone; ahead (m, dim) as
+    in tracking.Known; largest normal force; slip, travelled, sliding: of the state it leaves.
+    """
+
+    certificate: Certificate
+    force: Array
+    status: IntArray
+    touching: IntArray
+    ahead: Array
+    largest: float
+    at_rim: bool
+    slip: Array
+    travelled: Array
+    sliding: Array
+
+
+def outcome(problem: ContactProblem, past: History, found: Answer, before: Array) -> Outcome:
+    """Of an answer that starts from a state, where C f was ``before`` (m, dim)."""
+    multiplier, local, model = found.multiplier, found.motion, problem.model
+    force, free = problem.to_global(multiplier), model.balanced
+    certificate = certify(
+        multiplier,
+        local,
+        problem.typical_compliance,
+        problem.friction_coefficient,
+        (model.reaction_readout @ force.reshape(-1))[free],
+        force.sum(axis=0)[free],
+    )
+    status = status_of(multiplier, local, problem.self_compliance, problem.friction_coefficient)
+    moved = lengths(local[:, 1:])
+    sliding = _sliding(problem, past, multiplier, moved)
+    status[(sliding > 0.0) & (status == STICK)] = SLIP
+    touching = coded(status == SLIP, multiplier[:, 0] > 0.0)
+    ahead = (found.yielded - before) * (touching == OPEN)[:, None]
+    slid = (touching == SLIP).nonzero()[0]
+    ahead[slid, 1:] = local.take(slid, 0)[:, 1:]
+    return Outcome(
+        certificate,
+        force,
+        status,
+        touching,
+        ahead,
+        float(multiplier[:, 0].max(initial=0.0)),
+        bool((multiplier[model.rim, 0] > 0.0).any()),
+        local[:, 1:] + past.slip,
+        # A sticking node has not moved, whatever the rounding; an open one starts anew.
+        (status != OPEN) * (past.travelled + moved * (status == SLIP)),
+        sliding,
+    )
+
+
+def _sliding(problem: ContactProblem, past: History, multiplier: Array, moved: Array) -> Array:
+    """Slip (m,) mm of nodes on their friction limit; their last one where nothing has ``moved``.
+
+    A motion that stands still leaves such nodes on the limit without a slip of their own: they are
+    still those that slid.
+    """
+    limit = problem.friction_coefficient * multiplier[:, 0]
+    near = limit - _ON_LIMIT * float(multiplier[:, 0].max(initial=0.0))
+    on_limit = (multiplier[:, 0] > 0.0) & (lengths(multiplier[:, 1:]) >= near)
+    still = moved <= _ON_LIMIT * problem.self_compliance * multiplier[:, 0]
+    return np.where(on_limit, np.where(still, past.sliding, moved), 0.0)

@@ -1,0 +1,62 @@
+"""C files of this package, compiled once on a machine and kept by content.
+
+    library = compiled(Path(__file__).with_name("kernel.c"))
+
+Where there is no compiler, or FINGERDESIGN_NATIVE is 0, there is no library: what it does is done
+in Python as well, and its callers go that way.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
+
+from fingerdesign.runtime.cache import Cache
+
+_FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared")
+_COMPILERS = ("cc", "gcc", "clang")
+_SECONDS = 60.0
+
+
+@cache
+def compiled(source: Path) -> ctypes.CDLL | None:
+    """The library made of a C file, or None: no compiler, or what it made cannot be loaded."""
+    if os.environ.get("FINGERDESIGN_NATIVE") == "0" or sys.platform == "win32":
+        return None
+    text = source.read_bytes()
+    about = repr((_FLAGS, platform.machine(), platform.platform())).encode()
+    name = f"{source.stem}-{hashlib.sha256(text + about).hexdigest()[:24]}.so"
+    kept = Cache("native", most=20)
+    try:
+        path = kept.path(name)
+        if not path.exists():
+            content = _made(source)
+            if content is None:
+                return None
+            path = kept.put(name, content)
+        return ctypes.CDLL(str(path))
+    except OSError:
+        return None
+
+
+def _made(source: Path) -> bytes | None:
+    """What the first compiler at hand makes of it."""
+    compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
+    if compiler is None:
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "library.so"
+        command = [compiler, *_FLAGS, str(source), "-o", str(target), "-lm"]
+        try:
+            subprocess.run(command, check=True, capture_output=True, timeout=_SECONDS)
+        except (OSError, subprocess.SubprocessError):
+            return None
+        return target.read_bytes()
