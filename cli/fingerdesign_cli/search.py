@@ -21,9 +21,8 @@ from fingerdesign.search.optimise.confirm import Optimised, confirm
 from fingerdesign.search.optimise.optimise import BATCH, Search, Trials, refuse_aimless, searched
 from fingerdesign.search.optimise.page import FOLDER as SEARCH_FOLDER
 from fingerdesign.search.optimise.page import (
-    confirmed_table,
     journal_beside,
-    sensitivity_tables,
+    tables,
     verdict,
     write_optimised,
 )
@@ -212,17 +211,16 @@ def optimise(
         batch = max(BATCH, workers or 0)
         tried = searched(search, kept, evaluated, trials, batch, report.trials)
         report.confirming()
-        confirmation = confirm(search, tried, evaluated, lambda message: show(message, None))
+        found = confirm(search, tried, evaluated, lambda message: show(message, None))
         show("writing the report", 1.0)
         with SEARCH_FOLDER.written(target) as aside:
-            found = Optimised(search, tried, confirmation)
             write_optimised(aside, found, text)
     if as_json:
         line({"folder": str(target), **found.data()})
     elif not quiet:
         _show_front(found, target)
     else:
-        every = [o for each in tried for o in each.outcomes] + list(confirmation.outcomes)
+        every = [o for each in tried for o in each.outcomes] + list(found.again)
         say_failures(every, target / "failures.csv")
     return 0 if any(o.status == "ok" for each in tried for o in each.outcomes) else 1
 
@@ -268,9 +266,8 @@ class _Told:
 def _show_front(found: Optimised, target: Path) -> None:
     for sentence in (*found.sentences(), *verdict(found)):
         click.echo(sentence)
-    for table in (confirmed_table(found), *sensitivity_tables(found)):
-        if table is not None:
-            print_table(table.caption, table.columns, table.rows)
+    for table in tables(found):
+        print_table(table.caption, table.columns, table.rows)
     click.echo(f"report: {target / 'report.html'}")
 
 

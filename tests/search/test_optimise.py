@@ -12,14 +12,7 @@ import pytest
 
 from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Failure, Outcome
-from fingerdesign.search.optimise.confirm import (
-    Optimised,
-    beats,
-    confirm,
-    hypervolume,
-    judged,
-    most_volume,
-)
+from fingerdesign.search.optimise.confirm import beats, confirm, hypervolume, judged, most_volume
 from fingerdesign.search.optimise.optimise import (
     ABSENT,
     Search,
@@ -107,7 +100,7 @@ def test_an_interrupted_search_ends_as_one_that_was_not(tmp_path, undisturbed):
     assert values_of(optimise(search_of(), journal, Evaluator())) == undisturbed[0]
 
 
-@pytest.mark.parametrize("share", [0.08, 0.37, 0.61, 0.905, 0.999])
+@pytest.mark.parametrize("share", [0.08, 0.61, 0.999])
 def test_a_journal_cut_anywhere_goes_on(tmp_path, undisturbed, share):
     whole = undisturbed[1]
     journal = tmp_path / "trials.jsonl"
@@ -142,7 +135,7 @@ def test_what_is_no_finger_costs_nothing_and_is_learnt_from(tmp_path):
 def test_it_learns(tmp_path):
     search = search_of()
     tried = optimise(search, tmp_path / "j", Evaluator(), trials=80)
-    every = [judged(search.study, "", each.outcomes) for each in tried]
+    every = [judged(search.study, each.outcomes) for each in tried]
     corner = np.array([1.5, 15.0])
     first, last = (
         hypervolume(np.array([own.losses for own in some if own.feasible]), corner)
@@ -183,19 +176,19 @@ def test_the_best_are_confirmed_against_the_reference_of_the_same_model(tmp_path
     assert len(honest.confirmed) == 2
     assert len(honest.standing) == 2
     assert {each.number for each in honest.confirmed} <= set(honest.front)
-    assert {each.fidelity for each in honest.outcomes} == {"plane-strain", "3d"}
+    assert {each.fidelity for each in honest.again} == {"plane-strain", "3d"}
     assert honest.volumes[-1] == pytest.approx(1.0)
     assert np.all(np.diff(honest.volumes) >= 0.0)
     flattered = confirm(search, tried, Evaluator(outcome=flattering))
     assert flattered.standing == ()
 
-    said = verdict(Optimised(search, tried, honest))
+    said = verdict(honest)
     name = honest.standing[0].thorough.name
     assert said[0].startswith(f"{name} dominates the reference, reference-maeno2000-3d, in 3-D")
     assert "% lower)" in said[0]
     assert "The search had seen stick error" in said[0]
     assert any("hangs most on" in each for each in said)
-    said = verdict(Optimised(search, tried, flattered))
+    said = verdict(flattered)
     assert "None of the 2 fingers analysed again in 3-D dominates the reference" in said[0]
     assert "worse)" in said[1]
 
@@ -209,7 +202,7 @@ parameters = { "plates.material" = ["phosphor_bronze", "polyimide"] }
 """
     search = search_of(small)
     tried = optimise(search, tmp_path / "j", Evaluator())
-    found = Optimised(search, tried, confirm(search, tried, Evaluator()))
+    found = confirm(search, tried, Evaluator())
     assert found.counts()["trials"] == 9
     assert len(found.outcomes) == 2  # the reference is one of the two
     folder = tmp_path / "folder"
@@ -248,18 +241,12 @@ def test_the_worst_scene_counts():
     assert broken == {"failed": 0.0, "grip_success": pytest.approx(0.49)}
 
 
-def test_dominance():
-    own = np.array([1.0, 2.0])
-    assert beats(own, np.array([1.0, 3.0]))
+def test_dominance_and_what_adds_no_volume():
+    own, corner = np.array([1.0, 2.0]), np.array([2.0, 3.0, 4.0])
     assert not beats(own, own)
     assert not beats(own, np.array([0.5, 3.0]))
-
-
-def test_volume_of_one_and_of_what_adds_nothing():
-    corner = np.array([2.0, 3.0, 4.0])
-    one = np.array([[1.0, 1.0, 1.0]])
-    assert hypervolume(one, corner) == pytest.approx(6.0)
     worse = np.array([[1.0, 1.0, 1.0], [1.5, 1.0, 1.0], [1.0, 1.0, 1.0], [0.0, 0.0, 4.0]])
+    assert hypervolume(worse[:1], corner) == pytest.approx(6.0)
     assert hypervolume(worse, corner) == pytest.approx(6.0)
     assert hypervolume(np.empty((0, 3)), corner) == 0.0
 
@@ -317,24 +304,21 @@ def test_a_refused_study_adds_nothing_to_the_journal(tmp_path):
 @pytest.mark.parametrize(
     "line",
     [
-        "no journal",
-        '{"op_code": 0}',
-        '{"op_code":0,"worker_id":"a","study_name":7,"directions":[9]}',
-        '{"op_code":5,"worker_id":"a","study_id":3,"datetime_start":"x"}',
-        '{"op_code":4,"worker_id":"a","study_id":0}',
-        '{"op_code":99}',
-        '{"op_code":"x"}',
-        '{"op_code":0,"worker_id":"a","study_name":"other","directions":[1]}',
-        '{"op_code":' + "[" * 100_000,
+        "no journal\n",
+        '{"op_code": 0}\n{',
+        '{"op_code":0,"worker_id":"a","study_name":7,"directions":[9]}\n',
+        '{"op_code":5,"worker_id":"a","study_id":3,"datetime_start":"x"}\n{',
+        '{"op_code":"x"}\n',
+        '{"op_code":0,"worker_id":"a","study_name":"other","directions":[1]}\n{',
+        '{"op_code":' + "[" * 100_000 + "\n",
     ],
 )
-@pytest.mark.parametrize("end", ["\n", "\n{"])
-def test_what_is_like_a_journal_is_refused_and_left_alone(tmp_path, line, end):
+def test_what_is_like_a_journal_is_refused_and_left_alone(tmp_path, line):
     journal = tmp_path / "trials.jsonl"
-    journal.write_text(line + end)
+    journal.write_text(line)
     with pytest.raises(DesignError, match="journal of trials"):
         Trials(SMALL, BASE, journal).__enter__()
-    assert journal.read_text() == line + end
+    assert journal.read_text() == line
 
 
 DECIDED = parse_study(
@@ -349,24 +333,18 @@ objectives = [{ metric = "cost" }, { metric = "stick_error" }, { metric = "plate
 )
 
 
-def outcomes_of(count, seed=0):
-    rng = np.random.default_rng(seed)
+def outcomes_of(count, cost=None):
+    """Trials whose cost is of the radius and the material, or a function of radius and length."""
+    rng = np.random.default_rng(0)
+    kept = {"digest": "d", "design": {}, "scene": "s", "fidelity": "plane-strain", "status": "ok"}
     found = []
     for number in range(count):
         radius, length = rng.uniform(20.0, 60.0), rng.uniform(0.6, 1.2)
         material = ("phosphor_bronze", "polyimide")[rng.integers(2)]
-        metrics = {
-            "cost": -radius + (8.0 if material == "polyimide" else 0.0),
-            "stick_error": float(rng.uniform()),
-            "plates": 15.0,
-        }
-        values = {
-            "body.arc_radius_mm": radius,
-            "plates.length_mm": length,
-            "plates.material": material,
-        }
-        kept = {"digest": "d", "design": {}, "scene": "s", "fidelity": "plane-strain"}
-        found.append(Outcome(name=str(number), values=values, **kept, status="ok", metrics=metrics))
+        own = cost(radius, length) if cost else -radius + 8.0 * (material == "polyimide")
+        metrics = {"cost": own, "stick_error": float(rng.uniform()), "plates": 15.0}
+        values = dict(zip(DECIDED.parameters, (radius, length, material), strict=True))
+        found.append(Outcome(name=str(number), values=values, **kept, metrics=metrics))
     return found
 
 
@@ -388,30 +366,20 @@ def test_what_decides_comes_first_and_which_way():
     assert same.effects == ()
 
 
+COST = DECIDED.model_copy(update={"objectives": DECIDED.objectives[:1]})
+
+
 def test_same_seed_same_shares_and_few_trials_tell_nothing():
-    first, again = (sensitivities(DECIDED, outcomes_of(40), ["cost"]) for _ in range(2))
+    first, again = (sensitivities(COST, outcomes_of(40)) for _ in range(2))
     assert first == again
-    (few,) = sensitivities(DECIDED, outcomes_of(10), ["cost"])
+    (few,) = sensitivities(COST, outcomes_of(10))
     assert few.explained is None
     assert "nothing" in few.words
 
 
-@pytest.mark.parametrize(
-    ("weights", "shares"), [((1.0, 0.0), (1.0, 0.0)), ((2.0, -1.0), (0.8, 0.2))]
-)
-def test_shares_of_a_sum_are_those_of_its_variance(weights, shares):
-    rng = np.random.default_rng(1)
-    found = []
-    for each in outcomes_of(400):
-        radius, length = rng.uniform(size=2)
-        values = each.values | {
-            "body.arc_radius_mm": 20.0 + 40.0 * radius,
-            "plates.length_mm": 0.6 + 0.6 * length,
-        }
-        cost = float(weights[0] * radius + weights[1] * length)
-        found.append(replace(each, values=values, metrics={"cost": cost}))
-    (cost,) = sensitivities(DECIDED, found, ["cost"])
+@pytest.mark.parametrize(("weight", "shares"), [(0.0, (1.0, 0.0, 0.0)), (-0.5, (0.8, 0.2, 0.0))])
+def test_shares_of_a_sum_are_those_of_its_variance(weight, shares):
+    made = outcomes_of(400, lambda radius, length: radius / 40.0 + weight * length / 0.6)
+    (cost,) = sensitivities(COST, made)
     by_key = {effect.parameter: effect.share for effect in cost.effects}
-    for key, share in zip(("body.arc_radius_mm", "plates.length_mm"), shares, strict=True):
-        assert by_key[key] == pytest.approx(share, abs=0.08)
-    assert by_key["plates.material"] == pytest.approx(0.0, abs=0.03)
+    assert [by_key[key] for key in COST.parameters] == pytest.approx(shares, abs=0.08)

@@ -128,6 +128,11 @@ class Judged:
         """Better in every objective, and it meets the constraints."""
         return self.feasible and not other.failure and bool((self.losses < other.losses).all())
 
+    def data(self) -> dict[str, Any]:
+        """For study.json and scripts."""
+        kept = {"name": self.name, "metrics": self.metrics, "feasible": self.feasible}
+        return kept | {"failure": self.failure or None}
+
 
 @dataclass(frozen=True)
 class Confirmed:
@@ -139,15 +144,19 @@ class Confirmed:
 
 
 @dataclass(frozen=True)
-class Confirmation:
-    """What the search found, and what stands of it.
+class Optimised:
+    """A search that is done: what it found, and what stands of it.
 
-    fidelity: of the thorough model, "" where nothing was confirmed. reference: by the quick model,
-    and by the thorough one (None where nothing was confirmed). front, dominating: numbers of trials
-    that none dominates, and that dominate the reference. volumes: hypervolume that the trials up to
-    each one dominate, over that of all. outcomes: of the reference and of all confirmations.
+    judged: the trials against the study, in order. reference: by the quick model, and by the
+    thorough one (None where nothing was confirmed, and fidelity, of the thorough model, is "").
+    front, dominating: numbers of trials that none dominates, and that dominate the reference.
+    volumes: hypervolume that the trials up to each one dominate, over that of all. again: outcomes
+    of the reference and of all confirmations.
     """
 
+    search: Search
+    tried: tuple[Tried, ...]
+    judged: tuple[Judged, ...]
     reference: Judged
     front: tuple[int, ...]
     dominating: tuple[int, ...]
@@ -155,7 +164,7 @@ class Confirmation:
     fidelity: str = ""
     thorough_reference: Judged | None = None
     confirmed: tuple[Confirmed, ...] = ()
-    outcomes: tuple[Outcome, ...] = ()
+    again: tuple[Outcome, ...] = ()
 
     @property
     def standing(self) -> tuple[Confirmed, ...]:
@@ -163,8 +172,73 @@ class Confirmation:
         known = self.thorough_reference
         return tuple(c for c in self.confirmed if known and c.thorough.dominates(known))
 
+    @property
+    def better_in_all(self) -> int:
+        """How many stand that are better in every objective."""
+        deep = self.thorough_reference
+        return sum(deep is not None and c.thorough.better_in_all(deep) for c in self.standing)
 
-def judged(study: Study, name: str, outcomes: Sequence[Outcome]) -> Judged:
+    @property
+    def outcomes(self) -> tuple[Outcome, ...]:
+        """All: the reference and confirmations first, then trials; of one digest the first."""
+        kept: dict[str, Outcome] = {}
+        for outcome in (*self.again, *(each for one in self.tried for each in one.outcomes)):
+            kept.setdefault(outcome.digest, outcome)
+        return tuple(kept.values())
+
+    @cached_property
+    def sensitivities(self) -> tuple[Sensitivity, ...]:
+        """Of each objective to each parameter, over the trials of the first scene."""
+        return sensitivities(self.search.study, [each.outcomes[0] for each in self.tried])
+
+    def counts(self) -> dict[str, int]:
+        """Trials, and of them those that are no finger, that failed, and that are feasible."""
+        failures = [
+            next((o.failure.kind for o in each.outcomes if o.failure is not None), None)
+            for each in self.tried
+        ]
+        invalid = sum(kind == "invalid" for kind in failures)
+        return {
+            "trials": len(self.tried),
+            "invalid": invalid,
+            "failed": sum(kind is not None for kind in failures) - invalid,
+            "front": len(self.front),
+            "dominate_reference": len(self.dominating),
+            "confirmed": len(self.standing),
+        }
+
+    def sentences(self) -> tuple[str, ...]:
+        """What came out, in words."""
+        return sentences(WORDS, "outcome", self, self.counts())
+
+    def data(self) -> dict[str, Any]:
+        """For study.json and scripts."""
+        names = {each.number: each.outcomes[0].name for each in self.tried}
+        deep = self.thorough_reference
+        return {
+            **self.counts(),
+            "reference": self.reference.data(),
+            "front_names": [names[number] for number in self.front],
+            "dominating_names": [names[number] for number in self.dominating],
+            "confirm_fidelity": self.fidelity,
+            "thorough_reference": None if deep is None else deep.data(),
+            "confirmations": [
+                {
+                    "trial": each.number,
+                    "quick": each.quick.data(),
+                    "thorough": each.thorough.data(),
+                    "dominates": deep is not None and each.thorough.dominates(deep),
+                    "better_in_all": deep is not None and each.thorough.better_in_all(deep),
+                }
+                for each in self.confirmed
+            ],
+            "volumes": [round(each, 6) for each in self.volumes],
+            "sensitivities": [asdict(each) | {"words": each.words} for each in self.sensitivities],
+            "sentences": list(self.sentences()),
+        }
+
+
+def judged(study: Study, outcomes: Sequence[Outcome]) -> Judged:
     """The outcomes of a finger, a scene each, as what the study asks."""
     values, broken = reported(study, outcomes)
     signs = [1.0 if each.direction == "min" else -1.0 for each in study.objectives]
@@ -176,7 +250,7 @@ def judged(study: Study, name: str, outcomes: Sequence[Outcome]) -> Judged:
         absent = None in found or broken["failed"] > 0.0
         metrics[metric] = None if absent else wanted.get(metric, found[0])
     return Judged(
-        name,
+        outcomes[0].name,
         np.array(values) * signs,
         metrics,
         feasible=all(excess <= 0.0 for excess in broken.values()),
@@ -189,23 +263,23 @@ def confirm(
     tried: Sequence[Tried],
     evaluated: Evaluator,
     report: Callable[[str], None] = lambda message: None,
-) -> Confirmation:
+) -> Optimised:
     """Analyse the reference and the best trials again. Raises what ``evaluated`` raises."""
     study, table = search.study, search.study.optimise
-    name = reference_plan(search)[0].name
     report("the reference")
-    outcomes = list(evaluated(reference_plan(search)))
-    reference = judged(study, name, outcomes)
-    every = [judged(study, each.outcomes[0].name, each.outcomes) for each in tried]
+    outcomes = tuple(evaluated(reference_plan(search)))
+    reference = judged(study, outcomes)
+    every = tuple(judged(study, each.outcomes) for each in tried)
     front = front_of(every)
-    found = Confirmation(
+    found = Optimised(
+        search,
+        tuple(tried),
+        every,
         reference,
         tuple(tried[k].number for k in front),
-        tuple(
-            each.number for each, own in zip(tried, every, strict=True) if own.dominates(reference)
-        ),
+        tuple(tried[k].number for k, own in enumerate(every) if own.dominates(reference)),
         volumes(every, reference),
-        outcomes=tuple(outcomes),
+        again=outcomes,
     )
     chosen = promising(every, front, reference, table.confirm)
     fidelity = table.confirm_fidelity
@@ -214,20 +288,17 @@ def confirm(
     plans = [reference_plan(search, fidelity)]
     plans += [_again(search, tried[k], fidelity) for k in chosen]
     report(f"{len(chosen)} trials and the reference, {fidelity}")
-    again = list(evaluated([replace(j, name=f"{j.name}-{fidelity}") for p in plans for j in p]))
-    deep, rest = [], list(again)
-    for plan in plans:
-        deep.append(judged(study, rest[0].name, rest[: len(plan)]))
-        del rest[: len(plan)]
+    again = evaluated([replace(j, name=f"{j.name}-{fidelity}") for p in plans for j in p])
+    rest = iter(again)
+    reference, *deep = [judged(study, [next(rest) for _ in plan]) for plan in plans]
     return replace(
         found,
         fidelity=fidelity,
-        thorough_reference=deep[0],
+        thorough_reference=reference,
         confirmed=tuple(
-            Confirmed(tried[k].number, every[k], own)
-            for k, own in zip(chosen, deep[1:], strict=True)
+            Confirmed(tried[k].number, every[k], own) for k, own in zip(chosen, deep, strict=True)
         ),
-        outcomes=(*again, *outcomes),
+        again=(*again, *outcomes),
     )
 
 
@@ -285,96 +356,3 @@ def volumes(every: Sequence[Judged], reference: Judged) -> tuple[float, ...]:
 def _again(search: Search, tried: Tried, fidelity: str) -> list[Job]:
     trial = Trial(tried.number, tried.outcomes[0].values)
     return [replace(j, fidelity=fidelity) for j in search.plan(trial) if isinstance(j, Job)]
-
-
-@dataclass(frozen=True)
-class Optimised:
-    """A search that is done."""
-
-    search: Search
-    tried: tuple[Tried, ...]
-    confirmation: Confirmation
-
-    @property
-    def outcomes(self) -> tuple[Outcome, ...]:
-        """All: the reference and confirmations first, then trials; of one digest the first."""
-        trials = (outcome for each in self.tried for outcome in each.outcomes)
-        every = (*self.confirmation.outcomes, *trials)
-        kept: dict[str, Outcome] = {}
-        for outcome in every:
-            kept.setdefault(outcome.digest, outcome)
-        return tuple(kept.values())
-
-    @cached_property
-    def sensitivities(self) -> tuple[Sensitivity, ...]:
-        """Of each objective to each parameter, over the trials of the first scene."""
-        return sensitivities(self.search.study, [each.outcomes[0] for each in self.tried])
-
-    def counts(self) -> dict[str, int]:
-        """Trials, and of them those that are no finger, that failed, and that are feasible."""
-        failures = [
-            next((o.failure.kind for o in each.outcomes if o.failure is not None), None)
-            for each in self.tried
-        ]
-        invalid = sum(kind == "invalid" for kind in failures)
-        return {
-            "trials": len(self.tried),
-            "invalid": invalid,
-            "failed": sum(kind is not None for kind in failures) - invalid,
-            "front": len(self.confirmation.front),
-            "dominate_reference": len(self.confirmation.dominating),
-            "confirmed": len(self.confirmation.standing),
-        }
-
-    @cached_property
-    def judged(self) -> tuple[Judged, ...]:
-        """The trials against the study, in order."""
-        study = self.search.study
-        return tuple(judged(study, each.outcomes[0].name, each.outcomes) for each in self.tried)
-
-    @property
-    def better_in_all(self) -> int:
-        """How many stand that are better in every objective."""
-        deep = self.confirmation.thorough_reference
-        standing = self.confirmation.standing
-        return sum(deep is not None and each.thorough.better_in_all(deep) for each in standing)
-
-    def sentences(self) -> tuple[str, ...]:
-        """What came out, in words."""
-        return sentences(WORDS, "outcome", self, self.counts())
-
-    def data(self) -> dict[str, Any]:
-        """For study.json and scripts."""
-        found = self.confirmation
-        names = {each.number: each.outcomes[0].name for each in self.tried}
-        deep = found.thorough_reference
-        return {
-            **self.counts(),
-            "reference": _judged(found.reference),
-            "front_names": [names[number] for number in found.front],
-            "dominating_names": [names[number] for number in found.dominating],
-            "confirm_fidelity": found.fidelity,
-            "thorough_reference": None if deep is None else _judged(deep),
-            "confirmations": [
-                {
-                    "trial": each.number,
-                    "quick": _judged(each.quick),
-                    "thorough": _judged(each.thorough),
-                    "dominates": deep is not None and each.thorough.dominates(deep),
-                    "better_in_all": deep is not None and each.thorough.better_in_all(deep),
-                }
-                for each in found.confirmed
-            ],
-            "volumes": [round(each, 6) for each in found.volumes],
-            "sensitivities": [asdict(each) | {"words": each.words} for each in self.sensitivities],
-            "sentences": list(self.sentences()),
-        }
-
-
-def _judged(own: Judged) -> dict[str, Any]:
-    return {
-        "name": own.name,
-        "metrics": own.metrics,
-        "feasible": own.feasible,
-        "failure": own.failure or None,
-    }

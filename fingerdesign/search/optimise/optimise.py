@@ -20,9 +20,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from fingerdesign.checks.load import with_values
-from fingerdesign.errors import DesignError, Fault, FingerDesignError
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.outcome import Outcome
-from fingerdesign.runtime.files import BusyError, locked
+from fingerdesign.runtime.journal import JournalError, held
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import Planned, planned_variant
 from fingerdesign.search.study.file import Limits, Optimise, Study
@@ -95,10 +95,6 @@ _FIRST = b'{"op_code":'
 RANDOM_TRIALS = 20  # before the sampler learns from what it has seen
 
 
-class JournalError(FingerDesignError):
-    """The trials cannot be kept, or another process is at them."""
-
-
 @dataclass(frozen=True)
 class Trial:
     """A trial that was drawn: its number, from 1, and the values of the studied keys."""
@@ -124,24 +120,23 @@ class Trials(ExitStack):
 
     def __enter__(self) -> Self:
         try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            lock = self._path.with_name(f".{self._path.name}.lock")
-            self.enter_context(locked(lock, wait=False))
+            self.enter_context(held(self._path))
             self._path.open("ab").close()
             # Optuna's own lock, that a killed process leaves for half a minute.
             Path(f"{self._path}.lock").unlink(missing_ok=True)
-            if not _journal(self._path):
+            content = self._path.read_bytes()
+            if not _FIRST.startswith(content[: len(_FIRST)]):
                 raise self._other("it is no journal of trials")
-            self._kept()  # refused before anything is written
-            _cut(self._path)
-            self._trials = self._kept() or self._begun()
+            whole = content.rfind(b"\n") + 1
+            if whole:
+                self._kept()  # refused before anything is written
+            if whole < len(content):  # a killed process or a full disk left a line without an end
+                os.truncate(self._path, whole)
+            self._trials = self._kept() if whole else self._begun()
             if _IDENTITY not in self._trials.user_attrs:
                 self._trials.set_user_attr(_IDENTITY, self._identity)
         except BaseException as error:
             self.close()
-            if isinstance(error, BusyError):
-                words = f"{self._path} is being written by another process"
-                raise JournalError(words) from error
             if isinstance(error, OSError):
                 raise self._failed(error) from error
             raise
@@ -216,11 +211,9 @@ class Trials(ExitStack):
             return JournalStorage(JournalFileBackend(str(self._path)))
 
     def _kept(self) -> Any:
-        """The journal's study, nothing written; None where no whole line is in it yet."""
+        """The study of a journal that has a whole line; nothing is written."""
         import optuna
 
-        if not _lines(self._path):
-            return None
         try:
             sampler = optuna.samplers.RandomSampler()
             found = optuna.load_study(study_name=_NAME, storage=self._storage(), sampler=sampler)
@@ -259,30 +252,6 @@ def _identity(study: Study, base: Design) -> str:
     decides = study.model_copy(update={"optimise": Optimise(), "limits": Limits()})
     reported = (decides.digest(), base.digest(), __version__, f"metrics {METRICS_VERSION}")
     return hashlib.sha256("\n".join(reported).encode()).hexdigest()
-
-
-def _journal(path: Path) -> bool:
-    """Whether a file is empty or begins as a journal does, be it only in part."""
-    with path.open("rb") as stream:
-        begun = stream.read(len(_FIRST))
-    return _FIRST.startswith(begun)
-
-
-def _lines(path: Path) -> bool:
-    """Whether a file has a whole line."""
-    with path.open("rb") as stream:
-        return stream.readline().endswith(b"\n")
-
-
-def _cut(path: Path) -> None:
-    """Take away the line that a killed process or a full disk left without an end."""
-    with path.open("r+b") as stream:
-        content = stream.read()
-        whole = content.rfind(b"\n") + 1
-        if whole < len(content):
-            stream.truncate(whole)
-            stream.flush()
-            os.fsync(stream.fileno())
 
 
 BATCH = 8  # keeps 2 to 4 cores busy; what it learns from is that much older

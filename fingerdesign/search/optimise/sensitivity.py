@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.search.study.file import Study
-from fingerdesign.search.study.values import Choice, Range, is_number
+from fingerdesign.search.study.values import Choice, Parameter, Range, is_number
 
 if TYPE_CHECKING:
     from fingerdesign.records.outcome import Outcome
@@ -62,12 +62,9 @@ class Sensitivity:
         return f"{self.metric}: over {self.count} trials {much}{hint}"
 
 
-def sensitivities(
-    study: Study, outcomes: Sequence[Outcome], metrics: Sequence[str] | None = None
-) -> tuple[Sensitivity, ...]:
-    """Of each of ``metrics`` (None: the study's objectives) to each parameter; seeded."""
-    names = [each.metric for each in study.objectives] if metrics is None else list(metrics)
-    return tuple(_of(study, outcomes, name) for name in dict.fromkeys(names))
+def sensitivities(study: Study, outcomes: Sequence[Outcome]) -> tuple[Sensitivity, ...]:
+    """Of each of the study's objectives to each parameter; seeded."""
+    return tuple(_of(study, outcomes, each.metric) for each in study.objectives)
 
 
 def _of(study: Study, outcomes: Sequence[Outcome], metric: str) -> Sensitivity:
@@ -84,38 +81,28 @@ def _of(study: Study, outcomes: Sequence[Outcome], metric: str) -> Sensitivity:
     inputs, of_key = _columns(study, [outcome.values for outcome, _ in known])
     explained, shares = _importance(inputs, of_key, truth, study.study.seed)
     directions = _directions(study, inputs, of_key, truth)
-    effects = [
-        Effect(
-            key,
-            float(shares[:, place].mean()),
-            float(shares[:, place].std(ddof=1) / np.sqrt(len(shares))),
-            directions[place],
-        )
-        for place, key in enumerate(keys)
-    ]
-    return Sensitivity(
-        metric, len(known), explained, tuple(sorted(effects, key=lambda e: -e.share))
-    )
+    spreads = shares.std(axis=0, ddof=1) / np.sqrt(len(shares))
+    columns = zip(keys, shares.mean(axis=0).tolist(), spreads.tolist(), directions, strict=True)
+    effects = sorted((Effect(*each) for each in columns), key=lambda e: -e.share)
+    return Sensitivity(metric, len(known), explained, tuple(effects))
 
 
 def _columns(study: Study, values: Sequence[dict[str, Choice]]) -> tuple[Array, NDArray[np.int64]]:
     """A column a number, a column for each choice that has no order; and whose each column is."""
-    columns: list[Array] = []
+    columns: list[list[float]] = []
     of_key: list[int] = []
     for place, (key, parameter) in enumerate(study.parameters.items()):
         found = [each[key] for each in values]
-        if _ordered(parameter):
-            columns.append(np.array([float(value) for value in found]))
-            of_key.append(place)
-            continue
-        assert not isinstance(parameter, Range)
-        for choice in parameter:
-            columns.append(np.array([float(value == choice) for value in found]))
-            of_key.append(place)
+        if isinstance(parameter, Range) or _ordered(parameter):
+            own = [[float(value) for value in found]]
+        else:
+            own = [[float(value == choice) for value in found] for choice in parameter]
+        columns += own
+        of_key += [place] * len(own)
     return np.column_stack(columns), np.array(of_key)
 
 
-def _ordered(parameter: Range | tuple[Choice, ...]) -> bool:
+def _ordered(parameter: Parameter) -> bool:
     return isinstance(parameter, Range) or all(is_number(each) for each in parameter)
 
 
@@ -151,9 +138,12 @@ def _importance(
 def _directions(
     study: Study, inputs: Array, of_key: NDArray[np.int64], truth: Array
 ) -> list[float | None]:
-    """Partial rank correlation of each parameter that has an order."""
-    ranks = np.column_stack([_ranks(column) for column in inputs.T])
-    wanted = _ranks(truth)
+    """Partial rank correlation of each parameter that has an order; equal values share a rank."""
+    from scipy.stats import rankdata
+
+    ranks, wanted = (
+        each - each.mean(axis=0) for each in (rankdata(inputs, axis=0), rankdata(truth))
+    )
     found: list[float | None] = []
     for place, parameter in enumerate(study.parameters.values()):
         if not _ordered(parameter):
@@ -168,11 +158,3 @@ def _directions(
         size = float(np.linalg.norm(rest[0]) * np.linalg.norm(rest[1]))
         found.append(float(rest[0] @ rest[1]) / size if size > 1e-9 * len(truth) else 0.0)
     return found
-
-
-def _ranks(values: Array) -> Array:
-    """Ranks, centred; equal values share theirs."""
-    from scipy.stats import rankdata
-
-    ranks: Array = np.asarray(rankdata(values), dtype=np.float64)
-    return ranks - float(ranks.mean())

@@ -36,10 +36,12 @@ def write_study(
     outcomes: Sequence[Outcome],
     source: str,
     more: dict[str, Any] | None = None,
+    **page: Any,
 ) -> Comparison:
     """Write the files of a study into ``folder``; what its page compares.
 
-    source: the text of the study's file; more: further facts for study.json.
+    source: the text of the study's file; more: further facts for study.json; page: what else
+    compare_html takes.
     """
     record = study_record(study, outcomes) | (more or {})
     lines = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
@@ -54,8 +56,8 @@ def write_study(
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
     found = read_comparison([folder])  # what `compare` will say of it
     facts = replace(found.facts, sources=())  # a folder that is gone once it is renamed
-    page = compare_html(found.outcomes, facts)
-    (folder / REPORT_FILE).write_text(page, encoding="utf-8", newline="\n")
+    html = compare_html(found.outcomes, facts, **page)
+    (folder / REPORT_FILE).write_text(html, encoding="utf-8", newline="\n")
     return found
 
 

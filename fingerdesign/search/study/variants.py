@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
-from pydantic_core import ErrorDetails
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design, shipped_designs
@@ -21,6 +20,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.search.study.values import (
     Choice,
+    Parameter,
     Range,
     is_number,
     set_keys,
@@ -63,7 +63,7 @@ def at_shares(study: Study, shares: tuple[float, ...]) -> Values:
     }
 
 
-def _at(parameter: Range | tuple[Choice, ...], share: float) -> Choice:
+def _at(parameter: Parameter, share: float) -> Choice:
     if isinstance(parameter, Range):
         return parameter.at(share)
     return parameter[min(int(share * len(parameter)), len(parameter) - 1)]
@@ -115,6 +115,7 @@ def _drawn(study: Study) -> Iterator[Values]:
 # outside the key's own bounds. Whether a combination can exist is each variant's question.
 
 REPORTED = 200  # faults; a file of more is not mended one by one
+_NO_KEY = "extra_forbidden"  # pydantic's name of that fault
 
 
 def study_faults(study: Study, base: Design) -> list[Fault]:
@@ -122,7 +123,7 @@ def study_faults(study: Study, base: Design) -> list[Fault]:
 
     At most ``REPORTED`` of them, and one that says so.
     """
-    faults = list(islice(_faults(study, base), REPORTED + 1))
+    faults = _share_faults(study, base) or list(islice(_key_faults(study, base), REPORTED + 1))
     try:
         number_of_points(study)
     except DesignError as error:
@@ -130,28 +131,8 @@ def study_faults(study: Study, base: Design) -> list[Fault]:
     found = list({str(fault): fault for fault in faults}.values())
     if len(found) <= REPORTED:
         return found
-    more = Fault(
-        "file", f"more than {REPORTED} faults", "without any", "correct those reported first"
-    )
-    return [*found[:REPORTED], more]
-
-
-def _faults(study: Study, base: Design) -> Iterator[Fault]:
-    found = _share_faults(study, base)
-    yield from found
-    if found:
-        return
-    wholes = {split_share(key)[1] for key in study.parameters if "/" in key} & set(study.fixed)
-    own = {key: study.fixed[key] for key in wholes}  # which shares are of
-    setting = {**study.fixed, **set_keys(base, {**own, **middle_values(study)})}
-    yield from _fixed_faults(study, base, setting)
-    # What is no key at all has nothing to say to the others, and is reported once.
-    unknown = _unknown(study, base, setting)
-    yield from unknown.values()
-    sound = {key: value for key, value in setting.items() if key not in unknown}
-    for key in study.parameters:
-        if split_share(key)[0] not in unknown:
-            yield from _value_faults(study, base, sound, key)
+    remedy = "correct those reported first"
+    return [*found[:REPORTED], Fault("file", f"more than {REPORTED} faults", "without any", remedy)]
 
 
 def middle_values(study: Study) -> dict[str, Choice]:
@@ -166,45 +147,49 @@ def _share_faults(study: Study, base: Design) -> list[Fault]:
             continue
         where, whole = dotted(("parameters", key)), split_share(key)[1]
         of = study.parameters.get(whole, (study.fixed.get(whole, value_of(base, whole)),))
-        if not isinstance(of, Range) and not all(is_number(each) for each in of):
+        if not _numbers(of):
             bound = f"a share of a key that holds a number, not of {shown(whole)}"
             remedy = "correct the key, or give it in [fixed]"
-            faults.append(Fault(where, shown(_shown(parameter)), bound, remedy))
-        if not isinstance(parameter, Range) and not all(is_number(each) for each in parameter):
-            faults.append(Fault(where, shown(parameter), "numbers: shares", "correct it"))
+            faults.append(Fault(where, _shown(parameter), bound, remedy))
+        if not _numbers(parameter):
+            faults.append(Fault(where, _shown(parameter), "numbers: shares", "correct it"))
     return faults
 
 
-def _shown(parameter: Range | tuple[Choice, ...]) -> object:
-    return f"{parameter.low} to {parameter.high}" if isinstance(parameter, Range) else parameter
+def _numbers(parameter: Parameter) -> bool:
+    return isinstance(parameter, Range) or all(is_number(each) for each in parameter)
 
 
-def _fixed_faults(study: Study, base: Design, setting: Mapping[str, Any]) -> Iterator[Fault]:
+def _shown(parameter: Parameter) -> str:
+    if isinstance(parameter, Range):
+        return shown(f"{parameter.low} to {parameter.high}")
+    return shown(parameter)
+
+
+def _key_faults(study: Study, base: Design) -> Iterator[Fault]:
+    """Of [fixed], of what is no key at all, and of each parameter's values by themselves."""
+    wholes = {split_share(key)[1] for key in study.parameters if "/" in key} & set(study.fixed)
+    own = {key: study.fixed[key] for key in wholes}  # which shares are of
+    setting = {**study.fixed, **set_keys(base, {**own, **middle_values(study)})}
     data, refused = _set(base, setting)
-    plain = {_plain(key): key for key in study.fixed}
-    for fault in (*refused, *(fault for fault, _ in _schema_faults(data, plain))):
-        owner = next((each for each in plain if _stands_in(fault.key, each)), None)
+    fixed = {_plain(key): key for key in study.fixed}
+    varied = {_plain(split_share(key)[0]): key for key in study.parameters}
+    faults = [(each, _NO_KEY) for each in refused] + _schema_faults(data, (*fixed, *varied))
+    for fault, kind in faults:
+        owner = next((each for each in fixed if _stands_in(fault.key, each)), None)
         if owner is not None:
-            where = dotted(("fixed", plain[owner])) + fault.key[len(owner) :]
-            yield Fault(where, fault.value, fault.bound, fault.remedy)
-
-
-def _unknown(study: Study, base: Design, setting: Mapping[str, Any]) -> dict[str, Fault]:
-    """The studied keys that designs do not have, with the fault of each."""
-    data, refused = _set(base, setting)
-    plain = {_plain(split_share(key)[0]): key for key in study.parameters}
-
-    def owners(key: str) -> list[str]:
-        return [own for own in plain if _stands_in(key, own) or _stands_in(own, key)]
-
-    unknown = [each for each in _errors(data) if each["type"] == "extra_forbidden"]
-    faults = [fault_of(each, Design) for each in unknown if owners(dotted(each["loc"]))]
-    found: dict[str, Fault] = {}
-    for fault in (*refused, *faults):
-        for key in map(plain.__getitem__, owners(fault.key)):
-            value, where = shown(_shown(study.parameters[key])), dotted(("parameters", key))
-            found[split_share(key)[0]] = Fault(where, value, fault.bound, fault.remedy)
-    return found
+            inner = fault.key[len(owner) :]
+            yield replace(fault, key=dotted(("fixed", fixed[owner])) + inner)
+        for plain in varied if kind == _NO_KEY else ():
+            if _stands_in(fault.key, plain) or _stands_in(plain, fault.key):
+                # What is no key at all has nothing to say to the others, and is reported once.
+                key = varied[plain]
+                setting.pop(split_share(key)[0], None)
+                own_value = _shown(study.parameters[key])
+                yield replace(fault, key=dotted(("parameters", key)), value=own_value)
+    for key in study.parameters:
+        if split_share(key)[0] in setting:
+            yield from _value_faults(study, base, setting, key)
 
 
 def _value_faults(
@@ -212,8 +197,7 @@ def _value_faults(
 ) -> Iterator[Fault]:
     """Of each value of a parameter; of a range its ends."""
     target, share = split_share(key)[0], "/" in key
-    where, plain = dotted(("parameters", key)), _plain(target)
-    parameter = study.parameters[key]
+    plain, parameter = _plain(target), study.parameters[key]
     data, _ = _set(base, setting)
     # A range's ends as variants get them: of the kind that the step makes them.
     shares = (0.0, 1.0 - 1e-12)
@@ -221,10 +205,11 @@ def _value_faults(
     for value in ends:
         if not share:
             set_value(data, target, value)
-        for fault, bounds in _schema_faults(data, (plain,)):
+        for fault, kind in _schema_faults(data, (plain,)):
             # A share's product is out of bounds or not with the length that it is of.
+            bounds = kind.startswith(("greater_", "less_"))
             if _stands_in(fault.key, plain) and not (share and bounds):
-                yield Fault(where, shown(value), fault.bound, fault.remedy)
+                yield replace(fault, key=dotted(("parameters", key)), value=shown(value))
         if share:
             return
 
@@ -251,26 +236,21 @@ def _set(base: Design, setting: Mapping[str, Any]) -> tuple[dict[str, Any], list
     return data, refused
 
 
-def _errors(data: Mapping[str, Any]) -> list[ErrorDetails]:
+def _schema_faults(data: Mapping[str, Any], owners: Iterable[str]) -> list[tuple[Fault, str]]:
+    """Faults of ``owners`` by themselves, or of a table that one stands in, each with its kind."""
+    wanted, found = tuple(owners), list[tuple[Fault, str]]()
     try:
         Design.model_validate(data)
     except ValidationError as error:
-        return error.errors(include_url=False)
-    return []
-
-
-def _schema_faults(data: Mapping[str, Any], owners: Iterable[str]) -> list[tuple[Fault, bool]]:
-    """Faults of ``owners`` by themselves, each with whether it is one of the value's bounds."""
-    wanted = tuple(owners)
-    found: list[tuple[Fault, bool]] = []
-    for each in _errors(data):
-        unknown = each["type"] == "extra_forbidden"  # its words take long to find
-        if unknown and not any(_stands_in(dotted(each["loc"]), owner) for owner in wanted):
-            continue
-        fault = fault_of(each, Design)
-        combined = each["type"] == "fault" and each["ctx"]["key"]
-        if not combined or fault.key.endswith(".material"):
-            found.append((fault, each["type"].startswith(("greater_", "less_"))))
+        for each in error.errors(include_url=False):
+            kind, where = each["type"], dotted(each["loc"])
+            near = (_stands_in(where, own) or _stands_in(own, where) for own in wanted)
+            if kind == _NO_KEY and not any(near):
+                continue  # its words take long to find
+            fault = fault_of(each, Design)
+            combined = kind == "fault" and each["ctx"]["key"]
+            if not combined or fault.key.endswith(".material"):
+                found.append((fault, kind))
     return found
 
 
