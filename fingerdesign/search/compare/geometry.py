@@ -1,25 +1,28 @@
 """The shape of a finger as the comparison page draws it: triangles, edges, and where it is touched.
 
-Numpy only; no CAD is made.
+Numpy and manifold3d; no CAD is made.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from manifold3d import CrossSection, Manifold
 from numpy.typing import NDArray
 
+from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.page.words import finger_words
+from fingerdesign.analysis.summary import parameters
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import content_of
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import PlateFrame, plate_frames, surface_height
+from fingerdesign.layout.gaps import solids_of
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.records.outcome import Traces
 
@@ -34,10 +37,7 @@ if TYPE_CHECKING:
 
 AROUND = 36  # facets of a turned body
 SHARP_DEG = 14.0  # facets of one surface meet at under 7 degrees
-BENT_RAD = 0.17  # a bent plate is drawn as boxes that turn by at most this
 LIFT = 0.02  # mm, of gages and holes above their plate's face: neither hides the other
-# Quadrilaterals of a box whose corners 0-3 are one end and 4-7 the other.
-_BOX = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 _HOLE_CORNERS = 16
 
 
@@ -48,11 +48,11 @@ class Triangles:
     vertices: Array
     triangles: IntArray
 
-    @property
-    def volume(self) -> float:
-        """Of the closed surface, mm3, by the divergence theorem."""
-        a, b, c = np.moveaxis(self.vertices[self.triangles], 1, 0)
-        return float((a * np.cross(b, c)).sum() / 6.0)
+    @classmethod
+    def of(cls, solid: Manifold) -> Triangles:
+        """The surface of a solid."""
+        mesh = solid.to_mesh64()
+        return cls(np.asarray(mesh.vert_properties), np.asarray(mesh.tri_verts, dtype=int))
 
     def edges(self) -> tuple[IntArray, Array]:
         """Each edge once, (k, 2), and the cosine (k,) between its two facets; NaN: it has one."""
@@ -71,16 +71,6 @@ class Triangles:
         """Ends (k, 2) of the edges whose facets meet at more than an angle, or that have one."""
         ends, cosine = self.edges()
         return np.asarray(ends[~(cosine >= np.cos(np.radians(angle_deg)))])
-
-
-def together(parts: Iterable[Triangles]) -> Triangles:
-    """Several surfaces as one."""
-    vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=int)], 0
-    for part in parts:
-        vertices.append(part.vertices)
-        triangles.append(part.triangles + count)
-        count += len(part.vertices)
-    return Triangles(np.concatenate(vertices), np.concatenate(triangles))
 
 
 def grid_body(x: Array, z: Array, heights: Array) -> Triangles:
@@ -108,100 +98,42 @@ def grid_body(x: Array, z: Array, heights: Array) -> Triangles:
 
 def turned_body(outline: Array) -> Triangles:
     """A body turned about y: of its outline's points (r, y), from the crest outward, to y = 0."""
-    rings = np.concatenate([outline[1:], [[outline[-1, 0], 0.0]]])
-    angle = 2.0 * np.pi * np.arange(AROUND) / AROUND
-    round_ = np.stack([np.cos(angle), np.zeros(AROUND), -np.sin(angle)], axis=1)
-    points = rings[:, None, :1] * round_ + rings[:, None, 1:] * (0.0, 1.0, 0.0)
-    ends = [[0.0, outline[0, 1], 0.0], [0.0, 0.0, 0.0]]  # the crest, and the base's middle
-    number = np.arange(points.shape[0] * AROUND).reshape(-1, AROUND) + 2
-    after = np.roll(number, -1, axis=1)
-    strips = [
-        np.stack([number[k], number[k + 1], after[k + 1], after[k]], axis=1)
-        for k in range(len(rings) - 1)
-    ]
-    caps = [
-        np.stack([np.zeros(AROUND, dtype=int), number[0], after[0]], axis=1),
-        np.stack([np.ones(AROUND, dtype=int), after[-1], number[-1]], axis=1),
-    ]
-    triangles = np.concatenate([*(_halved(each) for each in strips), *caps])
-    return Triangles(np.concatenate([ends, points.reshape(-1, 3)]), triangles)
-
-
-def box(corners: Array) -> Triangles:
-    """A box of corners (8, 3): one end's four in turn, then the other end's."""
-    made = Triangles(corners, _halved(np.array(_BOX)))
-    return made if made.volume > 0 else Triangles(corners, made.triangles[:, ::-1])
-
-
-def block(ends: Sequence[float]) -> Triangles:
-    """A box along the axes, of [x0, x1, y0, y1, z0, z1]."""
-    x0, x1, y0, y1, z0, z1 = ends
-    ring = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
-    return box(np.array([[x, y, z] for z in (z0, z1) for x, y in ring]))
-
-
-def plate_boxes(frame: PlateFrame) -> Triangles:
-    """One plate: a box, or where it is bent several, which turn little by little."""
-    count = _pieces(frame)
-    half = 0.5 * frame.thickness
-    shares = np.linspace(-0.5, 0.5, count + 1) * frame.length
-    parts = []
-    for start, end in pairwise(shares):
-        along, across = np.array([start, end, end, start]), np.array([-half, -half, half, half])
-        ends = [_in_space(frame, along, across, w) for w in (frame.low, frame.high)]
-        parts.append(box(np.concatenate(ends)))
-    return together(parts)
+    side = [outline[-1, 0], 0.0]
+    section = CrossSection([np.concatenate([[[0.0, 0.0], side], outline[::-1]])])
+    return Triangles.of(section.revolve(AROUND).rotate((-90.0, 0.0, 0.0)))
 
 
 def plate_marks(
-    frame: PlateFrame, gage: tuple[float, float, float] | None, faces: Sequence[int]
-) -> tuple[Triangles, Triangles]:
-    """Patches just above a plate's faces (+1 upper, -1 lower): its gage, and its holes on both.
-
-    gage: length, width and place along z; None: there is none.
-    """
-    middle, gages, holes = 0.5 * (frame.low + frame.high), [], []
+    frame: PlateFrame, gage: tuple[float, float, float], faces: Sequence[int]
+) -> tuple[list[Array], list[Array]]:
+    """Polygons (n, 3) just above a plate's faces (+1 upper, -1 lower): its gage, and its holes on
+    both. gage: length, width and place along z."""
+    length, width, z = gage
     angle = 2.0 * np.pi * np.arange(_HOLE_CORNERS) / _HOLE_CORNERS
+    low = max(frame.low, frame.middle + z - 0.5 * width)
+    high = min(frame.high, frame.middle + z + 0.5 * width)
+    s = 0.5 * length * np.array([-1.0, 1.0, 1.0, -1.0])
+    gages, holes = [], []
     for face in (1, -1):
         above = face * (0.5 * frame.thickness + LIFT)
         for hole in frame.holes:
-            along, across = hole.radius * np.cos(angle), hole.w + hole.radius * np.sin(angle)
-            holes.append(_fan(_in_space(frame, along, np.full(_HOLE_CORNERS, above), across)))
-        if gage is None or face not in faces:
-            continue
-        length, width, z = gage
-        s = min(0.5 * length, 0.5 * frame.length / _pieces(frame))
-        low = max(frame.low, middle + z - 0.5 * width)
-        high = min(frame.high, middle + z + 0.5 * width)
-        ring = np.array([(-s, low), (s, low), (s, high), (-s, high)])
-        gages.append(_fan(_in_space(frame, ring[:, 0], np.full(4, above), ring[:, 1])))
-    return together(gages), together(holes)
+            plane = frame.from_local(hole.s + hole.radius * np.cos(angle), above)
+            holes.append(frame.to_space(plane, hole.w + hole.radius * np.sin(angle)))
+        if face in faces:
+            plane = frame.from_local(s, above)
+            gages.append(frame.to_space(plane, np.array([low, low, high, high])))
+    return gages, holes
 
 
-def _pieces(frame: PlateFrame) -> int:
-    """Boxes of a plate; odd, so that the middle one carries the gage."""
-    if not frame.bend_radius:
-        return 1
-    return 2 * int(np.ceil((frame.length / frame.bend_radius / BENT_RAD - 1) / 2)) + 1
-
-
-def _in_space(frame: PlateFrame, s: Array, v: Array, w: Array | float) -> Array:
-    """Places (n, 3) of s along the plate, v across its thickness, w along its width."""
-    turn = np.radians(frame.angle_deg)
-    if frame.bend_radius:
-        radius, at = frame.bend_radius, s / frame.bend_radius
-        s, v = (radius + v) * np.sin(at), (radius + v) * np.cos(at) - radius
-    place = frame.place + s * np.cos(turn) - v * np.sin(turn)
-    y = frame.y + s * np.sin(turn) + v * np.cos(turn)
-    wide = np.broadcast_to(np.asarray(w, dtype=float), place.shape)
-    axes = (wide, y, place) if frame.along == "z" else (place, y, wide)
-    return np.stack(axes, axis=1)
-
-
-def _fan(corners: Array) -> Triangles:
-    """A convex polygon."""
-    rest = np.arange(1, len(corners) - 1)
-    return Triangles(corners, np.stack([np.zeros_like(rest), rest, rest + 1], axis=1))
+def fans(polygons: Iterable[Array]) -> Triangles:
+    """Convex polygons (n, 3), each as a fan."""
+    vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=int)], 0
+    for corners in polygons:
+        rest = count + np.arange(1, len(corners) - 1)
+        triangles.append(np.stack([np.full_like(rest, count), rest, rest + 1], axis=1))
+        vertices.append(corners)
+        count += len(corners)
+    return Triangles(np.concatenate(vertices), np.concatenate(triangles))
 
 
 def _halved(quads: IntArray) -> IntArray:
@@ -223,43 +155,37 @@ _INNER = 1.0 - 1e-4  # on the border itself a height may be missing
 def step_grid(body: Body, content: str) -> tuple[tuple[Array, Array, Array], float]:
     """x (LINES,), z and heights (LINES, POINTS) of the contact surface, and its greatest height.
 
-    Each line along z goes from border to border, so that a round outline is drawn round; where one
-    leaves the surface in between, all lines go over the whole depth, and heights are NaN there.
-    ``content``: of the STEP file (a study's variants share theirs). Lengths in mm. ValueError where
-    there is no surface; DesignError where the file cannot be read.
+    Each line along z goes from border to border, so that a round outline is drawn round; heights
+    are NaN where it leaves the surface in between. ``content``: of the STEP file (a study's
+    variants share theirs). Lengths in mm. ValueError where there is no surface; DesignError where
+    the file cannot be read.
     """
     wide, deep = (
         0.5 * _INNER * size * np.linspace(-1.0, 1.0, _SAMPLES)
         for size in (body.width_mm, body.depth_mm)
     )
 
+    def known(x: Array, z: Array) -> NDArray[np.bool_]:
+        return np.isfinite(surface_height(body, x, z))
+
     def covered(x: Array) -> NDArray[np.bool_]:
-        return np.isfinite(surface_height(body, x[:, None], deep[None, :]))
+        return np.asarray(known(x[:, None], deep).any(axis=1))
 
-    def any_covered(x: Array) -> NDArray[np.bool_]:
-        return np.asarray(covered(x).any(axis=1))
-
-    there = np.flatnonzero(any_covered(wide))
+    there = np.flatnonzero(covered(wide))
     if not len(there):
         raise ValueError("the contact surface has no height anywhere")
-
     left, right = (
-        _border(any_covered, wide[[end]], wide, way)
-        for end, way in ((there[0], -1.0), (there[-1], 1.0))
+        _border(covered, wide[[there[end]]], wide, way) for end, way in ((0, -1.0), (-1, 1.0))
     )
     x = 0.5 * (left + right) + 0.5 * (right - left) * _dense_at_ends(LINES)
-    known = covered(x)
-    first, last = known.argmax(axis=1), _SAMPLES - 1 - known[:, ::-1].argmax(axis=1)
-    places = np.arange(_SAMPLES)
-    if (known == (places >= first[:, None]) & (places <= last[:, None])).all():
-
-        def on_surface(z: Array) -> NDArray[np.bool_]:
-            return np.isfinite(surface_height(body, x, z))
-
-        near = _border(on_surface, deep[first], deep, -1.0)
-        far = _border(on_surface, deep[last], deep, 1.0)
-    else:
-        near, far = np.full(LINES, deep[0]), np.full(LINES, deep[-1])
+    found = known(x[:, None], deep)
+    near, far = (
+        _border(lambda z: known(x, z), deep[end], deep, way)
+        for end, way in (
+            (found.argmax(axis=1), -1.0),
+            (_SAMPLES - 1 - found[:, ::-1].argmax(axis=1), 1.0),
+        )
+    )
     z = 0.5 * (near + far)[:, None] + 0.5 * (far - near)[:, None] * _dense_at_ends(POINTS)
     heights = surface_height(body, np.broadcast_to(x[:, None], z.shape), z)
     return (x, z, heights), float(np.nanmax(heights))
@@ -313,7 +239,7 @@ def packed_geometry(design: Mapping[str, Any], traces: Traces | None = None) -> 
         found = Design.model_validate({key: design[key] for key in shaping})
     except ValidationError:
         return _nothing("", "The design's data is not a whole design: it cannot be drawn.")
-    words = finger_words(dict(_dotted(found.model_dump(mode="json"))))
+    words = finger_words(parameters(found, fundamental_scene()))
     try:
         return _packed(found, words, traces or Traces())
     except (FingerDesignError, ValueError):
@@ -337,7 +263,6 @@ def _packed(design: Design, words: str, traces: Traces) -> Packed:
     gage = (own.length_mm, own.width_mm, own.z_mm)
     faces = {"upper": (1,), "lower": (-1,)}.get(own.face, (1, -1))
     marks = [plate_marks(frame, gage, faces) for frame in frames]
-    core = None if body.core is None else block(_core(body.core, depth))
     ends = solid.sharp_edges(_STEP_SHARP_DEG if body.step is not None else SHARP_DEG)
     lines = np.full((len(ends), 3, 3), np.nan)
     lines[:, :2] = solid.vertices[ends]
@@ -347,10 +272,10 @@ def _packed(design: Design, words: str, traces: Traces) -> Packed:
         "size": _rounded([width, height, depth]),
         "body": _triangles(solid),
         "edges": _places(lines.reshape(-1, 3)),
-        "core": core and _triangles(core),
-        "plates": _triangles(together(plate_boxes(frame) for frame in frames)),
-        "gages": _triangles(together(each[0] for each in marks)),
-        "holes": _triangles(together(each[1] for each in marks)),
+        "core": body.core and _triangles(Triangles.of(_core(body.core, depth))),
+        "plates": _triangles(Triangles.of(Manifold.compose(solids_of(tuple(frames))))),
+        "gages": _triangles(fans(each for gages, _ in marks for each in gages)),
+        "holes": _triangles(fans(each for _, holes in marks for each in holes)),
         "touch": _touched(body, depth, traces),
     }
 
@@ -436,10 +361,10 @@ def outline_of(profile: Profile) -> np.ndarray:
     return np.vstack(points)
 
 
-def _core(core: Core, depth: float) -> list[float]:
-    deep = 0.5 * (depth if core.depth_mm is None else core.depth_mm)
-    half = 0.5 * core.width_mm
-    return [-half, half, core.bottom_mm, core.bottom_mm + core.height_mm, -deep, deep]
+def _core(core: Core, depth: float) -> Manifold:
+    deep = depth if core.depth_mm is None else core.depth_mm
+    block = Manifold.cube((core.width_mm, core.height_mm, deep), center=True)
+    return block.translate((0.0, core.bottom_mm + 0.5 * core.height_mm, 0.0))
 
 
 def _rounded(values: Any) -> list[float | None]:
@@ -449,11 +374,3 @@ def _rounded(values: Any) -> list[float | None]:
         near = round(value, _DIGITS) if np.isfinite(value) else None
         found.append(int(near) if near is not None and near == int(near) else near)
     return found
-
-
-def _dotted(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _dotted(value, f"{prefix}{key}.")
-        else:
-            yield prefix + key, value
