@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +33,7 @@ from fingerdesign.search.compare.recommend import (
     StudyFacts,
     Wanted,
     known_metrics,
-    read_constraints,
-    read_objectives,
+    requested,
     usual_objectives,
 )
 from fingerdesign.search.run.measured import grip_metrics, grip_outcome, metrics_of, traces_of
@@ -145,7 +144,6 @@ def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
 
 OUTCOMES_FILE, STUDY_FILE = "outcomes.jsonl", "study.json"
 DIGITS = 8  # of a digest, where nothing else tells designs apart
-LEAST_ALIKE = 2
 
 
 @dataclass(frozen=True)
@@ -160,18 +158,16 @@ class Comparison:
 class _Source:
     place: Path
     outcomes: tuple[Outcome, ...]
-    record: dict[str, Any] | None = None  # study.json
+    record: dict[str, Any] = field(default_factory=dict)  # study.json
 
     @property
     def name(self) -> str:
         """The study's, or the folder's or file's."""
-        return str((self.record or {}).get("name", self.place.name))
+        return str(self.record.get("name", self.place.name))
 
 
 def read_comparison(
-    paths: Sequence[Path],
-    objectives: Sequence[Wanted] = (),
-    name: str = "",
+    paths: Sequence[Path], objectives: Sequence[Wanted] = (), name: str = ""
 ) -> Comparison:
     """The outcomes of all ``paths``, in their order.
 
@@ -205,10 +201,9 @@ def facts_of(
     sources: Sequence[str] = (),
 ) -> StudyFacts:
     """Facts of outcomes; without ``objectives`` the usual ones, and the page says so."""
-    metrics = known_metrics(outcomes)
     wanted = tuple(objectives) or tuple(usual_objectives(outcomes))
-    kept = tuple(constraints), metrics, not objectives, record or {}, tuple(sources)
-    return StudyFacts(name, wanted, *kept)
+    kept = known_metrics(outcomes), not objectives, record or {}, tuple(sources)
+    return StudyFacts(name, wanted, tuple(constraints), *kept)
 
 
 def _distinct(outcomes: Sequence[Outcome], sources: Sequence[_Source]) -> tuple[Outcome, ...]:
@@ -221,31 +216,24 @@ def _distinct(outcomes: Sequence[Outcome], sources: Sequence[_Source]) -> tuple[
         alike.setdefault(outcome.name, []).append(outcome)
     names: dict[tuple[str, str], str] = {}
     for name, many in alike.items():
-        if len(many) < LEAST_ALIKE:
-            continue
         ways = (
-            [place[each.digest, each.name] for each in many],
+            [place[each.digest, name] for each in many],
             [each.scene for each in many],
             [each.fidelity for each in many],
             [each.digest[:DIGITS] for each in many],
         )
         marks = next((way for way in ways if len(set(way)) == len(many)), ways[-1])
         for each, mark in zip(many, marks, strict=True):
-            names[each.digest, name] = f"{name} ({mark})"
-    return tuple(
-        replace(each, name=names.get((each.digest, each.name), each.name)) for each in outcomes
-    )
+            names[each.digest, name] = f"{name} ({mark})" if len(many) > 1 else name
+    return tuple(replace(each, name=names[each.digest, each.name]) for each in outcomes)
 
 
 def _sources(path: Path) -> list[_Source]:
-    if path.is_file():
-        if path.name == RESULT_FILE:
-            return [_Source(path, (outcome_of_result(path.parent),))]
+    if path.is_file() and path.name != RESULT_FILE:
         return [_Source(path, _lines(path))]
     found = _folder(path)
-    if not found:
-        inside = sorted(p for p in path.glob("*/") if not p.name.startswith("."))
-        found = [source for place in inside for source in _folder(place)]
+    for place in () if found else sorted(path.glob("[!.]*/")):
+        found += _folder(place)
     if not found:
         bound = f"a folder with {OUTCOMES_FILE} or {RESULT_FILE}, or a file of outcomes"
         fault = Fault("RESULT", path, bound, "give what sweep, optimise or analyse got as --out")
@@ -256,36 +244,33 @@ def _sources(path: Path) -> list[_Source]:
 def _folder(path: Path) -> list[_Source]:
     if (path / OUTCOMES_FILE).is_file():
         return [_Source(path, _lines(path / OUTCOMES_FILE), _record(path / STUDY_FILE))]
-    if (path / RESULT_FILE).is_file():
-        return [_Source(path, (outcome_of_result(path),))]
+    folder = path.parent if path.name == RESULT_FILE else path
+    if (folder / RESULT_FILE).is_file():
+        return [_Source(path, (outcome_of_result(folder),))]
     return []
 
 
 def _lines(path: Path) -> tuple[Outcome, ...]:
-    found = []
+    found, line, where = [], "", ""
     try:
         with path.open(encoding="utf-8", newline="\n") as stream:
             for number, line in enumerate(stream, 1):
+                where = f"{path}, line {number}"
                 if line.strip():
-                    found.append(_outcome(line, f"{path}, line {number}"))
+                    found.append(Outcome.from_json(line))
+                    found[-1].to_json()  # what is infinite cannot be written again
     except (OSError, UnicodeDecodeError) as error:
         raise DesignError([Fault("RESULT", path, "a file of outcomes", str(error))]) from error
+    except (OutcomeError, ValueError) as error:
+        fault = Fault("outcome", line[:60], "an outcome as JSON", f"{error}; run the study again")
+        raise DesignError([fault], where) from error
     return tuple(found)
 
 
-def _outcome(line: str, source: str) -> Outcome:
-    try:
-        found = Outcome.from_json(line)
-        found.to_json()  # what is infinite cannot be written again
-        return found
-    except (OutcomeError, ValueError) as error:
-        bound, remedy = "an outcome as JSON", f"{error}; run the study again"
-        raise DesignError([Fault("outcome", line[:60], bound, remedy)], source) from error
-
-
-def _record(path: Path) -> dict[str, Any] | None:
+def _record(path: Path) -> dict[str, Any]:
+    """What study.json says; nothing where there is none."""
     if not path.is_file():
-        return None
+        return {}
     why = ""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
@@ -305,21 +290,16 @@ def _facts(
     name: str,
 ) -> StudyFacts:
     """Those of the studies: objectives of the first that has any, constraints of all."""
-    wanted, bounds = tuple(objectives), dict[str, Bound]()
-    record: dict[str, str] = {}
-    many = len(sources) > 1
+    bounds, record, many = dict[str, Bound](), dict[str, str](), len(sources) > 1
     for source in sources:
-        reported = source.record or {}
-        where = str(source.place / STUDY_FILE)
-        if not wanted and reported.get("objectives"):
-            wanted = read_objectives(reported["objectives"], where)
-        found = read_constraints(reported.get("constraints") or {}, where)
+        wanted, found = requested(source.record, str(source.place / STUDY_FILE))
+        objectives = objectives or wanted
         bounds |= {each.metric: each for each in found}
         prefix = f"{source.name}: " if many else ""
-        record |= {f"{prefix}{key}": text for key, text in _texts(reported)}
+        record |= {f"{prefix}{key}": text for key, text in _texts(source.record)}
     several = f"{len(sources)} sources" if many else "".join(each.name for each in sources)
     places = [str(source.place) for source in sources]
-    return facts_of(name or several, outcomes, wanted, tuple(bounds.values()), record, places)
+    return facts_of(name or several, outcomes, objectives, tuple(bounds.values()), record, places)
 
 
 def _texts(record: dict[str, Any]) -> list[tuple[str, str]]:

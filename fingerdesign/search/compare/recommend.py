@@ -33,6 +33,7 @@ GOALS = ("min", "max")
 # Without objectives of the user's, the first of these that the outcomes have, up to three.
 USUAL_OBJECTIVES = ("stick_error", "grip_success", "peak_ratio", "least_margin", "cost")
 MOST_USUAL = 3
+LEAST_DEEP = 2  # 3-D outcomes that are enough to choose among
 
 
 @dataclass(frozen=True)
@@ -133,33 +134,35 @@ class _Ends(TypedDict, total=False):
     at_most: float | None
 
 
-def read_objectives(found: Any, source: str) -> tuple[Wanted, ...]:
-    """Objectives of a record's JSON, a list of {metric, goal}; DesignError for any other."""
-    read: list[Wanted] = _read(
-        list[Wanted], found, "objectives", "{metric, goal = min or max}", source
-    )
-    return tuple(read)
+class _Requested(TypedDict, total=False):
+    objectives: tuple[Wanted, ...]
+    constraints: dict[str, _Ends]
 
 
-def read_constraints(found: Any, source: str) -> tuple[Bound, ...]:
-    """Constraints of a record's JSON, {metric: {at_least, at_most}}; DesignError for any other."""
-    bound = "{at_least, at_most} of numbers"
-    read: dict[str, _Ends] = _read(dict[str, _Ends], found, "constraints", bound, source)
-    return tuple(Bound(name, **ends) for name, ends in read.items())
+_MUST_BE = {
+    "objectives": "{metric, goal = min or max}",
+    "constraints": "{at_least, at_most} of numbers",
+}
 
 
-def _read(kind: Any, found: Any, key: str, bound: str, source: str) -> Any:
+def requested(record: dict[str, Any], source: str) -> tuple[tuple[Wanted, ...], tuple[Bound, ...]]:
+    """Objectives, [{metric, goal}], and constraints, {metric: {at_least, at_most}}, of a study's
+    record; DesignError for any other."""
+    given = {key: record[key] for key in _MUST_BE if record.get(key)}
     try:
-        return TypeAdapter(kind).validate_json(json.dumps(found), strict=True)
+        found = TypeAdapter(_Requested).validate_json(json.dumps(given), strict=True)
     except ValidationError as error:
-        place = error.errors()[0]["loc"]
-        value = found[place[0]] if place else found
-        where = f"{key}.{place[0]}" if place and isinstance(found, dict) else key
-        fault = Fault(where, str(value)[:200], bound, "run the study again")
+        key, *place = error.errors()[0]["loc"]
+        value = given[str(key)]
+        where = f"{key}.{place[0]}" if isinstance(value, dict) and place else str(key)
+        shown = str(value[place[0]] if place else value)[:200]
+        fault = Fault(where, shown, _MUST_BE[str(key)], "run the study again")
         raise DesignError([fault], source) from error
+    bounds = (Bound(name, **ends) for name, ends in found.get("constraints", {}).items())
+    return found.get("objectives", ()), tuple(bounds)
 
 
-LEAST_DEEP = 2  # 3-D outcomes that are enough to choose among
+# 3-D outcomes that are enough to choose among
 
 
 @dataclass(frozen=True)
