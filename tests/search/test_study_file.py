@@ -366,14 +366,6 @@ def test_values_of_keys_in_rows_and_of_none():
     assert set_keys(base, {"a.b / body.depth_mm": 0.25}) == {"a.b": 2.5}
 
 
-def test_the_shipped_study_of_fingers():
-    shipped = read_study("fingers")
-    assert shipped.study.count == 200
-    assert any(isinstance(each, tuple) for each in shipped.parameters.values())
-    sample = list(itertools.islice(variants(shipped, base_design(shipped)), 40))
-    assert sum(variant.design is not None for variant in sample) >= 36
-
-
 def test_metrics_have_units_and_meanings():
     for name, metric in METRICS.items():
         assert name == metric.name == known_metric(name)
