@@ -11,7 +11,7 @@ from functools import cache
 from itertools import pairwise
 
 import numpy as np
-from manifold3d import Manifold, Mesh64
+from manifold3d import CrossSection, Manifold, Mesh64
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
@@ -133,12 +133,23 @@ def core_gaps(core: Core, depth: float, frames: tuple[PlateFrame, ...]) -> Array
 
     ``depth``: the core's extent along z, mm.
     """
-    box = Manifold.cube((core.width_mm, core.height_mm, depth), center=True)
-    box = box.translate((0.0, core.bottom_mm + 0.5 * core.height_mm, 0.0))
+    box = core_solid(core, depth)
     solids = solids_of(frames)
     return np.array(
         [np.nan if solid.is_empty() else solid.min_gap(box, FAR_MM) for solid in solids]
     )
+
+
+def core_solid(core: Core, depth: float) -> Manifold:
+    """A core of that extent along z, mm, as a solid."""
+    box = Manifold.cube((core.width_mm, core.height_mm, depth), center=True)
+    return box.translate((0.0, core.bottom_mm + 0.5 * core.height_mm, 0.0))
+
+
+def turned_solid(outline: Array, facets: int) -> Manifold:
+    """A body turned about y: of its outline's points (r, y), from the crest outward, to y = 0."""
+    section = np.concatenate([[[0.0, 0.0], [outline[-1, 0], 0.0]], outline[::-1]])
+    return CrossSection([section]).revolve(facets).rotate((-90.0, 0.0, 0.0))
 
 
 # Whether a finger can be swept through layers: its section once, each part in its own layers.

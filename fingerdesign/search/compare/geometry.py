@@ -1,6 +1,6 @@
 """The shape of a finger as the comparison page draws it: triangles, edges, and where it is touched.
 
-Numpy and manifold3d; no CAD is made.
+No CAD is made.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from manifold3d import CrossSection, Manifold
 from numpy.typing import NDArray
 
 from fingerdesign.analysis.case import fundamental_scene
@@ -22,12 +21,12 @@ from fingerdesign.design.schema import Design
 from fingerdesign.design.step import content_of
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import PlateFrame, plate_frames, surface_height
-from fingerdesign.layout.gaps import solids_of
+from fingerdesign.layout.gaps import core_solid, solids_of, turned_solid
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.records.outcome import Traces
 
 if TYPE_CHECKING:
-    from fingerdesign.design.body import Body, Core
+    from fingerdesign.design.body import Body
     from fingerdesign.layout.profile import Profile
 
 
@@ -47,12 +46,6 @@ class Triangles:
 
     vertices: Array
     triangles: IntArray
-
-    @classmethod
-    def of(cls, solid: Manifold) -> Triangles:
-        """The surface of a solid."""
-        mesh = solid.to_mesh64()
-        return cls(np.asarray(mesh.vert_properties), np.asarray(mesh.tri_verts, dtype=int))
 
     def edges(self) -> tuple[IntArray, Array]:
         """Each edge once, (k, 2), and the cosine (k,) between its two facets; NaN: it has one."""
@@ -96,13 +89,6 @@ def grid_body(x: Array, z: Array, heights: Array) -> Triangles:
     return Triangles(np.concatenate([top, top * (1.0, 0.0, 1.0)]), _halved(quads))
 
 
-def turned_body(outline: Array) -> Triangles:
-    """A body turned about y: of its outline's points (r, y), from the crest outward, to y = 0."""
-    side = [outline[-1, 0], 0.0]
-    section = CrossSection([np.concatenate([[[0.0, 0.0], side], outline[::-1]])])
-    return Triangles.of(section.revolve(AROUND).rotate((-90.0, 0.0, 0.0)))
-
-
 def plate_marks(
     frame: PlateFrame, gage: tuple[float, float, float], faces: Sequence[int]
 ) -> tuple[list[Array], list[Array]]:
@@ -125,14 +111,27 @@ def plate_marks(
     return gages, holes
 
 
+def triangles_of(solids: Iterable[Any]) -> Triangles:
+    """The surfaces of solids, as layout/gaps.py makes them."""
+    meshes = [solid.to_mesh64() for solid in solids]
+    return together((mesh.vert_properties, mesh.tri_verts.astype(int)) for mesh in meshes)
+
+
 def fans(polygons: Iterable[Array]) -> Triangles:
     """Convex polygons (n, 3), each as a fan."""
+    return together(
+        (corners, np.array([(0, k, k + 1) for k in range(1, len(corners) - 1)]))
+        for corners in polygons
+    )
+
+
+def together(parts: Iterable[tuple[Array, IntArray]]) -> Triangles:
+    """Several surfaces, vertices and triangles, as one."""
     vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=int)], 0
-    for corners in polygons:
-        rest = count + np.arange(1, len(corners) - 1)
-        triangles.append(np.stack([np.full_like(rest, count), rest, rest + 1], axis=1))
-        vertices.append(corners)
-        count += len(corners)
+    for points, own in parts:
+        vertices.append(points)
+        triangles.append(own + count)
+        count += len(points)
     return Triangles(np.concatenate(vertices), np.concatenate(triangles))
 
 
@@ -252,7 +251,7 @@ def _packed(design: Design, words: str, traces: Traces) -> Packed:
     body = design.body
     solid, height = body_triangles(body)
     width, depth = body.width_mm, body.width_mm if body.kind.turned else body.depth_mm
-    notes = []
+    notes, core = [], body.core
     if body.shape == "step":
         notes.append("Of the STEP body its contact surface is drawn, with straight sides below.")
     frames = [each for each in plate_frames(design) if np.isfinite([each.place, each.y]).all()]
@@ -272,8 +271,8 @@ def _packed(design: Design, words: str, traces: Traces) -> Packed:
         "size": _rounded([width, height, depth]),
         "body": _triangles(solid),
         "edges": _places(lines.reshape(-1, 3)),
-        "core": body.core and _triangles(Triangles.of(_core(body.core, depth))),
-        "plates": _triangles(Triangles.of(Manifold.compose(solids_of(tuple(frames))))),
+        "core": core and _triangles(triangles_of([core_solid(core, core.depth_mm or depth)])),
+        "plates": _triangles(triangles_of(solids_of(tuple(frames)))),
         "gages": _triangles(fans(each for gages, _ in marks for each in gages)),
         "holes": _triangles(fans(each for _, holes in marks for each in holes)),
         "touch": _touched(body, depth, traces),
@@ -326,7 +325,7 @@ def body_triangles(body: Body) -> tuple[Triangles, float]:
     profile = profile_of(body)
     half = outline_of(profile)
     if body.kind.turned:
-        return turned_body(half), profile.crest
+        return triangles_of([turned_solid(half, AROUND)]), profile.crest
     x = np.concatenate([-half[::-1, 0], half[1:, 0]])
     # A vertical piece of the outline ends at the side: no two heights over one x.
     keep = np.concatenate([[True], np.diff(x) > 1e-6])
@@ -359,12 +358,6 @@ def outline_of(profile: Profile) -> np.ndarray:
             + piece.radius * np.column_stack([np.sin(angle), np.cos(angle)])
         )
     return np.vstack(points)
-
-
-def _core(core: Core, depth: float) -> Manifold:
-    deep = depth if core.depth_mm is None else core.depth_mm
-    block = Manifold.cube((core.width_mm, core.height_mm, deep), center=True)
-    return block.translate((0.0, core.bottom_mm + 0.5 * core.height_mm, 0.0))
 
 
 def _rounded(values: Any) -> list[float | None]:
