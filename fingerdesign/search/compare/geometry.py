@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.analysis.analysis import parameters
 from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.page.words import finger_words
-from fingerdesign.analysis.summary import parameters
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import content_of
