@@ -173,7 +173,7 @@ def mold_meshes(
     exceeds the time limit. ResultError where the disk or the memory is full, or somebody ended the
     process.
     """
-    build, name = "fingerdesign.mold.cad.meshed:build_and_write", design.design.name
+    build, name = "fingerdesign.mold.cad.build:build_and_write", design.design.name
     try:
         found: MoldMeshes = call(build, design, plan, folder.resolve(), time_s=time_limit_s)
     except DesignError as error:

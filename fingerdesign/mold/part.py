@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Generic, Literal, Protocol, TypeVar
 
 import numpy as np
 
@@ -85,9 +85,18 @@ class PartMesh:
     blank_volume: float
 
 
+class _Named(Protocol):
+    @property
+    def name(self) -> str: ...
+
+
+Kind = TypeVar("Kind", bound=_Named)
+Other = TypeVar("Other", bound=_Named)
+
+
 @dataclass(frozen=True)
-class MoldMeshes:
-    """All of a built mold.
+class MoldParts(Generic[Kind]):
+    """All of a built mold, as solids or as triangles.
 
     parts    insert, walls, combs or jigs, base plate, core; those that are made
     plates   each plate as cut, with its legs, in its place
@@ -96,19 +105,25 @@ class MoldMeshes:
     low, high   corners of the block that cavity and blanks fill, base plate left out
     """
 
-    parts: tuple[PartMesh, ...]
-    plates: tuple[PartMesh, ...]
-    rubber: PartMesh
-    outline: PartMesh
+    parts: tuple[Kind, ...]
+    plates: tuple[Kind, ...]
+    rubber: Kind
+    outline: Kind
     low: tuple[float, float, float]
     high: tuple[float, float, float]
 
-    def part(self, name: str) -> PartMesh:
+    def part(self, name: str) -> Kind:
         """The part of a name; KeyError for another."""
-        for each in self.parts:
-            if each.name == name:
-                return each
-        raise KeyError(name)
+        return {each.name: each for each in self.parts}[name]
+
+    def each(self, made: Callable[[Kind], Other]) -> MoldParts[Other]:
+        """The same of what is ``made`` of each."""
+        parts, plates = (tuple(map(made, some)) for some in (self.parts, self.plates))
+        last = made(self.rubber), made(self.outline)
+        return MoldParts(parts, plates, *last, self.low, self.high)
+
+
+MoldMeshes = MoldParts[PartMesh]
 
 
 @dataclass(frozen=True)

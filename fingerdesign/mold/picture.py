@@ -133,57 +133,38 @@ EDGE, TRAIL = "#2f3a44", "#8a8f96"
 def draw_exploded(things: tuple[Shown, ...]) -> tuple[bytes, dict[str, tuple[float, float]]]:
     """The picture as PNG, and by name a place in it where a thing is seen, shares from the left and
     the top; what nothing is seen of has none. pyvista's errors pass."""
-    view = View.of(np.vstack([thing.points for thing in things]))
-    plotter, png = _drawn(things, view), io.BytesIO()
+    camera = camera_at(np.vstack([thing.points for thing in things]))
+    plotter, png = _drawn(things, camera), io.BytesIO()
     plotter.screenshot(png, transparent_background=True)
     plotter.close()
-    return png.getvalue(), _seen(things, view)
+    return png.getvalue(), _seen(things, camera)
 
 
-class View:
-    """The camera: where it stands, and where a point is in its picture."""
+def camera_at(points: Array) -> Array:
+    """Where the camera stands that looks along -TOWARD, as near as keeps every point in its frame.
 
-    def __init__(self, centre: Any, distance: float) -> None:
-        self.toward = np.array(TOWARD) / np.linalg.norm(TOWARD)
-        self.right = np.cross([0.0, 1.0, 0.0], self.toward)
-        self.right /= np.linalg.norm(self.right)
-        self.up = np.cross(self.toward, self.right)
-        self.centre, self.position = centre, centre + distance * self.toward
-
-    @staticmethod
-    def of(points: Any) -> View:
-        """As near as keeps every point inside the frame, what is seen in its middle."""
-        middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-        view = View(middle, 1.0)
-        view = View(middle, view.distance(points))
-        for _ in range(6):  # near things look larger, so that the middle of all moves a little
-            left, top = view.places(points).T
-            half = np.linalg.norm(view.position - view.centre) * np.tan(
-                np.radians(0.5 * VIEW_ANGLE)
-            )
-            aside = (left.min() + left.max() - 1.0) * half * SIZE[0] / SIZE[1]
-            above = (1.0 - top.min() - top.max()) * half
-            centre = view.centre + aside * view.right + above * view.up
-            view = View(centre, View(centre, 1.0).distance(points))
-        return view
-
-    def distance(self, points: Any) -> float:
-        """How far from its centre the camera must be, for all points to be in the picture."""
-        slope = FILLED * np.tan(np.radians(0.5 * VIEW_ANGLE))
-        offset = points - self.centre
-        tall = np.abs(offset @ self.up) / slope
-        wide = np.abs(offset @ self.right) / (slope * SIZE[0] / SIZE[1])
-        return float((offset @ self.toward + np.maximum(tall, wide)).max())
-
-    def places(self, points: Any) -> Any:
-        """Shares (n, 2) from the left and from the top of the picture."""
-        offset = points - self.position
-        depth = -(offset @ self.toward) * np.tan(np.radians(0.5 * VIEW_ANGLE))
-        across = (offset @ self.right) / (depth * SIZE[0] / SIZE[1])
-        return np.column_stack([0.5 + 0.5 * across, 0.5 - 0.5 * (offset @ self.up) / depth])
+    At distance d a point (x, y, z) in the camera's axes is in a frame of slope s about a where
+    |x - a| <= s (d - z): with h = max(s z + x), l = max(s z - x), a = (h - l) / 2 and
+    s d >= (h + l) / 2; the same for y.
+    """
+    axes = camera_axes()
+    place = points @ axes.T
+    slopes = FILLED * np.tan(np.radians(0.5 * VIEW_ANGLE)) * np.array([SIZE[0] / SIZE[1], 1.0])
+    depth = slopes * place[:, 2:]
+    high, low = (depth + place[:, :2]).max(axis=0), (depth - place[:, :2]).max(axis=0)
+    distance = (0.5 * (high + low) / slopes).max()
+    return np.asarray(np.append(0.5 * (high - low), distance) @ axes)
 
 
-def _drawn(things: tuple[Shown, ...], view: View) -> Any:
+def camera_axes() -> Array:
+    """Unit vectors (3, 3) to the right and up in the picture, and out of it."""
+    toward = np.array(TOWARD) / np.linalg.norm(TOWARD)
+    right = np.cross([0.0, 1.0, 0.0], toward)
+    right /= np.linalg.norm(right)
+    return np.array([right, np.cross(toward, right), toward])
+
+
+def _drawn(things: tuple[Shown, ...], camera: Array) -> Any:
     import pyvista
 
     plotter = pyvista.Plotter(off_screen=True, window_size=SIZE)
@@ -199,12 +180,12 @@ def _drawn(things: tuple[Shown, ...], view: View) -> Any:
         if np.linalg.norm(move) > 0.0:  # from its place to where it is drawn
             middle = 0.5 * (thing.points.min(axis=0) + thing.points.max(axis=0))
             plotter.add_mesh(pyvista.Line(middle - move, middle), color=TRAIL, line_width=1.5)
-    _aimed(plotter, view)
+    _aimed(plotter, camera)
     plotter.add_axes(color=TRAIL, line_width=3, viewport=(0.0, 0.0, 0.12, 0.16))
     return plotter
 
 
-def _seen(things: tuple[Shown, ...], view: View) -> dict[str, tuple[float, float]]:
+def _seen(things: tuple[Shown, ...], camera: Array) -> dict[str, tuple[float, float]]:
     """Where each thing is seen best: the middle of the largest disc of it that nothing covers."""
     import pyvista
     from scipy.ndimage import distance_transform_edt
@@ -217,7 +198,7 @@ def _seen(things: tuple[Shown, ...], view: View) -> dict[str, tuple[float, float
         if thing.opacity == 1.0:  # what is translucent covers nothing
             colour = tuple((k + 1) >> shift & 255 for shift in (16, 8, 0))
             plotter.add_mesh(_surface(thing), color=colour, lighting=False)
-    _aimed(plotter, view)
+    _aimed(plotter, camera)
     image = plotter.screenshot(return_img=True).astype(np.int64)
     plotter.close()
     number = (image[..., 0] << 16) + (image[..., 1] << 8) + image[..., 2] - 1
@@ -233,10 +214,10 @@ def _seen(things: tuple[Shown, ...], view: View) -> dict[str, tuple[float, float
     return places
 
 
-def _aimed(plotter: Any, view: View) -> None:
+def _aimed(plotter: Any, position: Array) -> None:
     camera = plotter.camera
-    camera.focal_point, camera.up = view.centre, (0.0, 1.0, 0.0)
-    camera.position, camera.view_angle = view.position, VIEW_ANGLE
+    camera.position, camera.view_angle, camera.up = position, VIEW_ANGLE, (0.0, 1.0, 0.0)
+    camera.focal_point = position - camera_axes()[2]
     plotter.reset_camera_clipping_range()
 
 

@@ -130,13 +130,13 @@ def test_the_bar_of_a_bent_strip_holds_it_just():
 
 def test_gaps_of_legs_to_other_plates_and_the_core():
     design = made(
-        {"shape": "block", "core": {"width_mm": 4.0, "height_mm": 3.0, "bottom_mm": 1.0}},
+        {"shape": "block", "core": {"width_mm": 4.0, "height_mm": 3.0, "bottom_mm": 1.83}},
         {"count": 1, "thickness_mm": 0.2},
     )
     own = PlateFrame(0, 0.0, 5.0, 0.0, 2.0, 0.2, -2.0, 2.0)
-    beyond = PlateFrame(1, 0.0, 6.0, 0.0, 2.0, 0.2, 3.0, 4.0)
+    beyond = PlateFrame(1, 0.0, 5.24, 0.0, 2.0, 0.2, 3.0, 4.0)
     leg = Leg(0, "+z", 0.4, 0.0, 2.0, 5.0, 8.0, True)
-    for frames, gap in (((own, beyond), 0.8), ((own,), 0.9)):
+    for frames, gap in (((own, beyond), 0.04), ((own,), 0.07)):
         fixture = Fixture(design, limits_of(design.mold), frames, (leg,))
         assert fixture.gaps()[0] == pytest.approx(gap)
 

@@ -13,9 +13,8 @@ from fingerdesign.cad.kernel import volume_of
 from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
-from fingerdesign.mold.cad.build import build_mold, undercuts
+from fingerdesign.mold.cad.build import build_mold, meshed, undercuts
 from fingerdesign.mold.cad.features import cut_plates
-from fingerdesign.mold.cad.meshed import all_meshed
 from fingerdesign.mold.checks import run_checks
 from fingerdesign.mold.make import mold_meshes
 from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, wall_name
@@ -197,7 +196,7 @@ def test_a_built_mold_passes_every_check(process, written):
     if process == "machined":
         design = design_of(process=process)
         plan, built = built_of(design)
-        meshes = all_meshed(built, design.mold.chord_mm)
+        meshes = built.each(lambda part: meshed(part, design.mold.chord_mm))
     found = run_checks(design, plan, meshes)
     assert [check.sentence for check in found if not check.ok] == []
     assert {"clearance", "bolts pass", "widths of holes", "demolding"} <= {c.name for c in found}

@@ -10,7 +10,7 @@ from fingerdesign.errors import DesignError
 from fingerdesign.mold.checks.venting import pour_turn, upward
 from fingerdesign.mold.plan.base import base_holes_of, core_box
 from fingerdesign.mold.plan.extent import extent_of
-from fingerdesign.mold.plan.plan import PROFILES, density_of, limits_of
+from fingerdesign.mold.plan.plan import PROFILES, MoldPlan, density_of, limits_of
 from fingerdesign.mold.plan.planning import plan_mold
 from tests.support.molds import drawn, keys, mold_faults, shipped
 
@@ -157,11 +157,17 @@ def test_a_value_at_the_bound_that_is_reported_is_taken(key, value, beyond):
 DESIGNS = {"round, backed": 87, "parted by a core": 8, "step": 4}
 
 
+def bare(design):
+    """A plan of nothing but the outline, at the finger's own size."""
+    nothing = {"frames": (), "legs": (), "sides": (), "plugs": (), "top": 0.0, "base": 4.0}
+    return MoldPlan(**vars(extent_of(design, 1.0)), scale=1.0, **nothing)
+
+
 @pytest.mark.parametrize("which", ["block", "pin", "narrow", *DESIGNS])
 def test_holes_are_within_the_base_and_apart(which):
     design = drawn(DESIGNS[which]) if which in DESIGNS else shipped(which)
-    limits, extent, core = limits_of(design.mold), extent_of(design, 1.0), core_box(design, 1.0)
-    holes, faults = base_holes_of(design, extent, 1.0, limits)
+    limits, extent, core = limits_of(design.mold), bare(design), core_box(design, 1.0)
+    holes, faults = base_holes_of(design, extent, limits)
     assert not faults
     kinds = [hole.kind for hole in holes]
     assert kinds[0] == "vent"
@@ -201,7 +207,7 @@ def test_the_first_vent_is_where_the_tilted_base_is_highest(name):
 def test_each_part_of_a_parted_base_has_a_vent_at_its_highest_place():
     design = drawn(DESIGNS["parted by a core"])
     assert design.body.core.depth_mm is None
-    holes, _ = base_holes_of(design, extent_of(design, 1.0), 1.0, limits_of(design.mold))
+    holes, _ = base_holes_of(design, bare(design), limits_of(design.mold))
     half, deep = 0.5 * design.body.core.width_mm, 0.5 * design.body.depth_mm
     vents = np.array([[hole.x, hole.z] for hole in holes if hole.kind == "vent"])
     left = vents[vents[:, 0] < -half]

@@ -15,19 +15,12 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.cad.bodies import plate_solid
-from fingerdesign.cad.kernel import (
-    circle,
-    extruded,
-    flat_face,
-    one_solid,
-    polygon,
-    revolved,
-)
+from fingerdesign.cad.kernel import one_solid
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.cad.parting import prism_of, slab
 from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, wall_name
-from fingerdesign.mold.plan.extent import extent_of, seam_height
+from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.plan import (
     SIDES,
     BaseHole,
@@ -44,7 +37,6 @@ from fingerdesign.mold.plan.plan import (
     in_space,
     limits_of,
 )
-from fingerdesign.mold.products.flat_pattern import outline_of
 
 BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
 ROOT_MM = 0.2  # how deep a pin or key reaches into what it stands on
@@ -56,52 +48,24 @@ _UP = np.array([0.0, 1.0, 0.0])
 def cut_plates(plan: MoldPlan) -> tuple[cq.Solid, ...]:
     """Every plate as it is cut from sheet and lies in the mold: its span with its legs, one solid.
 
-    A flat one is one holed face drawn through its thickness; a bent one's legs are joined to it.
     GeometryError where the kernel fails, or where a leg does not touch its plate.
     """
     found = []
     for frame in plan.frames:
-        legs = plan.legs_of(frame.index)
-        if frame.bend_radius is None:
-            found.append(_flat(frame, legs))
-        else:
-            pieces = [_bent_leg(frame, leg, frame.bend_radius) for leg in legs]
-            whole = plate_solid(frame)
-            whole = whole.fuse(*pieces).clean() if pieces else whole
-            found.append(one_solid(whole, f"plate {frame.index} with its legs"))
+        pieces = [_leg(frame, leg) for leg in plan.legs_of(frame.index)]
+        whole = plate_solid(frame)
+        whole = whole.fuse(*pieces).clean() if pieces else whole
+        found.append(one_solid(whole, f"plate {frame.index} with its legs"))
     return tuple(found)
 
 
-def _flat(frame: PlateFrame, legs: tuple[Leg, ...]) -> cq.Solid:
-    """The holed outline of plate and legs, drawn from the lower to the upper side."""
-    v = 0.5 * frame.thickness
-
-    def place(s: float, w: float) -> Array:
-        return np.asarray(frame.to_space(frame.from_local(s, -v), w)[0])
-
-    corners = [place(s, w + frame.middle) for s, w in outline_of(frame, legs).tolist()]
-    across = np.eye(3)[2 if frame.along == "x" else 0]
-    face_normal = np.cross(frame.direction(frame.axis), across)
-    holes = [circle(place(hole.s, hole.w), -face_normal, hole.radius) for hole in frame.holes]
-    upward = frame.direction(frame.normal)
-    return extruded(flat_face(polygon(corners), holes), frame.thickness * upward)
-
-
-def _bent_leg(frame: PlateFrame, leg: Leg, radius: float) -> cq.Solid:
-    """A leg of a bent plate: a strip of the same bent sheet beyond the plate's end."""
-    place, y = frame.from_local(leg.offset, 0.0)[0]
+def _leg(frame: PlateFrame, leg: Leg) -> cq.Solid:
+    """A leg: a strip of the same sheet, bent as the plate is, beyond the plate's end."""
+    place, y = frame.from_local(leg.offset, 0.0)[0].tolist()
     low, high = (leg.start, leg.tip) if leg.side[0] == "+" else (-leg.tip, -leg.start)
-    strip = replace(
-        frame,
-        place=float(place),
-        y=float(y),
-        angle_deg=frame.angle_deg - float(np.degrees(leg.offset / radius)),
-        length=leg.width,
-        low=low,
-        high=high,
-        holes=(),
-    )
-    return plate_solid(strip)
+    turn = 0.0 if frame.bend_radius is None else float(np.degrees(leg.offset / frame.bend_radius))
+    strip = replace(frame, place=place, y=y, angle_deg=frame.angle_deg - turn, length=leg.width)
+    return plate_solid(replace(strip, low=low, high=high, holes=()))
 
 
 def slot_tools(plan: MoldPlan, planned: SidePlan) -> Iterator[tuple[str, cq.Solid]]:
@@ -154,12 +118,12 @@ def window_tools(design: Design, plan: MoldPlan, planned: SidePlan) -> Iterator[
     """
     if planned.window is None:
         return
-    extent, land = extent_of(design, plan.scale), 1.2 * limits_of(design.mold).wall_mm
+    land = 1.2 * limits_of(design.mold).wall_mm
 
     def seam(place: float) -> float:
         beside = planned.side.endswith("x")
         x, z = (plan.half_width, place) if beside else (place, plan.half_depth)
-        return seam_height(design, extent, plan.scale, x, z)
+        return seam_height(design.body, plan, x, z)
 
     low, high, bottom = planned.window
     yield _opening(plan, planned.side, low, high, bottom)
@@ -261,11 +225,7 @@ def _cone(foot: Array, way: Array, first: float, last: float, length: float) -> 
     """The cone (or cylinder) of diameters ``first`` at ``foot`` and ``last`` at its other end."""
     if abs(first - last) < 1e-9:
         return _cylinder(first, foot, way, length)
-    across = np.cross(way, np.eye(3)[int(np.argmin(np.abs(way)))])
-    across /= np.linalg.norm(across)
-    tip = foot + length * way
-    corners = [foot, foot + 0.5 * first * across, tip + 0.5 * last * across, tip]
-    return revolved(flat_face(polygon(corners)), foot, way, 360.0)
+    return cq.Solid.makeCone(0.5 * first, 0.5 * last, length, cq.Vector(*foot), cq.Vector(*way))
 
 
 def _cylinder(diameter: float, foot: Array, way: Array, length: float) -> cq.Solid:

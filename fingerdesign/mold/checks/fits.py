@@ -298,7 +298,7 @@ def _side(design: Design, plan: MoldPlan, side: SidePlan, limits: Limits) -> lis
     room = [slot.width - slot.shim - plan.thickness[slot.plate] for slot in side.slots]
     leads = [_for_leads(side, slot) for slot in side.slots if slot.wire > 0.0]
     wire = max((slot.wire for slot in side.slots), default=0.0)
-    where, between = f"side {side.side}", webs(side.slots, exact=True)[2]
+    where, between = f"side {side.side}", webs(side.slots)[2]
     return [
         _least("planned slots", where, [s.width for s in side.slots], least, f"slot of {where}"),
         _least(

@@ -18,17 +18,17 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import step_facts
 from fingerdesign.errors import Fault
-from fingerdesign.mold.plan.extent import Extent
 from fingerdesign.mold.plan.plan import (
     BaseHole,
     CorePin,
     HoleKind,
     Limits,
+    MoldPlan,
     Side,
     SidePlan,
     refusal,
 )
-from fingerdesign.mold.plan.slots import core_in_mold, openings_of
+from fingerdesign.mold.plan.slots import clear, core_in_mold, openings_of
 
 TILT_DEG = 5.0
 VENT_MM = 1.0  # of vents that are not given
@@ -74,13 +74,13 @@ def core_box(design: Design, scale: float) -> tuple[Array, Array] | None:
 
 
 def base_holes_of(
-    design: Design, extent: Extent, scale: float, limits: Limits
+    design: Design, plan: MoldPlan, limits: Limits
 ) -> tuple[tuple[BaseHole, ...], list[Fault]]:
     """Every hole of the base plate, the highest vent first, and the fault of what has no room."""
     mold, core = design.mold, design.body.core
-    base = _base(design, extent, scale, limits.wall_mm)
+    base = _base(design, plan, limits.wall_mm)
     vent = max(VENT_MM, limits.hole_mm) if mold.vent_mm is None else mold.vent_mm
-    screws = _screws(design, scale)
+    screws = _screws(design, plan.scale)
     holes: list[BaseHole] = []
     openings: list[BaseHole] | None = None
     for corners in (3, 1):  # on a small base the gate comes before further vents
@@ -124,15 +124,15 @@ def _openings(
     return best
 
 
-def _base(design: Design, extent: Extent, scale: float, web: float) -> _Base:
+def _base(design: Design, plan: MoldPlan, web: float) -> _Base:
     x, z = np.meshgrid(
-        np.linspace(-extent.half_width, extent.half_width, _GRID),
-        np.linspace(-extent.half_depth, extent.half_depth, _GRID),
+        np.linspace(-plan.half_width, plan.half_width, _GRID),
+        np.linspace(-plan.half_depth, plan.half_depth, _GRID),
         indexing="ij",
     )
     places = np.column_stack([x.ravel(), z.ravel()])
-    room = _inside(design, extent, scale, places)
-    box = core_box(design, scale)
+    room = _inside(design, plan, places)
+    box = core_box(design, plan.scale)
     if box is not None and box[0][1] == 0.0:
         away = np.abs(places) - box[1][[0, 2]]
         outside = np.linalg.norm(np.maximum(away, 0.0), axis=1) + np.minimum(away.max(axis=1), 0.0)
@@ -143,20 +143,20 @@ def _base(design: Design, extent: Extent, scale: float, web: float) -> _Base:
     return _Base(places, room - _EDGE_MM, region, web)
 
 
-def _inside(design: Design, extent: Extent, scale: float, places: Array) -> Array:
+def _inside(design: Design, plan: MoldPlan, places: Array) -> Array:
     """How far (n,) places of the plane y = 0 lie inside the finger's base; negative outside."""
     body = design.body
     if body.kind.turned:
-        return np.asarray(extent.half_width - np.hypot(*places.T))
-    half = np.array([extent.half_width, extent.half_depth])
+        return np.asarray(plan.half_width - np.hypot(*places.T))
+    half = np.array([plan.half_width, plan.half_depth])
     within = (half - np.abs(places)).min(axis=1)
     if body.step is None:
         return np.asarray(within)
-    points = np.column_stack([places[:, 0], np.zeros(len(places)), places[:, 1]]) / scale
+    points = np.column_stack([places[:, 0], np.zeros(len(places)), places[:, 1]])
     faces = [face for face in step_facts(body.step).faces if face.name == "base"]
-    outside = np.min([face.border.beyond(points) for face in faces], axis=0) > 0.0
-    border = np.min([face.border.distance(points) for face in faces], axis=0)
-    return np.asarray(np.minimum(within, scale * np.where(outside, -border, border)))
+    outside = np.min([face.border.beyond(points / plan.scale) for face in faces], axis=0) > 0.0
+    border = np.min([face.border.distance(points / plan.scale) for face in faces], axis=0)
+    return np.asarray(np.minimum(within, plan.scale * np.where(outside, -border, border)))
 
 
 def _vents(base: _Base, diameter: float, least: float, corners: int) -> list[BaseHole]:
@@ -228,14 +228,14 @@ _AXES: tuple[tuple[Side, Side], ...] = (("+z", "-z"), ("+x", "-x"))
 
 
 def core_pins_of(
-    design: Design, scale: float, sides: tuple[SidePlan, ...], limits: Limits
+    design: Design, plan: MoldPlan, limits: Limits
 ) -> tuple[tuple[CorePin, ...], list[Fault]]:
     """The core's pins, and the fault of a core that none can hold.
 
     Straight pins through the walls hold a core that is clear of the base while the rubber cures:
     two on either side where it is wide enough, else one. They are drawn with their walls.
     """
-    box = core_box(design, scale)
+    box = core_box(design, plan.scale)
     if box is None or box[0][1] == 0.0:
         return (), []
     low, high = box
@@ -252,7 +252,7 @@ def core_pins_of(
     for axis, diameter in product(_AXES, sizes):
         hole = diameter + 2.0 * limits.clearance_mm
         half, end = (high[0], high[2]) if axis[0].endswith("z") else (high[2], high[0])
-        places = _places(float(half), y, hole, [s for s in sides if s.side in axis], limits)
+        places = _places(float(half), y, hole, [plan.side(side) for side in axis], limits)
         if places:
             depth = min(_MOST_DEPTH_MM, _DEPTH_SHARE * 2.0 * float(end))
             pins = [
@@ -280,17 +280,11 @@ def _places(
         return []
     places = np.arange(0.0, most + 1e-9, _STEP_MM)
     room = 0.5 * hole + limits.wall_mm
-    free = {sign: np.ones(len(places), dtype=bool) for sign in (1.0, -1.0)}
-    for planned in sides:
-        for low, high, bottom, top in openings_of(planned):
-            if not (bottom - room < y < top + room):
-                continue
-            for sign, fits in free.items():
-                fits &= (sign * places < low - room) | (sign * places > high + room)
-    both = places[free[1.0] & free[-1.0]]
+    low, high, bottom, top = np.concatenate([openings_of(planned) for planned in sides]).T
+    level = (bottom - room < y) & (y < top + room)
+    right, left = (clear(sign * places, room, low[level], high[level]) for sign in (1.0, -1.0))
+    both = places[right & left]
     if len(both) and both[-1] >= hole + 0.5 * limits.wall_mm:
         return [-float(both[-1]), float(both[-1])]
-    for sign, fits in free.items():
-        if fits.any():
-            return [sign * float(places[fits][0])]
-    return []
+    one = [*places[right][:1], *-places[left][:1]]
+    return [float(one[0])] if one else []

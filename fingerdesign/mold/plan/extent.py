@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.design.body import Body
+from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.design.body import Body, StepFile
 from fingerdesign.design.schema import Design
-from fingerdesign.design.step import StepFacts, step_facts
+from fingerdesign.design.step import step_facts
 from fingerdesign.layout.clearance import surface_clearances
 from fingerdesign.layout.frames import PlateFrame, crest_height, surface_height
 from fingerdesign.layout.profile import profile_of
-from fingerdesign.mold.plan.plan import Side
+from fingerdesign.mold.plan.plan import Extent, MoldPlan, Side, across, direction
 from fingerdesign.shapes.faces import CadFace, nearest
 
 _ALONG, _ACROSS = 3, 2  # points of a bar's section at which it is followed outward
@@ -100,37 +101,20 @@ def exits_of(
     those of the body's extent.
     """
     if not bars:
-        nothing = np.zeros(0)
-        return Exits(*[nothing] * 7)
+        return Exits(*[np.zeros(0)] * 7)
     rays = _sections(bars) / scale
-    signs = np.array([1.0 if side[0] == "+" else -1.0 for side in sides])
-    half = np.array([half_extent(body, side) for side in sides])
-    along_x = np.array([side.endswith("z") for side in sides])
-
-    def space(across: Array) -> Array:
-        """Points (n * points, 3) of the rays at distances ``across`` (n, points)."""
-        way = signs[:, None] * across
-        x = np.where(along_x[:, None], rays[..., 0], way)
-        z = np.where(along_x[:, None], way, rays[..., 0])
-        return np.column_stack([x.ravel(), rays[..., 1].ravel(), z.ravel()])
-
-    shape = rays.shape[:2]
-    ends = np.broadcast_to(half[:, None], shape)
-    face, surface = _margins(body, space(ends), along_x, signs, shape)
-    first = np.broadcast_to(np.minimum(np.array(starts) / scale, half)[:, None], shape)
-    out = np.array(ends, dtype=float)
+    level, way = (np.array([of(side) for side in sides])[:, None] for of in (across, direction))
+    foot = rays[..., :1] * level + rays[..., 1:] * np.array([0.0, 1.0, 0.0])
+    half = np.array([[half_extent(body, side)] for side in sides])
+    face, surface = _margins(body, foot + half[..., None] * way, sides)
+    out = np.tile(half, rays.shape[1])
     rest = np.flatnonzero(face < 0.0)
     if follow and len(rest):
-        out[rest] = _followed(body, space, first, ends, rest)
-    return Exits(
-        scale * out.min(axis=1),
-        scale * out.max(axis=1),
-        scale * face,
-        scale * surface,
-        scale * rays[..., 1].max(axis=1),
-        scale * rays[..., 1].min(axis=1),
-        scale * np.abs(rays[..., 0]).max(axis=1),
-    )
+        first = np.minimum(np.array(starts)[rest, None] / scale, half[rest])
+        out[rest] = _followed(body, foot[rest], way[rest], first, half[rest])
+    place, height = np.abs(rays[..., 0]), rays[..., 1]
+    least, most = [out.min(axis=1), out.max(axis=1)], [height.max(axis=1), height.min(axis=1)]
+    return Exits(*(scale * each for each in (*least, face, surface, *most, place.max(axis=1))))
 
 
 def _sections(bars: Sequence[PlateFrame]) -> Array:
@@ -145,83 +129,63 @@ def _sections(bars: Sequence[PlateFrame]) -> Array:
     return np.asarray(centre + along[..., None] * axis + across[..., None] * normal)
 
 
-def _margins(
-    body: Body, points: Array, along_x: BoolArray, signs: Array, shape: tuple[int, ...]
-) -> tuple[Array, Array]:
-    """Least margin (n,) to the border of a flat face, and to the contact surface."""
-    if body.step is None:
-        x, y, z = points.T
+def _margins(body: Body, points: Array, sides: Sequence[Side]) -> tuple[Array, Array]:
+    """Least margin (n,) of points (n, k, 3) in the planes of the body's extents: to the border of
+    a flat face there, and below the contact surface; -inf where there is none."""
+    shape = points.shape[:2]
+    face, below = np.full((2, *shape), -np.inf)
+    if body.step is not None:
+        for side in set(sides):
+            rows = [k for k, each in enumerate(sides) if each == side]
+            found = _on_step(body.step, side, points[rows].reshape(-1, 3))
+            face[rows], below[rows] = (each.reshape(len(rows), -1) for each in found)
+    elif not body.kind.turned:
+        level = np.array([across(side) for side in sides])
+        half = 0.5 * level @ [body.width_mm, 0.0, body.depth_mm]
+        beside = half[:, None] - np.abs(np.einsum("nki,ni->nk", points, level))
+        x, y, z = points.reshape(-1, 3).T
         half_x = 0.5 * body.width_mm * (1.0 - 1e-12)
-        on_side = np.column_stack([np.clip(x, -half_x, half_x), y, z])
-        if body.kind.turned:
-            surface = np.full(shape[0], -np.inf)
-            return surface, surface
-        below = surface_clearances(body, on_side).reshape(shape)
-        below = np.where(np.isnan(below), -np.inf, below).min(axis=1)
-        beside = np.where(
-            along_x,
-            (0.5 * body.width_mm - np.abs(x)).reshape(shape).min(axis=1),
-            (0.5 * body.depth_mm - np.abs(z)).reshape(shape).min(axis=1),
-        )
-        height = y.reshape(shape).min(axis=1)
-        return np.minimum(np.minimum(below, beside), height), below
-    facts = step_facts(body.step)
-    face, surface = np.full(shape[0], -np.inf), np.full(shape[0], -np.inf)
-    grouped = points.reshape(*shape, 3)
-    for axis, mine in ((2, along_x), (0, ~along_x)):
-        for sign in (1.0, -1.0):
-            rows = np.flatnonzero(mine & (signs == sign))
-            if len(rows):
-                some = grouped[rows].reshape(-1, 3)
-                inside, below = _step_margins(facts, axis, sign, some)
-                face[rows] = inside.reshape(len(rows), -1).min(axis=1)
-                surface[rows] = below.reshape(len(rows), -1).min(axis=1)
-    return face, surface
+        clear = surface_clearances(body, np.column_stack([np.clip(x, -half_x, half_x), y, z]))
+        below = np.where(np.isnan(clear), -np.inf, clear).reshape(shape)
+        face = np.minimum(np.minimum(below, beside), y.reshape(shape))
+    return face.min(axis=1), below.min(axis=1)
 
 
-def _step_margins(facts: StepFacts, axis: int, sign: float, points: Array) -> tuple[Array, Array]:
-    """Of points (n, 3) in the plane of a STEP body's extent: inside its flat face, by how much;
-    and how far below the contact surface."""
-    extent = facts.high[axis] if sign > 0 else facts.low[axis]
+def _on_step(step: StepFile, side: Side, points: Array) -> tuple[Array, Array]:
+    facts, axis = step_facts(step), 0 if side.endswith("x") else 2
+    faces, extent = facts.faces, (facts.high if side[0] == "+" else facts.low)[axis]
     here: list[CadFace] = []
     others: list[CadFace] = []
-    for face in facts.faces:
+    for face in faces:
         level = max(abs(face.low[axis] - extent), abs(face.high[axis] - extent)) < _ON_FACE_MM
         (here if face.flat and level else others).append(face)
     if not here:
         return np.full(len(points), -np.inf), np.full(len(points), -np.inf)
-    contact = tuple(face for face in facts.faces if face.name == "contact")
-    on_it = nearest(tuple(here), points)[3] < _ON_FACE_MM
-    inside = np.where(on_it, nearest(tuple(others), points)[3], -np.inf)
-    return inside, np.where(on_it, nearest(contact, points)[3], -np.inf)
+    contact = [face for face in faces if face.name == "contact"]
+    on_it = nearest(here, points)[3] < _ON_FACE_MM
+    border, below = (nearest(each, points)[3] for each in (others, contact))
+    return np.where(on_it, border, -np.inf), np.where(on_it, below, -np.inf)
 
 
-def _followed(
-    body: Body, space: Callable[[Array], Array], first: Array, ends: Array, rest: IntArray
-) -> Array:
-    """Distances (rest, points) at which the rays of some bars leave the body."""
-    shape = first.shape
+def _followed(body: Body, foot: Array, way: Array, first: Array, last: Array) -> Array:
+    """Distances (n, k) along unit vectors at which lines from ``foot`` (n, k, 3) leave the body,
+    between two (n, 1) of which it holds the first."""
 
-    def inside(across: Array) -> BoolArray:
-        full = np.array(ends, dtype=float)
-        full[rest] = across
-        points = space(full).reshape(*shape, 3)[rest].reshape(-1, 3)
-        return _inside(body, points).reshape(across.shape)
+    def inside(out: Array) -> BoolArray:
+        points = foot + out[..., None] * way
+        return _inside(body, points.reshape(-1, 3)).reshape(out.shape)
 
-    low, high = np.array(first[rest]), np.array(ends[rest])
-    halvings = _HALVINGS
-    if body.step is not None:
-        last = np.array(low)
-        for share in np.linspace(0.0, 1.0, _STEPS + 1)[1:]:
-            trial = low + share * (high - low)
-            last = np.where(inside(trial), trial, last)
-        low, high = last, np.minimum(last + (high - low) / _STEPS, high)
-        halvings = _STEP_HALVINGS
+    steps, halvings = (1, _HALVINGS) if body.step is None else (_STEPS, _STEP_HALVINGS)
+    low = np.tile(first, foot.shape[1])
+    for share in np.linspace(0.0, 1.0, steps + 1)[1:]:
+        trial = np.broadcast_to(first + share * (last - first), low.shape)
+        low = np.where(inside(trial), trial, low)
+    high = np.minimum(low + (last - first) / steps, last)
     for _ in range(halvings):
         middle = 0.5 * (low + high)
         within = inside(middle)
         low, high = np.where(within, middle, low), np.where(within, high, middle)
-    return high
+    return np.asarray(high)
 
 
 def _inside(body: Body, points: Array) -> BoolArray:
@@ -243,21 +207,6 @@ _SHARE = 0.7  # of the half-width that must be left at the corner: that of a cir
 _WITHIN = 0.98  # of the corner found: walls that end on the body's surface would end in a point
 
 
-@dataclass(frozen=True)
-class Extent:
-    """The enlarged outline's half sizes, mm; ``corner``, ``rim``, ``crest`` as of a MoldPlan.
-
-    continued   whether the walls continue the contact surface outward; else they end at the rim
-    """
-
-    half_width: float
-    half_depth: float
-    corner: float
-    rim: float
-    crest: float
-    continued: bool
-
-
 def extent_of(design: Design, scale: float) -> Extent:
     """The extent of a design's outline, enlarged by ``scale``."""
     body = design.body
@@ -274,8 +223,10 @@ def extent_of(design: Design, scale: float) -> Extent:
     return Extent(half_width, half_depth, corner, rim, crest, continued)
 
 
+@lru_cache(maxsize=64)
 def _corner(faces: tuple[CadFace, ...], half_width: float, half_depth: float, rim: float) -> float:
-    """|z| up to which a STEP body, at every height below the rim, parts left from right."""
+    """|z| up to which a STEP body, at every height below the rim, parts left from right; it takes
+    0.1 s."""
     heights = np.linspace(1e-3, 1.0 - 1e-3, _HEIGHTS) * rim
     shares = np.linspace(-1.0, 1.0, 2 * _PLACES + 1)
 
@@ -296,13 +247,10 @@ def _corner(faces: tuple[CadFace, ...], half_width: float, half_depth: float, ri
     return _WITHIN * reach(grid, half_depth)
 
 
-def seam_height(design: Design, extent: Extent, scale: float, x: float, z: float) -> float:
+def seam_height(body: Body, plan: MoldPlan, x: float, z: float) -> float:
     """Height of the walls' top at (x, z) beside the finger, in mold space, mm."""
-    if not extent.continued:
-        return extent.rim
-    inside = 1.0 - 1e-9
-    place = (
-        float(np.clip(x, -extent.half_width, extent.half_width)) / scale * inside,
-        float(np.clip(z, -extent.half_depth, extent.half_depth)) / scale * inside,
-    )
-    return scale * float(surface_height(design.body, *place))
+    if not plan.continued:
+        return plan.rim
+    half = np.array([plan.half_width, plan.half_depth])
+    place = np.clip([x, z], -half, half) / plan.scale * (1.0 - 1e-9)
+    return plan.scale * float(surface_height(body, *place))

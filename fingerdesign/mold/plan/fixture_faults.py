@@ -25,11 +25,8 @@ Web = tuple[Holding, int, int, float, float]  # how they are held, two plates, w
 
 
 def row_of(design: Design, plate: int) -> PlateRow:
-    """The row that a plate stands in; KeyError for a number that no plate has."""
-    for row in plate_rows(design):
-        if any(frame.index == plate for frame in row.frames):
-            return row
-    raise KeyError(plate)
+    """The row that a plate stands in."""
+    return next(row for row in plate_rows(design) if plate in (f.index for f in row.frames))
 
 
 def least_value(
@@ -41,16 +38,20 @@ def least_value(
         trial = with_key(design, key, value)
         return trial is not None and holds(trial)
 
-    found = next((v for v in np.linspace(low, high, 9)[1:] if does(float(v))), None)
+    found = next((v for v in np.linspace(low, high, 9)[1:].tolist() if does(v)), None)
     if found is None:
         return None
-    under, over = float(found) - (high - low) / 8.0, float(found)
-    for _ in range(TRIALS - 3):
-        middle = 0.5 * (under + over)
-        under, over = (under, middle) if does(middle) else (middle, over)
-    over = float(at_least(over))
+    over = float(at_least(_edge(does, found, found - (high - low) / 8.0, TRIALS - 3)))
     trial = with_key(design, key, over)
     return over if trial is not None and holds(trial) and is_sound(trial) else None
+
+
+def _edge(does: Callable[[float], bool], good: float, bad: float, halvings: int) -> float:
+    """About the value between a good and a bad one up to which it ``does``."""
+    for _ in range(halvings):
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if does(middle) else (good, middle)
+    return good
 
 
 def worst_exit(fixture: Fixture) -> tuple[Leg, float] | None:
@@ -113,15 +114,13 @@ def _wider(
         found.append(f"move the rows apart by {key}")
     mold = design.mold
     finer = "set mold.plate_fixture = 'comb', whose slots are cut finer"
-    changes: dict[str, tuple[bool, object, str]] = {
-        "plate_fixture": ("comb" not in (holding, mold.plate_fixture), "comb", finer),
-        "leg_mm": (mold.leg_mm is not None, None, "remove mold.leg_mm"),
-        "wire_mm": (
-            *(mold.wire_mm > 0.0, 0.0),
-            "set mold.wire_mm = 0 and lead the wires out elsewhere",
-        ),
-    }
-    for name, (possible, value, words) in changes.items():
+    elsewhere = "set mold.wire_mm = 0 and lead the wires out elsewhere"
+    changes: tuple[tuple[bool, str, object, str], ...] = (
+        ("comb" not in (holding, mold.plate_fixture), "plate_fixture", "comb", finer),
+        (mold.leg_mm is not None, "leg_mm", None, "remove mold.leg_mm"),
+        (mold.wire_mm > 0.0, "wire_mm", 0.0, elsewhere),
+    )
+    for possible, name, value, words in changes:
         if possible and holds(_with_mold(design, **{name: value}), thorough=True):
             found.append(words)
     return found
@@ -160,12 +159,7 @@ def _most(design: Design, where: str, name: str, high: float) -> float | None:
         return worst_web(fixture) is None and worst_exit(fixture) is None
 
     low = min(_SMALLEST_MM, 0.5 * high)
-    if not holds(low):
-        return None
-    for _ in range(TRIALS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if holds(middle) else (low, middle)
-    return low
+    return _edge(holds, low, high, TRIALS) if holds(low) else None
 
 
 _ONE_ANGLE = 0.01  # degrees

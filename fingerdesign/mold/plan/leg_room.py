@@ -7,9 +7,9 @@ fixture_faults.py.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from manifold3d import Manifold
@@ -17,12 +17,21 @@ from manifold3d import Manifold
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
-from fingerdesign.design.step import step_facts
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.gaps import FAR_MM, boxes_apart, core_gaps, solids_of
 from fingerdesign.layout.zone import candidate_zone
-from fingerdesign.mold.plan.extent import Exits, Extent, exits_of, extent_of
-from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, Limits, Plug, Side, SidePlan, Slot
+from fingerdesign.mold.plan.extent import Exits, exits_of, extent_of
+from fingerdesign.mold.plan.plan import (
+    SIDES,
+    Extent,
+    Holding,
+    Leg,
+    Limits,
+    Plug,
+    Side,
+    SidePlan,
+    Slot,
+)
 from fingerdesign.mold.plan.slots import (
     as_bars,
     core_in_mold,
@@ -35,17 +44,6 @@ from fingerdesign.mold.plan.slots import (
 )
 
 LEAST_GAP_MM = 0.1
-_NEAR = 2.0  # mm: farther pairs are distinguished by their boxes alone
-
-
-def _least(solid: Manifold, others: list[Manifold], apart: Array, most: float) -> float:
-    """The least distance of a solid from others, ``apart`` (n,) by their boxes; ``most``: more."""
-    least = most
-    for k in np.argsort(apart):
-        if apart[k] >= min(least, _NEAR):
-            break
-        least = min(least, float(solid.min_gap(others[k], min(least, FAR_MM))))
-    return least
 
 
 def _spanned(frames: Iterable[PlateFrame]) -> tuple[PlateFrame, ...]:
@@ -83,8 +81,7 @@ class Room:
         zone = candidate_zone(design, SceneObject(), design.grip.max_approach_mm)
         body, margin = design.body, design.mold.contact_margin_mm
         wide, deep = zone.half_width, zone.half_depth
-        step = None if body.step is None else step_facts(body.step).digest
-        extent = extent_of(design, scale) if step is None else _step_extent(design, scale, step)
+        extent = extent_of(design, scale)
         return cls(
             extent,
             scale * wide + margin if wide < 0.5 * body.width_mm else math.inf,
@@ -160,12 +157,6 @@ class Room:
         return np.where(self.above(openings), np.maximum(least - exits.nearest, 0.0), 0.0)
 
 
-@lru_cache(maxsize=64)
-def _step_extent(design: Design, scale: float, digest: str) -> Extent:
-    """That of a STEP body, which takes 0.1 s; ``digest``: of the file as it is now."""
-    return extent_of(design, scale)
-
-
 _FEATHERLESS = 0.8  # cosine of 37 degrees
 _WINDOW_MM = 0.5  # beside and below the slots: room for leads, and to see
 
@@ -228,35 +219,32 @@ class Fixture:
     def _solids(self, legs: Iterable[Leg]) -> list[Manifold]:
         return solids_of(_spanned(leg_bar(self.by_index[leg.plate], leg) for leg in legs))
 
+    def _near(self, one: list[Manifold], two: list[Manifold]) -> Iterator[tuple[int, int, float]]:
+        """Pairs of solids that come nearer than legs may: their numbers, and how near."""
+        for i, j in np.argwhere(boxes_apart(one, two) < self.least_gap).tolist():
+            yield i, j, float(one[i].min_gap(two[j], FAR_MM))
+
     def gaps(self) -> Array:
-        """Least distance (legs,) of each leg to other plates and to the core."""
+        """Distance (legs,) of each leg to other plates and to the core; infinite where it is
+        greater than it must be."""
         found, body = np.full(len(self.legs), np.inf), self.design.body
-        if not self.legs:
-            return found
-        if body.core is not None:
+        if self.legs and body.core is not None:
             depth = body.core.depth_mm if body.core.depth_mm is not None else body.depth_mm
             # A core of full depth ends where the legs do.
             bars = tuple(leg_bar(self.by_index[leg.plate], leg) for leg in self.legs)
             distances = core_gaps(core_in_mold(body.core, self.scale), depth, bars)
-            found = np.where(np.isnan(distances), np.inf, distances)
-        owners = np.array([leg.plate for leg in self.legs])
-        solids, others = self._solids(self.legs), solids_of(_spanned(self.frames))
-        apart = boxes_apart(solids, others)
-        # Its own plate is what it is a part of.
-        apart[owners[:, None] == np.array([frame.index for frame in self.frames])] = np.inf
-        rows = zip(solids, apart, found, strict=True)
-        return np.array([_least(solid, others, row, most) for solid, row, most in rows])
+            found = np.where(distances < self.least_gap, distances, np.inf)
+        for i, j, gap in self._near(self._solids(self.legs), solids_of(_spanned(self.frames))):
+            if self.legs[i].plate != self.frames[j].index:  # of which it is a part
+                found[i] = min(found[i], gap)
+        return found
 
     def crossings(self) -> list[tuple[Leg, Leg, float]]:
         """Legs of plates along x and of plates along z that come too near: both, and how near."""
         one = [leg for leg in self.legs if leg.side.endswith("z")]
         two = [leg for leg in self.legs if leg.side.endswith("x")]
-        if not one or not two:
-            return []
-        a, b, least = self._solids(one), self._solids(two), self.least_gap - 1e-6
-        near = np.argwhere(boxes_apart(a, b) < least)
-        found = [(one[i], two[j], float(a[i].min_gap(b[j], FAR_MM))) for i, j in near]
-        return [each for each in found if each[2] < least]
+        near = self._near(self._solids(one), self._solids(two)) if one and two else ()
+        return [(one[i], two[j], gap) for i, j, gap in near if gap < self.least_gap - 1e-6]
 
     def leg_exits(self, legs: Sequence[Leg]) -> Exits:
         """How legs leave the finger."""

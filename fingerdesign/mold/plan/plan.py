@@ -306,19 +306,34 @@ class CorePin:
 
 
 @dataclass(frozen=True)
-class MoldPlan:
-    """All of a mold. Half sizes are the enlarged outline's; ``top`` is the insert's far face.
+class Extent:
+    """The enlarged outline in numbers, mm.
 
-    scale         the outline's enlargement, 1 / (1 - shrinkage)
-    frames        the plates in mold space: middles moved with the rubber, metal not enlarged
-    half_width, half_depth   of the outline's footprint, mm
+    half_width, half_depth   of its footprint
     corner        end walls hold |z| > corner, side walls what is between (half_depth of a body
                   with flat ends; less where it is round or narrows)
     rim           height up to which the walls reach where the contact surface meets them lowest
-    crest, top    heights of the outline and of the block, mm
+    crest         its greatest height
+    continued     whether the walls continue the contact surface outward; else they end at the rim
+    """
+
+    half_width: float
+    half_depth: float
+    corner: float
+    rim: float
+    crest: float
+    continued: bool
+
+
+@dataclass(frozen=True)
+class MoldPlan(Extent):
+    """All of a mold.
+
+    scale         the outline's enlargement, 1 / (1 - shrinkage)
+    frames        the plates in mold space: middles moved with the rubber, metal not enlarged
+    top, base     height of the insert's far face; thickness of the base plate
     wall_x, wall_z, ear   thickness of side and end walls; how much farther than the side walls the
                   end walls, the insert and the base plate reach along x
-    base          thickness of the base plate
     """
 
     scale: float
@@ -326,21 +341,16 @@ class MoldPlan:
     legs: tuple[Leg, ...]
     sides: tuple[SidePlan, ...]
     plugs: tuple[Plug, ...]
-    half_width: float
-    half_depth: float
-    corner: float
-    rim: float
-    crest: float
     top: float
-    wall_x: float
-    wall_z: float
-    ear: float
     base: float
-    bolts: tuple[Bolt, ...]
-    pins: tuple[Pin, ...]
-    keys: tuple[Key, ...]
-    base_holes: tuple[BaseHole, ...]
-    core_pins: tuple[CorePin, ...]
+    base_holes: tuple[BaseHole, ...] = ()
+    core_pins: tuple[CorePin, ...] = ()
+    wall_x: float = 0.0
+    wall_z: float = 0.0
+    ear: float = 0.0
+    bolts: tuple[Bolt, ...] = ()
+    pins: tuple[Pin, ...] = ()
+    keys: tuple[Key, ...] = ()
 
     @property
     def reach_x(self) -> float:
@@ -378,6 +388,14 @@ class MoldPlan:
     def side(self, side: Side) -> SidePlan:
         """The plan of one side."""
         return next(each for each in self.sides if each.side == side)
+
+    def plug(self, axis: str) -> float | None:
+        """Half-width of the insert where it is narrowed along an axis; None where it is not."""
+        return next((plug.at_surface for plug in self.plugs if plug.axis == axis), None)
+
+    def tip(self, side: Side) -> float:
+        """How far plates' ends reach on a side."""
+        return max((leg.tip for leg in self.legs if leg.side == side), default=0.0)
 
     def legs_of(self, plate: int) -> tuple[Leg, ...]:
         """A plate's legs."""

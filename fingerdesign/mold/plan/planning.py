@@ -6,16 +6,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from fingerdesign.checks.load import with_values
+from fingerdesign.design.mold import Mold
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.mold.plan.base import base_holes_of, core_pins_of
-from fingerdesign.mold.plan.extent import Extent, seam_height
-from fingerdesign.mold.plan.fasteners import fastener_faults, fasteners_of, limit_faults
+from fingerdesign.mold.plan.fasteners import fastened, fastener_faults, limit_faults
 from fingerdesign.mold.plan.fixture_faults import fixture_faults, with_walls
 from fingerdesign.mold.plan.leg_room import Fixture
 from fingerdesign.mold.plan.legs import fixture_of
-from fingerdesign.mold.plan.plan import SIDES, Limits, MoldPlan, limits_of
-from fingerdesign.mold.plan.walls import Columns, Walls, columns_of, pin_height, z_bolt_height
+from fingerdesign.mold.plan.plan import SIDES, Extent, Limits, MoldPlan, limits_of
+from fingerdesign.mold.plan.walls import Columns, columns_of, pin_height, z_bolt_height
 
 # Remedies for faults of room are found by planning the mold again, a value so many times as large.
 _UP = (1.05, 1.1, 1.2, 1.3, 1.5, 1.75, 2.0, 2.5)
@@ -101,63 +101,33 @@ def plan_mold(design: Design) -> MoldPlan:
 def _planned(design: Design) -> tuple[MoldPlan | None, list[Fault]]:
     """The plan, or its faults, remedies of room left out."""
     mold, limits, fixture = design.mold, limits_of(design.mold), fixture_of(design)
-    scale = fixture.scale
     extent, unheld = _parted(fixture, fixture.room.extent)
-    sides = tuple(fixture.side(side) for side in SIDES)
-    core_pins, no_pins = core_pins_of(design, scale, sides, limits)
-    holes, no_room = base_holes_of(design, extent, scale, limits)
-
-    def seam(x: float, z: float) -> float:
-        return seam_height(design, extent, scale, x, z)
-
-    walls = Walls(
-        extent=extent,
-        sides=sides,
+    plan = MoldPlan(
+        **vars(extent),
+        scale=fixture.scale,
+        frames=fixture.frames,
+        legs=fixture.legs,
+        sides=tuple(fixture.side(side) for side in SIDES),
         plugs=fixture.plugs,
-        core_pins=core_pins,
-        tips={side: max((leg.tip for leg in fixture.on(side)), default=0.0) for side in SIDES},
-        seam=seam,
         top=extent.crest + mold.insert_mm,
         base=mold.base_mm,
-        draft_deg=mold.draft_deg,
-        dowels=limits.dowels,
     )
-    columns = _columns(walls, limits, mold.bolt)
+    holes, no_room = base_holes_of(design, plan, limits)
+    core_pins, no_pins = core_pins_of(design, plan, limits)
+    plan = replace(plan, base_holes=holes, core_pins=core_pins)
+    columns = _columns(plan, mold, limits)
     faults = [
         *limit_faults(mold, limits, columns.reach),
         *unheld,
         *no_pins,
         *no_room,
-        *fastener_faults(mold, limits, walls, columns),
+        *fastener_faults(mold, plan, columns),
     ]
     if faults:
         return None, list({str(fault): fault for fault in faults}.values())
     if mold.wall_mm is not None:
         columns = replace(columns, wall_z=mold.wall_mm)
-    bolts, pins, keys = fasteners_of(walls, columns)
-    plan = MoldPlan(
-        scale=scale,
-        frames=fixture.frames,
-        legs=fixture.legs,
-        sides=sides,
-        plugs=walls.plugs,
-        half_width=extent.half_width,
-        half_depth=extent.half_depth,
-        corner=extent.corner,
-        rim=extent.rim,
-        crest=extent.crest,
-        top=walls.top,
-        wall_x=columns.wall_x,
-        wall_z=columns.wall_z,
-        ear=columns.ear,
-        base=walls.base,
-        bolts=tuple(bolts),
-        pins=tuple(pins),
-        keys=tuple(keys),
-        base_holes=holes,
-        core_pins=core_pins,
-    )
-    return plan, []
+    return fastened(design.body, plan, columns), []
 
 
 def _parted(fixture: Fixture, extent: Extent) -> tuple[Extent, list[Fault]]:
@@ -174,11 +144,11 @@ def _parted(fixture: Fixture, extent: Extent) -> tuple[Extent, list[Fault]]:
     return min(found, key=lambda each: len(each[1]))
 
 
-def _columns(walls: Walls, limits: Limits, bolt: str) -> Columns:
+def _columns(plan: MoldPlan, mold: Mold, limits: Limits) -> Columns:
     """Columns for the given bolts, or for the largest of ``AUTO_BOLTS`` that fit along z."""
-    plugged = walls.plug("z") is not None
-    sizes = AUTO_BOLTS if bolt == "auto" else (bolt,)
-    tried = [columns_of(walls, limits, size, plugged) for size in sizes]
-    columns = next((c for c in tried if z_bolt_height(walls, c) is not None), tried[-1])
-    low = pin_height(walls, columns) is None and walls.plug("x") is None
-    return columns_of(walls, limits, columns.size, plugged or low)
+    plugged = plan.plug("z") is not None
+    sizes = AUTO_BOLTS if mold.bolt == "auto" else (mold.bolt,)
+    tried = [columns_of(plan, mold, limits, size, plugged) for size in sizes]
+    columns = next((c for c in tried if z_bolt_height(plan, c) is not None), tried[-1])
+    low = pin_height(plan, columns) is None and plan.plug("x") is None
+    return columns_of(plan, mold, limits, columns.size, plugged or low)

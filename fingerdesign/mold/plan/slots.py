@@ -11,11 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.body import Core
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame, plate_frames
-from fingerdesign.layout.gaps import FAR_MM, boxes_apart, flat_corners, solids_of
+from fingerdesign.layout.gaps import flat_corners
 from fingerdesign.mold.plan.plan import (
     JOINED_MM,
     LEAD_SIDES,
@@ -199,65 +199,60 @@ def as_bars(bar: PlateFrame, slot: Slot) -> tuple[PlateFrame, PlateFrame]:
 
 def slot_corners(slots: Sequence[Slot]) -> Array:
     """Corners (n, 4, 2) of slots in their side's plane (place, y), anticlockwise; no reliefs."""
-    return flat_corners(_sections(slots))
+    sizes = ((s.plate, s.place, s.y, s.angle_deg, s.length, s.width, 0.0, 1.0) for s in slots)
+    return flat_corners(tuple(PlateFrame(*each) for each in sizes))
 
 
 def openings_corners(slots: Sequence[Slot]) -> Array:
     """Corners (m, 4, 2) of slots and of the squares around their reliefs."""
-    squares = [
+    squares = (
         PlateFrame(slot.plate, *slot.relief_centre, 0.0, slot.relief, slot.relief, 0.0, 1.0)
         for slot in slots
         if slot.relief
-    ]
-    return flat_corners((*_sections(slots), *squares))
-
-
-def _sections(slots: Sequence[Slot]) -> tuple[PlateFrame, ...]:
-    """Slots as bars of unit span."""
-    return tuple(
-        PlateFrame(
-            slot.plate, slot.place, slot.y, slot.angle_deg, slot.length, slot.width, 0.0, 1.0
-        )
-        for slot in slots
     )
+    return np.concatenate([slot_corners(slots), flat_corners(tuple(squares))])
 
 
-def openings_of(planned: SidePlan) -> list[tuple[float, float, float, float]]:
-    """Rectangles (low, high, bottom, top) of a side's window, or of its slots."""
+def openings_of(planned: SidePlan) -> Array:
+    """Rectangles (n, 4) of a side's window, or of its slots: low, high, bottom, top; a window is
+    open to the wall's top: infinite."""
     if planned.window is not None:
-        return [(*planned.window, math.inf)]
+        return np.array([[*planned.window, np.inf]])
     corners = openings_corners(planned.slots)
-    rows = np.hstack([corners.min(axis=1), corners.max(axis=1)])[:, [0, 2, 1, 3]]
-    return [(low, high, bottom, top) for low, high, bottom, top in rows.tolist()]
+    return np.hstack([corners.min(axis=1), corners.max(axis=1)])[:, [0, 2, 1, 3]]
 
 
-def _relief_gaps(slots: Sequence[Slot], first: IntArray, second: IntArray) -> Array:
-    """Least distance of the first slots' reliefs from the second slots and their reliefs, mm."""
-    centres = np.array([slot.relief_centre for slot in slots])
-    values = np.array([[o.place, o.y, o.angle_deg, o.length, o.width, o.relief] for o in slots])
-    radius = 0.5 * values[:, 5]
-    place, y, angle, length, width, _ = values[second].T
-    dx, dy = centres[first, 0] - place, centres[first, 1] - y
-    cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    along = np.maximum(np.abs(dx * cosine + dy * sine) - 0.5 * length, 0.0)
-    over = np.maximum(np.abs(dy * cosine - dx * sine) - 0.5 * width, 0.0)
-    apart = np.linalg.norm(centres[first] - centres[second], axis=1) - radius[second]
-    gaps = np.hypot(along, over)
-    gaps = np.where(radius[second] > 0.0, np.minimum(gaps, apart), gaps) - radius[first]
-    return np.where(radius[first] > 0.0, np.maximum(gaps, 0.0), np.inf)
+def clear(places: Array, room: float, low: Array, high: Array) -> BoolArray:
+    """Whether places (n,) are ``room`` away from all that reaches from ``low`` to ``high`` (k,)."""
+    beside = (places[:, None] < low - room) | (places[:, None] > high + room)
+    return np.asarray(beside.all(axis=1))
 
 
-def webs(slots: Sequence[Slot], exact: bool = False) -> tuple[IntArray, IntArray, Array]:
+def webs(slots: Sequence[Slot]) -> tuple[IntArray, IntArray, Array]:
     """Every pair of slots (first, second) of one side, and the distance between them with their
-    reliefs, mm; unless ``exact``, of those far apart a bound from below."""
-    first, second = np.triu_indices(len(slots), 1)
-    if not len(first):
-        return first, second, np.zeros(0)
-    solids = solids_of(_sections(slots))
-    distance = boxes_apart(solids, solids)[first, second]
-    for k in np.flatnonzero(distance < (np.inf if exact else 2.0)):
-        distance[k] = solids[first[k]].min_gap(solids[second[k]], FAR_MM)
-    if any(slot.relief for slot in slots):
-        distance = np.minimum(distance, _relief_gaps(slots, first, second))
-        distance = np.minimum(distance, _relief_gaps(slots, second, first))
-    return first, second, distance
+    reliefs, mm; 0: they overlap."""
+    pairs = np.triu_indices(len(slots), 1)
+    if not len(pairs[0]):
+        return *pairs, np.zeros(0)
+    corners = slot_corners(slots)
+    middle, half = corners.mean(axis=1), 0.5 * np.array([[s.length, s.width] for s in slots])
+    axes = (corners[:, [1, 3]] - corners[:, [0]]) / (2.0 * half[..., None])
+    centre, radius = np.array([s.relief_centre for s in slots]), np.array([s.relief for s in slots])
+    radius = 0.5 * radius[:, None]
+    points = np.concatenate([corners, centre[:, None]], axis=1)
+    within = np.hstack([np.zeros((len(slots), 4)), radius])
+
+    def beside(one: IntArray, other: IntArray) -> tuple[Array, BoolArray]:
+        """How far the others' corners and reliefs are from the rectangles of ``one``, and whether
+        an edge of ``one`` parts the two rectangles."""
+        local = (points[other] - middle[one][:, None]) @ axes[one].transpose(0, 2, 1)
+        out = np.linalg.norm(np.maximum(np.abs(local) - half[one][:, None], 0.0), axis=2)
+        low, high = local[:, :4].min(axis=1), local[:, :4].max(axis=1)
+        parted = ((low > half[one]) | (high < -half[one])).any(axis=1)
+        return (out - within[other]).min(axis=1), parted
+
+    (first, parted), (second, parted_too) = beside(*pairs), beside(*pairs[::-1])
+    rounds = np.linalg.norm(centre[pairs[0]] - centre[pairs[1]], axis=1)
+    rounds -= radius[pairs[0]][:, 0] + radius[pairs[1]][:, 0]
+    least = np.minimum(np.minimum(first, second), rounds)
+    return *pairs, np.where(parted | parted_too, np.maximum(least, 0.0), 0.0)

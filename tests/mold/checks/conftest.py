@@ -102,6 +102,7 @@ def plan_of(design):
         for side in ("+z", "-z", "+x", "-x")
     )
     sizes = {"half_width": 10.0, "half_depth": 5.0, "corner": 5.0, "rim": 12.0, "crest": 12.0}
+    sizes |= {"continued": True}
     sizes |= {"top": 18.0, "wall_x": 8.0, "wall_z": 8.0, "ear": 6.0, "base": 4.0, "scale": 1.0}
     held = {"frames": plate_frames(design), "legs": legs, "sides": sides, "plugs": ()}
     holes = {"bolts": (), "pins": (PIN,), "keys": (KEY,), "base_holes": HOLES, "core_pins": ()}
