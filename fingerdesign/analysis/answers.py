@@ -17,9 +17,14 @@ from fingerdesign.analysis.case import Case, result_digest
 from fingerdesign.design.schema import Gages
 from fingerdesign.layout.frames import Hole, PlateFrame
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.records.arrays import ContactHistory, FieldHistory, GripTrace, SlipStudy
+from fingerdesign.records.arrays import (
+    ContactHistory,
+    FieldHistory,
+    GripTrace,
+    SlipStudy,
+    read_packed,
+)
 from fingerdesign.records.folder import RESULTS, read_result
-from fingerdesign.records.packed import read_packed
 from fingerdesign.records.result import Result
 from fingerdesign.runtime.cache import GARBLED, Cache, code_digest
 from fingerdesign.runtime.registry import has_plugins

@@ -23,9 +23,9 @@ from fingerdesign.analysis.page.page import report_html
 from fingerdesign.cad.solid_process import finger_cad_beside, write_finger_cad
 from fingerdesign.checks.load import dump_design, load_design
 from fingerdesign.design.schema import Design
+from fingerdesign.records.arrays import write_packed
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import read_result, write_result_files
-from fingerdesign.records.packed import write_packed
 from fingerdesign.records.result import Result
 from fingerdesign.runtime.files import move_into, whole_folder, write_whole
 from fingerdesign.runtime.machine import largest_memory_MB

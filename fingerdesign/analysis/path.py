@@ -138,7 +138,12 @@ def follow_path(problem: ContactProblem, scene: Scene, design: Design) -> list[S
     most = MOST_MOTION * float(crest_height(design.body))
     try:
         for step in follow(problem, targets(path), substeps=path.substeps):
-            _refuse_far(step.increment.motion, most)
+            motion = step.increment.motion
+            if max(abs(motion.approach), abs(motion.shear)) > most:  # as of prescribed ones
+                raise SolverError(
+                    f"the forces lead to {motion}: more than {most:.4g} mm, half of the finger's "
+                    "height, where strains are small no more; ask for less force"
+                )
             steps.append(step)
     except ZoneExhausted:
         raise
@@ -147,12 +152,3 @@ def follow_path(problem: ContactProblem, scene: Scene, design: Design) -> list[S
         solved = tuple(increment_result(step, face) for step in steps)
         raise PathStopped(f"{where}: {error}", solved) from error
     return steps
-
-
-def _refuse_far(motion: Motion, most: float) -> None:
-    """Motions that forces led to are held to what prescribed ones are."""
-    if max(abs(motion.approach), abs(motion.shear)) > most:
-        raise SolverError(
-            f"the forces lead to {motion}: more than {most:.4g} mm, half of the finger's height, "
-            "where strains are small no more; ask for less force"
-        )

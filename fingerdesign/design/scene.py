@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -158,36 +158,29 @@ class ScenePath(Table):
         """Whether the path moves nothing out of the mirror plane z = 0."""
         return not any(value for row in self.rows for value in row[2:])
 
-    @model_validator(mode="after")
-    def _rows_fit_the_control(self) -> Self:
+    def _misfits(self) -> Iterator[PydanticCustomError]:
+        """Rows that do not fit the control."""
         force = self.control == "force"
         if self.increments_N and (self.increments_mm or not force):
             bound, remedy = "left out", "keep increments_mm or increments_N"
             if not self.increments_mm:
                 bound = 'given with control = "force" only'
                 remedy = 'set path.control = "force", or give increments_mm'
-            first = [list(row) for row in self.increments_N[:1]]
-            raise refuse(first, bound, remedy, "path.increments_N")
-        if not self.rows:
+            yield refuse([list(self.increments_N[0])], bound, remedy, "path.increments_N")
+        elif not self.rows:
             name = "increments_N" if force else "increments_mm"
-            raise refuse([], "at least one row", f"add rows to path.{name}", f"path.{name}")
-        if force:
-            return self._presses()
-        if self.rows[0][0] < 0:
+            yield refuse([], "at least one row", f"add rows to path.{name}", f"path.{name}")
+        elif not force and self.rows[0][0] < 0:
             remedy = "approach is counted from first touch, closing > 0"
             bound, key = "at least 0 in the first row", "path.increments_mm[0][0]"
-            raise refuse(self.rows[0][0], bound, remedy, key)
-        return self
-
-    def _presses(self) -> Self:
-        for index, row in enumerate(self.rows):
+            yield refuse(self.rows[0][0], bound, remedy, key)
+        for index, row in enumerate(self.rows if force else ()):
             if len(row) != 2:
-                raise refuse(list(row), *_BOTH_FORCES, f"{self.key}[{index}]")
-            if row[0] < LEAST_FORCE_N:
+                yield refuse(list(row), *_BOTH_FORCES, f"{self.key}[{index}]")
+            elif row[0] < LEAST_FORCE_N:
                 bound = f"a normal force of at least {LEAST_FORCE_N:g} N"
                 remedy = "a contact can only press; for a release, prescribe the motion"
-                raise refuse(row[0], bound, remedy, f"{self.key}[{index}][0]")
-        return self
+                yield refuse(row[0], bound, remedy, f"{self.key}[{index}][0]")
 
 
 class Readout(Table):

@@ -6,7 +6,6 @@ nearest to the surface at a corner; above a STEP body's faces it is sampled.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -32,10 +31,10 @@ def plate_points(frame: PlateFrame) -> Array:
     return np.vstack([frame.to_space(outline, frame.low), frame.to_space(outline, frame.high)])
 
 
-def least_of_each(frames: tuple[PlateFrame, ...], groups: list[Array], values: Array) -> Array:
-    """The least value of each plate's points, shape (plates,)."""
+def least_of_each(groups: list[Array], values: Array) -> Array:
+    """The least of the values of all points, by their groups, (groups,)."""
     starts = np.cumsum([0, *(len(group) for group in groups[:-1])])
-    return np.asarray(np.minimum.reduceat(values, starts)) if len(frames) else np.zeros(0)
+    return np.asarray(np.minimum.reduceat(values, starts))
 
 
 def cover_clearances(body: Body, frames: tuple[PlateFrame, ...]) -> Array:
@@ -45,9 +44,7 @@ def cover_clearances(body: Body, frames: tuple[PlateFrame, ...]) -> Array:
     continued beyond the end faces: never more than the true distance.
     """
     groups = [_dense(f) if body.shape == "step" else plate_points(f) for f in frames]
-    if not groups:
-        return np.zeros(0)
-    return least_of_each(frames, groups, surface_clearances(body, np.vstack(groups)))
+    return least_of_each(groups, surface_clearances(body, np.vstack(groups)))
 
 
 def surface_clearances(body: Body, points: Array) -> Array:
@@ -99,10 +96,8 @@ def wall_clearances(body: Body, frames: tuple[PlateFrame, ...]) -> Array:
         low += LEAST_CLEARANCE_MM if abs(low + half) < 1e-6 else 0.0
         high -= LEAST_CLEARANCE_MM if abs(high - half) < 1e-6 else 0.0
         groups.append(_dense(replace(frame, low=low, high=high)))
-    if not groups:
-        return np.full(len(frames), np.inf)
     away = _to_faces(body, ("side", "end"), np.vstack(groups))
-    return least_of_each(frames, groups, away)
+    return least_of_each(groups, away)
 
 
 def core_clearance(body: Body, core: Core) -> float:
@@ -135,24 +130,13 @@ def _to_faces(body: Body, names: tuple[str, ...], points: Array) -> Array:
     """Distances (n,) to a STEP body's faces of these names as they end; negative beyond them."""
     assert body.step is not None
     faces = step_facts(body.step).faces
-    requested = tuple(face for face in faces if face.name in names)
-
     among = np.array([face.name in names for face in faces])
-
-    def ask(known: Array) -> Array:
-        owner, signed, _, _ = nearest(faces, known)  # the nearest face of all tells the side
-        away = nearest(requested, known)[3] if requested else np.full(len(known), np.inf)
-        return np.where((signed > 1e-6) & among[owner], -away, away)
-
-    return _known(points, ask)
-
-
-def _known(points: Array, ask: Callable[[Array], Array]) -> Array:
-    """Answers for the points (n, 3) that are finite, NaN for the others."""
     known = np.isfinite(points).all(axis=1)
-    found = np.full(len(points), np.nan)
-    if known.any():
-        found[known] = ask(points[known])
+    found = np.where(known, np.inf, np.nan)
+    if known.any() and among.any():
+        owner, signed, _, _ = nearest(faces, points[known])  # the nearest of all tells the side
+        away = nearest(tuple(face for face in faces if face.name in names), points[known])[3]
+        found[known] = np.where((signed > 1e-6) & among[owner], -away, away)
     return found
 
 

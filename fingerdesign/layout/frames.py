@@ -6,10 +6,8 @@ Lengths in mm, angles anticlockwise from the row's axis (+x, or +z for rows alon
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +15,7 @@ from pydantic import ValidationError
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.body import Body
+from fingerdesign.design.faults import set_value
 from fingerdesign.design.plates import PlateLayout, Plates, plate_layout
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import StepFacts, step_facts
@@ -94,12 +93,6 @@ class PlateFrame:
         """The centre in the section plane, shape (2,)."""
         return np.array([self.place, self.y])
 
-    def in_plane(self, points: Array) -> Array:
-        """Coordinates (n, 2) in the section plane of points (n, 2), already in it, or (n, 3)."""
-        if points.shape[1] == 2 or self.along == "x":
-            return np.asarray(points[:, :2])
-        return np.asarray(points[:, [2, 1]])
-
     def across(self, points: Array) -> Array:
         """Coordinates (n,) of points (n, 3) across the section plane."""
         return np.asarray(points[:, 2 if self.along == "x" else 0])
@@ -120,8 +113,10 @@ class PlateFrame:
         return np.stack(order, axis=-1)
 
     def local(self, points: Array) -> Array:
-        """Coordinates (s along the mid-surface, v along the normal), (n, 2), from the centre."""
-        offset = self.in_plane(points) - self.centre
+        """Coordinates (s along the mid-surface, v along the normal), (n, 2), from the centre, of
+        points (n, 3), or (n, 2) in the section plane."""
+        turned = points.shape[1] == 3 and self.along == "z"
+        offset = points[:, [2, 1] if turned else [0, 1]] - self.centre
         s, v = offset @ self.axis, offset @ self.normal
         if self.bend_radius is not None:
             rise = v + self.bend_radius
@@ -171,15 +166,12 @@ class PlateFrame:
     @property
     def mirrors_in_z(self) -> bool:
         """Whether the plate is its own mirror image in z = 0."""
-        if self.along == "x":
-            same = abs(self.low + self.high) < 1e-9
-            places = {(round(h.s, 9), round(h.w, 9)) for h in self.holes}
-            return same and places == {(s, round(-w, 9)) for s, w in places}
-        level = abs(np.sin(np.radians(self.angle_deg))) < 1e-12
-        upright = abs(np.cos(np.radians(self.angle_deg))) < 1e-12
         places = {(round(h.s, 9), round(h.w, 9)) for h in self.holes}
-        even = places == {(round(-s, 9), w) for s, w in places}
-        return abs(self.place) < 1e-9 and (upright or (level and even))
+        if self.along == "x":
+            return abs(self.low + self.high) < 1e-9 and places == {(s, -w) for s, w in places}
+        upright, level = np.abs(self.axis) < 1e-12
+        even = places == {(-s, w) for s, w in places}
+        return abs(self.place) < 1e-9 and bool(upright or (level and even))
 
 
 def crest_height(body: Body) -> float:
@@ -436,18 +428,13 @@ def with_key(design: Design, key: str, value: object) -> Design | None:
 
     A revolved body's depth goes with its width.
     """
-    table, *parts = [int(part) if part.isdigit() else part for part in re.findall(r"\w+", key)]
-    old: Body | Plates = getattr(design, str(table))
-    values = old.model_dump(exclude_none=True)
-    inner: Any = values
-    for part in parts[:-1]:
-        inner[part] = list(inner[part]) if isinstance(inner[part], tuple) else inner[part]
-        inner = inner[part]
-    inner[parts[-1]] = value
-    if values.get("shape") == "revolved":
-        values["depth_mm"] = values["width_mm"]
+    table = key.partition(".")[0]
+    old: Body | Plates = getattr(design, table)
+    data = {table: old.model_dump(mode="json", exclude_none=True)}
+    set_value(data, key, value)
+    if data[table].get("shape") == "revolved":
+        data[table]["depth_mm"] = data[table]["width_mm"]
     try:
-        changed = type(old).model_validate(values)
+        return design.model_copy(update={table: type(old).model_validate(data[table])})
     except ValidationError:
         return None
-    return design.model_copy(update={str(table): changed})

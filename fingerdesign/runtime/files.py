@@ -55,12 +55,6 @@ def _naming(path: Path) -> Iterator[None]:
         raise
 
 
-def _refuse_special(path: Path) -> None:
-    """OSError where something other than a file stands at ``path``: it is never replaced."""
-    if path.exists() and not path.is_file():
-        raise OSError(f"{path} is not a regular file; choose another")
-
-
 @contextmanager
 def whole_file(path: Path | str) -> Iterator[Path]:
     """A hidden path beside ``path``, of the same ending; what the block writes there takes the
@@ -70,7 +64,8 @@ def whole_file(path: Path | str) -> Iterator[Path]:
     OSError as of the disk, and where ``path`` is a folder, a pipe or a device.
     """
     path = Path(path)
-    _refuse_special(path)
+    if path.exists() and not path.is_file():  # it is never replaced
+        raise OSError(f"{path} is not a regular file; choose another")
     aside = path.with_name(f".{secrets.token_hex(6)}-{path.name}"[:255])
     try:
         with _naming(path):
@@ -188,11 +183,6 @@ def keep_request(kind: str, name: str, content: str | bytes) -> Path:
     """Keep what native code was asked, for whoever looks into its failure; the file's path."""
     path = Path(tempfile.mkdtemp(prefix=f"fingerdesign-{kind}-")) / name
     return write_whole(path, content)
-
-
-def remove(folder: Path) -> None:
-    """Remove a folder and all in it, as far as that goes."""
-    shutil.rmtree(folder, ignore_errors=True)
 
 
 def sweep_abandoned(target: Path) -> None:

@@ -7,6 +7,7 @@ so its answer must pass the gate (``Gate``) or is made again, and what passed is
 from __future__ import annotations
 
 import io
+import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -206,7 +207,7 @@ def tetrahedralise(
         if not short:
             mesh.notes["attempts"] = number
             for folder in kept_inputs:  # of no more use: another attempt has passed
-                files.remove(folder)
+                shutil.rmtree(folder, ignore_errors=True)
             if complaints:
                 mesh.notes["failed_attempts"] = "; ".join(complaints)
             if use_cache:
