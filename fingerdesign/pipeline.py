@@ -27,11 +27,11 @@ from fingerdesign.analysis.stages import (
     in_wide_zone,
     make_mesh,
     one_thread,
-    run_all_grips,
     slip_studies,
     zone_of,
 )
 from fingerdesign.contact.problem import contact_problem
+from fingerdesign.control.episode import run_episodes
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError
@@ -102,7 +102,10 @@ def _run_in_zone(
         report("gripping")
         with clock.stage("grips"), one_thread():
             bare = bare_opposite(case, problem, zone, scene)
-            grips = run_all_grips(case.design, array, case.gage_array, bare, case.estimator)
+            grip, plates = case.design.grip, case.gage_array
+            given = (grip.friction_coefficients, grip.object_mass_g, plates, bare, case.estimator)
+            episodes = run_episodes(array, case.design, *given)
+            grips = [(episode.result, episode.trace) for episode in episodes]
     return analysis_of(requested, scene, chosen, problem, array, steps, studies, grips, clock)
 
 

@@ -19,6 +19,7 @@ from fingerdesign.contact.measures import Measures, completely_slips, measure
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.uniqueness import other_solutions
+from fingerdesign.design.faults import leaves
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, Gages
 from fingerdesign.design.step import portable
@@ -276,15 +277,8 @@ def _range(values: Array) -> tuple[float, float]:
 
 def parameters(design: Design, scene: Scene) -> dict[str, object]:
     """The keys of design and scene (``scene.``) in dotted form, for tables and comparison."""
-    flat: dict[str, object] = {}
-
-    def walk(prefix: str, value: object) -> None:
-        if isinstance(value, dict):
-            for key, inner in value.items():
-                walk(f"{prefix}.{key}" if prefix else key, inner)
-        else:
-            flat[prefix] = value
-
-    walk("", design.model_dump(mode="json", exclude={"assumed"}))
-    walk("scene", scene.model_dump(mode="json"))
-    return portable(flat)
+    given = {
+        **design.model_dump(mode="json", exclude={"assumed"}),
+        "scene": scene.model_dump(mode="json"),
+    }
+    return portable(dict(leaves(given)))

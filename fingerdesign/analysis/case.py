@@ -13,7 +13,7 @@ from fingerdesign.checks.starter import shipped_text
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import mirrors_in_z, plate_frames
+from fingerdesign.layout.frames import mirrors_in_z, plate_rows
 from fingerdesign.version import __version__
 
 FIDELITIES = ("plane-strain", "3d", "auto")
@@ -100,19 +100,9 @@ def gage_array(design: Design) -> tuple[int, ...]:
     and rows along z feel shear in z. Of several rows along x the one with most plates counts, the
     first of those; centres placed one by one are one row.
     """
-    plates = design.plates
     every = 2 if design.gages.grid == "double_axial" else 1  # a pair goes by its first plate
-    if plates.placement is not None:
-        return tuple(range(0, plates.number, every))
-    frames = plate_frames(design)
-    best: tuple[int, ...] = ()
-    first = 0
-    for row in plates.all_rows:
-        own = tuple(range(first, first + row.count))
-        first += row.count
-        if row.along == "x" and len(own) > len(best):
-            best = own
-    return tuple(k for k in best[::every] if frames[k].along == "x")
+    rows = [row.frames for row in plate_rows(design) if row.table.along == "x"]
+    return tuple(frame.index for frame in max(rows, key=len, default=())[::every])
 
 
 def result_digest(design: Design, scene: Scene, fidelity: str) -> str:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from threading import Thread
 from typing import TypeVar
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.path import object_at_touch, touch_point
@@ -16,19 +17,16 @@ from fingerdesign.checks.load import without_plates
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem, contact_problem
-from fingerdesign.control.episode import run_episodes
-from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.slip_study import slip_studies as study
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.factor import load_solver
-from fingerdesign.fem.model import FiniteElementModel
+from fingerdesign.fem.model import FiniteElementModel, build_model, candidate_facets
 from fingerdesign.layout.zone import Zone, candidate_zone, greatest_approach
 from fingerdesign.mesh.make import mesh_finger
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.records.arrays import FieldHistory, GripTrace, SlipStudy
-from fingerdesign.records.result import GripResult
+from fingerdesign.records.arrays import FieldHistory, SlipStudy
 
 Made = TypeVar("Made")
 _WIDEN = 1.4  # a candidate zone that the contact has outgrown
@@ -78,8 +76,6 @@ def make_mesh(design: Design, fidelity: str, zone: Zone, symmetric: bool = True)
 
 def condense(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> FiniteElementModel:
     """Assemble, and condense onto the contact candidates and readouts; or what has been kept."""
-    from fingerdesign.fem.model import build_model, candidate_facets
-
     if not len(candidate_facets(mesh, zone.half_width, zone.half_depth)):
         raise ZoneExhausted(f"no whole contact facet lies in the candidate zone ({zone})")
     points = np.array(scene.readout.points_mm).reshape(-1, 3)
@@ -89,8 +85,6 @@ def condense(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> FiniteElem
 def one_thread() -> AbstractContextManager[object]:
     """One BLAS thread: contact solves are small, and threads that wait for each other cost far more
     than they save as soon as another process wants the cores (measured: 70 times)."""
-    from threadpoolctl import threadpool_limits
-
     limit: AbstractContextManager[object] = threadpool_limits(limits=1, user_api="blas")
     return limit
 
@@ -118,22 +112,6 @@ def bare_opposite(
     model = condense(other, mesh, zone, scene).reduced
     rigid = object_at_touch(scene.object, other.body)
     return contact_problem(model, rigid, problem.friction_coefficient)
-
-
-def run_all_grips(
-    design: Design,
-    problem: ContactProblem,
-    plates: Sequence[int],
-    opposite: ContactProblem | None = None,
-    estimator: GripEstimator | None = None,
-) -> list[tuple[GripResult, GripTrace]]:
-    """The grips of the design's ``[grip]`` table on one condensed model; ``plates`` are those whose
-    gages it has, ``opposite`` the other finger where it is unlike, ``estimator`` the regulator's.
-    """
-    grip = design.grip
-    frictions, mass = grip.friction_coefficients, grip.object_mass_g
-    episodes = run_episodes(problem, design, frictions, mass, plates, opposite, estimator)
-    return [(episode.result, episode.trace) for episode in episodes]
 
 
 def recover_fields(model: FiniteElementModel, steps: list[Step]) -> FieldHistory:

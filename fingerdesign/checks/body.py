@@ -158,18 +158,19 @@ def _round_core(body: Body, core: Core) -> list[Fault]:
         return []
     bound = f"such that the core's corners stay {LEAST_CLEARANCE_MM} mm inside the round section"
     reported = f"{bound} of radius {0.5 * body.width_mm:g} (they reach {reach:.4g})"
-    room = allowed**2 - 0.25 * core.width_mm**2
-    if core.depth_mm is None:
-        side = at_most(allowed * float(np.sqrt(2.0)))
-        remedy = f"set it, and body.core.width_mm, to at most {side}"
-        if room > 0.01:
-            remedy = f"set it to {at_most(2.0 * float(np.sqrt(room)))}"
-        return [Fault("body.core.depth_mm", "(absent: the full depth)", reported, remedy)]
-    left = allowed**2 - 0.25 * depth**2
-    remedy = "lower it and body.core.depth_mm"
-    if left > 0.01:
-        remedy = f"lower it to at most {at_most(2.0 * float(np.sqrt(left)))}"
-    return [Fault("body.core.width_mm", core.width_mm, reported, remedy)]
+    key, other, given = "body.core.depth_mm", core.width_mm, core.depth_mm is not None
+    if given:
+        key, other = "body.core.width_mm", depth
+    room = float(allowed**2 - 0.25 * other**2)
+    if room > 0.01:
+        most = at_most(2.0 * room**0.5)
+        remedy = f"lower it to at most {most}" if given else f"set it to {most}"
+    elif given:
+        remedy = "lower it and body.core.depth_mm"
+    else:
+        remedy = f"set it, and body.core.width_mm, to at most {at_most(allowed * 2.0**0.5)}"
+    value = core.width_mm if given else "(absent: the full depth)"
+    return [Fault(key, value, reported, remedy)]
 
 
 def _core_top(body: Body, core: Core) -> list[Fault]:

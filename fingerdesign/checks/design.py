@@ -57,30 +57,16 @@ def _lift_faults(grip: Grip) -> list[Fault]:
         if grip.hold_steps:
             faults.append(Fault("grip.hold_steps", grip.hold_steps, "0", remedy))
         return faults
-    bound = f"at most grip.hold_steps = {grip.hold_steps}"
+    bound, seen = f"at most grip.hold_steps = {grip.hold_steps}", set[int]()
     remedy = "hold the object on for longer, or begin sooner"
-    late = [
-        Fault(f"{key}.step_after_lift", step, bound, remedy)
-        for key, step in events
-        if step > grip.hold_steps
-    ]
-    return late + _twice_faults(grip) + _upward_faults(grip)
-
-
-def _twice_faults(grip: Grip) -> list[Fault]:
-    """Weight changes at one step: none of them would be the one meant."""
-    steps = [each.step_after_lift for each in grip.weight_changes]
-    bound = "a step of its own"
-    return [
-        Fault(f"grip.weight_changes[{k}].step_after_lift", step, bound, "change the weight once")
-        for k, step in enumerate(steps)
-        if step in steps[:k]
-    ]
-
-
-def _upward_faults(grip: Grip) -> list[Fault]:
-    """Tugs that lift the object out of the fingers, wherever something else begins beside them."""
-    faults = []
+    late = [each for each in events if each[1] > grip.hold_steps]
+    faults = [Fault(f"{key}.step_after_lift", step, bound, remedy) for key, step in late]
+    for k, each in enumerate(grip.weight_changes):
+        if (step := each.step_after_lift) in seen:
+            key = f"grip.weight_changes[{k}].step_after_lift"
+            faults.append(Fault(key, step, "a step of its own", "change the weight once"))
+        seen.add(step)
+    # Tugs that lift the object out of the fingers, wherever something else begins beside them.
     for k, least in lifting_tugs(grip.object_mass_g, grip.tugs, grip.weight_changes):
         force = grip.tugs[k].extra_force_N
         bound = f"no more upward than the weight allows, {-force + least:.3g} N"

@@ -7,7 +7,7 @@ a design whose keys are sound, the geometry.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -17,7 +17,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from fingerdesign.checks.design import design_faults
-from fingerdesign.design.faults import fault_of, set_value, shown
+from fingerdesign.design.faults import fault_of, leaves, set_value, shown
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, unknown_materials
 from fingerdesign.design.step import resolved
@@ -188,8 +188,7 @@ def judge_data(data: dict[str, Any], folder: Path | None = None) -> Judged[Desig
 
 
 def _assumed_faults(design: Design) -> list[Fault]:
-    values = design.model_dump(mode="json")
-    known = set(_leaves(values))
+    known = set(_keys_in(design.model_dump(mode="json")))
     faults = []
     for index, key in enumerate(design.assumed):
         if key not in known:
@@ -200,16 +199,14 @@ def _assumed_faults(design: Design) -> list[Fault]:
     return faults
 
 
-def _leaves(values: dict[str, Any], prefix: str = "") -> list[str]:
-    keys: list[str] = []
-    for name, value in values.items():
-        if isinstance(value, dict):
-            keys += _leaves(value, f"{prefix}{name}.")
-            continue
-        keys.append(prefix + name)
+def _keys_in(values: dict[str, Any]) -> Iterator[str]:
+    """Dotted keys, those of arrays of tables too."""
+    for name, value in leaves(values):
+        yield name
         for index, row in enumerate(value if isinstance(value, list) else ()):
-            keys += _leaves(row, f"{prefix}{name}[{index}].") if isinstance(row, dict) else []
-    return keys
+            yield from (
+                (f"{name}[{index}].{key}" for key in _keys_in(row)) if isinstance(row, dict) else ()
+            )
 
 
 def _distinct(faults: list[Fault]) -> list[Fault]:

@@ -188,6 +188,15 @@ def at_most(value: float) -> str:
 # Dotted keys of a design: ``plates.rows[0].cover_mm`` as a place in nested tables and arrays.
 
 
+def leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """The dotted keys of a table, and of those in it, with their values."""
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from leaves(value, f"{prefix}{key}.")
+        else:
+            yield prefix + key, value
+
+
 def parts_of(key: str) -> tuple[str | int, ...]:
     """The names and numbers that a dotted key leads through.
 

@@ -35,6 +35,7 @@ from fingerdesign.runtime.child import HEAD, PARENT, name_of
 
 _SERVE = "from fingerdesign.runtime.child import serve; serve()"
 _LOOK_S = 0.2  # between two looks at a process's memory: a fifth of a per cent of a core
+_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _CHUNK = 1 << 16  # bytes: what a pipe holds
 _OTHERS = ("SIGKILL", "SIGTERM", "SIGINT", "SIGHUP", "SIGXCPU")  # that no defect sends
 
@@ -121,7 +122,7 @@ class Worker:
         self._shared = pickle.dumps(("", pickle.dumps(shared, 5)), 5) if shared else b""
         self._recycled_after, self._ready_s, self._folder = recycled_after, ready_s, folder
         self._idle_s = idle_s
-        self._environment = _threads(threads)
+        self._environment = {} if threads is None else dict.fromkeys(_THREADS, str(threads))
         self._killed = False
         self._process: _Process | None = None
         self._calls = 0
@@ -333,7 +334,8 @@ class _Process:
         said = f": {lines[-1][:300]}" if lines else ""
         if code >= 0:
             return ProcessError("crashed", f"its process ended with code {code}{said}")
-        name = _signal(-code)
+        named = {each.value: each.name for each in signal.Signals}
+        name = named.get(-code, f"signal {-code}")
         return ProcessError("crashed", f"its process was ended by {name}{said}", name in _OTHERS)
 
     def _go(self, function: Callable[..., None], *given: Any) -> None:
@@ -407,19 +409,6 @@ def _kill_group(process: subprocess.Popen[bytes]) -> None:
 
 def _request(function: Function, given: tuple[Any, ...], named: dict[str, Any]) -> bytes:
     return pickle.dumps((name_of(function), pickle.dumps((given, named), 5)), 5)
-
-
-def _threads(number: int | None) -> dict[str, str]:
-    if number is None:
-        return {}
-    return dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), str(number))
-
-
-def _signal(number: int) -> str:
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}"
 
 
 def _group_memory_MB(leader: int) -> float:
