@@ -42,7 +42,6 @@ class FiniteRow:
 
     motion: Motion
     measures: Measures
-    iterations: int
     tangents: int
     residual: float
     balance: float
@@ -133,7 +132,6 @@ def _read(face: Facing, row: Row, strains: Array) -> FiniteRow:
     return FiniteRow(
         motion=replace(past.motion, load=0.0),
         measures=replace(found, gages=strains),
-        iterations=row.iterations,
         tangents=row.tangents,
         residual=row.residual,
         balance=off / scale if scale > 0.0 else 0.0,

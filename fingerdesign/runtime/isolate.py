@@ -27,6 +27,7 @@ import threading
 import time
 import weakref
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Literal, Self
 
@@ -257,13 +258,13 @@ class Worker:
             return message
 
 
+@dataclass
 class _Seen:
     """What the thread that reads has seen: bytes of an answer that is not whole yet; when the
     process took the call (it says so by an empty message), None: not yet."""
 
-    def __init__(self) -> None:
-        self.unread = 0
-        self.taken: float | None = None
+    unread: int = 0
+    taken: float | None = None
 
 
 class _Process:

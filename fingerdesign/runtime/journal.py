@@ -92,7 +92,10 @@ class Journal:
             with base:
                 base.executemany("insert or replace into records values (?, ?)", rows)
         except (sqlite3.Error, OSError) as error:
-            remedy = "; free space there, or choose another --out" if _is_full(error) else ""
+            full = _kind(error) == sqlite3.SQLITE_FULL or (
+                isinstance(error, OSError) and is_full(error)
+            )
+            remedy = "; free space there, or choose another --out" if full else ""
             raise JournalError(f"{self.path} cannot be written: {error}{remedy}") from error
         self._found |= records
 
@@ -152,12 +155,6 @@ class Journal:
         except BaseException:
             self.close()
             raise
-
-
-def _is_full(error: sqlite3.Error | OSError) -> bool:
-    if isinstance(error, OSError):
-        return is_full(error)
-    return _kind(error) == sqlite3.SQLITE_FULL
 
 
 def _kind(error: Exception) -> int:

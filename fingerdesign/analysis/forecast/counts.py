@@ -9,6 +9,7 @@ import numpy as np
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.forecast.elements import count_section, count_space
 from fingerdesign.arrays import Array
+from fingerdesign.design.schema import Design
 from fingerdesign.fem.model import candidate_facets, element_of, fixed_dofs
 from fingerdesign.layout.frames import mirrors_in_z, plate_frames
 from fingerdesign.layout.zone import Zone
@@ -39,10 +40,10 @@ class Counts:
 
     dimension: int
     mesher: str
-    element: str
     elements: float
     dofs: float
     contact_nodes: float
+    element: str = ""
     kept: float = 0.0
     layers: int = 0
     half: bool = False
@@ -62,21 +63,29 @@ def count_model(case: Case, zone: Zone) -> Counts:
         found = _space(case, zone)
     gages = 2 * design.plates.number + 6 * len(case.path_scene.readout.points_mm)
     kept = found.dimension * found.contact_nodes + gages + _SPARE_ROWS
-    return replace(found, kept=kept)
+    return replace(found, kept=kept, element=element_of(design))
+
+
+def _equations(
+    design: Design, dimension: int, corners: float, nodes: float, held: float, share: float = 1.0
+) -> float:
+    """Displacements of the nodes that the element has, less those held, and a mixed one's
+    pressures."""
+    element = element_of(design)
+    own = corners if element == "P1" else nodes
+    return share * dimension * (own - held) + (corners if element == "mixed" else 0.0)
 
 
 def _plane_strain(case: Case, zone: Zone) -> Counts:
     design = case.design
     plan = count_section(design, zone.half_width, section_sizes(design, zone.half_width))
-    element = element_of(design)
-    held = plan.base_edges if element == "P1" else 2.0 * plan.base_edges + 1.0
-    free = (plan.corners if element == "P1" else plan.nodes) - held
+    linear = element_of(design) == "P1"
+    held = plan.base_edges if linear else 2.0 * plan.base_edges + 1.0
     return Counts(
         dimension=2,
         mesher="netgen",
-        element=element,
         elements=plan.triangles,
-        dofs=2.0 * free + (plan.corners if element == "mixed" else 0.0),
+        dofs=_equations(design, 2, plan.corners, plan.nodes, held),
         contact_nodes=plan.contact_edges + 1.0,
     )
 
@@ -93,17 +102,14 @@ def _extruded(case: Case, zone: Zone) -> Counts:
     if mirrors_in_z(design) and not case.symmetric:
         planes = 2 * planes - 1
     nodes, corners = plan.nodes * (2 * layers + 1), plan.corners * (layers + 1)
-    element = element_of(design)
-    if element == "P1":
+    if element_of(design) == "P1":
         flat, held = plan.corners, (plan.base_edges + 1.0) * (layers + 1)
     else:
         flat, held = plan.nodes, (2.0 * plan.base_edges + 1.0) * (2 * layers + 1)
-    dofs = 3.0 * ((corners if element == "P1" else nodes) - held)
-    dofs += corners if element == "mixed" else 0.0
+    dofs = _equations(design, 3, corners, nodes, held)
     return Counts(
         dimension=3,
         mesher="extrude",
-        element=element,
         elements=3.0 * plan.triangles * layers,
         dofs=dofs - (flat if case.symmetric else 0.0),
         contact_nodes=(plan.contact_edges + 1.0) * planes,
@@ -134,15 +140,11 @@ def _space(case: Case, zone: Zone) -> Counts:
         return _of_mesh(kept, case, zone)
     tets, contact_nodes = count_space(design, zone, case.symmetric)
     nodes, corners = (a * tets + b * tets ** (2.0 / 3.0) for a, b in (_NODES, _CORNERS))
-    element = element_of(design)
-    dofs = 3.0 * _FREE * (corners if element == "P1" else nodes)
-    dofs += corners if element == "mixed" else 0.0
     return Counts(
         dimension=3,
         mesher=mesher_name(design),
-        element=element,
         elements=tets,
-        dofs=dofs,
+        dofs=_equations(design, 3, corners, nodes, 0.0, _FREE),
         contact_nodes=contact_nodes,
         half=case.symmetric,
     )
@@ -161,7 +163,6 @@ def _of_mesh(mesh: Mesh, case: Case, zone: Zone) -> Counts:
     return Counts(
         dimension=mesh.dimension,
         mesher=mesh.mesher,
-        element=element,
         elements=len(mesh.cells),
         dofs=dofs,
         contact_nodes=len(np.unique(facets[:, : mesh.dimension])),

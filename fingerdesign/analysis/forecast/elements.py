@@ -7,7 +7,6 @@ any body, then times what the mesher was found to make of it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -161,25 +160,15 @@ class SectionSize:
         self.far = outline.far_size
         self.gradation = GRADATION[0] + GRADATION[1] * outline.gradation
         places = np.array([(x, y) for x, y, _ in outline.points])
-        starts: list[Array] = []
-        ends: list[Array] = []
-        sizes: list[float] = []
-        for numbers, _, _, size in outline.curves:
-            line = _line(places[numbers])
-            length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-            starts += list(line[:-1])
-            ends += list(line[1:])
-            sizes += [min(size, length)] * (len(line) - 1)
+        lines = [(_line(places[numbers]), size) for numbers, _, _, size in outline.curves]
+        lines = [(line, min(size, float(_lengths(line).sum()))) for line, size in lines]
         for place, (_, _, at) in zip(places, outline.points, strict=True):
-            if at is not None:
-                starts.append(place)
-                ends.append(place)
-                sizes.append(at)
-        every = np.array(sizes)
-        fine = every < self.far
-        self.size = every[fine]
-        self.start = np.array(starts)[fine]
-        self.along = np.array(ends)[fine] - self.start
+            lines += [] if at is None else [(np.array([place, place]), at)]
+        lines = [(line, size) for line, size in lines if size < self.far]
+        none = np.zeros((0, 2))
+        self.size = np.array([size for line, size in lines for _ in line[1:]])
+        self.start = np.vstack([none, *(line[:-1] for line, _ in lines)])
+        self.along = np.vstack([none, *(np.diff(line, axis=0) for line, _ in lines)])
         self.square = np.maximum((self.along**2).sum(axis=1), 1e-300)
         self.least = float(self.size.min(initial=self.far))
 
@@ -243,9 +232,7 @@ def _contact_edges(body: Body, field: SectionSize, zone: float) -> float:
     """Edges of the contact surface over |x| <= zone."""
     x = np.linspace(-zone, zone, 401)
     line = np.column_stack([x, _heights(body, x)])
-    middles = 0.5 * (line[1:] + line[:-1])
-    lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    return float((lengths / field(middles)).sum())
+    return float(_edges_along(line, field, 1).sum())
 
 
 def _boundary(outline: Outline, field: SectionSize) -> tuple[float, float]:
@@ -256,10 +243,19 @@ def _boundary(outline: Outline, field: SectionSize) -> tuple[float, float]:
         if left and right:
             continue
         line = _line(places[numbers])
-        share = (np.arange(20) + 0.5) / 20
-        for a, b in pairwise(line):
-            between = a + share[:, None] * (b - a)
-            edges = float(np.linalg.norm(b - a) * np.mean(1.0 / field(between)))
-            total += edges
-            base += edges if max(a[1], b[1]) < 1e-9 else 0.0
+        edges = _edges_along(line, field, 20)
+        total += float(edges.sum())
+        base += float(edges[np.maximum(line[1:, 1], line[:-1, 1]) < 1e-9].sum())
     return total, base
+
+
+def _lengths(line: Array) -> Array:
+    return np.asarray(np.linalg.norm(np.diff(line, axis=0), axis=1))
+
+
+def _edges_along(line: Array, field: SectionSize, samples: int) -> Array:
+    """Edges (n - 1,) on the pieces of a line of n points: the mean of 1 / size, times length."""
+    share = (np.arange(samples) + 0.5) / samples
+    between = line[:-1, None] + share[:, None] * np.diff(line, axis=0)[:, None]
+    inverse = 1.0 / field(between.reshape(-1, 2))
+    return np.asarray(_lengths(line) * inverse.reshape(-1, samples).mean(axis=1))

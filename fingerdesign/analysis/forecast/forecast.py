@@ -35,22 +35,16 @@ def impossible(case: Case, scene: Scene) -> list[Fault]:
     """Every fault that design, scene and fidelity have together; none: they go together."""
     faults = list(scene_faults(scene, case.design))
     if case.fidelity not in FIDELITIES:
-        faults.append(
-            Fault("--fidelity", case.fidelity, f"one of {', '.join(FIDELITIES)}", "choose one")
-        )
+        bound = f"one of {', '.join(FIDELITIES)}"
+        faults.append(Fault("--fidelity", case.fidelity, bound, "choose one"))
     if case.fidelity == "3d":
         faults += _space_faults(case, scene)
     if case.fidelity == "plane-strain":
         faults += _section_faults(case.design)
         if steps_sideways(scene):
-            faults.append(
-                Fault(
-                    "--fidelity",
-                    case.fidelity,
-                    "'3d' for a scene that is not the same in every section",
-                    "take 3d: a sphere, a turned object or one along x, shear_z and twist need it",
-                )
-            )
+            bound = "'3d' for a scene that is not the same in every section"
+            need = "take 3d: a sphere, a turned object or one along x, shear_z and twist need it"
+            faults.append(Fault("--fidelity", case.fidelity, bound, need))
     if case.fidelity == "auto":
         faults += tolerance_faults(case.tolerance)
         if case.design.mesh.mesher == "file":
@@ -182,7 +176,7 @@ def _increments(counts: Counts, case: Case) -> float:
 def _grips(counts: Counts, case: Case) -> float:
     """Each grip with the rule and without, and the rig's calibration; 60 % of the stage's travel
     is what grips used."""
-    if not (case.grips and case.scene is None and case.gage_array):
+    if not case.runs_grips:
         return 0.0
     grip = case.design.grip
     travel = (grip.max_approach_mm - grip.preload_mm) / grip.approach_step_mm
