@@ -25,6 +25,9 @@ from OCP.TopExp import TopExp
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Face, TopoDS_Shape
 from OCP.TopTools import TopTools_IndexedMapOfShape
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.kernel import volume_of
@@ -91,11 +94,9 @@ def largest_chord(patch: Patch) -> float:
 TRIES = (0.95, 0.75, 0.5, 0.25, 0.1)
 
 
-def triangulate(
-    shapes: Iterable[cq.Shape], chord_tolerance_mm: float, angle_rad: float = 0.3
-) -> tuple[Array, IntArray]:
+def triangulate(shapes: Iterable[cq.Shape], chord_tolerance_mm: float) -> tuple[Array, IntArray]:
     """Vertices and triangles of shapes, as :func:`triangulate_measured`."""
-    return triangulate_measured(shapes, chord_tolerance_mm, angle_rad)[:2]
+    return triangulate_measured(shapes, chord_tolerance_mm)[:2]
 
 
 def triangulate_measured(
@@ -118,16 +119,13 @@ def triangulate_measured(
         patches = list(_patches(compound, share * chord_tolerance_mm, angle_rad))
         chord = max(largest_chord(patch) for patch in patches)
         if chord <= chord_tolerance_mm:
-            return *_joined(patches), chord
+            starts = np.cumsum([0, *(len(patch.points) for patch in patches[:-1])])
+            rows = [patch.triangles + k for patch, k in zip(patches, starts, strict=True)]
+            points = np.vstack([patch.points for patch in patches])
+            return *merge_vertices(points, np.vstack(rows)), chord
     raise GeometryError(
         f"the CAD kernel's triangles leave a face by more than {chord_tolerance_mm:g} mm"
     )
-
-
-def _joined(patches: list[Patch]) -> tuple[Array, IntArray]:
-    starts = np.cumsum([0, *(len(patch.points) for patch in patches[:-1])])
-    triangles = [patch.triangles + start for patch, start in zip(patches, starts, strict=True)]
-    return merge_vertices(np.vstack([patch.points for patch in patches]), np.vstack(triangles))
 
 
 def _patches(shape: TopoDS_Shape, chord_mm: float, angle_rad: float) -> Iterator[Patch]:
@@ -156,29 +154,16 @@ def _patches(shape: TopoDS_Shape, chord_mm: float, angle_rad: float) -> Iterator
         yield Patch(face, np.array(points), triangles, None if places is None else np.array(places))
 
 
-def merge_vertices(
-    vertices: Array, triangles: IntArray, tolerance_mm: float = 1e-7
-) -> tuple[Array, IntArray]:
-    """Make vertices closer than about ``tolerance_mm`` one; triangles that collapse are dropped."""
-    low = vertices.min(axis=0)
-    # Two offset roundings: a pair split by one grid's cell border is whole in the other's.
-    labels = np.arange(len(vertices))
-    for shift in (0.0, 0.5):
-        cells = np.floor((vertices - low) / tolerance_mm + shift).astype(np.int64)
-        _, inverse = np.unique(cells, axis=0, return_inverse=True)
-        inverse = inverse.reshape(-1)
-        least = np.full(inverse.max() + 1, len(vertices))
-        np.minimum.at(least, inverse, labels)
-        labels = least[inverse]
-        labels = labels[labels]
-    kept, renumbered = np.unique(labels, return_inverse=True)
-    merged = renumbered.reshape(-1)[triangles]
-    distinct = (
-        (merged[:, 0] != merged[:, 1])
-        & (merged[:, 1] != merged[:, 2])
-        & (merged[:, 2] != merged[:, 0])
-    )
-    return vertices[kept], merged[distinct]
+_SAME_MM = 1e-7  # between vertices that are one
+
+
+def merge_vertices(vertices: Array, triangles: IntArray) -> tuple[Array, IntArray]:
+    """Make vertices closer than _SAME_MM one; triangles that collapse are dropped."""
+    pairs = cKDTree(vertices).query_pairs(_SAME_MM, output_type="ndarray")
+    graph = coo_array((np.ones(len(pairs)), pairs.T), (len(vertices),) * 2)
+    number = connected_components(graph, directed=False)[1].astype(np.int64)
+    merged, first = number[triangles], np.unique(number, return_index=True)[1]
+    return vertices[first], merged[(merged != np.roll(merged, 1, axis=1)).all(axis=1)]
 
 
 SILICONE_GREY = (0.80, 0.84, 0.88, 0.45)

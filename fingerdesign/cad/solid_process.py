@@ -21,15 +21,12 @@ from fingerdesign.runtime.isolate import ProcessError, beside, call
 
 TIME_LIMIT_S = 120.0  # thirty times what 200 plates take
 CHORD_MM = 0.01
+_TRIANGLES = "fingerdesign.cad.export:build_triangles"
 _WRITE = "fingerdesign.cad.export:build_and_write"
 
 
 def finger_triangles(
-    design: Design,
-    chord_tolerance_mm: float,
-    half: bool = False,
-    frames: tuple[PlateFrame, ...] | None = None,
-    time_limit_s: float = TIME_LIMIT_S,
+    design: Design, chord_mm: float, half: bool, frames: tuple[PlateFrame, ...]
 ) -> tuple[tuple[Array, IntArray], tuple[Array, IntArray]]:
     """Build a finger (its half z >= 0) and triangulate it; arguments as of ``build_solid``.
 
@@ -37,25 +34,19 @@ def finger_triangles(
     then those of the closed outside alone, wound outward.
     GeometryError where it cannot be built, or where the kernel crashes or exceeds the time limit.
     """
-    request = (chord_tolerance_mm, half, frames)
-    whole = _built("fingerdesign.cad.export:build_triangles", time_limit_s, design, *request)
+    with _as_geometry_errors(design):
+        whole = call(_TRIANGLES, design, chord_mm, half, frames, time_s=TIME_LIMIT_S)
     return whole[:2], whole[2:]
 
 
-def write_finger_cad(
-    design: Design,
-    folder: Path | str,
-    chord_tolerance_mm: float = CHORD_MM,
-    time_limit_s: float = TIME_LIMIT_S,
-) -> dict[str, Path]:
+def write_finger_cad(design: Design, folder: Path | str) -> dict[str, Path]:
     """Build a finger and write its STEP and STL files as ``export.write_cad`` does, in a process.
 
     Returns the paths by file name. Errors as of ``finger_triangles``.
     """
     target = Path(folder).resolve()
-    request = (target, chord_tolerance_mm)
-    names = _built(_WRITE, time_limit_s, design, *request)
-    return {name: target / name for name in names}
+    with finger_cad_beside(design, target) as wait:
+        return {name: target / name for name in wait()}
 
 
 @contextmanager
@@ -63,18 +54,14 @@ def finger_cad_beside(design: Design, folder: Path) -> Iterator[Callable[[], Any
     """As :func:`write_finger_cad`, beside the block: what is yielded waits for the files."""
     given = (design, folder.resolve(), CHORD_MM)
     with beside(_WRITE, *given, time_s=TIME_LIMIT_S) as wait:
-        yield lambda: _answer(design, wait)
+        yield _as_geometry_errors(design)(wait)
 
 
-def _built(function: str, time_limit_s: float, design: Design, *request: Any) -> Any:
-    """What a function that builds a design answers."""
-    return _answer(design, lambda: call(function, design, *request, time_s=time_limit_s))
-
-
-def _answer(design: Design, wait: Callable[[], Any]) -> Any:
-    """What the kernel's process answers."""
+@contextmanager
+def _as_geometry_errors(design: Design) -> Iterator[None]:
+    """What the kernel's process fails with, as GeometryError."""
     try:
-        return wait()
+        yield
     except DesignError as error:
         raise GeometryError(str(error)) from error
     except ProcessError as error:

@@ -21,85 +21,76 @@ _BENT = 0.1  # barycentric: a bent plate's face beside a straight facet of its o
 _GAUSS_POINTS = 6  # across a gage's width, and along it where its plate is bent
 
 
-def locate(mesh: Mesh, point: Array, prefer: int | None = None) -> tuple[IntArray, Array]:
-    """Cells holding a point (dim,) and its reference coordinates (dim, cells).
+def _holding_cells(
+    mesh: Mesh, points: Array, cells: IntArray
+) -> tuple[IntArray, IntArray, Array, Array]:
+    """Pairs of a point (p, dim) and a cell whose box holds it: their numbers, reference coordinates
+    (dim, pairs) and the least barycentric ones (pairs,), < 0 outside the cell."""
+    corners = mesh.points[mesh.corners[cells]]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    margin = 0.05 * (high - low).max(axis=1, keepdims=True) + 1e-9
+    low, high = low - margin, high + margin
+    point, near = np.nonzero(((points[:, None] >= low) & (points[:, None] <= high)).all(axis=2))
+    reference = inverse_map(mesh.points[mesh.cells[cells[near]]], points[point])
+    least = np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0))
+    return point, cells[near], reference, least
 
-    On the border of several cells all of one region are returned: the region ``prefer``, else the
-    highest (a plate before the elastomer). Raises DesignError for a point outside the mesh.
-    """
-    if prefer is not None:
-        # A plate's own cells are few: asking them first is a hundred times faster.
-        own = np.flatnonzero(mesh.regions == prefer)
-        cells, reference, least = _near(mesh, point, own)
-        inside = least >= -_INSIDE
-        if not inside.any() and least.max(initial=-np.inf) > -_BENT:
-            inside = least == least.max()  # beside a straight facet of a bent face
-        if inside.any():
-            return cells[inside], reference[:, inside]
-    near, reference, least = _near(mesh, point, np.arange(len(mesh.cells)))
+
+def locate(mesh: Mesh, point: Array) -> IntArray:
+    """Cells holding a point (dim,); on the border of several regions those of the highest (a plate
+    before the elastomer). Raises DesignError for a point outside the mesh."""
+    _, cells, _, least = _holding_cells(mesh, point[None], np.arange(len(mesh.cells)))
     inside = least >= -_INSIDE
     if not inside.any():
-        if len(near) == 0 or least.max() < -_NEAR:
+        if least.max(initial=-np.inf) < -_NEAR:
             place = [round(float(v), 6) for v in point]
             raise DesignError(
                 [Fault("readout.points_mm", place, "inside the finger", "move the point inward")]
             )
         inside = least == least.max()
-    regions = mesh.regions[near]
-    inside &= regions == regions[inside].max()
-    return near[inside], reference[:, inside]
+    regions = mesh.regions[cells]
+    return np.asarray(cells[inside & (regions == regions[inside].max())])
 
 
-def _near(mesh: Mesh, point: Array, cells: IntArray) -> tuple[IntArray, Array, Array]:
-    """Cells whose boxes hold the point, its reference coordinates there, the least barycentric."""
-    corners = mesh.points[mesh.corners[cells]]
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    margin = 0.05 * (high - low).max(axis=1, keepdims=True) + 1e-9
-    near = cells[((point >= low - margin) & (point <= high + margin)).all(axis=1)]
-    reference = inverse_map(mesh.points[mesh.cells[near]], point)
-    return near, reference, np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0))
-
-
-def displacement_rows(mesh: Mesh, point: Array, prefer: int | None = None) -> sp.csr_matrix:
-    """Rows (dim, n dim) that give the displacement at a point."""
-    cells, reference = locate(mesh, point, prefer)
-    value = tabulate(mesh.dimension, reference[:, :1]).value[:, 0]
-    return _interpolated(mesh, mesh.cells[cells[0]], value)
-
-
-def _weighted_displacements(
-    mesh: Mesh, points: Array, vectors: Array, region: int
-) -> sp.csr_matrix:
-    """One row (1, n dim): the sum of displacements at points (p, dim) of a region, each times its
-    vector (p, dim). All at once: cell by cell it took longer than anything else of a kept model."""
+def displacement_rows(mesh: Mesh, points: Array, region: int | None = None) -> sp.csr_matrix:
+    """Rows (p dim, n dim): the displacements at points (p, dim) of a region; of the whole mesh
+    where none is named or none has that number. SolverError for a point outside."""
     own = np.flatnonzero(mesh.regions == region)
-    corners = mesh.points[mesh.corners[own]]
-    low, high = corners.min(axis=1) - 1e-9, corners.max(axis=1) + 1e-9
-    point, near = np.nonzero(((points[:, None] >= low) & (points[:, None] <= high)).all(axis=2))
-    cells = own[near]
-    reference = inverse_map(mesh.points[mesh.cells[cells]], points[point])
-    least = np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0))
+    own = own if len(own) else np.arange(len(mesh.cells))  # few cells: a hundred times faster
+    point, cells, reference, least = _holding_cells(mesh, points, own)
     best = np.lexsort((least, point))
     best = best[np.diff(point[best], append=-1) != 0]
-    inside = best[least[best] >= -_INSIDE]
-    nodes = mesh.cells[cells[inside]]
-    value = tabulate(mesh.dimension, reference[:, inside]).value.T
-    entries = value[:, :, None] * vectors[point[inside], None, :]
-    columns = nodes[:, :, None] * mesh.dimension + np.arange(mesh.dimension)
-    size, zero = mesh.points.size, np.zeros(columns.size, dtype=np.int64)
-    row = sp.csr_matrix((entries.ravel(), (zero, columns.ravel())), shape=(1, size))
-    for rest in np.setdiff1d(np.arange(len(points)), point[inside]):  # beside a bent face's facets
-        row = row + sp.csr_matrix(vectors[rest]) @ displacement_rows(mesh, points[rest], region)
-    return sp.csr_matrix(row)
+    if len(best) < len(points) or least[best].min(initial=0.0) < -_BENT:
+        raise SolverError("a point to be read lies outside of its part's mesh")
+    value = tabulate(mesh.dimension, reference[:, best]).value.T
+    return _interpolated(mesh, mesh.cells[cells[best]], value)
 
 
 def _interpolated(mesh: Mesh, nodes: IntArray, value: Array) -> sp.csr_matrix:
-    """Rows (dim, n dim): the displacement where nodes (k,) have the shape functions ``value``."""
-    dimension = mesh.dimension
-    row = np.repeat(np.arange(dimension), len(nodes))
-    column = (nodes[None, :] * dimension + np.arange(dimension)[:, None]).ravel()
-    entries = (np.tile(value, dimension), (row, column))
-    return sp.csr_matrix(entries, shape=(dimension, mesh.points.size))
+    """Rows (p dim, n dim): displacements where nodes (p, k) have the shape functions ``value``."""
+    axes = np.arange(mesh.dimension)
+    columns = nodes[:, :, None] * mesh.dimension + axes
+    rows = np.arange(len(nodes))[:, None, None] * mesh.dimension + axes
+    entries = [np.broadcast_to(each, columns.shape).ravel() for each in (value[..., None], rows)]
+    shape = (len(nodes) * mesh.dimension, mesh.points.size)
+    return sp.csr_matrix((entries[0], (entries[1], columns.ravel())), shape=shape)
+
+
+def plate_displacements(mesh: Mesh, frame: PlateFrame, points: Array, v: float) -> sp.csr_matrix:
+    """Rows (p dim, n dim): displacements at points (p, dim) on a plate's face at ``v`` (mm along
+    its normal); in a half model those at z < 0 mirror those at z > 0."""
+    turn = np.ones_like(points)
+    if mesh.symmetric:
+        turn[points[:, 2] < 0.0, 2] = -1.0
+    if f"plate_{frame.index}_upper" not in mesh.facets:
+        rows = displacement_rows(mesh, points * turn, frame.index + 1)
+    else:
+        sheet = sheet_of(mesh, frame)
+        facet, reference = _holding(sheet, places_on(frame, points * turn))
+        face = sheet.nodes if v > 0.0 else sheet.nodes_below
+        value = tabulate(sheet.dimension, reference.T).value.T
+        rows = _interpolated(mesh, sheet.own[face[facet]], value)
+    return sp.csr_matrix(sp.diags_array(turn.ravel()) @ rows)
 
 
 def strain_rows(mesh: Mesh, point: Array) -> sp.csr_matrix:
@@ -109,8 +100,7 @@ def strain_rows(mesh: Mesh, point: Array) -> sp.csr_matrix:
     the same region, where quadratic elements are one order more accurate than elsewhere
     (superconvergent patch recovery: Zienkiewicz and Zhu, IJNME 33 (1992) 1331).
     """
-    cells, _ = locate(mesh, point)
-    patch = _patch(mesh, cells)
+    patch = _patch(mesh, locate(mesh, point))
     nodes = mesh.cells[patch]
     table = tabulate(mesh.dimension, *quadrature(mesh.dimension, 2))
     jacobian = jacobians(mesh.points[nodes], table.gradient)
@@ -189,18 +179,10 @@ def gage_rows(
     """
     rows = []
     for frame in frames:
-        sheet = sheet_of(mesh, frame) if f"plate_{frame.index}_upper" in mesh.facets else None
-        for side in (0.5, -0.5):
-            points, vectors = _gage_places(mesh, frame, gages, side * frame.thickness, weights)
-            if sheet is None:
-                rows.append(_weighted_displacements(mesh, points, vectors, frame.index + 1))
-                continue
-            parts = []
-            for point, vector in zip(points, vectors, strict=True):
-                face = sheet.nodes if side > 0.0 else sheet.nodes_below
-                own = _displacement(mesh, sheet, face, places_on(frame, point[None])[0])
-                parts.append(sp.csr_matrix(vector) @ own)
-            rows.append(sp.csr_matrix(sum(parts[1:], parts[0])))
+        for v in (0.5 * frame.thickness, -0.5 * frame.thickness):
+            points, vectors = _gage_places(mesh, frame, gages, v, weights)
+            moved = plate_displacements(mesh, frame, points, v)
+            rows.append(sp.csr_matrix(vectors.reshape(1, -1)) @ moved)
     found = sp.vstack([sp.csr_matrix((0, mesh.points.size)), *rows], format="csr")
     pairs = pairing(frames, gages)
     return found if pairs is None else sp.csr_matrix(pairs @ found)
@@ -270,10 +252,7 @@ def _gage_places(
     mesh: Mesh, frame: PlateFrame, gages: Gages, v: float, weights: tuple[float, float]
 ) -> tuple[Array, Array]:
     """Points (k, dim) on the face at ``v`` (mm, along the normal), and the vectors (k, dim), 1/mm,
-    whose products with the displacements there add up to the gage's reading.
-
-    In a half model what lies at z < 0 is the mirror image of what lies at z > 0.
-    """
+    whose products with the displacements there add up to the gage's reading."""
     along, shares = gage_shares(frame, gages.length_mm, v)
     where, shares = frame.from_local(along, v), weights[0] * shares
     if mesh.dimension == 2:
@@ -285,9 +264,6 @@ def _gage_places(
         ends, parts, across = gage_crossing(frame, gages, v)
         pull = weights[1] / gages.width_mm * np.outer(parts, across)
         points, vectors = np.vstack([points, *ends]), np.vstack([vectors, pull, -pull])
-    if mesh.symmetric:
-        turned = np.where(points[:, 2:] < 0.0, [1.0, 1.0, -1.0], 1.0)
-        points, vectors = points * turned, vectors * turned
     return points, vectors
 
 
@@ -311,10 +287,9 @@ def plate_strain_rows(
     Strains along the plate are linear between its faces; across it there is no stress and no shear.
     """
     sheet, dimension = sheet_of(mesh, frame), mesh.dimension
-    place = places_on(frame, point[None])[0]
     level = float(frame.local(point[None])[0, 1]) / frame.thickness
-    facet, reference = _holding(sheet, place)
-    slope = sheet.slopes(reference[:, None])[facet, 0]  # (k, a)
+    (facet,), reference = _holding(sheet, places_on(frame, point[None]))
+    slope = sheet.slopes(reference.T)[facet, 0]  # (k, a)
     size, count = sheet.dimension, len(slope)
     local = np.zeros((3, 3, 2, count, dimension))  # along, through, across
     axis_of = (0, 2)
@@ -337,20 +312,13 @@ def plate_strain_rows(
     return sp.csr_matrix((rows.ravel(), where), shape=(6, mesh.points.size))
 
 
-def _displacement(mesh: Mesh, sheet: SheetFacets, face: IntArray, place: Array) -> sp.csr_matrix:
-    """Rows (dim, n dim): the displacement at a place (s,) in the surface's coordinates, of the face
-    with the facets ``face`` (f, k)."""
-    facet, reference = _holding(sheet, place)
-    value = tabulate(sheet.dimension, reference[:, None]).value[:, 0]
-    return _interpolated(mesh, sheet.own[face[facet]], value)
-
-
-def _holding(sheet: SheetFacets, place: Array) -> tuple[int, Array]:
-    """The facet that holds a place (s,) in the surface's coordinates, and where in it (s,)."""
-    offset = place - sheet.flat[:, 0]
-    reference = np.einsum("fba,fa->fb", sheet.inverse, offset)
-    least = np.minimum(reference.min(axis=1), 1.0 - reference.sum(axis=1))
-    facet = int(np.argmax(least))
-    if least[facet] < -_INSIDE:
-        raise SolverError(f"{place.tolist()} mm from its plate's centre is off the plate")
-    return facet, reference[facet]
+def _holding(sheet: SheetFacets, places: Array) -> tuple[IntArray, Array]:
+    """The facets (p,) that hold places (p, s) in the surface's coordinates, and where (p, s)."""
+    offset = places[:, None] - sheet.flat[:, 0]
+    reference = np.einsum("fba,pfa->pfb", sheet.inverse, offset)
+    least = np.minimum(reference.min(axis=2), 1.0 - reference.sum(axis=2))
+    facet = least.argmax(axis=1)
+    off = least.max(axis=1) < -_INSIDE
+    if off.any():
+        raise SolverError(f"{places[off][0].tolist()} mm from its plate's centre is off the plate")
+    return facet, reference[np.arange(len(facet)), facet]

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse as sp
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.measures import limits
@@ -140,6 +139,6 @@ def _statuses(problem: ContactProblem, step: Step, x: Array) -> tuple[str, ...]:
 def _displacements(case: PaperCase, points: Array, fields: Array) -> Array:
     """Displacements (k, n, 4, 2) at points (n, 4, 2) of fields (k, nodes, 2)."""
     mesh = case.twin_model.mesh
-    rows = sp.vstack([displacement_rows(mesh, point) for point in points.reshape(-1, 2)])
+    rows = displacement_rows(mesh, points.reshape(-1, 2))
     found = rows @ fields.reshape(len(fields), -1).T
     return np.asarray(found.T).reshape(len(fields), *points.shape)

@@ -1,6 +1,7 @@
 """STEP and STL files: parts by name, watertight at an absolute chord tolerance, whole or not."""
 
 import cadquery as cq
+import meshio
 import numpy as np
 import pytest
 
@@ -19,13 +20,9 @@ from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
 
 
 def read_stl(path):
-    content = path.read_bytes()
-    count = int.from_bytes(content[80:84], "little")
-    assert len(content) == 84 + 50 * count
-    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-    corners = np.frombuffer(content, record, offset=84)["corners"].astype(float).reshape(-1, 3)
-    points, inverse = np.unique(corners, axis=0, return_inverse=True)
-    return points, inverse.reshape(-1, 3)
+    found = meshio.read(path)
+    points, inverse = np.unique(found.points.astype(float), axis=0, return_inverse=True)
+    return points, inverse.reshape(-1)[found.cells_dict["triangle"]]
 
 
 KINDS = [

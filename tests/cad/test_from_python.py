@@ -33,20 +33,12 @@ def test_two_calls_make_one_body(plain):
     assert mirrors_in_z(first)
     again = fingerdesign.with_body(plain, brick, mirrors_in_z=True)
     assert again == first
+    assert again == fingerdesign.with_body(plain, lambda: brick().val(), mirrors_in_z=True)
     other = fingerdesign.with_body(first, lambda: brick(13.0), mirrors_in_z=True)
     assert other.body.base_height_mm == 13.0
     assert other.digest() != first.digest()
-
-
-def test_a_solid_will_do_as_well(plain):
-    made = fingerdesign.with_body(plain, lambda: brick().val())
-    assert made == fingerdesign.with_body(plain, brick)
-
-
-def test_rules_reach_the_body(plain):
     turned = fingerdesign.with_body(plain, lambda: brick().rotate((0, 0, 0), (1, 0, 0), 90), up="z")
-    assert turned.body.base_height_mm == 12.0
-    assert turned.body.step.up == "z"
+    assert (turned.body.base_height_mm, turned.body.step.up) == (12.0, "z")
 
 
 def test_what_is_no_body_is_refused(plain):

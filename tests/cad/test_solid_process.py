@@ -2,10 +2,12 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from fingerdesign.cad import solid_process
 from fingerdesign.cad.export import enclosed_volume, triangulate
 from fingerdesign.cad.solid import build_solid
 from fingerdesign.cad.solid_process import finger_triangles, write_finger_cad
@@ -17,7 +19,7 @@ from fingerdesign.layout.volume import outline_volume
 def test_triangles_are_those_of_this_process(design_of):
     design = design_of("arc", "perforated", "a bone")
     frames = plate_frames(design)[1:2]
-    parts, outside = finger_triangles(design, 0.02, frames=frames)
+    parts, outside = finger_triangles(design, 0.02, False, frames)
     solid = build_solid(design, frames=frames)
     for found, wanted in zip(parts, triangulate(solid.parts, 0.02), strict=True):
         np.testing.assert_array_equal(found, wanted)
@@ -32,14 +34,15 @@ def test_files_are_written_from_a_process(design_of, tmp_path):
 
 def test_what_cannot_be_built_is_said(design_of):
     design = design_of("arc", "full span")
-    crossing = design.plates.model_copy(update={"pitch_mm": 0.1})
+    frames = tuple(replace(frame, place=0.1 * frame.index) for frame in plate_frames(design))
     with pytest.raises(GeometryError, match="plate 0 and plate 1 overlap"):
-        finger_triangles(design.model_copy(update={"plates": crossing}), 0.02)
+        finger_triangles(design, 0.02, False, frames)
 
 
-def test_a_kernel_that_does_not_come_back_is_ended(design_of):
+def test_a_kernel_that_does_not_come_back_is_ended(design_of, monkeypatch):
+    monkeypatch.setattr(solid_process, "TIME_LIMIT_S", 0.05)
     with pytest.raises(GeometryError, match=r"did not finish in 0\.05 s"):
-        finger_triangles(design_of("arc"), 0.02, time_limit_s=0.05)
+        finger_triangles(design_of("arc"), 0.02, False, ())
 
 
 def test_this_process_loads_no_cad_kernel():

@@ -106,14 +106,11 @@ def test_unsound_materials_are_refused_by_name(element):
         condense_body(replace(body, mesh=replace(body.mesh, points=points)))
     with pytest.raises(SolverError, match="one for each"):
         condense_body(replace(body, youngs_modulus=one[1:]))
-
-
-def test_nodes_of_no_cell_are_refused():
-    body = block((2, 2), (1.0, 1.0), 1.0)
-    loose = replace(body.mesh, points=np.vstack([body.mesh.points, [[9.0, 9.0]]]))
-    fixed = np.append(body.fixed, [False, False])
-    with pytest.raises(SolverError, match="belong to no cell"):
-        condense_body(replace(body, mesh=loose, fixed=fixed))
+    if element == "P2":
+        loose = replace(body.mesh, points=np.vstack([body.mesh.points, [[9.0, 9.0]]]))
+        fixed = np.append(body.fixed, [False, False])
+        with pytest.raises(SolverError, match="belong to no cell"):
+            condense_body(replace(body, mesh=loose, fixed=fixed))
 
 
 def test_linear_elements_lock():

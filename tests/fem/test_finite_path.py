@@ -91,11 +91,12 @@ def test_rows_hold_to_rounding(pressed):
     assert read.stick_ratio[1] > 0.8
 
 
-def test_as_the_load_goes_to_zero_it_is_the_small_strain_answer(design, mesh):
+@pytest.mark.parametrize("rigid", ["", 'shape = "cylinder"\nradius_mm = 6.0'])
+def test_as_the_load_goes_to_zero_it_is_the_small_strain_answer(design, mesh, rigid):
     """Motions halved twice: of all that is read, differences fall by about two each time."""
     found = []
     for share in (0.5, 0.125):
-        scene = scene_of([[share * a, share * s] for a, s in ROWS])
+        scene = scene_of([[share * a, share * s] for a, s in ROWS], rigid)
         finite = finite_readings(design, mesh, ZONE, scene)
         small = small_strain(design, mesh, scene)
         last = small[-1]
@@ -110,8 +111,9 @@ def test_as_the_load_goes_to_zero_it_is_the_small_strain_answer(design, mesh):
     first, third = np.abs(found)
     assert (first < 0.03).all()
     assert (third < 0.4 * first).all()
-    ratio = (first / third)[[0, 2]] ** 0.5
-    assert ((ratio > 1.6) & (ratio < 2.8)).all()
+    if not rigid:
+        ratio = (first / third)[[0, 2]] ** 0.5
+        assert ((ratio > 1.6) & (ratio < 2.8)).all()
 
 
 def mirrored(mesh):
@@ -163,31 +165,16 @@ def test_a_row_too_long_is_cut_and_its_answer_is_no_other(design, mesh, monkeypa
     assert np.allclose(at_once.gages[-1], in_steps.gages[-1], rtol=0, atol=1e-3)
 
 
-def test_pressed_and_let_go_nothing_is_left(rubber, plain):
-    found = finite_readings(rubber, plain, ZONE, scene_of([[0.1, 0.02], [0.05, 0.0], [0.0, 0.0]]))
-    assert found.readings.normal_force[1] > 0.0
-    assert abs(found.readings.normal_force[2]) < 1e-8
-    assert found.readings.normal_force[0] > found.readings.normal_force[1]
-
-
-@pytest.mark.parametrize("rigid", ['shape = "cylinder"\nradius_mm = 1e5', "tilt_deg = 1e-7"])
-def test_nearly_a_flat_plane_is_one(rubber, plain, rigid):
-    flat = finite_readings(rubber, plain, ZONE, scene_of(ROWS))
-    found = finite_readings(rubber, plain, ZONE, scene_of(ROWS, rigid))
-    assert np.allclose(found.readings.normal_force, flat.readings.normal_force, rtol=1e-3)
-    assert np.allclose(found.readings.tangential_force, flat.readings.tangential_force, atol=2e-3)
-
-
-def test_a_round_object_and_half_the_load_tend_to_small_strain(rubber, plain):
-    ratios = []
-    for share in (0.5, 0.25):
-        scene = scene_of([[0.1 * share, 0.0]], 'shape = "cylinder"\nradius_mm = 3.0')
-        found = finite_readings(rubber, plain, ZONE, scene)
-        ratios.append(
-            found.readings.normal_force[0] / small_strain(rubber, plain, scene)[0].normal_force - 1
-        )
-    assert abs(ratios[0]) < 0.02
-    assert abs(ratios[1]) < 0.7 * abs(ratios[0])
+def test_nearly_a_flat_plane_is_one_and_let_go_nothing_is_left(rubber, plain):
+    rows = [*ROWS, [0.0, 0.0]]
+    flat, found = (
+        finite_readings(rubber, plain, ZONE, scene_of(rows, rigid)).readings
+        for rigid in ("", 'shape = "cylinder"\nradius_mm = 1e5')
+    )
+    assert np.allclose(found.normal_force, flat.normal_force, rtol=1e-3, atol=1e-8)
+    assert np.allclose(found.tangential_force, flat.tangential_force, atol=2e-3)
+    assert flat.normal_force[-2] > 1.0
+    assert abs(flat.normal_force[-1]) < 1e-8
 
 
 def test_half_a_finger_in_space_is_the_whole(design):

@@ -1,9 +1,8 @@
-"""What pictures of meshes mark and cut; test_mesh_command.py draws them."""
+"""What pictures of meshes mark; test_mesh_command.py draws them."""
 
 import numpy as np
-import pytest
 
-from fingerdesign.mesh.pictures import cut_open, near_cut
+from fingerdesign.mesh.pictures import near_cut
 from tests.support.boxes import mesh_of
 
 TETRA = np.vstack([np.zeros(3), np.eye(3)])
@@ -21,14 +20,3 @@ def test_only_elements_near_the_cut_are_ringed():
     assert near_cut(mesh, []).tolist() == []
     flat = mesh_of(np.array([[0.0, 9.0], [1.0, 9.0], [0.0, 10.0]]), np.arange(3)[None])
     assert near_cut(flat, [0]).tolist() == [0]
-
-
-@pytest.mark.parametrize(("height", "volume"), [(-0.5, 1.0 / 6.0 - 1.0 / 48.0), (-2.0, 1.0 / 6.0)])
-def test_the_cut_is_flat_and_takes_nothing_from_what_lies_behind(height, volume):
-    import pyvista
-
-    mesh = tetrahedra(height)
-    grid = pyvista.UnstructuredGrid({pyvista.CellType.TETRA: mesh.cells}, mesh.points)
-    kept = cut_open(grid)
-    assert kept.bounds[5] == pytest.approx(min(0.0, height + 1.0))
-    assert kept.volume == pytest.approx(volume)

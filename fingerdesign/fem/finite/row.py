@@ -29,7 +29,7 @@ from fingerdesign.design.gages import Gages
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.finite.body import FiniteBody, Linearised
-from fingerdesign.fem.readout import displacement_rows, gage_crossing, gage_heights, pairing
+from fingerdesign.fem.readout import gage_crossing, gage_heights, pairing, plate_displacements
 from fingerdesign.fem.trace import TRACE_ORDER
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.types import Mesh
@@ -117,10 +117,10 @@ def _lines(
     mesh: Mesh, frames: Sequence[PlateFrame], places: Sequence[Array], weights: Array
 ) -> _Lines:
     """Lines of points (k, p, dim), one array a face of each plate."""
-    rows: list[sp.csr_matrix] = [sp.csr_matrix((0, mesh.points.size))]
+    rows = [sp.csr_matrix((0, mesh.points.size))]
     for number, lines in enumerate(places):
-        region = frames[number // 2].index + 1
-        rows += [_displacement(mesh, point, region) for line in lines for point in line]
+        flat = lines.reshape(-1, mesh.dimension)
+        rows.append(plate_displacements(mesh, frames[number // 2], flat, 0.0))
     points = np.array(places).reshape(-1, mesh.dimension)
     count = points.shape[0] // max(len(places) * len(weights), 1)
     shape = (len(places), len(weights), count)
@@ -132,14 +132,6 @@ def _line(frame: PlateFrame, length: float, v: float, pieces: int) -> Array:
     if frame.bend_radius is not None:  # s is measured along the mid-surface
         length *= frame.bend_radius / (frame.bend_radius + v)
     return frame.from_local(np.linspace(-0.5, 0.5, pieces + 1) * length, v)
-
-
-def _displacement(mesh: Mesh, point: Array, prefer: int) -> sp.csr_matrix:
-    """Rows (dim, n dim): the displacement at a point, beyond the mirror plane its image's."""
-    if not mesh.symmetric or point[2] >= 0.0:
-        return displacement_rows(mesh, point, prefer)
-    turn = np.array([1.0, 1.0, -1.0])
-    return sp.csr_matrix(sp.diags_array(turn) @ displacement_rows(mesh, point * turn, prefer))
 
 
 # A deformed finger faces a rigid object: the contact problem about where both are now.

@@ -16,7 +16,7 @@ import numpy as np
 from fingerdesign.arrays import IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.files.named import NamedMesh, region_number
-from fingerdesign.mesh.types import Mesh
+from fingerdesign.mesh.types import Mesh, boundary_facets
 
 # Corners of the faces S1, S2, ... (CalculiX 2.20 manual, 6.2.6 and 6.2.15); mid-nodes are in VTK's
 # order.
@@ -44,7 +44,9 @@ def write_calculix(mesh: Mesh, path: Path) -> None:
         file.write("*ELSET, ELSET=eall\n" + "".join(f"{name},\n" for name in names))
         for name, facets in mesh.facets.items():
             file.write(f"*NSET, NSET={name}\n")
-            _write_numbers(file, np.unique(facets) + 1)
+            numbers = (np.unique(facets) + 1).tolist()
+            for start in range(0, len(numbers), _ROW):
+                file.write(", ".join(map(str, numbers[start : start + _ROW])) + ",\n")
             cells, faces = cell_faces(mesh, facets, name)
             file.write(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n")
             for cell, face in zip(cells.tolist(), faces.tolist(), strict=True):
@@ -74,11 +76,6 @@ def cell_faces(mesh: Mesh, facets: IntArray, name: str = "facets") -> tuple[IntA
     if np.any(found < 0):
         raise MeshError(f"{int((found < 0).sum())} facets of {name!r} are no faces of any cell")
     return found // len(local), found % len(local)
-
-
-def _write_numbers(file: IO[str], numbers: IntArray) -> None:
-    for start in range(0, len(numbers), _ROW):
-        file.write(", ".join(map(str, numbers[start : start + _ROW].tolist())) + ",\n")
 
 
 # CalculiX and Abaqus input decks read: nodes, tetrahedra or triangles, sets and surfaces.
@@ -210,6 +207,7 @@ class _Deck:
     ) -> dict[str, IntArray]:
         found: dict[str, IntArray] = {}
         faces = TETRA_FACES if solid in (4, 10) else TRIANGLE_FACES
+        outer = boundary_facets(rows[:, : len(faces)], len(faces[0]))
         for name, members in self.surfaces.items():
             chosen = [(row_of[n], face) for n, face in members if n in row_of]
             found[name] = np.array([rows[row, list(faces[face])] for row, face in chosen])
@@ -220,16 +218,6 @@ class _Deck:
                 found[name] = np.array([[order[n] for n in nodes[:width]] for nodes in own])
         for name, nodes_in in self.nsets.items():
             if name not in found and name != "nall":
-                found[name] = self._facets_of_nodes(rows, faces, [order[n] for n in nodes_in])
+                own_nodes = [order[n] for n in nodes_in]
+                found[name] = outer[np.isin(outer, own_nodes).all(axis=1)]
         return {name: facets for name, facets in found.items() if len(facets)}
-
-    @staticmethod
-    def _facets_of_nodes(
-        rows: IntArray, faces: tuple[tuple[int, ...], ...], nodes: list[int]
-    ) -> IntArray:
-        every = rows[:, faces].reshape(-1, len(faces[0]))
-        _, first, uses = np.unique(
-            np.sort(every, axis=1), axis=0, return_index=True, return_counts=True
-        )
-        outer = every[first[uses == 1]]
-        return np.asarray(outer[np.isin(outer, nodes).all(axis=1)])

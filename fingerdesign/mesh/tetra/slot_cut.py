@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -200,33 +199,27 @@ def _path(
 ) -> list[int] | None:
     """Shortest way over the link of a node from ``first`` to one of ``goals``, in the plate's plane
     as far as may be; None where there is none."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import dijkstra
+
     cells = stars.cells[stars.around(node)]
     link = cells[cells != node].reshape(-1, 3)
-    near: dict[int, set[int]] = {}
-    for a, b, c in link.tolist():
-        for one, two in ((a, b), (b, c), (a, c)):
-            if not (taken[one] or taken[two]):
-                near.setdefault(one, set()).add(two)
-                near.setdefault(two, set()).add(one)
-    ray = {n: points[n] - points[node] for n in near}
-    unit = {n: r / np.linalg.norm(r) for n, r in ray.items()}
-    steep = {n: abs(float(u @ normal)) for n, u in unit.items()}
-    best, queue = {first: (0.0, -1)}, [(0.0, first)]
-    done: set[int] = set()
-    while queue:
-        cost, here = heapq.heappop(queue)
-        if here in done:
-            continue
-        done.add(here)
-        if here in goals:
-            path = [here]
-            while path[-1] != first:
-                path.append(best[path[-1]][1])
-            return path[::-1]
-        for there in near.get(here, ()):
-            turn = float(np.linalg.norm(unit[here] - unit[there]))
-            total = cost + turn * (1.0 + 4.0 * (steep[here] ** 2 + steep[there] ** 2))
-            if there not in best or total < best[there][0]:
-                best[there] = (total, here)
-                heapq.heappush(queue, (total, there))
-    return None
+    edges = np.unique(np.sort(link[:, [0, 1, 1, 2, 0, 2]].reshape(-1, 2), axis=1), axis=0)
+    names, edges = np.unique(edges[~taken[edges].any(axis=1)], return_inverse=True)
+    ends = [k for k, name in enumerate(names.tolist()) if name in goals]
+    if first not in names or not ends:
+        return None
+    one, two = edges.reshape(-1, 2).T
+    unit = points[names] - points[node]
+    unit /= np.linalg.norm(unit, axis=1)[:, None]
+    steep = (unit @ normal) ** 2
+    cost = np.linalg.norm(unit[one] - unit[two], axis=1) * (1.0 + 4.0 * (steep[one] + steep[two]))
+    graph = coo_array((cost, (one, two)), shape=(len(names),) * 2)
+    start = int(np.searchsorted(names, first))
+    away, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
+    path = [min(ends, key=lambda k: away[k])]
+    if not np.isfinite(away[path[0]]):
+        return None
+    while path[-1] != start:
+        path.append(int(before[path[-1]]))
+    return [int(name) for name in names[path[::-1]]]
