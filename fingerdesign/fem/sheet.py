@@ -16,19 +16,8 @@ Tractions on the faces thus act at their arm t/2, and the rubber has its true sh
 the warping of cross-sections and of the square ends. The strain across matters: pressed by 0.3 MPa
 on both faces phosphor bronze stretches by a microstrain, what a gage reads.
 
-Measured on maeno2000, whose plates are nine times as long as thick, at complete slip, mixed
-elements. Plane strain, 33k dofs against solid plates on 126k, of the largest reading: membrane
-1.0 %, one face 0.6 %; forces 2e-5. In space four of its plates, bending of the one bent most, in
-microstrain on 3, 6, 10 layers: sheets 18.0, 18.7, 19.0, solid plates 16.3, 17.9, 18.5; so sheets on
-3 layers do as well as solid plates on 6, in a third of the time.
-
-In tetrahedra, five increments up to complete slip, worst errors of the largest reading (membrane),
-then of one face. A dome's five plates, twenty times as long as thick, spans free: 155k dofs against
-solid plates on 200k: 0.7 and 1.7 %; 71k dofs: 0.6 and 4.9 %. maeno2000, 140k dofs against extruded
-sheets on 211k: 2.1 and 7.1 %; against solid plates cut into a mesh of the same sizes: 1.8 and
-7.9 %, forces 3e-4. Faces are worse there: the gage ends two thicknesses from the plate's square
-ends, where sections warp; extruded sheets are off by 3.5 and, in complete slip, 6.3 % from extruded
-solid plates, and by 1.4 % in the membrane strain.
+What they cost against solid plates stands in docs/benchmarks.md. Faces are read worse than the mean
+of both: gages end near the plate's square ends, where sections warp.
 """
 
 from __future__ import annotations

@@ -40,6 +40,14 @@ def view(plotter: Any) -> None:
     plotter.view_vector((-0.3, 0.4, 1.0), viewup=(0.0, 1.0, 0.0))
 
 
+def grid_of(points: Array, cells: IntArray) -> Any:
+    """Triangles or tetrahedra as pyvista has them."""
+    import pyvista
+
+    kind = pyvista.CellType.TRIANGLE if cells.shape[1] == 3 else pyvista.CellType.TETRA
+    return pyvista.UnstructuredGrid({kind: cells}, points)
+
+
 def cut_open(grid: Any) -> Any:
     """The part z <= 0 of an unstructured grid, cut flat; all of it where none lies in front."""
     return grid.clip("z", origin=(0.0, 0.0, 0.0)) if grid.bounds[5] > 1e-9 else grid
@@ -114,15 +122,12 @@ def paint_mesh(data: dict[str, NDArray[Any]], title: str, whole: bool, target: P
 
 def _draw(plotter: Any, data: dict[str, NDArray[Any]], cut: bool) -> None:
     """The mesh; ``cut``: of the rubber z <= 0, with plates and core standing out of it."""
-    import pyvista
-
     points, cells, part = data["points"], data["cells"], data["part"]
     plotter.set_background("white")
-    kind = pyvista.CellType.TRIANGLE if cells.shape[1] == 3 else pyvista.CellType.TETRA
     for number, colour in enumerate((SILICONE, BRONZE, CORE)):
         rows = part == number
         if rows.any():
-            grid = pyvista.UnstructuredGrid({kind: cells[rows]}, points)
+            grid = grid_of(points, cells[rows])
             shown = cut_open(grid) if cut and number == 0 else grid
             plotter.add_mesh(shown, color=colour, show_edges=True, edge_color=EDGES, ambient=0.3)
     if cells.shape[1] == 3:
@@ -281,11 +286,10 @@ def _cut_open(data: dict[str, Any], close: bool) -> NDArray[Any]:
     import pyvista
 
     points, cells, flat = data["points"], data["cells"], data["cells"].shape[1] == 3
-    kind = pyvista.CellType.TRIANGLE if flat else pyvista.CellType.TETRA
     size = [VIEW[0], VIEW[1] * 3 // 4 if close else VIEW[1]]
     plotter = pyvista.Plotter(off_screen=True, window_size=size)
     plotter.set_background("white")
-    grid = pyvista.UnstructuredGrid({kind: cells}, points)
+    grid = grid_of(points, cells)
     grid.cell_data["least"] = data["least"]
     plotter.add_mesh(
         cut_open(grid),
@@ -299,8 +303,11 @@ def _cut_open(data: dict[str, Any], close: bool) -> NDArray[Any]:
         ambient=0.45,
     )
     if data["inner"].any():
-        parts = pyvista.UnstructuredGrid({kind: cells[data["inner"]]}, points)
-        lines = cut_open(parts).extract_surface().extract_feature_edges(30.0)
+        lines = (
+            cut_open(grid_of(points, cells[data["inner"]]))
+            .extract_surface()
+            .extract_feature_edges(30.0)
+        )
         if lines.n_cells:
             plotter.add_mesh(lines, color="black", line_width=2.0)
     if len(data["worst"]):

@@ -50,6 +50,9 @@ def test_normal_is_the_gradient_of_the_distance_and_points_outward(near):
         slope = (surface.distance(points + shift) - surface.distance(points - shift)) / (2 * step)
         np.testing.assert_allclose(normal[:, axis], slope, atol=1e-8)
     assert np.all(surface.distance(points + 0.1 * normal) > surface.distance(points))
+    flat = points * [1.0, 1.0, 0.0]
+    np.testing.assert_allclose(surface.distance(flat[:, :2]), surface.distance(flat))
+    np.testing.assert_allclose(surface.project(flat[:, :2]), surface.project(flat)[:, :2])
 
 
 def test_what_lies_below_the_surface_is_enclosed_though_outside_its_circle():
@@ -59,12 +62,6 @@ def test_what_lies_below_the_surface_is_enclosed_though_outside_its_circle():
     assert surface.encloses(points).tolist() == [True, True, False, False]
     assert surface.distance(points)[0] > 0.0
     assert surface.lowest == pytest.approx(10.0)
-
-
-def test_section_points_agree_with_points_at_z_0(near):
-    surface, points = near[0], near[1] * [1.0, 1.0, 0.0]
-    np.testing.assert_allclose(surface.distance(points[:, :2]), surface.distance(points))
-    np.testing.assert_allclose(surface.project(points[:, :2]), surface.project(points)[:, :2])
 
 
 def test_curvatures_at_the_crest(near):

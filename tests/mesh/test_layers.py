@@ -93,19 +93,13 @@ def test_layers_are_thin_where_plates_end():
     )
 
 
-def test_borders_that_differ_by_rounding_are_one():
-    assert distinct(np.array([1.0, -1.0, 1.0 + 1e-13, 0.5])).tolist() == [-1.0, 0.5, 1.0]
-
-
-def test_ends_too_near_to_each_other_are_refused_by_name():
+def test_what_cannot_be_layered_is_refused_by_name():
     near = with_values(DESIGN, {"plates.placement": [[-2, 4, 45, 0.0], [2, 4, 45, 0.004]]})
     with pytest.raises(MeshError, match=r"end at z = -1\.5 and -1\.496 mm"):
         extrude(near, Zone(2.0), symmetric=False)
-
-
-def test_a_half_of_what_does_not_mirror_is_refused():
     with pytest.raises(MeshError, match="do not mirror"):
         extrude(with_values(DESIGN, {"plates.span_offset_mm": 0.5}), Zone(2.0))
+    assert distinct(np.array([1.0, -1.0, 1.0 + 1e-13, 0.5])).tolist() == [-1.0, 0.5, 1.0]
 
 
 def test_parts_over_one_another_are_refused_by_name():

@@ -27,49 +27,6 @@ CELL_TYPES = {2: ("triangle6", "line3"), 3: ("tetra10", "triangle6")}
 LINEAR = {"tetra10": "tetra", "triangle6": "triangle", "line3": "line"}
 
 
-def named_of_blocks(
-    path: Path,
-    points: Any,
-    blocks: list[tuple[str, IntArray]],
-    data: dict[str, list[IntArray]],
-    groups: dict[str, Any],
-    sets: dict[str, Any],
-) -> NamedMesh:
-    """The triangles or tetrahedra among blocks (type, (c, nodes)), with their names.
-
-    data: numbers by cell, block by block ("region", "facet", "core", or "gmsh:physical"); groups:
-    name -> (number, dimension) of Gmsh's; sets: name -> cells of each block. MeshError where there
-    are no such cells, of two orders, or hexahedra among them.
-    """
-    kinds = {kind for kind, _ in blocks}
-    cell_type, facet_type = _types(path, kinds)
-    dimension = 3 if cell_type.startswith("tetra") else 2
-    cells, names = list[IntArray](), list[Any]()
-    facets: dict[str, list[IntArray]] = {}
-    for number, (kind, rows) in enumerate(blocks):
-        if kind not in (cell_type, facet_type) or not len(rows):
-            continue
-        inner = kind == cell_type
-        own = _names_of_block(number, len(rows), inner, data, groups, sets, dimension)
-        if inner:
-            cells.append(rows)
-            names.append(own)
-        else:
-            for name in np.unique(own[own != ""]).tolist():
-                facets.setdefault(name, []).append(rows[own == name, :dimension])
-    if not cells:
-        raise MeshError(f"{path} holds no {cell_type} cells")
-    every = [*cells, *(rows for parts in facets.values() for rows in parts)]
-    if min(rows.min() for rows in every) < 0 or max(rows.max() for rows in every) >= len(points):
-        raise MeshError(f"{path} has cells with nodes that it does not hold")
-    return NamedMesh(
-        points[:, :dimension],
-        np.vstack(cells),
-        np.concatenate(names).astype(str),
-        {name: np.vstack(rows) for name, rows in facets.items()},
-    )
-
-
 def _types(path: Path, kinds: set[str]) -> tuple[str, str]:
     """The types of cells and facets to read: of the highest dimension, of one order."""
     other = sorted(kind for kind in kinds if kind.startswith(("hexa", "wedge", "pyramid")))
@@ -89,38 +46,31 @@ def _types(path: Path, kinds: set[str]) -> tuple[str, str]:
     )
 
 
-def _names_of_block(
-    number: int,
-    count: int,
-    inner: bool,
-    data: dict[str, list[IntArray]],
-    groups: dict[str, Any],
-    sets: dict[str, Any],
-    dimension: int,
-) -> NDArray[np.object_]:
-    """The name (count,) of each cell of a block, or "": by its numbers, its groups or sets."""
-    found = np.full(count, "", dtype=object)
+def _names(found: Any, number: int, inner: bool, level: int) -> NDArray[np.object_]:
+    """The name (count,) of each cell of a meshio block, or "": by its numbers, its groups or sets.
+
+    inner: whether these are cells, not facets; level: their dimension.
+    """
+    data = {key: np.asarray(parts[number]) for key, parts in found.cell_data.items()}
+    data = {key: values for key, values in data.items() if values.ndim == 1}
+    names = np.full(len(found.cells[number].data), "", dtype=object)
     if "region" in data or "facet" in data:
-        key = "region" if inner else "facet"
-        values = np.rint(data[key][number]).astype(int) if key in data else np.zeros(count, int)
+        values = np.rint(data.get("region" if inner else "facet", np.zeros(len(names)))).astype(int)
         if inner and values.min(initial=0) < 0:
             raise MeshError("there are cells in negative regions; 0 is the elastomer")
         for value in np.unique(values).tolist():
             part = "elastomer" if value == 0 else f"plate_{value - 1}"
-            found[values == value] = part if inner else facet_name(value)
+            names[values == value] = part if inner else facet_name(value)
         if inner and "core" in data:
-            found[np.rint(data["core"][number]) == 1] = "core"
-    elif "gmsh:physical" in data and groups:
-        values = np.asarray(data["gmsh:physical"][number])
-        level = dimension if inner else dimension - 1
-        for name, (group, of_dimension) in groups.items():
-            if int(of_dimension) == level:
-                found[values == int(group)] = name
-    for name, members in sets.items():
-        own = members[number] if number < len(members) else None
-        if own is not None and len(own):
-            found[np.asarray(own, dtype=int)] = name
-    return found
+            names[np.rint(data["core"]) == 1] = "core"
+    elif "gmsh:physical" in data and found.field_data:
+        for name, (group, dimension) in found.field_data.items():
+            if int(dimension) == level:
+                names[data["gmsh:physical"] == int(group)] = name
+    for name, members in ({} if found.field_data else found.cell_sets).items():
+        if number < len(members) and members[number] is not None and len(members[number]):
+            names[np.asarray(members[number], dtype=int)] = name
+    return names
 
 
 FIRST_REGION_GROUP = 100  # Gmsh's physical group of region r is 100 + r; a facet's is its number
@@ -215,13 +165,26 @@ def read_named(path: Path | str) -> NamedMesh:
     except Exception as error:  # its readers raise whatever the file's content leads them to
         why = str(error).strip() or type(error).__name__
         raise MeshError(f"meshio could not read {path}: {why}") from error
-    blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells]
-    data = {
-        name: [np.asarray(part) for part in parts]
-        for name, parts in found.cell_data.items()
-        if all(np.ndim(part) == 1 for part in parts)
-    }
-    sets = {} if found.field_data else dict(found.cell_sets)
-    return named_of_blocks(
-        path, np.asarray(found.points, dtype=float), blocks, data, found.field_data, sets
-    )
+    cell_type, facet_type = _types(path, {block.type for block in found.cells})
+    dimension = 3 if cell_type.startswith("tetra") else 2
+    cells, names = list[IntArray](), list[Any]()
+    facets: dict[str, list[IntArray]] = {}
+    for number, block in enumerate(found.cells):
+        inner, rows = block.type == cell_type, np.asarray(block.data, dtype=np.int64)
+        if not (inner or block.type == facet_type) or not len(rows):
+            continue
+        own = _names(found, number, inner, dimension if inner else dimension - 1)
+        if inner:
+            cells.append(rows)
+            names.append(own)
+        else:
+            for name in np.unique(own[own != ""]).tolist():
+                facets.setdefault(name, []).append(rows[own == name, :dimension])
+    if not cells:
+        raise MeshError(f"{path} holds no {cell_type} cells")
+    points = np.asarray(found.points, dtype=float)[:, :dimension]
+    every = [*cells, *(rows for parts in facets.values() for rows in parts)]
+    if min(rows.min() for rows in every) < 0 or max(rows.max() for rows in every) >= len(points):
+        raise MeshError(f"{path} has cells with nodes that it does not hold")
+    merged = {name: np.vstack(rows) for name, rows in facets.items()}
+    return NamedMesh(points, np.vstack(cells), np.concatenate(names).astype(str), merged)
