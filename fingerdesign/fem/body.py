@@ -1,10 +1,11 @@
 """Any elastic body, condensed onto its contact facets: a finger, a block, a soft object.
 
-    K u = R^T f + s l        f contact forces (N), l the body's own loads at share s
-    R u = C f + s d          C = R K^-1 R^T compliance, d = R K^-1 l
+    K u = R^T f        f contact forces (N)
+    R u = C f          C = R K^-1 R^T compliance
 
-R holds the contact trace, the caller's readouts, the sums of the supports' forces and the loads
-themselves, so that one factorisation gives every answer; fem/kept.py keeps them.
+R holds the contact trace, the caller's readouts and the sums of the supports' forces, so that one
+factorisation gives every answer; fem/kept.py keeps them. A readout of a body's own loads l, rows
+l^T, gives the contact displacement under them.
 """
 
 from __future__ import annotations
@@ -13,18 +14,16 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
 
-from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.kept import Answers, keep_answers, key_of, load_answers
-from fingerdesign.fem.system import System, assemble_system, check_material
+from fingerdesign.fem.system import Body, System, assemble_system, check_material
 from fingerdesign.fem.trace import ContactTrace, contact_trace, owners
-from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import ReducedModel
 
 # Of a contact force: what a body that can still move as a whole loses at the least.
@@ -35,40 +34,13 @@ _BALANCE = 1e-6
 
 
 @dataclass(frozen=True)
-class Body:
-    """A linear elastic body on a quadratic mesh, held somewhere, loaded through its contact facets.
-
-    youngs_modulus (c,) MPa and poissons_ratio (c,) per cell; fixed (n dim,) bool: dofs i dim + k
-    held at zero; contact (f, 3 or 6): the candidate facets, corners then mid-edge nodes;
-    thickness mm of a plane-strain body (1 in 3-D); element and pressure_cells (c,) bool, where a
-    mixed one has pressures (None: everywhere): see :mod:`fingerdesign.fem.system`; attached
-    (n dim, n dim): upper triangle of a stiffness (N/mm) to be added, of sheets say; loads (n dim,)
-    N: consistent nodal forces of the body's own loads at share 1; project: points (q, dim) near the
-    contact facets -> points on the exact surface, from which gaps are measured.
-    """
-
-    mesh: Mesh
-    youngs_modulus: Array
-    poissons_ratio: Array
-    fixed: BoolArray
-    contact: IntArray
-    thickness: float = 1.0
-    element: Literal["P1", "P2", "mixed"] = "P2"
-    pressure_cells: BoolArray | None = None
-    loads: Array | None = None
-    project: Callable[[Array], Array] | None = None
-    attached: sp.csr_matrix | None = None
-
-
-@dataclass(frozen=True)
 class CondensedBody:
     """What one factorisation tells of a body; forces f are those on its m contact nodes.
 
     compliance         (m dim, m dim) mm/N; motions that are held answer nothing (zero rows)
     readouts           one (r, m dim) per block of rows asked for: value per unit contact force
     reaction           (dim, m dim): sum of the supports' forces on the body per contact force
-    load_displacement  (m dim,) mm, contact displacement under the loads; None without loads
-    load_reaction      (dim,) N, sum of the supports' forces under the loads (zero without)
+    load_displacement  (m dim,) mm, contact displacement without contact forces; None: zero
     factors            the equations (``dofs`` of them) and their factorisation; it is made when
                        first asked for where the answers were kept
     """
@@ -80,15 +52,13 @@ class CondensedBody:
     compliance: Array
     readouts: tuple[Array, ...]
     reaction: Array
-    load_displacement: Array | None
-    load_reaction: Array
     timings: dict[str, float]
+    load_displacement: Array | None = None
 
-    def displacement_fields(self, forces: Array, load: float = 0.0) -> Array:
-        """Nodal displacements (k, n, dim) mm for contact forces (k, m, dim) N and a load share."""
-        loads = self.trace.operator.T @ forces.reshape(len(forces), -1).T
-        if self.body.loads is not None:
-            loads = loads + load * self.body.loads[:, None]
+    def displacement_fields(self, forces: Array, loads: Array | float = 0.0) -> Array:
+        """Nodal displacements (k, n, dim) mm for contact forces (k, m, dim) N and nodal forces of
+        the body's own, (n dim, 1) N."""
+        loads = self.trace.operator.T @ forces.reshape(len(forces), -1).T + loads
         system, condensation = self.factors()
         fields = system.lift @ condensation.solve(system.lift.T @ loads)
         return np.asarray(fields.T).reshape(len(forces), *self.body.mesh.points.shape)
@@ -131,8 +101,6 @@ def condense_body(
         compliance=answers["compliance"],
         readouts=tuple(np.split(answers["readouts"], ends)[:-1]),
         reaction=answers["reaction"],
-        load_displacement=None if body.loads is None else answers["load_displacement"],
-        load_reaction=answers["load_reaction"],
         timings=timings,
     )
 
@@ -141,20 +109,14 @@ def _answered(
     body: Body, rows: Sequence[sp.csr_matrix]
 ) -> tuple[Answers, tuple[System, Condensation], dict[str, float]]:
     """What a body answers to the contact trace and the readouts, ``rows``, and how it was found."""
-    trace, *readouts = rows
-    size = trace.shape[0]
-    loads = np.zeros(body.fixed.shape) if body.loads is None else body.loads
-    scale = float(np.abs(loads).sum()) or 1.0  # the size of the other rows
-    own = sp.csr_matrix(loads / scale)
-    system, condensation, blocks, timings = condensed_rows(body, [trace, own, *readouts])
+    size = rows[0].shape[0]
+    system, condensation, blocks, timings = condensed_rows(body, rows)
     by_force = [block[:, :size].copy() for block in blocks]
-    # What acts on held dofs goes into the supports at once.
     answers = {
         "compliance": by_force[0],
-        "readouts": np.vstack([np.empty((0, size)), *by_force[2:-1]]),
-        "load_displacement": scale * by_force[1][0],
-        "reaction": by_force[-1] - (trace @ system.held).toarray().T,
-        "load_reaction": scale * (blocks[-1][:, size] - (own @ system.held).toarray()[0]),
+        "readouts": np.vstack([np.empty((0, size)), *by_force[1:-1]]),
+        # What acts on held dofs goes into the supports at once.
+        "reaction": by_force[-1] - (rows[0] @ system.held).toarray().T,
     }
     return answers, (system, condensation), timings
 
@@ -162,7 +124,7 @@ def _answered(
 def _key(body: Body, modulus: float, rows: Sequence[sp.csr_matrix]) -> str:
     """The name of the answers to rows of a body whose moduli are relative to ``modulus``."""
     mesh = body.mesh
-    parts = [body.poissons_ratio, body.fixed, mesh.points, mesh.cells, body.contact, body.loads]
+    parts = [body.poissons_ratio, body.fixed, mesh.points, mesh.cells, body.contact]
     words = f"{body.element} {body.thickness}"
     relative = body.youngs_modulus / modulus
     return key_of(words, relative, [*parts, body.pressure_cells, body.attached, *rows])
@@ -170,37 +132,17 @@ def _key(body: Body, modulus: float, rows: Sequence[sp.csr_matrix]) -> str:
 
 def _factored(body: Body) -> tuple[System, Condensation]:
     """The equations of a body and their factorisation alone."""
-    system = _system(body)
+    system = assemble_system(body)
     return system, Condensation(system.stiffness, system.support[:1], system.pressures)
 
 
-def _system(body: Body) -> System:
-    return assemble_system(
-        body.mesh,
-        body.youngs_modulus,
-        body.poissons_ratio,
-        body.fixed,
-        body.thickness,
-        body.element,
-        body.pressure_cells,
-        body.attached,
-    )
-
-
 def check_sound(body: Body) -> None:
-    """SolverError where a body's arrays do not fit its mesh, or loads are no numbers."""
+    """SolverError where a body's arrays do not fit its mesh."""
     shape = (body.mesh.points.size,)
     if len(body.contact) == 0:
         raise SolverError("the body has no contact facet: widen the zone or name its facets")
     if body.fixed.shape != shape:
         raise SolverError(f"fixed has the shape {body.fixed.shape}, the mesh asks for {shape}")
-    if body.loads is not None and body.loads.shape != shape:
-        raise SolverError(
-            f"loads have the shape {body.loads.shape}, the mesh asks for {shape}: a force for each "
-            "component of each node"
-        )
-    if body.loads is not None and not np.isfinite(body.loads).all():
-        raise SolverError("loads must be finite: some are NaN or infinite")
     if not np.isfinite(body.mesh.points).all():
         raise SolverError("the mesh has points that are NaN or infinite")
     check_material(len(body.mesh.cells), body.youngs_modulus, body.poissons_ratio, body.thickness)
@@ -215,7 +157,7 @@ def condensed_rows(
     The third: rows of R K^-1 R^T, one array a block of R; the supports' rows come last.
     """
     start = time.perf_counter()
-    system = _system(body)
+    system = assemble_system(body)
     assembled = time.perf_counter()
     parts = [*(part @ system.lift for part in rows), system.support]
     bordering = sp.vstack(parts, format="csr")

@@ -24,8 +24,8 @@ from fingerdesign.version import __version__
 KEPT, KEPT_MB = 1000, 1000.0
 _DIGITS = 12  # of relative moduli: the factor's own rounding is no difference
 
-# Of CondensedBody, what one factorisation answers; the first three are divided by the moduli.
-_DIVIDED = ("compliance", "readouts", "load_displacement")
+# Of CondensedBody, what one factorisation answers; these are divided by the moduli.
+_DIVIDED = ("compliance", "readouts")
 Answers = dict[str, Array]
 
 

@@ -15,9 +15,10 @@ from fingerdesign.arrays import Array
 from fingerdesign.design.body import Body as FingerBody
 from fingerdesign.design.gages import Gages
 from fingerdesign.design.schema import Design
-from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
+from fingerdesign.fem.body import CondensedBody, condense_body, reduced_model
 from fingerdesign.fem.readout import gage_rows, plate_at, plate_strain_rows, strain_rows
 from fingerdesign.fem.sheet import design_sheets
+from fingerdesign.fem.system import Body
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.mesh.types import Mesh

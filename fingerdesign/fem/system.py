@@ -7,7 +7,9 @@ material is nearly incompressible (see :mod:`fingerdesign.fem.system`), P2 elsew
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
@@ -131,31 +133,43 @@ class System:
         return int(self.stiffness.shape[0])
 
 
-def assemble_system(
-    mesh: Mesh,
-    youngs_modulus: Array,
-    poissons_ratio: Array,
-    fixed: BoolArray,
-    thickness: float = 1.0,
-    element: str = "P2",
-    pressure_cells: BoolArray | None = None,
-    attached: sp.csr_matrix | None = None,
-) -> System:
-    """The system with ``fixed`` (n dim,) nodal displacements held at zero.
+@dataclass(frozen=True)
+class Body:
+    """A linear elastic body on a quadratic mesh, held somewhere, loaded through its contact facets.
 
-    pressure_cells (c,): where a mixed element has pressures (None: wherever nu > 0). For P1 a
-    corner's own mark counts. attached: upper triangle (n dim, n dim) of a stiffness to be
-    added, N/mm. Raises ValueError for an element that is none of the three, SolverError for an
-    unsound material or thickness and for a body that is held everywhere.
+    youngs_modulus (c,) MPa and poissons_ratio (c,) per cell; fixed (n dim,) bool: dofs i dim + k
+    held at zero; contact (f, 3 or 6): the candidate facets, corners then mid-edge nodes;
+    thickness mm of a plane-strain body (1 in 3-D); pressure_cells (c,) bool: where a mixed element
+    has pressures (None: wherever nu > 0); attached (n dim, n dim): upper triangle of a stiffness
+    (N/mm) to be added, of sheets say; project: points (q, dim) near the contact facets -> points on
+    the exact surface, from which gaps are measured.
     """
-    if element not in ("P1", "P2", "mixed"):
-        raise ValueError(f"element {element!r} is none of P1, P2, mixed")
-    check_material(len(mesh.cells), youngs_modulus, poissons_ratio, thickness)
-    inside = np.zeros(len(mesh.cells), dtype=bool)
-    if element == "mixed":
-        inside = poissons_ratio > 0.0
-        if pressure_cells is not None:
-            inside = inside & pressure_cells
+
+    mesh: Mesh
+    youngs_modulus: Array
+    poissons_ratio: Array
+    fixed: BoolArray
+    contact: IntArray
+    thickness: float = 1.0
+    element: Literal["P1", "P2", "mixed"] = "P2"
+    pressure_cells: BoolArray | None = None
+    project: Callable[[Array], Array] | None = None
+    attached: sp.csr_matrix | None = None
+
+    @property
+    def pressed(self) -> BoolArray:
+        """Which cells (c,) have pressures of their own."""
+        if self.element != "mixed":
+            return np.zeros(len(self.mesh.cells), dtype=bool)
+        inside = self.poissons_ratio > 0.0
+        return inside if self.pressure_cells is None else inside & self.pressure_cells
+
+
+def assemble_system(body: Body) -> System:
+    """The system of a sound body; for P1 a corner's own mark of what is held counts. SolverError
+    for a body that is held everywhere, ValueError for an inverted cell."""
+    mesh, element, fixed, thickness = body.mesh, body.element, body.fixed, body.thickness
+    youngs_modulus, poissons_ratio, inside = body.youngs_modulus, body.poissons_ratio, body.pressed
     cells, spread = _element_nodes(mesh, element)
     if spread is not None:
         fixed = fixed.reshape(mesh.points.shape)[np.unique(mesh.corners)].reshape(-1)
@@ -172,8 +186,8 @@ def assemble_system(
     every = None
     if spread is not None:
         every = sp.kron(spread, sp.identity(mesh.dimension), format="csr")
-    if attached is not None:
-        whole = (whole + _attached(attached, every)).tocsr()
+    if body.attached is not None:
+        whole = (whole + _attached(body.attached, every)).tocsr()
     system = held_system(whole, fixed, mesh.dimension)
     if every is not None:
         system = replace(system, lift=every @ system.lift, held=every @ system.held)

@@ -1,5 +1,7 @@
 """The condensed model against the full one: compliance, readouts, balance, uniform pressure."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -10,9 +12,8 @@ from fingerdesign.errors import DesignError
 from fingerdesign.fem import body, factor
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.factor import Condensation
-from fingerdesign.fem.model import MIXED_FROM, build_model, element_of, fixed_dofs, materials_of
+from fingerdesign.fem.model import MIXED_FROM, body_of, build_model, element_of, fixed_dofs
 from fingerdesign.fem.readout import gage_rows, strain_rows
-from fingerdesign.fem.sheet import design_sheets
 from fingerdesign.fem.system import assemble_system
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.layout.frames import plate_frames
@@ -129,11 +130,9 @@ def test_condensed_equals_full(case):
 
 def stiffness_of(design, mesh):
     """Upper triangle of the stiffness of all dofs (whole depth in plane strain)."""
-    thickness = design.body.depth_mm if mesh.dimension == 2 else 1.0
     free = np.zeros(mesh.points.size, dtype=bool)
-    sheets = design_sheets(design, mesh) if design.plates.model == "sheet" else None
-    materials = materials_of(design, mesh)
-    return assemble_system(mesh, *materials, free, thickness, attached=sheets).stiffness
+    whole = replace(body_of(design, mesh, mesh.facets["contact"]), fixed=free, element="P2")
+    return assemble_system(whole).stiffness
 
 
 def test_field_satisfies_the_full_equations(case):

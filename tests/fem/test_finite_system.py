@@ -210,7 +210,6 @@ def test_what_it_cannot_do_is_refused():
         system.forces(values)
     for change, words in (
         ({"element": "P1"}, "P1"),
-        ({"loads": np.zeros(size)}, "loads"),
         ({"attached": sp.csr_matrix((size, size))}, "sheets"),
     ):
         with pytest.raises(SolverError, match=words):

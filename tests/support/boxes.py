@@ -3,7 +3,7 @@
 import numpy as np
 import skfem
 
-from fingerdesign.fem.body import Body
+from fingerdesign.fem.system import Body
 from fingerdesign.mesh.measures import oriented
 from fingerdesign.mesh.types import Mesh, boundary_facets, quadratic
 

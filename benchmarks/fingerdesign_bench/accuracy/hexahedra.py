@@ -26,7 +26,7 @@ from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.factor import Condensation
-from fingerdesign.fem.system import System, assemble_system
+from fingerdesign.fem.system import Body, System, assemble_system
 from fingerdesign.fem.trace import ContactTrace, contact_trace
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import surface_of
@@ -194,15 +194,9 @@ def _tetrahedra(design: Design, size: float, mixed: bool) -> HexPoint:
     mesh = extrude(layered, Zone(ZONE), True, _sizes(size))
     start = time.perf_counter()
     young, poisson = _materials(design, mesh)
-    system = assemble_system(
-        mesh,
-        young,
-        poisson,
-        _fixed(mesh.points),
-        element="mixed" if mixed else "P2",
-        pressure_cells=mesh.regions == 0,
-    )
-    facets = mesh.facets["contact"]
+    facets, fixed = mesh.facets["contact"], _fixed(mesh.points)
+    body = Body(mesh, young, poisson, fixed, facets, pressure_cells=mesh.regions == 0)
+    system = assemble_system(replace(body, element="mixed" if mixed else "P2"))
     inside = np.abs(mesh.points[facets[:, :3], 0]).max(axis=1) <= ZONE
     trace = contact_trace(mesh.points, facets[inside])
     spent = time.perf_counter() - start

@@ -11,13 +11,15 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.path import Forces, Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
-from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
+from fingerdesign.fem.body import CondensedBody, condense_body, reduced_model
 from fingerdesign.fem.elements import quadrature, tabulate
+from fingerdesign.fem.system import Body
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.shapes.objects import Cylinder, Plane
 from fingerdesign_bench.accuracy.block import (
@@ -58,11 +60,13 @@ class FromAbove:
 
 @dataclass(frozen=True)
 class Solved:
-    """The condensed lower body, its contact problem and the solved path."""
+    """The condensed lower body, its contact problem, the solved path, and the body's own nodal
+    forces (n dim, 1) N at share 1."""
 
     body: CondensedBody
     problem: ContactProblem
     steps: tuple[Step, ...]
+    loads: Array | float = 0.0
 
     @property
     def pressure(self) -> Array:
@@ -72,7 +76,8 @@ class Solved:
     def displacement(self, place: Array) -> Array:
         """Displacement (2,) mm of the lower body's mesh node nearest to ``place``, last step."""
         increment = self.steps[-1].increment
-        field = self.body.displacement_fields(increment.force[None], increment.motion.load)[0]
+        own = increment.motion.load * self.loads
+        field = self.body.displacement_fields(increment.force[None], own)[0]
         nearest = np.argmin(np.linalg.norm(self.body.body.mesh.points - place, axis=1))
         return np.asarray(field[nearest])
 
@@ -123,12 +128,13 @@ def pressed_plate(size: float = 0.5) -> Solved:
     fixed[_nearest(mesh, [40.0, -40.0]), 1] = True
     loads = face_loads(mesh, "base", np.array([0.0, 50.0]))
     loads += face_loads(mesh, "left", np.array([150.0, 0.0]))
-    body = replace(_body(mesh, 130e3, 0.2, fixed, 41.0), loads=loads.reshape(-1))
-    condensed = condense_body(body)
+    own = loads.reshape(-1, 1)
+    condensed = condense_body(_body(mesh, 130e3, 0.2, fixed, 41.0), [sp.csr_matrix(own.T)])
+    condensed = replace(condensed, load_displacement=condensed.readouts[0][0])
     problem = contact_problem(reduced_model(condensed), Plane(0.0), 1.0)
     shares = np.linspace(0.1, 1.0, 10)
     path = [Forces(2000.0 * share, held=Motion(0.0, 0.0, load=float(share))) for share in shares]
-    return Solved(condensed, problem, tuple(follow(problem, path)))
+    return Solved(condensed, problem, tuple(follow(problem, path)), own)
 
 
 def flat_punch(size: float = 0.02, poissons_ratio: float = 0.3) -> Solved:

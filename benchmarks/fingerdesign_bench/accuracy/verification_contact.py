@@ -15,7 +15,8 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.contact.path import Forces, Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
-from fingerdesign.fem.body import Body, body_model
+from fingerdesign.fem.body import body_model
+from fingerdesign.fem.system import Body
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.shapes.objects import Cylinder, Indenter, Plane, Sphere
 from fingerdesign_bench.accuracy import analytic

@@ -12,7 +12,7 @@ import skfem
 from scipy.spatial import cKDTree
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from fingerdesign.fem.system import assemble_system
+from fingerdesign.fem.system import Body, assemble_system
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh
 from fingerdesign_bench.check import Check
 
@@ -47,7 +47,8 @@ def compared(dimension: int, count: int) -> tuple[float, float, float, int]:
     moduli = np.full(len(cells), YOUNGS_MODULUS), np.full(len(cells), POISSONS_RATIO)
     own_mesh = Mesh(points, cells, np.zeros(len(cells), dtype=np.int64), {}, "scikit-fem")
     nothing = np.zeros(points.size, dtype=bool)
-    ours, own = _timed(lambda: assemble_system(own_mesh, *moduli, nothing).stiffness)
+    body = Body(own_mesh, *moduli, nothing, np.zeros((0, 3), dtype=np.int64))
+    ours, own = _timed(lambda: assemble_system(body).stiffness)
     theirs, other = _timed(lambda: form.assemble(skfem.Basis(mesh, vector, intorder=2)))
     # Their dofs stand node by node as well, in another order of the nodes.
     places = skfem.Basis(mesh, vector, intorder=2).doflocs.T

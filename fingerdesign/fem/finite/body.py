@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
+from fingerdesign.fem.body import CondensedBody, condense_body, reduced_model
 from fingerdesign.fem.elements import lame_parameters
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.finite.elements import Group, group
-from fingerdesign.fem.system import pressure_nodes
+from fingerdesign.fem.system import Body, pressure_nodes
 from fingerdesign.reduced import ReducedModel
 
 # A body's equations at finite strain: forces and stiffness on the free unknowns.
@@ -108,7 +108,7 @@ class FiniteSystem:
 
 
 def finite_system(body: Body) -> FiniteSystem:
-    """The system of a body of element "P2" or "mixed" without attached stiffness or loads.
+    """The system of a body of element "P2" or "mixed" without attached stiffness.
 
     Raises SolverError for another body, ValueError where a cell is inverted at rest.
     """
@@ -116,13 +116,9 @@ def finite_system(body: Body) -> FiniteSystem:
         raise SolverError(
             'mesh.element = "P1": finite strain takes "P2" or "mixed"; linear elements lock'
         )
-    if body.attached is not None or body.loads is not None:
-        raise SolverError("finite strain knows no sheets and no loads of a body's own")
-    own = np.zeros(len(body.mesh.cells), dtype=bool)  # cells with pressures of their own
-    if body.element == "mixed":
-        own = body.poissons_ratio > 0.0
-        if body.pressure_cells is not None:
-            own &= body.pressure_cells
+    if body.attached is not None:
+        raise SolverError("finite strain knows no sheets")
+    own = body.pressed
     numbers, nodes = np.empty((0, 0), dtype=np.int64), np.empty(0, dtype=np.int64)
     if own.any():
         corners = body.mesh.corners[own]
