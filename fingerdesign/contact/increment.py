@@ -284,6 +284,7 @@ class ZoneExhausted(SolverError):
 
 ACCEPT = 1e-8  # the laws; Newton ends below 1e-10, so a pass is never a close call
 TRACKED = "tracking"  # an increment's method where none of Newton's attempts was needed
+STARTED = "tracking, from a guess"
 ACCEPT_BALANCE = 1e-6  # the model's own rounding, not the solver's (fem.model)
 _MOST = 0.5  # of the nodes: with more than these near, all are solved for
 _LONGEST = 1.5  # times the last increment: as far as its change is taken on
@@ -435,17 +436,21 @@ def _answer(
 
     With what it amounts to, and the name of the way.
     """
-    near, tracker = None, workspace.tracker(problem)
-    if workspace.follows:
+    tracker, friction = workspace.tracker(problem), problem.friction_coefficient
+    for method in (TRACKED, STARTED) if workspace.follows else ():
         base = tracker.base
-        near = tracker.solve(offset, _change(state, motion), state.slip)
+        if method == TRACKED:
+            near = tracker.solve(offset, _change(state, motion), state.slip)
+        else:
+            guess = workspace.predicted(state, motion, friction)
+            near = tracker.start(offset, pressed(problem.compliance, offset, guess, friction))
         if tracker.base is not None and tracker.base is not base:
             workspace.inverse = tracker.base.active
-    if near is not None:
-        outcome = tracker.outcome(problem, state, near)
-        if _accepts(outcome.certificate):
-            return near, outcome, TRACKED
-    guess = workspace.predicted(state, motion, problem.friction_coefficient)
+        if near is not None:
+            outcome = tracker.outcome(problem, state, near)
+            if _accepts(outcome.certificate):
+                return near, outcome, method
+    guess = workspace.predicted(state, motion, friction)
     result, method = _solve(problem, state, guess, offset, workspace)
     yielded = (problem.compliance @ result.multiplier.reshape(-1)).reshape(offset.shape)
     found = Answer(result.multiplier, yielded, yielded + offset, result.residual, result.iterations)

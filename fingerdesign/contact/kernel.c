@@ -23,12 +23,20 @@ static const double TOLERANCE = 1e-10, OPPOSED = 1e-8, RING = 0.03, MORE = 1.5, 
 static const double CLOSE = 0.1, ON_LIMIT = 1e-9;
 static const int MOST = 15, ROUNDS = 6, LEAST = 8;
 static const double FEW = 2.0;       /* steps with old factors that cost what new ones do */
+static const int SPARE = 4, CHEAP = 1; /* open nodes left, new factors: widen the base beforehand */
 static const int GAP = 2;            /* zeros between columns that are read as one run */
 
 typedef void Symv(const char *, const int *, const double *, const double *, const int *,
                   const double *, const int *, const double *, double *, const int *);
 typedef void Gemv(const char *, const int *, const int *, const double *, const double *,
                   const int *, const double *, const int *, const double *, double *, const int *);
+typedef void Gemm(const char *, const char *, const int *, const int *, const int *,
+                  const double *, const double *, const int *, const double *, const int *,
+                  const double *, double *, const int *);
+typedef void Trmm(const char *, const char *, const char *, const char *, const int *, const int *,
+                  const double *, const double *, const int *, double *, const int *);
+typedef void Potrf(const char *, const int *, double *, const int *, int *);
+typedef void Trtri(const char *, const char *, const int *, double *, const int *, int *);
 typedef void DFactor(const int *, const int *, double *, const int *, int *, int *);
 typedef void SFactor(const int *, const int *, float *, const int *, int *, int *);
 typedef void DSolve(const char *, const int *, const int *, const double *, const int *,
@@ -39,6 +47,10 @@ typedef void SSolve(const char *, const int *, const int *, const float *, const
 static struct {
     Symv *dsymv;
     Gemv *dgemv;
+    Gemm *dgemm;
+    Trmm *dtrmm;
+    Potrf *dpotrf;
+    Trtri *dtrtri;
     DFactor *dgetrf;
     SFactor *sgetrf;
     DSolve *dgetrs;
@@ -112,15 +124,16 @@ typedef struct {
     double *here, *resting, *ahead, *gap;
     unsigned char *now;
     double largest, residual;
-    int round, begun, iterations;
+    int round, begun, iterations, renewed;
 
-    void *memory[3];
+    double *work; /* (n, n) */
+    void *memory[4];
 } Follower;
 
 void follower_free(Follower *f)
 {
     if (f)
-        for (int i = 0; i < 3; i++)
+        for (int i = 0; i < 4; i++)
             free(f->memory[i]);
     free(f);
 }
@@ -136,7 +149,8 @@ Follower *follower_new(int m, int dim, double friction, double length, const dou
     double *reals = f->memory[0] = calloc(20 * n, sizeof(double));
     int *wholes = f->memory[1] = calloc(4 * n, sizeof(int) + 2);
     f->factors = f->memory[2] = malloc(n * n * sizeof(double)); /* of which few pages are touched */
-    if (!reals || !wholes || !f->factors) {
+    f->work = f->memory[3] = malloc(n * n * sizeof(double));
+    if (!reals || !wholes || !f->factors || !f->work) {
         follower_free(f);
         return NULL;
     }
@@ -168,6 +182,66 @@ void follower_base(Follower *f, int k, const int64_t *nodes, const double *inver
         f->own_rho[i] = f->rho[nodes[i]];
         f->stiffness += f->own_rho[i] / k;
     }
+}
+
+/* out (n, n) = old (k, k), bordered by zeros, + side^T side of side (rank, n). By panels that stay in
+   the cache, the lower half mirrored: were it not symmetric to the last digit, each bordering would
+   multiply its error by ten. */
+static void corrected(const double *old, int k, const double *side, int rank, double *out, int n)
+{
+    enum { PANEL = 64 };
+    static const double unit = 1.0;
+    for (int low = 0; low < n; low += PANEL) {
+        int rows = n - low < PANEL ? n - low : PANEL, high = low + rows;
+        for (int i = low; i < high; i++) {
+            double *row = out + (size_t)i * n;
+            int known = i >= k ? 0 : k < high ? k : high;
+            if (known)
+                memcpy(row, old + (size_t)i * k, known * sizeof(double));
+            memset(row + known, 0, (high - known) * sizeof(double));
+        }
+        blas.dgemm("N", "T", &high, &rows, &rank, &unit, side, &n, side + low, &n, &unit,
+                   out + (size_t)low * n, &n);
+        for (int j = 0; j < high; j++)
+            for (int i = j < low ? low : j + 1; i < high; i++)
+                out[(size_t)j * n + i] = out[(size_t)i * n + j];
+    }
+}
+
+/* The base's inverse bordered by nodes that join (count,), into ``out``; zero where that is singular,
+   or where they are too many for the memory at hand.
+
+   With R^T R = (C_jj - C_jb G C_bj)^-1 and side = R (C_jb G, -1): G by zeros + side^T side. */
+int follower_border(Follower *f, const int64_t *joins, int count, double *out)
+{
+    static const double one = 1.0, zero = 0.0, less = -1.0;
+    int dim = f->dim, old = f->size, rank = count * dim, n = old + rank, info = 0;
+    if ((size_t)rank * (2 * n + rank) > (size_t)f->n * f->n)
+        return 0;
+    double *rows = f->work, *side = rows + (size_t)rank * n, *root = side + (size_t)rank * n;
+    for (int a = 0; a < rank; a++) {
+        const double *from = f->compliance + (size_t)(joins[a / dim] * dim + a % dim) * f->n;
+        for (int j = 0; j < old; j++)
+            rows[(size_t)a * old + j] = from[f->nodes[j / dim] * dim + j % dim];
+        for (int b = 0; b < rank; b++)
+            root[a * rank + b] = from[joins[b / dim] * dim + b % dim];
+    }
+    blas.dgemm("N", "N", &old, &rank, &old, &one, f->inverse, &old, rows, &old, &zero, side, &n);
+    blas.dgemm("T", "N", &rank, &rank, &old, &less, rows, &old, side, &n, &one, root, &rank);
+    for (int a = 0; a < rank; a++)
+        for (int b = 0; b < a; b++)
+            root[b * rank + a] = 0.5 * (root[b * rank + a] + root[a * rank + b]);
+    blas.dpotrf("L", &rank, root, &rank, &info);
+    if (!info)
+        blas.dtrtri("L", "N", &rank, root, &rank, &info);
+    if (info)
+        return 0;
+    blas.dtrmm("R", "L", "T", "N", &old, &rank, &one, root, &rank, side, &n);
+    for (int a = 0; a < rank; a++)
+        for (int b = 0; b < rank; b++)
+            side[(size_t)a * n + old + b] = b > a ? 0.0 : -root[b * rank + a];
+    corrected(f->inverse, old, side, rank, out, n);
+    return 1;
 }
 
 /* The laws' rows at the forces and motions of now, by the statuses given or those that follow.
@@ -297,6 +371,7 @@ static int factorise(Follower *f)
     else if (count)
         blas.dgetrf(&count, &count, f->factors, &count, f->pivots, &info);
     f->factored = info == 0;
+    f->renewed++;
     return f->factored;
 }
 
@@ -499,7 +574,7 @@ int follower_begin(Follower *f, const double *offset, const double *known_force,
     int dim = f->dim;
     f->offset = offset, f->known_force = known_force, f->known_yielded = known_yielded;
     f->force_out = force, f->yielded_out = yielded, f->motion_out = motion;
-    f->largest = largest, f->round = f->begun = f->iterations = 0;
+    f->largest = largest, f->round = f->begun = f->iterations = f->renewed = 0;
     for (int i = 0; i < f->m; i++) {
         double of = turned || (trial && status[i] != SLIP) ? 0.0 : share;
         f->now[i] = (unsigned char)(turned && status[i] == SLIP ? STICK : status[i]);
@@ -518,6 +593,22 @@ const unsigned char *follower_needed(const Follower *f) { return f->needed; }
 const double *follower_gap(const Follower *f) { return f->gap; }
 double follower_residual(const Follower *f) { return f->residual; }
 int follower_iterations(const Follower *f) { return f->iterations; }
+
+/* Whether the base should be widened before the next increment: few open nodes are left in it, and
+   this increment cost little. ``needed`` and ``gap`` are then of what was found. */
+int follower_runs_short(Follower *f)
+{
+    int left = 0;
+    for (int i = 0; i < f->k; i++)
+        left += f->status[i] == OPEN;
+    if (left > SPARE || f->renewed > CHEAP)
+        return 0;
+    for (int i = 0; i < f->m; i++) {
+        f->needed[i] = f->now[i] != OPEN;
+        f->gap[i] = f->motion_out[i * f->dim];
+    }
+    return 1;
+}
 
 /* What a certificate and a state are made of, of m nodes and one object: as in laws.py, problem.py. */
 typedef struct {

@@ -18,20 +18,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cython_blas, cython_lapack
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.contact.laws import Certificate
+from fingerdesign.contact.newton import ActiveInverse
 from fingerdesign.contact.outcome import Answer, History, Outcome
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.tracking import Base, Known, Start, Tracker
 from fingerdesign.runtime.native import compiled
 
 _ROUTINES = {
-    cython_blas: ("dsymv", "dgemv"),
-    cython_lapack: ("dgetrf", "sgetrf", "dgetrs", "sgetrs"),
+    cython_blas: ("dsymv", "dgemv", "dgemm", "dtrmm"),
+    cython_lapack: ("dpotrf", "dtrtri", "dgetrf", "sgetrf", "dgetrs", "sgetrs"),
 }
 _first_of: Callable[[Any], ctypes.c_char] = ctypes.c_char.from_buffer
 _NONE, _FOUND, _NEEDS_A_BASE = range(3)  # what following came to
 _AT, _REAL, _INT = ctypes.c_void_p, ctypes.c_double, ctypes.c_int
+_AT_ONCE = 3  # open nodes that a base takes in when it must; more where an increment cost little
 _SIGNATURES = {
     "bind_blas": (None, _AT),
     "follower_new": (_AT, _INT, _INT, _REAL, _REAL, _AT, _AT),
@@ -39,6 +41,8 @@ _SIGNATURES = {
     "follower_base": (None, _AT, _INT, _AT, _AT),
     "follower_begin": (_INT, *6 * [_AT], _REAL, _INT, _INT, _REAL, *3 * [_AT]),
     "follower_go": (_INT, _AT, _INT),
+    "follower_border": (_INT, _AT, _AT, _INT, _AT),
+    "follower_runs_short": (_INT, _AT),
     "follower_needed": (_AT, _AT),
     "follower_gap": (_AT, _AT),
     "follower_residual": (_REAL, _AT),
@@ -121,20 +125,35 @@ class CompiledTracker(Tracker):
             first + 2 * out[0].nbytes,
         )
         while came == _NEEDS_A_BASE:
-            m = len(offset)
-            needed = np.ctypeslib.as_array(
-                ctypes.cast(library.follower_needed(follower), ctypes.POINTER(ctypes.c_bool)), (m,)
-            )
-            gap = np.ctypeslib.as_array(
-                ctypes.cast(library.follower_gap(follower), ctypes.POINTER(ctypes.c_double)), (m,)
-            )
-            self._bind(self._bring_base(needed.copy(), gap))
+            self._bind(self._bring_base(*self._asked(), _AT_ONCE))
             came = library.follower_go(follower, True)
         if came != _FOUND:
             return None
         residual = library.follower_residual(follower)
         iterations = library.follower_iterations(follower)
+        if library.follower_runs_short(follower):
+            self._bring_base(*self._asked(), widen=True)
         return Answer(out[0], out[1], out[2], residual, iterations)
+
+    def _asked(self) -> tuple[BoolArray, Array]:
+        """Nodes that the base must hold, and all nodes' gaps (m,)."""
+        m, library = len(self._rho), self._library
+        needed = ctypes.string_at(library.follower_needed(self._follower), m)
+        gap = ctypes.string_at(library.follower_gap(self._follower), 8 * m)
+        return np.frombuffer(needed, dtype=np.bool_).copy(), np.frombuffer(gap)
+
+    def _inverse_on(self, base: Base, nodes: IntArray, dim: int) -> ActiveInverse:
+        """Bordered by the kernel where nodes only join."""
+        joins = nodes[~base.inside[nodes]]
+        k = len(base.nodes) + len(joins)
+        if k == len(nodes) and len(joins):
+            self._bind(base)
+            inverse = self._inverses((k * dim, k * dim))
+            if self._library.follower_border(
+                self._follower, address(joins), len(joins), address(inverse)
+            ):
+                return ActiveInverse(np.concatenate([base.nodes, joins]), inverse)
+        return super()._inverse_on(base, nodes, dim)
 
     def outcome(self, problem: ContactProblem, past: History, found: Answer) -> Outcome:
         judged = self._judged(problem)

@@ -25,7 +25,7 @@ import numpy as np
 from scipy.linalg.blas import dsymv
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
+from fingerdesign.contact.laws import OPEN, SLIP, STICK, coded, lengths
 from fingerdesign.contact.linearised import TOLERANCE, Factors, Point, System
 from fingerdesign.contact.newton import ActiveInverse, Rooms
 from fingerdesign.contact.outcome import Answer, History, Outcome, outcome
@@ -161,6 +161,23 @@ class Tracker:
             self.known, self.base = None, None
             return None
 
+    def start(self, offset: Array, guess: Array) -> Answer | None:
+        """Forces and motion at ``offset`` from forces guessed (m, dim), whatever came before."""
+        largest = float(guess[:, 0].max(initial=0.0))
+        if not largest > 0.0:
+            return None
+        yielded = dsymv(1.0, self._half, guess.reshape(-1)).reshape(guess.shape)
+        limit = (1.0 - 1e-9) * self.friction * guess[:, 0]
+        status = coded(lengths(guess[:, 1:]) >= limit, guess[:, 0] > 0.0)
+        none = np.zeros(0)
+        ahead = np.zeros_like(guess)
+        known = Known(guess, yielded, status, ahead, none, none, none, yielded, largest)
+        try:
+            return self._follow(known, offset, Start(1.0))
+        except np.linalg.LinAlgError:
+            self.base = None
+            return None
+
     def _follow(self, known: Known, offset: Array, begin: Start) -> Answer | None:
         """Newton on one set of candidates after the other, until no other node has a say."""
         status, begun, spent = known.status, False, 0
@@ -215,24 +232,33 @@ class Tracker:
             gap, status[touched] = motion[:, 0], STICK
         return None
 
-    def _bring_base(self, needed: BoolArray, gap: Array) -> Base:
-        """See that the base holds the nodes ``needed`` (m,), and not too many others."""
+    def _bring_base(
+        self, needed: BoolArray, gap: Array, ring: int | None = None, widen: bool = False
+    ) -> Base:
+        """See that the base holds the nodes ``needed`` (m,), and not too many others.
+
+        ring: so many open nodes are taken in besides. widen: also where none is needed yet.
+        """
         base, dim = self.base, len(self.compliance) // len(needed)
         if base is not None:
             others = len(base.nodes) - np.count_nonzero(needed)
             if others <= _WIDEST * self._ring(needed):
-                if not (needed & ~base.inside).any():
+                if not (widen or (needed & ~base.inside).any()):
                     return base
                 needed = needed | base.inside
-        nearest = np.argsort(np.where(needed, np.inf, gap))[: self._ring(needed)]
+        ring = self._ring(needed) if ring is None or base is None else ring
+        nearest = np.argsort(np.where(needed, np.inf, gap))[:ring]
         needed[nearest] = True
         nodes = needed.nonzero()[0]
         if base is None:
             inverse = ActiveInverse.of(self.compliance, nodes, dim)
         else:
-            inverse = base.active.moved_to(self.compliance, nodes, dim, self._inverses)
+            inverse = self._inverse_on(base, nodes, dim)
         self.base, self._system = Base(inverse, len(gap)), None
         return self.base
+
+    def _inverse_on(self, base: Base, nodes: IntArray, dim: int) -> ActiveInverse:
+        return base.active.moved_to(self.compliance, nodes, dim, self._inverses)
 
     @staticmethod
     def _ring(needed: BoolArray) -> int:

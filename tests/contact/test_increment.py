@@ -10,7 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
+from fingerdesign.contact.increment import (
+    ContactState,
+    Workspace,
+    ZoneExhausted,
+    solve_increment,
+)
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, Certificate, certify
 from fingerdesign.contact.measures import completely_slips, measure
 from fingerdesign.contact.newton import NewtonResult
@@ -150,8 +155,9 @@ def test_what_cannot_be_solved_is_an_error_with_a_reason(monkeypatch):
     stalled = lambda c, offset, *rest, **named: NewtonResult(np.zeros_like(offset), 1.0, 1, False)  # noqa: E731
     for method in ("newton", "friction_pivots", "gauss_seidel"):
         monkeypatch.setattr(module, method, stalled)
+    anew = Workspace(follows=False)
     with pytest.raises(SolverError, match="no accepted answer at approach"):
-        solve_increment(problem, ContactState.untouched(problem), Motion(0.05, 0.02))
+        solve_increment(problem, ContactState.untouched(problem), Motion(0.05, 0.02), anew)
 
 
 def test_motion_that_is_not_finite_is_refused():
