@@ -5,6 +5,7 @@
 2. Press to the preload of a grip and shear a little. Nearly everything sticks, so the response of
    the gages to F_t is the design's own scale, and dF_t/dx the first guess of the stiffness.
 3. The same at a few depths more, up to all of the stage's: the response grows as the contact does.
+4. One quick press: how many samples it takes until it is felt.
 
 The press takes the same steps as a grip: coarser ones, with straight lines between, put kinks into
 what is taken out, and a kink looks like a fall of A (steps growing by 4 % of the depth were tried:
@@ -22,7 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.plants.plant import PlantMaker, press
+from fingerdesign.control.plants.plant import Plant, PlantMaker, press
 from fingerdesign.control.signals import NormalCalibration, response
 from fingerdesign.errors import SolverError
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 _SMALL_SHEAR = 0.05  # of the preload: F_t is then 2 % of F_n, far from slip at any usual friction
 _STICKING_SHEAR = 0.2  # of the depth: 8 % of F_n, which noise at rest drowns by some per cent only
 _DEPTHS = 6
+_STILL, _MEAN = 120, 10  # samples without a move, and how many of them are averaged
 
 
 @dataclass(frozen=True)
@@ -40,14 +42,18 @@ class Calibration:
 
     gage_x (g,) mm; normal: readings under F_n alone; full_stick (g,) microstrain/N: response to a
     small shear where all sticks; tangential_stiffness: dF_t/dx then, N/mm. sticking: the like
-    responses with their signs by F_n, None where they were not measured.
+    responses with their signs by F_n, at a few depths; stiffness (k,) dF_t/dx there. approach (c,)
+    mm, of the press. delay: samples from a move until it is felt.
     """
 
     gage_x: Array
     normal: NormalCalibration
     full_stick: Array
     tangential_stiffness: float
-    sticking: NormalCalibration | None = None
+    sticking: NormalCalibration
+    stiffness: Array
+    approach: Array
+    delay: int = 0
 
     @property
     def scale(self) -> float:
@@ -70,9 +76,12 @@ class Bounds:
         return Bounds(grip.preload_mm, grip.approach_step_mm, grip.max_approach_mm, grip.max_steps)
 
 
-def calibrate(make_plant: PlantMaker, gage_x: Array, bounds: Bounds) -> Calibration:
-    """Run the two bench moves, each on a fresh plant.
+def calibrate(
+    make_plant: PlantMaker, gage_x: Array, bounds: Bounds, make_moving: PlantMaker | None = None
+) -> Calibration:
+    """Run the bench moves, each on a fresh plant.
 
+    make_plant: at rest at each point; make_moving: as the rig feels a grip, None without a delay.
     Raises SolverError where the plant fails, or where nothing is felt: no gages, no force.
     """
     if len(gage_x) < 2:
@@ -96,25 +105,44 @@ def calibrate(make_plant: PlantMaker, gage_x: Array, bounds: Bounds) -> Calibrat
     full_stick = response(pressed, sheared, normal)
     if not full_stick.max() > 0.0:
         raise SolverError("no gage answers to a shear at the preload")
-    sticking = _sticking(make_plant, bounds, normal)
+    sticking, stiffness = _sticking(make_plant, bounds, normal)
+    approach = np.linspace(0.0, bounds.max_approach, len(forces))  # press moves evenly
     x = np.asarray(gage_x, dtype=float)
-    return Calibration(x, normal, full_stick, rise / shear, sticking)
+    delay = _delay(make_moving(), bounds) if make_moving else 0
+    return Calibration(x, normal, full_stick, rise / shear, sticking, stiffness, approach, delay)
+
+
+def _delay(plant: Plant, bounds: Bounds) -> int:
+    """Samples until a quick press from the preload to twice it has raised F_n by half."""
+    for _ in press(plant, bounds.preload, bounds.approach_step):
+        pass
+    before = [plant.move(0.0, 0.0).normal_force for _ in range(_STILL)][-_MEAN:]
+    pressed = [plant.move(0.0, bounds.preload).normal_force]
+    pressed += [plant.move(0.0, 0.0).normal_force for _ in range(_STILL)]
+    half = 0.5 * (np.mean(before) + np.mean(pressed[-_MEAN:]))
+    return int(np.argmax(np.array(pressed) > half))
 
 
 def _sticking(
     make_plant: PlantMaker, bounds: Bounds, normal: NormalCalibration
-) -> NormalCalibration:
-    """Responses (k, g) to a small shear at a few depths, microstrain/N, and the F_n (k,) there."""
+) -> tuple[NormalCalibration, Array]:
+    """Responses (k, g) to a small shear at a few depths, microstrain/N, by the F_n (k,) there; and
+    dF_t/dx (k,), N/mm."""
     forces: list[float] = []
+    stiffness: list[float] = []
     responses: list[Array] = []
     for depth in np.geomspace(bounds.preload, bounds.max_approach, _DEPTHS):
         plant = make_plant()
         *_, before = press(plant, float(depth), max(bounds.approach_step, 0.2 * float(depth)))
-        now = plant.move(_STICKING_SHEAR * float(depth), 0.0)
+        shear = _STICKING_SHEAR * float(depth)
+        now = plant.move(shear, 0.0)
         rise = now.tangential_force - before.tangential_force
         if not rise > 0.0 or (forces and not before.normal_force > forces[-1]):
             continue  # as noisy as this, a depth tells nothing
         alone = normal.at(now.normal_force) - normal.at(before.normal_force)
         forces.append(before.normal_force)
         responses.append((now.readings - before.readings - alone) / rise)
-    return NormalCalibration(np.array(forces), np.array(responses))
+        stiffness.append(rise / shear)
+    if len(forces) < 2:
+        raise SolverError("sheared on the bench, the finger gives no rising tangential force")
+    return NormalCalibration(np.array(forces), np.array(responses)), np.array(stiffness)

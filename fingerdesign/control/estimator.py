@@ -13,7 +13,9 @@ path of the forces (loaded along a straight line a contact sticks at any margin)
 handed the recent path as well as the present: gages over F_n, and the change of gages and forces
 over the last steps. From both, what F_n alone would cause is taken out first, and they are reported
 in parts of what a shear causes where all sticks (:class:`FingerCurves`): without that, errors on
-the same 1250 grips were a sixth larger.
+the same 1250 grips were a sixth larger. So is what the forces rise by beyond what the moves cause
+where all sticks: on fingers that are not the taught one, that takes a tenth off the errors. Last
+stands what the object does to the gages before it is pulled: it may lean, or be round.
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ from fingerdesign.errors import FingerDesignError
 if TYPE_CHECKING:
     from fingerdesign.control.calibration import Calibration
 
-FORMAT = "fingerdesign grip estimator, 2"
+FORMAT = "fingerdesign grip estimator, 3"
 LAGS = (1, 4, 12)  # steps back
 LEAST_FORCE = 0.05  # N: below it there is hardly a contact
 _LEAST_MOTION = 1e-4  # mm
@@ -45,6 +47,8 @@ _CURVES = {  # key of the file: field of FingerCurves
     "normal_force_N": "normal_force",
     "pressed_microstrain": "pressed",
     "sticking_microstrain_per_N": "sticking",
+    "approach_mm": "approach",
+    "stiffness_N_per_mm": "stiffness",
 }
 _LEAST_RESPONSE = 1e-6  # microstrain/N
 _OUTLIER = 5.0  # standard deviations of the features: farther the network was never taught
@@ -65,15 +69,32 @@ class Moment:
 
 @dataclass(frozen=True)
 class FingerCurves:
-    """What a finger's gages do, by F_n; a rig can measure both (control/calibration.py).
+    """What a finger does on its bench, by F_n, as its rig measures it (control/calibration.py).
 
     normal_force (c,) N rising from 0; pressed (c, g) microstrain under it alone; sticking (c, g)
-    microstrain per N of F_t, signed, for a small shear where nothing slips.
+    microstrain per N of F_t, signed, for a small shear where nothing slips; approach (c,) mm, of
+    the press; stiffness (c,) dF_t/dx of the small shear, N/mm.
     """
 
     normal_force: Array
     pressed: Array
     sticking: Array
+    approach: Array
+    stiffness: Array
+
+    @staticmethod
+    def of(calibration: Calibration) -> FingerCurves:
+        """Those of a rig's finger; past the depths at which it was sheared, the nearest one's."""
+        normal, sticking = calibration.normal, calibration.sticking
+        force, sheared = normal.normal_force, sticking.normal_force
+        near = np.clip(force, sheared[0], sheared[-1])
+        return FingerCurves(
+            force,
+            normal.readings,
+            np.array([sticking.at(each) for each in near]),
+            calibration.approach,
+            np.interp(near, sheared, calibration.stiffness),
+        )
 
     def at(self, normal_force: float) -> tuple[Array, Array]:
         """``pressed`` and ``sticking`` (g,) at a force; past either end the nearest."""
@@ -87,17 +108,13 @@ class FingerCurves:
 
         return between(self.pressed), between(self.sticking)
 
-
-def rig_curves(calibration: Calibration, taught: FingerCurves) -> FingerCurves:
-    """The curves that a rig has measured, with the taught responses where it has measured none."""
-    normal, measured = calibration.normal, calibration.sticking
-    force = normal.normal_force
-    if measured is not None and len(measured.normal_force) > 1:
-        ends = measured.normal_force[[0, -1]]
-        sticking = np.array([measured.at(float(each)) for each in np.clip(force, *ends)])
-    else:
-        sticking = np.array([taught.at(float(each))[1] for each in force])
-    return FingerCurves(force, normal.readings, sticking)
+    def expected(self, normal_force: float, dx: float, dy: float) -> tuple[float, float]:
+        """Rise of F_n and F_t, N, where moves on from a force and nothing slips."""
+        force = self.normal_force
+        depth = float(np.interp(normal_force, force, self.approach)) + dy
+        after = float(np.interp(depth, self.approach, force))
+        stiffness = float(np.interp(0.5 * (normal_force + after), force, self.stiffness))
+        return after - normal_force, stiffness * dx
 
 
 @dataclass(frozen=True)
@@ -159,7 +176,7 @@ class GripEstimator:
     def on_rig(self, calibration: Calibration) -> GripEstimator:
         """The same for a rig that knows its own finger, whatever gains, moduli and places came out
         as."""
-        return replace(self, curves=rig_curves(calibration, self.curves))
+        return replace(self, curves=FingerCurves.of(calibration))
 
     @property
     def gages(self) -> int:
@@ -239,6 +256,8 @@ def _faults(found: GripEstimator) -> list[str]:
         wrong.append("the curves' normal forces do not rise")
     if not curves.pressed.shape == curves.sticking.shape == (points, gages):
         wrong.append("the curves are not of one shape")
+    if not curves.approach.shape == curves.stiffness.shape == (points,):
+        wrong.append("the curves are not of one shape")
     limits = np.array([band.most_noise for band in found.bands])
     if not len(limits) or not np.isfinite(limits).all() or not (np.diff(limits) > 0.0).all():
         wrong.append("the bands' noises do not rise")
@@ -266,11 +285,11 @@ def _band(record: dict[str, Any]) -> Band:
 
 def feature_count(gages: int) -> int:
     """How many features ``gages`` readings make."""
-    return gages + 3 + len(LAGS) * (gages + 5)
+    return 2 * gages + 3 + len(LAGS) * (gages + 7)
 
 
 def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> Array:
-    """Features (f,) of the last moment: the present, and the change over the last steps."""
+    """Features (f,) of the last moment: the present, the change over the last steps, the touch."""
     now = history[-1].sample
     pressed = max(now.normal_force, LEAST_FORCE)
     alone, sticking = curves.at(pressed)
@@ -284,6 +303,8 @@ def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> A
         first = max(last - lag, 0)
         before = history[first].sample
         moved = history[first + 1 :]
+        dx, dy = sum(each.dx for each in moved), sum(each.dy for each in moved)
+        rising, pulling = curves.expected(before.normal_force, dx, dy)
         along = sum(abs(each.dx) for each in moved)
         way = max(along + sum(abs(each.dy) for each in moved), _LEAST_MOTION)
         rise = now.normal_force - before.normal_force
@@ -295,12 +316,26 @@ def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> A
             [
                 rise / size,
                 pull / size,
-                sum(each.dx for each in moved) / way,
+                (rise - rising) / size,
+                (pull - pulling) / size,
+                dx / way,
                 math.log(way),
                 math.log(size / pressed),
             ],
         ]
+    parts.append(_touch(history, curves))
     return np.concatenate([np.asarray(part, dtype=float) for part in parts])
+
+
+def _touch(history: Sequence[Moment], curves: FingerCurves) -> Array:
+    """What the gages say (g,) before the first pull that a plane would not cause: how the object
+    lies, leans and bends."""
+    pulled = next((k for k, each in enumerate(history) if each.dx != 0.0), len(history))
+    sample = history[max(pulled - 1, 0)].sample
+    pressed = max(sample.normal_force, LEAST_FORCE)
+    alone, sticking = curves.at(pressed)
+    scale = max(float(np.abs(sticking).max()), _LEAST_RESPONSE)
+    return np.asarray((sample.readings - alone) / (scale * pressed))
 
 
 def _array(values: Any) -> Array:

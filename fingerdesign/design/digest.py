@@ -20,7 +20,8 @@ LATER: dict[str, Any] = {
     "transverse_sensitivity": 0.0,
     "excitation_V": 2.5,
     "gage_noise_microvolt_per_V": 0.0,
-    "taught_fingers": 1,
+    "taught_fingers": 160,
+    "probe_force_N": 1.2,
     "layer_growth": 1.15,
 }
 

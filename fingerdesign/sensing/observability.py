@@ -294,7 +294,7 @@ def observe_grips(
         raise DesignError(faults)
     start = time.perf_counter()
     report(f"hearing {len(grips)} grips")
-    curves = finger_curves(problem, settings.face, settings.max_approach)
+    curves = finger_curves(problem, settings.face, settings.bounds)
     sampled = sample_all(grips, curves, settings, noise, silent=True)
     hearings = sampled, sample_all(grips, curves, settings, noise, hearing=1)
     with threadpool_limits(1), ends_as_meant(), ThreadPoolExecutor(max(workers, 1)) as pool:
@@ -306,7 +306,7 @@ def observe_grips(
         counts, whole = _counts(work, settings, best)
         gages = _gages(work, problem, whole)
         dead = _dead(work, settings, gages, whole)
-    pressings = _pressings(problem, settings.max_approach)
+    pressings = _pressings(problem, settings.bounds.max_approach)
     forces = [each.normal_force_N for each in pressings]
     return Observability(
         noise=noise,

@@ -21,11 +21,9 @@ from numpy.typing import NDArray
 
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
-from fingerdesign.contact.increment import ContactState, solve_increment
-from fingerdesign.contact.measures import measure
-from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.estimator import (
-    LAGS,
     LEAST_FORCE,
     Band,
     FingerCurves,
@@ -36,8 +34,6 @@ from fingerdesign.control.estimator import (
     features,
 )
 from fingerdesign.control.plants.plant import CondensedPlant, Truth
-from fingerdesign.control.signals import gage_readings
-from fingerdesign.control.slip_study import stick_response
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
@@ -169,9 +165,9 @@ _STEPS = 60
 _HELD_OUT = 0.15  # of the random grip paths, judged by and not taught
 _HIDDEN = (128, 64)
 _TEACHING = ((2e-3, 40), (5e-4, 20), (1e-4, 15))  # learning rate, epochs; each from the last's end
+_ROWS, _FEWEST = 100_000, 3  # of more samples, fewer epochs: else they are learnt by heart
 _PENALTY = 1e-3
 OUTLIER = 5.0  # standard deviations, as in the estimator
-_CURVE_POINTS = 40
 _PART = 50  # grips that a worker makes at once
 _EDGES = (0.2, 0.4, 0.6, 0.8, 1.0)
 _GAIN_SPREAD = 0.01  # of the gages' gains, drawn anew for each hearing
@@ -179,11 +175,11 @@ _GAIN_SPREAD = 0.01  # of the gages' gains, drawn anew for each hearing
 
 @dataclass(frozen=True)
 class Settings:
-    """How much is taught. face, max_approach (mm) and force_noise (N) are the rig's; fingers: among
+    """How much is taught. face, bounds and force_noise (N) are the rig's; fingers: among
     how many unlike ones the grips are shared out (1: the design's own model)."""
 
     face: str
-    max_approach: float
+    bounds: Bounds
     grips: int = 3000
     hearings: int = 2
     force_noise: float = 0.005
@@ -213,18 +209,20 @@ def teach(
     report: Report = lambda message: None,
     grips: Sequence[RandomGripPath] | None = None,
     workers: int = 1,
+    bands: Sequence[tuple[float, float]] = BANDS,
 ) -> TrainingResult:
     """Teach the network. design: the content digest that it is for; grips: instead of random grip
-    paths on the problem; the first are held out, so that of many fingers' whole fingers are.
+    paths on the problem; the first are held out, so that of many fingers' whole fingers are. bands:
+    of noise, a network each.
 
     Raises SolverError where the model gives too few grips to teach anything.
     """
     if grips is None:
         grips = random_grip_paths(problem, settings, report, workers)
     held = max(1, round(_HELD_OUT * len(grips)))
-    curves = finger_curves(problem, settings.face, settings.max_approach)
-    bands, samples = [], 0
-    for noises in BANDS:
+    curves = finger_curves(problem, settings.face, settings.bounds)
+    taught, samples = [], 0
+    for noises in bands:
         inputs, outputs = _sampled(grips[held:], curves, settings, noises)
         if len(inputs) < 10 * inputs.shape[1]:
             raise SolverError(
@@ -232,9 +230,9 @@ def teach(
                 "longer way of the stage (grip.max_approach_mm)"
             )
         report(f"teaching {len(inputs)} samples with noise up to {noises[1]:g} microstrain")
-        bands.append(fit(inputs, outputs, noises[1], settings.seed))
+        taught.append(fit(inputs, outputs, noises[1], settings.seed))
         samples += len(inputs)
-    estimator = GripEstimator(design, curves, REFERENCE_NOISE, tuple(bands))
+    estimator = GripEstimator(design, curves, REFERENCE_NOISE, tuple(taught))
     return judge(estimator, grips[:held], settings, samples)
 
 
@@ -282,27 +280,16 @@ def _wander(problem: ContactProblem, settings: Settings, part: range) -> list[Ra
             settings.face,
             np.random.default_rng([settings.seed, 0, number]),
             _STEPS,
-            settings.max_approach,
+            settings.bounds.max_approach,
         )
         for number in part
     ]
 
 
-def finger_curves(problem: ContactProblem, face: str, max_approach: float) -> FingerCurves:
-    """The gages' two curves of a model, up to ``max_approach`` (mm); see FingerCurves."""
-    state, forces, pressed, sticking = ContactState.untouched(problem), [0.0], [], []
-    for k in range(1, _CURVE_POINTS + 1):
-        motion = Motion(max_approach * k / _CURVE_POINTS, 0.0)
-        increment = solve_increment(problem, state, motion)
-        state = increment.state
-        measures = measure(problem, increment)
-        forces.append(measures.normal_force)
-        pressed.append(gage_readings(measures.gages, face))
-        sticking.append(stick_response(problem, increment, face))
-    first = np.zeros_like(pressed[0])
-    return FingerCurves(
-        np.array(forces), np.array([first, *pressed]), np.array([sticking[0], *sticking])
-    )
+def finger_curves(problem: ContactProblem, face: str, bounds: Bounds) -> FingerCurves:
+    """What the finger's own bench would show without noise; see FingerCurves."""
+    found = calibrate(lambda: CondensedPlant(problem, face), problem.model.gage_x, bounds)
+    return FingerCurves.of(found)
 
 
 def sample(
@@ -323,7 +310,7 @@ def sample(
     for k, (truth, used) in enumerate(zip(grip.truths, grip.used, strict=True)):
         if k == 0 or truth.stick_ratio is None or truth.normal_force < 2.0 * LEAST_FORCE:
             continue
-        rows.append(features(history[max(0, k - max(LAGS)) : k + 1], own, noise))
+        rows.append(features(history[: k + 1], own, noise))
         truths.append([truth.stick_ratio, used])
     count = feature_count(len(gains))
     return np.array(rows).reshape(-1, count), np.array(truths).reshape(-1, 2)
@@ -354,8 +341,10 @@ def _noisy(
 def fit(inputs: Array, outputs: Array, most_noise: float, seed: int) -> Band:
     """Train one network on features (n, f) and truths (n, 2); its spread is not known yet."""
     center, scale = standard(inputs)
+    fewer = min(1.0, _ROWS / len(inputs))
+    teaching = [(rate, max(_FEWEST, round(fewer * epochs))) for rate, epochs in _TEACHING]
     with one_thread(), ends_as_meant():
-        layers = trained(standardised(inputs, center, scale), outputs, _TEACHING, seed)
+        layers = trained(standardised(inputs, center, scale), outputs, teaching, seed)
     return Band(most_noise, center, scale, layers, np.array([[1.0, 1.0]]))
 
 

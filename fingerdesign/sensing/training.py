@@ -18,6 +18,7 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case, gage_array
 from fingerdesign.analysis.stages import one_thread
+from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.estimator import FORMAT, EstimatorError, GripEstimator
 from fingerdesign.control.roster import needs_training
 from fingerdesign.design.digest import content_digest
@@ -33,7 +34,9 @@ from fingerdesign.sensing.model import (
     grip_problem,
     unlike_problems,
 )
+from fingerdesign.sensing.own_grips import own_grips
 from fingerdesign.sensing.teach import (
+    BANDS,
     RandomGripPath,
     Settings,
     TrainingResult,
@@ -48,7 +51,9 @@ if TYPE_CHECKING:
     from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.design.schema import Design
 
-TEACHING = 4  # raise it when what is taught, or how, changes
+TEACHING = 5  # raise it when what is taught, or how, changes
+
+_PILOTS = 3  # of so many fingers one teaches the pilot
 
 
 def training_result_for(
@@ -72,7 +77,7 @@ def training_result_for(
     problem = grip_problem(design, fidelity, report=report) if problem is None else problem
     grips = None
     if settings.fingers > 1:
-        grips = _grips_of_others(design, settings, fidelity, report, workers)
+        grips = _grips_of_others(design, problem, settings, fidelity, report, workers)
     result = teach(problem, key, settings, report, grips, workers=workers)
     kept.put_text(f"{key}.txt", training_text(result))
     return result
@@ -84,7 +89,7 @@ def settings_of(design: Design) -> Settings:
     own = own_values(grip, CONTROLLERS.find("regulator", "grip.controller"))
     return Settings(
         face=design.gages.face,
-        max_approach=grip.max_approach_mm,
+        bounds=Bounds.of(grip),
         grips=own.taught_grips,
         seed=grip.seed,
         fingers=own.taught_fingers,
@@ -92,28 +97,47 @@ def settings_of(design: Design) -> Settings:
 
 
 def _grips_of_others(
-    design: Design, settings: Settings, fidelity: str, report: Report, workers: int
+    design: Design,
+    problem: ContactProblem,
+    settings: Settings,
+    fidelity: str,
+    report: Report,
+    workers: int,
 ) -> list[RandomGripPath]:
-    """Random grip paths of fingers and objects that are unlike the model, finger by finger."""
+    """Grips of fingers and objects that are unlike the model: random paths of all; and of those
+    that come after a pilot has learnt from the first ones, which stand last, its own."""
     found: list[RandomGripPath] = []
+    pilots = -(-settings.fingers // _PILOTS)
+
+    def made(numbers: range, pilot: GripEstimator | None) -> list[RandomGripPath]:
+        grips: list[RandomGripPath] = []
+        for each in pool.in_order(_grips_of, [(number, pilot) for number in numbers]):
+            grips += each
+            count = len(found) + len(grips)
+            report(f"grips: {count} of {settings.grips}, {settings.fingers} fingers")
+        return grips
+
     with Pool(workers, shared=(design, settings, fidelity)) as pool:
-        numbers = [(number,) for number in range(settings.fingers)]
-        for number, each in enumerate(pool.in_order(_grips_of, numbers), start=1):
-            found += each
-            report(f"grips: {len(found)}, of {number} of {settings.fingers} fingers")
-    return found
+        found = made(range(pilots), None)
+        quick = replace(settings, hearings=1)
+        pilot = teach(problem, "pilot", quick, report, found, bands=BANDS[:1]).estimator
+        return made(range(pilots, settings.fingers), pilot) + found
 
 
 def _grips_of(
-    design: Design, settings: Settings, fidelity: str, number: int
+    design: Design, settings: Settings, fidelity: str, number: int, pilot: GripEstimator | None
 ) -> list[RandomGripPath]:
-    """Those of one finger, with the curves that its bench would show."""
+    """Those of one finger, with the curves that its bench would show; half by the pilot's hand."""
     seed = int(np.random.SeedSequence([settings.seed, number]).generate_state(1)[0])
     bench, held = unlike_problems(unlike(design, TAUGHT, seed), fidelity)
-    own = replace(settings, grips=-(-settings.grips // settings.fingers), seed=seed)
-    curves = finger_curves(bench, settings.face, settings.max_approach)
+    count = -(-settings.grips // settings.fingers)
+    own = 0 if pilot is None else count // 2
+    curves = finger_curves(bench, settings.face, settings.bounds)
     with one_thread():
-        return [replace(each, curves=curves) for each in random_grip_paths(held, own)]
+        grips = random_grip_paths(held, replace(settings, grips=count - own, seed=seed))
+        if pilot is not None:
+            grips += own_grips(bench, held, settings.face, design.grip, pilot, own, seed)
+        return [replace(each, curves=curves) for each in grips]
 
 
 def training_key(design: Design, settings: Settings, fidelity: str = "plane-strain") -> str:

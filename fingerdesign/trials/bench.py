@@ -203,11 +203,16 @@ class GripBench:
         """The bench moves with the same rig at rest, which takes the mean of many samples."""
         if noise not in self._calibrations:
             rng = np.random.default_rng([self.grid.seed, round(1e6 * noise)])
-            hardware = self._noisy(noise).at_rest()
+            hardware = self._noisy(noise)
+
+            def plant(hardware: Hardware) -> Plant:
+                return self._imperfect(CondensedPlant(self.problem, self.face), hardware, rng)
+
             self._calibrations[noise] = calibrate(
-                lambda: self._imperfect(CondensedPlant(self.problem, self.face), hardware, rng),
+                lambda: plant(hardware.at_rest()),
                 self.problem.model.gage_x,
                 self.bounds,
+                lambda: plant(hardware),
             )
         return self._calibrations[noise]
 

@@ -116,7 +116,8 @@ def test_another_fingers_trace_and_unfit_controllers_are_refused(folder, tmp_pat
 def test_an_estimator_reports_and_the_regulator_asks(folder, tmp_path, capsys, said):
     """One that was taught nothing: its numbers mean nothing, but they are in their columns."""
     gages, rng = 15, np.random.default_rng(0)
-    curves = FingerCurves(np.array([0.0, 5.0]), np.zeros((2, gages)), np.full((2, gages), 1.0))
+    forces, ones = np.array([0.0, 5.0]), np.full((2, gages), 1.0)
+    curves = FingerCurves(forces, np.zeros((2, gages)), ones, 0.01 * forces, np.full(2, 10.0))
     layer = Layer(0.01 * rng.standard_normal((feature_count(gages), 2)), np.array([0.7, 0.4]))
     count = feature_count(gages)
     band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))

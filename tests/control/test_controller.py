@@ -1,5 +1,7 @@
 """The rule alone: what it is given, its curve, when it holds, and that it can be replayed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -20,11 +22,15 @@ SETTINGS = Grip(
     hold_force_N=0.9,  # two moves of the spring below
 )
 GAGE_X = np.linspace(-2.0, 2.0, 5)
+_NORMAL = NormalCalibration(np.array([0.0, 10.0]), np.zeros((2, 5)))
 BENCH = Calibration(
     GAGE_X,
-    NormalCalibration(np.array([0.0, 10.0]), np.zeros((2, 5))),
+    _NORMAL,
     np.array([0.4, 0.8, 1.0, 0.8, 0.4]),
     tangential_stiffness=10.0,
+    sticking=_NORMAL,
+    stiffness=np.full(2, 10.0),
+    approach=np.array([0.0, 0.2]),
 )
 
 
@@ -116,9 +122,7 @@ def test_gages_out_of_order_change_nothing():
     def shuffled(force):
         return shrinking_from(3.0)(force)[order]
 
-    mixed = Calibration(
-        GAGE_X[order], BENCH.normal, BENCH.full_stick[order], BENCH.tangential_stiffness
-    )
+    mixed = replace(BENCH, gage_x=GAGE_X[order], full_stick=BENCH.full_stick[order])
     plain, _ = drive(Spring(shrinking_from(3.0)), PaperController(SETTINGS), 18)
     plant, controller = Spring(shuffled), PaperController(SETTINGS)
     controller.start(mixed, plant.sample)

@@ -29,6 +29,8 @@ CURVES = FingerCurves(
     np.array([0.0, 1.0, 2.0]),
     np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [2.0, 4.0, 6.0]]),
     np.full((3, GAGES), 10.0),
+    np.array([0.0, 0.03, 0.06]),
+    np.full(3, 10.0),
 )
 
 
@@ -112,11 +114,53 @@ def test_a_shear_that_slips_nowhere_reads_one_per_newton():
     assert change == pytest.approx(0.2 / 0.22)  # 0.02 N are added to every change of force
 
 
-def test_features_look_no_farther_back_than_the_longest_lag():
+def test_features_are_of_the_first_touch_and_the_longest_lag():
     history = [moment(1.0 + 0.01 * k, 0.01 * k) for k in range(40)]
-    short = history[-max(LAGS) - 1 :]
+    short = [history[0], *history[-max(LAGS) - 1 :]]
     assert np.array_equal(features(history, CURVES, 0.5), features(short, CURVES, 0.5))
-    assert len(features(history, CURVES, 0.5)) == feature_count(GAGES)
+    leaning = [moment(1.0, 0.01, dx=0.0, readings=[2.0, 1.0, 3.0]), *history]
+    changed = features(leaning, CURVES, 0.5) != features(history, CURVES, 0.5)
+    assert changed[-GAGES:-1].all()
+    assert not changed[:-GAGES].any()
+
+
+def test_what_slips_is_felt_in_the_forces_too():
+    """10 N/mm where all sticks: 0.1 N of 0.02 mm are missing, over 0.1 + 0.02 N."""
+    whole = features([moment(1.0, 0.0), moment(1.0, 0.2, dx=0.02)], CURVES, 0.5)
+    slipping = features([moment(1.0, 0.0), moment(1.0, 0.1, dx=0.02)], CURVES, 0.5)
+    missing = 2 * GAGES + 3 + 3
+    assert whole[missing] == pytest.approx(0.0, abs=1e-12)
+    assert slipping[missing] == pytest.approx(-0.1 / 0.12)
+    assert len(whole) == feature_count(GAGES)
+
+
+class Late:
+    """A plant of two springs, felt ``delay`` samples late."""
+
+    def __init__(self, delay):
+        self.now = Sample(np.zeros(GAGES), 0.5, 0.0)
+        self.late = [self.now] * delay
+
+    def move(self, dx, dy):
+        force = self.now.normal_force + 30.0 * dy, self.now.tangential_force + 10.0 * dx
+        self.now = Sample(np.zeros(GAGES), *force)
+        self.late.append(self.now)
+        return self.late.pop(0)
+
+
+def test_a_delay_that_the_bench_knows_changes_no_move():
+    """Forces carried on by the moves on their way: the climb is the same, a delay later."""
+    ratios = []
+    for delay in (0, 3):
+        regulator, plant = at_start(Teller(0.5), delay), Late(delay)
+        sample, moves = plant.now, []
+        for _ in range(60):
+            command = regulator.command(sample)
+            moves.append((command.dx, command.dy))
+            sample = plant.move(command.dx, command.dy)
+        ratios.append(plant.now.tangential_force / plant.now.normal_force)
+        assert moves[:delay] == [(0.0, 0.0)] * delay
+    assert ratios == pytest.approx([0.5 * RegulatorTable().target] * 2, rel=0.01)
 
 
 class Teller:
@@ -134,13 +178,18 @@ class Teller:
         return self
 
 
-def grip(teller, steps=60, lifted_at=None):
-    """Forces of a finger that never slips, 10 N/mm in shear and 30 N/mm in pressing."""
+def at_start(teller, delay=0):
     regulator = Regulator(Grip(), RegulatorTable(), Object(estimator=teller))
     normal = NormalCalibration(np.array([0.0, 1.0]), np.zeros((2, GAGES)))
-    calibration = Calibration(np.arange(3.0), normal, np.ones(GAGES), 10.0)
-    sample = Sample(np.zeros(GAGES), 0.5, 0.0)
-    regulator.start(calibration, sample)
+    measured = normal, np.full(2, 10.0), np.array([0.0, 0.03])
+    calibration = Calibration(np.arange(3.0), normal, np.ones(GAGES), 10.0, *measured, delay)
+    regulator.start(calibration, Sample(np.zeros(GAGES), 0.5, 0.0))
+    return regulator
+
+
+def grip(teller, steps=60, lifted_at=None):
+    """Forces of a finger that never slips, 10 N/mm in shear and 30 N/mm in pressing."""
+    regulator, sample = at_start(teller), Sample(np.zeros(GAGES), 0.5, 0.0)
     path = []
     for k in range(steps):
         command = regulator.command(sample)
@@ -153,10 +202,10 @@ def grip(teller, steps=60, lifted_at=None):
 
 def test_it_probes_first_and_then_climbs_at_the_margin():
     regulator, path = grip(Teller(0.5))
-    probe = [command for sample, command in path if command.dy == 0.0]
-    assert probe
-    assert path[0][1].dy == 0.0
-    assert path[0][1].dx > 0.0
+    pulls = [k for k, (_, command) in enumerate(path) if command.dx > 0.0]
+    assert path[pulls[0] - 1][0].normal_force >= RegulatorTable().probe_force_N
+    assert all(command.dx == 0.0 and command.dy > 0.0 for _, command in path[: pulls[0]])
+    assert path[pulls[0]][1].dy == 0.0
     assert regulator.friction == pytest.approx(0.5, rel=1e-6)
     last = path[-1][0]
     margin = 0.5 * last.normal_force / last.tangential_force
@@ -183,7 +232,8 @@ def test_on_a_rig_what_it_measured_is_taken_for_what_it_was_taught():
     normal = NormalCalibration(np.array([0.0, 0.5, 2.0]), 2.0 * CURVES.pressed[[0, 0, 2]])
     normal.readings[1] = CURVES.at(0.5)[0] * 2.0
     sticking = NormalCalibration(np.array([0.5, 1.0]), np.full((2, GAGES), 10.0))
-    calibration = Calibration(np.arange(3.0), normal, np.ones(GAGES), 10.0, sticking)
+    measured = sticking, np.full(2, 10.0), np.array([0.0, 0.015, 0.06])
+    calibration = Calibration(np.arange(3.0), normal, np.ones(GAGES), 10.0, *measured)
     rig = estimator().on_rig(calibration)
     pressed = [moment(0.5, 0.0, readings=[1.0, 2.0, 3.0]), moment(2.0, 0.0, readings=[4, 8, 12])]
     taught = [moment(0.5, 0.0, readings=CURVES.at(0.5)[0]), moment(2.0, 0.0, readings=[2, 4, 6])]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.control.calibration import Bounds, calibrate
-from fingerdesign.control.estimator import LAGS, Estimated
+from fingerdesign.control.estimator import Estimated
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.plants.recorded import (
     RecordedPlant,
@@ -271,9 +271,8 @@ def test_a_controller_is_requested_from_the_preload_on(bench, recorded):
 
 def test_an_estimator_samples_the_moves_that_the_rig_made(bench, recorded):
     steps = list(replay(RecordedPlant(recorded), bench, 0.04, Echo(), Counting()))
-    most = max(LAGS) + 1
-    assert [step.estimated.stick_ratio for step in steps] == [min(k, most) for k in range(5, 21)]
-    assert steps[-1].estimated.used == pytest.approx(recorded.dx[-most:].sum())
+    assert [step.estimated.stick_ratio for step in steps] == list(range(5, 21))
+    assert steps[-1].estimated.used == pytest.approx(recorded.dx.sum())
 
 
 def test_what_does_not_fit_is_refused(bench, recorded):

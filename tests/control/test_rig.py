@@ -95,6 +95,16 @@ def test_noise_is_the_seeds_and_the_same_for_the_comparison(half_plane, design):
     assert np.array_equal(first[0][:9], first[1][:9])
 
 
+@pytest.mark.parametrize("delay", [0, 2, 30])
+def test_the_bench_finds_the_delay_through_the_noise(half_plane, design, delay):
+    hardware = {"delay_samples": delay, "force_noise_N": 0.01, "gage_noise_microstrain": 1.0}
+    own = with_values(design, {f"grip.hardware.{key}": value for key, value in hardware.items()})
+    bench = Rig(half_plane, own.gages.face, own.rig).calibration()
+    assert bench.delay == delay
+    assert bench.stiffness == pytest.approx(bench.tangential_stiffness, rel=0.7)
+    assert (np.diff(bench.approach) > 0.0).all()
+
+
 def test_dead_gages_are_those_of_their_plates(half_plane, design):
     own = with_values(design, {"grip.hardware.dead_gages": [4]})
     plates = [2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]

@@ -7,10 +7,14 @@ import pytest
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
+from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.estimator import GripEstimator, feature_count
+from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing import training
+from fingerdesign.sensing.own_grips import own_grips
 from fingerdesign.sensing.teach import (
+    BANDS,
     FRICTIONS,
     NOISES,
     Settings,
@@ -20,7 +24,8 @@ from fingerdesign.sensing.teach import (
     teach,
 )
 
-SETTINGS = Settings(face="upper", max_approach=0.12, grips=60, hearings=1, seed=1)
+BOUNDS = Bounds(preload=0.01, approach_step=0.004, max_approach=0.12, max_steps=0)
+SETTINGS = Settings(face="upper", bounds=BOUNDS, grips=60, hearings=1, seed=1)
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +64,7 @@ def test_pulls_never_use_more_than_the_friction(grips):
 
 
 def test_what_is_sampled_has_the_noise_that_was_requested(problem, grips):
-    curves = finger_curves(problem, "upper", SETTINGS.max_approach)
+    curves = finger_curves(problem, "upper", BOUNDS)
     quiet, truths = sample(grips[0], curves, SETTINGS, np.random.default_rng(0), 0.0)
     loud, same = sample(grips[0], curves, SETTINGS, np.random.default_rng(0), 10.0)
     assert quiet.shape == (len(truths), feature_count(3))
@@ -82,6 +87,24 @@ def test_what_is_taught_beats_nothing_and_its_file_says_the_same(problem, grips,
     )
 
 
+def test_a_pilots_own_grips_are_of_their_seed_and_true(problem, grips, monkeypatch):
+    monkeypatch.setattr("fingerdesign.sensing.teach._TEACHING", ((2e-3, 5),))
+    pilot = teach(problem, "pilot", SETTINGS, grips=grips, bands=BANDS[:1]).estimator
+    assert len(pilot.bands) == 1
+    grip = Grip(preload_mm=0.01, max_approach_mm=0.12, max_steps=40)
+
+    def own(seed):
+        return own_grips(problem, problem, "upper", grip, pilot, 2, seed)
+
+    first = own(0)
+    assert [each.truths for each in own(0)] == [each.truths for each in first]
+    assert own(1)[0].friction_coefficient != first[0].friction_coefficient
+    for each in first:
+        assert max(each.used) <= 1.0 + 1e-6
+        pulled = sum(moment.dx for moment in each.moments if not moment.sample.lifted)
+        assert pulled > 0.0
+
+
 def test_too_few_grips_are_refused(problem, grips):
     with pytest.raises(SolverError, match="more grips"):
         teach(problem, "key", SETTINGS, grips=grips[:4])
@@ -97,7 +120,7 @@ def test_it_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypatch, tm
     monkeypatch.setattr("fingerdesign.sensing.teach._TEACHING", ((2e-3, 2),))
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     monkeypatch.setattr(training, "teach", teacher)
-    design = find_design("sensitive")
+    design = with_values(find_design("sensitive"), {"grip.regulator.taught_fingers": 1})
     first = training.training_result_for(design, problem)
     assert training.training_result_for(design, problem).stick_errors == first.stick_errors
     assert len(taught) == 1

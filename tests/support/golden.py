@@ -59,6 +59,7 @@ object_mass_g = 150.0
 max_approach_mm = 0.5
 [grip.regulator]
 taught_grips = 60
+taught_fingers = 1
 """
 STUDY = """
 [study]

@@ -4,12 +4,17 @@ The estimator (estimator.py) tells at each step how much sticks and how much of 
 use, used = F_t / (mu F_n). The regulator holds ``used`` at ``target`` (1 / target is the safety
 margin that it keeps) while both forces grow:
 
-1. *Probe.* From the preload it pulls without closing until ``used`` comes near the target: now the
-   edge of the contact slips, and that tells of the friction. On a straight climb nothing would.
+0. *Settle.* It moves nothing until all that it senses is of the present: samples come ``delay``
+   late, as the bench has measured. From then on each sample is put beside the move that it answers,
+   and forces are carried on by the moves that are on their way.
+1. *Probe.* Pressed to ``probe_force_N`` it pulls without closing until ``used`` comes near the
+   target: now the edge of the contact slips, and that tells of the friction. On a straight climb
+   nothing would; so it probes again where F_n has grown by half and it still knows little. A hand
+   that is told late pulls the more slowly.
 2. *Climb.* What each step says of the friction, mu = F_t / (F_n used), is averaged by how sure it
    is, the past fading slowly: mu does not change, but errors that last do less harm so. Each step
    closes by ``approach_step``, less where that would raise F_n by more than ``press_step`` of it,
-   and shears toward F_t = target mu F_n.
+   and shears toward F_t = target mu F_n, mu less its standard deviation.
 3. *Guard.* Where the stick ratio falls under ``least_stick``, or ``used`` over ``most_used``, it
    closes without pulling until both are well again, and trusts the lower friction.
 4. *Hold.* Once the object hangs it pulls no more, and learns no more: gages that do not move tell
@@ -21,10 +26,14 @@ Forces are felt, friction and weight are never given.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import deque
+from dataclasses import dataclass, replace
+from math import inf
 from typing import TYPE_CHECKING
 
-from fingerdesign.control.estimator import LAGS, LEAST_FORCE, Estimated, Moment
+import numpy as np
+
+from fingerdesign.control.estimator import LEAST_FORCE, Estimated, Moment
 from fingerdesign.control.roster import Command, Object, Range, controller
 from fingerdesign.control.signals import Sample
 from fingerdesign.runtime.registry import key
@@ -36,7 +45,10 @@ if TYPE_CHECKING:
 _LEAST_USED = 0.15  # less tells nothing of the friction
 _FRICTION = (0.05, 2.0)  # what is believed of any friction
 _STIFFNESS_FADES = 0.7  # share of dF_t/dx that stays as it was
-_NEAR = 0.9  # of the target: where the probe ends
+_NEAR = 0.9  # of the target: where a probe ends
+_NEWS = 0.5  # share of the last sample in what is believed of the friction in use
+_CAUTION = 1.0  # standard deviations of the friction by which it leans to the safe side
+_AGAIN, _SURE = 1.5, 60.0  # F_n over the last probe's, and the weight under which it probes again
 
 
 @dataclass(frozen=True)
@@ -49,6 +61,9 @@ class RegulatorTable:
         "the safety margin",
         gt=0,
         lt=1,
+    )
+    probe_force_N: float = key(
+        1.2, "F_n that it presses to before it first pulls: gages drown in noise at less", ge=0
     )
     pull_share: float = key(0.03, "F_t of a step of the first pull, as part of F_n", gt=0, le=1)
     press_share: float = key(
@@ -64,7 +79,7 @@ class RegulatorTable:
         3000, "simulated grips that its estimator learns from", ge=50, le=100_000
     )
     taught_fingers: int = key(
-        1,
+        160,
         "fingers and objects, drawn unlike the model, that share these grips; 1: the model alone",
         ge=1,
         le=1000,
@@ -77,6 +92,7 @@ class RegulatorTable:
     table=RegulatorTable,
     tuned=(
         Range("grip.regulator.target", 0.5, 0.9, logarithmic=False),
+        Range("grip.regulator.probe_force_N", 0.3, 5.0),
         Range("grip.regulator.pull_share", 0.003, 0.06),
         Range("grip.regulator.memory", 0.5, 0.99, logarithmic=False),
         Range("grip.regulator.least_stick", 0.0, 0.6, logarithmic=False),
@@ -102,9 +118,11 @@ class Regulator:
         self._stiffness = calibration.tangential_stiffness
         self._pressing = 0.0  # dF_n/dy, N/mm, once it has been felt
         self._history = [Moment(sample, 0.0, 0.0)]
+        self._unfelt = deque([(0.0, 0.0)] * (calibration.delay + 1))  # moves on their way
+        self._settling = calibration.delay  # samples of the press to the preload
         self._weight = self._sum = 0.0
-        self._probing = True
-        self._move = (0.0, 0.0)
+        self._used = 0.0  # F_t / (mu F_n) as the last few samples say
+        self._probed = inf  # F_n of the last probe, N; inf while one goes on
 
     @property
     def friction(self) -> float | None:
@@ -113,37 +131,62 @@ class Regulator:
 
     def command(self, sample: Sample) -> Command:
         """The next move; see Controller."""
+        if self._settling > 0:
+            self._settling -= 1
+            self._history = [Moment(sample, 0.0, 0.0)]
+            return Command(0.0, 0.0, False, self.estimator.estimate(self._history).stick_ratio)
         before = self._history[-1].sample
-        self._history.append(Moment(sample, *self._move))
-        del self._history[: -max(LAGS) - 1]
-        self._learn_stiffness(before, sample)
+        felt = Moment(sample, *self._unfelt.popleft())
+        self._history.append(felt)
+        self._learn_stiffness(before, felt)
         reported = self.estimator.estimate(self._history)
         if not sample.lifted:
             self._learn_friction(sample, reported)
-        dx, dy = self._next(sample, before, reported)
-        self._move = (dx, dy)
+        dx, dy = self._next(self._ahead(sample), reported)
+        self._unfelt.append((dx, dy))
         return Command(dx, dy, dx == 0.0 and not sample.lifted, reported.stick_ratio)
 
-    def _next(self, sample: Sample, before: Sample, reported: Estimated) -> tuple[float, float]:
+    def _ahead(self, sample: Sample) -> Sample:
+        """Forces as they are once the moves on their way are felt."""
+        dx, dy = np.sum(self._unfelt, axis=0) if self._unfelt else (0.0, 0.0)
+        return replace(
+            sample,
+            normal_force=sample.normal_force + self._pressing * float(dy),
+            tangential_force=sample.tangential_force + self._stiffness * float(dx),
+        )
+
+    def _next(self, sample: Sample, reported: Estimated) -> tuple[float, float]:
+        """The next move, of forces as they will be."""
         own, friction = self._own, self.friction
-        believed = 0.0
-        if friction is not None:
-            believed = sample.tangential_force / (friction * self._pressed(sample))
+        ratio = sample.tangential_force / self._pressed(sample)
+        believed = 0.0 if friction is None else ratio / friction
         if sample.lifted:
             return 0.0, self._close(sample) if believed > own.most_held else 0.0
-        in_use = max(reported.used, believed)
+        self._used += _NEWS * (reported.used - self._used)
+        pressed, in_use = self._pressed(sample), max(self._used, believed)
         if reported.stick_ratio < own.least_stick or in_use > own.most_used:
-            self._probing = False
+            self._probe_ends(pressed)
             return 0.0, self._close(sample)
-        if self._probing:
-            if in_use < _NEAR * own.target:
-                return self._shear(own.pull_share * self._pressed(sample)), 0.0
-            self._probing = False
+        if pressed > _AGAIN * self._probed and self._weight < _SURE:
+            self._probed = inf
+        if self._probed == inf:
+            if pressed < own.probe_force_N:
+                return 0.0, self._close(sample)
+            pulled = ratio - self._history[-1].sample.tangential_force / pressed
+            unfelt = max(pulled, 0.0) / friction if friction is not None else 0.0
+            if self._used + unfelt < _NEAR * own.target:
+                return self._shear(own.pull_share * pressed / (1 + len(self._unfelt))), 0.0
+            self._probe_ends(pressed)
         if friction is None:
             return self._shear(own.pull_share * self._pressed(sample)), 0.0
-        rise = max(sample.normal_force - before.normal_force, 0.0) if self._move[1] > 0.0 else 0.0
-        aim = own.target * friction * (sample.normal_force + rise)
-        return self._shear(aim - sample.tangential_force), self._close(sample)
+        closing = self._close(sample)
+        sure = friction * max(1.0 - _CAUTION / self._weight**0.5, 0.5)
+        aim = own.target * sure * (sample.normal_force + max(self._pressing, 0.0) * closing)
+        return self._shear(aim - sample.tangential_force), closing
+
+    def _probe_ends(self, pressed: float) -> None:
+        if self._probed == inf:
+            self._probed = pressed
 
     def _close(self, sample: Sample) -> float:
         """dy of the next step; half of the largest before the finger's stiffness has been felt."""
@@ -159,16 +202,16 @@ class Regulator:
     def _pressed(sample: Sample) -> float:
         return max(sample.normal_force, LEAST_FORCE)
 
-    def _learn_stiffness(self, before: Sample, sample: Sample) -> None:
+    def _learn_stiffness(self, before: Sample, felt: Moment) -> None:
         """dF_t/dx and dF_n/dy as last felt; shears too small to be felt teach nothing."""
-        dx, dy = self._move
+        sample, dx, dy = felt.sample, felt.dx, felt.dy
         rise = sample.normal_force - before.normal_force
         if dy > 0.0 and rise > 0.0:
             self._pressing = rise / dy
         change = sample.tangential_force - before.tangential_force
         if dx > 0.02 * self._shear_step and change > 0.0:
-            felt = change / dx
-            self._stiffness = _STIFFNESS_FADES * self._stiffness + (1.0 - _STIFFNESS_FADES) * felt
+            faded = _STIFFNESS_FADES * self._stiffness
+            self._stiffness = faded + (1.0 - _STIFFNESS_FADES) * change / dx
 
     def _learn_friction(self, sample: Sample, reported: Estimated) -> None:
         if reported.used < _LEAST_USED or sample.normal_force < 2.0 * LEAST_FORCE:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.estimator import LAGS, Estimated, GripEstimator, Moment
+from fingerdesign.control.estimator import Estimated, GripEstimator, Moment
 from fingerdesign.control.plants.plant import Truth
 from fingerdesign.control.roster import Command, Controller
 from fingerdesign.control.signals import Sample
@@ -425,7 +425,7 @@ def replay(
     for k in range(len(trace)):
         sample = plant.move(0.0, 0.0)
         dx, dy = float(trace.dx[k]), float(trace.dy[k])
-        history = [*history[-max(LAGS) :], Moment(sample, dx, dy)]
+        history.append(Moment(sample, dx, dy))
         if started:
             estimated = None if estimator is None else estimator.estimate(history)
             requested = controller.command(sample)

@@ -143,12 +143,17 @@ class Rig:
     def calibration(self) -> Calibration:
         """The bench moves, at rest at each point. Raises SolverError where nothing is felt."""
         bench = self.problem.with_friction(self.grip.bench_friction_coefficient)
-        hardware = self.grip.hardware.at_rest()
+        hardware = self.grip.hardware
         rng = np.random.default_rng([self.grip.seed, _BENCH])
+
+        def plant(hardware: Hardware) -> Plant:
+            return ImperfectPlant(CondensedPlant(bench, self.face), hardware, rng, self.plates)
+
         return calibrate(
-            lambda: ImperfectPlant(CondensedPlant(bench, self.face), hardware, rng, self.plates),
+            lambda: plant(hardware.at_rest()),
             self.problem.model.gage_x,
             Bounds.of(self.grip),
+            lambda: plant(hardware),
         )
 
     def plant(self, friction_coefficient: float, object_mass_g: float, number: int = 0) -> Plant:
