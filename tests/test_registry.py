@@ -6,7 +6,6 @@ import tomllib
 import jsonschema
 import pytest
 
-from fingerdesign.design.schema import design_json_schema
 from fingerdesign.errors import DesignError
 from fingerdesign.runtime.registry import (
     BODIES,
@@ -227,9 +226,3 @@ def test_a_name_is_given_once():
     with pytest.raises(ValueError, match="already"):
         registry.add(Kind(name="a"))
     assert registry.names() == ("a",)
-
-
-def test_the_shipped_schema_lists_the_shipped_kinds():
-    keys = design_json_schema()["$defs"]
-    assert keys["Grip"]["properties"]["controller"]["enum"] == list(CONTROLLERS.shipped_names())
-    assert keys["MeshOptions"]["properties"]["mesher"]["enum"] == list(MESHERS.shipped_names())

@@ -70,10 +70,3 @@ def test_new_check_analyse(installed, tmp_path):
     assert (result.status, len(result.grips)) == ("ok", 1)
     assert all(map(math.isfinite, result.timings_s.values()))
     assert result.timings_s["geometry"] > 0
-
-
-def test_bad_input_from_the_wheel(installed, tmp_path):
-    (tmp_path / "bad.toml").write_text('[design]\nname = "bad"\n[body]\nwidht_mm = 3\n')
-    bad = run(installed, tmp_path, "check bad.toml")
-    assert bad.returncode == 2
-    assert "width_mm" in bad.stderr

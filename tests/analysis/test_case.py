@@ -116,56 +116,41 @@ def test_the_reason_for_a_whole_model_is_the_first_that_holds():
         assert sentences(MODEL, "why_whole", case, mirrors_in_z(case.design)) == (words,)
 
 
-MOTION = parse_scene("path.increments_mm = [[0.1, 0.0]]")
-
-
-def warned(text, scene=MOTION, fidelity="3d"):
-    case = Case(parse_design(f'design.name = "a"\n{text}'), scene, fidelity)
-    return [
-        sentence(CAVEATS, name, **values)[0] for name, values in of_choices(case, scene).items()
-    ]
+MOTION = "path.increments_mm = [[0.1, 0.0]]"
+FORCES = 'path.control = "force"\npath.increments_{} = [[1.0, 0.0]]'
+DOME = 'body.shape = "dome"\nbody.dome_radius_mm = 20.0\nplates.count = 0'
+SKETCH = "take --fidelity 3d"
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "scene", "fidelity", "words"),
     [
-        ("", ()),
-        ('mesh.element = "P2"', ()),
-        ('mesh.element = "P1"\nmaterials.silicone.poissons_ratio = 0.3', ()),
-        ('plates.model = "none"\nplates.count = 0', ()),
+        ("", MOTION, "3d", ()),
+        ("", MOTION, "plane-strain", ()),
+        ('mesh.element = "P2"', MOTION, "3d", ()),
+        ('mesh.element = "P1"\nmaterials.silicone.poissons_ratio = 0.3', MOTION, "3d", ()),
+        ('plates.model = "none"\nplates.count = 0', MOTION, "3d", ()),
+        ('mesh.element = "P1"', MOTION, "3d", ("lock at nu = 0.49: forces", "element at auto")),
+        ('plates.model = "none"', MOTION, "3d", ("the readings are the rubber's own strains",)),
+        # Rows of newtons under millimetres.
+        ("", FORCES.format("mm"), "3d", ("path.increments_mm was read as newtons",)),
+        ("", FORCES.format("N"), "3d", ()),
+        # A section of a finger that changes along z.
         (
-            'mesh.element = "P1"',
-            ("linear elements lock at nu = 0.49: forces and strains are off", "element at auto"),
+            'body.shape = "revolved"\nplates.count = 0',
+            MOTION,
+            "plane-strain",
+            ("the turned body straight along the whole", SKETCH),
         ),
-        ('plates.model = "none"', ("the readings are the rubber's own strains",)),
+        (DOME, MOTION, "plane-strain", ("forces come out several times too large", SKETCH)),
+        (DOME, MOTION, "3d", ()),
+        ("plates.span_mm = 4.0", MOTION, "plane-strain", ("takes plates and core as", SKETCH)),
     ],
 )
-def test_what_a_key_does_is_said_where_it_may_be_missed(text, words):
-    said = warned(text)
+def test_what_a_key_does_is_said_where_it_may_be_missed(text, scene, fidelity, words):
+    scene = parse_scene(scene)
+    case = Case(parse_design(f'design.name = "a"\n{text}'), scene, fidelity)
+    found = of_choices(case, scene).items()
+    said = [sentence(CAVEATS, name, **values)[0] for name, values in found]
     assert len(said) == bool(words)
     assert all(each in said[0] for each in words)
-
-
-def test_rows_of_newtons_under_millimetres_are_said():
-    path = 'path.control = "force"\npath.increments_{} = [[1.0, 0.0]]'
-    (said,) = warned("", parse_scene(path.format("mm")))
-    assert said.startswith("path.increments_mm was read as newtons")
-    assert warned("", parse_scene(path.format("N"))) == []
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ('body.shape = "revolved"\nplates.count = 0', "the turned body straight along the whole"),
-        (
-            'body.shape = "dome"\nbody.dome_radius_mm = 20.0\nplates.count = 0',
-            "forces come out several times too large",
-        ),
-        ("plates.span_mm = 4.0", "takes plates and core as they are in the section z = 0"),
-    ],
-)
-def test_a_section_of_a_finger_that_changes_along_z_is_a_sketch(text, words):
-    (said,) = warned(text, fidelity="plane-strain")
-    assert words in said
-    assert said.endswith("take --fidelity 3d")
-    assert warned(text) == warned("", fidelity="plane-strain") == []

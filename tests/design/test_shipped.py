@@ -16,7 +16,7 @@ from fingerdesign.design.schema import Body
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import surface_height
 from fingerdesign.layout.volume import outline_volume
-from fingerdesign.layout.zone import contact_half_width, summarise
+from fingerdesign.layout.zone import contact_half_width
 from fingerdesign.materials import MATERIALS
 
 
@@ -190,19 +190,6 @@ def test_contact_forecast_is_near_the_reference():
     widths = [contact_half_width(design, approach) for approach in np.linspace(0.0, 6.0, 30)]
     assert (np.diff(widths) >= 0).all()
     assert max(widths) <= 10.0
-
-
-def test_summary():
-    design = parse_design('design.name = "a"')
-    scene = load_scene("designs/scenes/fundamental.toml")
-    summary = summarise(design, scene)
-    assert summary.plates == 15
-    assert np.isclose(summary.least_side_mm, 10 - 7 - (1.0 + 0.05) / np.sqrt(2))
-    assert np.isclose(summary.plates_volume_mm3, 15 * 2 * 0.1 * 10)
-    assert summary.approach_mm == 0.1
-    none = summarise(parse_design('design.name = "a"\nplates.count = 0'))
-    assert none.least_surface_mm is None
-    assert none.least_gap_mm is None
 
 
 @pytest.mark.parametrize("path", shipped("scenes"), ids=lambda path: path.stem)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fingerdesign.checks.load import parse_design
+from fingerdesign.checks.load import parse_design, parse_scene
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.layout.zone import (
     approach_for,
@@ -91,3 +91,9 @@ def test_the_summary_reports_bodies_and_rows_by_kind():
     per_plate = 2.0 * 0.1 * 8.0 - 2 * np.pi * 0.25**2 * 0.1
     assert summary.plates_volume_mm3 == pytest.approx(8 * per_plate, rel=0.05)
     assert not summary.extruded
+    plain = summarise(design_of(), parse_scene("path.increments_mm = [[0.2, 0.0]]"))
+    assert (plain.plates, plain.approach_mm, plain.extruded) == (15, 0.2, True)
+    assert plain.least_side_mm == pytest.approx(10 - 7 - (1.0 + 0.05) / np.sqrt(2))
+    assert plain.plates_volume_mm3 == pytest.approx(15 * 2 * 0.1 * 10)
+    none = summarise(BLOCK)
+    assert (none.approach_mm, none.least_surface_mm, none.least_gap_mm) == (0.1, None, None)

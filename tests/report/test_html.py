@@ -25,29 +25,22 @@ class Page(HTMLParser):
 
     def __init__(self, text):
         super().__init__()
-        self.ids: list[str] = []
-        self.links: list[str] = []
-        self.tags: list[str] = []
+        self.found: list[tuple[str, dict[str, str]]] = []
         self.open: list[str] = []
         self.words = ""
         self.feed(text)
         assert not self.open
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append(tag)
-        values = dict(attrs)
-        if "id" in values:
-            self.ids.append(values["id"])
-        for name in ("href", "src", "xlink:href"):
-            if name in values:
-                self.links.append(values[name])
-        if tag not in VOID:
-            self.open.append(tag)
+        self.tags = [tag for tag, _ in self.found]
+        self.ids = [values["id"] for _, values in self.found if "id" in values]
+        names = ("href", "src", "xlink:href")
+        self.links = [v for _, values in self.found for k, v in values.items() if k in names]
 
     def handle_startendtag(self, tag, attrs):
-        self.handle_starttag(tag, attrs)
-        if tag not in VOID:
-            self.open.pop()
+        self.found.append((tag, dict(attrs)))
+
+    def handle_starttag(self, tag, attrs):
+        self.found.append((tag, dict(attrs)))
+        self.open += [] if tag in VOID else [tag]
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
