@@ -269,6 +269,7 @@ def test_the_result_says_what_was_tried(climbed):
     assert "20 %" in table.caption
 
 
-def test_a_wrong_tolerance_is_refused_before_work():
-    with pytest.raises(DesignError, match="--tolerance = 3"):
-        run(Case(parse_design(SMALL), parse_scene(SHORT), "auto", tolerance=3.0))
+@pytest.mark.parametrize("tolerance", [0.0, -1.0, 3.0, float("nan")])
+def test_a_wrong_tolerance_is_refused_before_work(tolerance):
+    with pytest.raises(DesignError, match=f"--tolerance = {tolerance}"):
+        run(Case(parse_design(SMALL), parse_scene(SHORT), "auto", tolerance=tolerance))

@@ -77,7 +77,7 @@ class Solves:
             case = Case(own, self.scene, grips=False)
             counts = count_model(case, zone_of(case, self.scene))
             # A mesh that the cache knows is counted, not forecast: let both choose the same.
-            factor = _FORECAST if counts.known else 1.0
+            factor = _FORECAST if counts.mesh_kept else 1.0
             if counts.dofs <= factor * MOST_DOFS and counts.contact_nodes <= factor * MOST_NODES:
                 return scale
         return SPACE[-1]

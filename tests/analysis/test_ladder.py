@@ -27,7 +27,6 @@ from fingerdesign.analysis.fidelity.rungs import (
 )
 from fingerdesign.analysis.forecast.counts import count_model
 from fingerdesign.checks.load import with_values
-from fingerdesign.errors import DesignError
 from fingerdesign.layout.gaps import layered
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.make import mesh_finger, mesher_name
@@ -109,12 +108,6 @@ def test_the_end_of_the_ladder_says_why(most, finest, words):
     assert "not enough" in found.tried[-1].why
     assert words in found.why_ended
     assert min(scale for _, scale in law.tried) == finest
-
-
-@pytest.mark.parametrize("tolerance", [0.0, -1.0, 2.0, float("nan")])
-def test_a_tolerance_out_of_range_is_refused(tolerance):
-    with pytest.raises(DesignError, match="--tolerance"):
-        climb(DESIGN, SCENE, tolerance, Law(0.1, 0.1))
 
 
 def test_a_scene_beside_the_section_is_not_tried_in_plane_strain():

@@ -16,6 +16,7 @@ from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM, surface_clearances
 from fingerdesign.layout.frames import surface_height
+from tests.support.faults import faults_of
 
 QUICK = settings(max_examples=40, derandomize=True, deadline=None)
 BODIES = {
@@ -41,9 +42,7 @@ def keys(**tables):
 
 
 def reported(lines):
-    with pytest.raises(DesignError) as caught:
-        parse_design(f'design.name = "a"\n{lines}')
-    return {fault.key: fault for fault in caught.value.faults}
+    return faults_of(f'design.name = "a"\n{lines}')
 
 
 def remedy_value(fault, words):

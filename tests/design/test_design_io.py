@@ -17,14 +17,9 @@ from fingerdesign.checks.load import (
 from fingerdesign.design.faults import known_keys
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
+from tests.support.faults import faults_of as faults
 
 NAME = 'design.name = "a"\n'
-
-
-def faults(text):
-    with pytest.raises(DesignError) as caught:
-        parse_design(text, "f.toml")
-    return {fault.key: fault for fault in caught.value.faults}
 
 
 def test_every_fault_of_the_keys_at_once():

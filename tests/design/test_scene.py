@@ -4,17 +4,11 @@ import pytest
 
 from fingerdesign.checks.design import scene_faults
 from fingerdesign.checks.load import judge_scene, parse_design, parse_scene
-from fingerdesign.errors import DesignError
+from tests.support.faults import faults_of
 
 PATH = "path.increments_mm = [[0.1, 0.0], [0.2, 0.05], [0.0, 0.05]]\n"
 FORCE = 'path.control = "force"\n'
 DESIGN = parse_design('design.name = "a"')
-
-
-def faults(text):
-    with pytest.raises(DesignError) as caught:
-        parse_scene(text)
-    return {fault.key: fault for fault in caught.value.faults}
 
 
 @pytest.mark.parametrize(
@@ -54,7 +48,7 @@ def faults(text):
     ],
 )
 def test_wrong_scenes_are_refused_by_key(text, key):
-    assert set(faults(text)) == {key}
+    assert set(faults_of(text, parse_scene)) == {key}
 
 
 def test_rows_of_forces_under_either_key():

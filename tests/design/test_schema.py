@@ -10,13 +10,7 @@ from fingerdesign.design.digest import LATER
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.layout.gaps import layered
-
-
-def faults(text):
-    with pytest.raises(DesignError) as caught:
-        parse_design(text)
-    return {fault.key: fault for fault in caught.value.faults}
-
+from tests.support.faults import faults_of as faults
 
 NAME = 'design.name = "a"\n'
 LIFT = '[grip]\nplant = "lift"\nhold_steps = 50\nobject_mass_g = 200.0\n'

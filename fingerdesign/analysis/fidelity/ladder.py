@@ -26,7 +26,7 @@ from fingerdesign.analysis.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, c
 from fingerdesign.arrays import Array
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.errors import Fault, SolverError
 from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.layout.frames import crest_height
 from fingerdesign.layout.zone import Zone
@@ -301,11 +301,8 @@ def climb(
 
     most_dofs: models that are forecast to have more equations are not tried; scales: of the sizes
     in space, falling. Where even the finest is over the tolerance, that one is chosen, and
-    ``reached`` is False. Raises DesignError for a tolerance out of range, FingerDesignError where a
-    model fails.
+    ``reached`` is False. Raises FingerDesignError where a model fails.
     """
-    if faults := tolerance_faults(tolerance):
-        raise DesignError(faults)
     ladder, solver = Ladder(tolerance), solver or InTurn()
     scale, left = scales[0], list(scales[1:])
     report(f"in space, sizes x {scale:g}")

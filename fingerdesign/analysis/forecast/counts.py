@@ -28,14 +28,14 @@ _FREE = 0.985  # of tetwild's displacements: the rest is held at the base and th
 _SPARE_ROWS = 3  # sums of the supports' forces
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Counts:
     """The size of a model.
 
     mesher     "netgen" (a section), or the design's
     elements   triangles or tetrahedra; half: of half of the finger, z >= 0
     dofs       equations of the element used; kept: rows that they are condensed onto
-    known      the mesh stands already (in the cache, or in a file): these are its own numbers
+    mesh_kept  the mesh stands already (in the cache, or in a file): these are its own numbers
     """
 
     dimension: int
@@ -47,7 +47,7 @@ class Counts:
     kept: float = 0.0
     layers: int = 0
     half: bool = False
-    known: bool = False
+    mesh_kept: bool = False
 
 
 def count_model(case: Case, zone: Zone) -> Counts:
@@ -167,5 +167,5 @@ def _of_mesh(mesh: Mesh, case: Case, zone: Zone) -> Counts:
         dofs=dofs,
         contact_nodes=len(np.unique(facets[:, : mesh.dimension])),
         half=mesh.symmetric,
-        known=True,
+        mesh_kept=True,
     )

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from fingerdesign.analysis.answers import extras
 from fingerdesign.analysis.case import FIDELITIES, Case
@@ -148,7 +148,7 @@ def stage_seconds(counts: Counts, case: Case, machine: Machine) -> dict[str, flo
 def _mesh_seconds(counts: Counts, case: Case) -> float:
     """fTetWild's time goes with the root of what it makes; it scatters by 1.5 (a standard
     deviation), and by as much again where an attempt is made again."""
-    if counts.known:
+    if counts.mesh_kept:
         return 0.3 + 5e-6 * counts.elements
     if counts.mesher == "netgen":
         return 0.1 + 52e-6 * counts.elements
@@ -187,13 +187,11 @@ def _grips(counts: Counts, case: Case) -> float:
 _BUSY = " now (it is busy)"
 
 
-@dataclass(frozen=True)
-class Forecast:
-    """What an analysis will take.
+@dataclass(frozen=True, kw_only=True)
+class Forecast(Counts):
+    """What an analysis will take, with the size of its model in whole numbers.
 
-    fidelity        "plane-strain" or "3d"; half: half of the finger is modelled
-    mesh_kept       its mesh stands in the cache or in a file: counts are its own, no time to make
-    dofs            equations of the element used; contact_nodes: candidates for contact
+    fidelity        "plane-strain" or "3d"
     memory_MB       greatest resident memory of the process, or of one that it starts
     seconds         by stage, as result.timings_s; total_s: their sum
     operations      floating-point ones of condensing
@@ -201,18 +199,11 @@ class Forecast:
     """
 
     fidelity: str
-    half: bool
-    mesher: str
-    element: str
-    elements: int
-    dofs: int
-    contact_nodes: int
     memory_MB: float
-    seconds: dict[str, float] = field(default_factory=dict)
-    operations: float = 0.0
-    mesh_kept: bool = False
-    words: str = ""
-    machine_words: str = ""
+    seconds: dict[str, float]
+    operations: float
+    words: str
+    machine_words: str
 
     @property
     def total_s(self) -> float:
@@ -272,7 +263,7 @@ def _forecast(case: Case, machine: Machine) -> Forecast:
     made = mesher_of(case.design).elements_from
     if counts.mesher == "netgen":
         made = "netgen's size field integrated over the section"
-    if counts.known:
+    if counts.mesh_kept:
         read = case.design.mesh.mesher == "file"
         made = "the mesh's file" if read else "the mesh in the cache"
     own = (
@@ -280,18 +271,13 @@ def _forecast(case: Case, machine: Machine) -> Forecast:
         f"{machine.one_core:.0f} GFLOP/s{_BUSY if busy(machine.cores) else ''}"
     )
     words = f"elements from {made}; memory and time from laws fitted to measured runs, on {own}"
+    whole = {key: round(getattr(counts, key)) for key in ("elements", "dofs", "contact_nodes")}
     return Forecast(
+        **(vars(counts) | whole),
         fidelity="plane-strain" if case.fidelity == "plane-strain" else "3d",
-        half=counts.half,
-        mesher=counts.mesher,
-        element=counts.element,
-        elements=round(counts.elements),
-        dofs=round(counts.dofs),
-        contact_nodes=round(counts.contact_nodes),
         memory_MB=peak_memory_MB(counts),
         seconds=stage_seconds(counts, case, machine),
         operations=operations(counts),
-        mesh_kept=counts.known,
         words=words,
         machine_words=own,
     )
