@@ -304,11 +304,11 @@ def sweep(
             outcomes = run_jobs(plan, Store(), cluster, study.limits, reported, retry=retry)
         show("writing the report", 1.0)
         with FOLDER.written(target) as aside:
-            found = write_study(aside, study, outcomes, text)
+            compared = write_study(aside, study, outcomes, text)
     if as_json:
         line({"folder": str(target), **_counts(outcomes, reported.last)})
     elif not quiet:
-        _show(found, outcomes, reported.last, target)
+        _show(compared, outcomes, reported.last, target)
     else:
         say_failures(outcomes, target / "failures.csv")
     return 0 if any(outcome.status == "ok" for outcome in outcomes) else 1

@@ -84,15 +84,7 @@ def rectangles_figure(turned: Rectangles) -> PaperFigure:
     grid[-1][0].set_xlabel("x (mm)")
     status_legend(grid[1][0], (STICK, SLIP), below=True)
     means = {s: [turned.mean(k, s) for k in ("added", "change")] for s in ("stick", "slip")}
-    columns, rows = _rectangle_rows(turned)
-    return paper_figure(
-        figure,
-        "fig03",
-        columns,
-        rows,
-        turned=turned,
-        means=means,
-    )
+    return paper_figure(figure, "fig03", *_rectangle_rows(turned), turned=turned, means=means)
 
 
 def _draw_rectangles(
@@ -127,11 +119,8 @@ def steps_figure(increments: Sequence[IncrementResult]) -> PaperFigure:
     tangential = np.array([row.tangential_force_N for row in increments])
     figure = style.canvas(7.2, 3.0)
     over, path = figure.subplots(1, 2)
-    for values, name, (colour, dashes, marker) in (
-        (normal, "normal force F_n", style.SERIES[0]),
-        (tangential, "tangential force F_t", style.SERIES[1]),
-    ):
-        over.plot(step, values, color=colour, ls=dashes, marker=marker, label=name)
+    style.series(over, step, normal, 0, "normal force F_n")
+    style.series(over, step, tangential, 1, "tangential force F_t")
     over.set(xlabel="time step", ylabel="force on the finger (N)", title="Forces by step")
     over.set_ylim(bottom=0.0)
     over.xaxis.set_major_locator(style.whole_numbers(len(step)))
@@ -143,17 +132,10 @@ def steps_figure(increments: Sequence[IncrementResult]) -> PaperFigure:
     path.set(xlabel="F_n (N)", ylabel="F_t (N)", title="The same in the plane of Fig. 2")
     path.set_xlim(0.0, 1.1 * float(normal.max()))
     path.set_ylim(0.0, 1.1 * float(tangential.max()))
-    return paper_figure(
-        figure,
-        "fig06",
-        ("step", "approach_mm", "shear_mm", "normal_force_N", "tangential_force_N"),
-        [
-            (k + 1, r.approach_mm, r.shear_mm, r.normal_force_N, r.tangential_force_N)
-            for k, r in enumerate(increments)
-        ],
-        normal=normal,
-        tangential=tangential,
-    )
+    keys = ("approach_mm", "shear_mm", "normal_force_N", "tangential_force_N")
+    rows = [(k, *(getattr(r, key) for key in keys)) for k, r in enumerate(increments, 1)]
+    forces = {"normal": normal, "tangential": tangential}
+    return paper_figure(figure, "fig06", ("step", *keys), rows, **forces)
 
 
 def stick_map_figure(contact: ContactHistory, increments: Sequence[IncrementResult]) -> PaperFigure:
@@ -176,11 +158,5 @@ def stick_map_figure(contact: ContactHistory, increments: Sequence[IncrementResu
         for step, status in enumerate(contact.status)
         for node in range(len(line))
     ]
-    return paper_figure(
-        figure,
-        "fig07",
-        ("step", "node", "x_mm", "status"),
-        rows,
-        nodes=len(line),
-        lengths=lengths,
-    )
+    columns = ("step", "node", "x_mm", "status")
+    return paper_figure(figure, "fig07", columns, rows, nodes=len(line), lengths=lengths)

@@ -29,7 +29,8 @@ _PATH_TITLES = {path: words[0].upper() + words[1:] for path, words in PATHS.item
 def relation_figure(relations: Sequence[Relation]) -> PaperFigure:
     """Fig. 8's claim: gage area against stick length at every friction, a panel a path."""
     figure = style.canvas(7.2, 3.5)
-    panels = style.small_multiples(figure, len(relations), len(relations), sharey=True)
+    labels = {"across": "gage area A (mm)", "up": "stick length (mm)"}
+    panels = style.small_multiples(figure, len(relations), len(relations), **labels, sharey=True)
     colours = shades(len(relations[0].frictions))
     marks = "osD^v<>Ph"
     for axes, each in zip(panels, relations, strict=True):
@@ -37,13 +38,11 @@ def relation_figure(relations: Sequence[Relation]) -> PaperFigure:
             own = each.friction == friction
             look = style.points(colour, marks[k % len(marks)], 3.2, f"μ = {friction:g}")
             axes.plot(each.area[own], each.stick[own], **look)
-        axes.set_xlabel("gage area A (mm)")
         axes.set_title(
             f"{_PATH_TITLES[each.path]}\nrank correlation {each.pooled_rank:.3f},\n"
             f"error {100 * each.other_share:.1f} %",
             fontsize=8.5,
         )
-    panels[0].set_ylabel("stick length (mm)")
     panels[0].set_ylim(bottom=-0.1)
     style.shared_legend(panels[:1], 5)
     rows = [
@@ -51,28 +50,20 @@ def relation_figure(relations: Sequence[Relation]) -> PaperFigure:
         for each in relations
         for k in range(len(each.area))
     ]
-    return paper_figure(
-        figure,
-        "fig08_relation",
-        ("path", "friction_coefficient", "gage_area_mm", "stick_length_mm"),
-        rows,
-        relations=relations,
-        titles=_PATH_TITLES,
-    )
+    columns = ("path", "friction_coefficient", "gage_area_mm", "stick_length_mm")
+    said = {"relations": relations, "titles": _PATH_TITLES}
+    return paper_figure(figure, "fig08_relation", columns, rows, **said)
 
 
 def _draw_right_answers(depth: Axes, roc: Axes, places: Sequence[Verdicts]) -> None:
     """Share of right answers over depth, and over all thresholds, of rubber and of the plates."""
     rubber = [v for v in places if v.reading.startswith("rubber,")]
     plates = places[0].reading
-    for touching, name, (colour, dashes, marker) in (
-        (False, "all gages", style.SERIES[0]),
-        (True, "under the contact", style.SERIES[1]),
-    ):
+    for touching, name in enumerate(("all gages", "under the contact")):
+        colour, dashes, _ = style.SERIES[touching]
         own = sorted((v for v in rubber if v.touching == touching), key=lambda v: v.depth_mm)
-        depths = [v.depth_mm for v in own]
         right = [100 * v.right for v in own]
-        depth.plot(depths, right, color=colour, ls=dashes, marker=marker, label=f"rubber, {name}")
+        style.series(depth, [v.depth_mm for v in own], right, touching, f"rubber, {name}")
         gage = next(v for v in places if v.reading == plates and v.touching == touching)
         look = style.points(colour, "*", 12, f"plates, {name}")
         depth.plot([gage.depth_mm], [100 * gage.right], **look)
@@ -106,23 +97,19 @@ def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
     by_gage.set_ylim(-3, 103)
     for axes in (depth, roc, by_gage):
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), fontsize=7)
-    rows = []
-    for each in places:
-        head: list[object] = [each.reading, each.depth_mm]
-        head += ["contact" if each.touching else "all", each.threshold, each.right]
-        head += [each.constant, each.sticking, each.slipping, each.auc]
-        rows.append([*head, *each.by_place.tolist()])
-    return paper_figure(
-        figure,
-        "each_gage",
+    rows = [
         (
-            *("reading", "depth_mm", "asked_of", "threshold", "right", "constant_answer_right"),
-            *("right_where_sticking", "right_where_not", "area_under_roc"),
-            *(f"right_gage_{k}" for k in range(len(x))),
-        ),
-        rows,
-        places=places,
+            *(v.reading, v.depth_mm, "contact" if v.touching else "all", v.threshold, v.right),
+            *(v.constant, v.sticking, v.slipping, v.auc, *v.by_place.tolist()),
+        )
+        for v in places
+    ]
+    columns = (
+        *("reading", "depth_mm", "asked_of", "threshold", "right", "constant_answer_right"),
+        *("right_where_sticking", "right_where_not", "area_under_roc"),
+        *(f"right_gage_{k}" for k in range(len(x))),
     )
+    return paper_figure(figure, "each_gage", columns, rows, places=places)
 
 
 _PANELS = 4  # steps of the comparison of plates and rubber that are drawn
@@ -138,14 +125,6 @@ def _draw_all_steps(spare: Axes, alike: Likeness) -> None:
     spare.plot(1e-3 * reach, slope * reach, color=style.INK, lw=1.0)
     spare.set(xlabel="shear of rubber (1e-3)", ylabel="plates (microstrain)")
     spare.set_title(f"all: r = {alike.overall_correlation:.2f}")
-
-
-def _likeness_rows(alike: Likeness) -> list[tuple[object, ...]]:
-    fields = (alike.membrane, alike.upper, alike.shear)
-    return [
-        (step + 1, gage, alike.x[gage], *(field[step, gage] for field in fields))
-        for step, gage in np.ndindex(*alike.shear.shape)
-    ]
 
 
 def likeness_figure(alike: Likeness) -> PaperFigure:
@@ -165,12 +144,12 @@ def likeness_figure(alike: Likeness) -> PaperFigure:
     panels[0].set_ylabel("microstrain")
     steps = np.arange(1, len(alike.correlation) + 1)
     last = panels[len(chosen)]
-    for values, name, (colour, dashes, marker) in (
-        (alike.correlation, "both faces", style.SERIES[0]),
-        (alike.change_correlation, "their changes", style.SERIES[2]),
-        (alike.upper_correlation, "upper face alone", style.SERIES[3]),
+    for values, name, kind in (
+        (alike.correlation, "both faces", 0),
+        (alike.change_correlation, "their changes", 2),
+        (alike.upper_correlation, "upper face alone", 3),
     ):
-        last.plot(steps, values, color=colour, ls=dashes, marker=marker, ms=3.5, label=name)
+        style.series(last, steps, values, kind, name, ms=3.5)
     last.set_ylim(-1.08, 1.08)
     last.set(xlabel="step", title="correlation")
     last.axhline(0.0, color=style.MUTED, lw=0.8)
@@ -179,18 +158,16 @@ def likeness_figure(alike: Likeness) -> PaperFigure:
     for spare in panels[len(chosen) + 1 :]:
         _draw_all_steps(spare, alike)
     style.shared_legend(panels[:1], 3)
-    rows = _likeness_rows(alike)
-    return paper_figure(
-        figure,
-        "likeness",
-        (
-            *("step", "gage", "x_mm", "plate_membrane_microstrain"),
-            *("plate_upper_face_microstrain", "rubber_shear_microstrain"),
-        ),
-        rows,
-        alike=alike,
-        slope=slope,
+    fields = (alike.membrane, alike.upper, alike.shear)
+    rows = [
+        (step + 1, gage, alike.x[gage], *(field[step, gage] for field in fields))
+        for step, gage in np.ndindex(*alike.shear.shape)
+    ]
+    columns = (
+        *("step", "gage", "x_mm", "plate_membrane_microstrain"),
+        *("plate_upper_face_microstrain", "rubber_shear_microstrain"),
     )
+    return paper_figure(figure, "likeness", columns, rows, alike=alike, slope=slope)
 
 
 def _response_rows(studies: Sequence[SlipStudy]) -> list[tuple[object, ...]]:
@@ -214,7 +191,8 @@ def responses_figure(
     study = next(s for s in studies if s.friction_coefficient == friction)
     count = len(study.stick_ratio)
     figure = style.canvas(7.2, 0.8 + 1.85 * -(-count // 4))
-    panels = style.small_multiples(figure, count, 4, sharex=True, sharey=True)
+    labels = {"across": "x (mm)", "up": "microstrain/N"}
+    panels = style.small_multiples(figure, count, 4, **labels, sharex=True, sharey=True)
     x = study.gage_x_mm
     for step, axes in enumerate(panels):
         values = study.response[step]
@@ -231,21 +209,11 @@ def responses_figure(
         axes.set_title(title, fontsize=8, fontweight="normal")
     top = float(np.nanmax(study.response)) if np.isfinite(study.response).any() else 1.0
     panels[0].set_ylim(-0.04 * top, 1.1 * max(top, study.threshold))
-    for axes in panels[-4:]:
-        axes.set_xlabel("x (mm)")
-    for axes in panels[::4]:
-        axes.set_ylabel("microstrain/N")
     style.shared_legend(panels[:1], 3)
-    rows = _response_rows(studies)
-    return paper_figure(
-        figure,
-        "fig08",
-        (
-            *("friction_coefficient", "step", "gage", "x_mm", "response_microstrain_per_N"),
-            *("response_raw_microstrain_per_N", "threshold_microstrain_per_N", "gage_area_mm"),
-            *("stick_length_mm", "stick_ratio"),
-        ),
-        rows,
-        study=study,
-        friction=friction,
+    columns = (
+        *("friction_coefficient", "step", "gage", "x_mm", "response_microstrain_per_N"),
+        *("response_raw_microstrain_per_N", "threshold_microstrain_per_N", "gage_area_mm"),
+        *("stick_length_mm", "stick_ratio"),
     )
+    said = {"study": study, "friction": friction}
+    return paper_figure(figure, "fig08", columns, _response_rows(studies), **said)

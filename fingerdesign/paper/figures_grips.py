@@ -24,10 +24,13 @@ def _mark_target(axes: Axes, weight: float, mu: float, label: str | None = None)
     axes.plot([weight / mu], [weight], **style.points(style.INK, "x", 8, label, mew=1.8))
 
 
-def _draw_limits(axes: Axes, weight: float, mu: float, reach: float) -> None:
+def _draw_limits(axes: Axes, weight: float, mu: float, reach: float, words: bool = False) -> None:
     """Where the object slips, and where it is held, up to a normal force of ``reach``."""
-    axes.plot([0, reach], [0, mu * reach], color=style.INK, ls=":", lw=1.2, label="F_t = μ F_n")
-    axes.axhline(weight, color=style.MUTED, ls="-.", lw=1.0, label="mg/2")
+    slips, lifts = (": it slips", ": it lifts") if words else ("", "")
+    axes.plot(
+        [0, reach], [0, mu * reach], color=style.INK, ls=":", lw=1.2, label=f"F_t = μ F_n{slips}"
+    )
+    axes.axhline(weight, color=style.MUTED, ls="-.", lw=1.0, label=f"mg/2{lifts}")
     axes.set_xlim(0.0, reach)
     axes.set_ylim(0.0, 1.35 * weight)
 
@@ -54,10 +57,7 @@ def route_figure(lift: Lift, route: Route) -> PaperFigure:
     axes = figure.subplots()
     most = [float(forces[0].max(initial=0.0)) for forces in (route.forces, trace.forces)]
     reach, squeezed = 1.06 * max(most), most[0] * mu / weight
-    axes.plot(
-        [0, reach], [0, mu * reach], color=style.INK, ls=":", lw=1.3, label="F_t = μ F_n: it slips"
-    )
-    axes.axhline(weight, color=style.MUTED, ls="-.", lw=1.0, label="mg/2: it lifts")
+    _draw_limits(axes, weight, mu, reach, words=True)
     ends = "slips" if lift.free.result.gross_slip else "lifts"
     label = f"never holding: {ends}"
     axes.plot(*free.forces, color=style.PURPLE, ls=(0, (4, 2)), lw=1.4, label=label)
@@ -72,20 +72,10 @@ def route_figure(lift: Lift, route: Route) -> PaperFigure:
     words, place = f"({weight / mu:.2f}, {weight:.2f}) N", (weight / mu, weight)
     axes.annotate(words, place, (-4, 9), textcoords="offset points", ha="right")
     axes.set(xlabel="normal force F_n (N)", ylabel="tangential force F_t (N)")
-    axes.set_xlim(0.0, reach)
-    axes.set_ylim(0.0, 1.35 * weight)
     style.shared_legend([axes], 3)
-    rows = _route_rows(lift, route)
-    return paper_figure(
-        figure,
-        "fig02",
-        ("route", "step", "normal_force_N", "tangential_force_N"),
-        rows,
-        trace=trace,
-        weight=weight,
-        mu=mu,
-        route=route,
-    )
+    said = {"trace": trace, "weight": weight, "mu": mu, "route": route}
+    columns = ("route", "step", "normal_force_N", "tangential_force_N")
+    return paper_figure(figure, "fig02", columns, _route_rows(lift, route), **said)
 
 
 def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
@@ -115,21 +105,14 @@ def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
     axes.set_xlim(0.0, reach)
     axes.set_ylim(0.0, top)
     style.shared_legend([axes], 4)
-    return paper_figure(
-        figure,
-        "fig10",
-        (
-            *("friction_coefficient", "rule", "step", "normal_force_N", "tangential_force_N"),
-            *("friction_limit_N", "stick_ratio", "gage_area_mm", "hold"),
-        ),
-        [
-            row
-            for lift in lifts
-            for name, trace in (("paper", lift.ruled.trace), ("never_holding", lift.free.trace))
-            for row in trace_rows((lift.friction, name), trace)
-        ],
-        lifts=lifts,
-    )
+    rows = [
+        row
+        for lift in lifts
+        for name, trace in (("paper", lift.ruled.trace), ("never_holding", lift.free.trace))
+        for row in trace_rows((lift.friction, name), trace)
+    ]
+    columns = ("friction_coefficient", "rule", *_TRACE_COLUMNS)
+    return paper_figure(figure, "fig10", columns, rows, lifts=lifts)
 
 
 def mark_slip(axes: Axes, trace: GripTrace) -> None:
@@ -147,6 +130,12 @@ def mark_holds(axes: Axes, trace: GripTrace) -> None:
         axes.plot(*trace.forces[:, before], **look)
 
 
+_TRACE_COLUMNS = (
+    *("step", "normal_force_N", "tangential_force_N", "friction_limit_N", "stick_ratio"),
+    *("gage_area_mm", "hold"),
+)
+
+
 def trace_rows(head: tuple[object, ...], trace: GripTrace) -> list[tuple[object, ...]]:
     """Rows of a data file, one a step: ``head``, step, F_n, F_t, limit, stick ratio, A, hold."""
     columns = (*trace.forces, trace.limit, trace.stick_ratio, trace.gage_area_mm)
@@ -161,30 +150,23 @@ def measured_figure(rigs: Sequence[Rig], samples: int | None) -> PaperFigure:
     """Fig. 12: grips on the rig at both friction coefficients, a row a finger, a line a seed."""
     frictions = sorted({each.friction for each in rigs[0].grips})
     figure = style.canvas(7.2, 0.8 + 2.6 * len(rigs))
-    panels = style.small_multiples(figure, len(rigs) * len(frictions), len(frictions), sharey=True)
+    labels = {"across": "normal force F_n (N)", "up": "F_t (N)"}
+    many = len(frictions)
+    panels = style.small_multiples(figure, len(rigs) * many, many, **labels, sharey=True)
     chosen = [(rig, friction) for rig in rigs for friction in frictions]
     for axes, (rig, friction) in zip(panels, chosen, strict=True):
         _draw_measured(axes, rig.at(samples, friction), friction)
         axes.set_title(f"{rig.finger}, μ = {friction:g}")
-    for axes in panels[-len(frictions) :]:
-        axes.set_xlabel("normal force F_n (N)")
-    for axes in panels[:: len(frictions)]:
-        axes.set_ylabel("F_t (N)")
     style.shared_legend(panels, 4)
-    return paper_figure(
-        figure,
-        "fig12",
-        _MEASURED_COLUMNS,
-        [
-            row
-            for rig in rigs
-            for each in rig.grips
-            for row in trace_rows(_measured_head(rig, each), each.episode.trace)
-        ],
-        rigs=rigs,
-        samples=samples,
-        noise=noise_of(samples),
-    )
+    columns = ("finger", "samples_a_step", "friction_coefficient", "seed", "outcome")
+    rows = [
+        row
+        for rig in rigs
+        for g in rig.grips
+        for row in trace_rows((rig.finger, g.samples, g.friction, g.seed, g.ended), g.episode.trace)
+    ]
+    said = {"rigs": rigs, "samples": samples, "noise": noise_of(samples)}
+    return paper_figure(figure, "fig12", (*columns, *_TRACE_COLUMNS), rows, **said)
 
 
 def _draw_measured(axes: Axes, grips: Sequence[Measured], friction: float) -> None:
@@ -199,13 +181,6 @@ def _draw_measured(axes: Axes, grips: Sequence[Measured], friction: float) -> No
         if each.ended == "slipped":
             mark_slip(axes, trace)
     _mark_target(axes, weight, friction)
-
-
-_MEASURED_COLUMNS = (
-    *("finger", "samples_a_step", "friction_coefficient", "seed", "outcome", "step"),
-    *("normal_force_N", "tangential_force_N", "friction_limit_N", "stick_ratio", "gage_area_mm"),
-    "hold",
-)
 
 
 def _draw_rig(axes: Axes, rig: Rig, frictions: list[float]) -> None:
@@ -236,46 +211,26 @@ def _draw_rig(axes: Axes, rig: Rig, frictions: list[float]) -> None:
 def noise_figure(rigs: Sequence[Rig]) -> PaperFigure:
     """Fig. 12's ground: the force at the lift over the noise, a panel a finger."""
     figure = style.canvas(7.2, 3.5)
-    panels = style.small_multiples(figure, len(rigs), max(len(rigs), 2), sharey=True)
+    labels = {"across": "noise, microstrain (samples a step)", "up": "F_n at the lift (N)"}
+    panels = style.small_multiples(figure, len(rigs), max(len(rigs), 2), **labels, sharey=True)
     frictions = sorted({each.friction for each in rigs[0].grips})
     for axes, rig in zip(panels, rigs, strict=True):
         _draw_rig(axes, rig, frictions)
         axes.set_title(rig.finger)
-        axes.set_xlabel("noise, microstrain (samples a step)")
-    panels[0].set_ylabel("F_n at the lift (N)")
     panels[0].set_ylim(bottom=0.0)
     style.shared_legend(panels, 3)
+    results = ("final_normal_force_N", "safety_margin", "holds", "steps")
     rows = [
         (
-            rig.finger,
-            each.samples,
-            noise_of(each.samples),
-            each.friction,
-            each.seed,
-            each.ended,
-            _force(each),
-            each.episode.result.safety_margin,
-            each.episode.result.holds,
-            each.episode.result.steps,
+            *(rig.finger, each.samples, noise_of(each.samples), each.friction, each.seed),
+            *(each.ended, *(getattr(each.episode.result, name) for name in results)),
         )
         for rig in rigs
         for each in rig.grips
     ]
-    return paper_figure(
-        figure,
-        "fig12_noise",
-        (
-            *("finger", "samples_a_step", "noise_microstrain", "friction_coefficient", "seed"),
-            *("outcome", "final_normal_force_N", "safety_margin", "holds", "steps"),
-        ),
-        rows,
-        rigs=rigs,
-    )
+    columns = ("finger", "samples_a_step", "noise_microstrain", "friction_coefficient", "seed")
+    return paper_figure(figure, "fig12_noise", (*columns, "outcome", *results), rows, rigs=rigs)
 
 
 def _force(each: Measured) -> float:
     return each.episode.result.final_normal_force_N
-
-
-def _measured_head(rig: Rig, each: Measured) -> tuple[object, ...]:
-    return (rig.finger, each.samples, each.friction, each.seed, each.ended)

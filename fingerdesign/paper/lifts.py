@@ -57,16 +57,16 @@ class Route:
     slips: bool
 
 
-def lifts(case: PaperCase, frictions: tuple[float, ...] = LIFTED_FRICTIONS) -> list[Lift]:
+def lifts(case: PaperCase) -> list[Lift]:
     """Fig. 10: one calibration, one set of parameters, a lift at each friction coefficient."""
     learnt = calibration(case)
     return [
         Lift(friction, *(grip(case, learnt, friction, rule=rule) for rule in (True, False)))
-        for friction in frictions
+        for friction in LIFTED_FRICTIONS
     ]
 
 
-def squeeze(case: PaperCase, friction: float = ROUTE_FRICTION) -> Route:
+def squeeze(case: PaperCase) -> Route:
     """Press to SQUEEZE times the least force, or as far as the stage goes, then shear alone."""
     hand = case.design.grip
     weight = weight_per_finger(hand.object_mass_g)
@@ -79,12 +79,12 @@ def squeeze(case: PaperCase, friction: float = ROUTE_FRICTION) -> Route:
         for k in range(1, moves + 1):
             approach = hand.max_approach_mm * k / moves
             yield Motion(approach, 0.0)
-            if forces[-1][0] >= SQUEEZE * weight / friction:
+            if forces[-1][0] >= SQUEEZE * weight / ROUTE_FRICTION:
                 break
         for k in range(1, _MOST_SHEARS + 1):
             yield Motion(approach, _SHEAR_PART * hand.shear_step_mm * k)
 
-    for step in follow(case.finger.with_friction(friction), path()):
+    for step in follow(case.finger.with_friction(ROUTE_FRICTION), path()):
         measures = step.measures
         forces.append((measures.normal_force, measures.tangential_force))
         slips = completely_slips(measures, 2)
@@ -93,45 +93,32 @@ def squeeze(case: PaperCase, friction: float = ROUTE_FRICTION) -> Route:
     return Route(np.array(forces).T, slips)
 
 
-@dataclass(frozen=True)
-class _Around:
-    """The hardware around a plant, and what its noise is drawn from; None: the plant itself."""
-
-    hardware: Hardware | None = None
-    rng: np.random.Generator | None = None
-
-    def plant(self, case: PaperCase, friction: float) -> Plant:
-        plant = CondensedPlant(case.finger.with_friction(friction), case.face)
-        if self.hardware is None or self.rng is None:
-            return plant
-        return ImperfectPlant(plant, self.hardware, self.rng)
+Around = tuple[Hardware, np.random.Generator]  # a plant, and what its noise is drawn from
 
 
-def calibration(case: PaperCase, rig: _Around = _Around()) -> Calibration:
-    """What a rig learns of the finger."""
-    return calibrate(
-        lambda: rig.plant(case, case.design.grip.bench_friction_coefficient),
-        case.gage_x,
-        Bounds.of(case.design.grip),
-    )
+def _plant(case: PaperCase, friction: float, around: Around | None) -> Plant:
+    plant = CondensedPlant(case.finger.with_friction(friction), case.face)
+    return plant if around is None else ImperfectPlant(plant, *around)
+
+
+def calibration(case: PaperCase, around: Around | None = None) -> Calibration:
+    """What a rig learns of the finger; around: its hardware, None: a perfect one."""
+    hand = case.design.grip
+    plant = lambda: _plant(case, hand.bench_friction_coefficient, around)  # noqa: E731
+    return calibrate(plant, case.gage_x, Bounds.of(hand))
 
 
 def grip(
     case: PaperCase,
     learnt: Calibration,
     friction: float,
-    rig: _Around = _Around(),
+    around: Around | None = None,
     rule: bool = True,
 ) -> Episode:
     """One grip by the design's ``[grip]`` table."""
-    return run_episode(
-        rig.plant(case, friction),
-        PaperController(case.design.grip, rule=rule),
-        learnt,
-        Bounds.of(case.design.grip),
-        friction,
-        case.design.grip.object_mass_g,
-    )
+    hand = case.design.grip
+    plant, controller = _plant(case, friction, around), PaperController(hand, rule=rule)
+    return run_episode(plant, controller, learnt, Bounds.of(hand), friction, hand.object_mass_g)
 
 
 # Figure 12: the paper's measurement, as a rig would make it.
@@ -248,10 +235,9 @@ def measured(case: PaperCase, samples: int | None, seed: int) -> list[Measured]:
         noisy = hardware.model_copy(update=noise)
         resting = noisy.at_rest(samples)
         calibrating = noisy.at_rest(max(samples, _CALIBRATION_SAMPLES))
-    learnt = calibration(case, _Around(calibrating, rng))
-    rig = _Around(resting, rng)
+    learnt = calibration(case, (calibrating, rng))
     return [
-        Measured(friction, samples, seed, grip(case, learnt, friction, rig))
+        Measured(friction, samples, seed, grip(case, learnt, friction, (resting, rng)))
         for friction in MEASURED_FRICTIONS
     ]
 

@@ -90,7 +90,7 @@ def likeness(case: PaperCase) -> Likeness:
         upper_correlation=_each(upper, shear),
         face=case.face,
         read_correlation=_each(read, shear),
-        change_correlation=_each(_changes(membrane), _changes(shear)),
+        change_correlation=_each(*(np.diff(v, axis=0, prepend=0.0) for v in (membrane, shear))),
     )
 
 
@@ -107,10 +107,6 @@ def correlation(first: Array, second: Array) -> float:
 
 def _each(first: Array, second: Array) -> Array:
     return np.array([correlation(a, b) for a, b in zip(first, second, strict=True)])
-
-
-def _changes(values: Array) -> Array:
-    return np.diff(values, axis=0, prepend=np.zeros((1, values.shape[1])))
 
 
 Reader = Callable[["Measures"], Array]
@@ -160,52 +156,40 @@ class _Samples:
     friction: Array
 
 
-def gage_verdicts(
+def verdicts(
     case: PaperCase, floor: float, frictions: Sequence[float] = FRICTIONS
 ) -> list[Verdicts]:
-    """The gages as they are read, and a gage on the upper face alone where both are read.
+    """Of each kind of reading, of all places and of those under the contact.
 
-    floor: N, changes of F_t that are too small to say anything. frictions: some of TRAIN and some
-    others.
+    The gages as they are read, and a gage on the upper face alone where both are read; the shear
+    strain of the finger without plates, where the gages are and at each depth. floor: N, changes of
+    F_t that are too small to say anything. frictions: some of TRAIN and some others.
     """
     names = {"both": "plate, both faces", "upper": "plate, upper face"}
     names["lower"] = "plate, lower face"
-
-    def reader(face: str) -> Reader:
-        return lambda m: gage_readings(m.gages, face)
-
-    faces = [case.face, *(["upper"] if case.face == "both" else [])]
-    kinds = [(names[face], _mean_depth(case), reader(face)) for face in faces]
-    return _all_verdicts(case, case.finger, kinds, floor, frictions)
-
-
-def rubber_verdicts(
-    case: PaperCase, floor: float, frictions: Sequence[float] = FRICTIONS
-) -> list[Verdicts]:
-    """The shear strain of the finger without plates, where the gages are and at each depth."""
+    heights = surface_heights(case.design, case.gage_x)
+    deep = float(np.mean(heights - case.finger.model.gage_positions[:, 1]))
     count = len(case.gage_x)
 
-    def reader(block: int) -> Reader:
+    def plate(face: str) -> Reader:
+        return lambda m: gage_readings(m.gages, face)
+
+    def rubber(block: int) -> Reader:
         return lambda m: 1e6 * m.points[block * count : (block + 1) * count, 3]
 
-    kinds = [("rubber, at the gages", _mean_depth(case), reader(0))]
+    faces = [case.face, *(["upper"] if case.face == "both" else [])]
+    plates = [(names[face], deep, plate(face)) for face in faces]
+    points = [("rubber, at the gages", deep, rubber(0))]
     for block, depth in enumerate(case.depths, start=1):
-        kinds.append((f"rubber, {depth:g} mm deep", depth, reader(block)))
-    return _all_verdicts(case, case.twin, kinds, floor, frictions)
-
-
-def _all_verdicts(
-    case: PaperCase,
-    problem: ContactProblem,
-    kinds: Sequence[tuple[str, float, Reader]],
-    floor: float,
-    frictions: Sequence[float],
-) -> list[Verdicts]:
-    """Each kind of reading (its name, depth in mm, reader), of all places and under the contact."""
-    made = _samples(case, problem, [reader for *_, reader in kinds], floor, frictions)
+        points.append((f"rubber, {depth:g} mm deep", depth, rubber(block)))
     return [
         _verdicts(samples, name, depth, touching)
-        for (name, depth, _), samples in zip(kinds, made, strict=True)
+        for problem, kinds in ((case.finger, plates), (case.twin, points))
+        for (name, depth, _), samples in zip(
+            kinds,
+            _samples(case, problem, [reader for *_, reader in kinds], floor, frictions),
+            strict=True,
+        )
         for touching in (False, True)
     ]
 
@@ -329,9 +313,3 @@ def area_under_curve(scores: Array, truth: BoolArray) -> float:
 
 def _share(answers: BoolArray) -> float:
     return float(answers.mean()) if len(answers) else float("nan")
-
-
-def _mean_depth(case: PaperCase) -> float:
-    """Mean depth of the gages under the surface, mm."""
-    heights = surface_heights(case.design, case.gage_x)
-    return float(np.mean(heights - case.finger.model.gage_positions[:, 1]))

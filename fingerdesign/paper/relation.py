@@ -13,7 +13,7 @@ same for all cases" of friction (3.1). Measured here, on each of the paths of pa
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
     from fingerdesign.control.signals import NormalCalibration
     from fingerdesign.paper.case import PaperCase
-    from fingerdesign.records.arrays import SlipStudy
 
 
 _REACH = 1.05  # of the largest approach: friction changes F_n a little
@@ -56,10 +55,10 @@ class Relation:
     """Gage area A and stick length on one path; friction, area, stick (n,), mm, pooled.
 
     rank (f,), pooled_rank: Spearman's. spread_mm, spread_median_mm: the largest and the median
-    over A of the range of stick lengths at equal A, NaN where no A is common to all. own_rms_mm
-    (f,), other_rms_mm (f,): error of the stick length estimated from A, by the relation of its own
-    friction and by that of all others. before_rms_mm (f,): the same by the others',
-    complete slip left out.
+    over A of the range of stick lengths at equal A, NaN where no A is common to all. own_share,
+    other_share: error of the stick length estimated from A by the relation of its own friction, and
+    by that of all others, RMS over the frictions, of the largest length; before_share: as
+    other_share, complete slip left out.
     """
 
     path: str
@@ -71,29 +70,14 @@ class Relation:
     pooled_rank: float
     spread_mm: float
     spread_median_mm: float
-    own_rms_mm: Array
-    other_rms_mm: Array
-    before_rms_mm: Array
+    own_share: float
+    other_share: float
+    before_share: float
 
     @property
     def largest_mm(self) -> float:
         """The largest stick length of all."""
         return float(self.stick.max())
-
-    @property
-    def other_share(self) -> float:
-        """RMS over the frictions of the error by the others' relation, over the largest length."""
-        return _rms(self.other_rms_mm) / self.largest_mm
-
-    @property
-    def before_share(self) -> float:
-        """As :attr:`other_share`, complete slip left out."""
-        return _rms(self.before_rms_mm) / self.largest_mm
-
-    @property
-    def own_share(self) -> float:
-        """The same by each friction's own relation."""
-        return _rms(self.own_rms_mm) / self.largest_mm
 
 
 def make_bench(case: PaperCase) -> Bench:
@@ -110,57 +94,35 @@ def relation(
     case: PaperCase, bench: Bench, path: str, frictions: Sequence[float] = FRICTIONS
 ) -> Relation:
     """A against the stick length on one of the paths, at two friction coefficients or more."""
-    areas, sticks, ranks = [], [], []
+    areas, sticks = [], []
     for friction in frictions:
-        study = _reported(_study(case, bench, path, friction))
-        areas.append(study.gage_area_mm)
-        sticks.append(study.stick_length_mm)
-        ranks.append(_or_nan(rank_correlation(areas[-1], sticks[-1])))
+        problem, rows = case.finger.with_friction(friction), path_rows(case, path, friction)
+        rows = rows[: sum(1 for _ in follow_rows(problem, rows))]  # up to complete slip
+        given = (bench.threshold, bench.floor, bench.calibration)
+        study = slip_study(problem, rows, case.face, case.gage_x, *given)
+        # The increments whose change of F_t says something.
+        used = np.isfinite(study.response).all(axis=1) & np.isfinite(study.stick_ratio)
+        areas.append(study.gage_area_mm[used])
+        sticks.append(study.stick_length_mm[used])
+    ranks = [_or_nan(rank_correlation(*each)) for each in zip(areas, sticks, strict=True)]
     label = np.repeat(frictions, [len(area) for area in areas])
     area, stick = np.concatenate(areas), np.concatenate(sticks)
     spread = spread_at_equal_area(areas, sticks)
-    own, other = relation_errors(label, area, stick)
     loaded = stick > 0.0
+    _, before = relation_errors(label[loaded], area[loaded], stick[loaded])
+    errors = (*relation_errors(label, area, stick), before)
     return Relation(
-        path=path,
-        frictions=tuple(frictions),
-        friction=label,
-        area=area,
-        stick=stick,
-        rank=np.array(ranks),
-        pooled_rank=_or_nan(rank_correlation(area, stick)),
-        spread_mm=float(spread.max()) if len(spread) else float("nan"),
-        spread_median_mm=float(np.median(spread)) if len(spread) else float("nan"),
-        own_rms_mm=own,
-        other_rms_mm=other,
-        before_rms_mm=relation_errors(label[loaded], area[loaded], stick[loaded])[1],
+        path,
+        tuple(frictions),
+        label,
+        area,
+        stick,
+        np.array(ranks),
+        _or_nan(rank_correlation(area, stick)),
+        float(spread.max()) if len(spread) else float("nan"),
+        float(np.median(spread)) if len(spread) else float("nan"),
+        *(_rms(each) / float(stick.max()) for each in errors),
     )
-
-
-def _study(case: PaperCase, bench: Bench, path: str, friction: float) -> SlipStudy:
-    """The slip study of one path, up to complete slip."""
-    problem = case.finger.with_friction(friction)
-    rows = path_rows(case, path, friction)
-    end = sum(1 for _ in follow_rows(problem, rows))
-    return slip_study(
-        problem,
-        rows[:end],
-        case.face,
-        case.gage_x,
-        bench.threshold,
-        bench.floor,
-        bench.calibration,
-    )
-
-
-def _reported(study: SlipStudy) -> SlipStudy:
-    """The increments whose change of F_t says something."""
-    used = np.isfinite(study.response).all(axis=1) & np.isfinite(study.stick_ratio)
-    kept = (
-        *("stick_ratio", "stick_length_mm", "gage_area_raw_mm", "gage_area_mm"),
-        *("response_raw", "response", "tangential_force", "normal_force"),
-    )
-    return replace(study, **{name: getattr(study, name)[used] for name in kept})
 
 
 def spread_at_equal_area(areas: Sequence[Array], sticks: Sequence[Array]) -> Array:

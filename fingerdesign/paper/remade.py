@@ -42,7 +42,7 @@ from fingerdesign.paper.figures_grips import (
     noise_figure,
     route_figure,
 )
-from fingerdesign.paper.places import gage_verdicts, likeness, rubber_verdicts
+from fingerdesign.paper.places import likeness, verdicts
 from fingerdesign.paper.rectangles import rectangles
 from fingerdesign.paper.relation import make_bench, relation
 from fingerdesign.records.base import ResultError
@@ -191,16 +191,16 @@ def remake(
 
     def work(zone: Zone) -> Remade:
         with one_thread():
-            return _remade(case_in(design, scene, zone, report), zone, scene, report, effort)
+            report("condensing the finger, with plates and without", 0.02)
+            return _remade(case_in(design, scene, zone), zone, scene, report, effort)
 
     found = in_wide_zone(design, zone, work, lambda message: report(message, 0.0))
     found = replace(found, seconds=time.perf_counter() - start)
     return replace(found, claims=claims_of(found))
 
 
-def case_in(design: Design, scene: Scene, zone: Zone, report: Report) -> PaperCase:
+def case_in(design: Design, scene: Scene, zone: Zone) -> PaperCase:
     """The design and its twin, condensed."""
-    report("condensing the finger, with plates and without", 0.02)
     return build_case(check_case(design, scene), scene, zone)
 
 
@@ -216,10 +216,7 @@ def _remade(case: PaperCase, zone: Zone, scene: Scene, report: Report, effort: E
     studies = slip_studies(case.finger, case.rows, case.face, effort.frictions)
     relations = tuple(relation(case, bench, path, effort.frictions) for path in PATHS)
     report("each gage and the surface near it", 0.4)
-    places = (
-        *gage_verdicts(case, bench.floor, effort.frictions),
-        *rubber_verdicts(case, bench.floor, effort.frictions),
-    )
+    places = tuple(verdicts(case, bench.floor, effort.frictions))
     report("Figs 2 and 10: lifts", 0.5)
     grips = tuple(lifting.lifts(case))
     route = lifting.squeeze(case)
@@ -230,8 +227,7 @@ def _remade(case: PaperCase, zone: Zone, scene: Scene, report: Report, effort: E
     if (material, case.face) != (SOFT_MATERIAL, "both"):
         report("Fig. 12: the same with plates of polyimide, both faces read", 0.8)
         soft = {"plates.material": SOFT_MATERIAL, "gages.face": "both"}
-        other = with_values(case.design, soft)
-        softer = case_in(other, scene, zone, lambda message, fraction: None)
+        softer = case_in(with_values(case.design, soft), scene, zone)
         soft_name = f"{SOFT_MATERIAL}, {_FACES['both']}"
         rigs.append(lifting.rig_of(softer, soft_name, effort.samples, effort.seeds))
     return Remade(

@@ -26,7 +26,7 @@ class Pool:
     second or two where they are short, and ends the processes; ``kill`` does not wait.
 
     shared: given to every function before its own arguments; sent once a process. time_s and
-    memory_MB: limits of one call. recycled_after, load and ready_s as of :class:`isolate.Worker`.
+    memory_MB: limits of one call. The rest as of :class:`isolate.Worker`.
     """
 
     def __init__(
@@ -39,10 +39,16 @@ class Pool:
         recycled_after: int | None = None,
         load: str | None = None,
         ready_s: float | None = None,
+        idle_s: float | None = None,
     ) -> None:
         self.workers, self._time_s, self._memory_MB = workers, time_s, memory_MB
         self._make: Callable[[], Worker] = lambda: Worker(
-            shared=shared, threads=1, recycled_after=recycled_after, load=load, ready_s=ready_s
+            shared=shared,
+            threads=1,
+            recycled_after=recycled_after,
+            load=load,
+            ready_s=ready_s,
+            idle_s=idle_s,
         )
         self._own, self._lock = threading.local(), threading.Lock()
         self._all: list[Worker] = []

@@ -114,7 +114,7 @@ def test_claims_follow_their_numbers(found):
     good = replace(found.relations[1], path="same")
     better = replace(found, relations=(good,))
     assert claim_of(better, "fig08_relation").verdict == "yes"
-    poor = replace(good, other_rms_mm=np.full(4, 0.07 * good.largest_mm))
+    poor = replace(good, other_share=0.07)
     assert claim_of(replace(found, relations=(poor,)), "fig08_relation").verdict == "partly"
     lost = replace(found.lifts[0].ruled.result, lifted=False, gross_slip=True, safety_margin=None)
     slipped = replace(found.lifts[0], ruled=replace(found.lifts[0].ruled, result=lost))

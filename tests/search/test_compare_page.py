@@ -10,13 +10,12 @@ import json
 import re
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.compare.page import compare_html, script_json
 from fingerdesign.search.compare.read import facts_of
-from fingerdesign.search.compare.recommend import Bound, Wanted, dominated, recommend, why_not
+from fingerdesign.search.compare.recommend import Bound, Wanted, recommend, why_not
 from fingerdesign.search.compare.words import summary
 from tests.support.any_outcomes import HOSTILE, any_outcomes
 
@@ -50,12 +49,18 @@ def page(made):
     return page_of(made, record={"digest of the study": "ab" * 32})
 
 
-def test_every_design_is_there_with_its_numbers(made, page):
+def test_every_design_is_there_with_its_numbers_and_every_failure(made, page):
     data = json.loads(script(page, "data"))
     assert [each["digest"] for each in data["designs"]] == [o.digest for o in made]
     assert [each["metrics"] for each in data["designs"]] == [o.metrics for o in made]
     rows = re.findall(r'<tr data-i="(\d+)">', page)
     assert sorted(map(int, rows)) == [i for i, o in enumerate(made) if o.status == "ok"]
+    for each in filter(None, (o.failure for o in made)):
+        assert html.escape(each.sentence) in page
+    assert "ab" * 32 in page
+    assert "fingerdesign 0.1.0" in page
+    for none in ((), any_outcomes(3, failed=1.0)):
+        assert "no design was analysed" in page_of(none)
 
 
 def test_downloads_are_exact(made, page):
@@ -64,18 +69,9 @@ def test_downloads_are_exact(made, page):
     assert len(archive(page, "designs.csv").splitlines()) == len(made) + 1
 
 
-def test_failures_and_record_are_reported(made, page):
-    for outcome in made:
-        if outcome.failure:
-            assert html.escape(outcome.failure.sentence) in page
-    assert "ab" * 32 in page
-    assert "fingerdesign 0.1.0" in page
-
-
 def test_recommended_in_words(made, page):
-    facts = facts_of("a study", made, WANTED, BOUNDS)
-    found = recommend(made, facts.objectives, facts.constraints)
-    said = summary(made, facts, found)
+    found = recommend(made, WANTED, BOUNDS)
+    said = said_of(made, bounds=BOUNDS)
     assert said.recommended == made[found.chosen].name
     assert f'<strong id="recommended-name">{said.recommended}</strong>' in page
     assert f"{sum(o.status == 'failed' for o in made)} failed" in said.counts
@@ -84,25 +80,13 @@ def test_recommended_in_words(made, page):
     assert any(best.name in line and "cost" in line for line in said.given_up)
 
 
-def test_why_none_is_recommended(made):
-    facts = facts_of("x", made, WANTED, (Bound("peak_ratio", at_most=0.1),))
-    said = summary(made, facts, recommend(made, facts.objectives, facts.constraints))
+def test_why_none_is_recommended_and_what_to_mind(made):
+    said = said_of(made, bounds=(Bound("peak_ratio", at_most=0.1),))
     assert said.recommended == ""
     good = sum(o.status == "ok" for o in made)
     assert f"peak_ratio <= 0.1 ({good} of {good} miss it)" in said.why
-
-
-def test_plane_strain_beyond_belief_is_warned_of(made):
     worse = [replace(o, validity=replace(o.validity, plane_strain_error=0.3)) for o in made]
-    facts = facts_of("x", worse, WANTED)
-    said = summary(worse, facts, recommend(worse, WANTED, ()))
-    assert any("30 %" in line and "3-D" in line for line in said.mind)
-
-
-def test_no_outcome_at_all_is_a_page():
-    assert "no design was analysed" in page_of(())
-    failed = any_outcomes(3, failed=1.0)
-    assert "no design was analysed" in page_of(failed)
+    assert any("30 %" in line and "3-D" in line for line in said_of(worse).mind)
 
 
 def test_hostile_texts_stay_text():
@@ -212,10 +196,12 @@ def test_knee_of_a_front_and_the_runner_up_next_of_it():
     assert recommend(some[:1], [LEAST_COST], []).runner_up is None
 
 
-def test_goals_turn_round():
+def test_goals_turn_round_and_without_any_nothing_is_chosen():
     both = [outcome("low", safety_margin=1.0), outcome("high", safety_margin=2.0)]
     assert recommend(both, [MOST_MARGIN], []).chosen == 1
     assert recommend(both, [Wanted("safety_margin", "min")], []).chosen == 0
+    for some, wanted in (([], [LEAST_COST]), (both, []), (both, [LEAST_COST])):
+        assert recommend(some, wanted, []).chosen is None
 
 
 def test_constraints_missing_values_and_failures_leave_the_race():
@@ -246,26 +232,17 @@ def test_a_tie_is_reported_and_broken_by_the_range_of_all():
     assert (found.front, found.chosen, found.alike) == ((0, 1), 1, (0,))
 
 
-def test_nothing_to_recommend():
-    assert dominated(np.zeros((0, 2))).tolist() == []
-    assert recommend([], [LEAST_COST], []).chosen is None
-    assert recommend([outcome("a", cost=1.0)], [], []).chosen is None
-    assert recommend([outcome("a", cost=1.0)], [MOST_MARGIN], []).chosen is None
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_front_is_what_the_definition_says(seed):
     made = any_outcomes(60, seed)
     found = recommend(made, [LEAST_ERROR, LEAST_COST, MOST_MARGIN], [])
-
-    def beats(p, q):
-        a, b = made[p].metrics, made[q].metrics
-        pairs = [(a["stick_error"], b["stick_error"]), (a["cost"], b["cost"])]
-        pairs.append((-a["safety_margin"], -b["safety_margin"]))
-        return all(x <= y for x, y in pairs) and any(x < y for x, y in pairs)
-
-    for number in found.group:
-        alone = not any(beats(other, number) for other in found.group)
+    turn = {"stick_error": 1.0, "cost": 1.0, "safety_margin": -1.0}
+    losses = {k: [turn[m] * made[k].metrics[m] for m in turn] for k in found.group}
+    for number, own in losses.items():
+        alone = not any(
+            other != own and all(x <= y for x, y in zip(other, own, strict=True))
+            for other in losses.values()
+        )
         assert alone == (number in found.front)
 
 

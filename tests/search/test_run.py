@@ -144,7 +144,7 @@ def test_what_is_put_is_got_and_what_a_killed_driver_left_is_cleared_away(store)
     assert store.get(DIGEST) == outcome()
     (half := store.folder / "ab" / ".0123456789ab").write_text("half")
     os.utime(half, (0, 0))
-    store.clear()
+    store = Store(store.folder)
     store.put(outcome(name="later"))
     assert store.get(DIGEST).name == "later"
     assert [path.name for path in store.folder.rglob("*.*")] == [f"{DIGEST}.txt"]

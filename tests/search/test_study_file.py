@@ -89,14 +89,11 @@ def test_ranges():
         ("", ["study.name = (absent)", "parameters = {}"]),
         ("x = [", ["valid TOML"]),
         ("x = " + "[" * 50_000, ["too deeply nested"]),
-        (HEAD, ["parameters = {}: must be a table of at least one key"]),
         (HEAD + "[Parameters]\n", ["did you mean parameters?"]),
         (HEAD + 'scenes = ["a.toml", "b/a.toml"]\n' + ONE, ["scenes = 'b/a.toml'", "different"]),
-        (HEAD + ONE + "[limit]\n", ["did you mean limits?"]),
         (HEAD + "count = 5\n" + ONE, ["study.count = 5", "absent where sampling = 'grid'"]),
         (HEAD.replace("grid", "sobol") + ONE, ["study.count = (absent)"]),
         (parameters('"body.depth_mm" = 5.0'), ["a list of choices or a range"]),
-        (parameters('"body.depth_mm" = []'), ["at least 1"]),
         (parameters('"body.depth_mm" = [1.0, 1.0]'), ["values that differ; say 1.0 once"]),
         (parameters('"body.depth_mm" = [nan, inf]'), ["[0] = nan", "[1] = inf"]),
         (parameters('"body.depth_mm" = [[1], { a = 1 }]'), ["[0] = [1]", "[1] = a table"]),
@@ -107,7 +104,6 @@ def test_ranges():
         (parameters('"body.depth_mm" = { low = 1.0, hihg = 2.0 }'), ["did you mean", "high"]),
         (parameters('"a.b" = { low = 0.0, high = 1.0, log = true }'), ["remove log"]),
         (parameters('"a.b" = { low = 0.0, high = 1.0, step = 1e-300 }'), ["high - low"]),
-        (parameters('"a.b" = { low = 0.0, high = 1.0, step = 2.0 }'), ["high - low"]),
         (HEAD + ONE + '[[objectives]]\nmetric = "strick_error"\n', ["did you mean 'stick_error'?"]),
         (HEAD + ONE + '[[objectives]]\nmetric = "normal_force_N"\n', ["add goal"]),
         (HEAD + ONE + 2 * '[[objectives]]\nmetric = "cost"\n', ["no other objective has"]),
@@ -120,14 +116,12 @@ def test_ranges():
         # Keys are held against the schema of designs before work.
         (parameters('"plates.cuont" = [5]'), ["did you mean plates.count?"]),
         (parameters('"plates.count" = { low = 9, high = 9000 }'), ["= 9000: must be at most"]),
-        (parameters('"plates.count" = { low = 9.0, high = 11.0 }'), ["a whole number"]),
         (parameters('"plates.count" = { low = 9, high = 11, step = 1.0 }'), ["a whole number"]),
         (parameters('"plates.material" = ["bronze"]'), ["'bronze'", "a known material"]),
         (parameters('"body.shape" = ["arc", "cube"]'), ["'cube'", "one of"]),
         (parameters('"body.depth_mm.x" = [5]'), ['"body.depth_mm.x"']),
         (fixed('"plates.cuont" = 5'), ['fixed."plates.cuont"', "plates.count?"]),
         (fixed('"gages.face" = "left"\n"gages.width_mm" = 1e9'), ["face", "width"]),
-        (fixed('"gages.width_mm" = 0x' + "f" * 9000), ["a huge number"]),
         (fixed('"plates.material" = "\\u0000"'), ["control characters"]),
         (fixed('"mold.cure" = 0x' + "f" * 9000), ["a huge number"]),
         (parameters('"plates.placement[0][0" = [1.0]'), ["a dotted key, such as"]),
@@ -151,7 +145,6 @@ def test_ranges():
         (HEAD.replace("maeno2000", "x" * 500) + ONE, ["study.base", "too long"]),
         (parameters('"body.a b" = [1, 2]'), ["body.a b"]),
         (parameters('"no.such" = [1, 2]'), ["no.such"]),
-        (parameters('"plates.count.x" = [1, 2]'), ["plates.count.x"]),
         (fixed('"body.a b" = 1'), ['fixed."body.a b"']),
         *(
             (HEAD.replace('"few"', f'"{name}"') + ONE, ["study.name"])
@@ -252,9 +245,8 @@ def test_many_wrong_choices_are_judged_quickly_and_reported_in_part():
         assert time.perf_counter() - start < 10.0
         return found.splitlines()
 
-    assert (
-        len(refused(parameters('"body.nokey" = [1, 2]\n"plates.count" = [9000]')).split("\n")) == 2
-    )
+    two = '"body.nokey" = [1, 2]\n"plates.count" = [9000]'
+    assert len(refused(parameters(two)).splitlines()) == 2
     for key in ("body.nokey{}", "grip.k{}.x"):
         assert len(reported(map(key.format, range(100)), range(200))) <= 100
     keys = ("body.depth_mm", "body.arc_radius_mm", "plates.length_mm", "gages.length_mm")
@@ -305,13 +297,11 @@ def test_a_longer_sobol_study_keeps_the_shorter_ones_points():
 
 def test_invalid_variants_are_reported_not_dropped():
     many = sampled("grid", '"plates.count" = [15, 45]\n"plates.angle_deg" = [45.0, 10.0]')
-    found = list(variants(many, base_design(many)))
-    assert [variant.number for variant in found] == [1, 2, 3, 4]
-    assert [variant.name for variant in found] == [f"few-{n:04d}" for n in (1, 2, 3, 4)]
-    assert found[0].design is not None
-    assert found[0].design.design.name == "few-0001"
-    assert not found[0].faults
-    for variant in found[1:]:
+    good, *found = variants(many, base_design(many))
+    assert [variant.number for variant in (good, *found)] == [1, 2, 3, 4]
+    assert good.name == good.design.design.name == "few-0001"
+    assert not good.faults
+    for variant in found:
         assert variant.design is None
         assert variant.faults
         assert all(fault.remedy for fault in variant.faults)
@@ -352,24 +342,21 @@ def test_names_are_safe_and_distinct_whatever_the_number():
     base = base_design(long)
     names = {variant_of(long, base, number, {}).name for number in (1, 9999, 10000, 99999)}
     assert len(names) == 4
-    for name in names:
-        assert safe_name(name) == name
+    assert all(safe_name(name) == name for name in names)
     assert variant_of(long, base, 100000, {}).design is not None
 
 
 def test_values_of_keys_in_rows_and_of_none():
     base = base_design(sampled("grid", TWO))
     assert value_of(base, "body.depth_mm") == 10.0
-    assert value_of(base, "body.nothing") is None
-    assert value_of(base, "plates.model_fields") is None
-    assert value_of(base, "plates.rows[3].count") is None
+    for key in ("body.nothing", "plates.model_fields", "plates.rows[3].count"):
+        assert value_of(base, key) is None
     assert set_keys(base, {"a.b / body.depth_mm": 0.25}) == {"a.b": 2.5}
 
 
 def test_metrics_have_units_and_meanings():
+    units = {"_N": "N", "_MPa": "MPa", "_ml": "ml", "_seconds": "s"}
     for name, metric in METRICS.items():
         assert name == metric.name == known_metric(name)
         assert metric.words
-        unit = {"_N": "N", "_MPa": "MPa", "_ml": "ml", "_seconds": "s"}
-        for ending, expected in unit.items():
-            assert not name.endswith(ending) or metric.unit == expected
+        assert all(not name.endswith(end) or metric.unit == unit for end, unit in units.items())

@@ -36,6 +36,10 @@ cost = { at_most = 100.0 }
 MADE = any_outcomes(3)
 
 
+def planned_with(study, scenes):
+    return list(planned(study, variants(study, base_design(study)), scenes))
+
+
 @pytest.fixture(scope="module")
 def study():
     return parse_study(TEXT)
@@ -43,7 +47,7 @@ def study():
 
 @pytest.fixture(scope="module")
 def plan(study):
-    return list(planned(study, variants(study, base_design(study)), study_scenes(study)))
+    return planned_with(study, study_scenes(study))
 
 
 def test_invalid_variants_are_outcomes_with_every_fault(plan):
@@ -56,7 +60,7 @@ def test_invalid_variants_are_outcomes_with_every_fault(plan):
 
 
 def test_each_scene_is_a_job(study):
-    jobs = planned(study, variants(study, base_design(study)), {"a": None, "b": None})
+    jobs = planned_with(study, {"a": None, "b": None})
     found = [(each.name[-1], getattr(each, "scene_name", "")) for each in jobs]
     assert found == [("1", "a"), ("1", "b"), ("2", "a"), ("2", "b"), ("3", "")]
 

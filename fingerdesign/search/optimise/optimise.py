@@ -24,7 +24,7 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.runtime.journal import JournalError, held
 from fingerdesign.search.run.evaluate import Job
-from fingerdesign.search.run.run import Planned, planned_variant
+from fingerdesign.search.run.run import Planned, planned
 from fingerdesign.search.study.file import Limits, Optimise, Study
 from fingerdesign.search.study.metrics import METRICS_VERSION
 from fingerdesign.search.study.values import Choice, Range, value_of
@@ -279,7 +279,7 @@ class Search:
     def plan(self, trial: Trial) -> list[Planned]:
         """The jobs of a trial, a scene each; one outcome where it is no finger."""
         variant = variant_of(self.study, self.base, trial.number, trial.values)
-        return planned_variant(self.study, variant, self.scenes)
+        return list(planned(self.study, [variant], self.scenes))
 
 
 def searched(
@@ -347,6 +347,6 @@ def reference_plan(search: Search, fidelity: str | None = None) -> list[Job]:
     values = {key: value_of(design, key) for key in search.study.parameters if "/" not in key}
     known = {key: value for key, value in values.items() if value is not None}
     variant = Variant(0, design.design.name, known, design)
-    plan = planned_variant(search.study, variant, search.scenes)
+    plan = planned(search.study, [variant], search.scenes)
     jobs = [job for job in plan if isinstance(job, Job)]
     return [replace(job, fidelity=fidelity or job.fidelity) for job in jobs]

@@ -25,8 +25,9 @@ from typing import TYPE_CHECKING, Any
 
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.records.outcome import Failure, Outcome, OutcomeError
-from fingerdesign.runtime.isolate import ProcessError, Worker
+from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.machine import usable_cores
+from fingerdesign.runtime.pool import Pool
 from fingerdesign.search.run.evaluate import EVALUATE, failed
 
 if TYPE_CHECKING:
@@ -44,79 +45,65 @@ RECYCLED_AFTER = 100  # jobs: 3 s of loading are 2 % of their work
 READY_S = 120.0  # to load; 2 s on a quiet machine
 IDLE_S = 600.0  # a child ends then, as on a cluster whose driver has ended
 _LOAD = "fingerdesign.search.run.evaluate:load"
-_CHILDREN: dict[tuple[str, int], tuple[str, Worker]] = {}  # by pool and thread
+_POOLS: dict[tuple[str, ...], Pool] = {}  # by name, evaluator and limits
 _ENDED: set[str] = set()
 _LOCK = threading.Lock()
 
 
-def task_text(
-    data: dict[str, Any], evaluator: str, time_s: float, memory_MB: float, pool: str = ""
-) -> str:
-    """A job as :func:`work` takes it; ``pool`` tells children of one process apart."""
-    task = {"data": data, "evaluator": evaluator, "time_s": time_s, "memory_MB": memory_MB}
-    return json.dumps(task | {"pool": pool}, allow_nan=False)
-
-
 def work(text: str) -> str:
-    """One job of :func:`task_text`; JSON {"outcome": its line} or {"failure": [kind, sentence]}."""
+    """One job; JSON {"outcome": its line} or {"failure": [kind, sentence]}.
+
+    text: JSON of data, evaluator, time_s, memory_MB, and pool, which tells children of one process
+    apart.
+    """
     task = json.loads(text)
     for tried in range(1, TRIES + 1):
-        child = _child(task["pool"], task["evaluator"])
         try:
-            line = child.call(
-                *(task["evaluator"], task["data"]),
-                time_s=task["time_s"],
-                memory_MB=task["memory_MB"],
-            )
+            return json.dumps({"outcome": _pool(task).call(task["evaluator"], task["data"])})
         except ProcessError as error:
             if error.ended_by_others and tried < TRIES and task["pool"] not in _ENDED:
                 continue
             again = f", tried {tried} times" if tried > 1 else ""
             words = f"not done after {task['time_s']:g} s" if error.kind == "timeout" else error
             return json.dumps({"failure": [error.kind, f"{words}{again}"]})
-        return json.dumps({"outcome": line})
     raise AssertionError("unreachable")
 
 
-def end_pool(pool: str) -> None:
+def _pool(task: dict[str, Any]) -> Pool:
+    """The children that do such tasks, one a thread; dead ones once their pool has ended."""
+    evaluator = task["evaluator"]
+    key = (task["pool"], evaluator, str(task["time_s"]), str(task["memory_MB"]))
+    with _LOCK:
+        if key not in _POOLS:
+            _POOLS[key] = Pool(
+                1,  # the threads are Dask's
+                time_s=task["time_s"],
+                memory_MB=task["memory_MB"],
+                recycled_after=RECYCLED_AFTER,
+                load=_LOAD if evaluator == EVALUATE else evaluator.partition(":")[0],
+                ready_s=READY_S,
+                idle_s=IDLE_S,
+            )
+            if task["pool"] in _ENDED:
+                _POOLS[key].kill()
+        return _POOLS[key]
+
+
+def end_pool(name: str) -> None:
     """Kill the children of a pool, whatever they are doing; no more are started in it."""
     with _LOCK:
-        _ENDED.add(pool)
-        found = [child for (name, _), (_, child) in _CHILDREN.items() if name == pool]
-    for child in found:
-        child.kill()
+        _ENDED.add(name)
+        found = [pool for key, pool in _POOLS.items() if key[0] == name]
+    for pool in found:
+        pool.kill()
 
 
-def forget_pool(pool: str) -> None:
+def forget_pool(name: str) -> None:
     """Clear away the children of a pool that was ended, once no thread uses them any more."""
     with _LOCK:
-        found = [key for key in _CHILDREN if key[0] == pool]
-        children = [_CHILDREN.pop(key)[1] for key in found]
-    for child in children:
-        child.end()
-
-
-def _child(pool: str, evaluator: str) -> Worker:
-    """This thread's child."""
-    key = (pool, threading.get_ident())
-    new = Worker(
-        load=_LOAD if evaluator == EVALUATE else evaluator.partition(":")[0],
-        recycled_after=RECYCLED_AFTER,
-        ready_s=READY_S,
-        threads=1,
-        idle_s=IDLE_S,
-    )
-    with _LOCK:
-        if pool in _ENDED:
-            new.kill()
-            return new
-        for_what, child = _CHILDREN.get(key, ("", None))
-        if child is not None and for_what == evaluator:
-            return child
-        _CHILDREN[key] = (evaluator, new)
-    if child is not None:
-        child.end()
-    return new
+        found = [_POOLS.pop(key) for key in list(_POOLS) if key[0] == name]
+    for pool in found:
+        pool.__exit__()
 
 
 AHEAD = 500  # jobs handed to the scheduler before their turn: enough for it to ask for workers by
@@ -202,9 +189,8 @@ class Cluster(ExitStack):
                     self._client.cancel([future for _, _, future in waiting.values()])
 
     def _submit(self, job: Job, limits: Limits) -> Any:
-        text = task_text(
-            job.to_data(), self._evaluator, limits.time_s, limits.memory_MB, self._pool
-        )
+        task = {"data": job.to_data(), "evaluator": self._evaluator, "pool": self._pool}
+        text = json.dumps(task | limits.model_dump(), allow_nan=False)
         return self._client.submit(work, text, key=f"fingerdesign-{secrets.token_hex(12)}")
 
     def _outcome(self, digest: str, job: Job, future: Any) -> Outcome:

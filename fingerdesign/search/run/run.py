@@ -13,8 +13,8 @@ import hashlib
 import json
 import re
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,6 +53,7 @@ class Store:
     def __init__(self, folder: Path | None = None) -> None:
         self._kept = Cache("outcomes", folder=folder)
         self.folder = self._kept.folder
+        self._kept.clear()  # what drivers that were killed have left half-written
 
     def get(self, digest: str, retry: bool = False) -> Outcome | None:
         """The outcome kept under a digest; None where there is none, or only a invalid one.
@@ -82,10 +83,6 @@ class Store:
         except OSError as error:
             raise StoreError(f"an outcome cannot be kept in {self.folder}: {error}") from error
 
-    def clear(self) -> None:
-        """Remove what drivers that were killed have left half-written; nobody would read it."""
-        self._kept.clear()
-
 
 def _name(digest: str) -> str:
     if not _DIGEST.fullmatch(digest):
@@ -114,34 +111,26 @@ def study_scenes(study: Study, folder: Path | None = None) -> dict[str, Scene | 
 
 
 def planned(
-    study: Study, variants: Iterator[Variant], scenes: Mapping[str, Scene | None]
+    study: Study, variants: Iterable[Variant], scenes: Mapping[str, Scene | None]
 ) -> Iterator[Planned]:
-    """The jobs of each variant, a scene each, in order; an outcome where it is invalid."""
-    for variant in variants:
-        yield from planned_variant(study, variant, scenes)
-
-
-def planned_variant(
-    study: Study, variant: Variant, scenes: Mapping[str, Scene | None]
-) -> list[Planned]:
-    """The jobs of one variant, a scene each; one outcome where it is invalid."""
-    if variant.design is None:
-        return [_invalid(study, variant)]
+    """The jobs of each variant, a scene each, in order; one outcome where it is invalid."""
     table = study.study
-    return [
-        Job(
-            name=variant.name,
-            design=variant.design,
-            cost=study.cost,
-            values=variant.values,
-            scene=scene,
-            scene_name=name,
-            fidelity=table.fidelity,
-            tolerance=table.tolerance,
-            said=(*study.fixed, *variant.values),
-        )
-        for name, scene in scenes.items()
-    ]
+    for variant in variants:
+        if variant.design is None:
+            yield _invalid(study, variant)
+            continue
+        for name, scene in scenes.items():
+            yield Job(
+                name=variant.name,
+                design=variant.design,
+                cost=study.cost,
+                values=variant.values,
+                scene=scene,
+                scene_name=name,
+                fidelity=table.fidelity,
+                tolerance=table.tolerance,
+                said=(*study.fixed, *variant.values),
+            )
 
 
 def _invalid(study: Study, variant: Variant) -> Outcome:
@@ -196,88 +185,53 @@ def run_jobs(
     *,
     retry: bool = False,
 ) -> tuple[Outcome, ...]:
-    """The outcomes of jobs, in their order; an outcome among them stands for itself.
+    """The outcomes of jobs, in their order, of one digest computed once; an outcome among them
+    stands for itself. Raises StoreError and ClusterError."""
+    found: dict[int, Outcome] = {}  # by place in the plan
+    missing: dict[str, list[int]] = {}  # places by digest
+    start = first = time.monotonic()
+    now = Standing(0, len(plan), 0, 0, 0, 0.0)
 
-    Jobs of one digest are computed once. Raises StoreError and ClusterError.
-    """
-    return _Run(plan, store, report, retry).outcomes(cluster, limits)
-
-
-class _Run:
-    def __init__(self, plan: Sequence[Planned], store: Store, report: Report, retry: bool) -> None:
-        self._plan, self._store, self._report, self._retry = plan, store, report, retry
-        self._found: dict[int, Outcome] = {}  # by place in the plan
-        self._missing: dict[str, list[int]] = {}  # places by digest
-        self._failures = self._stored = self._computed = 0
-        self._start = time.monotonic()
-        self._first: float | None = None  # when computing began
-
-    def outcomes(self, cluster: Cluster, limits: Limits) -> tuple[Outcome, ...]:
-        self._look_up()
-        if self._missing:
-            self._first = time.monotonic()
-            look = lambda: self._report(self._standing(cluster))  # noqa: E731
-            for digest, outcome in cluster.outcomes(self._jobs(), limits, look):
-                self._store.put(outcome)
-                self._computed += 1
-                for place in self._missing.pop(digest):
-                    self._add(place, outcome, cluster)
-        return tuple(self._found[place] for place in range(len(self._plan)))
-
-    def _look_up(self) -> None:
-        """Take what the store holds; the rest is missing."""
-        self._store.clear()
-        for place, each in enumerate(self._plan):
-            if isinstance(each, Outcome):
-                self._add(place, each)
-                continue
-            digest = each.digest()
-            if digest in self._missing:
-                self._missing[digest].append(place)
-                continue
-            stored = self._store.get(digest, self._retry)
-            if stored is None:
-                self._missing[digest] = [place]
-            else:
-                self._stored += 1
-                self._add(place, stored, from_store=True)
-
-    def _jobs(self) -> Iterator[tuple[str, Job]]:
-        for digest, places in list(self._missing.items()):
-            job = self._plan[places[0]]
-            assert isinstance(job, Job)
-            yield digest, job
-
-    def _add(
-        self,
-        place: int,
-        outcome: Outcome,
-        cluster: Cluster | None = None,
-        from_store: bool = False,
-    ) -> None:
-        job = self._plan[place]
-        own = relabelled(outcome, job) if isinstance(job, Job) else outcome
-        self._found[place] = own
-        self._failures += own.status == "failed"
-        self._report(self._standing(cluster, own, from_store))
-
-    def _standing(
-        self, cluster: Cluster | None, outcome: Outcome | None = None, from_store: bool = False
-    ) -> Standing:
-        now = time.monotonic()
-        left = None
-        if self._computed and self._first is not None:
-            left = (now - self._first) / self._computed * len(self._missing)
-        return Standing(
-            number=len(self._found),
-            of=len(self._plan),
-            failures=self._failures,
-            stored=self._stored,
-            computed=self._computed,
-            seconds=now - self._start,
-            left=left,
-            threads=0 if cluster is None else cluster.threads,
-            waiting=cluster is not None and cluster.threads == 0,
+    def tell(threads: int | None, outcome: Outcome | None = None, stored: bool = False) -> None:
+        nonlocal now
+        seconds = time.monotonic()
+        now = replace(
+            now,
+            number=len(found),
+            failures=now.failures + (outcome is not None and outcome.status == "failed"),
+            stored=now.stored + stored,
+            seconds=seconds - start,
+            left=(seconds - first) / now.computed * len(missing) if now.computed else None,
+            threads=threads or 0,
+            waiting=threads == 0,
             outcome=outcome,
-            from_store=from_store,
+            from_store=stored,
         )
+        report(now)
+
+    def add(place: int, outcome: Outcome, threads: int | None, stored: bool = False) -> None:
+        job = plan[place]
+        found[place] = relabelled(outcome, job) if isinstance(job, Job) else outcome
+        tell(threads, found[place], stored)
+
+    jobs: list[tuple[str, Job]] = []
+    for place, each in enumerate(plan):
+        if isinstance(each, Outcome):
+            add(place, each, None)
+            continue
+        digest = each.digest()
+        kept = None if digest in missing else store.get(digest, retry)
+        if kept is not None:
+            add(place, kept, None, stored=True)
+            continue
+        if digest not in missing:
+            jobs.append((digest, each))
+        missing.setdefault(digest, []).append(place)
+    first = time.monotonic()
+    look = lambda: tell(cluster.threads)  # noqa: E731
+    for digest, outcome in cluster.outcomes(jobs, limits, look) if jobs else ():
+        store.put(outcome)
+        now = replace(now, computed=now.computed + 1)
+        for place in missing.pop(digest):
+            add(place, outcome, cluster.threads)
+    return tuple(found[place] for place in range(len(plan)))
