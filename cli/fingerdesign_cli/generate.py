@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fingerdesign.search.study.file import read_study, study_path
+from fingerdesign.search.study.file import read_study
 from fingerdesign.search.study.generate import generate as write_variants
 from fingerdesign.search.study.generate import reasons, refuse_foreign
 from fingerdesign.search.study.variants import base_design, number_of_points, points, variant_of
@@ -36,7 +36,7 @@ def generate(
 ) -> int:
     """Write the variants of STUDY, a TOML file or a shipped study: a folder each in OUT/NAME."""
     study = read_study(study_file)
-    base = base_design(study, study_path(study_file).parent)
+    base = base_design(study, study_file.parent)
     target = out / study.name
     with naming_out(target, f"variants of {study.name}"):
         refuse_foreign(study, target)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fingerdesign.checks.load import read_text
+from fingerdesign.checks.starter import file_text
 from fingerdesign.search.compare.recommend import recommend
 from fingerdesign.search.compare.words import summary
 from fingerdesign.search.optimise.confirm import Optimised, confirm
@@ -29,7 +29,7 @@ from fingerdesign.search.optimise.page import (
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.folder import FOLDER, write_study
 from fingerdesign.search.run.run import TRANSIENT, Store, planned, run_jobs, study_scenes
-from fingerdesign.search.study.file import parse_study, study_path
+from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.variants import base_design, variants
 from fingerdesign_cli.inputs import refuse_foreign
 from fingerdesign_cli.terminal import Progress, print_table, progress
@@ -158,20 +158,18 @@ def line(value: dict[str, Any]) -> None:
     sys.stdout.flush()
 
 
-def _read(study_file: Path, fidelity: str | None) -> tuple[str, Path, Study]:
-    """A study's text with the fidelity of the command, where that is given; the folder that it lies
-    in, and what it says."""
-    path = study_path(study_file)
-    text = read_text(path)
+def _read(study_file: Path, fidelity: str | None) -> tuple[str, Study]:
+    """A study's text with the fidelity of the command, where that is given, and what it says."""
+    text = file_text(study_file, "study")
     study = parse_study(text, str(study_file))
     if fidelity is None or fidelity == study.study.fidelity:
-        return text, path.parent, study
+        return text, study
     import tomlkit
 
     document: Any = tomlkit.parse(text)
     document.setdefault("study", {})["fidelity"] = fidelity
     text = tomlkit.dumps(document)
-    return text, path.parent, parse_study(text, str(study_file))
+    return text, parse_study(text, str(study_file))
 
 
 # ``fingerdesign optimise``: search for better fingers, and confirm the best of them.
@@ -189,7 +187,7 @@ def optimise(
     as_json: bool,
 ) -> int:
     """Search STUDY for fingers that are better in its [[objectives]], within its [constraints]."""
-    text, folder, study = _read(study_file, fidelity)
+    (text, study), folder = _read(study_file, fidelity), study_file.parent
     refuse_aimless(study)
     target = out / study.name
     refuse_foreign(SEARCH_FOLDER, target)
@@ -292,7 +290,7 @@ def sweep(
     as_json: bool,
 ) -> int:
     """Analyse every variant of STUDY, a TOML file or a shipped study, and compare them."""
-    text, folder, study = _read(study_file, fidelity)
+    (text, study), folder = _read(study_file, fidelity), study_file.parent
     target = out / study.name
     refuse_foreign(FOLDER, target)
     scenes = study_scenes(study, folder)

@@ -47,10 +47,10 @@ _SCENE_EXAMPLES = {"radius_mm": 10.0, "increments_N": [[2.5, 0.0], [5.0, 0.0], [
 
 
 def _folder(kind: str) -> Traversable:
-    """Where the shipped designs or scenes are: in the installed package, or in the checkout."""
+    """Where the shipped files of a kind are: in the installed package, or in the checkout."""
     installed = resources.files("fingerdesign") / "data" / "designs"
     designs = installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "designs"
-    return designs / "scenes" if kind == "scene" else designs
+    return designs if kind == "design" else designs / {"scene": "scenes", "study": "studies"}[kind]
 
 
 def _names(kind: str) -> tuple[str, ...]:

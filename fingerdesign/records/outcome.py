@@ -225,7 +225,7 @@ def designs_csv(outcomes: Sequence[Outcome]) -> str:
         ]
         for outcome in outcomes
     )
-    return _text(header, rows)
+    return cells_csv(header, rows)
 
 
 def increments_csv(outcomes: Sequence[Outcome]) -> str:
@@ -233,7 +233,7 @@ def increments_csv(outcomes: Sequence[Outcome]) -> str:
     most = max((len(o.traces.gage_x_mm) for o in outcomes), default=0)
     gages = [f"gage_{number}_microstrain" for number in range(most)]
     header = ["name", "digest", "increment", *_PATH, *gages]
-    return _text(header, (row for outcome in outcomes for row in _increments(outcome, most)))
+    return cells_csv(header, (row for outcome in outcomes for row in _increments(outcome, most)))
 
 
 def grips_csv(outcomes: Sequence[Outcome]) -> str:
@@ -252,7 +252,7 @@ def grips_csv(outcomes: Sequence[Outcome]) -> str:
             zip_longest(grip.normal_force_N, grip.tangential_force_N)
         )
     )
-    return _text(header, rows)
+    return cells_csv(header, rows)
 
 
 def _increments(outcome: Outcome, gages: int) -> Iterator[list[Any]]:
@@ -264,7 +264,9 @@ def _increments(outcome: Outcome, gages: int) -> Iterator[list[Any]]:
         yield [outcome.name, outcome.digest, number + 1, *row, *readings, *empty]
 
 
-def _text(header: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+def cells_csv(header: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+    """A table with texts as :func:`cell_text`; None is an empty cell, plain data is JSON."""
+
     def cell(value: Any) -> Any:
         if value is None or isinstance(value, bool | int | float):
             return value

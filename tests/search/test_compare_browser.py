@@ -100,6 +100,10 @@ def data(browser, place):
     return browser.evaluate(f"document.getElementById('{place}').data")
 
 
+def text(browser, place):
+    return browser.evaluate(f"document.getElementById('{place}').textContent")
+
+
 @pytest.fixture
 def browser(opened):
     opened.evaluate("FD.select(null, null)")
@@ -163,9 +167,8 @@ def test_a_page_of_few_or_none_is_silent(page_of, few):
 
 
 def test_opens_with_the_recommended_one_first_and_a_name_for_every_field(opened):
-    name = opened.evaluate("document.getElementById('recommended-name').textContent")
     first = opened.evaluate(f"{SHOWN}[0].textContent")
-    assert name in first
+    assert text(opened, "recommended-name") in first
     assert "recommended" in first
     assert opened.evaluate("document.title") == "a study: fingers compared"
     nameless = opened.evaluate(
@@ -195,58 +198,48 @@ def test_sorts_by_mouse_and_keys_both_ways_most_first_and_no_value_last(browser)
 def test_filters_by_bounds_and_words_and_by_the_front(browser):
     write_into(browser, "cost", "10..15")
     write_into(browser, "design", "any_")
-    numbers = browser.evaluate(NUMBERS)
     requested = {i for i in GOOD if 10 <= cost(i) <= 15 and "any_" in MADE[i].name}
-    assert set(numbers) == requested
+    assert set(browser.evaluate(NUMBERS)) == requested
     assert 0 < len(requested) < 40
-    count = browser.evaluate("document.getElementById('shown-count').textContent")
-    assert count == f"{len(requested)} of {len(GOOD)} shown"
+    assert text(browser, "shown-count") == f"{len(requested)} of {len(GOOD)} shown"
     browser.wait(f"{POINTS}.length === {len(requested)}")
     browser.click("#clear-filter")
     write_into(browser, "cost", "cheap")  # makes no sense
-    fault = browser.evaluate("document.querySelector('.fault').textContent")
-    assert "cost" in fault
+    assert "cost" in text(browser, "fault")
     assert len(browser.evaluate(NUMBERS)) == len(GOOD)
     browser.click("#clear-filter")
     browser.click("#only-front")
-    numbers = browser.evaluate(NUMBERS)
-    data = browser.evaluate("FD.data.designs.flatMap((d, i) => (d.front ? [i] : []))")
-    assert sorted(numbers) == data
+    front = browser.evaluate("FD.data.designs.flatMap((d, i) => (d.front ? [i] : []))")
+    assert sorted(browser.evaluate(NUMBERS)) == front
 
 
 def test_choosing_two_by_keys_in_the_table(browser):
     browser.evaluate("document.querySelector('#table-designs tbody [tabindex=\"0\"]').focus()")
     numbers = browser.evaluate(NUMBERS)
     at = browser.evaluate("Number(document.activeElement.closest('tr').dataset.i)")
-    place = numbers.index(at)
+    assert numbers.index(at) + 2 < len(numbers)
     browser.key("Enter")
-    browser.key("ArrowDown", 2 if place + 2 < len(numbers) else 0)
+    browser.key("ArrowDown", 2)
     browser.key(" ")
-    assert browser.evaluate("FD.selected") == [at, numbers[place + 2]]
-    pressed = "document.querySelectorAll('#table-designs [aria-pressed=\"true\"]').length"
-    assert browser.evaluate(pressed) == 2
-    table = browser.evaluate("document.getElementById('table-pair').innerText")
-    assert re.search(r"[AB] is better", table)
-    assert (
-        browser.evaluate("document.querySelectorAll('#table-designs [tabindex=\"0\"]').length") == 1
-    )
+    assert browser.evaluate("FD.selected") == [at, numbers[numbers.index(at) + 2]]
+    count = "document.querySelectorAll('#table-designs [{}]').length"
+    assert browser.evaluate(count.format('aria-pressed="true"')) == 2
+    assert browser.evaluate(count.format('tabindex="0"')) == 1
+    assert re.search(r"[AB] is better", text(browser, "table-pair"))
 
 
 def test_choosing_in_the_chart_by_mouse_and_keys(browser):
     browser.evaluate("document.getElementById('pareto').focus()")
     browser.key("Home")
     browser.key("ArrowRight")
-    reported = browser.evaluate("document.getElementById('pareto-active').textContent")
+    assert "stick error" in text(browser, "pareto-active")
     browser.key("Enter")
-    number = browser.evaluate("FD.selected[0]")
-    assert "stick error" in reported
     by_error = sorted(GOOD, key=lambda i: (MADE[i].metrics["stick_error"], cost(i)))
-    assert number == by_error[1]
+    assert browser.evaluate("FD.selected[0]") == by_error[1]
     browser.press_at(*point(browser, by_error[-1]))
     browser.wait("FD.selected[1] !== null")
     assert browser.evaluate("FD.selected") == [by_error[1], by_error[-1]]
-    chosen = browser.evaluate("document.getElementById('chosen').innerText")
-    assert browser.evaluate(f"FD.name({by_error[-1]})") in chosen
+    assert browser.evaluate(f"FD.name({by_error[-1]})") in text(browser, "chosen")
 
 
 def test_of_three_the_oldest_goes_and_any_can_be_left_out(browser):
@@ -266,9 +259,8 @@ def test_of_three_the_oldest_goes_and_any_can_be_left_out(browser):
 def test_front_of_two_measures_is_right(browser):
     option = "[...e.options].find((o) => o.text === '{}').value"
     browser.change("axis-y", option.format("safety margin"), "change")
-    line = "document.getElementById('pareto').data[0].customdata"
     browser.wait("document.getElementById('pareto').layout.yaxis.title.text.includes('margin')")
-    drawn = browser.evaluate(line)
+    drawn = data(browser, "pareto")[0]["customdata"]
     feasible = browser.evaluate("FD.data.designs.flatMap((d, i) => (d.feasible ? [i] : []))")
     pairs = {
         i: (MADE[i].metrics["stick_error"], -MADE[i].metrics["safety_margin"]) for i in feasible
@@ -297,11 +289,9 @@ def test_a_box_in_the_chart_filters_the_table(browser):
 def test_downloads(browser):
     write_into(browser, "cost", "<12")
     browser.click('[data-save="designs_shown.csv"]')
-    text = browser.downloaded("designs_shown.csv").read_text("utf-8")
-    rows = list(csv.DictReader(io.StringIO(text)))
-    assert [row["digest"] for row in rows] == [
-        MADE[number].digest for number in browser.evaluate(NUMBERS)
-    ]
+    saved = browser.downloaded("designs_shown.csv").read_text("utf-8")
+    shown = [row["digest"] for row in csv.DictReader(io.StringIO(saved))]
+    assert shown == [MADE[number].digest for number in browser.evaluate(NUMBERS)]
     browser.click('[data-save="outcomes.json"]')
     reported = json.loads(browser.downloaded("outcomes.json").read_text("utf-8"))
     assert [each["digest"] for each in reported] == [o.digest for o in MADE]
@@ -361,23 +351,22 @@ def test_the_two_say_what_they_miss_and_where_grips_differ(browser):
     missing = next(i for i in GOOD if MADE[i].metrics["peak_ratio"] > 2)
     other = next(i for i in GOOD if i != missing)
     browser.evaluate(f"FD.select({missing}, {other})")
-    text = "document.getElementById('pair-numbers').innerText"
-    assert "A: not feasible, peak_ratio" in browser.evaluate(text)
-    keep = "[FD.data.designs[%d].metrics.grip_success, FD.data.designs[%d].metrics.grip_success]"
-    before = browser.evaluate(keep % (missing, other))
+    words = "document.getElementById('pair-numbers').innerText"
+    assert "A: not feasible, peak_ratio" in browser.evaluate(words)
+    both = ", ".join(f"FD.data.designs[{i}].metrics.grip_success" for i in (missing, other))
+    before = browser.evaluate(f"[{both}]")
     for success, reported in ((0.5, True), (1.0, False)):
-        browser.evaluate(f"{keep % (missing, other)} = [{success}, 1.0]")
+        browser.evaluate(f"[{both}] = [{success}, 1.0]")
         browser.evaluate(f"FD.select({missing}, {other})")
-        assert ("grip success of the two differs" in browser.evaluate(text)) is reported
-    browser.evaluate(f"{keep % (missing, other)} = {json.dumps(before)}")
+        assert ("grip success of the two differs" in browser.evaluate(words)) is reported
+    browser.evaluate(f"[{both}] = {json.dumps(before)}")
 
 
 def test_a_measure_alike_for_all_has_one_mark(page_of):
     few = [replace(MADE[i], metrics=MADE[i].metrics | {"cost": 7.0}) for i in GOOD[:8]]
     browser = page_of(few)
     browser.wait("document.querySelector('#pareto .ytick')")
-    text = browser.evaluate("document.getElementById('pareto').textContent")
-    assert "cost: the same for all" in text
+    assert "cost: the same for all" in text(browser, "pareto")
     ticks = "[...document.querySelectorAll('#pareto .ytick')].map((e) => e.textContent)"
     assert browser.evaluate(ticks) == ["7"]
 
@@ -409,21 +398,24 @@ def test_two_designs_are_drawn(views):
 
 
 def test_turned_by_keys_buttons_and_hand(views):
+    def eyes():
+        return [views.evaluate(EYE.format(k)) for k in (0, 1)]
+
     views.click('#views [aria-label="Reset the view"]')
-    start = [views.evaluate(EYE.format(k)) for k in (0, 1)]
+    start = eyes()
     views.evaluate("document.getElementById('shape-0').focus()")
     for key in ("ArrowLeft", "ArrowUp", "+", "-"):
         ratio = "document.getElementById('shape-1').layout.scene.aspectratio.x"
-        before = views.evaluate(ratio), views.evaluate(EYE.format(1))
+        before = views.evaluate(ratio), eyes()
         views.key(key)
-        assert (views.evaluate(ratio), views.evaluate(EYE.format(1))) != before, key
+        assert (views.evaluate(ratio), eyes()) != before, key
     views.key("0")
-    assert [views.evaluate(EYE.format(k)) for k in (0, 1)] == start
+    assert eyes() == start
     views.click('#views [aria-label="View from the front"]')
-    assert views.evaluate(EYE.format(1)) == pytest.approx([0, 0, 2], abs=1e-9)
-    assert "turned 0°, tilted 0°" in views.evaluate("document.getElementById('turned').textContent")
+    assert eyes()[1] == pytest.approx([0, 0, 2], abs=1e-9)
+    assert "turned 0°, tilted 0°" in text(views, "turned")
     views.click("#turn-both")
-    alone = views.evaluate(EYE.format(1))
+    alone = eyes()[1]
     views.show("shape-0")
     x, y = views.evaluate(
         "(() => { const r = document.getElementById('shape-0').getBoundingClientRect();"
@@ -435,10 +427,10 @@ def test_turned_by_keys_buttons_and_hand(views):
         views.call("Input.dispatchMouseEvent", type=f"mouse{kind}", **at, **mouse)
         views.evaluate("new Promise(requestAnimationFrame)")  # the scene follows by frames
     views.wait(f"{EYE.format(0)}[0] !== 0")
-    assert views.evaluate(EYE.format(1)) == alone
+    assert eyes()[1] == alone
     views.click("#turn-both")
     views.click('#views [aria-label="Reset the view"]')
-    assert [views.evaluate(EYE.format(k)) for k in (0, 1)] == start
+    assert eyes() == start
 
 
 def test_another_pair_is_seen_from_where_the_last_one_was(views):
@@ -465,7 +457,7 @@ def test_the_slider_moves_all_pictures(views):
     assert len(after) == len(before)
     changed = sum(p != q for p, q in zip(before, after, strict=True))
     assert changed >= len(before) - 2, "what slips may slip nowhere before and after"
-    assert views.evaluate("document.getElementById('increment-shown').textContent") == "3 of 24"
+    assert text(views, "increment-shown") == "3 of 24"
     cells = views.evaluate(
         "[...document.querySelectorAll('#readings [data-key=normal_force_N]')].map((e) =>"
         "Number(e.textContent))"
@@ -496,27 +488,27 @@ def test_one_design_alone(views):
     assert views.evaluate(columns) == 5
     views.evaluate("FD.select(null, null)")
     views.wait("document.getElementById('views').hidden")
-    assert "none chosen" in views.evaluate("document.getElementById('table-pair').textContent")
+    assert "none chosen" in text(views, "table-pair")
 
 
 def test_parallel_coordinates_choose_by_keys_and_by_click_and_their_axes_are_chosen(views):
-    views.evaluate("FD.select(2, 5)")
-    seen(views, "parallel", "document.getElementById('parallel-chart').data?.length > 4")
     place = "document.getElementById('parallel-chart')"
-    shown = views.evaluate("FD.shown")
+    views.evaluate("FD.select(2, 5)")
+    seen(views, "parallel", f"{LINES}?.length > 4")
     views.evaluate(f"{place}.focus()")
     views.key("ArrowDown", 2)
-    words = views.evaluate("document.getElementById('parallel-chart-active').textContent")
+    words = text(views, "parallel-chart-active")
     views.key("Enter")
     number = views.evaluate("FD.selected[1]")
-    assert number in shown
+    assert number in views.evaluate("FD.shown")
     assert words.startswith(FLAT[number].name)
     views.wait(f"{place}.getAttribute('aria-label').includes({json.dumps(FLAT[number].name)})")
     titles = [each["text"] for each in views.evaluate(f"{place}.layout.annotations")]
     assert any("arc radius" in title for title in titles)
     assert any("cost" in title and "▲" in title for title in titles)
     views.evaluate("FD.select(null, null)")
-    views.wait(f"{place}.data.length === 2 + {place}.layout.annotations.length")
+    count = f"{place}.layout.annotations.length"
+    views.wait(f"{LINES}.length === 2 + {count}")
     views.show("parallel-chart")
     x, y, want = views.evaluate(
         f"(() => {{ const p = {place};"
@@ -528,7 +520,6 @@ def test_parallel_coordinates_choose_by_keys_and_by_click_and_their_axes_are_cho
     views.wait("FD.selected[0] !== null")
     assert views.evaluate("FD.selected") == [want, None]
     seen(views, "parallel", LINES)
-    count = "document.getElementById('parallel-chart').layout.annotations.length"
     before = views.evaluate(count)
     views.evaluate("document.querySelector('#parallel-axes input:checked').click()")
     views.wait(f"{count} === {before - 1}")

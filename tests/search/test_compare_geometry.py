@@ -33,6 +33,7 @@ from fingerdesign.search.compare.page import detail
 from tests.support.any_outcomes import any_outcomes
 
 DESIGNS = sorted((Path(__file__).parents[2] / "designs").glob("*.toml"))
+PAPER = DESIGNS[0].with_name("maeno2000.toml")
 shipped = pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
 
 
@@ -112,15 +113,13 @@ def test_the_contact_lies_on_the_surface(path, deep):
 
 
 def test_files_as_written_do_as_well_as_whole_designs():
-    path = DESIGNS[0].with_name("maeno2000.toml")
-    written = tomllib.loads(path.read_text("utf-8"))
-    assert packed_geometry(written) == packed_geometry(data_of(path))
+    written = tomllib.loads(PAPER.read_text("utf-8"))
+    assert packed_geometry(written) == packed_geometry(data_of(PAPER))
 
 
 def test_a_step_body_without_its_file_is_said_and_not_drawn(tmp_path):
-    design = data_of(DESIGNS[0].with_name("block.toml"))
-    design["body"] = {"shape": "step", "step": {"file": str(tmp_path / "gone.step")}}
-    packed = packed_geometry(design)
+    gone = {"shape": "step", "step": {"file": str(tmp_path / "gone.step")}}
+    packed = packed_geometry(data_of(DESIGNS[0].with_name("block.toml")) | {"body": gone})
     assert packed["body"] is None
     assert "STEP file" in packed["note"]
 
@@ -158,7 +157,7 @@ def test_a_step_body_is_drawn_from_border_to_border(tmp_path):
     ],
 )
 def test_data_that_is_no_design_is_said_and_not_drawn(spoil):
-    design = copy.deepcopy(data_of(DESIGNS[0].with_name("maeno2000.toml")))
+    design = copy.deepcopy(data_of(PAPER))
     spoil(design)
     packed = packed_geometry(design)
     assert packed["body"] is None
@@ -167,7 +166,7 @@ def test_data_that_is_no_design_is_said_and_not_drawn(spoil):
 
 
 def test_many_plates_are_cut_off_and_said():
-    design = data_of(DESIGNS[0].with_name("maeno2000.toml"))
+    design = data_of(PAPER)
     design["plates"] |= {"count": MOST_PLATES + 5, "pitch_mm": 0.1, "length_mm": 0.05}
     packed = packed_geometry(design)
     assert len(packed["plates"]["x"]) == 8 * MOST_PLATES

@@ -69,19 +69,10 @@ def result(**changes):
         GripResult("paper", mu, 500.0, True, mu == 0.8, 10.0, 2.4, margin, 0.3, 12.0, 0.0, 40)
         for mu, margin in ((0.2, 1.2), (0.8, 1.6))
     )
-    reported = {
-        "parameters": {"design.name": "mine", "body.width_mm": 22.0, "scene.object.shape": "plane"},
-        "grips": grips,
-    }
-    kept = {
-        "design": "mine",
-        "scene": "fundamental",
-        "digest": "d" * 64,
-        "versions": {"numpy": "2"},
-    }
-    return Result(
-        **kept, fidelity="3d", status="failed", failure="No mesh.", **(reported | changes)
-    )
+    keys = {"design.name": "mine", "body.width_mm": 22.0, "scene.object.shape": "plane"}
+    facts = {"parameters": keys, "grips": grips, "status": "failed", "failure": "No mesh."}
+    facts |= {"fidelity": "3d", "versions": {"numpy": "2"}}
+    return Result("mine", "fundamental", "d" * 64, **(facts | changes))
 
 
 def test_analysis_becomes_an_outcome(tmp_path, plain_result):
@@ -117,7 +108,7 @@ def test_designs_of_one_name_are_distinguished(tmp_path):
     same = [replace(each, name="twin") for each in any_outcomes(4, failed=0.0)]
     for folder, some in (("first", same[:1]), ("second", same[1:2]), ("third", same[2:])):
         write_study(tmp_path / folder, some)
-    both = read_comparison([tmp_path / "first", tmp_path / "second"]).outcomes
+    both = read_outcomes([tmp_path / "first", tmp_path / "second"])
     assert [each.name for each in both] == ["twin (first)", "twin (second)"]
     one = read_outcomes([tmp_path / "third"])
     assert [each.name for each in one] == [f"twin ({each.digest[:8]})" for each in same[2:]]

@@ -181,29 +181,23 @@ def dask(place, workers=2):
 @pytest.mark.slow
 def test_a_killed_and_an_interrupted_driver_go_on_where_they_stopped(place):
     place.study(count=40)
-    run = place.sweep("--workers", "2")
-    place.wait_for(6, run)
-    children = family(run)
-    run.kill()
-    run.communicate()
-    assert children
-    assert gone(children)
-    assert not (place.folder / "out" / "many").exists()
-    killed = len(list(place.store.glob("??/[!.]*.txt")))
-    run = place.sweep("--workers", "2")
-    place.wait_for(killed + 2, run)
-    children = family(run)
-    begun = time.monotonic()
-    run.send_signal(signal.SIGINT)
-    code, _, err = ended(run)
-    assert code == 130
+    kept = 4
+    for sign in (signal.SIGKILL, signal.SIGINT):
+        run = place.sweep("--workers", "2")
+        place.wait_for(kept + 2, run)
+        children = family(run)
+        begun = time.monotonic()
+        run.send_signal(sign)
+        _, err = run.communicate(timeout=PATIENCE_S)
+        assert children
+        assert gone(children)
+        assert not (place.folder / "out" / "many").exists()
+        kept = len(list(place.store.glob("??/[!.]*.txt")))
+    assert run.returncode == 130
     assert err.strip() == "interrupted; finished work is kept"
     assert time.monotonic() - begun < 10.0
-    assert gone(children)
-    kept = len(list(place.store.glob("??/[!.]*.txt")))
-    assert kept >= killed + 2
-    lines = place.swept()
-    assert lines[-1]["from_store"] == kept
+    assert kept >= 8
+    assert place.swept()[-1]["from_store"] == kept
     assert place.outcomes() == place.undisturbed()
     times = Counter(place.done())
     assert len(times) == 40
@@ -314,9 +308,7 @@ def test_a_killed_scheduler_ends_the_driver_and_loses_nothing(place):
         scheduler.kill()
         code, _, err = ended(run)
     assert code == 1
-    assert err == f"failed: the Dask scheduler at {address} is gone; what was done is kept: " + (
-        "run it again, and it goes on\n"
-    )
+    assert f"Dask scheduler at {address} is gone; what was done is kept" in err
     with dask(place):
         code, lines, _ = ended(place.sweep("--scheduler", "scheduler.json"))
     assert code == 0

@@ -69,51 +69,29 @@ def page_data(
 
     references: numbers of the designs that a search was to beat.
     """
-    feasible, front = set(found.feasible), set(found.front)
-    return {
-        "looks": LOOKS["looks"],
-        "together": TOGETHER,
-        "study": {
-            "name": all_shown(facts.name),
-            "recommended": found.chosen,
-            "pair": _pair(outcomes, found),
-        },
-        "designs": [
-            _light(outcome)
-            | {
-                "feasible": number in feasible,
-                "front": number in front,
-                "kind": _kind(number, found, references),
-                "marks": [
-                    mark
-                    for mark, holds in (
-                        ("the reference", number in references),
-                        ("recommended", number == found.chosen),
-                        ("not feasible", number not in feasible),
-                    )
-                    if holds
-                ],
-                "missed": all_shown(list(missed)),
-                "notes": all_shown(
-                    [
-                        *([f"not feasible, {'; '.join(missed)}."] if missed else []),
-                        *(f"mind, {warning}" for warning in outcome.warnings),
-                    ]
-                ),
-            }
-            for number, outcome in enumerate(outcomes)
-            for missed in [why_not(outcome, facts.objectives, facts.constraints)]
-        ],
-    }
-
-
-def _kind(number: int, found: Recommendation, references: Sequence[int]) -> str:
-    """How the chart of two measures shows a design that is not on their front."""
-    if number in references:
-        return "reference"
-    if number == found.chosen:
-        return "star"
-    return "in" if number in found.feasible else "out"
+    feasible, front, designs = set(found.feasible), set(found.front), []
+    for number, outcome in enumerate(outcomes):
+        missed = list(why_not(outcome, facts.objectives, facts.constraints))
+        marks = {
+            "the reference": number in references,
+            "recommended": number == found.chosen,
+            "not feasible": number not in feasible,
+        }
+        # How the chart of two measures shows a design that is not on their front.
+        kinds = dict(zip(("reference", "star", "out"), marks.values(), strict=True))
+        notes = [f"not feasible, {'; '.join(missed)}."] if missed else []
+        own = {
+            "feasible": number in feasible,
+            "front": number in front,
+            "kind": next((kind for kind, holds in kinds.items() if holds), "in"),
+            "marks": [mark for mark, holds in marks.items() if holds],
+            "missed": all_shown(missed),
+            "notes": all_shown([*notes, *(f"mind, {warning}" for warning in outcome.warnings)]),
+        }
+        designs.append(_light(outcome) | own)
+    pair = _pair(outcomes, found)
+    study = {"name": all_shown(facts.name), "recommended": found.chosen, "pair": pair}
+    return {"looks": LOOKS["looks"], "together": TOGETHER, "study": study, "designs": designs}
 
 
 def _pair(outcomes: Sequence[Outcome], found: Recommendation) -> list[int | None]:
@@ -204,6 +182,12 @@ def compare_html(
     data["columns"] = [_column(column, outcomes) for column in table.columns]
     for number, rank, cells in table.rows:
         data["designs"][number] |= {"standing": cells[0], "rank": rank}
+    files = {  # that the page offers; exact, unlike what is drawn
+        "designs.csv": designs_csv(outcomes),
+        "outcomes.jsonl": "".join(f"{outcome.to_json()}\n" for outcome in outcomes),
+        "increments.csv": increments_csv(outcomes),
+        "grips.csv": grips_csv(outcomes),
+    }
     plotly, plotly_digest = plotly_script()
     scripts = [(TEMPLATES / name).read_text(encoding="utf-8") for name in SCRIPTS]
     return rendered(
@@ -211,7 +195,7 @@ def compare_html(
         name=shown(facts.name),
         data=script_json(data),
         details=list(_details(outcomes)),
-        archives={name: packed(text) for name, text in _files(outcomes)},
+        archives={name: packed(text) for name, text in files.items()},
         designs=data["designs"],
         summary=summary(outcomes, facts, found),
         table=table,
@@ -256,13 +240,10 @@ def _column(column: Column, outcomes: Sequence[Outcome]) -> dict[str, Any]:
     if column.path[0] == "digest":
         return found | {"most": DIGEST_SHOWN}
     if not column.numeric:
-        values = (value_at(outcome, column.path) for outcome in outcomes)
-        known = {
-            each if isinstance(each, str) else json.dumps(each)
-            for each in values
-            if each is not None
-        }
-        kinds = sorted(all_shown(list(known)))
+        values = {json.dumps(value_at(outcome, column.path)) for outcome in outcomes} - {"null"}
+        loaded = [(each, json.loads(each)) for each in values]
+        known = [value if isinstance(value, str) else text for text, value in loaded]
+        kinds = sorted(all_shown(known))
         texts = [each if len(each) <= MOST_TICK else f"{each[: MOST_TICK - 1]}…" for each in kinds]
         marks = {"ticktext": [escape(each) for each in texts], "tickvals": [*range(len(texts))]}
         found |= {"kinds": kinds, "ticks": {"tickmode": "array", **marks}}
@@ -295,14 +276,6 @@ def _details(outcomes: Sequence[Outcome]) -> Iterator[str]:
         yield packed(script_json({number: detail(each, frictions) for number, each in some}))
 
 
-def _files(outcomes: Sequence[Outcome]) -> Iterator[tuple[str, str]]:
-    """The files that the page offers, name and text; exact, unlike what is drawn."""
-    yield "designs.csv", designs_csv(outcomes)
-    yield "outcomes.jsonl", "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
-    yield "increments.csv", increments_csv(outcomes)
-    yield "grips.csv", grips_csv(outcomes)
-
-
 def _failures(outcomes: Sequence[Outcome]) -> Table:
     rows = tuple(
         (
@@ -322,9 +295,9 @@ def _record(outcomes: Sequence[Outcome], facts: StudyFacts) -> Table:
     """Versions, seeds, sources and what else repeats it."""
     rows = [("outcomes from", shown(source)) for source in facts.sources]
     rows += [(shown(key), shown(value)) for key, value in facts.record.items()]
-    for name, reported in (("versions", "versions"), ("seeds", "seeds")):
+    for name in ("versions", "seeds"):
         many = Counter(
-            ", ".join(f"{key} {value}" for key, value in getattr(outcome, reported).items())
+            ", ".join(f"{key} {value}" for key, value in getattr(outcome, name).items())
             for outcome in outcomes
         )
         for text, count in many.most_common():

@@ -19,11 +19,9 @@ MOST_DECIMALS = 6
 DIGEST_SHOWN = 12  # characters
 FIRST_COLUMNS = 14  # shown at first; the rest is a tick away
 STANDINGS = ("recommended", "front", "feasible", "not feasible")
-_MARKS = {name: f"{mark} {name}" for name, mark in zip(STANDINGS, "★◆○×", strict=True)}
-_UNITS = {
-    **{"_N_per_mm": "N/mm", "_N": "N", "_mm": "mm", "_MPa": "MPa", "_ml": "ml", "_MB": "MB"},
-    **{"_g": "g", "_s": "s"},
-}
+_MARKS = [f"{mark} {name}" for name, mark in zip(STANDINGS, "★◆○×", strict=True)]
+_PLAIN = ("N", "mm", "MPa", "ml", "MB", "g", "s")
+_UNITS = {"_N_per_mm": "N/mm", **{f"_{unit}": unit for unit in _PLAIN}}
 
 
 @dataclass(frozen=True)
@@ -67,7 +65,8 @@ def design_table(
 ) -> DesignTable:
     """A row a design that was analysed; first what was varied, objectives, other metrics."""
     good = [number for number, outcome in enumerate(outcomes) if outcome.status == "ok"]
-    good.sort(key=lambda number: STANDINGS.index(standing(number, found)))
+    ranks = {number: STANDINGS.index(standing(number, found)) for number in good}
+    good.sort(key=lambda number: ranks[number])
     columns = [
         column
         for column in _columns(outcomes, facts)
@@ -79,11 +78,7 @@ def design_table(
         for column in columns
     ]
     rows = tuple(
-        (
-            number,
-            STANDINGS.index(standing(number, found)),
-            (_MARKS[standing(number, found)], *(column[place] for column in texts)),
-        )
+        (number, ranks[number], (_MARKS[ranks[number]], *(column[place] for column in texts)))
         for place, number in enumerate(good)
     )
     return DesignTable(tuple(columns), rows)

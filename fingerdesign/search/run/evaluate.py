@@ -16,11 +16,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.outcome import Failure, FailureKind, Outcome, Validity, bounded
-from fingerdesign.runtime.machine import (
-    forget_peak_memory,
-    peak_memory_MB,
-    processor_seconds,
-)
+from fingerdesign.runtime.machine import forget_peak_memory, peak_memory_MB, processor_seconds
 from fingerdesign.search.run.measured import (
     grips_of,
     metrics_of,
@@ -57,8 +53,7 @@ def validity_of(case: Case, analysis: Analysis) -> Validity:
         mesh = max(ladder.error_estimates.values(), default=None)
         sentences += [ladder.why_ended] if ladder.why_ended else []
     else:
-        remedy = "fidelity 'auto' estimates it"
-        sentences.append(f"no estimate of the mesh's own error: {remedy}")
+        sentences.append("no estimate of the mesh's own error: fidelity 'auto' estimates it")
     return Validity(plane, mesh, tuple(sentences))
 
 
@@ -130,6 +125,8 @@ class Job:
             "values": dict(self.values),
             "design": self.design.model_dump(mode="json", exclude_none=True),
             "scene": self.scene_name,
+            "fidelity": self.fidelity,
+            "seeds": dict.fromkeys(("grip", "stick_error"), self.design.grip.seed),
         }
 
 
@@ -195,11 +192,9 @@ def failed(job: Job, failure: Failure) -> Outcome:
     return Outcome(
         digest=digest,
         **job.own,
-        fidelity=job.fidelity,
         status="failed",
         failure=failure,
         versions=versions(),
-        seeds=_seeds(job),
     )
 
 
@@ -223,7 +218,6 @@ def _analysed(job: Job) -> Outcome:
     return Outcome(
         digest=job.digest(),
         **job.own,
-        fidelity=job.fidelity,
         status="ok",
         metrics=metrics,
         traces=traces_of(analysis),
@@ -231,7 +225,6 @@ def _analysed(job: Job) -> Outcome:
         validity=validity,
         warnings=result.warnings + unheard + endless,
         versions=result.versions,
-        seeds=_seeds(job),
     )
 
 
@@ -248,11 +241,6 @@ def _nameless(design: Design) -> Design:
     """The design without what decides no number: its name, and which values its source gave."""
     meta = design.design.model_copy(update={"name": "finger"})
     return design.model_copy(update={"design": meta, "assumed": ()})
-
-
-def _seeds(job: Job) -> dict[str, int]:
-    seed = job.design.grip.seed
-    return {"grip": seed, "stick_error": seed}
 
 
 def _refusal(job: Job) -> FailureKind:

@@ -13,10 +13,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerdesign.errors import cell_text
-from fingerdesign.records.base import csv_text, json_text
+from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.records.outcome import Outcome, designs_csv
+from fingerdesign.records.outcome import Outcome, cells_csv, designs_csv
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, read_comparison
 from fingerdesign.version import versions
@@ -102,5 +101,4 @@ def failures_csv(outcomes: Sequence[Outcome]) -> str:
         ]
         for outcome, failure in failed
     )
-    texts = ([cell_text(cell) if isinstance(cell, str) else cell for cell in row] for row in rows)
-    return csv_text(map(cell_text, ("name", "scene", "kind", "cause", *keys, "digest")), texts)
+    return cells_csv(("name", "scene", "kind", "cause", *keys, "digest"), rows)

@@ -37,18 +37,18 @@ _FIRST_SLIP = 0.9  # of the greatest stick ratio of the pull: pressing alone sli
 def metrics_of(design: Design, cost: Cost, analysis: Analysis) -> dict[str, float | None]:
     """The metrics that this analysis tells; "core_seconds" is the caller's."""
     rows = analysis.result.increments
-    found: dict[str, float | None] = grip_metrics(analysis.result.grips)
-    last = rows[-1]
     deepest = max(rows, key=lambda row: row.approach_mm)
-    found["normal_force_N"] = last.normal_force_N
-    found["tangential_force_N"] = last.tangential_force_N
-    found["stiffness_N_per_mm"] = (
-        deepest.normal_force_N / deepest.approach_mm if deepest.approach_mm > 0.0 else None
-    )
-    found["peak_pressure_MPa"] = max(row.peak_pressure_MPa for row in rows)
-    found["first_slip_N"] = _first_slip(rows)
-    found["gage_response"] = _gage_response(analysis)
-    return found | own_metrics(design, cost)
+    pressed = deepest.approach_mm > 0.0
+    return {
+        **grip_metrics(analysis.result.grips),
+        "normal_force_N": rows[-1].normal_force_N,
+        "tangential_force_N": rows[-1].tangential_force_N,
+        "stiffness_N_per_mm": deepest.normal_force_N / deepest.approach_mm if pressed else None,
+        "peak_pressure_MPa": max(row.peak_pressure_MPa for row in rows),
+        "first_slip_N": _first_slip(rows),
+        "gage_response": _gage_response(analysis),
+        **own_metrics(design, cost),
+    }
 
 
 def stick_error_of(case: Case, analysis: Analysis) -> tuple[float | None, tuple[str, ...]]:
@@ -89,11 +89,12 @@ def own_metrics(design: Design, cost: Cost) -> dict[str, float | None]:
 
 def traces_of(analysis: Analysis) -> Traces:
     """The path's numbers, gages and contact map, thinned to what a comparison shows."""
-    rows = analysis.result.increments
-    kept = spread(len(rows), MOST_INCREMENTS)
-    rows = tuple(rows[k] for k in kept)
-    contact = analysis.contact
-    places: dict[str, Numbers] = {}
+    every, contact = analysis.result.increments, analysis.contact
+    kept = spread(len(every), MOST_INCREMENTS)
+    rows = [every[k] for k in kept]
+    along = ("approach_mm", "shear_mm", "normal_force_N", "tangential_force_N", "stick_ratio")
+    path = (*along, "contact_width_mm")
+    places = {name: _numbers(getattr(row, name) for row in rows) for name in path}
     status: tuple[str, ...] = ()
     if contact is not None:
         shown = _shown_points(contact)
@@ -103,16 +104,10 @@ def traces_of(analysis: Analysis) -> Traces:
         status = tuple("".join(MARKS.get(s, "#") for s in contact.status[k][shown]) for k in kept)
     by_index = {frame.index: frame.x for frame in analysis.plates}
     return Traces(
-        approach_mm=_numbers(row.approach_mm for row in rows),
-        shear_mm=_numbers(row.shear_mm for row in rows),
-        normal_force_N=_numbers(row.normal_force_N for row in rows),
-        tangential_force_N=_numbers(row.tangential_force_N for row in rows),
-        stick_ratio=_numbers(row.stick_ratio for row in rows),
-        contact_width_mm=_numbers(row.contact_width_mm for row in rows),
+        **places,
         gage_x_mm=_numbers(by_index[gage.plate] for gage in rows[0].gages),
         gages=tuple(_numbers(gage.reading for gage in row.gages) for row in rows),
         status=status,
-        **places,
     )
 
 

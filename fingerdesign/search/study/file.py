@@ -17,8 +17,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
 from pydantic_core import ErrorDetails
 
-from fingerdesign.checks.load import read_text
-from fingerdesign.checks.starter import shipped_path
+from fingerdesign.checks.starter import file_text
 from fingerdesign.design.base import Many, Table, refuse
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.faults import dotted, fault_of, shown
@@ -208,31 +207,13 @@ def _flat(name: str, table: Any) -> Any:
 
 def read_study(path: Path | str) -> Study:
     """The study of a file, or the shipped one of that name. DesignError with every fault."""
-    found = study_path(Path(path))
-    return parse_study(read_text(found), str(path), found.parent)
+    return parse_study(file_text(path, "study"), str(path))
 
 
-def study_path(path: Path) -> Path:
-    """The study's file, or that of the shipped one of that name. DesignError for neither."""
-    import difflib
-
-    shipped = shipped_path("maeno2000").parent / "studies"
-    if path.exists() or path.parent != Path():
-        return path
-    names = {each.stem: each for each in sorted(shipped.glob("*.toml"))}
-    if str(path) in names:
-        return names[str(path)]
-    near = difflib.get_close_matches(path.stem, names, 1)
-    remedy = f"there is no such file; {f'did you mean {near[0]}?' if near else 'check the path'}"
-    bound = f"a readable TOML file or a shipped study ({', '.join(names)})"
-    raise DesignError([Fault("file", str(path), bound, remedy)])
-
-
-def parse_study(text: str, source: str = "", folder: Path | None = None) -> Study:
+def parse_study(text: str, source: str = "") -> Study:
     """The study that TOML ``text`` says. DesignError with every fault of its keys.
 
-    ``folder``: where files that parameters and [fixed] name lie (None: where ``source`` does if it
-    is a file, else the working directory).
+    Files that parameters and [fixed] name lie where ``source`` does.
     """
     try:
         data = tomllib.loads(text)
@@ -252,46 +233,36 @@ def parse_study(text: str, source: str = "", folder: Path | None = None) -> Stud
             remedy = "correct those reported first"
             faults.append(Fault("file", f"{len(found)} faults", f"without any of {_TOLD}", remedy))
         raise DesignError(faults, source) from None
-    faults = key_faults(study.fixed, study.parameters)
-    if faults:
+    if faults := key_faults(study.fixed, study.parameters):
         raise DesignError(faults, source)
-    return _with_files(study, folder or (Path(source).parent if _is_file(source) else Path.cwd()))
 
+    def placed(key: str, value: Any) -> Any:
+        named = key in FILE_KEYS and isinstance(value, str) and value
+        return str((Path(source).parent / value).absolute()) if named else value
 
-def _is_file(source: str) -> bool:
-    try:
-        return Path(source).is_file()
-    except OSError:  # longer than a path may be
-        return False
-
-
-def _with_files(study: Study, folder: Path) -> Study:
-    """The study with the files that keys of designs name made absolute."""
-    fixed = {key: _placed(key, value, folder) for key, value in study.fixed.items()}
+    fixed = {key: placed(key, value) for key, value in study.fixed.items()}
     parameters = {
-        key: parameter
-        if isinstance(parameter, Range)
-        else tuple(_placed(key, value, folder) for value in parameter)
-        for key, parameter in study.parameters.items()
+        key: each if isinstance(each, Range) else tuple(placed(key, value) for value in each)
+        for key, each in study.parameters.items()
     }
     return study.model_copy(update={"fixed": fixed, "parameters": parameters})
 
 
-def _placed(key: str, value: Any, folder: Path) -> Any:
-    named = key in FILE_KEYS and isinstance(value, str) and value
-    return str((folder / value).absolute()) if named else value
-
-
 def _fault(error: ErrorDetails) -> Fault:
     """In the words of a design's faults, without the marks that pydantic puts into its place."""
-    location = tuple(part for part in error["loc"] if part != "[key]")
-    if location[:1] == ("parameters",):
-        reported = _parameter_fault(error, location)
-        if reported is not None:
-            return reported
-        if location[2:3] in (("range",), ("choices",)):
-            location = (*location[:2], *location[3:])
-    location = tuple(shown(part, 80)[1:-1] if _long(part) else part for part in location)
+    location = tuple(
+        shown(part, 80)[1:-1] if isinstance(part, str) and len(part) > 80 else part
+        for part in error["loc"]
+        if part != "[key]"
+    )
+    if location == ("parameters",) and error["type"] in ("missing", "too_short"):
+        remedy = 'add one, such as "plates.pitch_mm" = { low = 0.8, high = 1.2 }'
+        return Fault("parameters", "{}", "a table of at least one key", remedy)
+    if location[:1] == ("parameters",) and location[2:3] in (("range",), ("choices",)):
+        if len(location) == 3 and error["type"] == "tuple_type":
+            bound = "a list of choices or a range { low = .., high = .. }"
+            return Fault(dotted(location[:2]), shown(error["input"]), bound, "correct it")
+        location = (*location[:2], *location[3:])
     placed = error.copy()
     placed["loc"] = location
     own = error.get("ctx", {}).get("key") if error["type"] == "fault" else None
@@ -300,19 +271,3 @@ def _fault(error: ErrorDetails) -> Fault:
         placed["loc"] = (*location, own)
     found = fault_of(placed, Study)
     return replace(found, key=found.key.replace("\x7f", "\\x7f"))
-
-
-def _long(part: int | str) -> bool:
-    return isinstance(part, str) and len(part) > 80
-
-
-def _parameter_fault(error: ErrorDetails, location: tuple[int | str, ...]) -> Fault | None:
-    """Of what stands in the place of [parameters] or of a parameter."""
-    if len(location) == 1 and error["type"] in ("missing", "too_short"):
-        remedy = 'add one, such as "plates.pitch_mm" = { low = 0.8, high = 1.2 }'
-        return Fault("parameters", "{}", "a table of at least one key", remedy)
-    if len(location) == 3 and error["type"] == "tuple_type":
-        key = dotted(tuple(shown(p, 80)[1:-1] if _long(p) else p for p in location[:2]))
-        bound = "a list of choices or a range { low = .., high = .. }"
-        return Fault(key, shown(error["input"]), bound, "correct it")
-    return None

@@ -17,12 +17,13 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fingerdesign.checks.load import dump_design
-from fingerdesign.errors import DesignError, Fault, GeometryError, cell_text
-from fingerdesign.records.base import ResultError, csv_text, json_text
+from fingerdesign.errors import DesignError, Fault, GeometryError
+from fingerdesign.records.base import ResultError, json_text
 from fingerdesign.records.folder import RecordFolder
+from fingerdesign.records.outcome import cells_csv
 from fingerdesign.runtime.files import BusyError, locked, write_whole
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.pool import Pool
@@ -47,8 +48,7 @@ def _csv(
         [variant.number, variant.name, *(variant.values.get(key) for key in keys), *rest]
         for variant, rest in rows
     )
-    texts = ([cell_text(cell) if isinstance(cell, str) else cell for cell in row] for row in cells)
-    return csv_text(map(cell_text, ("number", "name", *keys, *more)), texts)
+    return cells_csv(("number", "name", *keys, *more), cells)
 
 
 def reasons(found: Iterable[Variant]) -> list[tuple[str, int, Fault, str]]:
@@ -56,13 +56,12 @@ def reasons(found: Iterable[Variant]) -> list[tuple[str, int, Fault, str]]:
 
     A variant with several faults of one key counts once.
     """
-    counted: dict[str, tuple[int, Fault, str]] = {}
+    owners: dict[str, list[tuple[Fault, str]]] = {}
     for variant in found:
         for key, fault in {fault.key: fault for fault in variant.faults}.items():
-            count, first, name = counted.get(key, (0, fault, variant.name))
-            counted[key] = (count + 1, first, name)
-    ordered = sorted(counted.items(), key=lambda item: (-item[1][0], item[0]))
-    return [(key, count, fault, name) for key, (count, fault, name) in ordered]
+            owners.setdefault(key, []).append((fault, variant.name))
+    ordered = sorted(owners.items(), key=lambda item: (-len(item[1]), item[0]))
+    return [(key, len(each), *each[0]) for key, each in ordered]
 
 
 RECORD = "generate.json"
@@ -131,7 +130,12 @@ def generate(
     found: list[Made] = []
     try:
         with locked(target / _LOCK, wait=False):
-            _clear_abandoned(target)
+            # What a run that was killed has left half-written; no other is at work.
+            for place in [each for pattern in _UNFINISHED for each in target.glob(pattern)]:
+                if place.is_dir() and not place.is_symlink():
+                    shutil.rmtree(place)
+                else:
+                    place.unlink()
             for made in _all_made(study, chosen, target, cad, workers):
                 found.append(made)
                 report(made, len(found))
@@ -149,12 +153,11 @@ def _write_lists(study: Study, found: Sequence[Made], target: Path, whole: bool)
         if place.name not in valid:
             shutil.rmtree(place)
     keys = list(study.parameters)
-    every = [(made.variant, made.variant.design, made.cad) for made in found]
-    good = ((each, [design.digest(), cad]) for each, design, cad in every if design is not None)
+    good = ((m.variant, [m.variant.design.digest(), m.cad]) for m in found if m.variant.design)
     bad = (
-        (each, [fault.key, str(fault.value), fault.bound, fault.remedy])
-        for each, _, _ in every
-        for fault in each.faults
+        (m.variant, [fault.key, str(fault.value), fault.bound, fault.remedy])
+        for m in found
+        for fault in m.variant.faults
     )
     write_whole(target / VARIANTS, _csv(keys, ("design_digest", "cad"), good))
     write_whole(target / INVALID, _csv(keys, ("key", "value", "must_be", "remedy"), bad))
@@ -166,14 +169,12 @@ def _all_made(
 ) -> Iterator[Made]:
     """Each variant as it is done; a process a worker builds the CAD of many."""
     limits, ended = study.limits, threading.Event()
-    with Pool(
-        workers,
-        time_s=limits.time_s,
-        memory_MB=limits.memory_MB,
-        recycled_after=RECYCLED_AFTER,
-        load=BUILD.partition(":")[0],
-        ready_s=READY_S,
-    ) as pool:
+    own: dict[str, Any] = {
+        "load": BUILD.partition(":")[0],
+        "recycled_after": RECYCLED_AFTER,
+        "ready_s": READY_S,
+    }
+    with Pool(workers, time_s=limits.time_s, memory_MB=limits.memory_MB, **own) as pool:
 
         def make(variant: Variant) -> Made:
             if variant.design is None:
@@ -191,10 +192,13 @@ def _all_made(
 def _made(
     study: Study, variant: Variant, target: Path, pool: Pool | None, ended: threading.Event
 ) -> Made:
-    place = target / variant.name
-    text = _design_text(study, variant)
-    if _is_there(place, text, pool is not None):
-        built = (place / "finger.step").is_file()
+    place, text = target / variant.name, _design_text(study, variant)
+    built = (place / "finger.step").is_file()
+    try:
+        same = (place / f"{variant.name}.toml").read_text(encoding="utf-8") == text
+    except (OSError, UnicodeDecodeError):
+        same = False
+    if same and (built or pool is None):
         return Made(variant, WRITTEN if built else LEFT_OUT, kept=True)
     with _variant_folder(variant.name).written(place) as aside:
         (aside / f"{variant.name}.toml").write_text(text, encoding="utf-8")
@@ -231,15 +235,6 @@ def _design_text(study: Study, variant: Variant) -> str:
     return "\n".join([*head, "", dump_design(variant.design)])
 
 
-def _is_there(place: Path, text: str, cad: bool) -> bool:
-    """Whether a variant's folder holds this design, and its CAD if that is asked for."""
-    try:
-        same = (place / f"{place.name}.toml").read_text(encoding="utf-8") == text
-    except (OSError, UnicodeDecodeError):
-        return False
-    return same and (not cad or (place / "finger.step").is_file())
-
-
 def _variant_folder(name: str) -> RecordFolder:
     files = (f"{name}.toml", *(f"finger.{ending}" for ending in ("step", "stl")))
     return RecordFolder(
@@ -253,15 +248,6 @@ def _variant_folders(study: Study, target: Path) -> list[Path]:
     if not target.is_dir():
         return []
     return sorted(each for each in target.iterdir() if pattern.fullmatch(each.name))
-
-
-def _clear_abandoned(target: Path) -> None:
-    """Remove what a run that was killed has left half-written; no other is at work."""
-    for place in [each for pattern in _UNFINISHED for each in target.glob(pattern)]:
-        if place.is_dir() and not place.is_symlink():
-            shutil.rmtree(place)
-        else:
-            place.unlink()
 
 
 def _record(study: Study, found: Sequence[Made]) -> dict[str, object]:

@@ -189,11 +189,6 @@ def shallow(value: Any) -> Any:
     return value
 
 
-def is_range(value: Mapping[str, Any]) -> bool:
-    """Whether a table is a range rather than the table of further keys."""
-    return not {"low", "high", "log", "step"}.isdisjoint(value)
-
-
 def flattened(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Tables in a table as dotted keys: ``body.depth_mm = 1`` means ``"body.depth_mm" = 1``.
 
@@ -202,7 +197,8 @@ def flattened(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str,
     """
     for name, value in table.items():
         key = f"{prefix}{name}"
-        inner = isinstance(value, Mapping) and value and not is_range(value)
+        ranges = {"low", "high", "log", "step"}
+        inner = isinstance(value, Mapping) and value and ranges.isdisjoint(value)
         if inner and key.count(".") < MOST_DEPTH:
             yield from flattened(value, f"{key}.")
         else:
@@ -237,7 +233,6 @@ def set_keys(base: Design, values: Mapping[str, Choice]) -> dict[str, Any]:
 
 def value_of(design: Design, key: str) -> Any:
     """The value of a dotted key; None where the design has no such key or it is absent."""
-
     found: Any = design.model_dump(mode="json")
     for part in parts_of(key):
         if isinstance(found, Mapping):
@@ -255,7 +250,7 @@ def key_faults(fixed: Mapping[str, Any], parameters: Iterable[str]) -> list[Faul
     targets: dict[str, str] = {}
     shares = {split_share(key)[0] for key in parameters if "/" in key}
     for key in parameters:
-        target, where = split_share(key)[0], dotted(("parameters", key))
+        (target, whole), where = split_share(key), dotted(("parameters", key))
         if target in targets:
             bound = "a key that no other parameter sets"
             faults.append(Fault(where, f"beside {shown(targets[target])}", bound, "remove one"))
@@ -263,7 +258,7 @@ def key_faults(fixed: Mapping[str, Any], parameters: Iterable[str]) -> list[Faul
         if target in fixed:
             bound = "a key that [fixed] does not set"
             faults.append(Fault(where, "in [fixed] too", bound, "remove one of them"))
-        if "/" in key and split_share(key)[1] in shares:
+        if whole in shares:
             bound = "a share of a key that is no share itself"
             faults.append(Fault(where, "a share of a share", bound, "give that key a range"))
     for table, keys in (("fixed", list(fixed)), ("parameters", list(targets))):
