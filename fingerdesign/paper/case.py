@@ -161,12 +161,12 @@ def follow_rows(problem: ContactProblem, rows: Sequence[tuple[float, float]]) ->
 
 def above(problem: ContactProblem, step: Step, x: Array) -> tuple[BoolArray, BoolArray]:
     """Whether the surface straight above each of ``x`` touches, and whether it sticks."""
-    contact, stick = level_sets(problem, step.increment)
     order = np.argsort(problem.model.points[:, 0])
     places = problem.model.points[order, 0]
-    # Beyond the candidates nothing touches.
-    touching = np.interp(x, places, contact[order], left=-1.0, right=-1.0) > 0.0
-    sticking = np.interp(x, places, stick[order], left=-1.0, right=-1.0) > 0.0
+    touching, sticking = (  # beyond the candidates nothing touches
+        np.interp(x, places, level[order], left=-1.0, right=-1.0) > 0.0
+        for level in level_sets(problem, step.increment)
+    )
     return touching, touching & sticking
 
 

@@ -150,16 +150,13 @@ def _target(found: Remade) -> Measured:
 
 
 def _rhomboids(found: Remade) -> Measured:
-    whole, change = (
-        [found.rectangles.mean(state, status) for status in ("stick", "slip")]
-        for state in ("added", "change")
-    )
     numbers: Numbers = {
-        "added_stick_deg": whole[0],
-        "added_slip_deg": whole[1],
-        "change_stick_deg": change[0],
-        "change_slip_deg": change[1],
+        f"{state}_{status}_deg": found.rectangles.mean(state, status)
+        for state in ("added", "change")
+        for status in ("stick", "slip")
     }
+    angles = [float(each or 0.0) for each in numbers.values()]
+    whole, change = angles[:2], angles[2:]
     apart = (whole[0] > SHAPE_APART * whole[1], change[0] > TURNED_APART * change[1])
     return {"whole": whole, "change": change}, _all_or_some(*apart), numbers
 
@@ -183,8 +180,7 @@ def _eight_steps(found: Remade) -> Measured:
 def _likeness(found: Remade) -> Measured:
     alike = found.likeness
     upper = [float(f(alike.upper_correlation)) for f in (np.min, np.max)]
-    slope = alike.overall_slope
-    read = float(alike.read_correlation.min())
+    slope, read = alike.overall_slope, float(alike.read_correlation.min())
     numbers: Numbers = {"least": float(alike.correlation.min()), "read_least": read}
     numbers |= {"scale": slope, "one_face_most": upper[1]}
     values = {"alike": alike, "upper": upper, "slope": slope, "read": read}
@@ -197,10 +193,9 @@ def _area(found: Remade) -> Measured:
         float("nan") if value is None else value
         for value in (study.rank_correlation, study.rank_correlation_raw)
     )
-    at = int(np.argmax(study.gage_area_mm)) + 1
     numbers: Numbers = {"rank": rank, "threshold": study.threshold}
-    values = {"friction": found.friction, "rank": rank, "raw": raw, "at": at}
-    values["threshold"] = study.threshold
+    at = int(np.argmax(study.gage_area_mm)) + 1
+    values = {**numbers, "friction": found.friction, "raw": raw, "at": at}
     return values, graded(rank, RANK, ALIKE_PARTLY), numbers
 
 

@@ -210,7 +210,8 @@ def _samples(
         for path in PATHS:
             before = [Sample(np.zeros(len(case.gage_x)), 0.0, 0.0) for _ in readers]
             for step in follow_rows(own, path_rows(case, path, friction)):
-                now = [_sample(step.measures, reader) for reader in readers]
+                m = step.measures
+                now = [Sample(read(m), m.normal_force, m.tangential_force) for read in readers]
                 if abs(now[0].tangential_force - before[0].tangential_force) >= floor:
                     for found, a, b, c in zip(scores, before, now, calibrations, strict=True):
                         found.append(response(a, b, c))
@@ -238,10 +239,6 @@ def _calibrations(
         for values, reader in zip(taken, readers, strict=True):
             values.append(reader(step.measures))
     return [NormalCalibration(np.array(forces), np.array(values)) for values in taken]
-
-
-def _sample(measures: Measures, reader: Reader) -> Sample:
-    return Sample(reader(measures), measures.normal_force, measures.tangential_force)
 
 
 def _verdicts(samples: _Samples, name: str, depth: float, touching: bool) -> Verdicts:

@@ -116,17 +116,12 @@ def _objective(
 
 
 def _table(name: str, objectives: Sequence[dict[str, Any]]) -> Table:
-    rows = tuple(
-        (
-            each["goal"],
-            f"{each['own']:.4g}",
-            each["place"],
-            f"{each['best']:.4g}",
-            f"{each['median']:.4g}",
-        )
-        for each in objectives
-    )
+    def row(each: dict[str, Any]) -> tuple[str, ...]:
+        own, best, median = (f"{each[key]:.4g}" for key in ("own", "best", "median"))
+        return each["goal"], own, each["place"], best, median
+
     columns = ("objective", name, "place", "best", "median of all")
+    rows = tuple(map(row, objectives))
     return Table("objectives", "The objectives", columns, rows, frozenset({0}))
 
 

@@ -10,6 +10,7 @@ on which worker is quicker, nor on interruptions.
 from __future__ import annotations
 
 import hashlib
+import itertools
 import os
 import re
 import warnings
@@ -27,7 +28,7 @@ from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import Planned, planned
 from fingerdesign.search.study.file import Limits, Optimise, Study
 from fingerdesign.search.study.metrics import METRICS_VERSION
-from fingerdesign.search.study.values import Choice, Range, value_of
+from fingerdesign.search.study.values import Choice, Parameter, Range, value_of
 from fingerdesign.search.study.variants import Variant, variant_of
 from fingerdesign.version import __version__
 
@@ -66,7 +67,7 @@ def reported(study: Study, outcomes: Sequence[Outcome]) -> tuple[list[float], di
     return values, {_FAILED: 0.0} | broken
 
 
-def _distribution(parameter: Range | tuple[Choice, ...]) -> Any:
+def _distribution(parameter: Parameter) -> Any:
     from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
 
     if not isinstance(parameter, Range):
@@ -79,10 +80,9 @@ def _distribution(parameter: Range | tuple[Choice, ...]) -> Any:
     return FloatDistribution(float(low), float(high), log=log, step=step)
 
 
-def _value(parameter: Range | tuple[Choice, ...], drawn: Any) -> Choice:
+def _value(parameter: Parameter, drawn: Choice) -> Choice:
     if not isinstance(parameter, Range):
-        choice: Choice = drawn
-        return choice
+        return drawn
     if parameter.whole:
         return int(drawn)
     digits = 6 if parameter.levels is None else 10
@@ -142,13 +142,14 @@ class Trials(ExitStack):
             raise
         return self
 
-    def drawn(self) -> tuple[Trial, ...]:
-        """All trials that were drawn, in order."""
-        return tuple(self._trial(each) for each in self._every())
-
-    def waiting(self) -> tuple[Trial, ...]:
-        """Those of them that nothing was reported of yet."""
-        return tuple(self._trial(each) for each in self._every() if not each.state.is_finished())
+    def drawn(self, waiting: bool = False) -> tuple[Trial, ...]:
+        """All trials that were drawn, in order, or those that nothing was reported of yet."""
+        some = (each for each in self._every() if not (waiting and each.state.is_finished()))
+        kinds = self._study.parameters.items()
+        return tuple(
+            Trial(each.number + 1, {key: _value(kind, each.params[key]) for key, kind in kinds})
+            for each in some
+        )
 
     def draw(self, count: int) -> None:
         """Draw further trials; each is one line of the journal, so it is there whole or not."""
@@ -184,10 +185,6 @@ class Trials(ExitStack):
     def _every(self) -> list[Any]:
         found: list[Any] = self._trials.get_trials(deepcopy=False)
         return found
-
-    def _trial(self, frozen: Any) -> Trial:
-        drawn, parameters = frozen.params, self._study.parameters.items()
-        return Trial(frozen.number + 1, {key: _value(each, drawn[key]) for key, each in parameters})
 
     def _sampler(self, index: int) -> Any:
         """What draws the trial of that number, from 0: its seed is the trial's own."""
@@ -299,12 +296,12 @@ def searched(
     most = search.study.optimise.trials if trials is None else trials
     found: dict[int, Tried] = {}
     while True:
-        drawn, waiting = kept.drawn(), kept.waiting()
+        drawn, waiting = kept.drawn(), kept.drawn(waiting=True)
         report(len(drawn) - len(waiting), max(most, len(drawn)))
         missing = _to_draw(len(drawn), len(waiting), most, batch)
         if missing:
             kept.draw(missing)
-            waiting = kept.waiting()
+            waiting = kept.drawn(waiting=True)
         if not waiting:
             break
         for tried in _evaluated(search, waiting, evaluated):
@@ -332,12 +329,11 @@ def _to_draw(drawn: int, waiting: int, most: int, batch: int) -> int:
 
 def _evaluated(search: Search, trials: Sequence[Trial], evaluated: Evaluator) -> list[Tried]:
     plans = [search.plan(trial) for trial in trials]
-    outcomes = list(evaluated([each for plan in plans for each in plan]))
-    found = []
-    for trial, plan in zip(trials, plans, strict=True):
-        found.append(Tried(trial.number, tuple(outcomes[: len(plan)])))
-        del outcomes[: len(plan)]
-    return found
+    rest = iter(evaluated([each for plan in plans for each in plan]))
+    return [
+        Tried(trial.number, tuple(itertools.islice(rest, len(plan))))
+        for trial, plan in zip(trials, plans, strict=True)
+    ]
 
 
 def reference_plan(search: Search, fidelity: str | None = None) -> list[Job]:
