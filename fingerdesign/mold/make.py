@@ -21,15 +21,17 @@ from fingerdesign.analysis.case import Clock
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError, GeometryError, PictureError
 from fingerdesign.mold.checks import run_checks
-from fingerdesign.mold.page import mold_html
+from fingerdesign.mold.page import Exploded, exploded_job, exploded_of, mold_html
 from fingerdesign.mold.part import Check, MoldMeshes
-from fingerdesign.mold.picture import Exploded, exploded_job, exploded_of
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.mold.products.bill import bill_of_materials, silicone_of, write_bill
-from fingerdesign.mold.products.drawing import write_drawings
-from fingerdesign.mold.products.flat_pattern import flat_patterns
-from fingerdesign.mold.products.notes import unknown_effect
+from fingerdesign.mold.products.drawing import flat_patterns, write_drawings
+from fingerdesign.mold.products.notes import (
+    bill_of_materials,
+    silicone_of,
+    unknown_effect,
+    write_bill,
+)
 from fingerdesign.mold.products.three_mf import laid_out, write_3mf
 from fingerdesign.mold.record import RECORD_FILE, MoldData, Products, mold_record
 from fingerdesign.records.base import ResultError, json_text

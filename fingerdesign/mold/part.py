@@ -149,6 +149,14 @@ class Check:
         return cls(name, part, bool(measured <= bound), float(measured), bound, unit, sentence)
 
     @classmethod
+    def least(
+        cls, name: str, part: str, measured: float, bound: float, sentence: str, slack: float = 0.0
+    ) -> Check:
+        """That ``measured`` is at least ``bound``, mm, but for some ``slack``."""
+        ok = bool(measured >= bound - slack)
+        return cls(name, part, ok, float(measured), bound, "mm", sentence)
+
+    @classmethod
     def none(
         cls, name: str, part: str, wrong: Sequence[str], unit: str, right: str, words: str
     ) -> Check:

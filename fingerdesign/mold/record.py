@@ -18,9 +18,8 @@ from typing_extensions import TypedDict
 from fingerdesign.design.schema import Design
 from fingerdesign.mold.part import Check, MoldMeshes, PartMesh
 from fingerdesign.mold.plan.plan import MoldPlan, Side, SidePlan, limits_of
-from fingerdesign.mold.products.bill import Item, Silicone
-from fingerdesign.mold.products.flat_pattern import FlatPattern
-from fingerdesign.mold.products.notes import casting_notes, warnings_of
+from fingerdesign.mold.products.drawing import FlatPattern
+from fingerdesign.mold.products.notes import ItemData, SiliconeData, casting_notes, warnings_of
 from fingerdesign.mold.products.three_mf import Posed
 from fingerdesign.records.base import Count, Size, closed, plain
 from fingerdesign.runtime.machine import largest_memory_MB
@@ -165,21 +164,6 @@ class CheckData(TypedDict):
     sentence: str
 
 
-@closed
-class SiliconeData(TypedDict):
-    """What has to be mixed, and of what that consists."""
-
-    finger_cm3: Size
-    locks_cm3: Size
-    gate_risers_vents_cm3: Size
-    flash_cm3: Size
-    excess: Size
-    mixed_cm3: Size
-    density_g_cm3: Size
-    mass_g: Size
-    sentence: str
-
-
 @with_config(ConfigDict(extra="allow"))
 class EffectData(TypedDict):
     """What a plate off its place does to its gage; its numbers are there where reason is null."""
@@ -194,19 +178,6 @@ class NotesData(TypedDict):
 
     title: str
     steps: list[str]
-
-
-@closed
-class ItemData(TypedDict):
-    """A row of the bill of materials."""
-
-    item: str
-    count: Count
-    made: str
-    material: str
-    size: str
-    mass_g: Size | None
-    files: str
 
 
 @closed
@@ -248,8 +219,8 @@ class Products:
     meshes: MoldMeshes
     patterns: tuple[FlatPattern, ...]
     posed: tuple[Posed, ...]
-    silicone: Silicone
-    items: tuple[Item, ...]
+    silicone: SiliconeData
+    items: tuple[ItemData, ...]
 
 
 def mold_record(
@@ -297,11 +268,11 @@ def mold_record(
                 asdict(check) | {"measured": _finite(check.measured), "bound": _finite(check.bound)}
                 for check in checks
             ],
-            "silicone": values_of(SiliconeData, made.silicone) if made else None,
+            "silicone": made.silicone if made else None,
             "placement": placement,
             "warnings": warnings_of(design, plan, placement) if placement else [],
             "notes": casting_notes(design, plan, parts, patterns, made.silicone) if made else [],
-            "bill": [asdict(item) for item in made.items] if made else [],
+            "bill": list(made.items) if made else [],
             "files": files,
             "timings_s": dict(timings_s),
             "seconds": seconds,

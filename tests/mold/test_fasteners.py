@@ -1,7 +1,7 @@
 """Bolts, pins, keys and core pins: walls between all of them, in every kind of body."""
 
 from functools import cache
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 import pytest
@@ -56,20 +56,25 @@ def surface(bar):
 
 @cache
 def planned(which):
-    design = shipped(which) if isinstance(which, str) else drawn(which)
+    if isinstance(which, tuple):
+        name, process = which
+        design = shipped(name, mold__process=process, mold__plate_fixture="comb")
+    else:
+        design = shipped(which) if isinstance(which, str) else drawn(which)
     return plan_mold(design), limits_of(design.mold)
 
 
-def stand_apart(plan, limits):
-    """Whether walls stand between all holes."""
-    for one, other in combinations(bars(plan), 2):
-        assert apart(one, other) >= limits.wall_mm - 1e-6, (one[0], other[0])
+OTHERS = [*product(("narrow", "boned", "wide"), ("fdm", "machined")), ("wide", "sla")]
 
 
-@pytest.mark.parametrize("which", [*NAMES, *SEEDS])
+@pytest.mark.parametrize("which", [*NAMES, *SEEDS, *OTHERS])
 def test_walls_stand_between_all_holes_and_to_every_face_and_pins_pass_over_keys(which):
     plan, limits = planned(which)
-    stand_apart(plan, limits)
+    for one, other in combinations(bars(plan), 2):
+        assert apart(one, other) >= limits.wall_mm - 1e-6, (one[0], other[0])
+    assert all(pin.dowel == (limits.name == "machined") for pin in plan.pins)
+    assert all(pin.diameter >= limits.pin_mm for pin in plan.pins)
+    assert all(pin.clearance >= limits.clearance_mm for pin in plan.pins)
     sheets = max(side.thick for side in plan.sides if side.side.endswith("x"))
     for name, start, end, radius in bars(plan):
         if name.startswith("core"):
@@ -87,17 +92,6 @@ def test_walls_stand_between_all_holes_and_to_every_face_and_pins_pass_over_keys
     assert height >= 0.3
     for pin in plan.pins:  # those of the side walls pass over the keys
         assert pin.on == INSERT or pin.root[1] - 0.5 * pin.diameter > height + 0.1
-
-
-@pytest.mark.parametrize("name", ["narrow", "boned", "wide"])
-@pytest.mark.parametrize("process", ["sla", "fdm", "machined"])
-def test_each_process_leaves_its_own_walls(name, process):
-    design = shipped(name, mold__process=process, mold__plate_fixture="comb")
-    plan, limits = plan_mold(design), limits_of(design.mold)
-    stand_apart(plan, limits)
-    assert all(pin.dowel == (process == "machined") for pin in plan.pins)
-    assert all(pin.diameter >= limits.pin_mm for pin in plan.pins)
-    assert all(pin.clearance >= limits.clearance_mm for pin in plan.pins)
 
 
 @pytest.mark.parametrize("name", ["narrow", "pin", "both_ways"])

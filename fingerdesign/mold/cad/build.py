@@ -51,7 +51,7 @@ from fingerdesign.mold.part import (
 )
 from fingerdesign.mold.plan.base import core_box
 from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side, direction
-from fingerdesign.mold.products.flat_pattern import flat_patterns
+from fingerdesign.mold.products.drawing import flat_patterns
 
 AGAINST = -1e-6  # normal . draw below which a face looks against the draw
 SAMPLES = 15  # along each of a face's parameters

@@ -174,7 +174,7 @@ def _fit(assembly: Assembly, what: str, part: str, least: float, planned: float)
     if not np.isfinite(least):
         return Check("clearance", part, False, None, planned, "mm", f"{what}: there is none")
     sentence = f"{what}: least gap {least:.3f} mm, {planned:g} mm planned"
-    return Check("clearance", part, bool(least >= bound), least, bound, "mm", sentence)
+    return Check.least("clearance", part, least, bound, sentence)
 
 
 # A hole that was filled leaves every part sound and the block filled; only the plan knows of it.
@@ -325,6 +325,5 @@ def _least(name: str, where: str, sizes: Sequence[float], bound: float, what: st
     least = min(sizes, default=np.inf)
     if not np.isfinite(least):
         return Check(title, "", True, None, bound, "mm", f"there is no {what}")
-    ok = bool(least >= bound - _ROUNDING_MM)
     sentence = f"the least {what} is {least:.3f} mm, {bound:g} mm are needed"
-    return Check(title, "", ok, float(least), bound, "mm", sentence)
+    return Check.least(title, "", least, bound, sentence, _ROUNDING_MM)

@@ -6,8 +6,6 @@ ends on another face has crossed an edge, which making it blunts. Sharper edges 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from manifold3d import Manifold
 
@@ -31,23 +29,6 @@ _NEAR_SLOT_MM = 0.05
 _NEAR_PIN_MM = 0.02
 
 
-@dataclass(frozen=True)
-class Thin:
-    """Thickness (n,) mm at points (n, 3), inward along the normals; infinite where none is met."""
-
-    points: Array
-    normals: Array
-    thickness: Array
-
-    def least(self, where: BoolArray) -> tuple[float, Array]:
-        """The least thickness among some of the points, and its place."""
-        if not where.any():
-            return float("inf"), np.zeros(3)
-        rows = np.flatnonzero(where)
-        row = rows[np.argmin(self.thickness[rows])]
-        return float(self.thickness[row]), self.points[row]
-
-
 def wall_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check]:
     """Least wall of every part that is made, least web between the slots of those that hold."""
     found: list[Check] = []
@@ -61,13 +42,13 @@ def wall_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check]:
         if part.made not in ("process", "sheet"):
             continue
         points, normals = surface_points(part.vertices, part.triangles, POINTS, rng)
-        thin = thicknesses(assembly.solids[part.name], points, normals)
-        found += _of_part(assembly, part, sides.get(part.name), thin)
+        found += _of_part(assembly, part, sides.get(part.name), points, normals)
     return found
 
 
-def thicknesses(solid: Manifold, points: Array, normals: Array) -> Thin:
-    """Thickness of a solid at points (n, 3) of its surface with outward normals."""
+def thicknesses(solid: Manifold, points: Array, normals: Array) -> Array:
+    """Thickness (n,) mm of a solid at points (n, 3) of its surface, inward along outward normals;
+    infinite where none is met."""
     low, high = bounds(solid)
     reach = float(np.linalg.norm(high - low))
     starts, ends = points - _START_MM * normals, points - reach * normals
@@ -79,66 +60,66 @@ def thicknesses(solid: Manifold, points: Array, normals: Array) -> Thin:
                 if float(np.dot(hit.normal, normals[row])) < -OPPOSITE:
                     found[row] = distance + _START_MM
                 break
-    return Thin(points, normals, found)
+    return found
 
 
-def _of_part(assembly: Assembly, part: PartMesh, side: SidePlan | None, thin: Thin) -> list[Check]:
+def _of_part(
+    assembly: Assembly, part: PartMesh, side: SidePlan | None, points: Array, normals: Array
+) -> list[Check]:
     """Walls, webs and sheets at points that lie on no pin or key; then these."""
-    limits, pins = assembly.limits, _on_pins(assembly.plan, part.name, thin)
+    thick = thicknesses(assembly.solids[part.name], points, normals)
+    limits, pins = assembly.limits, _on_pins(assembly.plan, part.name, points)
     if side is None:
         kinds = [("wall", ~pins, limits.wall_mm)]
     elif part.made == "sheet":
-        flat = np.abs(thin.normals @ direction(side.side)) > OPPOSITE
+        flat = np.abs(normals @ direction(side.side)) > OPPOSITE
         kinds = [("sheet", flat, side.sheet), ("web", ~flat, assembly.design.mold.comb.web_mm)]
     else:
-        slotted = _at_slots(side, thin)
+        slotted = _at_slots(side, points, normals, thick)
         kinds = [("wall", ~pins & ~slotted, limits.wall_mm)]
         kinds += [("web", ~pins & slotted, limits.feature_mm)]
     if pins.any():
         kinds.append(("pin", pins, limits.feature_mm))
-    slack = 2.0 * part.chord + 1e-3  # a round hole's chords, and rounding
-    return [
-        _check(kind, part.name, *thin.least(where), bound, slack) for kind, where, bound in kinds
-    ]
+    slack, found = 2.0 * part.chord + 1e-3, []  # a round hole's chords, and rounding
+    for kind, where, bound in kinds:
+        name = f"least {kind}"
+        row = int(np.argmin(np.where(where, thick, np.inf)))
+        least = thick[row]
+        if not (where[row] and np.isfinite(least)):
+            said = f"{part.name}: has no {kind}"
+            found.append(Check(name, part.name, True, None, bound, "mm", said))
+            continue
+        said = f"{part.name}: {name} {least:.3f} mm, at {place_text(points[row])}; "
+        said += f"{bound:g} mm can be made"
+        found.append(Check.least(name, part.name, least, bound, said, slack))
+    return found
 
 
-def _on_pins(plan: MoldPlan, name: str, thin: Thin) -> BoolArray:
+def _on_pins(plan: MoldPlan, name: str, points: Array) -> BoolArray:
     """Points on the planned pins and keys that stand on a part: their tips may be as thin as a
     feature."""
-    found = np.zeros(len(thin.points), dtype=bool)
+    found = np.zeros(len(points), dtype=bool)
     for pin in plan.pins:
         if pin.on != name or pin.dowel:
             continue
-        away = thin.points - np.array(pin.root)
+        away = points - np.array(pin.root)
         along = away @ np.array(pin.direction)
         radius = np.linalg.norm(away - along[:, None] * np.array(pin.direction), axis=1)
         near = (along > _START_MM) & (along < pin.length + _NEAR_PIN_MM)
         found |= near & (radius < 0.5 * pin.diameter + _NEAR_PIN_MM)
     for key in plan.keys if name == BASE else ():
         low, high = np.array(key.low), np.array(key.high)
-        within = (thin.points > low - _NEAR_PIN_MM) & (thin.points < high + _NEAR_PIN_MM)
-        found |= within.all(axis=1) & (thin.points[:, 1] > _START_MM)
+        within = (points > low - _NEAR_PIN_MM) & (points < high + _NEAR_PIN_MM)
+        found |= within.all(axis=1) & (points[:, 1] > _START_MM)
     return found
 
 
-def _at_slots(side: SidePlan, thin: Thin) -> BoolArray:
+def _at_slots(side: SidePlan, points: Array, normals: Array, thick: Array) -> BoolArray:
     """Points with a slot's face at one end of their rays: between it and the other lies a web."""
-    ends = thin.points - np.where(np.isfinite(thin.thickness), thin.thickness, 0.0)[:, None] * (
-        thin.normals
-    )
-    found = np.zeros(len(thin.points), dtype=bool)
+    ends = points - np.where(np.isfinite(thick), thick, 0.0)[:, None] * normals
+    found = np.zeros(len(points), dtype=bool)
     for slot in side.slots:
-        for points in (thin.points, ends):
-            found |= np.abs(from_slot(slot, points)) < _NEAR_SLOT_MM + side.shift
-    place, _ = seen_from(side.side, thin.normals)
-    return np.asarray(found & (np.hypot(place, thin.normals[:, 1]) > OPPOSITE))
-
-
-def _check(name: str, part: str, least: float, where: Array, bound: float, slack: float) -> Check:
-    ok = bool(least >= bound - slack)
-    if not np.isfinite(least):
-        return Check(f"least {name}", part, True, None, bound, "mm", f"{part}: has no {name}")
-    sentence = (
-        f"{part}: least {name} {least:.3f} mm, at {place_text(where)}; {bound:g} mm can be made"
-    )
-    return Check(f"least {name}", part, ok, least, bound, "mm", sentence)
+        for each in (points, ends):
+            found |= np.abs(from_slot(slot, each)) < _NEAR_SLOT_MM + side.shift
+    place, _ = seen_from(side.side, normals)
+    return np.asarray(found & (np.hypot(place, normals[:, 1]) > OPPOSITE))

@@ -248,20 +248,17 @@ class Fixture:
 
     def leg_exits(self, legs: Sequence[Leg]) -> Exits:
         """How legs leave the finger."""
-        return self._exits(legs, [self.bar(leg) for leg in legs], True)
+        return self._exits(legs, [self.bar(leg) for leg in legs])
 
     def slot_exits(self, legs: Sequence[Leg], holding: Holding) -> Exits:
         """How the legs' slots leave the finger, with their reliefs."""
         cut = zip(map(self.bar, legs), self._slots(legs, holding), strict=True)
         both = [as_bars(bar, slot) for bar, slot in cut]
-        found = self._exits(legs, [bar for bar, _ in both], False)
-        if self.design.mold.wire_mm <= 0.0:
-            return found
-        return found.with_others(self._exits(legs, [relief for _, relief in both], False))
+        return self._exits(legs, [bar for bar, _ in both], [relief for _, relief in both])
 
-    def _exits(self, legs: Sequence[Leg], bars: Sequence[PlateFrame], follow: bool) -> Exits:
+    def _exits(self, legs: Sequence[Leg], *bars: Sequence[PlateFrame]) -> Exits:
         sides, starts = [leg.side for leg in legs], [leg.start for leg in legs]
-        return exits_of(self.design.body, self.scale, bars, sides, starts, follow)
+        return exits_of(self.design.body, self.scale, bars[0], sides, starts, *bars[1:])
 
     @cached_property
     def loose(self) -> tuple[Leg, ...]:

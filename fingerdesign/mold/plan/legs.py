@@ -8,7 +8,7 @@ only.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -31,12 +31,8 @@ CLOSE = 1e-6  # mm; rounding
 SLOTS: Holding = "slots"
 
 
-@dataclass(frozen=True)
-class Stance:
-    """Every plate end's leg at one width and place, and what is wrong with each."""
-
-    legs: tuple[Leg, ...]
-    penalty: dict[Holding, Array]
+# Every plate end's leg at one width and place, and what is wrong with each, by how it is held.
+Stance = tuple[tuple[Leg, ...], dict[Holding, Array]]
 
 
 class Search(Fixture):
@@ -93,7 +89,7 @@ class Search(Fixture):
         penalty = {SLOTS: wrong + _LEFT * ((short > CLOSE) + short)}
         if requested != SLOTS:
             penalty[requested] = wrong + _NOT_FLAT * ~flat
-        return Stance(tuple(legs), penalty)
+        return tuple(legs), penalty
 
     def _wrong(self, legs: tuple[Leg, ...]) -> Array:
         """Of each leg, whether it meets other metal, or a hole of its own plate."""
@@ -136,10 +132,10 @@ class Search(Fixture):
             number, rank = self.ranks[frame.index]
             wanted = pattern[0] * (-1.0 if number % 2 else 1.0) + pattern[1] * rank
             wrong, _, best = min(
-                (float(stance.penalty[way][k]), abs(place - wanted), place)
-                for place, stance in stances.items()
+                (float(penalty[way][k]), abs(place - wanted), place)
+                for place, (_, penalty) in stances.items()
             )
-            chosen.append(stances[best].legs[k])
+            chosen.append(stances[best][0][k])
             total += wrong
             total += 0.0 if chosen[-1].flat else _NOT_FLAT
         return tuple(chosen), total

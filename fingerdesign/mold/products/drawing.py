@@ -1,24 +1,144 @@
-"""DXF drawings of what is cut from sheet: plates.dxf, and one for each comb or jig.
+"""What is cut from sheet: flat patterns of the plates, and DXF drawings of these and of combs.
 
-Layers CUT, HOLES, GAGES, BEND and TEXT. Importing this module is light; ezdxf loads when a file is
-written. Lengths in mm.
+A pattern is drawn in (s, w): s along the plate's axis from its centre (of a bent plate along its
+mid-surface), w across it, along +z or +x, from the middle of its span. Layers of the drawings: CUT,
+HOLES, GAGES, BEND and TEXT; ezdxf loads when a file is written. Lengths in mm.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.part import MoldMeshes, PartMesh, comb_names, doubled_areas
-from fingerdesign.mold.plan.plan import MoldPlan, Side, across, direction
-from fingerdesign.mold.products.flat_pattern import FlatPattern
-from fingerdesign.mold.products.notes import numbers_text
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mold.checks.assembly import solid_of
+from fingerdesign.mold.part import MoldMeshes, PartMesh, comb_names
+from fingerdesign.mold.plan.plan import Leg, MoldPlan, Side, across, direction
+from fingerdesign.mold.plan.slots import end_of
+
+Face = Literal["upper", "lower"]
+_ALIKE = 3  # digits of a millimetre by which plates are distinguished
+_IDLE_MM2 = 1e-9  # between a corner and its neighbours
+
+
+@dataclass(frozen=True)
+class GageMark:
+    """Where a gage is bonded: the face, and the rectangle (4, 2) that it averages over."""
+
+    face: Face
+    corners: Array
+
+
+@dataclass(frozen=True, eq=False)
+class FlatPattern:
+    """One kind of plate.
+
+    name         "plate_A", "plate_B", ...
+    plates       numbers of the plates that are cut so
+    outline      polygon (n, 2) of what is cut, legs in full, anticlockwise
+    holes        (s, w, radius) of each round hole
+    gages        their places on the face or faces that carry them
+    bend_radius  of the mid-surface after cutting, its centre on the lower side; None: flat
+    thickness, material   of the sheet
+    seen         the face that a reader of (s to the right, w up) looks on
+    """
+
+    name: str
+    plates: tuple[int, ...]
+    outline: Array
+    holes: tuple[tuple[float, float, float], ...]
+    gages: tuple[GageMark, ...]
+    bend_radius: float | None
+    thickness: float
+    material: str
+    seen: Face
+
+    @property
+    def count(self) -> int:
+        """How many are needed."""
+        return len(self.plates)
+
+
+def flat_patterns(design: Design, plan: MoldPlan) -> tuple[FlatPattern, ...]:
+    """One pattern for each different plate of a mold, in the order of their first plates."""
+    kinds: dict[tuple[object, ...], list[PlateFrame]] = {}
+    for frame in plan.frames:
+        kinds.setdefault(_kind(frame, plan.legs_of(frame.index)), []).append(frame)
+    found = []
+    for number, alike in enumerate(kinds.values()):
+        first = alike[0]
+        found.append(
+            FlatPattern(
+                f"plate_{_letters(number)}",
+                tuple(frame.index for frame in alike),
+                outline_of(first, plan.legs_of(first.index)),
+                tuple((hole.s, hole.w - first.middle, hole.radius) for hole in first.holes),
+                _gages(design),
+                first.bend_radius,
+                first.thickness,
+                design.plates.material,
+                # Seen from above, s and w turn anticlockwise for plates along z only.
+                "lower" if first.along == "x" else "upper",
+            )
+        )
+    return tuple(found)
+
+
+def outline_of(frame: PlateFrame, legs: tuple[Leg, ...]) -> Array:
+    """The polygon (n, 2) of one plate with its legs, in (s, w), anticlockwise, without double
+    corners and those that lie between their neighbours in one line."""
+    s, w = 0.5 * frame.length, 0.5 * frame.span
+    sides: dict[str, list[tuple[float, float]]] = {"+": [], "-": []}
+    for leg in legs:
+        low, high = leg.offset - 0.5 * leg.width, leg.offset + 0.5 * leg.width
+        out = w + leg.tip - leg.start
+        sides[leg.side[0]] = [(low, w), (low, out), (high, out), (high, w)]
+    lower = [(a, -b) for a, b in sides["-"]]
+    points = np.array([(-s, -w), *lower, (s, -w), (s, w), *reversed(sides["+"]), (-s, w)])
+    while True:
+        one, two = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+        idle = np.flatnonzero(np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]) < _IDLE_MM2)
+        if not len(idle):
+            return points
+        points = np.delete(points, idle[0], axis=0)
+
+
+def _kind(frame: PlateFrame, legs: tuple[Leg, ...]) -> tuple[object, ...]:
+    """What plates that are cut alike have in common."""
+    numbers = [frame.length, frame.thickness, frame.span, frame.bend_radius or 0.0]
+    for hole in frame.holes:
+        numbers += [hole.s, hole.w - frame.middle, hole.radius]
+    for leg in legs:
+        numbers += [leg.width, leg.offset, leg.tip - end_of(frame, leg.side)]
+    sides = (leg.side for leg in legs)
+    return (frame.along, *sides, *(round(number, _ALIKE) + 0.0 for number in numbers))
+
+
+def _gages(design: Design) -> tuple[GageMark, ...]:
+    gages = design.gages
+    s, w = 0.5 * gages.length_mm, 0.5 * gages.width_mm
+    low, high = gages.z_mm - w, gages.z_mm + w
+    corners = np.array([[-s, low], [s, low], [s, high], [-s, high]])
+    faces: tuple[Face, ...] = ("upper", "lower") if gages.face == "both" else (gages.face,)
+    return tuple(GageMark(face, corners) for face in faces)
+
+
+def _letters(number: int) -> str:
+    """A, B, ..., Z, AA, AB, ... of 0, 1, ..."""
+    text = ""
+    number += 1
+    while number:
+        number, rest = divmod(number - 1, 26)
+        text = chr(ord("A") + rest) + text
+    return text
+
 
 # layer -> AutoCAD colour number (7: black on white): each also differs by its name
 LAYERS = {"CUT": 7, "HOLES": 1, "GAGES": 5, "BEND": 3, "TEXT": 8}
@@ -104,27 +224,22 @@ def _text_height(sheet: Sheet) -> float:
 MICRON = 3  # decimals
 ROUND = 12  # corners of a polygon that may stand for a circle
 STRAIGHT = 1e-7  # mm; a point this near the line between its neighbours adds nothing
+UNDER_MM = 1e-6  # a sheet's outer face, where its section is drawn
 
 
 def comb_sheet(part: PartMesh, side: Side) -> Sheet:
-    """A comb or jig as cut, from the triangles of its flat face across a side's direction.
+    """A comb or jig as cut: the section of its triangles just under its outer face.
 
     Drawn as (x, y) for the sides +z and -z (seen from +z), as (z, y) for +x and -x (seen from -x).
-    GeometryError where the flat face is not one piece, or where outline times thickness is not the
-    sheet's volume.
+    GeometryError where there is none, or where outline times thickness is not the sheet's volume.
     """
-    normals = doubled_areas(part.vertices, part.triangles)
     out = part.vertices @ direction(side)
-    facing = normals @ direction(side) > 0.999 * np.linalg.norm(normals, axis=1)
-    facing &= np.abs(out[part.triangles] - out.max()).max(axis=1) < 1e-6
-    if not facing.any():
+    turn = [[*across(side), 0.0], [0.0, 1.0, 0.0, 0.0], [*direction(side), 0.0]]
+    solid = solid_of(part.vertices, part.triangles).transform(np.array(turn))
+    section = solid.slice(float(out.max()) - UNDER_MM).simplify(STRAIGHT)
+    loops = sorted(map(np.asarray, section.to_polygons()), key=polygon_area, reverse=True)
+    if not loops:
         raise GeometryError(f"{part.name} has no flat face across {side}")
-    flat = np.column_stack([part.vertices @ across(side), part.vertices[:, 1]])
-    loops = [
-        _without_straight_points(flat[loop])
-        for loop in border_loops(part.triangles[facing], part.name)
-    ]
-    loops.sort(key=polygon_area, reverse=True)
     outline, openings = loops[0], tuple(loops[1:])
     area = polygon_area(outline) - sum(polygon_area(loop) for loop in openings)
     thickness = float(np.ptp(out))
@@ -161,39 +276,6 @@ def as_circle(points: Array) -> tuple[float, float, float] | None:
     if apart.max() >= 1e-6:
         return None
     return round(float(x), MICRON) + 0.0, round(float(y), MICRON) + 0.0, round(radius, MICRON)
-
-
-def border_loops(triangles: IntArray, name: str) -> list[list[int]]:
-    """The closed loops of vertices around a patch of triangles, each in the triangles' sense.
-
-    GeometryError where a vertex joins more than two border edges: the patch pinches there.
-    """
-    edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    both = {(int(a), int(b)) for a, b in edges}
-    follows: dict[int, int] = {}
-    for a, b in both:
-        if (b, a) not in both:
-            if a in follows:
-                raise GeometryError(f"{name}: the border of its flat face meets itself")
-            follows[a] = b
-    loops = []
-    while follows:
-        start, at = follows.popitem()
-        loop = [start]
-        while at != start:
-            loop.append(at)
-            at = follows.pop(at)
-        loops.append(loop)
-    return loops
-
-
-def _without_straight_points(points: Array) -> Array:
-    before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
-    chord = after - before
-    length = np.maximum(np.linalg.norm(chord, axis=1), 1e-300)
-    offset = points - before
-    away = np.abs(chord[:, 0] * offset[:, 1] - chord[:, 1] * offset[:, 0]) / length
-    return np.asarray(points[away > STRAIGHT])
 
 
 PLATES_FILE = "plates.dxf"
@@ -233,3 +315,18 @@ def plate_sheet(pattern: FlatPattern) -> Sheet:
         bends=bends,
         text=tuple(text),
     )
+
+
+def numbers_text(plates: Iterable[int]) -> str:
+    """Whole numbers, runs shortened.
+
+    >>> numbers_text([8, 0, 1, 2, 5, 7])
+    '0-2, 5, 7-8'
+    """
+    runs: list[list[int]] = []
+    for plate in sorted(plates):
+        if runs and plate == runs[-1][-1] + 1:
+            runs[-1].append(plate)
+        else:
+            runs.append([plate])
+    return ", ".join(str(r[0]) if len(r) == 1 else f"{r[0]}-{r[-1]}" for r in runs)

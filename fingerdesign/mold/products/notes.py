@@ -1,30 +1,194 @@
-"""What a caster reads, made from the design: notes step by step, and what to be warned of.
+"""What a caster reads, made from the design: notes step by step, warnings, the bill of materials.
 
-The words stand in ``templates/notes.j2``; here are the numbers that they are made from.
+The words stand in ``templates``; here are the numbers that they are made from.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from typing_extensions import TypedDict
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import plate_frames
-from fingerdesign.mold.part import WORDS, PartMesh, axis_name, comb_names, wall_name
+from fingerdesign.mold.part import WORDS, MoldMeshes, PartMesh, axis_name, comb_names, wall_name
 from fingerdesign.mold.plan.base import TILT_DEG
 from fingerdesign.mold.plan.legs import legs_share
-from fingerdesign.mold.plan.plan import MoldPlan
-from fingerdesign.mold.products.bill import Silicone, bolt_length, bolt_words
-from fingerdesign.mold.products.flat_pattern import FlatPattern
+from fingerdesign.mold.plan.plan import Bolt, MoldPlan, density_of
+from fingerdesign.mold.products.drawing import FlatPattern, numbers_text
+from fingerdesign.records.base import Count, Size, closed, write_csv
 from fingerdesign.report.page import macros
 
-TEMPLATE = Path(__file__).parents[1] / "templates" / "notes.j2"
+TEMPLATES = Path(__file__).parents[1] / "templates"
+
+
+@closed
+class SiliconeData(TypedDict):
+    """What has to be mixed, and of what that consists."""
+
+    finger_cm3: Size
+    locks_cm3: Size
+    gate_risers_vents_cm3: Size
+    flash_cm3: Size
+    excess: Size
+    mixed_cm3: Size
+    density_g_cm3: Size
+    mass_g: Size
+    sentence: str
+
+
+def silicone_of(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> SiliconeData:
+    """What rubber, base holes and slots hold; plates without rubber between leave no flash."""
+    locks, openings = 0.0, 0.0
+    for hole in plan.base_holes:
+        d, outer = hole.diameter, hole.outer_diameter
+        cone = math.pi * plan.base * (d**2 + d * outer + outer**2) / 12.0
+        locks += cone if hole.kind == "lock" else 0.0
+        openings += cone if hole.kind in ("gate", "riser", "vent") else 0.0
+    held = 1e-3 * np.array([meshes.rubber.volume, locks, openings, _flash(plan)])
+    finger, locks, openings, flash = held.tolist()
+    excess, density = design.mold.excess, density_of(design)
+    mixed = sum(held.tolist()) * (1.0 + excess)
+    return {
+        "finger_cm3": finger,
+        "locks_cm3": locks,
+        "gate_risers_vents_cm3": openings,
+        "flash_cm3": flash,
+        "excess": excess,
+        "mixed_cm3": mixed,
+        "density_g_cm3": density,
+        "mass_g": mixed * density,
+        "sentence": f"mix {mixed:.2f} cm³ ({mixed * density:.1f} g at {density:g} g/cm³): "
+        f"{finger:.2f} cm³ of finger, {locks + openings + flash:.2f} cm³ in locks, gate, risers, "
+        f"vents and flash, and {100.0 * excess:.0f} % to spare",
+    }
+
+
+def _flash(plan: MoldPlan) -> float:
+    """Slots less the legs in them, as deep as what holds them: sheets, or the whole wall."""
+    whole = 0.0
+    for side, slot, width in plan.held():
+        metal = width * (plan.thickness[slot.plate] + slot.shim)
+        hole = 0.25 * np.pi * (slot.relief**2 - slot.wire**2) if slot.relief else 0.0
+        free = max(0.0, slot.length * slot.width - metal) + hole
+        whole += free * (side.thick or plan.wall(side.side))
+    return float(whole)
+
+
+# nut's height and washer's thickness, mm (ISO 4032 and ISO 7089)
+NUTS = {"M2": (1.6, 0.3), "M2.5": (2.0, 0.5), "M3": (2.4, 0.5), "M4": (3.2, 0.8)}
+PROUD_MM = 1.0  # of a bolt beyond its nut: two turns or more
+LENGTHS_MM = (
+    *(5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70),
+    *(80, 90, 100, 110, 120, 130, 140, 150),
+)
+# So many round wires in a round bundle take so many of their diameters.
+_BUNDLE = {2: 2.0, 4: 1.0 + math.sqrt(2.0), 6: 3.0}
+WIRE_MM = 200.0  # of thin wire a gage lead, to where it can be handled
+
+
+@closed
+class ItemData(TypedDict):
+    """A row of the bill of materials."""
+
+    item: str
+    count: Count
+    made: str
+    material: str
+    size: str
+    mass_g: Size | None
+    files: str
+
+
+def bill_of_materials(
+    design: Design,
+    plan: MoldPlan,
+    meshes: MoldMeshes,
+    patterns: Sequence[FlatPattern],
+    silicone: SiliconeData,
+) -> tuple[ItemData, ...]:
+    """All lines, parts first, then plates, hardware and what is consumed."""
+    plates = sum(pattern.count for pattern in patterns)
+    gages = design.gages.faces * plates
+    wire = design.mold.wire_mm / _BUNDLE[design.gages.leads]
+    metres = math.ceil(design.gages.leads * plates * WIRE_MM / 1000.0)
+    return (
+        *_lines("parts", design, meshes.parts, _extent),
+        *_lines("plates", design, patterns, _extent),
+        *hardware(plan),
+        *_lines("consumed", design, silicone, gages, metres, wire),
+    )
+
+
+def _lines(macro: str, *given: Any) -> Iterator[ItemData]:
+    """The lines of one of the macros of templates/bill.j2."""
+    for line in getattr(macros(TEMPLATES / "bill.j2"), macro)(*given).splitlines():
+        if line.strip():
+            item, count, *words, mass, files = map(str.strip, line.split("|"))
+            cells = (item, int(count), *words, float(mass) if mass else None, files)
+            found: Any = dict(zip(ItemData.__annotations__, cells, strict=True))
+            yield found
+
+
+def _extent(points: Array) -> list[float]:
+    return list(np.ptp(points, axis=0).tolist())
+
+
+def write_bill(items: Sequence[ItemData], path: Path) -> None:
+    """bill_of_materials.csv: a row an item, units in the column names."""
+    write_csv(path, ItemData.__annotations__, (item.values() for item in items))
+
+
+def bolt_length(bolt: Bolt) -> int | None:
+    """Nominal length that clamps ``bolt``'s parts with a washer at each end and a nut, mm.
+
+    None where no usual length does: threaded rod, cut to size.
+
+    >>> from fingerdesign.mold.plan.plan import Bolt
+    >>> bolt_length(Bolt("z", 0.0, 5.0, -15.0, 15.0, "M3", 3.4))
+    35
+    """
+    nut, washer = NUTS[bolt.size]
+    needed = (bolt.high - bolt.low) + 2.0 * washer + nut + PROUD_MM
+    return next((length for length in LENGTHS_MM if length >= needed - 1e-9), None)
+
+
+def bolt_words(bolt: Bolt) -> str:
+    """A bolt as it is bought; a threaded rod where no usual length does."""
+    length = bolt_length(bolt)
+    return f"{bolt.size} threaded rod" if length is None else f"{bolt.size} x {length}"
+
+
+def hardware(plan: MoldPlan) -> tuple[ItemData, ...]:
+    """Bolts with nuts and washers, dowels, core pins, core screws, shims."""
+    bolts = Counter((b.size, bolt_length(b), round(b.high - b.low, 2)) for b in plan.bolts)
+    sizes = Counter(bolt.size for bolt in plan.bolts)
+    rods = Counter(bolt.size for bolt in plan.bolts if bolt_length(bolt) is None)
+    shims = (
+        (slot.shim, width, plan.wall(side.side)) for side, slot, width in plan.held() if slot.shim
+    )
+    alike = (
+        _alike((pin.diameter, pin.length) for pin in plan.pins if pin.dowel),
+        _alike((pin.diameter, plan.reach(pin.side) - abs(pin.tip)) for pin in plan.core_pins),
+        _alike((hole.diameter,) for hole in plan.base_holes if hole.kind == "screw"),
+        _alike(shims),
+    )
+    nuts = [(size, (count, rods[size])) for size, count in sorted(sizes.items())]
+    return tuple(_lines("hardware", plan, sorted(bolts.items(), key=str), nuts, *alike))
+
+
+def _alike(sizes: Iterable[tuple[float, ...]]) -> list[tuple[tuple[float, ...], int]]:
+    """How many there are of each different size of a thing."""
+    counts = Counter((size[0], *(round(value, 2) for value in size[1:])) for size in sizes)
+    return sorted(counts.items())
 
 
 @dataclass(frozen=True)
@@ -77,31 +241,16 @@ def mixing_of(material: str, cure: str) -> Mixing:
     return MIXINGS.get(material, MIXINGS[usual])
 
 
-def numbers_text(plates: Iterable[int]) -> str:
-    """Whole numbers, runs shortened.
-
-    >>> numbers_text([8, 0, 1, 2, 5, 7])
-    '0-2, 5, 7-8'
-    """
-    runs: list[list[int]] = []
-    for plate in sorted(plates):
-        if runs and plate == runs[-1][-1] + 1:
-            runs[-1].append(plate)
-        else:
-            runs.append([plate])
-    return ", ".join(str(r[0]) if len(r) == 1 else f"{r[0]}-{r[-1]}" for r in runs)
-
-
 def casting_notes(
     design: Design,
     plan: MoldPlan,
     parts: Sequence[PartMesh],
     patterns: Sequence[FlatPattern],
-    silicone: Silicone,
+    silicone: SiliconeData,
 ) -> list[dict[str, Any]]:
     """Sections of steps, in the order of the work; what this mold does not need is left out."""
     bolts = sorted(plan.bolts, key=lambda bolt: str((bolt.size, bolt_length(bolt))))
-    text = macros(TEMPLATE).notes(
+    text = macros(TEMPLATES / "notes.j2").notes(
         design=design,
         plan=plan,
         parts=parts,
@@ -125,7 +274,7 @@ def casting_notes(
 def warnings_of(design: Design, plan: MoldPlan, placement: Mapping[str, Any]) -> list[str]:
     """What a caster has to be warned of, found from the design: a sentence each."""
     share, worst = legs_share(design, plan), placement_worst(placement)
-    return _items(macros(TEMPLATE).warnings(design, plan, share, worst, WORDS))
+    return _items(macros(TEMPLATES / "notes.j2").warnings(design, plan, share, worst, WORDS))
 
 
 def placement_worst(placement: Mapping[str, Any] | None) -> float:
@@ -147,7 +296,7 @@ def effect_sentences(design: Design, found: Mapping[str, Any], row: Mapping[str,
     """What the numbers of ``placement.placement_effect`` say: of the plates, of the whole row."""
     guide = design.body.shape not in ("arc", "block") or not design.extruded
     embedded = any(frame.span < design.body.depth_mm - 1e-9 for frame in plate_frames(design))
-    return _items(macros(TEMPLATE).effect(found, row, guide, embedded, percent))
+    return _items(macros(TEMPLATES / "notes.j2").effect(found, row, guide, embedded, percent))
 
 
 def percent(share: float) -> str:

@@ -14,10 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.part import PartMesh, doubled_areas
+from fingerdesign.mold.checks.assembly import areas
+from fingerdesign.mold.part import PartMesh
 
 GAP_MM = 5.0  # between neighbours on the bed
 FLAT = 1e-6  # mm; how far from its plane a face may lie
@@ -68,25 +71,15 @@ def laid_out(parts: tuple[PartMesh, ...]) -> tuple[Posed, ...]:
     return tuple(placed)
 
 
-def flat_faces(part: PartMesh, most: int = 60) -> list[tuple[float, Array]]:
-    """(area, outward normal) of the flat faces that a part can lie on, largest first."""
-    normals = doubled_areas(part.vertices, part.triangles)
-    double = np.linalg.norm(normals, axis=1)
-    sound = double > 0.0
-    normals, areas = normals[sound] / double[sound, None], 0.5 * double[sound]
-    corners = part.vertices[part.triangles][sound]
-    _, kinds = np.unique(np.round(normals, 4) + 0.0, axis=0, return_inverse=True)
-    kinds = kinds.reshape(-1)
-    sums = np.bincount(kinds, areas)
-    found = []
-    for kind in np.argsort(-sums)[:most]:
-        members = kinds == kind
-        normal = areas[members] @ normals[members]
-        normal /= np.linalg.norm(normal)
-        reach = float((part.vertices @ normal).max())
-        on = np.abs(corners[members] @ normal - reach).max(axis=1) < FLAT
+def flat_faces(part: PartMesh) -> list[tuple[float, Array]]:
+    """(area, outward normal) of the flat faces that a part can lie on: those in its hull's."""
+    planes, corners = ConvexHull(part.vertices).equations, part.vertices[part.triangles]
+    _, kinds = np.unique(np.round(planes[:, :3], 4) + 0.0, axis=0, return_index=True)
+    sizes, found = areas(part.vertices, part.triangles), []
+    for plane in planes[kinds]:
+        on = np.abs(corners @ plane[:3] + plane[3]).max(axis=1) < FLAT
         if on.any():
-            found.append((float(areas[members][on].sum()), normal))
+            found.append((float(sizes[on].sum()), plane[:3]))
     return sorted(found, key=lambda each: -each[0])
 
 
@@ -97,23 +90,12 @@ def _posed(part: PartMesh) -> Posed:
         area, down = max(faces, key=lambda f: f[0] * (OUTSIDE if f[1] @ outward > 0.999 else 1.0))
     else:  # no flat face: as it stands in the mold
         area, down = 0.0, np.array([0.0, -1.0, 0.0])
-    turned = part.vertices @ _turn_down(down).T
+    turned = Rotation.align_vectors([0.0, 0.0, -1.0], down)[0].apply(part.vertices)
     if np.ptp(turned[:, 1]) > np.ptp(turned[:, 0]):
         turned = turned[:, [1, 0, 2]] * np.array([-1.0, 1.0, 1.0])
     turned = turned - turned.min(axis=0)
     x, y, z = down.tolist()
     return Posed(part.name, turned, part.triangles, (0.0, 0.0), area, (x, y, z))
-
-
-def _turn_down(normal: Array) -> Array:
-    """The rotation (3, 3) that takes a unit vector to -z."""
-    target = np.array([0.0, 0.0, -1.0])
-    axis, cosine = np.cross(normal, target), float(normal @ target)
-    if cosine < -1.0 + 1e-12:
-        return np.diag([1.0, -1.0, -1.0])
-    x, y, z = axis
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + skew + skew @ skew / (1.0 + cosine))
 
 
 DECIMALS = 6  # nm: finer than single precision, in which the format's library holds vertices

@@ -12,7 +12,7 @@ from fingerdesign.mold.checks.fits import part_checks
 from fingerdesign.mold.checks.venting import high_points, tilts
 from fingerdesign.mold.part import BASE, INSERT, RUBBER, volume
 from fingerdesign.mold.plan.plan import Bolt
-from fingerdesign.mold.products.bill import silicone_of
+from fingerdesign.mold.products.notes import silicone_of
 from tests.support.molds import BOX, CORNERS, meshed
 
 
@@ -179,11 +179,12 @@ def test_silicone_to_mix(made):
     found = silicone_of(made.design, made.plan, made.meshes)
     locks, openings = np.pi * 4 * (4 + 6 + 9) / 12, np.pi * 4 * (16 + 20 + 25) / 12 + np.pi * 4
     sizes = (2396.0, locks, openings, 2 * 8 * (3.2 * 0.4 - 3.0 * 0.38))
-    volumes = (found.finger, found.locks, found.gate_risers_vents, found.flash)
+    names = ("finger_cm3", "locks_cm3", "gate_risers_vents_cm3", "flash_cm3")
+    volumes = [found[name] for name in names]
     assert volumes == pytest.approx(1e-3 * np.array(sizes))
-    assert found.mixed_cm3 == pytest.approx(1.15 * sum(volumes))
-    assert found.mass_g == pytest.approx(1.1 * found.mixed_cm3)
-    assert f"{found.mass_g:.1f} g" in found.sentence
+    assert found["mixed_cm3"] == pytest.approx(1.15 * sum(volumes))
+    assert found["mass_g"] == pytest.approx(1.1 * found["mixed_cm3"])
+    assert f"{found['mass_g']:.1f} g" in found["sentence"]
 
 
 def part(points=CORNERS, triangles=BOX, exact=1.0, **changes):

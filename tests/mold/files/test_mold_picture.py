@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from fingerdesign.errors import PictureError
-from fingerdesign.mold import picture as mold_picture
-from fingerdesign.mold.picture import (
+from fingerdesign.mold import page as mold_picture
+from fingerdesign.mold.page import (
     SIZE,
     camera_at,
     camera_axes,

@@ -2,6 +2,7 @@
 
 import locale
 import zipfile
+from dataclasses import replace
 from functools import partial
 
 import ezdxf
@@ -15,12 +16,11 @@ from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.drawing import (
     Sheet,
     as_circle,
-    border_loops,
     comb_sheet,
+    flat_patterns,
     polygon_area,
     write_dxf,
 )
-from fingerdesign.mold.products.flat_pattern import flat_patterns
 from fingerdesign.mold.products.three_mf import flat_faces, laid_out, write_3mf
 from tests.support.molds import BOX, CORNERS, box, meshed, read_3mf, shipped
 
@@ -110,11 +110,12 @@ def test_a_round_hole_is_distinguished_from_a_slot():
     assert as_circle(SQUARE) is None
 
 
-def test_outlines_that_are_not_the_solid_or_meet_themselves_are_refused():
+def test_outlines_that_are_not_the_solid_or_of_no_solid_are_refused():
     with pytest.raises(GeometryError, match="comb_front: its outline times its thickness"):
         comb_sheet(comb(exact=20.0), "+z")
-    with pytest.raises(GeometryError, match="meets itself"):
-        border_loops(np.array([[0, 1, 2], [0, 3, 4]]), "comb_front")
+    open_ = comb()
+    with pytest.raises(GeometryError, match="comb_front has no flat face"):
+        comb_sheet(replace(open_, triangles=open_.triangles[1:]), "+z")
 
 
 SHEETS = (
