@@ -1,4 +1,7 @@
-"""The whole folder of a mold: record, report, drawings; checks that fail; CAD that fails."""
+"""The whole folder of a mold: record, report, drawings; checks that fail; CAD that fails.
+
+Stages are hand-made but for the last two tests, which make shipped fingers' molds.
+"""
 
 import functools
 import json
@@ -17,6 +20,7 @@ from fingerdesign.mold.page import Badge, Exploded, exploded_job
 from fingerdesign.mold.part import Check
 from fingerdesign.mold.record import mold_digest
 from fingerdesign.records.base import ResultError, json_schema
+from tests.support.molds import read_3mf
 
 PASSED = Check("watertight", "core", True, 0.0, 0.0, "edges", "no edge is open")
 FAILED = Check("wall", "base_plate", False, 0.5, 1.0, "mm", "its least wall is 0.5 mm")
@@ -36,6 +40,12 @@ EFFECT = {
 
 def names_in(folder):
     return sorted(path.name for path in folder.iterdir())
+
+
+def record_in(folder):
+    data = json.loads((folder / "mold_report.json").read_text("utf-8"))
+    jsonschema.validate(data, json_schema("mold"))
+    return data
 
 
 @pytest.fixture
@@ -77,8 +87,7 @@ def test_the_folder_holds_everything_its_record_fits_its_schema_and_its_page_sho
     report = make.write_mold(stages(drawn=True), tmp_path / "block")
     assert report["status"] == "ok"
     assert names_in(tmp_path / "block") == sorted(FILES)
-    data = json.loads((tmp_path / "block" / "mold_report.json").read_text("utf-8"))
-    jsonschema.validate(data, json_schema("mold"))
+    data = record_in(tmp_path / "block")
     assert data["files"] == sorted(FILES)
     assert data["silicone"]["mass_g"] > 0.0
     assert [part["number"] for part in data["parts"]] == list(range(1, 9))
@@ -142,8 +151,7 @@ def test_a_mold_that_fails_leaves_a_record_that_says_so(
 ):
     make.write_mold(stages(**given), tmp_path / "block")
     assert names_in(tmp_path / "block") == names
-    data = json.loads((tmp_path / "block" / "mold_report.json").read_text("utf-8"))
-    jsonschema.validate(data, json_schema("mold"))
+    data = record_in(tmp_path / "block")
     assert (data["status"], data["failure"]) == ("failed", failure)
     page = (tmp_path / "block" / "report.html").read_text("utf-8")
     assert all(words in page for words in said)
@@ -301,3 +309,30 @@ def test_what_killed_runs_left_is_swept_after_a_day(stages, tmp_path):
 def test_what_is_no_design_is_refused_in_a_sentence(tmp_path):
     with pytest.raises(TypeError, match="takes a Design, not str"):
         make.make_mold("maeno2000", tmp_path)
+
+
+@pytest.mark.slow
+def test_a_shipped_finger_can_be_cast(tmp_path):
+    assert main(["mold", "boned", "--out", str(tmp_path), "--quiet"]) == 0
+    folder = tmp_path / "boned"
+    data = record_in(folder)
+    assert data["status"] == "ok"
+    assert all(check["ok"] for check in data["checks"])
+    assert names_in(folder) == data["files"]
+    named = {name for part in (*data["parts"], *data["plates"]) for name in part["files"]}
+    assert named <= set(data["files"])
+    printed = {part["name"]: part for part in data["parts"] if part["print"]}
+    held = read_3mf(folder / "mold.3mf")
+    assert set(held) == set(printed)
+    for name, part in printed.items():
+        _, triangles, volume = held[name]
+        assert triangles == part["triangles"]
+        assert volume == pytest.approx(part["volume_mm3"], rel=3e-3)  # chords
+        assert part["chord_mm"] <= data["process"]["chord_mm"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fixture", ["jig", "slots"])
+def test_other_fixtures_pass_every_check(tmp_path, fixture):
+    command = ["mold", "wide", "--fixture", fixture, "--out", str(tmp_path), "--quiet"]
+    assert main(command) == 0

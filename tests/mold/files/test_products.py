@@ -8,6 +8,7 @@ from functools import partial
 import ezdxf
 import numpy as np
 import pytest
+from manifold3d import Manifold
 
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.part import volume
@@ -74,21 +75,14 @@ def test_legs_displace_little_rubber():
     assert 1e-4 < legs_share(design, plan) < 1e-2
 
 
-def comb(axis="z", thickness=0.3, exact=None):
-    """A sheet 10 x 8 with one opening 4 x 2, from z = 5 to 5 + thickness."""
-    outer, inner = SQUARE * [10.0, 8.0], SQUARE * [4.0, 2.0] + 3.0
-    low = np.column_stack([np.vstack([outer, inner]), np.full(8, 5.0)])
-    points = np.vstack([low, low + np.array([0, 0, thickness])])
-    triangles = []
-    for k in range(4):
-        j = (k + 1) % 4
-        triangles += [[8 + k, 8 + j, 12 + j], [8 + k, 12 + j, 12 + k]]
-        triangles += [[k, 4 + j, j], [k, 4 + k, 4 + j], [k, j, 8 + j], [k, 8 + j, 8 + k]]
-        triangles += [[4 + j, 4 + k, 12 + k], [4 + j, 12 + k, 12 + j]]
-    triangles = np.array(triangles)
+def comb(axis="z", exact=None):
+    """A sheet 10 x 8 with one opening 4 x 2, from z = 5 to 5.3."""
+    slot = Manifold.cube((4.0, 2.0, 1.0)).translate((3.0, 3.0, -0.5))
+    solid = (Manifold.cube((10.0, 8.0, 0.3)) - slot).translate((0.0, 0.0, 5.0)).to_mesh64()
+    points, triangles = np.array(solid.vert_properties), np.array(solid.tri_verts, dtype=np.int64)
     if axis == "x":
         points, triangles = points[:, [2, 1, 0]], triangles[:, ::-1]
-    exact = (80.0 - 8.0) * thickness if exact is None else exact
+    exact = 72.0 * 0.3 if exact is None else exact
     return meshed("comb_front", points, triangles, (0, 0, 1), 1, "sheet", exact)
 
 
