@@ -11,10 +11,12 @@ from tests.support.house import (
     ROOT,
     against_the_order,
     circles,
+    imports_in,
     inside_functions,
     long_functions,
     modules,
     room,
+    tree,
 )
 
 KERNELS = {
@@ -58,14 +60,11 @@ def test_few_names_are_imported_inside_functions():
 
 def outside(path):
     """Packages that a file imports, wherever the import stands."""
-    tree = ast.parse(path.read_text("utf-8"))
     found = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            found |= {alias.name.partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            found.add(node.module.partition(".")[0])
-    return found
+    for node, _ in imports_in(tree(path)):
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        found |= {name.partition(".")[0] for name in names or [node.module or ""]}
+    return found - {""}
 
 
 def test_heavy_kernels_stay_in_their_place():

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fingerdesign.errors import DesignError, Fault
+from fingerdesign.errors import DesignError
 from fingerdesign.records.folder import RESULT_FILE
 from fingerdesign.records.outcome import designs_csv
 from fingerdesign.runtime.files import write_whole
+from fingerdesign.runtime.registry import unknown_name
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, read_comparison
 from fingerdesign.search.compare.recommend import GOALS, Wanted, recommend, why_not
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
     from fingerdesign.search.compare.read import Comparison
     from fingerdesign.search.compare.recommend import Recommendation
-
-NEAR = 0.5  # of a name that was meant
 
 
 def compare(
@@ -85,16 +84,12 @@ def _refuse_places(places: dict[str, Path | None], results: Sequence[Path]) -> N
 
 
 def _objectives(requested: Sequence[str]) -> list[Wanted]:
-    import difflib
-
     found = []
     for text in requested:
         metric, _, goal = text.partition(":")
         known = METRICS.get(metric)
         if known is None and not goal:
-            near = difflib.get_close_matches(metric, METRICS, 1, NEAR)
-            hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(METRICS)}"
-            raise click.UsageError(f"--objective {text}: no metric of this name; {hint}")
+            raise DesignError([unknown_name(metric, "--objective", list(METRICS))])
         goal = goal or (known.better if known is not None and known.better else "")
         if goal not in GOALS:
             raise click.UsageError(
@@ -106,18 +101,10 @@ def _objectives(requested: Sequence[str]) -> list[Wanted]:
 
 def _refuse_unknown(found: Comparison) -> None:
     """DesignError for an objective that no outcome has a value of."""
-    import difflib
-
     good = [outcome for outcome in found.outcomes if outcome.status == "ok"]
     names = sorted({name for outcome in good for name in outcome.metrics})
-    faults = []
-    for wanted in found.facts.objectives:
-        if good and wanted.metric not in names:
-            near = difflib.get_close_matches(wanted.metric, names, 1, NEAR)
-            remedy = f"did you mean {near[0]}?" if near else "choose one of them"
-            bound = f"one of {', '.join(names)}"
-            faults.append(Fault("--objective", wanted.metric, bound, remedy))
-    if faults:
+    requested = [each.metric for each in found.facts.objectives if good]
+    if faults := [unknown_name(m, "--objective", names) for m in requested if m not in names]:
         raise DesignError(faults)
 
 

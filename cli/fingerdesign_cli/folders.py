@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from fingerdesign.report.table import Table
 
 
+_VALIDATION = "validate.json"  # validate.record.RECORD_FILE
 _WRONG = (ValueError, TypeError, AttributeError, LookupError, ArithmeticError, RecursionError)
 
 
@@ -94,26 +95,19 @@ def _places(folder: Path) -> list[Path]:
     """DIR itself, or the folders right inside that hold a result."""
     if (folder / RESULT_FILE).is_file():
         return [folder]
-    inside = sorted(path.parent for path in folder.glob(f"*/{RESULT_FILE}"))
-    inside = [place for place in inside if not place.name.startswith(".")]
-    if not inside:
-        _refuse_validation(folder)
-        bound = f"a folder with a {RESULT_FILE}, or with folders that have one"
-        raise DesignError([Fault("DIR", folder, bound, "give what analyse got as --out")])
-    return inside
-
-
-def _refuse_validation(folder: Path) -> None:
-    """A fault that names what there is to look at where the folder holds what validate writes."""
-    record = "validate.json"  # validate.record.RECORD_FILE
-    places = [folder] if (folder / record).is_file() else []
-    places += sorted(path.parent for path in folder.glob(f"*/{record}"))
-    places = [place for place in places if not place.name.startswith(".")]
-    if places:
-        page, numbers = places[0] / "validate.html", places[0] / record
+    if inside := _inside(folder, RESULT_FILE):
+        return inside
+    validated = [folder] if (folder / _VALIDATION).is_file() else _inside(folder, _VALIDATION)
+    bound, remedy = "a folder that analyse wrote", "give what analyse got as --out"
+    if validated:
+        page, numbers = validated[0] / "validate.html", validated[0] / _VALIDATION
         remedy = f"validate wrote this one: open {page}, or read {numbers}"
-        bound = "a folder that analyse wrote"
-        raise DesignError([Fault("DIR", folder, bound, remedy)])
+    raise DesignError([Fault("DIR", folder, bound, remedy)])
+
+
+def _inside(folder: Path, name: str) -> list[Path]:
+    places = sorted(path.parent for path in folder.glob(f"*/{name}"))
+    return [place for place in places if not place.name.startswith(".")]
 
 
 @dataclass(frozen=True)
@@ -164,10 +158,6 @@ def _show(view: _View) -> None:
     for warning in result.warnings:
         say(f"  warning: {warning}")
     for table in view.tables:
-        _print(table)
+        if table.rows:
+            print_table(table.caption, table.columns, table.rows)
     say(f"report: {view.report or f'none in {view.place}'}")
-
-
-def _print(table: Table) -> None:
-    if table.rows:
-        print_table(table.caption, table.columns, table.rows)

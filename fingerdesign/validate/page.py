@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure as Canvas
 
     from fingerdesign.validate.record import Row, Thresholds, Validation
@@ -156,32 +157,28 @@ def _places(tested: Tested) -> list[float]:
 
 
 def _error_axis(axes: Axes) -> None:
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-
     low, high = FLOOR * 0.7, max(axes.get_ylim()[1], 1.5)
-    axes.set_ylim(low, high)
     ticks = {**_TICKS, **{10.0**p: f"×{10**p:,}" for p in range(2, 9)}}
-    axes.yaxis.set_major_locator(FixedLocator([t for t in ticks if low <= t <= high]))
-    axes.yaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_major_formatter(
-        FuncFormatter(lambda y, _: next((w for t, w in ticks.items() if np.isclose(t, y)), ""))
-    )
+    _ticks(axes.yaxis, {tick: words for tick, words in ticks.items() if low <= tick <= high})
+    axes.set_ylim(low, high)
 
 
 def _seconds_axis(axes: Axes) -> None:
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-
     low, high = axes.get_xlim()
     low, high = 0.7 * low, 1.2 * high  # room for the numbers
-    axes.set_xlim(low, high)
     decades = np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
     every = [step * 10.0**power for power in decades for step in (1.0, 2.0, 5.0)]
     inside = [tick for tick in every if low <= tick <= high]
     if len(inside) > 6:
         inside = [tick for tick in inside if np.isclose(np.log10(tick) % 1.0, (0.0, 1.0)).any()]
-    axes.xaxis.set_major_locator(FixedLocator(inside))
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    _ticks(axes.xaxis, {tick: f"{tick:g}" for tick in inside})
+    axes.set_xlim(low, high)
+
+
+def _ticks(axis: Axis, words: dict[float, str]) -> None:
+    """These alone; after them the axis's limits, which they widen."""
+    axis.set_ticks(list(words), list(words.values()))
+    axis.set_ticks([], minor=True)
 
 
 def _legend(figure: Canvas, tested: Tested) -> None:

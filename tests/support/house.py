@@ -28,6 +28,7 @@ FLOORS = (
     ("search", "paper"),
     ("fingerdesign_cli", "fingerdesign_bench"),
 )
+FUNCTION = ast.FunctionDef | ast.AsyncFunctionDef
 PLACES = {name: (up, place) for up, row in enumerate(FLOORS) for place, name in enumerate(row)}
 
 
@@ -62,21 +63,29 @@ def imports():
 
 def _imports_of(module):
     known = modules()
-    tree = ast.parse(known[module].read_text("utf-8"))
-    functions = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
-    inner = {id(node) for function in functions for node in ast.walk(function)}
-    for node in ast.walk(tree):
-        taken: list[tuple[str, str]] = []
+    for node, inside in imports_in(tree(known[module])):
+        taken = [(alias.name, alias.name) for alias in node.names]
         if isinstance(node, ast.ImportFrom):
-            base = node.module or ""
-            for alias in node.names:
-                whole = f"{base}.{alias.name}"
-                taken.append((whole if whole in known else base, alias.name))
-        elif isinstance(node, ast.Import):
-            taken = [(alias.name, alias.name) for alias in node.names]
+            wholes = [(f"{node.module}.{alias.name}", alias.name) for alias in node.names]
+            taken = [(whole if whole in known else node.module, name) for whole, name in wholes]
         for target, name in taken:
             if target in known:
-                yield Import(module, target, name, node.lineno, id(node) in inner)
+                yield Import(module, target, name, node.lineno, inside)
+
+
+@cache
+def tree(path):
+    """A file's syntax tree."""
+    return ast.parse(path.read_text("utf-8"))
+
+
+def imports_in(node, inside=False):
+    """Import statements below a node, each with whether it stands inside a function."""
+    for each in ast.iter_child_nodes(node):
+        if isinstance(each, ast.Import | ast.ImportFrom):
+            yield each, inside
+        elif isinstance(each, ast.stmt | ast.ExceptHandler | ast.match_case):
+            yield from imports_in(each, inside or isinstance(each, FUNCTION))
 
 
 def room(module):
@@ -134,13 +143,10 @@ def inside_functions():
 
 def long_functions(most=60):
     """Functions of the wheel with more lines than that, as module:line."""
-    found = []
-    for name, path in wheel().items():
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-            function = isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
-            if function and node.end_lineno - node.lineno >= most:
-                found.append(f"{name}:{node.lineno} {node.end_lineno - node.lineno + 1}")
-    return found
+    every = ((m, node) for m, path in wheel().items() for node in ast.walk(tree(path)))
+    functions = ((m, node) for m, node in every if isinstance(node, FUNCTION))
+    lines = [(f"{m}:{node.lineno}", node.end_lineno - node.lineno + 1) for m, node in functions]
+    return [f"{place} {count}" for place, count in lines if count > most]
 
 
 def wheel():
