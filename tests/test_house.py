@@ -18,6 +18,7 @@ from tests.support.house import (
     room,
     tree,
 )
+from tests.support.mutants import mutants
 
 KERNELS = {
     "cadquery": {"cad", "mold"},
@@ -139,3 +140,7 @@ def test_files_that_texts_name_are_there():
         texts += (ROOT / part).rglob("*.py")
     named = {(path.name, name) for path in texts for name in FILE_NAMED.findall(path.read_text())}
     assert [each for each in named if not (ROOT / each[1]).is_file()] == []
+
+
+def test_mutants_are_of_lines_that_are_there():
+    assert [m.what for m in mutants() if m.right not in (ROOT / m.file).read_text("utf-8")] == []

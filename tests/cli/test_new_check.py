@@ -274,17 +274,10 @@ print(sorted(heavy & set(sys.modules)))
 """
 
 
-@pytest.mark.parametrize(
-    "code",
-    [
-        "import fingerdesign",
-        *(
-            f"from fingerdesign_cli.main import main; assert main([*{command}, '--help']) == 0"
-            for command in ([], ["check"], ["new"], ["sweep"], ["bench"])
-        ),
-    ],
-)
-def test_help_loads_no_numerics_and_no_cad(code):
+def test_help_loads_no_numerics_and_no_cad():
+    """Nor does the package alone; the list of commands takes the definitions of all."""
+    code = "import fingerdesign\nfrom fingerdesign_cli.main import main\n"
+    code += "for name in ([], ['check'], ['bench']):\n    assert main([*name, '--help']) == 0"
     paths = [str(ROOT / each) for each in (".", "cli", "benchmarks")]
     script = LIGHT.format(paths=paths, code=code)
     done = subprocess.run(

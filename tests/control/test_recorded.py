@@ -122,28 +122,6 @@ def test_ten_gages_and_more_are_read_by_their_numbers():
         (changed(8, "normal_force_N", -3.0), None, "row 8, column normal_force_N = -3"),
         (changed(8, "tangential_force_N", 30.0), None, "row 8, column tangential_force_N = 30"),
         (changed(9, "gage_3", 3e5), None, "row 9, column gage_3 = 300000: must be at most 20000"),
-        (scaled("gage", 1e-6), None, r"row \d+, column gage_3 = "),  # plain strain
-        (scaled("normal", 1e3), None, r"row \d+, column normal_force_N = "),  # millinewtons
-        (scaled("normal", 1e3 / 9.80665), None, r"row \d+, column normal_force_N = "),  # grams
-        (scaled("tangential", 1e3), None, r"row \d+, column tangential_force_N = "),
-        (scaled("dy", 1e3), None, r"row \d+, column dy_mm = "),  # micrometres
-        (
-            scaled("dy", 1e-3),
-            None,
-            r"row \d+, column normal_force_N = ",
-        ),  # metres: forces beyond any finger's
-        (
-            scaled("dy", 400.0),
-            None,
-            r"row \d+, column normal_force_N = ",
-        ),  # micrometres, few: no force for so much
-        (scaled("time", 1e3), None, r"row \d+, column time_s = "),  # milliseconds
-        (scaled("time", 1e6), None, r"row \d+, column time_s = "),
-        (
-            scaled("normal", -1.0),
-            None,
-            r"row \d+, column normal_force_N = ",
-        ),  # pressing counted negative
         (text(gages=1), None, "row 1, column gage_2 = 1 gages: must be at least 2"),
         (text(gages=0), None, "row 1, column gage_1 = 0 gages"),
         (text(gages=3), 15, "row 1, column gage_4 = 3 gages: must be at least 15"),
@@ -161,6 +139,26 @@ def test_ten_gages_and_more_are_read_by_their_numbers():
 )
 def test_a_wrong_cell_unit_or_header_is_named_by_row_and_column(trace, gages, said):
     assert any(re.match(said, fault) for fault in faults(trace, gages)), faults(trace, gages)
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "column"),
+    [
+        ("gage", 1e-6, "gage_3"),  # plain strain
+        ("normal", 1e3, "normal_force_N"),  # millinewtons
+        ("normal", 1e3 / 9.80665, "normal_force_N"),  # grams
+        ("normal", -1.0, "normal_force_N"),  # pressing counted negative
+        ("tangential", 1e3, "tangential_force_N"),
+        ("dy", 1e3, "dy_mm"),  # micrometres
+        ("dy", 1e-3, "normal_force_N"),  # metres: forces beyond any finger's
+        ("dy", 400.0, "normal_force_N"),  # micrometres, few: no force for so much
+        ("time", 1e3, "time_s"),  # milliseconds
+        ("time", 1e6, "time_s"),
+    ],
+)
+def test_another_unit_is_named_by_row_and_column(name, factor, column):
+    found = faults(scaled(name, factor))
+    assert any(re.match(rf"row \d+, column {column} = ", fault) for fault in found), found
 
 
 def test_a_long_way_to_the_object_is_none_of_its_closing():

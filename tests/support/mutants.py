@@ -24,97 +24,79 @@ class Mutant(NamedTuple):
 
     what: str
     file: str
+    tests: str
     right: str
     wrong: str
-    tests: str
 
 
-MUTANTS = (
-    Mutant(
-        "contact law: the friction disc is twice as wide",
-        "fingerdesign/contact/laws.py",
-        "bound = friction_coefficient * projected[:, 0]",
-        "bound = 2.0 * friction_coefficient * projected[:, 0]",
-        "tests/contact",
-    ),
-    Mutant(
-        "contact law: the residual takes penetration for a gap",
-        "fingerdesign/contact/laws.py",
-        "step = multiplier - motion / self_compliance[:, None]",
-        "step = multiplier + motion / self_compliance[:, None]",
-        "tests/contact",
-    ),
-    Mutant(
-        "certificate: forces outside the friction disc pass",
-        "fingerdesign/contact/laws.py",
-        "coulomb = max(0.0, float((size - bound).max(initial=0.0))) / force",
-        "coulomb = 0.0",
-        "tests/contact",
-    ),
-    Mutant(
-        "unit: the peak pressure is a force",
-        "fingerdesign/contact/measures.py",
-        "pressure = increment.multiplier[:, 0] / model.areas",
-        "pressure = increment.multiplier[:, 0]",
-        "tests/contact tests/verification/test_round_contact.py",
-    ),
-    Mutant(
-        "unit: strains read as parts, not as microstrain",
-        "fingerdesign/control/signals.py",
-        "return np.asarray(1e6 * gages",
-        "return np.asarray(gages",
-        "tests/control",
-    ),
-    Mutant(
-        "measure: the largest slip for the least",
-        "fingerdesign/contact/measures.py",
-        "slip_distance=float(travelled.min())",
-        "slip_distance=float(travelled.max())",
-        "tests/contact tests/control",
-    ),
-    Mutant(
-        "frame: plates along z lie along x",
-        "fingerdesign/layout/frames.py",
-        'order = parts if self.along == "x" else (zero, vector[..., 1], vector[..., 0])',
-        "order = parts",
-        "tests/layout tests/fem",
-    ),
-    Mutant(
-        "frame: a bent plate's place along its arc is one along its chord",
-        "fingerdesign/layout/frames.py",
-        "s = self.bend_radius * np.arctan2(s, rise)",
-        "s = s + 0.0 * rise",
-        "tests/layout tests/fem",
-    ),
-    Mutant(
-        "shrinkage: taken off the cavity instead of added",
-        "fingerdesign/mold/plan/slots.py",
-        "return 1.0 / (1.0 - design.mold.shrinkage_used)",
-        "return 1.0 - design.mold.shrinkage_used",
-        "tests/mold/test_planning.py tests/mold/test_legs.py tests/mold",
-    ),
-    Mutant(
-        "readout: a half model's mirror image is not turned",
-        "fingerdesign/fem/readout.py",
-        "turned = np.where(points[:, 2:] < 0.0, [1.0, 1.0, -1.0], 1.0)",
-        "turned = np.ones(3)",
-        "tests/fem",
-    ),
-    Mutant(
-        "readout: a gage's strain is not divided by its length",
-        "fingerdesign/fem/readout.py",
-        "np.outer([1.0 / length, -1.0 / length], frame.axis)",
-        "np.outer([1.0, -1.0], frame.axis)",
-        "tests/fem",
-    ),
-    Mutant(
-        "readout: a gage's width counts twice",
-        "fingerdesign/fem/readout.py",
-        "return gages.z_mm + 0.5 * gages.width_mm * nodes, 0.5 * weights",
-        "return gages.z_mm + 0.5 * gages.width_mm * nodes, weights",
-        "tests/fem",
-    ),
-)
+MUTANTS = """
+contact law: the friction disc is twice as wide
+fingerdesign/contact/laws.py | tests/contact
+- bound = friction_coefficient * projected[:, 0]
++ bound = 2.0 * friction_coefficient * projected[:, 0]
+
+contact law: the residual takes penetration for a gap
+fingerdesign/contact/laws.py | tests/contact
+- step = multiplier - motion / self_compliance[:, None]
++ step = multiplier + motion / self_compliance[:, None]
+
+certificate: forces outside the friction disc pass
+fingerdesign/contact/laws.py | tests/contact
+- coulomb = max(0.0, float((lengths(tangential) - bound).max())) / force
++ coulomb = 0.0
+
+unit: the peak pressure is a force
+fingerdesign/contact/measures.py | tests/contact tests/verification/test_round_contact.py
+- pressure = increment.multiplier[:, 0] / model.areas
++ pressure = increment.multiplier[:, 0]
+
+unit: strains read as parts, not as microstrain
+fingerdesign/control/signals.py | tests/control
+- return np.asarray(1e6 * gages
++ return np.asarray(gages
+
+measure: the largest slip for the least
+fingerdesign/contact/measures.py | tests/contact tests/control
+- slip_distance=float(travelled.min())
++ slip_distance=float(travelled.max())
+
+frame: plates along z lie along x
+fingerdesign/layout/frames.py | tests/layout tests/fem
+- order = parts if self.along == "x" else (zero, vector[..., 1], vector[..., 0])
++ order = parts
+
+frame: a bent plate's place along its arc is one along its chord
+fingerdesign/layout/frames.py | tests/layout tests/fem
+- s = self.bend_radius * np.arctan2(s, rise)
++ s = s + 0.0 * rise
+
+shrinkage: taken off the cavity instead of added
+fingerdesign/mold/plan/slots.py | tests/mold/test_planning.py tests/mold/test_legs.py tests/mold
+- return 1.0 / (1.0 - design.mold.shrinkage_used)
++ return 1.0 - design.mold.shrinkage_used
+
+readout: a half model's mirror image is not turned
+fingerdesign/fem/readout.py | tests/fem
+- turned = np.where(points[:, 2:] < 0.0, [1.0, 1.0, -1.0], 1.0)
++ turned = np.ones(3)
+
+readout: a gage's strain is not divided by its length
+fingerdesign/fem/readout.py | tests/fem
+- np.outer([1.0 / length, -1.0 / length], frame.axis)
++ np.outer([1.0, -1.0], frame.axis)
+
+readout: a gage's width counts twice
+fingerdesign/fem/readout.py | tests/fem
+- return gages.z_mm + 0.5 * gages.width_mm * nodes, 0.5 * weights
++ return gages.z_mm + 0.5 * gages.width_mm * nodes, weights
+"""
+
+
+def mutants():
+    """Those of the text: what, where and which tests, the line as it is and as it becomes."""
+    for block in MUTANTS.strip().split("\n\n"):
+        what, place, right, wrong = block.splitlines()
+        yield Mutant(what, *place.split(" | "), right.removeprefix("- "), wrong.removeprefix("+ "))
 
 
 def caught_by(mutant, tree):
@@ -151,7 +133,7 @@ def main():
             shutil.copytree(ROOT / part, tree / part)
         for name in FILES:
             shutil.copy(ROOT / name, tree)
-        for mutant in MUTANTS:
+        for mutant in mutants():
             found = caught_by(mutant, tree)
             lives += found is None
             print(f"{mutant.what}: {found or 'LIVES'}", flush=True)

@@ -314,25 +314,6 @@ def test_a_tuning_of_another_controller_is_refused(tmp_path):
         Kept(tmp_path / "j.sqlite", "d")
 
 
-def test_a_second_tuning_is_refused_while_one_runs(
-    quick, design_file, tmp_path, monkeypatch, capsys
-):
-    arguments = ["tune", str(design_file), "--out", str(tmp_path), "--workers", "1"]
-    arguments += ["--controller", "fixed_force"]
-    real, codes = GripBench.run_cell, []
-
-    def beside(*given):
-        if not codes:
-            codes.append(0)
-            codes.append(main(arguments))
-        return real(*given)
-
-    monkeypatch.setattr(GripBench, "run_cell", beside)
-    assert main(arguments) == 0
-    assert codes == [0, 1]
-    assert "is being written by another process" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": "other"}'])
 def test_what_is_no_record_is_refused(text):
     with pytest.raises(DesignError, match="--tuning"):
