@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -80,44 +82,41 @@ def _read(
     out: Path,
     fresh: bool,
     **options: Any,
-) -> list[Any]:
+) -> list[Case]:
     """Every fault of every file, of each design in its scene, and of --out, before any work."""
     faults: list[Fault] = []
+    cases: list[Case] = []
     scene = None
-    if scene_file is not None:
-        try:
-            scene = find_scene(scene_file)
-        except DesignError as error:
-            faults += error.faults
-    cases = []
+    with _kept(faults):
+        scene = None if scene_file is None else find_scene(scene_file)
     for path in designs:
-        try:
-            design = find_design(path)
-        except DesignError as error:
-            faults += error.faults
-            continue
-        name = scene_file.stem if scene_file is not None else ""
-        cases.append(Case(design, scene, fidelity, scene_name=name, **options))
+        with _kept(faults):
+            name = scene_file.stem if scene_file is not None else ""
+            cases.append(Case(find_design(path), scene, fidelity, scene_name=name, **options))
     for case in cases:
-        try:
+        with _kept(faults):
             if fresh or not is_kept(case):
                 from fingerdesign.analysis.forecast.limits import refuse
 
                 refuse(case, case.path_scene)
-        except DesignError as error:
-            faults += error.faults
-        try:
+        with _kept(faults):
             refuse_foreign(RESULTS, out / case.design.design.name)
-        except DesignError as error:
-            faults += error.faults
     names = [case.design.design.name for case in cases]
-    for name in sorted({name for name in names if names.count(name) > 1}):
-        faults.append(
-            Fault("design.name", name, "different in each file", "rename: it names the folder")
-        )
+    twice = sorted({name for name in names if names.count(name) > 1})
+    remedy = "rename: it names the folder"
+    faults += [Fault("design.name", name, "different in each file", remedy) for name in twice]
     if faults:
         raise DesignError(faults)
     return cases
+
+
+@contextmanager
+def _kept(faults: list[Fault]) -> Iterator[None]:
+    """Faults of the block are added to the others."""
+    try:
+        yield
+    except DesignError as error:
+        faults += error.faults
 
 
 def _report(results: list[Result], out: Path, quiet: bool, as_json: bool) -> None:

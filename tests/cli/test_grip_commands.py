@@ -175,12 +175,8 @@ def test_a_folder_of_something_else_is_left_alone(folder, tmp_path, said):
 
 def test_each_friction_is_lifted_once_and_recorded(folder, tmp_path, said):
     options = ["--friction", "0.3", "--friction", "0.7", "--mass-g", "30"]
-    printed = json.loads(
-        said(
-            *("grip", folder / "fine.toml", "--out", tmp_path / "out", *options),
-            *("--page", "--json"),
-        ).out
-    )
+    arguments = ["grip", folder / "fine.toml", "--out", tmp_path / "out", *options]
+    printed = json.loads(said(*arguments, "--json").out)
     record = json.loads((tmp_path / "out/coarse/result.json").read_text())
     assert record["fidelity"] == "plane-strain"
     assert record["grips"] == printed["grips"]
@@ -190,7 +186,6 @@ def test_each_friction_is_lifted_once_and_recorded(folder, tmp_path, said):
         assert grip["lifted"]
         # mg < 2 F_t of each finger.
         assert grip["final_tangential_force_N"] > 0.5 * 0.030 * 9.80665
-    assert (tmp_path / "out/coarse/report.html").is_file()
 
 
 SOLID = """

@@ -26,17 +26,14 @@ def test_equal_cylinders():
 
 def test_either_body_may_be_the_finger():
     """A soft and a stiff cylinder exchanged: the same contact, on two different meshes."""
-    one, other = (
-        bodies.equal_cylinders(0.02, 200.0, 50.0),
-        bodies.equal_cylinders(0.02, 50.0, 200.0),
-    )
+    one, other = (bodies.equal_cylinders(0.04, *pair) for pair in ((200.0, 50.0), (50.0, 200.0)))
     for a, b in zip(one.steps, other.steps, strict=True):
-        assert a.measures.peak_pressure == pytest.approx(b.measures.peak_pressure, rel=2e-3)
+        assert a.measures.peak_pressure == pytest.approx(b.measures.peak_pressure, rel=5e-3)
         assert a.measures.stick_area == pytest.approx(b.measures.stick_area, rel=2e-2)
 
 
 def test_nafems_roller():
-    solved = bodies.nafems_roller(0.1)
+    solved = bodies.nafems_roller(0.15)
     measures = solved.steps[-1].measures
     assert 0.5 * measures.contact_width == pytest.approx(6.215, rel=1e-2)
     assert measures.peak_pressure == pytest.approx(3585.0, rel=5e-3)
