@@ -63,18 +63,12 @@ class Patch:
 def largest_chord(patch: Patch) -> float:
     """The greatest distance, mm, of the triangles' edges and middles to the face.
 
-    Each place's foot is looked for from its parameters on, by the kernel's Newton iteration; of a
-    cylinder the distance is known.
+    Each place's foot is looked for from its parameters on, by the kernel's Newton iteration.
     """
     adaptor = BRepAdaptor_Surface(patch.face)
     if adaptor.GetType() == GeomAbs_SurfaceType.GeomAbs_Plane:
         return 0.0
     places = np.einsum("lk,tkd->tld", LOOKS, patch.points[patch.triangles]).reshape(-1, 3)
-    if adaptor.GetType() == GeomAbs_SurfaceType.GeomAbs_Cylinder:
-        cylinder = adaptor.Cylinder()
-        axis = np.array(cylinder.Axis().Direction().Coord())
-        from_axis = np.cross(places - cylinder.Location().Coord(), axis)
-        return float(np.abs(np.linalg.norm(from_axis, axis=1) - cylinder.Radius()).max())
     surface = ShapeAnalysis_Surface(BRep_Tool.Surface_s(patch.face))
     if patch.parameters is None:
         starts = [surface.ValueOfUV(gp_Pnt(*place), 1e-9) for place in places.tolist()]

@@ -125,20 +125,17 @@ def border_of(face: Any, shape: Shape, sign: float) -> Border:
         curve = BRepAdaptor_Curve(edge)
         edges.append((edge, curve, float(GCPnts_AbscissaPoint.Length_s(curve))))
     total = sum(length for *_, length in edges)
-    columns: list[list[Array]] = [[] for _ in range(4)]
+    pieces = []
     for edge, curve, length in edges:
         straight = curve.GetType() == GeomAbs_Line
         number = max(int(np.ceil(PIECES * length / total)), 2 if straight else LEAST_PIECES)
         places, slopes = edge_samples(curve, number)
         if edge.Orientation() == TopAbs_REVERSED:
             places, slopes = places[::-1], -slopes[::-1]
-        for column, values in zip(
-            columns, (places[:-1], places[1:], slopes[:-1], slopes[1:]), strict=True
-        ):
-            column.append(values)
+        pieces.append((places[:-1], places[1:], slopes[:-1], slopes[1:]))
     if not edges:
         return Border(*(np.zeros((0, 3)) for _ in range(6)))
-    start, end, leaving, arriving = (np.concatenate(column) for column in columns)
+    start, end, leaving, arriving = map(np.concatenate, zip(*pieces, strict=True))
     # The face lies to the left of its edges, seen from outside.
     inward = [
         np.cross(sign * shape.normal(places), slopes)
@@ -179,8 +176,7 @@ def groups(solid: Any, faces: Sequence[Any], found: Sequence[CadFace]) -> list[i
     owners: dict[int, list[tuple[Any, int]]] = {}
     for number, face in enumerate(faces):
         for edge in parts(face, TopAbs_EDGE):
-            bucket = owners.setdefault(hash(edge), [])
-            bucket += [(edge, number)]
+            owners.setdefault(hash(edge), []).append((edge, number))
     for bucket in owners.values():
         for k, (edge, first) in enumerate(bucket):
             for other, second in bucket[k + 1 :]:

@@ -151,9 +151,8 @@ def check_mirror(faces: Sequence[CadFace], name: str) -> None:
 
     Of every face's inside too: the image of a hole's edges lies on the faces that it leaves.
     """
-    places = np.vstack(
-        [face.border.start[::7] for face in faces] + [_inner(face) for face in faces]
-    )
+    borders = [face.border.start[::7] for face in faces]
+    places = np.vstack(borders + [face.samples[len(face.border.start) :: 7] for face in faces])
     misfit = nearest(faces, places * np.array([1.0, 1.0, -1.0]))[3]
     worst = float(misfit.max(initial=0.0))
     if worst > MIRROR_MM:
@@ -164,11 +163,6 @@ def check_mirror(faces: Sequence[CadFace], name: str) -> None:
             f"{name}: the mirror image of an edge or face lies {worst:.2g} mm from the solid's; "
             "remove the key",
         )
-
-
-def _inner(face: CadFace) -> Array:
-    """Some points of a face's inside, (n, 3)."""
-    return face.samples[len(face.border.start) :: 7]
 
 
 def _unit(direction: Sequence[float]) -> Array:

@@ -22,7 +22,7 @@ from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.kept import Answers, keep_answers, key_of, load_answers
-from fingerdesign.fem.system import Body, System, assemble_system, check_material
+from fingerdesign.fem.system import Body, System, assemble_system
 from fingerdesign.fem.trace import ContactTrace, contact_trace, owners
 from fingerdesign.reduced import ReducedModel
 
@@ -137,15 +137,30 @@ def _factored(body: Body) -> tuple[System, Condensation]:
 
 
 def check_sound(body: Body) -> None:
-    """SolverError where a body's arrays do not fit its mesh."""
-    shape = (body.mesh.points.size,)
+    """SolverError, by name, where a body's arrays do not fit its mesh, or have values that no body
+    has."""
+    cells, shape = len(body.mesh.cells), (body.mesh.points.size,)
     if len(body.contact) == 0:
         raise SolverError("the body has no contact facet: widen the zone or name its facets")
     if body.fixed.shape != shape:
         raise SolverError(f"fixed has the shape {body.fixed.shape}, the mesh asks for {shape}")
     if not np.isfinite(body.mesh.points).all():
         raise SolverError("the mesh has points that are NaN or infinite")
-    check_material(len(body.mesh.cells), body.youngs_modulus, body.poissons_ratio, body.thickness)
+    if not 0.0 < body.thickness < np.inf:
+        raise SolverError(f"thickness = {body.thickness} mm: must be more than 0")
+    for name, values, unit, low, high, bound in (
+        ("Young's modulus", body.youngs_modulus, " MPa", 0.0, np.inf, "more than 0"),
+        ("Poisson's ratio", body.poissons_ratio, "", -1.0, 0.5, "more than -1 and less than 0.5"),
+    ):
+        if np.shape(values) != (cells,):
+            raise SolverError(
+                f"{name} has the shape {np.shape(values)}: one for each of {cells} cells is asked"
+            )
+        wrong = values[~((values > low) & (values < high))]
+        if len(wrong):
+            raise SolverError(
+                f"{name} of {wrong[0]:g}{unit} in {len(wrong)} cells: must be {bound}"
+            )
     owners(body.mesh, body.contact)
 
 

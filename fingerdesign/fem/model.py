@@ -17,7 +17,7 @@ from fingerdesign.design.gages import Gages
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.body import CondensedBody, condense_body, reduced_model
 from fingerdesign.fem.readout import gage_rows, plate_at, plate_strain_rows, strain_rows
-from fingerdesign.fem.sheet import design_sheets
+from fingerdesign.fem.sheet import sheet_stiffness
 from fingerdesign.fem.system import Body
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.surface import surface_of
@@ -110,17 +110,22 @@ def build_model(
 def body_of(design: Design, mesh: Mesh, contact: NDArray[np.int64]) -> Body:
     """The finger as an elastic body held at its base, with ``contact`` (f, 3 or 6) candidates."""
     young, poisson = materials_of(design, mesh)
+    thickness, sheets = design.body.depth_mm if mesh.dimension == 2 else 1.0, None
+    if design.plates.model == "sheet":
+        plate, frames = design.material_of("plates"), plate_frames(design)
+        moduli = plate.youngs_modulus_MPa, plate.poissons_ratio
+        sheets = sheet_stiffness(mesh, frames, *moduli, thickness)
     return Body(
         mesh=mesh,
         youngs_modulus=young,
         poissons_ratio=poisson,
         fixed=fixed_dofs(mesh),
         contact=contact,
-        thickness=design.body.depth_mm if mesh.dimension == 2 else 1.0,
+        thickness=thickness,
         project=surface_of(design.body).project,
         element=element_of(design),
         pressure_cells=mesh.regions == 0,
-        attached=design_sheets(design, mesh) if design.plates.model == "sheet" else None,
+        attached=sheets,
     )
 
 

@@ -30,10 +30,9 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import lame_parameters, quadrature, tabulate
-from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.types import Mesh
 
 _SAME_PLACE = 1e-6  # mm: far below any element, far above rounding
@@ -149,18 +148,6 @@ def _facing(mesh: Mesh, frame: PlateFrame, nodes: IntArray, others: IntArray) ->
 
 
 _SHEAR_FACTOR = 5.0 / 6.0  # of a rectangular section
-
-
-def design_sheets(design: Design, mesh: Mesh) -> sp.csr_matrix:
-    """Upper triangle (n dim, n dim) of the stiffness of a design's plates as sheets, N/mm."""
-    plate = design.material_of("plates")
-    return sheet_stiffness(
-        mesh,
-        plate_frames(design),
-        plate.youngs_modulus_MPa,
-        plate.poissons_ratio,
-        thickness=design.body.depth_mm if mesh.dimension == 2 else 1.0,
-    )
 
 
 def sheet_stiffness(

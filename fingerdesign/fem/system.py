@@ -199,28 +199,6 @@ def assemble_system(body: Body) -> System:
     return with_pressures(system, part, float(np.median(shear[inside] / first[inside])))
 
 
-def check_material(
-    cells: int, youngs_modulus: Array, poissons_ratio: Array, thickness: float
-) -> None:
-    """SolverError, by name, for a thickness (mm), a modulus or a ratio that no body has."""
-    if not 0.0 < thickness < np.inf:
-        raise SolverError(f"thickness = {thickness} mm: must be more than 0")
-    for name, values, unit, low, high in (
-        ("Young's modulus", youngs_modulus, " MPa", 0.0, np.inf),
-        ("Poisson's ratio", poissons_ratio, "", -1.0, 0.5),
-    ):
-        if np.shape(values) != (cells,):
-            raise SolverError(
-                f"{name} has the shape {np.shape(values)}: one for each of {cells} cells is asked"
-            )
-        wrong = values[~((values > low) & (values < high))]
-        if len(wrong):
-            bound = f"more than {low:g}" + (f" and less than {high:g}" if high < np.inf else "")
-            raise SolverError(
-                f"{name} of {wrong[0]:g}{unit} in {len(wrong)} cells: must be {bound}"
-            )
-
-
 def _element_nodes(mesh: Mesh, element: str) -> tuple[IntArray, sp.csr_matrix | None]:
     """The element's nodes in each cell, and the values at the mesh's nodes (n, nodes) of its own.
 

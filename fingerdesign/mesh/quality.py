@@ -67,7 +67,7 @@ class AskedSizes:
 def requested_sizes(design: Design, mesh: Mesh, zone: Zone) -> AskedSizes:
     """What the design's ``[mesh]`` table asks of a mesh that is fine in a zone of contact."""
     frames = plate_frames(design) if design.plates.model != "none" else ()
-    has_plates = bool(frames)
+    ends = _END_WORDS if frames else ()
     plane = mesh.dimension == 2
     if plane or mesh.mesher == "extrude":
         flat = (section_sizes if plane else extruded_sizes)(design, zone.half_width)
@@ -76,14 +76,10 @@ def requested_sizes(design: Design, mesh: Mesh, zone: Zone) -> AskedSizes:
         field = _section_field(design, flat, zone.half_width, inner)
         table = "mesh.section" if plane else "mesh"
         words = _finer_words(table, said, flat.contact_size_mm, zone.half_width)
-        words += (
-            []
-            if inner is None
-            else [
-                f"over |x| <= {inner[0]:.3g} mm, which the scene's path reaches, {inner[1]:.3g} mm"
-            ]
-        )
-        return AskedSizes(field, 1.0 if plane else np.inf, (*words, *_END_WORDS[:has_plates]))
+        if inner is not None:
+            reach = f"over |x| <= {inner[0]:.3g} mm, which the scene's path reaches"
+            words.append(f"{reach}, {inner[1]:.3g} mm")
+        return AskedSizes(field, 1.0 if plane else np.inf, (*words, *ends))
     sizes = MeshSizes.of(design, zone)
     field = SizeField(surface_of(design.body), frames, sizes, zone)
     half = min(zone.half_width, zone.half_depth or np.inf)
@@ -93,7 +89,7 @@ def requested_sizes(design: Design, mesh: Mesh, zone: Zone) -> AskedSizes:
             f"elements are to be {sizes.stretch:g} times longer along z than in the section, so "
             f"at the contact {sizes.contact / np.sqrt(sizes.stretch):.3g} mm across"
         )
-    return AskedSizes(field, sizes.stretch, (*words, *_END_WORDS[:has_plates]))
+    return AskedSizes(field, sizes.stretch, (*words, *ends))
 
 
 def _finer_words(table: str, said: float, size: float, half_width: float) -> list[str]:
@@ -114,15 +110,14 @@ def _section_field(
     surface = surface_of(design.body)
     frames = plate_frames(design) if design.plates.model != "none" else ()
 
+    zones = [(zone, sizes.contact_size_mm), *([] if inner is None else [inner])]
+
     def wanted(points: Array) -> Array:
         flat = points[:, :2]
-        sideways = np.maximum(np.abs(flat[:, 0]) - zone, 0.0)
-        away = np.hypot(sideways, np.abs(surface.distance(flat)))
-        found = np.minimum(sizes.far_size_mm, sizes.contact_size_mm + sizes.gradation * away)
-        if inner is not None:
-            sideways = np.maximum(np.abs(flat[:, 0]) - inner[0], 0.0)
-            away = np.hypot(sideways, np.abs(surface.distance(flat)))
-            found = np.minimum(found, inner[1] + sizes.gradation * away)
+        found, below = np.full(len(flat), sizes.far_size_mm), np.abs(surface.distance(flat))
+        for reach, size in zones:
+            away = np.hypot(np.maximum(np.abs(flat[:, 0]) - reach, 0.0), below)
+            found = np.minimum(found, size + sizes.gradation * away)
         for frame in frames:
             if frame.along != "x":
                 continue

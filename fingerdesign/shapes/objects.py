@@ -183,7 +183,7 @@ class SceneShape:
 
     def mirrors_in_z(self, table: Any) -> bool:
         """Whether it is its own mirror image in z = 0."""
-        return False
+        return self.plane_in_z(table)
 
     def words(self, keys: Mapping[str, object]) -> str:
         """Where it points, as words behind its name; empty: nowhere."""
@@ -211,9 +211,6 @@ class ScenePlane(SceneShape):
             yield "turn_deg", 0.0
 
     def plane_in_z(self, table: Any) -> bool:
-        return not table.tilt_deg or _half_turns(table)
-
-    def mirrors_in_z(self, table: Any) -> bool:
         return not table.tilt_deg or _half_turns(table)
 
 

@@ -16,7 +16,6 @@ from fingerdesign.cad.export import (
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.design.body import Body
 from fingerdesign.errors import GeometryError
-from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import surface_of
 
 SHARES = np.vstack([np.random.default_rng(8).dirichlet([1.0, 1.0, 1.0], 12), np.ones((1, 3)) / 3])
@@ -72,34 +71,6 @@ def test_where_the_kernel_exceeds_the_chord_it_is_requested_again(monkeypatch):
     surface = surface_of(body)
     places = places_on(vertices, triangles, surface.distance(vertices))
     assert np.abs(surface.distance(places.reshape(-1, 3))).max() < 0.0039
-
-
-def skin_distance(frame, points):
-    """Distance (n,) to the nearest of a plate's faces and holes."""
-    s, v = frame.local(points).T
-    w = frame.across(points)
-    found = [
-        np.abs(np.abs(s) - 0.5 * frame.length),
-        np.abs(np.abs(v) - 0.5 * frame.thickness),
-        np.minimum(np.abs(w - frame.low), np.abs(w - frame.high)),
-    ]
-    for hole in frame.holes:
-        along = s - hole.s
-        if frame.bend_radius is not None:  # a straight hole through a bent plate
-            along = (frame.bend_radius + v) * np.sin(along / frame.bend_radius)
-        found.append(np.abs(np.hypot(along, w - hole.w) - hole.radius))
-    return np.asarray(np.min(found, axis=0))
-
-
-def test_the_chord_is_kept_on_every_plate(plates, design_of, solid_of):
-    solid, frames = solid_of("arc", plates), plate_frames(design_of("arc", plates))
-    written(*triangulate(solid.plates, 0.01), sum(map(volume_of, solid.plates)), 0.05)
-    for frame, plate in zip(frames, solid.plates, strict=True):
-        for tolerance in (0.01, 0.002):
-            vertices, triangles = triangulate([plate], tolerance)
-            assert skin_distance(frame, vertices).max() < 1e-6
-            places = np.einsum("ks,tsd->tkd", SHARES, vertices[triangles]).reshape(-1, 3)
-            assert skin_distance(frame, places).max() <= tolerance
 
 
 def test_faces_shared_by_parts_come_once(core, solid_of):

@@ -200,18 +200,3 @@ def test_sizes_that_are_not_those_of_the_keys_are_explained(cored):
     assert (
         assess(mesh, DESIGN, requested_sizes(DESIGN, mesh, Zone(2.5))).text().count(reasons[0]) == 1
     )
-
-
-def test_sheets_are_slots_and_no_plates_are_no_fault():
-    for model in ("sheet", "none"):
-        design = parse_design(
-            CORED.replace("plates.count", f'plates.model = "{model}"\nplates.count')
-        )
-        report = assess(extrude(design, Zone(3.0)), design)
-        assert set(report.volumes) == {"elastomer", "core"}
-        assert report.body_volume_error < 1e-6
-        assert report.worst_plate_volume_error == 0.0
-        assert report.worst_face_area_error < 1e-6
-        slots = {name for name in report.surface_distance_mm if name.endswith("_upper")}
-        assert slots == ({"plate_0_upper", "plate_1_upper"} if model == "sheet" else set())
-        assert max(report.surface_distance_mm.values()) < 1e-9
