@@ -77,6 +77,9 @@ def test_auto_goes_by_the_poisson_ratio():
     ):
         values = {"materials.silicone.poissons_ratio": poisson, "mesh.element": requested}
         assert element_of(with_values(DESIGN, values)) == used
+    mesh, mixed = mesh_section(DESIGN, 1.5), with_values(DESIGN, {"mesh.element": "mixed"})
+    pressed = body_of(mixed, mesh, mesh.facets["contact"]).pressed
+    np.testing.assert_array_equal(pressed, mesh.regions == 0)  # plates are P2
 
 
 def test_elements_agree_where_nothing_locks():
