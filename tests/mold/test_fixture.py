@@ -216,6 +216,10 @@ def slot(place, y, angle=0.0, length=2.0, width=0.4):
     return Slot(0, "+z", place, y, angle, length, width, 0.0, 0.0)
 
 
+# Before the corner of a level slot at the origin: that one's edges do not part the two.
+LEANING = slot(1.0 + 0.5 * np.sqrt(0.5), 0.2 + 0.5 * np.sqrt(0.5), 135)
+
+
 @pytest.mark.parametrize(
     ("slots", "wanted"),
     [
@@ -227,6 +231,8 @@ def slot(place, y, angle=0.0, length=2.0, width=0.4):
         ([slot(0, 0), slot(0, 2, 90)], 0.8),
         ([slot(0, 0), slot(0, 0, 90)], 0.0),
         ([slot(0, 5), slot(0, 0), slot(40, 0), slot(0, 1)], 0.6),
+        ([slot(0, 0), LEANING], 0.3),
+        ([LEANING, slot(0, 0)], 0.3),
     ],
 )
 def test_webs_are_true_distances_between_rectangles(slots, wanted):

@@ -75,10 +75,14 @@ def test_legs_displace_little_rubber():
     assert 1e-4 < legs_share(design, plan) < 1e-2
 
 
-def comb(axis="z", exact=None):
-    """A sheet 10 x 8 with one opening 4 x 2, from z = 5 to 5.3."""
+def comb(axis="z", exact=None, hole=None):
+    """A sheet 10 x 8 with one opening 4 x 2, or another, from z = 5 to 5.3."""
     slot = Manifold.cube((4.0, 2.0, 1.0)).translate((3.0, 3.0, -0.5))
-    solid = (Manifold.cube((10.0, 8.0, 0.3)) - slot).translate((0.0, 0.0, 5.0)).to_mesh64()
+    solid = (
+        (Manifold.cube((10.0, 8.0, 0.3)) - (slot if hole is None else hole))
+        .translate((0.0, 0.0, 5.0))
+        .to_mesh64()
+    )
     points, triangles = np.array(solid.vert_properties), np.array(solid.tri_verts, dtype=np.int64)
     if axis == "x":
         points, triangles = points[:, [2, 1, 0]], triangles[:, ::-1]
@@ -93,6 +97,13 @@ def test_outline_and_opening_of_a_sheet(axis, side):
     assert polygon_area(found.outline) == pytest.approx(80.0)
     assert [polygon_area(each) for each in found.openings] == pytest.approx([8.0])
     assert found.circles == ()
+
+
+def test_a_tapered_hole_is_drawn_as_it_is_in_the_outer_face():
+    cone = Manifold.cylinder(0.3, 1.0, 1.02, 48).translate((5.0, 4.0, 0.0))
+    sheet = comb(exact=80.0 * 0.3 - cone.volume(), hole=cone)
+    for side, radius in (("+z", 1.02), ("-z", 1.0)):
+        assert comb_sheet(replace(sheet, chord=0.02), side).circles == ((5.0, 4.0, radius),)
 
 
 def test_a_round_hole_is_distinguished_from_a_slot():
