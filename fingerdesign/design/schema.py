@@ -274,11 +274,6 @@ def _without_null(node: Any) -> Any:
     return node
 
 
-def write_schemas() -> None:
-    """Write both schemas."""
-    (DATA / "design.schema.json").write_text(schema_text(design_json_schema()), "utf-8")
-    (DATA / "scene.schema.json").write_text(schema_text(scene_json_schema()), "utf-8")
-
-
 if __name__ == "__main__":
-    write_schemas()
+    for name, schema in (("design", design_json_schema()), ("scene", scene_json_schema())):
+        (DATA / f"{name}.schema.json").write_text(schema_text(schema), "utf-8")
