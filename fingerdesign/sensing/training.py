@@ -44,7 +44,7 @@ from fingerdesign.sensing.teach import (
     random_grip_paths,
     teach,
 )
-from fingerdesign.sensing.unlike import TAUGHT, unlike
+from fingerdesign.sensing.unlike import taught_faults, unlike
 from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
@@ -127,9 +127,15 @@ def _grips_of_others(
 def _grips_of(
     design: Design, settings: Settings, fidelity: str, number: int, pilot: GripEstimator | None
 ) -> list[RandomGripPath]:
-    """Those of one finger, with the curves that its bench would show; half by the pilot's hand."""
+    """Those of one finger, with the curves that its bench would show; half by the pilot's hand.
+
+    None where no draw of it is sound."""
     seed = int(np.random.SeedSequence([settings.seed, number]).generate_state(1)[0])
-    bench, held = unlike_problems(unlike(design, TAUGHT, seed), fidelity)
+    try:
+        found = unlike(design, taught_faults(design), seed)
+    except DesignError:
+        return []
+    bench, held = unlike_problems(found, fidelity)
     count = -(-settings.grips // settings.fingers)
     own = 0 if pilot is None else count // 2
     curves = finger_curves(bench, settings.face, settings.bounds)

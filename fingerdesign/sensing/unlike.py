@@ -134,11 +134,12 @@ TAUGHT = ("modulus", "poisson", "plates", "cover", "tilt", "radius")
 def unlike(design: Design, faults: Iterable[str], seed: int) -> Unlike:
     """One finger and object with the faults, drawn from the seed alone, each from its own part.
 
-    One whose plates would overlap is drawn anew. Raises DesignError for what
-    :func:`refuse_unlike` refuses, and where no draw is sound.
+    One whose plates would overlap is drawn anew. Raises DesignError for unknown names, for what
+    cannot be drawn on this design, and where no draw is sound.
     """
     chosen = tuple(faults)
-    refuse_unlike(design, chosen)
+    if found := _undrawable(design, chosen):
+        raise DesignError(found, design.design.name)
     for attempt in range(_ATTEMPTS):
         with suppress(DesignError):
             return _drawn(design, chosen, (seed, attempt))
@@ -162,8 +163,23 @@ def _drawn(design: Design, faults: tuple[str, ...], seed: tuple[int, int]) -> Un
     return Unlike(with_values(design, draw.design), SceneObject(**draw.held))  # type: ignore[arg-type]
 
 
+def taught_faults(design: Design) -> tuple[str, ...]:
+    """Those of TAUGHT that can be drawn on a design."""
+    return tuple(name for name in TAUGHT if not _undrawable(design, [name]))
+
+
 def refuse_unlike(design: Design, names: Iterable[str]) -> None:
-    """DesignError, with every fault: unknown names; what cannot be drawn on this design."""
+    """DesignError, with every fault: unknown names; what cannot be drawn on this design; a bare
+    opposite finger."""
+    found = _undrawable(design, names)
+    if design.grip.opposite != "mirror":
+        bound = "'mirror' on unlike fingers: both are alike"
+        found.append(Fault("grip.opposite", design.grip.opposite, bound, "set it to 'mirror'"))
+    if found:
+        raise DesignError(found, design.design.name)
+
+
+def _undrawable(design: Design, names: Iterable[str]) -> list[Fault]:
     chosen, plates = set(names), design.plates
     found = [
         Fault("--fault", name, f"one of {', '.join(ALL)}", "correct it")
@@ -178,8 +194,4 @@ def refuse_unlike(design: Design, names: Iterable[str]) -> None:
         bound = "another material than the body's where moduli are drawn apart"
         remedy = "give the plates' material a name of its own"
         found.append(Fault("plates.material", plates.material, bound, remedy))
-    if design.grip.opposite != "mirror":
-        bound = "'mirror' on unlike fingers: both are alike"
-        found.append(Fault("grip.opposite", design.grip.opposite, bound, "set it to 'mirror'"))
-    if found:
-        raise DesignError(found, design.design.name)
+    return found

@@ -110,6 +110,23 @@ def test_too_few_grips_are_refused(problem, grips):
         teach(problem, "key", SETTINGS, grips=grips[:4])
 
 
+@pytest.mark.slow
+def test_many_unlike_fingers_teach_the_same_with_any_number_of_workers(monkeypatch, tmp_path):
+    monkeypatch.setattr("fingerdesign.sensing.teach._TEACHING", ((2e-3, 8),))
+    keys = {"taught_fingers": 4, "taught_grips": 80}
+    values = {f"grip.regulator.{key}": value for key, value in keys.items()}
+    coarse = {"plates.count": 5, "mesh.section.contact_size_mm": 0.3}
+    design = with_values(find_design("sensitive"), values | coarse | {"grip.max_steps": 60})
+    found = []
+    for workers in (1, 2):
+        monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / str(workers)))
+        found.append(training.training_result_for(design, workers=workers))
+    one, two = found
+    assert one.estimator.to_json() == two.estimator.to_json()
+    assert len(one.estimator.bands) == 2
+    assert one.used_errors[0] < 0.35
+
+
 def test_it_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypatch, tmp_path):
     taught = []
 

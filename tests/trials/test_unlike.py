@@ -14,7 +14,7 @@ from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.records.base import plain
-from fingerdesign.sensing.unlike import ALL, unlike
+from fingerdesign.sensing.unlike import ALL, TAUGHT, refuse_unlike, taught_faults, unlike
 from fingerdesign.trials.unlike import UnlikeData
 
 COARSE = """
@@ -70,6 +70,12 @@ def test_what_cannot_be_drawn_is_refused():
     with pytest.raises(DesignError, match="one level row"):
         unlike(find_design("both_ways"), ["row"], 0)
     assert unlike(find_design("both_ways"), ["gains"], 0).held == SceneObject()
+    assert taught_faults(find_design("both_ways")) == ("modulus", "poisson", "tilt", "radius")
+    lift = {"grip.plant": "lift", "grip.opposite": "bare"}
+    bare = with_values(find_design("sensitive"), lift)
+    assert taught_faults(bare) == TAUGHT
+    with pytest.raises(DesignError, match="'mirror'"):
+        refuse_unlike(bare, ["gains"])
     same = with_values(find_design("sensitive"), {"plates.material": "silicone"})
     with pytest.raises(DesignError, match="another material"):
         unlike(same, ["plate_modulus"], 0)
