@@ -60,7 +60,6 @@ max_approach_mm = 0.5
 [grip.regulator]
 taught_grips = 60
 taught_fingers = 1
-taught_fingers = 1
 """
 STUDY = """
 [study]
