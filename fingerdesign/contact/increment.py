@@ -437,7 +437,8 @@ def _answer(
     With what it amounts to, and the name of the way.
     """
     tracker, friction = workspace.tracker(problem), problem.friction_coefficient
-    for method in (TRACKED, STARTED) if workspace.follows else ():
+    ways = (TRACKED, STARTED) if tracker.starts else (TRACKED,)
+    for method in ways if workspace.follows else ():
         base = tracker.base
         if method == TRACKED:
             near = tracker.solve(offset, _change(state, motion), state.slip)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cython_blas, cython_lapack
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.contact.laws import Certificate
+from fingerdesign.contact.laws import Certificate, coded, lengths
 from fingerdesign.contact.newton import ActiveInverse
 from fingerdesign.contact.outcome import Answer, History, Outcome
 from fingerdesign.contact.problem import ContactProblem
@@ -88,6 +88,8 @@ class _Judged(ctypes.Structure):
 class CompiledTracker(Tracker):
     """A Tracker whose increments the kernel follows."""
 
+    starts = True
+
     def __init__(
         self, library: ctypes.CDLL, compliance: Array, self_compliance: Array, friction: float
     ) -> None:
@@ -103,6 +105,22 @@ class CompiledTracker(Tracker):
         self._bound: Base | None = None
         self._problem: ContactProblem | None = None
         self._about: tuple[_Judged, list[Array]]
+
+    def start(self, offset: Array, guess: Array) -> Answer | None:
+        largest = float(guess[:, 0].max(initial=0.0))
+        if not largest > 0.0:
+            return None
+        yielded = (self.compliance @ guess.reshape(-1)).reshape(guess.shape)
+        limit = (1.0 - 1e-9) * self.friction * guess[:, 0]
+        status = coded(lengths(guess[:, 1:]) >= limit, guess[:, 0] > 0.0)
+        none = np.zeros(0)
+        ahead = np.zeros_like(guess)
+        known = Known(guess, yielded, status, ahead, none, none, none, yielded, largest)
+        try:
+            return self._follow(known, offset, Start(1.0))
+        except np.linalg.LinAlgError:
+            self.base = None
+            return None
 
     def _follow(self, known: Known, offset: Array, start: Start) -> Answer | None:
         library, follower = self._library, self._follower

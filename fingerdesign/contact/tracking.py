@@ -25,7 +25,7 @@ import numpy as np
 from scipy.linalg.blas import dsymv
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.contact.laws import OPEN, SLIP, STICK, coded, lengths
+from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
 from fingerdesign.contact.linearised import TOLERANCE, Factors, Point, System
 from fingerdesign.contact.newton import ActiveInverse, Rooms
 from fingerdesign.contact.outcome import Answer, History, Outcome, outcome
@@ -100,7 +100,13 @@ class Base:
 
 
 class Tracker:
-    """Follows increments on one compliance and friction; each starts from the one known."""
+    """Follows increments on one compliance and friction; each starts from the one known.
+
+    starts: an increment that cannot be followed is begun from a guess (``start``), which is worth
+    its while where an iteration costs little more than its arithmetic.
+    """
+
+    starts = False
 
     def __init__(self, compliance: Array, self_compliance: Array, friction: float) -> None:
         self.compliance, self.friction = compliance, friction
@@ -163,20 +169,7 @@ class Tracker:
 
     def start(self, offset: Array, guess: Array) -> Answer | None:
         """Forces and motion at ``offset`` from forces guessed (m, dim), whatever came before."""
-        largest = float(guess[:, 0].max(initial=0.0))
-        if not largest > 0.0:
-            return None
-        yielded = dsymv(1.0, self._half, guess.reshape(-1)).reshape(guess.shape)
-        limit = (1.0 - 1e-9) * self.friction * guess[:, 0]
-        status = coded(lengths(guess[:, 1:]) >= limit, guess[:, 0] > 0.0)
-        none = np.zeros(0)
-        ahead = np.zeros_like(guess)
-        known = Known(guess, yielded, status, ahead, none, none, none, yielded, largest)
-        try:
-            return self._follow(known, offset, Start(1.0))
-        except np.linalg.LinAlgError:
-            self.base = None
-            return None
+        return None
 
     def _follow(self, known: Known, offset: Array, begin: Start) -> Answer | None:
         """Newton on one set of candidates after the other, until no other node has a say."""
