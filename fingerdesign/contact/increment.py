@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from scipy.linalg.lapack import dposv
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.kernel import tracker_of
@@ -56,17 +57,17 @@ def pressed(compliance: Array, offset: Array, guess: Array, friction_coefficient
     closed = guess[:, 0] > 0.0
     if not closed.any():
         closed = gap < 0.0
-    normal = np.zeros(m)
+    normal, pressing = np.zeros(m), np.ascontiguousarray(compliance[::dim, ::dim])
     for _ in range(_STEPS):
         index = np.flatnonzero(closed)
-        rows = compliance[dim * index][:, ::dim]  # by symmetry the gaps that they cause
-        try:
-            force = np.linalg.solve(rows[:, index], -gap[index]) if len(index) else np.empty(0)
-        except np.linalg.LinAlgError:
-            return guess
         normal[:] = 0.0
-        normal[index] = force
-        now = np.where(closed, normal > 0.0, gap + force @ rows < 0.0)
+        if len(index):
+            rows = pressing[index]  # by symmetry the gaps that they cause
+            *_, force, info = dposv(rows[:, index].T, -gap[index], overwrite_a=1)
+            if info:
+                return guess
+            normal[index] = force
+        now = np.where(closed, normal > 0.0, gap + normal @ pressing < 0.0)
         if (now == closed).all():
             break
         closed = now
