@@ -400,7 +400,8 @@ def solve_increment(
     offset = problem.offset(motion, state.slip)
     if not np.isfinite(offset).all():
         raise SolverError(f"the motion {motion} is not finite")
-    found, outcome, method = _answer(problem, state, motion, offset, workspace)
+    change = motion.amplitudes - state.motion.amplitudes
+    found, outcome, method = _answer(problem, state, motion, change, offset, workspace)
     if not _accepts(outcome.certificate):
         raise SolverError(
             f"no accepted answer at {motion} (friction {problem.friction_coefficient:g}): "
@@ -409,7 +410,7 @@ def solve_increment(
     if outcome.at_rim:
         raise _exhausted(problem, found.multiplier, motion)
     after = ContactState(outcome.slip, found.multiplier, motion, outcome.travelled, outcome.sliding)
-    workspace.tracker(problem).know(found, outcome, _change(state, motion), state.slip)
+    workspace.tracker(problem).know(found, outcome, change, state.slip)
     workspace.passed(state, after)
     return Increment(
         motion=motion,
@@ -430,19 +431,20 @@ def _answer(
     problem: ContactProblem,
     state: ContactState,
     motion: Motion,
+    change: Array,
     offset: Array,
     workspace: Workspace,
 ) -> tuple[Answer, Outcome, str]:
     """What is found near the last increment if the certificate accepts it, else by a solve anew.
 
-    With what it amounts to, and the name of the way.
+    With what it amounts to, and the name of the way. change: of the motion's amplitudes (5,).
     """
     tracker, friction = workspace.tracker(problem), problem.friction_coefficient
     ways = (TRACKED, STARTED) if tracker.starts else (TRACKED,)
     for method in ways if workspace.follows else ():
         base = tracker.base
         if method == TRACKED:
-            near = tracker.solve(offset, _change(state, motion), state.slip)
+            near = tracker.solve(offset, change, state.slip)
         else:
             guess = workspace.predicted(state, motion, friction)
             near = tracker.start(offset, pressed(problem.compliance, offset, guess, friction))
@@ -457,11 +459,6 @@ def _answer(
     yielded = (problem.compliance @ result.multiplier.reshape(-1)).reshape(offset.shape)
     found = Answer(result.multiplier, yielded, yielded + offset, result.residual, result.iterations)
     return found, tracker.outcome(problem, state, found), method
-
-
-def _change(state: ContactState, motion: Motion) -> Array:
-    """Of the motion's amplitudes (5,)."""
-    return motion.amplitudes - state.motion.amplitudes
 
 
 def _accepts(certificate: Certificate) -> bool:
