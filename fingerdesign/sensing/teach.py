@@ -11,6 +11,7 @@ taught.
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -165,7 +166,8 @@ _STEPS = 60
 _HELD_OUT = 0.15  # of the random grip paths, judged by and not taught
 _HIDDEN = (128, 64)
 _TEACHING = ((2e-3, 40), (5e-4, 20), (1e-4, 15))  # learning rate, epochs; each from the last's end
-_ROWS, _FEWEST = 100_000, 3  # of more samples, fewer epochs: else they are learnt by heart
+# Of more samples, and where fingers are unlike, fewer epochs: else they are learnt by heart.
+_ROWS, _UNLIKE = 100_000, 0.45
 _PENALTY = 1e-3
 OUTLIER = 5.0  # standard deviations, as in the estimator
 _PART = 50  # grips that a worker makes at once
@@ -230,7 +232,7 @@ def teach(
                 "longer way of the stage (grip.max_approach_mm)"
             )
         report(f"teaching {len(inputs)} samples with noise up to {noises[1]:g} microstrain")
-        taught.append(fit(inputs, outputs, noises[1], settings.seed))
+        taught.append(fit(inputs, outputs, noises[1], settings.seed, settings.fingers))
         samples += len(inputs)
     estimator = GripEstimator(design, curves, REFERENCE_NOISE, tuple(taught))
     return judge(estimator, grips[:held], settings, samples)
@@ -338,11 +340,11 @@ def _noisy(
     )
 
 
-def fit(inputs: Array, outputs: Array, most_noise: float, seed: int) -> Band:
+def fit(inputs: Array, outputs: Array, most_noise: float, seed: int, fingers: int = 1) -> Band:
     """Train one network on features (n, f) and truths (n, 2); its spread is not known yet."""
     center, scale = standard(inputs)
-    fewer = min(1.0, _ROWS / len(inputs))
-    teaching = [(rate, max(_FEWEST, round(fewer * epochs))) for rate, epochs in _TEACHING]
+    fewer = min(_UNLIKE if fingers > 1 else 1.0, _ROWS / len(inputs))
+    teaching = [(rate, math.ceil(fewer * epochs)) for rate, epochs in _TEACHING]
     with one_thread(), ends_as_meant():
         layers = trained(standardised(inputs, center, scale), outputs, teaching, seed)
     return Band(most_noise, center, scale, layers, np.array([[1.0, 1.0]]))
