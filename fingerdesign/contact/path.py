@@ -161,13 +161,18 @@ def solve_forces(
         raise SolverError(f"{forces}: the tangential force and what is held must be finite")
     _refuse_beyond_friction(problem, forces)
     workspace = workspace or Workspace()
-    workspace.patient = False  # many trials, of which any may fail
     try:
+        workspace.patient = False  # many trials, of which any may fail
         found = _Search(problem, state, forces, workspace).run()
-        workspace.passed(state, found.state)
-        return found
+    except (NoEquilibrium, ZoneExhausted):
+        raise
+    except SolverError:  # near a jump between answers none may
+        workspace.patient = True
+        found = _Search(problem, state, forces, workspace).run()
     finally:
         workspace.patient = True
+    workspace.passed(state, found.state)
+    return found
 
 
 def _refuse_beyond_friction(problem: ContactProblem, forces: Forces) -> None:

@@ -310,3 +310,19 @@ def test_a_little_more_is_found_beyond_full_slip_where_it_is_known_to_be_there()
         rising_root(creeping, 0.1005, 0.0, 0.0, 2.0)
     with pytest.raises(OutOfReach):  # downward nothing is known
         rising_root(lambda x: ForceSlope(-1.0, 0.0, 1.0, limit=-1), -1.5, 0.0, 0.0, 2.0, most=5.0)
+
+
+def test_a_search_that_fails_in_haste_is_tried_with_patience(strip, monkeypatch):
+    """Near a jump between answers hasty trials find none."""
+    asked = []
+
+    def unlucky(problem, state, motion, workspace, *rest):
+        asked.append(workspace.patient)
+        if not workspace.patient:
+            raise SolverError("no answer in haste")
+        return solve_increment(problem, state, motion, workspace, *rest)
+
+    monkeypatch.setattr("fingerdesign.contact.path.solve_increment", unlucky)
+    increment = solve_forces(strip, ContactState.untouched(strip), Forces(1.0, 0.3))
+    assert whole(strip, increment) == pytest.approx((1.0, 0.3), abs=1e-8)
+    assert False in asked
