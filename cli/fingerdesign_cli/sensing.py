@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.control.c_code import FILES as C_FILES
+from fingerdesign.control.c_code import c_files
+from fingerdesign.errors import DesignError
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensing.observability import observe, refuse
 from fingerdesign.sensing.record import FOLDER, write_observability
-from fingerdesign_cli.inputs import read_case, recorded
+from fingerdesign_cli.inputs import estimator_for, read_case, recorded
 from fingerdesign_cli.terminal import print_json, print_table
 
 if TYPE_CHECKING:
@@ -62,6 +65,41 @@ def _show_errors(result: TrainingResult, name: str, folder: Path) -> None:
     columns = ["noise, microstrain", "stick ratio", "friction in use"]
     print_table(f"{name}: errors (RMS) on grips that were not taught", columns, rows)
     click.echo(f"{result.samples} samples were taught; {folder / 'estimator.json'} is for a rig")
+
+
+# ``fingerdesign export-c``: the regulator for a hand's microcontroller.
+
+
+def export_c(
+    estimator_file: Path,
+    design_file: Path,
+    out: Path,
+    noise: float | None,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99."""
+    design, _ = read_case(design_file)
+    try:
+        estimator = estimator_for(design, estimator_file)
+    except DesignError as error:
+        faults = [replace(fault, key="ESTIMATOR") for fault in error.faults]
+        raise DesignError(faults, error.source) from error
+    assert estimator is not None
+    estimator = estimator if noise is None else estimator.at_noise(noise)
+    name = design.design.name
+    kind = RecordFolder("regulator in C", C_FILES[0], C_FILES)
+    with recorded(kind, out / name, quiet) as (folder, _):
+        for file, text in c_files(estimator, design.grip).items():
+            (folder / file).write_text(text, encoding="utf-8")
+    weights = sum(layer.weight.size for layer in estimator.band.layers)
+    if as_json:
+        about = {"gages": estimator.gages, "noise_microstrain": estimator.noise}
+        print_json({"design": name, **about, "weights": weights, "files": list(C_FILES)})
+    elif not quiet:
+        files = " and ".join(C_FILES)
+        click.echo(f"{out / name}: {files}, {estimator.gages} gages, {weights} weights")
+    return 0
 
 
 def gages(

@@ -11,6 +11,7 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import load_design
+from fingerdesign.control.c_code import c_files
 from fingerdesign.control.estimator import (
     Band,
     FingerCurves,
@@ -133,6 +134,8 @@ def test_an_estimator_reports_and_the_regulator_asks(folder, tmp_path, capsys, s
         assert (
             "must be one taught on this design" in said(*arguments, "--estimator", path, code=2).err
         )
+    in_c = ["export-c", path, folder / "coarse.toml", "--out", out]
+    assert "ESTIMATOR = one taught on another: must be" in said(*in_c, code=2).err
     assert not out.exists()
     design = load_design(folder / "coarse.toml")
     key = training_key(design, settings_of(design))
@@ -140,6 +143,10 @@ def test_an_estimator_reports_and_the_regulator_asks(folder, tmp_path, capsys, s
     solid = ["grip", str(folder / "coarse.toml"), "--controller", "regulator", "--fidelity", "3d"]
     refused = said(*solid, "--estimator", path, "--out", tmp_path / "solid", code=2).err
     assert "--estimator = taught in plane-strain: must be one taught in 3d" in refused
+    louder = GripEstimator.from_json(path.read_text()).at_noise(2.0)
+    assert "15 gages, 198 weights" in said(*in_c[:-1], tmp_path / "c", "--noise", 2.0).out
+    written = {file.name: file.read_text() for file in (tmp_path / "c/coarse").iterdir()}
+    assert written == c_files(louder, design.grip)
     assert run(folder, out, "--estimator", str(path), "--controller", "regulator", "--quiet") == 0
     with (out / "coarse/replay.csv").open() as file:
         rows = list(csv.DictReader(file))

@@ -23,9 +23,11 @@ from fingerdesign_cli.options import (
 )
 
 
-def _finite(_context: click.Context, parameter: click.Parameter, value: float) -> float:
+def _finite(
+    _context: click.Context, parameter: click.Parameter, value: float | None
+) -> float | None:
     """NaN passes any range of click's."""
-    if not math.isfinite(value):
+    if value is not None and not math.isfinite(value):
         raise click.BadParameter(f"{value} is not a finite number", param=parameter)
     return value
 
@@ -103,6 +105,25 @@ def teach() -> None:
     OUT/NAME/estimator.json runs on a rig with numpy alone (fingerdesign.control.estimator);
     lesson.json tells its errors on grips that it was not taught on. Minutes the first time; what
     has been taught is kept, and changes of the [grip] table's controllers teach nothing anew.
+    """
+
+
+@command("sensing", "Write the regulator as C for a hand's microcontroller.")
+@click.argument("estimator_file", metavar="ESTIMATOR", type=FILE)
+@design_and_out("regulator.c and regulator.h go to OUT/NAME of the design.")
+@click.option(
+    "--noise",
+    type=click.FloatRange(0.0, 1e3),
+    callback=_finite,
+    help="Of a sample of your gages, microstrain.  [default: the estimator's]",
+)
+@output_options
+def export_c() -> None:
+    """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99 without dependencies.
+
+    ESTIMATOR is what `fingerdesign teach` wrote for DESIGN. The file computes in single precision
+    and holds the one network for the noise, with 16-bit weights: some 48 kB for 15 gages. How to
+    compile and call it: docs/controllers.md.
     """
 
 

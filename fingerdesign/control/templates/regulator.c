@@ -1,0 +1,321 @@
+/* The stick-ratio regulator of one finger, in single precision. @origin@
+
+   The same as fingerdesign's control/estimator.py and control/controllers/regulator.py, which say
+   why. Without contraction (gcc -std=c99) and without -ffast-math it gives the same bits anywhere. */
+
+#include "regulator.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#define GAGES REGULATOR_GAGES
+#define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
+
+typedef struct {
+    int inputs, outputs;
+    const int16_t *weight; /* a row of all outputs for each input */
+    const float *scale;    /* of each output's weights */
+    const float *bias;
+} layer;
+
+@numbers@
+
+typedef struct {
+    float stick_ratio, used, spread;
+} estimate;
+
+static float larger(float a, float b) { return b > a ? b : a; }
+static float smaller(float a, float b) { return b < a ? b : a; }
+
+/* Natural logarithm of x > 0, by 2 artanh((m - 1) / (m + 1)): the same bits in every library. */
+static float logarithm(float x) {
+    int power;
+    float m = frexpf(x, &power), s, q, series;
+    if (m < 0.70710678f) {
+        m = m + m;
+        power -= 1;
+    }
+    s = (m - 1.0f) / (m + 1.0f);
+    q = s * s;
+    series = 1.0f + q * (0.33333333f + q * (0.2f + q * (0.14285714f + q * 0.11111111f)));
+    return 2.0f * s * series + 0.69314718f * (float)power;
+}
+
+/* The interval of rising values in which x lies; x comes back within their ends. */
+static int place(const float *values, int count, float *x, float *share) {
+    int k = 0, end = count - 1;
+    *x = smaller(larger(*x, values[0]), values[end]);
+    while (end - k > 1) {
+        int middle = (k + end) / 2;
+        if (values[middle] < *x)
+            k = middle;
+        else
+            end = middle;
+    }
+    *share = (*x - values[k]) / (values[k + 1] - values[k]);
+    return k;
+}
+
+static float between(const float *y, float share, int stride) {
+    return y[0] + share * (y[stride] - y[0]);
+}
+
+static float interpolated(float x, const float *xs, const float *ys, int count) {
+    float share;
+    int k = place(xs, count, &x, &share);
+    return between(ys + k, share, 1);
+}
+
+static void row_at(const regulator_curves *c, const float *table, float force, float *row) {
+    float share;
+    int k = place(c->normal_force, c->points, &force, &share), g;
+    for (g = 0; g < GAGES; g++)
+        row[g] = between(table + k * GAGES + g, share, GAGES);
+}
+
+/* Features of a change over lag samples: the gages', then seven of the forces and moves. */
+static float *changes(const regulator *r, int lag, const float *alone, float scale, float pressed,
+                      float *out) {
+    const regulator_curves *c = &r->curves;
+    const regulator_moment *now = r->history;
+    int first = lag < r->moments - 1 ? lag : r->moments - 1, k, g;
+    const regulator_moment *before = now + first;
+    float dx = 0.0f, dy = 0.0f, along = 0.0f, closed = 0.0f, from[GAGES];
+    float way, rise, pull, size, after, rising, pulling;
+    for (k = first - 1; k >= 0; k--) {
+        dx += now[k].dx;
+        dy += now[k].dy;
+        along += fabsf(now[k].dx);
+        closed += fabsf(now[k].dy);
+    }
+    way = larger(along + closed, LEAST_MOTION);
+    after = interpolated(before->normal_force, c->normal_force, c->approach, c->points) + dy;
+    after = interpolated(after, c->approach, c->normal_force, c->points);
+    rising = after - before->normal_force;
+    pulling = interpolated(0.5f * (before->normal_force + after), c->normal_force, c->stiffness,
+                           c->points) * dx;
+    rise = now->normal_force - before->normal_force;
+    pull = now->tangential_force - before->tangential_force;
+    size = fabsf(pull) + NORMAL_SHARE * fabsf(rise) + LEAST_CHANGE;
+    row_at(c, c->pressed, before->normal_force, from);
+    for (g = 0; g < GAGES; g++)
+        *out++ = (now->readings[g] - before->readings[g] - (alone[g] - from[g])) / (scale * size);
+    *out++ = rise / size;
+    *out++ = pull / size;
+    *out++ = (rise - rising) / size;
+    *out++ = (pull - pulling) / size;
+    *out++ = dx / way;
+    *out++ = logarithm(way);
+    *out++ = logarithm(size / pressed);
+    return out;
+}
+
+/* FEATURES numbers of the last moment: the present, the changes, the touch. */
+static void features(regulator *r, float *out) {
+    const regulator_moment *now = r->history;
+    float pressed = larger(now->normal_force, LEAST_FORCE), scale = 0.0f;
+    float alone[GAGES], sticking[GAGES], *present = out;
+    int g, k;
+    row_at(&r->curves, r->curves.pressed, pressed, alone);
+    row_at(&r->curves, r->curves.sticking, pressed, sticking);
+    for (g = 0; g < GAGES; g++)
+        scale = larger(scale, fabsf(sticking[g]));
+    scale = larger(scale, LEAST_RESPONSE);
+    for (g = 0; g < GAGES; g++)
+        *out++ = (now->readings[g] - alone[g]) / (scale * pressed);
+    *out++ = logarithm(pressed);
+    *out++ = now->tangential_force / pressed;
+    *out++ = LOG_NOISE;
+    for (k = 0; k < COUNT(LAGS); k++)
+        out = changes(r, LAGS[k], alone, scale, pressed, out);
+    r->pulled = r->pulled || now->dx != 0.0f;
+    if (!r->pulled)
+        memcpy(r->touch, present, sizeof r->touch);
+    memcpy(out, r->touch, sizeof r->touch);
+}
+
+static estimate estimated(regulator *r) {
+    float values[WIDEST], sums[WIDEST];
+    estimate found;
+    int n, i, o, k;
+    features(r, values);
+    for (i = 0; i < FEATURES; i++)
+        values[i] = smaller(larger((values[i] - CENTER[i]) / SCALE[i], -OUTLIER), OUTLIER);
+    for (n = 0; n < COUNT(LAYERS); n++) {
+        const layer *l = LAYERS + n;
+        const int16_t *weight = l->weight;
+        memset(sums, 0, sizeof sums);
+        for (i = 0; i < l->inputs; i++, weight += l->outputs)
+            if (values[i] != 0.0f)
+                for (o = 0; o < l->outputs; o++)
+                    sums[o] += values[i] * (float)weight[o];
+        for (o = 0; o < l->outputs; o++) {
+            values[o] = l->scale[o] * sums[o] + l->bias[o];
+            if (n + 1 < COUNT(LAYERS))
+                values[o] = larger(values[o], 0.0f);
+        }
+    }
+    found.stick_ratio = smaller(larger(values[0], 0.0f), 1.0f);
+    found.used = smaller(larger(values[1], 0.0f), 1.0f);
+    for (k = 0; k + 1 < COUNT(SPREAD) && SPREAD[k][0] < found.used; k++)
+        ;
+    found.spread = SPREAD[k][1];
+    return found;
+}
+
+/* dF_t/dx and dF_n/dy as last felt; shears too small to be felt teach nothing. */
+static void learn_stiffness(regulator *r) {
+    const regulator_moment *now = r->history, *before = now + 1;
+    float rise = now->normal_force - before->normal_force;
+    float change = now->tangential_force - before->tangential_force;
+    if (now->dy > 0.0f && rise > 0.0f)
+        r->pressing = rise / now->dy;
+    if (now->dx > 0.02f * SHEAR_STEP && change > 0.0f)
+        r->stiffness = STIFFNESS_FADES * r->stiffness
+                       + (1.0f - STIFFNESS_FADES) * change / now->dx;
+}
+
+static void learn_friction(regulator *r, estimate found) {
+    const regulator_moment *now = r->history;
+    float friction, sure;
+    if (found.used < LEAST_USED || now->normal_force < 2.0f * LEAST_FORCE)
+        return;
+    friction = now->tangential_force / (now->normal_force * found.used);
+    friction = smaller(larger(friction, LEAST_FRICTION), MOST_FRICTION);
+    sure = found.used / larger(found.spread, 1e-3f);
+    sure = sure * sure;
+    r->weight = MEMORY * r->weight + sure;
+    r->sum = MEMORY * r->sum + sure * friction;
+}
+
+/* dy of the next step; half of the largest before the finger's stiffness has been felt. */
+static float closing(const regulator *r, float pressed) {
+    if (!(r->pressing > 0.0f))
+        return 0.5f * APPROACH_STEP;
+    return smaller(APPROACH_STEP, PRESS_SHARE * pressed / r->pressing);
+}
+
+static float shear(const regulator *r, float force) {
+    return smaller(larger(force / r->stiffness, 0.0f), SHEAR_STEP);
+}
+
+static void probe_ends(regulator *r, float pressed) {
+    if (r->probed == 0.0f)
+        r->probed = pressed;
+}
+
+/* The next move, of forces as they will be. */
+static void next(regulator *r, estimate found, float normal, float tangential, int lifted,
+                 regulator_command *to) {
+    float pressed = larger(normal, LEAST_FORCE), ratio = tangential / pressed;
+    int known = r->weight > 0.0f;
+    float friction = known ? r->sum / r->weight : 0.0f;
+    float believed = known ? ratio / friction : 0.0f;
+    to->dx = to->dy = 0.0f;
+    if (lifted) {
+        if (believed > MOST_HELD)
+            to->dy = closing(r, pressed);
+        return;
+    }
+    r->used += NEWS * (found.used - r->used);
+    if (found.stick_ratio < LEAST_STICK || larger(r->used, believed) > MOST_USED) {
+        probe_ends(r, pressed);
+        to->dy = closing(r, pressed);
+        return;
+    }
+    if (r->probed > 0.0f && pressed > AGAIN * r->probed && r->weight < SURE)
+        r->probed = 0.0f;
+    if (r->probed == 0.0f) {
+        float unfelt = larger(ratio - r->history->tangential_force / pressed, 0.0f);
+        if (pressed < PROBE_FORCE_N) {
+            to->dy = closing(r, pressed);
+            return;
+        }
+        unfelt = known ? unfelt / friction : 0.0f;
+        if (r->used + unfelt < NEAR * TARGET) {
+            to->dx = shear(r, PULL_SHARE * pressed / (float)(1 + r->delay));
+            return;
+        }
+        probe_ends(r, pressed);
+    }
+    if (known) {
+        float sure = friction * larger(1.0f - CAUTION / sqrtf(r->weight), 0.5f);
+        to->dy = closing(r, pressed);
+        normal += larger(r->pressing, 0.0f) * to->dy;
+        to->dx = shear(r, TARGET * sure * normal - tangential);
+    } else
+        to->dx = shear(r, PULL_SHARE * pressed);
+}
+
+static void remember(regulator *r, const float *readings, float normal, float tangential, float dx,
+                     float dy) {
+    regulator_moment *now = r->history;
+    memmove(now + 1, now, REGULATOR_LOOKS_BACK * sizeof *now);
+    memcpy(now->readings, readings, sizeof now->readings);
+    now->normal_force = normal;
+    now->tangential_force = tangential;
+    now->dx = dx;
+    now->dy = dy;
+    if (r->moments <= REGULATOR_LOOKS_BACK)
+        r->moments++;
+}
+
+int regulator_init(regulator *r, const regulator_curves *curves, int delay, float stiffness) {
+    int k;
+    if (curves->points < 2 || delay < 0 || delay > REGULATOR_MOST_DELAY || !(stiffness > 0.0f))
+        return 1;
+    for (k = 1; k < curves->points; k++)
+        if (!(curves->normal_force[k] > curves->normal_force[k - 1]
+              && curves->approach[k] > curves->approach[k - 1]))
+            return 1;
+    memset(r, 0, sizeof *r);
+    r->curves = *curves;
+    r->delay = r->settling = delay;
+    r->stiffness = stiffness;
+    return 0;
+}
+
+int regulator_step(regulator *r, const float readings[GAGES], float normal_force,
+                   float tangential_force, int lifted, regulator_command *command) {
+    float dx = 0.0f, dy = 0.0f, finite = normal_force - normal_force;
+    int k, settles = r->settling > 0;
+    estimate found;
+    memset(command, 0, sizeof *command);
+    finite += tangential_force - tangential_force;
+    for (k = 0; k < GAGES; k++)
+        finite += readings[k] - readings[k];
+    if (finite != 0.0f) /* an infinite number or none, less itself, is none */
+        return 1;
+    if (settles || !r->begun) { /* all before was of the press */
+        r->moments = 0;
+        remember(r, readings, normal_force, tangential_force, 0.0f, 0.0f);
+        r->begun = 1;
+    }
+    if (settles)
+        r->settling--;
+    else {
+        remember(r, readings, normal_force, tangential_force, r->unfelt_dx[0], r->unfelt_dy[0]);
+        learn_stiffness(r);
+    }
+    found = estimated(r);
+    command->stick_ratio = found.stick_ratio;
+    command->used = found.used;
+    if (settles)
+        return 0;
+    if (!lifted)
+        learn_friction(r, found);
+    for (k = 0; k < r->delay; k++) { /* moves on their way */
+        r->unfelt_dx[k] = r->unfelt_dx[k + 1];
+        r->unfelt_dy[k] = r->unfelt_dy[k + 1];
+        dx += r->unfelt_dx[k];
+        dy += r->unfelt_dy[k];
+    }
+    next(r, found, normal_force + r->pressing * dy, tangential_force + r->stiffness * dx, lifted,
+         command);
+    r->unfelt_dx[r->delay] = command->dx;
+    r->unfelt_dy[r->delay] = command->dy;
+    if (r->weight > 0.0f)
+        command->friction = r->sum / r->weight;
+    return 0;
+}
