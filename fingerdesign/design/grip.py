@@ -132,10 +132,10 @@ class HardwareTable(Table):
 
         A plate's gain is its own, whichever other gages there are.
         """
-        gains = [
-            1.0 + self.gain_spread * np.random.default_rng([self.specimen, plate]).standard_normal()
-            for plate in plates
-        ]
+        gains = np.ones(len(plates))
+        if self.gain_spread > 0.0:  # a generator a plate takes as long as a step of a grip
+            draws = [np.random.default_rng([self.specimen, p]).standard_normal() for p in plates]
+            gains += self.gain_spread * np.array(draws)
         dead = np.isin(plates, self.dead_gages)
         return np.where(dead, 0.0, gains)
 

@@ -1,1 +1,1 @@
-"""Controllers compared and tuned: grid, bench, tuning, replay, page."""
+"""Controllers compared and tuned: grid, bench, tuning, replay, page; the Gymnasium environment."""

@@ -91,6 +91,23 @@ def steps(folder: Path | None, quiet: bool, as_json: bool) -> int:
     return _show("steps", "Steps of a grip", checks, folder, quiet, as_json)
 
 
+@click.command("environment", short_help="Steps a second of the Gymnasium environment (1 min).")
+@_table_option
+@output_options
+def environment(folder: Path | None, quiet: bool, as_json: bool) -> int:
+    """Steps a second of the Gymnasium environment in 3-D on one core, in processor time.
+
+    By a random hand, which slips at once, and by a scripted one; with the resets that press to the
+    preload, and without. Needs the extra `gym`.
+    """
+    from fingerdesign_bench.speed.environment import environment_checks
+
+    with progress("bench environment", quiet or as_json) as report:
+        report("gripping")
+        checks = environment_checks()
+    return _show("environment", "Gymnasium environment", checks, folder, quiet, as_json)
+
+
 @click.command("smoothness", short_help="Ripple of the pressure on the meshes used (2 min).")
 @_table_option
 @output_options
@@ -178,4 +195,14 @@ def _show(
     return show_checks(title, checks, paths, quiet, as_json)
 
 
-COMMANDS = (reference, smoothness, condensation, assembly, steps, verification, agreement, whole)
+COMMANDS = (
+    reference,
+    smoothness,
+    condensation,
+    assembly,
+    steps,
+    environment,
+    verification,
+    agreement,
+    whole,
+)

@@ -1,0 +1,216 @@
+"""The plants as a Gymnasium environment: a hand learns to lift what it knows nothing of.
+
+An episode is one lift by two fingers (:class:`LiftPlant` behind :class:`ImperfectPlant`): friction
+and mass are drawn, the fingers press to the preload, and from there on each step is one move.
+Needs the extra ``gym`` (``pip install fingerdesign[gym]``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite, log
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.analysis.case import gage_array
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.calibration import Bounds
+from fingerdesign.control.metrics import MOST_FORCE
+from fingerdesign.control.plants.lift import LiftPlant
+from fingerdesign.control.plants.plant import Truth, press, safety_margin
+from fingerdesign.control.plants.rig import ImperfectPlant
+from fingerdesign.control.signals import Sample
+from fingerdesign.design.grip import weight_per_finger
+from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.sensing.model import grip_problem, model_data, opposite_problem
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+try:
+    from gymnasium import Env
+    from gymnasium.error import ResetNeeded
+    from gymnasium.spaces import Box
+except ImportError:  # said where an environment is made: this file may be looked at without
+    Env = object
+
+STEP_COST = 0.001
+_STRAIN, _FORCE_N = 20_000.0, 1000.0  # microstrain, N: ends of the scales, beyond any grip
+_LIMITS = {"frictions": 5.0, "masses_g": 1e5}
+
+Observation = NDArray[np.float32]
+
+
+class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
+    """Lifts of a design's finger, each of an object that the hand does not know.
+
+    Action (2,): dx and dy of one move in parts of ``grip.shear_step_mm`` (0 to 1, up) and
+    ``grip.approach_step_mm`` (-1 to 1, closing). Observation (g + 5,): the gages' readings
+    (microstrain), F_n and F_t (N), the last move in the action's parts, and whether the object has
+    left its support (0 or 1), as ``grip.hardware`` delivers them. The stage goes from touch to
+    ``grip.max_approach_mm``; a move beyond is cut.
+
+    Reward: -:data:`STEP_COST` a step, and at the end
+
+        1 - (margin - 1) / (MOST_FORCE - 1)   hung for ``grip.hold_steps`` steps after the lift,
+        -1                                    slipped as a whole or dropped, crushed
+                                              (F_n >= MOST_FORCE m g / 2 mu), or not lifted
+                                              within the stage
+
+    margin = mu F_n / F_t. An episode is truncated, without more reward, after ``grip.max_steps``
+    and ``hold_steps`` more, and where the plant has no accepted answer: info["ending"] is then
+    "failed", info["reason"] the solver's sentence, and the observation the one before.
+
+    info is the judge's: friction_coefficient, object_mass_g, stick_ratio, safety_margin, rise_mm,
+    and at the end ending and reason; what has no value is left out.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
+
+    def __init__(
+        self,
+        design: Design,
+        fidelity: str = "3d",
+        frictions: Sequence[float] = (0.2, 0.8),
+        masses_g: Sequence[float] = (100.0, 1000.0),
+        noise_microstrain: float = 0.5,
+        problem: ContactProblem | None = None,
+    ) -> None:
+        """frictions, masses_g: ends of what is drawn, evenly and evenly in the logarithm.
+        noise_microstrain: of a gage's sample, instead of the design's. problem: the design's
+        condensed model for environments that share one; without it it is made, at ``fidelity``.
+
+        Raises DesignError for wrong input, ValueError where a tug lifts the lightest object out of
+        the fingers, ImportError without gymnasium.
+        """
+        if Env is object:
+            raise ImportError(
+                "gymnasium is not installed; get it by: pip install 'fingerdesign[gym]'"
+            )
+        self._frictions, self._masses = tuple(frictions), tuple(masses_g)
+        self._face, self._plates = design.gages.face, gage_array(design)
+        _refuse(self._frictions, self._masses, noise_microstrain)
+        self._problem = grip_problem(design, fidelity) if problem is None else problem
+        gages = len(self._problem.model.gage_x)
+        if gages != len(self._plates):
+            bound = f"the design's {len(self._plates)}"
+            raise DesignError([Fault("problem", f"{gages} gages", bound, "condense this design")])
+        self._opposite = opposite_problem(design, model_data(self._problem)["fidelity"])
+        self._grip, self._bounds = design.grip, Bounds.of(design.grip)
+        self._hardware = design.grip.hardware.model_copy(
+            update={"gage_noise_microstrain": noise_microstrain, "gage_noise_microvolt_per_V": 0.0}
+        )
+        self._lift(self._frictions[0], self._masses[0])
+        high = np.array([*[_STRAIN] * gages, _FORCE_N, _FORCE_N, 1.0, 1.0, 1.0], dtype=np.float32)
+        low = -high
+        low[[-3, -1]] = 0.0
+        self.observation_space = Box(low, high)
+        self.action_space = Box(np.array([0.0, -1.0], np.float32), np.ones(2, np.float32))
+        self._plant: ImperfectPlant | None = None  # none before the first reset and after an end
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Draw friction and mass, press to the preload. Raises SolverError where that fails."""
+        super().reset(seed=seed)
+        self._friction = float(self.np_random.uniform(*self._frictions))
+        self._mass = float(np.exp(self.np_random.uniform(*map(log, self._masses))))
+        lift = self._lift(self._friction, self._mass)
+        plant = ImperfectPlant(lift, self._hardware, self.np_random, self._plates)
+        for sample in press(plant, self._bounds.preload, self._bounds.approach_step):
+            self._observation = self._observed(sample, 0.0, 1.0)
+        self._plant = plant
+        self._steps = self._held = 0
+        return self._observation.copy(), self._info(plant.truth())
+
+    def step(
+        self, action: Sequence[float] | NDArray[np.floating]
+    ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """One move; see the class. Raises ValueError for an action that is not two numbers."""
+        plant = self._plant
+        if plant is None:
+            raise ResetNeeded("the episode has not begun or is over: call reset first")
+        up, closing = (float(value) for value in action)
+        if not (isfinite(up) and isfinite(closing)):
+            raise ValueError(f"an action of {up:g}, {closing:g}: both must be finite")
+        up, closing = min(max(up, 0.0), 1.0), min(max(closing, -1.0), 1.0)
+        step, approach = self._bounds.approach_step, plant.truth().approach
+        wanted = closing * step
+        dy = min(max(wanted, -approach), self._bounds.max_approach - approach)
+        self._steps += 1
+        try:
+            sample = plant.move(up * self._grip.shear_step_mm, dy)
+        except SolverError as error:
+            self._plant = None
+            info = self._known() | {"ending": "failed", "reason": str(error)}
+            return self._observation.copy(), -STEP_COST, False, True, info
+        truth = plant.truth()
+        self._held = self._held + 1 if truth.lifted else 0
+        self._observation = self._observed(sample, up, dy / step)
+        ending, reason = self._ending(truth, beyond=wanted > dy + 1e-9)
+        info, reward = self._info(truth), -STEP_COST
+        if ending:
+            self._plant = None
+            info |= {"ending": ending, "reason": reason}
+        terminated = ending not in ("", "steps")
+        if ending == "lifted":
+            reward += 1.0 - (info["safety_margin"] - 1.0) / (MOST_FORCE - 1.0)
+        elif terminated:
+            reward -= 1.0
+        return self._observation.copy(), reward, terminated, ending == "steps", info
+
+    def _lift(self, friction: float, mass_g: float) -> LiftPlant:
+        other = self._opposite
+        return LiftPlant(
+            self._problem.with_friction(friction),
+            self._face,
+            mass_g,
+            None if other is None else other.with_friction(friction),
+            [*self._grip.tugs, *self._grip.weight_changes],
+        )
+
+    def _ending(self, truth: Truth, beyond: bool) -> tuple[str, str]:
+        """How the episode ends now and a sentence why; empty while it goes on."""
+        force = f"at F_n = {truth.normal_force:.2f} N"
+        least = weight_per_finger(self._mass) / self._friction
+        if truth.complete_slip:
+            return "complete slip", f"the whole contact slips or the object drops {force}"
+        if truth.normal_force >= MOST_FORCE * least:
+            return "crushed", f"{MOST_FORCE:g} times the least force, {least:.2f} N, {force}"
+        if self._held > self._grip.hold_steps:
+            return "lifted", f"the object hangs {force}"
+        if beyond and not truth.lifted:
+            return "stage travel", f"not lifted within {self._bounds.max_approach:g} mm"
+        if self._steps >= self._bounds.max_steps + self._grip.hold_steps:
+            return "steps", f"not lifted and held in {self._steps} steps"
+        return "", ""
+
+    def _observed(self, sample: Sample, up: float, closing: float) -> Observation:
+        forces = sample.normal_force, sample.tangential_force
+        every = np.array([*sample.readings, *forces, up, closing, sample.lifted])
+        space = self.observation_space
+        return np.asarray(np.clip(every, space.low, space.high), dtype=np.float32)
+
+    def _known(self) -> dict[str, Any]:
+        return {"friction_coefficient": self._friction, "object_mass_g": self._mass}
+
+    def _info(self, truth: Truth) -> dict[str, Any]:
+        margin = safety_margin(truth, self._friction)
+        values = {"stick_ratio": truth.stick_ratio, "safety_margin": margin}
+        found = {key: value for key, value in values.items() if value is not None}
+        return self._known() | found | {"rise_mm": truth.rise}
+
+
+def _refuse(frictions: Sequence[float], masses_g: Sequence[float], noise: float) -> None:
+    faults = []
+    for key, ends in (("frictions", frictions), ("masses_g", masses_g)):
+        most = _LIMITS[key]
+        if not (len(ends) == 2 and 0.0 < ends[0] <= ends[1] <= most):
+            bound = f"two ends, rising, over 0 and at most {most:g}"
+            faults.append(Fault(key, ends, bound, "correct it"))
+    if not 0.0 <= noise <= 1e5:
+        faults.append(Fault("noise_microstrain", noise, "from 0 to 1e5", "correct it"))
+    if faults:
+        raise DesignError(faults)
