@@ -226,7 +226,7 @@ class GripEstimator:
         try:
             record: dict[str, Any] = json.loads(text)
             if record["format"] != FORMAT or tuple(record["lags"]) != LAGS:
-                raise EstimatorError(f"its format is not {FORMAT!r}")
+                raise EstimatorError(f"its format is not {FORMAT!r}: teach it anew")
             curves = record["curves"]
             found = GripEstimator(
                 record["design"],
