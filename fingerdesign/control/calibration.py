@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _SMALL_SHEAR = 0.05  # of the preload: F_t is then 2 % of F_n, far from slip at any usual friction
 _STICKING_SHEAR = 0.2  # of the depth: 8 % of F_n, which noise at rest drowns by some per cent only
 _DEPTHS = 6
-_STILL, _MEAN = 120, 10  # samples without a move, and how many of them are averaged
+_MEAN, _PATIENCE = 10, 1100  # samples: averaged; waited for, longer than any hardware's delay
 
 
 @dataclass(frozen=True)
@@ -108,19 +108,25 @@ def calibrate(
     sticking, stiffness = _sticking(make_plant, bounds, normal)
     approach = np.linspace(0.0, bounds.max_approach, len(forces))  # press moves evenly
     x = np.asarray(gage_x, dtype=float)
-    delay = _delay(make_moving(), bounds) if make_moving else 0
+    delay = 0
+    if make_moving is not None:
+        force = float(np.interp(bounds.preload, approach, forces))
+        delay = _delay(make_moving(), bounds.preload, force)
     return Calibration(x, normal, full_stick, rise / shear, sticking, stiffness, approach, delay)
 
 
-def _delay(plant: Plant, bounds: Bounds) -> int:
-    """Samples until a quick press from the preload to twice it has raised F_n by half."""
-    for _ in press(plant, bounds.preload, bounds.approach_step):
-        pass
-    before = [plant.move(0.0, 0.0).normal_force for _ in range(_STILL)][-_MEAN:]
-    pressed = [plant.move(0.0, bounds.preload).normal_force]
-    pressed += [plant.move(0.0, 0.0).normal_force for _ in range(_STILL)]
-    half = 0.5 * (np.mean(before) + np.mean(pressed[-_MEAN:]))
-    return int(np.argmax(np.array(pressed) > half))
+def _delay(plant: Plant, preload: float, force: float) -> int:
+    """Samples from a quick press until ``force`` (N) is felt: the likeliest step in noise.
+
+    Raises SolverError where it never is.
+    """
+    felt = [plant.move(0.0, preload).normal_force]
+    while len(felt) < _MEAN or np.mean(felt[-_MEAN:]) < 0.75 * force:
+        if len(felt) == _PATIENCE:
+            raise SolverError(f"a quick press is not felt within {_PATIENCE} samples")
+        felt.append(plant.move(0.0, 0.0).normal_force)
+    still, pressed = np.square(felt), np.square(np.array(felt) - force)
+    return int(np.argmin([0.0, *np.cumsum(still - pressed)]))
 
 
 def _sticking(
