@@ -136,6 +136,8 @@ def _root_of_inverse(matrix: Array) -> Array:
 
 def _corrected(matrix: Array, side: Array, sign: float) -> Array:
     """matrix (n, n) + sign side^T side of side (r, n), in place: its lower half, then mirrored."""
+    if not len(matrix):  # no node is left, which BLAS refuses
+        return matrix
     dsyrk(sign, side.T, beta=1.0, c=matrix.T, overwrite_c=1)
     for low in range(0, len(matrix), _TILE):
         high = low + _TILE

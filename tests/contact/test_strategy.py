@@ -176,6 +176,13 @@ def test_moved_inverse_equals_a_new_one(dim, goal, room):
         assert np.abs(product - np.eye(len(dofs))).max() < 1e-8
 
 
+def test_an_inverse_may_be_left_by_all_its_nodes():
+    inverse = ActiveInverse.of(np.eye(6) + 0.1, np.arange(3), 2)
+    none = inverse.restricted(np.zeros(3, dtype=bool), 2)
+    assert none.nodes.size == 0
+    assert none.inverse.shape == (0, 0)
+
+
 def test_an_inverse_carried_far_stays_at_rounding():
     """Bordered seventeen times; where that is not symmetric to the last digit, none is left."""
     x, y = np.meshgrid(np.arange(12.0), np.arange(12.0))

@@ -155,7 +155,8 @@ class Single:
     def close(self, pressed):
         if not self.pressing > 0.0:
             return S(0.5) * self.n.APPROACH_STEP
-        return min(self.n.APPROACH_STEP, self.n.PRESS_SHARE * pressed / self.pressing)
+        gentle = self.n.PRESS_SHARE * pressed / self.pressing
+        return min(self.n.APPROACH_STEP, max(gentle, S(0.1) * self.n.APPROACH_STEP))
 
     def shear(self, force):
         return min(max(force / self.stiffness, S(0.0)), self.n.SHEAR_STEP)
@@ -316,6 +317,10 @@ def test_what_cannot_be_is_refused(compiled, bench):
     falling = FingerCurves(curves.normal_force[::-1], *list(vars(curves).values())[1:])
     for wrong in [(curves, -1, 1.0), (curves, 121, 1.0), (curves, 0, 0.0), (falling, 0, 1.0)]:
         assert compiled.init(*wrong) == 1
+    for name in NAMES:
+        broken = {**vars(curves), name: np.where(vars(curves)[name] > 0.0, np.inf, 0.0)}
+        assert compiled.init(FingerCurves(**broken), 0, 1.0) == 1
+    assert compiled.init(curves, 0, np.inf) == 1
 
 
 def test_it_fits_into_64_kB_and_the_page_calls_it(tmp_path):

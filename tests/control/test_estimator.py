@@ -240,3 +240,15 @@ def test_on_a_rig_what_it_measured_is_taken_for_what_it_was_taught():
     expected = features(taught, CURVES, 0.5)
     assert features(pressed, rig.curves, 0.5) == pytest.approx(expected, abs=1e-12)
     np.testing.assert_allclose(rig.curves.at(1.3)[1], CURVES.at(1.3)[1])
+
+
+def test_a_noisy_force_cell_never_stops_the_closing():
+    regulator, plant, rng = at_start(Teller(0.5)), Late(0), np.random.default_rng(0)
+    sample = plant.now
+    for _ in range(300):
+        command = regulator.command(sample)
+        true = plant.move(command.dx, command.dy)
+        noise = 0.5 * rng.standard_normal(2)
+        normal, pull = true.normal_force + noise[0], true.tangential_force + noise[1]
+        sample = replace(true, normal_force=normal, tangential_force=pull)
+    assert plant.now.normal_force > 5.0

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 _LEAST_USED = 0.15  # less tells nothing of the friction
 _FRICTION = (0.05, 2.0)  # what is believed of any friction
 _STIFFNESS_FADES = 0.7  # share of dF_t/dx that stays as it was
+_LEAST_CLOSING = 0.1  # of a step: by less, a noisy force cell would make it ever stiffer
 _NEAR = 0.9  # of the target: where a probe ends
 _NEWS = 0.5  # share of the last sample in what is believed of the friction in use
 _CAUTION = 1.0  # standard deviations of the friction by which it leans to the safe side
@@ -193,7 +194,7 @@ class Regulator:
         if not self._pressing > 0.0:
             return 0.5 * self._approach_step
         gentle = self._own.press_share * self._pressed(sample) / self._pressing
-        return min(self._approach_step, gentle)
+        return min(self._approach_step, max(gentle, _LEAST_CLOSING * self._approach_step))
 
     def _shear(self, force: float) -> float:
         return min(max(force / self._stiffness, 0.0), self._shear_step)

@@ -193,7 +193,8 @@ static void learn_friction(regulator *r, estimate found) {
 static float closing(const regulator *r, float pressed) {
     if (!(r->pressing > 0.0f))
         return 0.5f * APPROACH_STEP;
-    return smaller(APPROACH_STEP, PRESS_SHARE * pressed / r->pressing);
+    return smaller(APPROACH_STEP,
+                   larger(PRESS_SHARE * pressed / r->pressing, 0.1f * APPROACH_STEP));
 }
 
 static float shear(const regulator *r, float force) {
@@ -262,6 +263,7 @@ static void remember(regulator *r, const float *readings, float normal, float ta
 }
 
 int regulator_init(regulator *r, const regulator_curves *curves, int delay, float stiffness) {
+    float finite = stiffness - stiffness;
     int k;
     if (curves->points < 2 || delay < 0 || delay > REGULATOR_MOST_DELAY || !(stiffness > 0.0f))
         return 1;
@@ -269,6 +271,17 @@ int regulator_init(regulator *r, const regulator_curves *curves, int delay, floa
         if (!(curves->normal_force[k] > curves->normal_force[k - 1]
               && curves->approach[k] > curves->approach[k - 1]))
             return 1;
+    for (k = 0; k < curves->points; k++) {
+        finite += curves->normal_force[k] - curves->normal_force[k];
+        finite += curves->approach[k] - curves->approach[k];
+        finite += curves->stiffness[k] - curves->stiffness[k];
+    }
+    for (k = 0; k < curves->points * GAGES; k++) {
+        finite += curves->pressed[k] - curves->pressed[k];
+        finite += curves->sticking[k] - curves->sticking[k];
+    }
+    if (finite != 0.0f)
+        return 1;
     memset(r, 0, sizeof *r);
     r->curves = *curves;
     r->delay = r->settling = delay;
