@@ -6,15 +6,25 @@ Lengths in mm, angles in degrees. Keys that are absent are computed from the pro
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
-from fingerdesign.design.base import Table, bounded
+from fingerdesign.design.base import Table, bounded, refuse
 
 ProcessName = Literal["sla", "fdm", "machined"]
 BoltName = Literal["auto", "M2", "M2.5", "M3", "M4"]
-FixtureName = Literal["comb", "jig", "slots"]
+
+
+def _no_jig(value: object) -> object:
+    if value == "jig":
+        raise refuse(
+            value, "comb or slots: no jigs are made", "take 'comb', which holds plates closer"
+        )
+    return value
+
+
+FixtureName = Annotated[Literal["comb", "slots"], BeforeValidator(_no_jig)]
 
 
 class MoldLimits(Table):
@@ -59,8 +69,8 @@ class Mold(Table):
     )
     plate_fixture: FixtureName = Field(
         default="comb",
-        description="comb (a cut sheet holds the plates) | jig (two made by the process, shifted "
-        "to clamp) | slots (in the walls, filled by shims); slots where a side is not flat",
+        description="comb (a cut sheet holds the plates) | slots (in the walls, filled by shims); "
+        "slots where a side is not flat",
     )
     wall_mm: float | None = bounded(
         None,

@@ -20,7 +20,7 @@ from typing import Any
 from fingerdesign.analysis.case import Clock
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError, GeometryError, PictureError
-from fingerdesign.mold.checks import run_checks
+from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.page import Exploded, exploded_job, exploded_of, mold_html
 from fingerdesign.mold.part import Check, MoldMeshes
 from fingerdesign.mold.plan.plan import MoldPlan
@@ -43,13 +43,13 @@ Report = Callable[[str, float], None]
 
 REPORT_FILE, PICTURE_FILE = "report.html", "exploded.png"
 PRINT_FILE, BILL_FILE = "mold.3mf", "bill_of_materials.csv"
-_STEMS = ("contact_insert", "end_wall_*", "side_wall_*", "comb_*", "jig_*", "base_plate", "core")
+_STEMS = ("contact_insert", "end_wall_*", "side_wall_*", "comb_*", "base_plate", "core")
 FOLDER = RecordFolder(
     "mold",
     RECORD_FILE,
     (
         *(RECORD_FILE, REPORT_FILE, PICTURE_FILE, "assembly.step"),
-        *(BILL_FILE, PRINT_FILE, "plates.dxf", "comb_*.dxf", "jig_*.dxf"),
+        *(BILL_FILE, PRINT_FILE, "plates.dxf", "comb_*.dxf"),
         *(f"{stem}.{kind}" for stem in (*_STEMS, "plate_*", "rubber") for kind in ("stl", "step")),
     ),
 )

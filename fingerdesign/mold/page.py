@@ -191,7 +191,7 @@ def _moved(part: PartMesh, size: Array) -> tuple[float, float, float]:
 
 
 def _colour(part: PartMesh) -> str:
-    if part.made == "sheet" or part.name.startswith("jig"):
+    if part.made == "sheet":
         return COLOURS["sheet"]
     kinds = {"contact": "insert", "end": "end", "side": "side", "base": "base", "core": "core"}
     return COLOURS[kinds.get(part.name.split("_")[0], "base")]

@@ -9,33 +9,10 @@ from typing import Generic, Literal, Protocol, TypeVar
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.mold.plan.plan import Side
 
 Made = Literal["process", "sheet", "metal", "silicone"]
 
-WORDS: dict[Side, str] = {"+z": "front", "-z": "back", "+x": "right", "-x": "left"}
 INSERT, BASE, CORE, RUBBER = "contact_insert", "base_plate", "core", "rubber"
-
-
-def wall_name(side: Side) -> str:
-    """The part that closes a side: end_wall_front (+z), ..._back, side_wall_right (+x), ..._left.
-
-    >>> wall_name("-x")
-    'side_wall_left'
-    """
-    return f"{'end' if side.endswith('z') else 'side'}_wall_{WORDS[side]}"
-
-
-def comb_names(side: Side, holding: str) -> tuple[str, ...]:
-    """The sheets of a side that holds plates by a comb (one) or a jig (two, the inner first).
-
-    >>> comb_names("+z", "jig")
-    ('jig_front_inner', 'jig_front_outer')
-    """
-    word = WORDS[side]
-    if holding == "comb":
-        return (f"comb_{word}",)
-    return (f"jig_{word}_inner", f"jig_{word}_outer") if holding == "jig" else ()
 
 
 def axis_name(draw: Sequence[float]) -> str:
@@ -98,7 +75,7 @@ Other = TypeVar("Other", bound=_Named)
 class MoldParts(Generic[Kind]):
     """All of a built mold, as solids or as triangles.
 
-    parts    insert, walls, combs or jigs, base plate, core; those that are made
+    parts    insert, walls, combs, base plate, core; those that are made
     plates   each plate as cut, with its legs, in its place
     rubber   the elastomer in mold space: the enlarged outline without plates (legs too) and core
     outline  the enlarged outline: elastomer, plates and core of the design, without legs

@@ -192,9 +192,9 @@ def section_plates(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
 def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float]:
     """How far (mm) and by what angle (degrees) a plate may be off, by the slots that hold it.
 
-    A slot's place is off by the tolerance of the sheet (comb) or of the process (jig, slots), and
-    the plate stands off its middle by half of the play that shims and clamping leave across the
-    slot, or by half of that along it, where it is larger. One end of
+    A slot's place is off by the tolerance of the sheet (comb) or of the process (slots), and the
+    plate stands off its middle by half of the play that shims leave across the slot, or by half of
+    that along it, where it is larger. One end of
     the slot may be off against the other by the tolerance, and the leg turns in it by the play over
     its width: an angle. Of a plate's two ends the worse one counts.
     """
@@ -204,7 +204,6 @@ def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float
         if slot.plate == plate:
             tolerance = comb if side.holding == "comb" else process
             play = max(slot.width - slot.shim - plan.thickness[plate], 0.0)
-            play = 0.0 if side.holding == "jig" else play
             places.append(tolerance + 0.5 * max(play, slot.length - width))
             angles.append(math.degrees(math.atan(tolerance / slot.length + play / width)))
     return max(places), max(angles)

@@ -52,7 +52,7 @@ class ProcessData(TypedDict):
 
     name: Literal["sla", "fdm", "machined"]
     cure: Literal["platinum", "condensation"]
-    plate_fixture: Literal["comb", "jig", "slots"]
+    plate_fixture: Literal["comb", "slots"]
     draft_deg: Size
     chord_mm: Size
     limits: LimitsData
@@ -121,12 +121,11 @@ class FixtureData(TypedDict):
     """How a side is closed, and how many plates it holds."""
 
     side: Side
-    holding: Literal["wall", "comb", "jig", "slots"]
+    holding: Literal["wall", "comb", "slots"]
     slots: Count
     narrowest_slot_mm: Size | None
     shim_mm: Size
     sheet_mm: Size | None
-    shift_mm: float | None
 
 
 @closed
@@ -350,8 +349,7 @@ def _fixture(side: SidePlan) -> dict[str, Any]:
         slots=len(side.slots),
         narrowest_slot_mm=min((slot.width for slot in side.slots), default=None),
         shim_mm=max((slot.shim for slot in side.slots), default=0.0),
-        sheet_mm=side.sheet if side.holding in ("comb", "jig") else None,
-        shift_mm=side.shift if side.holding == "jig" else None,
+        sheet_mm=side.sheet or None,
     )
 
 

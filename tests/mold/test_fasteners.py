@@ -75,7 +75,7 @@ def test_walls_stand_between_all_holes_and_to_every_face_and_pins_pass_over_keys
     assert all(pin.dowel == (limits.name == "machined") for pin in plan.pins)
     assert all(pin.diameter >= limits.pin_mm for pin in plan.pins)
     assert all(pin.clearance >= limits.clearance_mm for pin in plan.pins)
-    sheets = max(side.thick for side in plan.sides if side.side.endswith("x"))
+    sheets = max(side.sheet for side in plan.sides if side.side.endswith("x"))
     for name, start, end, radius in bars(plan):
         if name.startswith("core"):
             continue

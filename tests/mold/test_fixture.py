@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fingerdesign.checks.load import parse_design
+from fingerdesign.errors import DesignError
 from fingerdesign.mold.checks.fits import plan_checks
 from fingerdesign.mold.plan.extent import rim_height
 from fingerdesign.mold.plan.fixture_faults import fixture_faults, with_walls
@@ -40,7 +42,7 @@ def test_shipped_designs_can_be_held(name):
 def test_a_comb_has_slots_of_the_sheet_and_a_window_around_them():
     sides, plugs, _ = planned(shipped("maeno2000"))
     front = sides["+z"]
-    assert (front.holding, front.sheet, front.shift, plugs) == ("comb", 0.3, 0.0, ())
+    assert (front.holding, front.sheet, plugs) == ("comb", 0.3, ())
     assert len(front.slots) == 15
     assert sides["+x"].holding == "wall"
     assert sides["+x"].window is None
@@ -101,17 +103,12 @@ def test_slots_are_as_wide_as_what_holds_needs_and_filled_by_shims(name, mold, w
         assert (slot.width, slot.shim) == pytest.approx((width, shim))
 
 
-def test_a_jig_clamps_by_a_shift_and_needs_one_angle():
-    design = shipped("wide")
-    sides, _, faults = planned(with_mold(design, plate_fixture="jig", wire_mm=0.0))
-    assert faults == []
-    assert sides["+z"].holding == "jig"
-    assert sides["+z"].shift == pytest.approx(0.5 * (0.35 - 0.15))
-    assert sides["+z"].sheet == 1.0
-    spread = shipped("wide", plates__follow="turned")
-    _, _, faults = planned(with_mold(spread, plate_fixture="jig", wire_mm=0.0))
-    assert keys(faults) == ["mold.plate_fixture"]
-    assert "comb" in faults[0].bound
+def test_a_jig_is_refused_and_a_comb_named():
+    with pytest.raises(DesignError) as refused:
+        parse_design('design.name = "old"\nmold.plate_fixture = "jig"')
+    (fault,) = refused.value.faults
+    assert (fault.key, fault.value) == ("mold.plate_fixture", "'jig'")
+    assert "comb" in fault.remedy
 
 
 def test_a_bent_plate_s_slot_is_wider_by_its_sagitta():
@@ -251,13 +248,3 @@ def test_leads_have_room_in_every_hole_that_is_planned():
     invalid = replace(plan, sides=(narrow, *plan.sides[1:]))
     found = {check.name: check for check in plan_checks(design, invalid)}
     assert not found["leads pass, side +z"].ok
-
-
-def test_a_jig_s_pins_bear_on_holes_that_are_moved_against_the_shift():
-    from fingerdesign.mold.cad.features import jig_moves
-
-    design = with_mold(shipped("wide"), plate_fixture="jig", wire_mm=0.0)
-    moves = dict(jig_moves(plan_mold(design), 0.1))
-    back = 0.1 * np.sqrt(0.5)  # plates at 45 degrees: their upper side looks to -x and +y
-    assert moves["jig_front_inner"] == pytest.approx([back, -back, 0.0])
-    assert moves["jig_front_outer"] == pytest.approx([-back, back, 0.0])

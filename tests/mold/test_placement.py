@@ -146,8 +146,7 @@ def test_bent_plates_are_moved_as_they_are():
     ("holding", "off", "slope"),
     [
         ("comb", 0.02 + 0.01, 0.02 / 0.74 + 0.02 / 0.72),  # its tolerance, half of its clearance
-        ("jig", 0.1 + 0.1, 0.1 / 0.92),  # resin prints, half of the play along; clamped across
-        ("slots", 0.1 + 0.1, 0.1 / 0.92 + 0.05 / 0.72),  # the play that a shim leaves
+        ("slots", 0.1 + 0.1, 0.1 / 0.92 + 0.05 / 0.72),  # resin prints; the play of a shim
     ],
 )
 def test_what_holds_a_plate_says_how_far_it_may_be_off(three, holding, off, slope):

@@ -190,7 +190,7 @@ CASES: dict[str, tuple[str, ...]] = {
         "compare out/few --out compare.html --json -",
     ),
     "optimise": ("optimise few.toml --out out --trials 3 --workers 1",),
-    "mold": ("mold maeno2000 --out out", "mold maeno2000 --out jig --fixture jig --json"),
+    "mold": ("mold maeno2000 --out out", "mold maeno2000 --out slots --fixture slots --json"),
     "gages": ("gages finger.toml --out out --grips 40 --workers 1",),
     "paper": ("paper --design finger.toml --out out",),
     "tetwild": ("analyse tetwild.toml --out out --scene scene.toml",),

@@ -167,7 +167,7 @@ def validate() -> None:
 )
 @click.option(
     "--fixture",
-    type=click.Choice(["comb", "jig", "slots"]),
+    type=click.Choice(["comb", "slots"]),
     help="Instead of mold.plate_fixture: what holds the plates.",
 )
 @output_options

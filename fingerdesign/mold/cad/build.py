@@ -46,11 +46,9 @@ from fingerdesign.mold.part import (
     MoldMeshes,
     MoldParts,
     PartMesh,
-    comb_names,
-    wall_name,
 )
 from fingerdesign.mold.plan.base import core_box
-from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side, direction
+from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side, direction, wall_name
 from fingerdesign.mold.products.drawing import flat_patterns
 
 AGAINST = -1e-6  # normal . draw below which a face looks against the draw
@@ -221,10 +219,8 @@ def _parts(
         x, y, z = direction(side).tolist()
         order = SIDE_ORDER if side.endswith("x") else END_ORDER
         formed.append((wall_name(side), (x, y, z), order, "process"))
-        holding = plan.side(side).holding
-        made: Made = "sheet" if holding == "comb" else "process"
-        # Sheets come off after the wall behind them, those of a jig together.
-        formed += [(name, (x, y, z), order + 1, made) for name in comb_names(side, holding)]
+        if comb := plan.side(side).comb:  # it comes off after the wall behind it
+            formed.append((comb, (x, y, z), order + 1, "sheet"))
     found = []
     for name, draw, order, made in formed:
         worked = _worked(blanks[name].part, features, name)
@@ -282,7 +278,6 @@ COLOURS: dict[str, Rgba] = {
     "end": (0.50, 0.70, 0.55, 1.0),
     "side": (0.80, 0.68, 0.45, 1.0),
     "comb": STEEL,
-    "jig": (0.60, 0.50, 0.70, 1.0),
 }
 
 

@@ -19,7 +19,7 @@ from fingerdesign.cad.kernel import one_solid
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.cad.parting import prism_of, slab
-from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, wall_name
+from fingerdesign.mold.part import BASE, CORE, INSERT
 from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.plan import (
     SIDES,
@@ -36,6 +36,7 @@ from fingerdesign.mold.plan.plan import (
     direction,
     in_space,
     limits_of,
+    wall_name,
 )
 
 BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
@@ -68,39 +69,20 @@ def _leg(frame: PlateFrame, leg: Leg) -> cq.Solid:
     return plate_solid(replace(strip, low=low, high=high, holes=()))
 
 
-def slot_tools(plan: MoldPlan, planned: SidePlan) -> Iterator[tuple[str, cq.Solid]]:
-    """What is cut for the slots of a side: names of parts, and a tool for each.
-
-    A slot's rectangle, and the round relief for the leads at its end, drawn outward from the
-    mid-plane. The slots of a jig's inner sheet lie toward the plates' upper side by its shift,
-    those of the outer one toward the lower: so, level with each other, the sheets clamp the plates.
-    """
+def slot_tools(plan: MoldPlan, planned: SidePlan) -> Iterator[cq.Solid]:
+    """What is cut for the slots of a side: of each its rectangle, and the round relief for the
+    leads at its end, drawn outward from the mid-plane."""
     side = planned.side
-    names = comb_names(side, planned.holding) or (wall_name(side),)
     reach = plan.reach(side) + BEYOND_MM
     for slot in planned.slots:
         along, upward = _axes(slot)
         s, v = 0.5 * slot.length * along, 0.5 * slot.width * upward
-        for name, shift in zip(names, (planned.shift, -planned.shift), strict=False):
-            centre = in_space(side, slot.place, slot.y) + shift * upward
-            corners = [centre - s - v, centre + s - v, centre + s + v, centre - s + v]
-            yield name, prism_of(corners, reach * direction(side))
-            if slot.relief:
-                foot = in_space(side, *slot.relief_centre) + shift * upward
-                yield name, _cylinder(slot.relief, foot, direction(side), reach)
-
-
-def jig_moves(plan: MoldPlan, clearance: float) -> Iterator[tuple[str, Array]]:
-    """How the pins' holes in the sheets of jigs are moved: (sheet, vector).
-
-    By the pins' clearance, against the sheet's own shift: the pins then bear on the holes' sides
-    and keep the sheets from slipping back, however loose they are.
-    """
-    for planned in plan.sides:
-        if planned.holding == "jig" and planned.slots:
-            inner, outer = comb_names(planned.side, planned.holding)
-            upward = clearance * _axes(planned.slots[0])[1]
-            yield from ((inner, -upward), (outer, upward))
+        centre = in_space(side, slot.place, slot.y)
+        corners = [centre - s - v, centre + s - v, centre + s + v, centre - s + v]
+        yield prism_of(corners, reach * direction(side))
+        if slot.relief:
+            foot = in_space(side, *slot.relief_centre)
+            yield _cylinder(slot.relief, foot, direction(side), reach)
 
 
 def _axes(slot: Slot) -> tuple[Array, Array]:
@@ -157,25 +139,22 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
     """Every feature of a plan: pins, keys, bolts, the base's holes, slots, windows, core holes."""
     found = Features()
     walls = [wall_name(side) for side in SIDES]
-    sheets = [name for side in SIDES for name in _sheets(plan, side)]
-    centred = [name for name in sheets if not name.startswith("jig")]
+    combs = [side.comb for side in plan.sides if side.comb]
     for bolt in plan.bolts:
         way = _UP if bolt.axis == "y" else direction("+z")
         long = bolt.high - bolt.low + 2.0 * BEYOND_MM
         bar = _cylinder(bolt.diameter, bolt.at(bolt.low - BEYOND_MM), way, long)
-        found.take(bar, INSERT, *walls, *sheets, BASE)
+        found.take(bar, INSERT, *walls, *combs, BASE)
     for pin in plan.pins:
         if pin.dowel:
             whole = _along(pin, -0.5 * pin.length, pin.diameter, BEYOND_MM, pin.diameter)
             found.take(whole, pin.on)
         else:
             found.added[pin.on].append(_pin(pin))
-        found.take(_socket(pin), pin.into, *centred)
-        for name, move in jig_moves(plan, pin.clearance):
-            found.take(_socket(pin).translate(cq.Vector(*move)), name)
+        found.take(_socket(pin), pin.into, *combs)
     for key in plan.keys:
         found.added[BASE].append(_rib(key))
-        found.take(_groove(key), key.into, *sheets)
+        found.take(_groove(key), key.into, *combs)
     core = design.body.core
     for hole in plan.base_holes:
         found.take(_base_hole(hole, plan.base), BASE)
@@ -183,18 +162,14 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
             found.take(_pilot(hole, core.height_mm), CORE)
     clearance = limits_of(design.mold).clearance_mm
     for core_pin in plan.core_pins:
-        names = (wall_name(core_pin.side), *_sheets(plan, core_pin.side), CORE)
+        names = {wall_name(core_pin.side), plan.side(core_pin.side).holder, CORE}
         found.take(_core_pin(plan, core_pin, clearance), *names)
     for planned in plan.sides:
-        for name, tool in slot_tools(plan, planned):
-            found.take(tool, name)
+        for tool in slot_tools(plan, planned):
+            found.take(tool, planned.holder)
         for opening in window_tools(design, plan, planned):
             found.take(opening, wall_name(planned.side))
     return found
-
-
-def _sheets(plan: MoldPlan, side: Side) -> tuple[str, ...]:
-    return comb_names(side, plan.side(side).holding)
 
 
 def _pin(pin: Pin) -> cq.Solid:

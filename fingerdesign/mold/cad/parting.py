@@ -25,7 +25,7 @@ from OCP.TopTools import TopTools_ListOfShape
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.cad.kernel import box, extruded, flat_face, one_solid, polygon
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.part import INSERT, comb_names, wall_name
+from fingerdesign.mold.part import INSERT
 from fingerdesign.mold.plan.plan import (
     SIDES,
     MoldPlan,
@@ -34,6 +34,7 @@ from fingerdesign.mold.plan.plan import (
     across,
     direction,
     in_space,
+    wall_name,
 )
 
 NEAR = 1e-6  # mm: that close, a face lies in a plane of the outline's box
@@ -242,29 +243,28 @@ def parted(outline: cq.Solid, plan: MoldPlan) -> dict[str, Blank]:
 def _layers(
     outline: cq.Solid, plan: MoldPlan, side: Side, flat: FlatSide | None
 ) -> dict[str, cq.Solid]:
-    """The sheets of a side, and its wall behind them.
+    """The comb of a side, and its wall behind it.
 
     Of a side that is not ``flat``, the wall is what of the block below the rim is outside of the
-    outline; sheets are possible where it happens to be flat up to the rim.
+    outline; a comb is possible where it happens to be flat up to the rim.
     """
-    planned, beside = plan.side(side), side.endswith("x")
-    names = comb_names(side, planned.holding)
-    if names and not beside and plan.corner < plan.half_depth - 1e-6:
-        raise GeometryError(f"{names[0]}: the finger's {side} side is not one flat face")
+    planned, beside, name = plan.side(side), side.endswith("x"), wall_name(side)
+    if planned.comb and not beside and plan.corner < plan.half_depth - 1e-6:
+        raise GeometryError(f"{planned.comb}: the finger's {side} side is not one flat face")
     inner = plan.half_width if beside else plan.corner
     inner = inner if flat is None else flat.away
-    bounds = [inner + k * planned.sheet for k in range(len(names) + 1)]
-    layers = list(zip(names, bounds, bounds[1:], strict=False))
-    first = 0.0 if beside and flat is None and not names else bounds[-1]
-    layers.append((wall_name(side), first, plan.block_x if beside else plan.reach_z))
+    end = plan.block_x if beside else plan.reach_z
+    layers = {name: (0.0 if beside and flat is None else inner, end)}
+    if planned.comb:
+        behind = inner + planned.sheet
+        layers = {planned.comb: (inner, behind), name: (behind, end)}
+    if flat is not None:
+        return {part: flat.drawn(plan.reach_x, *bounds) for part, bounds in layers.items()}
     reach = plan.corner if beside else plan.reach_x
     found = {}
-    for name, start, end in layers:
-        if flat is not None:
-            found[name] = flat.drawn(plan.reach_x, start, end)
-        else:
-            piece = slab(side, (-reach, 0.0, start), (reach, plan.rim, end))
-            found[name] = one_solid(piece if names else piece.cut(outline), name)
+    for part, (start, stop) in layers.items():
+        piece = slab(side, (-reach, 0.0, start), (reach, plan.rim, stop))
+        found[part] = one_solid(piece if planned.comb else piece.cut(outline), part)
     return found
 
 

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from manifold3d import Error, Manifold, Mesh64
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Design
@@ -32,38 +30,6 @@ from fingerdesign.mold.plan.plan import (
 _FLAT_RAD, _SMOOTH_RAD = 1e-5, 0.4
 
 
-@dataclass(frozen=True)
-class Topology:
-    """Of a triangle mesh: edges that are not of two triangles, edges that both of their triangles
-    run the same way, vertices beyond one fan each, and connected shells."""
-
-    open_edges: int
-    turned_edges: int
-    extra_fans: int
-    shells: int
-
-
-def topology(triangles: IntArray) -> Topology:
-    """Edges, fans and shells of triangles (t, 3); fans are counted over whole edges alone.
-
-    >>> topology(np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]))
-    Topology(open_edges=0, turned_edges=0, extra_fans=0, shells=1)
-    """
-    count = len(triangles)
-    tail, head = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
-    size = int(triangles.max()) + 1
-    edge = np.minimum(tail, head) * size + np.maximum(tail, head)
-    _, inverse, uses = np.unique(edge, return_inverse=True, return_counts=True)
-    rising = np.bincount(inverse.reshape(-1), weights=tail < head, minlength=len(uses))
-    turned = int(np.sum((uses == 2) & (rising != 1)))
-    first, second = partners(triangles)
-    shells = _parts(first // 3, second // 3, count)
-    # A corner follows the next one about its vertex: across the edge that leaves the vertex.
-    beyond = 3 * (second // 3) + (second + 1) % 3
-    fans = _parts(first, beyond, 3 * count)
-    return Topology(int(np.sum(uses != 2)), turned, fans - len(np.unique(tail)), shells)
-
-
 def partners(triangles: IntArray) -> tuple[IntArray, IntArray]:
     """Half-edges 3 t + k (from corner k to k + 1) with the one that runs back along each."""
     tail, head = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
@@ -81,14 +47,6 @@ def areas(vertices: Array, triangles: IntArray) -> Array:
     return np.asarray(0.5 * np.linalg.norm(doubled_areas(vertices, triangles), axis=1))
 
 
-def heights(vertices: Array, triangles: IntArray) -> Array:
-    """Least height of each triangle (t,), mm: twice its area over its longest side."""
-    corners = vertices[triangles]
-    longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
-    double = np.linalg.norm(doubled_areas(vertices, triangles), axis=1)
-    return np.asarray(double / np.maximum(longest, np.finfo(float).tiny))
-
-
 def curved(vertices: Array, triangles: IntArray) -> BoolArray:
     """Which triangles (t,) stand for curved faces: a neighbour is turned, but only a little."""
     normals = doubled_areas(vertices, triangles)
@@ -104,11 +62,6 @@ def curved(vertices: Array, triangles: IntArray) -> BoolArray:
 def curved_area(vertices: Array, triangles: IntArray) -> float:
     """Area of the triangles that stand for curved faces, mm^2."""
     return float(areas(vertices, triangles)[curved(vertices, triangles)].sum())
-
-
-def _parts(first: IntArray, second: IntArray, count: int) -> int:
-    links = coo_array((np.ones(len(first), dtype=np.int8), (first, second)), shape=(count, count))
-    return int(connected_components(links, directed=False, return_labels=False))
 
 
 # Rays run nearly along axes, where the library finds what they pass quickest, but not so near
@@ -206,8 +159,8 @@ def planned(plan: MoldPlan, points: Array, clearance_mm: float, slack_mm: float)
         radius = 0.5 * max(hole.diameter, hole.outer_diameter) + slack_mm
         open_ |= below & (np.hypot(points[:, 0] - hole.x, points[:, 2] - hole.z) <= radius)
     for side in plan.sides:
-        for slot in side.slots:  # a jig's are shifted; NaN compares false
-            open_ |= from_slot(slot, points) <= slack_mm + side.shift
+        for slot in side.slots:  # NaN compares false
+            open_ |= from_slot(slot, points) <= slack_mm
     for pin in plan.core_pins:
         open_ |= from_pin(pin, points) <= clearance_mm + slack_mm
     return open_

@@ -1,12 +1,12 @@
-"""Whether each part is sound, what is planned is there, and pins and keys fit.
+"""Whether each part is sound, and what is planned is there and can be made.
 
 Parts' triangles; the least slot, hole, pin, wall and web of the plan against what process and comb
-hold; planned holes and plates in the triangles as they are made; gaps in the closed mold.
+hold; planned openings, pins, keys and plates in the triangles as they are made.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from manifold3d import Manifold
@@ -14,65 +14,38 @@ from manifold3d import Manifold
 from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.volume import plate_volume
-from fingerdesign.mold.checks.assembly import (
-    Assembly,
-    areas,
-    curved_area,
-    heights,
-    pairs,
-    topology,
-)
-from fingerdesign.mold.part import BASE, Check, PartMesh, volume
+from fingerdesign.mold.checks.assembly import Assembly, areas, curved_area, sound
+from fingerdesign.mold.part import BASE, CORE, Check, PartMesh, volume
 from fingerdesign.mold.plan.plan import (
-    Bolt,
     Key,
     Limits,
     MoldPlan,
     Pin,
     SidePlan,
     Slot,
+    direction,
+    in_space,
     limits_of,
+    wall_name,
 )
 from fingerdesign.mold.plan.slots import least_slot, least_web, webs
 
-# The kernel merges vertices closer than 1e-7 mm; anything flatter than this is rounding.
-LEAST_HEIGHT_MM = 1e-6
 VOLUME_SHARE = 1e-3
 EXACT_SHARE = 1e-6  # of the kernel's own volumes
 SINGLE = 2.0**-24
 
 
-def part_checks(part: PartMesh, chord_mm: float) -> list[Check]:
-    """Topology, triangles, volume and chord of one part. Rubber alone may enclose a core."""
-    found, name = topology(part.triangles), part.name
-    least = float(heights(part.vertices, part.triangles).min())
-    flat = f"{name}: the flattest of {len(part.triangles)} triangles is {least:.2g} mm high"
+def part_checks(part: PartMesh, solid: Manifold, chord_mm: float) -> list[Check]:
+    """One closed solid, its volume and its chord. Rubber alone may enclose a core."""
+    name, pieces = part.name, len(solid.decompose()) if sound(solid) else 0
+    one = pieces == 1 or (pieces > 1 and part.made == "silicone")
+    closed = f"{name}: its triangles are {pieces or 'no'} closed shell{'s' if pieces > 1 else ''}"
     chord = f"{name}: triangles leave the exact surface by at most {part.chord:.4f} mm"
-    one = found.shells == 1 or part.made == "silicone"
-
-    def none_of(title: str, count: int, unit: str, what: str) -> Check:
-        return Check.most(title, name, count, 0.0, unit, f"{name}: {count or 'no'} {what}")
-
-    shells, whole = f"{name}: {found.shells} shells of triangles", least > LEAST_HEIGHT_MM
     return [
-        none_of("watertight", found.open_edges, "edges", "edges that two triangles do not share"),
-        none_of("winding", found.turned_edges, "edges", "edges that two triangles run alike"),
-        none_of("manifold", found.extra_fans, "vertices", "vertices where shells merely touch"),
-        Check("one shell", name, one, float(found.shells), 1.0, "shells", shells),
-        Check("no degenerate triangles", name, whole, least, LEAST_HEIGHT_MM, "mm", flat),
-        _written(part),
+        Check("watertight", name, one, float(pieces), 1.0, "shells", closed),
         _volume(part),
         Check.most("chord", name, part.chord, chord_mm, "mm", chord),
     ]
-
-
-def _written(part: PartMesh) -> Check:
-    """STL holds single precision: vertices that become one there would open or pinch the mesh."""
-    used = np.unique(part.triangles)
-    rounded = part.vertices[used].astype(np.float32)
-    lost = len(used) - len(np.unique(rounded, axis=0))
-    sentence = f"{part.name}: {lost} of {len(used)} vertices fall onto others in single precision"
-    return Check.most("as written", part.name, lost, 0.0, "vertices", sentence)
 
 
 def _volume(part: PartMesh) -> Check:
@@ -93,167 +66,109 @@ def _volume(part: PartMesh) -> Check:
     return Check.most("volume", part.name, error, bound, "1", sentence)
 
 
-AROUND = 12
-ALONG = (0.25, 0.5, 0.75)
-_REACH_MM = 50.0
-_ROUND_MM = 0.05  # a round face may be this far off its radius in triangles
+ROUND = 64  # sides of a bar that is tried in a round hole
+TIGHT_MM = 2e-3  # of a bar, all round: round holes are polygons within their circles
+TOUCHING_MM3 = 1e-4
+WHOLE = 0.98  # of a pin that stands on its part
+
+Tried = tuple[str, Manifold, tuple[str, ...]]
 
 
-def fit_checks(assembly: Assembly) -> list[Check]:
-    """The least gap of every pin and key against the clearance that was planned."""
-    found = [
-        check
-        for number, pin in enumerate(assembly.plan.pins, 1)
-        for check in _pin(assembly, number, pin)
-    ]
-    return found + [_key(assembly, key) for key in assembly.plan.keys]
+def built_checks(assembly: Assembly) -> list[Check]:
+    """What is planned is there: every opening is free, pins and keys stand, plates are whole.
 
-
-def far(solid: Manifold, start: Array, way: Array) -> float:
-    """How far along a ray a solid's surface is first met, mm; infinite: nowhere near."""
-    hits = solid.ray_cast(tuple(start.tolist()), tuple((start + _REACH_MM * way).tolist()))
-    return _REACH_MM * hits[0].distance if hits else float("inf")
-
-
-def _pin(assembly: Assembly, number: int, pin: Pin) -> list[Check]:
-    """A pin in its socket and in the combs that it passes; and in a jig's sheets, which rest on it:
-    their holes are moved by the clearance, so that the pins hold the clamp."""
+    A hole that was filled leaves every part sound and the block filled; only the plan knows of it.
+    """
     solids = assembly.solids
-    free = (pin.into, *(name for name in solids if name.startswith("comb_")))
-    resting = tuple(name for name in solids if name.startswith("jig_"))
-    what = f"pin {number} of {pin.on} in {pin.into}"
-    found = [_fit(assembly, what, pin.into, _least_gap(assembly, pin, free), pin.clearance)]
-    least = _least_gap(assembly, pin, resting) if resting else np.inf
-    if np.isfinite(least):
-        what = f"pin {number} of {pin.on} in the jig's sheets"
-        found.append(_fit(assembly, what, pin.into, least, 0.0))
-    return found
-
-
-def _least_gap(assembly: Assembly, pin: Pin, names: tuple[str, ...]) -> float:
-    """The least gap, mm, of a pin to parts beside it; infinite where there is none."""
-    root, axis = np.array(pin.root), np.array(pin.direction)
-    helper = np.eye(3)[np.argmin(np.abs(axis))]
-    first = np.cross(axis, helper) / np.linalg.norm(np.cross(axis, helper))
-    second = np.cross(axis, first)
-    reach = 0.5 * pin.length if pin.dowel else pin.length
-    lean = np.arctan2(0.5 * (pin.diameter - pin.tip_diameter), pin.length)
-    gaps = []
-    for share in ALONG:
-        start, radius = root + share * reach * axis, 0.5 * pin.diameter
-        radius += 0.5 * share * (pin.tip_diameter - pin.diameter)
-        for a, b in _ring(1.0)[:-1]:
-            way = a * first + b * second
-            # Beyond the skin it still is within the part that it stands on.
-            skin = radius if pin.dowel else far(assembly.solids[pin.on], start, way)
-            if skin < radius + _ROUND_MM:
-                beside = min(far(assembly.solids[name], start, way) for name in names)
-                gaps.append((beside - skin) * np.cos(lean))
-    return float(min(gaps, default=np.inf))
-
-
-def _key(assembly: Assembly, key: Key) -> Check:
-    low, high = np.array(key.low), np.array(key.high)
-    along = 2 if high[2] - low[2] > high[0] - low[0] else 0
-    side = np.eye(3)[2 - along]
-    lean = np.cos(np.radians(key.draft_deg))
-    gaps = [np.inf]
-    for share in ALONG:
-        start = 0.5 * (low + high)
-        start[along] = low[along] + share * (high[along] - low[along])
-        for way, slope in ((side, lean), (-side, lean), (np.array([0.0, 1.0, 0.0]), 1.0)):
-            out = far(assembly.solids[key.into], start, way)
-            if np.isfinite(out):
-                gaps.append(slope * (out - far(assembly.solids[BASE], start, way)))
-    return _fit(assembly, f"key of {BASE} in {key.into}", key.into, min(gaps), key.clearance)
-
-
-def _fit(assembly: Assembly, what: str, part: str, least: float, planned: float) -> Check:
-    """A socket's chords lie inside its circle, by at most a chord."""
-    bound = planned - assembly.chord - 1e-6
-    if not np.isfinite(least):
-        return Check("clearance", part, False, None, planned, "mm", f"{what}: there is none")
-    sentence = f"{what}: least gap {least:.3f} mm, {planned:g} mm planned"
-    return Check.least("clearance", part, least, bound, sentence)
-
-
-# A hole that was filled leaves every part sound and the block filled; only the plan knows of it.
-INSET = 0.9  # of a hole's radius: where rays pass that must meet nothing
-SLACK_MM = 0.02  # of a measured diameter, chords of round holes apart
-_BEYOND_MM = 0.5
-_NEAR_FACE = 0.05  # of the plate's thickness, from its faces
-
-
-def hole_checks(assembly: Assembly) -> list[Check]:
-    """The base plate's holes are open and as wide as planned, bolts pass, plates are all there."""
-    return [_open(assembly), _widths(assembly), _bolts(assembly), _plates(assembly)]
-
-
-def _ring(radius: float) -> Array:
-    """Places (n, 2) around a hole's axis, and on it."""
-    turns = 2.0 * np.pi * (np.arange(AROUND) + 0.5) / AROUND
-    ring = radius * np.column_stack([np.cos(turns), np.sin(turns)])
-    return np.vstack([ring, np.zeros((1, 2))])
-
-
-def _passes(solid: Manifold, hole: Bolt) -> bool:
-    """Whether nothing of a solid stands in a round hole."""
-    at = _ring(0.5 * INSET * hole.diameter) + np.array([hole.first, hole.second])
-    starts, ends = (
-        np.insert(at, 1 if hole.axis == "y" else 2, level, axis=1)
-        for level in (hole.low - _BEYOND_MM, hole.high + _BEYOND_MM)
-    )
-    return not any(solid.ray_cast(start, end) for start, end in pairs(starts, ends))
-
-
-def _open(assembly: Assembly) -> Check:
-    plan, closed = assembly.plan, []
-    for hole in plan.base_holes:
-        bar = Bolt("y", hole.x, hole.z, -plan.base, 0.0, "", hole.diameter)
-        if not _passes(assembly.solids[BASE], bar):
-            closed.append(f"{hole.kind} at ({hole.x:.2f}, {hole.z:.2f})")
-    right = f"{BASE}: each of {len(plan.base_holes)} planned holes is open"
-    words = f"{BASE}: {len(closed)} planned holes are closed, first of them the {{0}}"
-    return Check.none("open holes", BASE, closed, "holes", right, words)
-
-
-def _widths(assembly: Assembly) -> Check:
-    """The greatest error of any diameter at both faces: the undercut of locks, too."""
-    plan, worst, words = assembly.plan, 0.0, f"{BASE}: has no holes"
-    solid = assembly.solids[BASE]
-    for hole in plan.base_holes:
-        for share in (_NEAR_FACE, 1.0 - _NEAR_FACE):
-            planned = hole.diameter + share * (hole.outer_diameter - hole.diameter)
-            start = np.array([hole.x, -share * plan.base, hole.z])
-            ways = np.insert(_ring(1.0)[:-1], 1, 0.0, axis=1)
-            reach = planned + 1.0
-            found = []
-            for a, b in pairs(np.tile(start, (AROUND, 1)), start + reach * ways):
-                hits = solid.ray_cast(a, b)
-                found.append(2.0 * reach * hits[0].distance if hits else np.inf)
-            off = float(np.abs(np.array(found) - planned).max())
-            if off >= worst:
-                worst = off
-                words = (
-                    f"{BASE}: diameters of holes are within {off:.3f} mm of the plan; the worst, "
-                    f"the {hole.kind} at ({hole.x:.2f}, {hole.z:.2f}), is planned {planned:.3f}"
-                )
-    bound = SLACK_MM + 2.0 * assembly.chord
-    if not np.isfinite(worst):
-        return Check("widths of holes", BASE, False, None, bound, "mm", words)
-    return Check.most("widths of holes", BASE, worst, bound, "mm", words)
-
-
-def _bolts(assembly: Assembly) -> Check:
-    closed = [
-        f"bolt {number} ({bolt.size} along {bolt.axis}) in {part.name}"
-        for number, bolt in enumerate(assembly.plan.bolts, 1)
-        for part in assembly.meshes.parts
-        if not _passes(assembly.solids[part.name], bolt)
+    openings, standing = list(_openings(assembly)), list(_standing(assembly))
+    blocked = [
+        f"{what} in {name}"
+        for what, bar, names in openings
+        for name in names
+        if (bar ^ solids[name]).volume() > TOUCHING_MM3
     ]
-    right = f"each of {len(assembly.plan.bolts)} bolts passes all parts on its way"
-    words = f"{len(closed)} times a bolt meets a part: first {{0}}"
-    return Check.none("bolts pass", "", closed, "places", right, words)
+    missing = [
+        f"{what} on {name}"
+        for what, bar, (name,) in standing
+        if (bar ^ solids[name]).volume() < WHOLE * bar.volume()
+    ]
+    return [
+        Check.none(
+            *("planned openings", "", blocked, "places"),
+            f"each of {len(openings)} planned holes, sockets and grooves is open",
+            f"{len(blocked)} planned openings are blocked: first {{0}}",
+        ),
+        Check.none(
+            *("pins and keys", "", missing, "places"),
+            f"each of {len(standing)} planned pins and keys stands on its part",
+            f"{len(missing)} planned pins or keys are missing: first {{0}}",
+        ),
+        _plates(assembly),
+    ]
+
+
+def _openings(assembly: Assembly) -> Iterator[Tried]:
+    """Each opening that is planned, what must fit into it, and the parts that it passes."""
+    plan, tight = assembly.plan, assembly.chord + TIGHT_MM
+    down, combs = np.array([0.0, -1.0, 0.0]), tuple(s.comb for s in plan.sides if s.comb)
+    for hole in plan.base_holes:
+        sizes = hole.diameter - 2.0 * tight, hole.outer_diameter - 2.0 * tight
+        bar = round_bar(np.array([hole.x, 0.0, hole.z]), plan.base * down, *sizes)
+        yield f"the {hole.kind} at ({hole.x:.2f}, {hole.z:.2f})", bar, (BASE,)
+    every = tuple(part.name for part in assembly.meshes.parts)
+    for number, bolt in enumerate(plan.bolts, 1):
+        way, size = bolt.at(bolt.high) - bolt.at(bolt.low), bolt.diameter - 2.0 * tight
+        what = f"bolt {number} ({bolt.size} along {bolt.axis})"
+        yield what, round_bar(bolt.at(bolt.low), way, size, size), every
+    for number, pin in enumerate(plan.pins, 1):
+        room = pin_bar(pin, pin.clearance - tight)
+        yield f"pin {number} of {pin.on}", room, (pin.into, *combs)
+    for key in plan.keys:
+        yield f"key of {BASE}", key_bar(key, key.clearance - tight), (key.into, *combs)
+    for core_pin in plan.core_pins:
+        side, size = core_pin.side, core_pin.diameter
+        foot = in_space(side, core_pin.place, core_pin.y, core_pin.tip)
+        way = (plan.reach(side) - core_pin.tip) * direction(side)
+        passed = tuple({wall_name(side), plan.side(side).holder, CORE})
+        yield "a core pin", round_bar(foot, way, size, size), passed
+
+
+def _standing(assembly: Assembly) -> Iterator[Tried]:
+    """Each pin and key that a part has."""
+    for number, pin in enumerate(assembly.plan.pins, 1):
+        if not pin.dowel:
+            yield f"pin {number}", pin_bar(pin, 0.0), (pin.on,)
+    for key in assembly.plan.keys:
+        yield f"the key into {key.into}", key_bar(key, 0.0), (BASE,)
+
+
+def round_bar(foot: Array, way: Array, first: float, last: float) -> Manifold:
+    """A round bar from ``foot`` over ``way`` (3,), its diameters at both ends."""
+    long = float(np.linalg.norm(way))
+    axis = way / long
+    side = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+    side /= np.linalg.norm(side)
+    bar = Manifold.cylinder(long, 0.5 * first, 0.5 * last, ROUND)
+    return bar.transform(np.column_stack([side, np.cross(axis, side), axis, foot]))
+
+
+def pin_bar(pin: Pin, more: float) -> Manifold:
+    """A pin, or a dowel's outer half, ``more`` larger all round."""
+    first, last = pin.diameter + 2.0 * more, pin.tip_diameter + 2.0 * more
+    long = (0.5 * pin.length if pin.dowel else pin.length) + more
+    return round_bar(np.array(pin.root), long * np.array(pin.direction), first, last)
+
+
+def key_bar(key: Key, more: float) -> Manifold:
+    """A key, ``more`` larger all round but below and along its wall's draw."""
+    low, high = np.array(key.low), np.array(key.high)
+    across = 0 if key.into.startswith("end") else 2
+    low[across], high[across], high[1] = low[across] - more, high[across] + more, high[1] + more
+    lean = np.tan(np.radians(key.draft_deg)) * (high[1] - low[1])
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+    upper, outer = corners[:, 1] == high[1], corners[:, across] == high[across]
+    corners[upper, across] += np.where(outer[upper], -lean, lean)
+    return Manifold.hull_points(corners)
 
 
 def _plates(assembly: Assembly) -> Check:
@@ -296,7 +211,7 @@ def _side(design: Design, plan: MoldPlan, side: SidePlan, limits: Limits) -> lis
     least = least_slot(design, side.holding, limits)
     web = least_web(design, side.holding, limits)
     room = [slot.width - slot.shim - plan.thickness[slot.plate] for slot in side.slots]
-    leads = [_for_leads(side, slot) for slot in side.slots if slot.wire > 0.0]
+    leads = [_for_leads(slot) for slot in side.slots if slot.wire > 0.0]
     wire = max((slot.wire for slot in side.slots), default=0.0)
     where, between = f"side {side.side}", webs(side.slots)[2]
     return [
@@ -309,14 +224,12 @@ def _side(design: Design, plan: MoldPlan, side: SidePlan, limits: Limits) -> lis
     ]
 
 
-def _for_leads(side: SidePlan, slot: Slot) -> float:
-    """Diameter that is free for leads beside a leg anywhere in its slot, mm.
-
-    A jig's two holes are shifted against each other; a leg's end may stand in the hole's edge.
-    """
+def _for_leads(slot: Slot) -> float:
+    """Diameter that is free for leads beside a leg anywhere in its slot, mm: the leg's end may
+    stand in the hole's edge."""
     centre = np.hypot(slot.relief_centre[0] - slot.place, slot.relief_centre[1] - slot.y)
     reaches = 0.5 * slot.length - (centre - 0.5 * slot.relief)  # into the slot
-    return float(slot.relief - max(reaches, 0.0) - 2.0 * side.shift)
+    return float(slot.relief - max(reaches, 0.0))
 
 
 def _least(name: str, where: str, sizes: Sequence[float], bound: float, what: str) -> Check:

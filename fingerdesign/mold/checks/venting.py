@@ -2,8 +2,7 @@
 
 The base is up: height grows along -y. A level face holds air everywhere, so the mold is tilted by a
 few degrees, one opening highest; air then runs along every face to the local high points of the
-rubber, tilted as the casting notes say. Under a plate or the core it may also be freed by rocking:
-tilting the other ways.
+rubber, tilted as the casting notes say.
 """
 
 from __future__ import annotations
@@ -36,40 +35,29 @@ AIRING = ("gate", "riser", "vent", "lock")
 
 @dataclass(frozen=True)
 class HighPoint:
-    """A local high place: its vertex (of several on one level the farthest from any opening), and
-    how far beyond the nearest opening's edge it lies, mm."""
+    """A local high place (of several vertices on one level the farthest from any opening), and how
+    far beyond the nearest opening's edge it lies, mm."""
 
-    vertex: int
     place: Array
     beyond: float
 
 
-def vent_checks(assembly: Assembly) -> list[Check]:
-    """High points on the mold's own surface, and under plates and core; each may hold no air."""
+def vent_check(assembly: Assembly) -> Check:
+    """High points on the mold's own surface may hold no air; those under plates and core are said
+    (what frees them, bubbles' buoyancy or a vacuum, is a warning of the notes)."""
     poured = pour_turn(assembly.plan)
-    found = high_points(assembly, poured)
-    traps = [p for p in found if p.beyond > REACH_MM]
-    under = [p for p in traps if _under_metal(assembly, p)]
-    own = [p for p in traps if p not in under]
-    turns = tilts(assembly.plan)
-    always = [p for p in under if not rocked_out(assembly, p, turns)]
-    x, z = (float(np.round(value, 2)) + 0.0 for value in (np.cos(poured), np.sin(poured)))
-    said = f"tilted by {TILT_DEG:g} degrees toward x, z = {x:g}, {z:g}"
-    open_ = [p for p in found if p not in under]
-    farthest = max(open_, key=lambda p: p.beyond, default=None)
+    found = [(p, p.beyond > REACH_MM and _under_metal(assembly, p)) for p in high_points(assembly)]
+    under = sum(metal for _, metal in found)
+    farthest = max((p for p, metal in found if not metal), key=lambda p: p.beyond, default=None)
     beyond = 0.0 if farthest is None else max(0.0, farthest.beyond)
-    words = f"{said}, each high point has an opening within {beyond:.1f} mm"
-    if own and farthest is not None:
-        words = (
-            f"{said}, air stays at {place_text(farthest.place)}, {beyond:.1f} mm from any opening"
-        )
-    none = f"no air stays under plates or core when the mold is {said} and rocked"
-    metal = "air stays under metal at {0} however the mold is tilted"
-    places = [place_text(each.place) for each in always]
-    return [
-        Check("vents", BASE, not own, beyond, REACH_MM, "mm", words),
-        Check.none("air under metal", RUBBER, places, "places", none, metal),
-    ]
+    x, z = (float(np.round(value, 2)) + 0.0 for value in (np.cos(poured), np.sin(poured)))
+    words = f"tilted by {TILT_DEG:g} degrees toward x, z = {x:g}, {z:g}, "
+    if farthest is None or beyond <= REACH_MM:
+        words += f"each high point has an opening within {beyond:.1f} mm"
+    else:
+        words += f"air stays at {place_text(farthest.place)}, {beyond:.1f} mm from any opening"
+    words += f"; {under} high points lie under plates or core" if under else ""
+    return Check.most("vents", BASE, beyond, REACH_MM, "mm", words)
 
 
 def pour_turn(plan: MoldPlan) -> float:
@@ -80,20 +68,9 @@ def pour_turn(plan: MoldPlan) -> float:
     return float(np.arctan2(np.sign(z) or 1.0, np.sign(x) or 1.0))
 
 
-def tilts(plan: MoldPlan) -> tuple[float, ...]:
-    """Directions in which the mold may be tilted, radians from +x toward +z: as it is filled, to
-    every opening of the base and to its corners."""
-    holes = [hole for hole in plan.base_holes if hole.kind in AIRING]
-    turns = {float(np.arctan2(h.z, h.x)) for h in holes if np.hypot(h.x, h.z) > 0.5}
-    turns.add(pour_turn(plan))
-    corner = np.arctan2(plan.half_depth, plan.half_width)
-    turns |= {float(t) for t in (corner, np.pi - corner, -corner, corner - np.pi)}
-    return tuple(sorted({round(turn, 6) for turn in turns}))
-
-
-def high_points(assembly: Assembly, turn: float) -> list[HighPoint]:
-    """Local high places of the rubber, tilted toward ``turn``."""
-    mesh, up = assembly.meshes.rubber, upward(turn)
+def high_points(assembly: Assembly) -> list[HighPoint]:
+    """Local high places of the rubber, tilted as it is poured."""
+    mesh, up = assembly.meshes.rubber, upward(pour_turn(assembly.plan))
     found = []
     for group in _summits(mesh.vertices @ up, mesh.triangles):
         points = mesh.vertices[group]
@@ -101,7 +78,7 @@ def high_points(assembly: Assembly, turn: float) -> list[HighPoint]:
             continue
         beyond = beyond_openings(assembly.plan, points)
         worst = int(np.argmax(beyond))
-        found.append(HighPoint(int(group[worst]), points[worst], float(beyond[worst])))
+        found.append(HighPoint(points[worst], float(beyond[worst])))
     return found
 
 
@@ -110,41 +87,6 @@ def upward(turn: float) -> Array:
     tilt = np.radians(TILT_DEG)
     level = np.array([np.cos(turn), 0.0, np.sin(turn)])
     return np.asarray(np.sin(tilt) * level - np.array([0.0, np.cos(tilt), 0.0]))
-
-
-def rocked_out(assembly: Assembly, point: HighPoint, turns: tuple[float, ...]) -> bool:
-    """Whether air at a high point gets away by tilting the mold toward any of ``turns``, one after
-    another: along the rubber's surface it runs to the highest neighbour, again and again."""
-    mesh = assembly.meshes.rubber
-    first, second = mesh.triangles.reshape(-1), np.roll(mesh.triangles, -1, axis=1).reshape(-1)
-    order = np.argsort(first, kind="stable")
-    starts = np.searchsorted(first[order], np.arange(len(mesh.vertices) + 1))
-    heads = second[order]
-    seen, waiting = {point.vertex}, [point.vertex]
-    while waiting:
-        vertex = waiting.pop()
-        for turn in turns:
-            up = upward(turn)
-            at = _risen(vertex, mesh.vertices @ up, starts, heads)
-            place = mesh.vertices[at][None]
-            if (
-                _flows_over(assembly, place, up)
-                or beyond_openings(assembly.plan, place) <= REACH_MM
-            ):
-                return True
-            if at not in seen:
-                seen.add(at)
-                waiting.append(at)
-    return False
-
-
-def _risen(vertex: int, height: Array, starts: IntArray, heads: IntArray) -> int:
-    while True:
-        around = heads[starts[vertex] : starts[vertex + 1]]
-        above = int(around[np.argmax(height[around])])
-        if height[above] <= height[vertex]:
-            return vertex
-        vertex = above
 
 
 def _flows_over(assembly: Assembly, place: Array, up: Array) -> bool:

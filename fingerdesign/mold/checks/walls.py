@@ -19,7 +19,7 @@ from fingerdesign.mold.checks.assembly import (
     seen_from,
     surface_points,
 )
-from fingerdesign.mold.part import BASE, Check, PartMesh, comb_names, wall_name
+from fingerdesign.mold.part import BASE, Check, PartMesh
 from fingerdesign.mold.plan.plan import MoldPlan, SidePlan, direction
 
 POINTS = 2500  # and as many centroids: on 2500 mm^2 two in a square millimetre
@@ -32,12 +32,7 @@ _NEAR_PIN_MM = 0.02
 def wall_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check]:
     """Least wall of every part that is made, least web between the slots of those that hold."""
     found: list[Check] = []
-    sides = {
-        name: side
-        for side in assembly.plan.sides
-        for name in comb_names(side.side, side.holding) or (wall_name(side.side),)
-        if side.slots
-    }
+    sides = {side.holder: side for side in assembly.plan.sides if side.slots}
     for part in assembly.meshes.parts:
         if part.made not in ("process", "sheet"):
             continue
@@ -120,6 +115,6 @@ def _at_slots(side: SidePlan, points: Array, normals: Array, thick: Array) -> Bo
     found = np.zeros(len(points), dtype=bool)
     for slot in side.slots:
         for each in (points, ends):
-            found |= np.abs(from_slot(slot, each)) < _NEAR_SLOT_MM + side.shift
+            found |= np.abs(from_slot(slot, each)) < _NEAR_SLOT_MM
     place, _ = seen_from(side.side, normals)
     return np.asarray(found & (np.hypot(place, normals[:, 1]) > OPPOSITE))

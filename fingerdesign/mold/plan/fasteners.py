@@ -19,9 +19,9 @@ import numpy as np
 from fingerdesign.design.body import Body
 from fingerdesign.design.mold import Mold
 from fingerdesign.errors import Fault
-from fingerdesign.mold.part import INSERT, wall_name
+from fingerdesign.mold.part import INSERT
 from fingerdesign.mold.plan.extent import seam_height
-from fingerdesign.mold.plan.plan import Bolt, Key, Limits, MoldPlan, Pin, Side, refusal
+from fingerdesign.mold.plan.plan import Bolt, Key, Limits, MoldPlan, Pin, Side, refusal, wall_name
 from fingerdesign.mold.plan.walls import (
     ENDS,
     FLANKS,

@@ -162,9 +162,6 @@ def _most(design: Design, where: str, name: str, high: float) -> float | None:
     return _edge(holds, low, high, TRIALS) if holds(low) else None
 
 
-_ONE_ANGLE = 0.01  # degrees
-
-
 def fixture_faults(fixture: Fixture) -> list[Fault]:
     """Every fault of a design's legs and slots but for walls in their way, the worst of each
     kind."""
@@ -182,7 +179,7 @@ def fixture_faults(fixture: Fixture) -> list[Fault]:
     else:
         found += [] if high is None else [_too_high(fixture, *high)]
         found += [] if worst is None else [no_web(fixture, worst)]
-    return found + _jig(fixture)
+    return found
 
 
 def _crossings(fixture: Fixture) -> list[Fault]:
@@ -225,19 +222,6 @@ def _too_high(fixture: Fixture, leg: Leg, nearest: float) -> Fault:
         deeper = least_value(design, key, cover, cover + row.frames[0].y, holds)
     of = {"leg": leg, "zone": room.zone(leg.side), "room": room, "nearest": nearest}
     return refusal("high_legs", key, value, key=key, deeper=deeper, **of)
-
-
-def _jig(fixture: Fixture) -> list[Fault]:
-    for side in SIDES:
-        if fixture.holding(side) != "jig":
-            continue
-        openings = fixture.slots(side)
-        turns = [slot.angle_deg for slot in openings]
-        worst = int(np.argmax(np.abs(np.array(turns) - turns[0])))
-        if abs(turns[worst] - turns[0]) > _ONE_ANGLE:
-            both = {"one": openings[0], "two": openings[worst]}
-            return [refusal("jig_of_angles", "mold.plate_fixture", "jig", **both)]
-    return []
 
 
 def with_walls(fixture: Fixture, found: list[Fault], corner: float | None = None) -> list[Fault]:

@@ -38,7 +38,7 @@ from fingerdesign.mold.plan.slots import (
     leg_bar,
     openings_corners,
     scale_of,
-    sheets_thickness,
+    sheet_thickness,
     slot_of,
     turned_bar,
 )
@@ -289,19 +289,12 @@ class Fixture:
     def side(self, side: Side) -> SidePlan:
         """How one side is closed and holds its plates."""
         holding, slots = self.holding(side), self.slots(side)
-        shift = 0.0
-        if holding == "jig":
-            shift = min(
-                0.5 * (slot.width - self.bar(leg).thickness)
-                for slot, leg in zip(slots, self.on(side), strict=True)
-            )
-        sheet = sheets_thickness(self.design, holding, self.limits)
-        window = self._window(side, slots) if holding in ("comb", "jig") else None
-        return SidePlan(side, holding, sheet, shift, window, slots)
+        window = self._window(side, slots) if holding == "comb" else None
+        return SidePlan(side, holding, sheet_thickness(self.design, holding), window, slots)
 
     def _window(self, side: Side, slots: tuple[Slot, ...]) -> tuple[float, float, float]:
-        """The opening behind a comb or jig, around all of its slots; walls below it, and in side
-        walls beside it, stay as thick as they must be."""
+        """The opening behind a comb, around all of its slots; walls below it, and in side walls
+        beside it, stay as thick as they must be."""
         corners = openings_corners(slots).reshape(-1, 2)
         (low, bottom), (high, _) = corners.min(axis=0), corners.max(axis=0)
         most = self.room.extent.corner - self.room.wall if side.endswith("x") else np.inf

@@ -210,8 +210,8 @@ def _with_tips(fixture: Fixture) -> Fixture:
 
     def length(leg: Leg) -> float:
         holding = fixture.holding(leg.side)
-        thick = slots.sheets_thickness(design, holding, fixture.limits)
-        return leg.exit + thick * (2 if holding == "jig" else 1) + design.mold.tab_mm - leg.start
+        thick = slots.sheet_thickness(design, holding)
+        return leg.exit + thick + design.mold.tab_mm - leg.start
 
     def kind(leg: Leg) -> tuple[object, ...]:
         frame = fixture.by_index[leg.plate]

@@ -5,8 +5,8 @@ elastomer's outline enlarged by ``scale`` for its shrinkage about the origin; me
 Lengths in mm. Cast with the base up: gravity points along +y.
 
 Parts: the contact insert above the contact surface (drawn along +y), two end walls (drawn along
-+-z), two side walls between them (drawn along +-x), a comb or jig where plates leave the finger
-through a flat face, and the base plate below y = 0, which stays on the finger.
++-z), two side walls between them (drawn along +-x), a comb where plates leave the finger through
+a flat face, and the base plate below y = 0, which stays on the finger.
 """
 
 from __future__ import annotations
@@ -110,9 +110,19 @@ def refusal(words: str, key: str, value: object, /, **of: object) -> Fault:
 
 Side = Literal["+z", "-z", "+x", "-x"]
 SIDES: tuple[Side, ...] = ("+z", "-z", "+x", "-x")
-Holding = Literal["wall", "comb", "jig", "slots"]
+WORDS: Mapping[Side, str] = {"+z": "front", "-z": "back", "+x": "right", "-x": "left"}
+Holding = Literal["wall", "comb", "slots"]
 LEAD_SIDES: tuple[Side, ...] = ("+z", "+x")  # where the gages' leads leave the finger
 JOINED_MM = 0.02  # a relief's circle crosses the slot's sides so far before its end
+
+
+def wall_name(side: Side) -> str:
+    """The part that closes a side: end_wall_front (+z), ..._back, side_wall_right (+x), ..._left.
+
+    >>> wall_name("-x")
+    'side_wall_left'
+    """
+    return f"{'end' if side.endswith('z') else 'side'}_wall_{WORDS[side]}"
 
 
 def direction(side: Side) -> Array:
@@ -153,7 +163,7 @@ class Leg:
 
 @dataclass(frozen=True)
 class Slot:
-    """The opening in a comb, jig or wall for one leg, a rectangle drawn through it along the side.
+    """The opening in a comb or wall for one leg, a rectangle drawn through it along the side.
 
     Centre (``place``, ``y``): place is x for sides +-z, z for sides +-x. ``length`` along the
     direction ``angle_deg`` (as of a plate's frame), ``width`` across it. ``wire``: diameter of the
@@ -190,23 +200,26 @@ class SidePlan:
     """How one side is closed and how it holds plates.
 
     holding "wall": no plate leaves here. "comb": a sheet of ``sheet`` thickness is the finger's
-    face, backed by the wall. "jig": two such sheets, shifted by ``shift`` each against the other
-    along the plates' normal, clamp the plates. "slots": the wall itself has slots, through all of
-    its thickness. ``window``: (place low, place high, y low) of the opening behind a comb or jig,
-    open toward the insert and outward; None without one.
+    face, backed by the wall. "slots": the wall itself has slots, through all of its thickness.
+    ``window``: (place low, place high, y low) of the opening behind a comb, open toward the insert
+    and outward; None without one.
     """
 
     side: Side
     holding: Holding
     sheet: float
-    shift: float
     window: tuple[float, float, float] | None
     slots: tuple[Slot, ...]
 
     @property
-    def thick(self) -> float:
-        """Thickness of all sheets together, mm."""
-        return self.sheet * {"comb": 1, "jig": 2}.get(self.holding, 0)
+    def comb(self) -> str | None:
+        """The comb's name; None without one."""
+        return f"comb_{WORDS[self.side]}" if self.holding == "comb" else None
+
+    @property
+    def holder(self) -> str:
+        """The part that has the slots: the comb, else the wall."""
+        return self.comb or wall_name(self.side)
 
 
 @dataclass(frozen=True)

@@ -125,31 +125,28 @@ def least_slot(design: Design, holding: Holding, limits: Limits) -> float:
     return design.mold.comb.slot_mm if holding == "comb" else limits.slot_mm
 
 
-def sheets_thickness(design: Design, holding: Holding, limits: Limits) -> float:
-    """Thickness of one sheet of a comb or jig, mm; 0 without one."""
-    if holding == "comb":
-        return design.mold.comb.sheet_mm
-    return limits.wall_mm if holding == "jig" else 0.0
+def sheet_thickness(design: Design, holding: Holding) -> float:
+    """Thickness of a comb's sheet, mm; 0 without one."""
+    return design.mold.comb.sheet_mm if holding == "comb" else 0.0
 
 
 def relief_diameter(
-    design: Design, holding: Holding, limits: Limits, side: Side, width: float, thickness: float
+    design: Design, holding: Holding, limits: Limits, side: Side, width: float
 ) -> float:
     """Diameter of the hole for a plate's leads beside its slot of a ``width``, mm; 0: none here.
 
-    A jig's two holes are shifted against each other as its slots are. The leg's end stands in the
-    hole's edge, as deep as the slot's corners reach into it: beside it the leads still pass.
+    The leg's end stands in the hole's edge, as deep as the slot's corners reach into it: beside it
+    the leads still pass.
     """
     wire = design.mold.wire_mm
     if wire <= 0.0 or side not in LEAD_SIDES:
         return 0.0
-    apart = width - thickness if holding == "jig" else 0.0
-    clear = wire + apart + JOINED_MM
+    clear = wire + JOINED_MM
     # r + sqrt(r^2 - (width / 2)^2) = clear
     beside = max((clear**2 + 0.25 * width**2) / clear, _WIDER * width)
     if holding == "comb":
         return max(wire + max(design.mold.comb.clearance_mm, _THREADED_MM), beside)
-    needed = wire + max(limits.clearance_mm, _THREADED_MM) + apart
+    needed = wire + max(limits.clearance_mm, _THREADED_MM)
     # The rounded end of a slot, not a hole by itself: what makes slots makes it.
     return max(needed, limits.slot_mm, beside)
 
@@ -172,7 +169,7 @@ def slot_of(design: Design, holding: Holding, limits: Limits, bar: PlateFrame, l
     from the contact surface."""
     play = design.mold.comb.clearance_mm if holding == "comb" else 2.0 * limits.clearance_mm
     width = max(bar.thickness + play, least_slot(design, holding, limits))
-    relief = relief_diameter(design, holding, limits, leg.side, width, bar.thickness)
+    relief = relief_diameter(design, holding, limits, leg.side, width)
     return Slot(
         plate=leg.plate,
         side=leg.side,

@@ -83,7 +83,7 @@ def columns_of(plan: MoldPlan, mold: Mold, limits: Limits, size: str, wide: bool
     as far as the end walls."""
     bar = plan.plug("x") is not None
     sheets, beside = (
-        max(planned.thick for planned in plan.sides if planned.side.endswith(axis)) for axis in "zx"
+        max(planned.sheet for planned in plan.sides if planned.side.endswith(axis)) for axis in "zx"
     )
     tips = max(plan.tip(side) if plan.side(side).window else 0.0 for side, _ in ENDS)
     gap, hole = limits.wall_mm + SPARE_MM, CLEARANCE_HOLES[size]

@@ -19,7 +19,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.checks.assembly import solid_of
-from fingerdesign.mold.part import MoldMeshes, PartMesh, comb_names
+from fingerdesign.mold.part import MoldMeshes, PartMesh
 from fingerdesign.mold.plan.plan import Leg, MoldPlan, Side, across, direction
 from fingerdesign.mold.plan.slots import end_of
 
@@ -223,12 +223,13 @@ def _text_height(sheet: Sheet) -> float:
 
 MICRON = 3  # decimals
 ROUND = 12  # corners of a polygon that may stand for a circle
+ROUNDING_MM = 2e-5  # of a corner off its circle: twice single precision's step within 100 mm
 STRAIGHT = 1e-7  # mm; a point this near the line between its neighbours adds nothing
 UNDER_MM = 1e-6  # a sheet's outer face, where its section is drawn
 
 
 def comb_sheet(part: PartMesh, side: Side) -> Sheet:
-    """A comb or jig as cut: the section of its triangles just under its outer face.
+    """A comb as cut: the section of its triangles just under its outer face.
 
     Drawn as (x, y) for the sides +z and -z (seen from +z), as (z, y) for +x and -x (seen from -x).
     GeometryError where there is none, or where outline times thickness is not the sheet's volume.
@@ -273,7 +274,7 @@ def as_circle(points: Array) -> tuple[float, float, float] | None:
     (x, y, rest), *_ = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)
     radius = float(np.sqrt(max(rest + x**2 + y**2, 0.0)))
     apart = np.abs(np.hypot(points[:, 0] - x, points[:, 1] - y) - radius)
-    if apart.max() >= 1e-6:
+    if apart.max() >= ROUNDING_MM:
         return None
     return round(float(x), MICRON) + 0.0, round(float(y), MICRON) + 0.0, round(radius, MICRON)
 
@@ -288,8 +289,8 @@ def write_drawings(
     if patterns:
         write_dxf([plate_sheet(pattern) for pattern in patterns], folder / PLATES_FILE)
     for side in plan.sides:
-        for name in comb_names(side.side, side.holding) if side.holding == "comb" else ():
-            write_dxf([comb_sheet(meshes.part(name), side.side)], folder / f"{name}.dxf")
+        if side.comb:
+            write_dxf([comb_sheet(meshes.part(side.comb), side.side)], folder / f"{side.comb}.dxf")
 
 
 def plate_sheet(pattern: FlatPattern) -> Sheet:

@@ -17,17 +17,20 @@ import numpy as np
 from typing_extensions import TypedDict
 
 from fingerdesign.arrays import Array
+from fingerdesign.design.grip import GRAVITY
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import plate_frames
-from fingerdesign.mold.part import WORDS, MoldMeshes, PartMesh, axis_name, comb_names, wall_name
+from fingerdesign.layout.gaps import PlateGap, least_gap
+from fingerdesign.mold.part import MoldMeshes, PartMesh, axis_name
 from fingerdesign.mold.plan.base import TILT_DEG
 from fingerdesign.mold.plan.legs import legs_share
-from fingerdesign.mold.plan.plan import Bolt, MoldPlan, density_of
+from fingerdesign.mold.plan.plan import WORDS, Bolt, MoldPlan, density_of
 from fingerdesign.mold.products.drawing import FlatPattern, numbers_text
 from fingerdesign.records.base import Count, Size, closed, write_csv
 from fingerdesign.report.page import macros
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
+SURFACE_TENSION_N_M = 0.021  # of silicone oils; cured and uncured rubber differ little
 
 
 @closed
@@ -79,7 +82,7 @@ def _flash(plan: MoldPlan) -> float:
         metal = width * (plan.thickness[slot.plate] + slot.shim)
         hole = 0.25 * np.pi * (slot.relief**2 - slot.wire**2) if slot.relief else 0.0
         free = max(0.0, slot.length * slot.width - metal) + hole
-        whole += free * (side.thick or plan.wall(side.side))
+        whole += free * (side.sheet or plan.wall(side.side))
     return float(whole)
 
 
@@ -260,8 +263,6 @@ def casting_notes(
         mixing=mixing_of(design.body.material, design.mold.cure),
         numbers=numbers_text,
         bolts={axis: [bolt_words(bolt) for bolt in bolts if bolt.axis == axis] for axis in "yz"},
-        wall_name=wall_name,
-        sheets_of=comb_names,
         front=WORDS,
         axis_name=axis_name,
         tilt=TILT_DEG,
@@ -274,7 +275,29 @@ def casting_notes(
 def warnings_of(design: Design, plan: MoldPlan, placement: Mapping[str, Any]) -> list[str]:
     """What a caster has to be warned of, found from the design: a sentence each."""
     share, worst = legs_share(design, plan), placement_worst(placement)
-    return _items(macros(TEMPLATES / "notes.j2").warnings(design, plan, share, worst, WORDS))
+    given = design, plan, share, worst, WORDS, bridged_gap(design, plan)
+    return _items(macros(TEMPLATES / "notes.j2").warnings(*given))
+
+
+def bridged_gap(design: Design, plan: MoldPlan) -> tuple[PlateGap, float, float] | None:
+    """The closest two plates, where rubber that closes the gap between them keeps the air in it:
+    with the pressures of wetting and of buoyancy, Pa. None where buoyancy is the greater, or where
+    the gap is wider than the plates are high: no channel.
+
+    Wetting holds a meniscus across a gap g by 2 gamma / g; a bubble as high as the plate lifts by
+    rho g h.
+    """
+    gap = least_gap(plan.frames)
+    if gap is None:
+        return None
+    frame = next(frame for frame in plan.frames if frame.index == gap.first)
+    sine, cosine = (abs(f(math.radians(frame.angle_deg))) for f in (math.sin, math.cos))
+    high = frame.length * sine + frame.thickness * cosine
+    if not 0.0 < gap.distance < high:
+        return None
+    wetting = 2.0 * SURFACE_TENSION_N_M / (1e-3 * gap.distance)
+    buoyancy = 1e3 * density_of(design) * GRAVITY * 1e-3 * high
+    return (gap, wetting, buoyancy) if wetting > buoyancy else None
 
 
 def placement_worst(placement: Mapping[str, Any] | None) -> float:

@@ -61,7 +61,7 @@ def mirrored_z(low, high):
 
 def upright(x, z, low, high, bottom, top):
     """A cone along y from diameter ``bottom`` at y = low to ``top`` at y = high."""
-    cone = Manifold.cylinder(high - low, 0.5 * bottom, 0.5 * top, 48)
+    cone = Manifold.cylinder(high - low, 0.5 * bottom, 0.5 * top, 128)
     return cone.rotate((-90.0, 0.0, 0.0)).translate((x, low, z))
 
 
@@ -98,7 +98,7 @@ def plan_of(design):
     legs = tuple(Leg(0, side, 3.0, 0.0, 5.0, 5.0, 13.0, True) for side in ("+z", "-z"))
     slots = {s: (Slot(0, s, 0.0, 8.0, 0.0, 3.2, 0.4, 0.0, 0.28),) for s in ("+z", "-z")}
     sides = tuple(
-        SidePlan(side, "slots" if side in slots else "wall", 0.0, 0.0, None, slots.get(side, ()))
+        SidePlan(side, "slots" if side in slots else "wall", 0.0, None, slots.get(side, ()))
         for side in ("+z", "-z", "+x", "-x")
     )
     sizes = {"half_width": 10.0, "half_depth": 5.0, "corner": 5.0, "rim": 12.0, "crest": 12.0}

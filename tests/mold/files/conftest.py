@@ -3,7 +3,7 @@
 import pytest
 
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.part import MoldMeshes, comb_names
+from fingerdesign.mold.part import MoldMeshes
 from fingerdesign.mold.plan.planning import plan_mold
 from tests.support.molds import box
 
@@ -22,7 +22,7 @@ def block_design(**mold):
 
 
 def block_meshes(plan):
-    """Its parts as boxes; combs and jigs have no slots."""
+    """Its parts as boxes; combs have no slots."""
     (_, low, back), (side, top, front) = plan.block
     x = plan.reach_x
     parts = [box("contact_insert", (-x, 12, back), (x, top, front), (0.0, 1.0, 0.0), 0)]
@@ -31,10 +31,9 @@ def block_meshes(plan):
         box("end_wall_back", (-x, low, back), (x, 12, -5.3), (0.0, 0.0, -1.0), 1),
     ]
     for way, planned in zip((1.0, -1.0), plan.sides[:2], strict=True):
-        made = "sheet" if planned.holding == "comb" else "process"
-        for name in comb_names(planned.side, planned.holding):
-            z = sorted((5.0 * way, 5.3 * way))
-            parts.append(box(name, (-10, 0, z[0]), (10, 12, z[1]), (0.0, 0.0, way), 2, made))
+        if planned.comb:
+            (low, high), draw = sorted((5.0 * way, 5.3 * way)), (0.0, 0.0, way)
+            parts.append(box(planned.comb, (-10, 0, low), (10, 12, high), draw, 2, "sheet"))
     parts += [
         box("side_wall_right", (10, 0, -5), (side, 12, 5), (1.0, 0.0, 0.0), 3),
         box("side_wall_left", (-side, 0, -5), (-10, 12, 5), (-1.0, 0.0, 0.0), 3),

@@ -4,15 +4,18 @@ import csv
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.mold.plan.legs import legs_share
 from fingerdesign.mold.plan.plan import Bolt, CorePin
+from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.drawing import flat_patterns
 from fingerdesign.mold.products.notes import (
     bill_of_materials,
     bolt_length,
+    bridged_gap,
     casting_notes,
     hardware,
     mixing_of,
@@ -20,6 +23,7 @@ from fingerdesign.mold.products.notes import (
     warnings_of,
     write_bill,
 )
+from tests.support.molds import shipped
 
 SILENT = {"reason": "no gages", "sentences": ["Not known."]}
 CLOSE, OPEN = "Close the mold", "Cure and open"
@@ -69,9 +73,7 @@ ORDERS = [
         "Set the contact insert on",
     ),
     # The front's holder, where the wires leave, comes after the plates stand in the back.
-    ("jig", CLOSE, "push plates 0-2 into", "jig front inner and jig front outer"),
-    ("jig", CLOSE, "that clamps the plates"),
-    ("comb", CLOSE, "comb front", "legs and wires into its window"),
+    ("comb", CLOSE, "push plates 0-2 into", "comb front", "legs and wires into its window"),
     ("slots", CLOSE, "end wall front", "Measure the gap beside each leg"),
     ("comb", "Mix and pour", "rises in the 6 locks, too"),
     ("comb", "Finish and measure", "vents and locks flush"),
@@ -88,7 +90,7 @@ def test_steps_come_in_the_order_of_the_work(hand_made, order):
     in_order(notes_of(*hand_made(holding))[section], *words)
 
 
-@pytest.mark.parametrize("holding", ["comb", "jig", "slots"])
+@pytest.mark.parametrize("holding", ["comb", "slots"])
 def test_shims_are_pulled_out_of_slots_alone_and_the_base_stays(hand_made, holding):
     text = notes_of(*hand_made(holding))[OPEN]
     assert ("shim" in text) is (holding == "slots")
@@ -114,6 +116,18 @@ def test_a_fixture_other_than_requested_is_reported(hand_made):
     reported = " ".join(warnings_of(design, hand_made("slots")[1], SILENT))
     assert "not by mold.plate_fixture = 'comb'" in reported
     assert "shims" in reported
+
+
+def test_a_gap_that_rubber_bridges_asks_for_a_vacuum(hand_made):
+    design = shipped("maeno2000")
+    plan = plan_mold(design)
+    gap, wetting, buoyancy = bridged_gap(design, plan)
+    assert gap.distance == pytest.approx(0.378, abs=1e-3)
+    assert wetting == pytest.approx(0.042 / (1e-3 * gap.distance))
+    assert buoyancy == pytest.approx(1.1 * 9.80665 * (0.9 + 0.1) * np.sqrt(0.5))
+    assert "under vacuum" in " ".join(warnings_of(design, plan, SILENT))
+    level, apart, _ = hand_made()  # level plates beside each other are no channel
+    assert bridged_gap(level, apart) is None
 
 
 def test_large_effects_are_warned_of(hand_made):

@@ -332,7 +332,5 @@ def test_a_shipped_finger_can_be_cast(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("fixture", ["jig", "slots"])
-def test_other_fixtures_pass_every_check(tmp_path, fixture):
-    command = ["mold", "wide", "--fixture", fixture, "--out", str(tmp_path), "--quiet"]
-    assert main(command) == 0
+def test_slots_pass_every_check(tmp_path):
+    assert main(["mold", "wide", "--fixture", "slots", "--out", str(tmp_path), "--quiet"]) == 0

@@ -111,6 +111,7 @@ def test_a_round_hole_is_distinguished_from_a_slot():
     circle = np.column_stack([3.0 + 1.5 * np.cos(angle), -2.0 + 1.5 * np.sin(angle)])
     assert as_circle(circle) == pytest.approx((3.0, -2.0, 1.5))
     assert as_circle(circle + 1.23456e-4) == (3.0, -2.0, 1.5)  # in micrometres: what is cut
+    assert as_circle((circle + 30.0).astype(np.float32)) == (33.0, 28.0, 1.5)  # as in an STL
     assert as_circle(circle * [1.0, 1.01]) is None
     assert as_circle(SQUARE) is None
 

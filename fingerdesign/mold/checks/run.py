@@ -1,0 +1,53 @@
+"""Checks of a built mold on its triangles: each with a measured number, a bound and a sentence."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fingerdesign.design.schema import Design
+from fingerdesign.mold.checks.assembly import assemble, sound
+from fingerdesign.mold.checks.demolding import demolding_checks
+from fingerdesign.mold.checks.fill import backing_check, fill_checks
+from fingerdesign.mold.checks.fits import built_checks, part_checks, plan_checks
+from fingerdesign.mold.checks.venting import vent_check
+from fingerdesign.mold.checks.walls import wall_checks
+from fingerdesign.mold.part import Check, MoldMeshes
+from fingerdesign.mold.plan.plan import MoldPlan
+from fingerdesign.mold.products.drawing import flat_patterns
+
+SEED = 7
+
+
+def run_checks(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> tuple[Check, ...]:
+    """Everything that is checked of a mold, its parts, one plate of each kind and its rubber.
+
+    Parts whose triangles are not those of a solid cannot be cut with each other: then only their
+    own checks are returned, and one that says so.
+    """
+    assembly, chord = assemble(design, plan, meshes), design.mold.chord_mm
+    kinds = {f"plate_{pattern.plates[0]}" for pattern in flat_patterns(design, plan)}
+    plates = (plate for plate in meshes.plates if plate.name in kinds)
+    found = [
+        check
+        for part in (*meshes.parts, *plates, meshes.rubber)
+        for check in part_checks(part, assembly.solids[part.name], chord)
+    ]
+    broken = [name for name, solid in assembly.solids.items() if not sound(solid)]
+    broken += [f"blank of {name}" for name, solid in assembly.blanks.items() if not sound(solid)]
+    right = f"all {len(assembly.solids)} meshes are solids that can be cut with each other"
+    words = (
+        f"no solid, so fill, walls, draws and vents could not be checked: {', '.join(broken)} "
+        "(first of them {0})"
+    )
+    found.append(Check.none("solids", "", broken, "parts", right, words))
+    found += plan_checks(design, plan)
+    if broken:
+        return tuple(found)
+    rng = np.random.default_rng(SEED)
+    found += fill_checks(assembly)
+    found.append(backing_check(assembly, rng))
+    found += wall_checks(assembly, rng)
+    found += demolding_checks(assembly)
+    found.append(vent_check(assembly))
+    found += built_checks(assembly)
+    return tuple(found)
