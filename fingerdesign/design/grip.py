@@ -81,6 +81,9 @@ def lifting_tugs(
             yield number, least
 
 
+_FORCES = 2**32 - 1  # the force cells' stream of random numbers, beside the plates'
+
+
 class HardwareTable(Table):
     """``[grip.hardware]``: what is imperfect of sensors and stage; the defaults are perfect."""
 
@@ -101,8 +104,25 @@ class HardwareTable(Table):
     dead_gages: Many[_PlateNumber] = Field(
         default=(), max_length=1000, description="plates (from 0) whose gages answer to nothing"
     )
+    dying_gages: Many[_PlateNumber] = Field(
+        default=(), max_length=1000, description="plates whose gages die during the grip: read 0"
+    )
+    dying_after_s: float = bounded(0.1, 0, 1e5, "when they do, from the first touch on")
+    gage_cross_talk: float = bounded(
+        0.0, -1, 1, "of its neighbours' readings in the row, what each gage reads too"
+    )
+    warming_microstrain: float = bounded(
+        0.0, -1e5, 1e5, "what all gages come to read by a change of temperature since the touch"
+    )
+    warming_time_s: float = positive(3.0, 1e6, "time constant of that")
     quantisation_microstrain: float = bounded(0.0, 0, 1e5, "step of the converter; 0: none")
     force_noise_N: float = bounded(0.0, 0, 1e5, "standard deviation of one sample of either force")
+    force_gain_spread: float = bounded(
+        0.0, 0, 1, "standard deviation of the two force cells' relative gain errors"
+    )
+    force_cross_talk: float = bounded(
+        0.0, -1, 1, "of the normal force, what the tangential cell reads too"
+    )
     sample_rate_Hz: float = positive(100.0, 1e6, "samples, and control steps, a second")
     delay_samples: int = bounded(0, 0, 1000, "the controller hears everything so late")
     backlash_mm: float = bounded(0.0, 0, 5, "what each axis of the stage loses at a turn")
@@ -114,8 +134,9 @@ class HardwareTable(Table):
     def at_rest(self, samples: int = 100) -> HardwareTable:
         """The same rig while it stands still for ``samples`` at each point and takes their mean.
 
-        Noise falls with the square root of their number; no delay is left, and no drift, the gages
-        being zeroed between. Gains, dead gages and the stage stay what they are.
+        Noise falls with the square root of their number; no delay is left, no drift and no warming,
+        the gages being zeroed between, and none dies. Gains, cross-talk, dead gages and the stage
+        stay what they are.
         """
         fall = 1.0 / np.sqrt(samples)
         rested = {
@@ -123,6 +144,8 @@ class HardwareTable(Table):
             "gage_noise_microvolt_per_V": float(self.gage_noise_microvolt_per_V * fall),
             "force_noise_N": float(self.force_noise_N * fall),
             "drift_microstrain_per_s": 0.0,
+            "warming_microstrain": 0.0,
+            "dying_gages": (),
             "delay_samples": 0,
         }
         return self.model_copy(update=rested)
@@ -138,6 +161,13 @@ class HardwareTable(Table):
             gains += self.gain_spread * np.array(draws)
         dead = np.isin(plates, self.dead_gages)
         return np.where(dead, 0.0, gains)
+
+    def force_gains(self) -> Array:
+        """(2,) felt per true force, normal and tangential."""
+        if self.force_gain_spread == 0.0:
+            return np.ones(2)
+        draw = np.random.default_rng([self.specimen, _FORCES]).standard_normal(2)
+        return np.asarray(1.0 + self.force_gain_spread * draw)
 
 
 Friction = Annotated[float, Field(gt=0, le=5)]

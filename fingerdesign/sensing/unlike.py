@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from fingerdesign.analysis.case import gage_array
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.scene import SceneObject
@@ -87,6 +88,12 @@ def _hardware(**spreads: float) -> Drawn:
     return drawn
 
 
+def _dying(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+    """One of the gages, within the first third of a second."""
+    draw.design["grip.hardware.dying_gages"] = [int(rng.choice(gage_array(design)))]
+    draw.design["grip.hardware.dying_after_s"] = rng.uniform(0.0, 0.33)
+
+
 def _tilted(design: Design, rng: np.random.Generator, draw: Draw) -> None:
     draw.held["tilt_deg"] = 2.0 * rng.uniform(-1.0, 1.0)
 
@@ -123,6 +130,11 @@ FAULTS: Mapping[str, Drawn] = {
     "tilt": _tilted,  # 2 degrees
     "radius": _curved,  # 30 mm to flat
     "mesh": _meshed,
+    "cross_talk": _hardware(gage_cross_talk=0.02),
+    "forces": _hardware(force_gain_spread=0.01, force_cross_talk=0.01),
+    "temperature": _hardware(warming_microstrain=10.0),  # 10 K at 1 microstrain/K
+    "conversion": _hardware(quantisation_microstrain=1.0),  # 12 bits of +-2000 microstrain
+    "dying": _dying,
 }
 ALL = tuple(FAULTS)
 _ATTEMPTS = 20

@@ -25,8 +25,10 @@ from fingerdesign.design.grip import Grip, HardwareTable
 # The stage goes where it is sent in whole steps and loses its play at each turn; the sensors add
 # what is below, in this order, and say it some samples late:
 #
-#     gage = round_q( gain * strain + drift t + noise )        dead: gain 0
-#     force = force + noise
+#     gage = round_q( gain * (strain + c neighbours) + drift t + w (1 - exp(-t / T)) + noise )
+#     F_n = gain F_n + noise,   F_t = gain (F_t + c F_n) + noise
+#
+# with gain 0 for gages that are dead, or have died; neighbours are those beside it in the readings.
 #
 # One move of the plant is one sample. What belongs to a specimen of the hardware (gains) is drawn
 # from its own number: a rig that is calibrated and then grips has the same gains both times. Noise
@@ -57,7 +59,8 @@ class ImperfectPlant:
         self._plant, self._hardware, self._rng = plant, hardware, rng
         self._plates = plates
         self._gains: Array | None = None
-        self._rates = np.empty(0)
+        self._rates = self._force_gains = np.empty(0)
+        self._dying = np.empty(0, dtype=bool)
         self._time = 0.0
         self._late: deque[Sample] = deque()
         self._axes = [_Axis(hardware.stage_step_mm, hardware.backlash_mm) for _ in range(2)]
@@ -82,13 +85,24 @@ class ImperfectPlant:
             plates = range(gages) if self._plates is None else self._plates
             self._gains = hardware.gains(list(plates))
             self._rates = hardware.drift_microstrain_per_s * self._rng.standard_normal(gages)
+            self._dying = np.isin(plates, hardware.dying_gages)
+            self._force_gains = hardware.force_gains()
         noise = self._rng.standard_normal(gages + 2)
-        readings = self._gains * true.readings + self._rates * self._time
+        strain = true.readings
+        if hardware.gage_cross_talk != 0.0:
+            beside = np.pad(strain, 1)
+            strain = strain + hardware.gage_cross_talk * (beside[:-2] + beside[2:])
+        warmed = 1.0 - np.exp(-self._time / hardware.warming_time_s)
+        readings = self._gains * strain + self._rates * self._time
+        readings += hardware.warming_microstrain * warmed
         readings += hardware.gage_noise_microstrain * noise[2:]
         if hardware.quantisation_microstrain > 0.0:
             step = hardware.quantisation_microstrain
             readings = step * np.round(readings / step)
-        forces = np.array([true.normal_force, true.tangential_force])
+        if self._time > hardware.dying_after_s:
+            readings[self._dying] = 0.0
+        pulled = true.tangential_force + hardware.force_cross_talk * true.normal_force
+        forces = self._force_gains * np.array([true.normal_force, pulled])
         normal, tangential = forces + hardware.force_noise_N * noise[:2]
         return Sample(readings, float(normal), float(tangential), true.lifted)
 
