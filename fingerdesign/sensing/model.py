@@ -23,7 +23,7 @@ that coarsens by 0.2, leave 1.4 and 10 % of ``maeno2000`` with 186k equations.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.case import Case, fundamental_scene
@@ -80,11 +80,22 @@ def unlike_problems(
     found: Unlike, fidelity: str = "plane-strain"
 ) -> tuple[ContactProblem, ContactProblem]:
     """A finger against the plane of its bench, and against what it grips; condensed once."""
-    design = found.design
+    bench = bench_problem(found.design, [found.held], fidelity)
+    return bench, against(bench, found.held, found.design)
+
+
+def bench_problem(
+    design: Design, held: Iterable[SceneObject], fidelity: str = "plane-strain"
+) -> ContactProblem:
+    """A finger against the plane of its bench, with room for what it is to grip."""
     case = _case(design, fidelity)
-    bench = _condensed(case, case.gage_array, lambda message: None, found.held)
-    rigid = object_at_touch(found.held, design.body)
-    return bench, contact_problem(bench.model, rigid, bench.friction_coefficient)
+    return _condensed(case, case.gage_array, lambda message: None, held)
+
+
+def against(bench: ContactProblem, held: SceneObject, design: Design) -> ContactProblem:
+    """The bench's finger against another object: nothing is condensed anew."""
+    rigid = object_at_touch(held, design.body)
+    return contact_problem(bench.model, rigid, bench.friction_coefficient)
 
 
 def opposite_problem(
@@ -142,16 +153,14 @@ def _condensed(
     case: Case,
     gages: tuple[int, ...],
     report: Callable[[str], None],
-    held: SceneObject | None = None,
+    held: Iterable[SceneObject] = (),
 ) -> ContactProblem:
-    """Against the fundamental scene's plane; the zone has room for ``held`` too."""
+    """Against the fundamental scene's plane; the zone has room for each of ``held`` too."""
     design, scene = case.design, fundamental_scene()
     reach = design.grip.max_approach_mm
-    zone = candidate_zone(design, scene.object, reach)
-    if held is not None:
-        other = candidate_zone(design, held, reach, touch_point(held, design.body))
-        zone = max(zone, other, key=lambda each: each.half_width)
-    zone = zone.widened(_ROOM, design)
+    zones = [candidate_zone(design, scene.object, reach)]
+    zones += [candidate_zone(design, o, reach, touch_point(o, design.body)) for o in held]
+    zone = max(zones, key=lambda each: each.half_width).widened(_ROOM, design)
     report("meshing")
     mesh = make_mesh(design, case.fidelity, zone, case.symmetric)
     report(f"condensing {len(mesh.cells)} elements")

@@ -10,6 +10,7 @@ lifts without a fault from 77 to 88 %, all faults at once.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -59,18 +60,17 @@ class _Written:
 
 def own_grips(
     bench: ContactProblem,
-    held: ContactProblem,
+    held: Iterable[ContactProblem],
     face: str,
     grip: Grip,
     pilot: GripEstimator,
-    count: int,
     seed: int,
 ) -> list[RandomGripPath]:
-    """``count`` lifts by a regulator that believes ``pilot``; without noise, as random paths are.
+    """Lifts by a regulator that believes ``pilot``; without noise, as random paths are.
 
-    bench, held: the finger against its bench's plane and against what it grips. Friction, weight,
-    the gages' noise and the hand's own settings are drawn from the seed. Raises SolverError where
-    the bench fails.
+    bench: the finger against its bench's plane; held: against what it grips, a lift each. Friction,
+    weight, the gages' noise and the hand's own settings are drawn from the seed. Raises SolverError
+    where the bench fails.
     """
     bounds = Bounds.of(grip)
     known = calibrate(lambda: CondensedPlant(bench, face), bench.model.gage_x, bounds)
@@ -79,13 +79,13 @@ def own_grips(
     def drawn(low: float, high: float) -> float:
         return float(np.exp(rng.uniform(*np.log((low, high)))))
 
-    for _ in range(count):
+    for facing in held:
         friction, mass, noise = drawn(*FRICTIONS), drawn(*_MASSES_G), drawn(*BANDS[0])
         table = RegulatorTable(
             target=rng.uniform(*_TARGET), probe_force_N=drawn(*_PROBE), pull_share=drawn(*_PULL)
         )
         hand = Regulator(grip, table, Object(estimator=pilot.at_noise(noise)))
-        plant = _Written(LiftPlant(held.with_friction(friction), face, mass))
+        plant = _Written(LiftPlant(facing.with_friction(friction), face, mass))
         hardware = grip.hardware.model_copy(update={**_AT_ONCE, "gage_noise_microstrain": noise})
         with suppress(SolverError):  # what came before the model's end stands
             imperfect = ImperfectPlant(plant, hardware, rng)

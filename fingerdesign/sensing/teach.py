@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -276,15 +276,17 @@ def random_grip_paths(
 
 
 def _wander(problem: ContactProblem, settings: Settings, part: range) -> list[RandomGripPath]:
+    return wandering([problem] * len(part), settings, settings.seed, part.start)
+
+
+def wandering(
+    problems: Iterable[ContactProblem], settings: Settings, seed: int, first: int = 0
+) -> list[RandomGripPath]:
+    """A random grip path on each problem, numbered from ``first``; each from its own seed."""
+    most = settings.bounds.max_approach
     return [
-        wander(
-            problem,
-            settings.face,
-            np.random.default_rng([settings.seed, 0, number]),
-            _STEPS,
-            settings.bounds.max_approach,
-        )
-        for number in part
+        wander(each, settings.face, np.random.default_rng([seed, 0, number]), _STEPS, most)
+        for number, each in enumerate(problems, first)
     ]
 
 

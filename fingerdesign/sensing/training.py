@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
@@ -31,8 +32,9 @@ from fingerdesign.sensing.model import (
     CONTACT_SIZE_MM,
     FIDELITIES,
     MESHED,
+    against,
+    bench_problem,
     grip_problem,
-    unlike_problems,
 )
 from fingerdesign.sensing.own_grips import own_grips
 from fingerdesign.sensing.teach import (
@@ -41,17 +43,18 @@ from fingerdesign.sensing.teach import (
     Settings,
     TrainingResult,
     finger_curves,
-    random_grip_paths,
     teach,
+    wandering,
 )
-from fingerdesign.sensing.unlike import taught_faults, unlike
+from fingerdesign.sensing.unlike import OF_OBJECTS, taught_faults, unlike
 from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
     from fingerdesign.contact.problem import ContactProblem
+    from fingerdesign.design.scene import SceneObject
     from fingerdesign.design.schema import Design
 
-TEACHING = 5  # raise it when what is taught, or how, changes
+TEACHING = 6  # raise it when what is taught, or how, changes
 
 _PILOTS = 3  # of so many fingers one teaches the pilot
 
@@ -129,20 +132,27 @@ def _grips_of(
 ) -> list[RandomGripPath]:
     """Those of one finger, with the curves that its bench would show; half by the pilot's hand.
 
-    None where no draw of it is sound."""
-    seed = int(np.random.SeedSequence([settings.seed, number]).generate_state(1)[0])
+    Each grip is of an object of its own, which costs no other model. None where no draw of the
+    finger is sound."""
+    faults, count = taught_faults(design), -(-settings.grips // settings.fingers)
+    seed, *others = np.random.SeedSequence([settings.seed, number]).generate_state(1 + count)
     try:
-        found = unlike(design, taught_faults(design), seed)
+        finger = unlike(design, faults, int(seed)).design
     except DesignError:
         return []
-    bench, held = unlike_problems(found, fidelity)
-    count = -(-settings.grips // settings.fingers)
+    drawn = [unlike(finger, OF_OBJECTS & set(faults), int(each)).held for each in others]
+    bench = bench_problem(finger, drawn, fidelity)
     own = 0 if pilot is None else count // 2
+
+    def held(objects: Sequence[SceneObject]) -> Iterator[ContactProblem]:
+        return (against(bench, each, finger) for each in objects)  # one at a time: they are large
+
     curves = finger_curves(bench, settings.face, settings.bounds)
     with one_thread():
-        grips = random_grip_paths(held, replace(settings, grips=count - own, seed=seed))
+        grips = wandering(held(drawn[own:]), settings, int(seed))
         if pilot is not None:
-            grips += own_grips(bench, held, settings.face, design.grip, pilot, own, seed)
+            mine = held(drawn[:own])
+            grips += own_grips(bench, mine, settings.face, design.grip, pilot, int(seed))
         return [replace(each, curves=curves) for each in grips]
 
 

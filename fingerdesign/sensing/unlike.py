@@ -137,6 +137,7 @@ FAULTS: Mapping[str, Drawn] = {
     "dying": _dying,
 }
 ALL = tuple(FAULTS)
+OF_OBJECTS = frozenset({"tilt", "radius"})  # no finger's own
 _ATTEMPTS = 20
 _MOVING = {"plates", "row", "cover", "angle"}
 # Taught on. The others are kept out: they are what a rig meets that nobody thought of.
@@ -149,9 +150,10 @@ def unlike(design: Design, faults: Iterable[str], seed: int) -> Unlike:
     One whose plates would overlap is drawn anew. Raises DesignError for unknown names, for what
     cannot be drawn on this design, and where no draw is sound.
     """
-    chosen = tuple(faults)
-    if found := _undrawable(design, chosen):
+    wanted = set(faults)
+    if found := _undrawable(design, wanted):
         raise DesignError(found, design.design.name)
+    chosen = tuple(name for name in ALL if name in wanted)
     for attempt in range(_ATTEMPTS):
         with suppress(DesignError):
             return _drawn(design, chosen, (seed, attempt))

@@ -94,7 +94,7 @@ def test_a_pilots_own_grips_are_of_their_seed_and_true(problem, grips, monkeypat
     grip = Grip(preload_mm=0.01, max_approach_mm=0.12, max_steps=40)
 
     def own(seed):
-        return own_grips(problem, problem, "upper", grip, pilot, 2, seed)
+        return own_grips(problem, [problem] * 2, "upper", grip, pilot, seed)
 
     first = own(0)
     assert [each.truths for each in own(0)] == [each.truths for each in first]
