@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 FILES = ("regulator.c", "regulator.h")
 _TEMPLATES = Path(__file__).parent / "templates"
-_MOST_DELAY = 120  # samples, as the bench measures it
+_MOST_DELAY = 120  # samples: more are refused as the hand is started
 _LARGEST = 32767  # of 16 bits with a sign
 
 

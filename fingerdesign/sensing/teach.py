@@ -173,6 +173,7 @@ OUTLIER = 5.0  # standard deviations, as in the estimator
 _PART = 50  # grips that a worker makes at once
 _EDGES = (0.2, 0.4, 0.6, 0.8, 1.0)
 _GAIN_SPREAD = 0.01  # of the gages' gains, drawn anew for each hearing
+_DYING = 0.25  # of the grips, in which one gage dies
 
 
 @dataclass(frozen=True)
@@ -244,14 +245,26 @@ def _sampled(
     settings: Settings,
     noises: tuple[float, float],
 ) -> tuple[Array, Array]:
-    """All grips, each with a noise drawn evenly in its logarithm between two."""
-    rng = np.random.default_rng([settings.seed, 1])
-    found = [
-        sample(each, curves, settings, rng, float(np.exp(rng.uniform(*np.log(noises)))))
-        for _ in range(settings.hearings)
-        for each in grips
-    ]
+    """All grips, each with a noise drawn evenly in its logarithm between two; in some of them a
+    gage dies."""
+    rng, found = np.random.default_rng([settings.seed, 1]), []
+    for each in [each for _ in range(settings.hearings) for each in grips]:
+        noise = float(np.exp(rng.uniform(*np.log(noises))))
+        heard = _dying(each, rng) if rng.uniform() < _DYING else each
+        found.append(sample(heard, curves, settings, rng, noise))
     return np.concatenate([each[0] for each in found]), np.concatenate([each[1] for each in found])
+
+
+def _dying(grip: RandomGripPath, rng: np.random.Generator) -> RandomGripPath:
+    """The same, and from some moment on one of the gages answers to nothing."""
+    gages = len(grip.moments[0].sample.readings)
+    one, since = rng.integers(gages), rng.integers(len(grip.moments))
+    alive = np.arange(gages) != one
+    dead = (
+        replace(each, sample=replace(each.sample, readings=alive * each.sample.readings))
+        for each in grip.moments[since:]
+    )
+    return replace(grip, moments=(*grip.moments[:since], *dead))
 
 
 def random_grip_paths(

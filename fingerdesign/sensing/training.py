@@ -94,6 +94,7 @@ def settings_of(design: Design) -> Settings:
         face=design.gages.face,
         bounds=Bounds.of(grip),
         grips=own.taught_grips,
+        hearings=1 if own.taught_fingers > 1 else 2,
         seed=grip.seed,
         fingers=own.taught_fingers,
     )
@@ -122,8 +123,7 @@ def _grips_of_others(
 
     with Pool(workers, shared=(design, settings, fidelity)) as pool:
         found = made(range(pilots), None)
-        quick = replace(settings, hearings=1)
-        pilot = teach(problem, "pilot", quick, report, found, bands=BANDS[:1]).estimator
+        pilot = teach(problem, "pilot", settings, report, found, bands=BANDS[:1]).estimator
         return made(range(pilots, settings.fingers), pilot) + found
 
 

@@ -13,7 +13,7 @@ margin that it keeps) while both forces grow:
    that is told late pulls the more slowly.
 2. *Climb.* What each step says of the friction, mu = F_t / (F_n used), is averaged by how sure it
    is, the past fading slowly: mu does not change, but errors that last do less harm so. Each step
-   closes by ``approach_step``, less where that would raise F_n by more than ``press_step`` of it,
+   closes by ``approach_step``, less where that would raise F_n by more than ``press_share`` of it,
    and shears toward F_t = target mu F_n, mu less its standard deviation.
 3. *Guard.* Where the stick ratio falls under ``least_stick``, or ``used`` over ``most_used``, it
    closes without pulling until both are well again, and trusts the lower friction.
@@ -77,10 +77,10 @@ class RegulatorTable:
         0.82, "share in use over which a hanging object is pressed harder", gt=0, le=1
     )
     taught_grips: int = key(
-        3000, "simulated grips that its estimator learns from", ge=50, le=100_000
+        12_000, "simulated grips that its estimator learns from", ge=50, le=100_000
     )
     taught_fingers: int = key(
-        160,
+        200,
         "fingers and objects, drawn unlike the model, that share these grips; 1: the model alone",
         ge=1,
         le=1000,

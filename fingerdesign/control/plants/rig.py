@@ -93,14 +93,13 @@ class ImperfectPlant:
             beside = np.pad(strain, 1)
             strain = strain + hardware.gage_cross_talk * (beside[:-2] + beside[2:])
         warmed = 1.0 - np.exp(-self._time / hardware.warming_time_s)
-        readings = self._gains * strain + self._rates * self._time
+        died = self._dying & (self._time > hardware.dying_after_s)
+        readings = np.where(died, 0.0, self._gains * strain) + self._rates * self._time
         readings += hardware.warming_microstrain * warmed
         readings += hardware.gage_noise_microstrain * noise[2:]
         if hardware.quantisation_microstrain > 0.0:
             step = hardware.quantisation_microstrain
             readings = step * np.round(readings / step)
-        if self._time > hardware.dying_after_s:
-            readings[self._dying] = 0.0
         pulled = true.tangential_force + hardware.force_cross_talk * true.normal_force
         forces = self._force_gains * np.array([true.normal_force, pulled])
         normal, tangential = forces + hardware.force_noise_N * noise[:2]
