@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds, Calibration
@@ -181,7 +181,15 @@ def _trace(record: _Record, result: GripResult, gages: int) -> GripTrace:
         gage_readings=np.array([s.readings for s in record.samples]).reshape(len(truths), gages),
         lift_step=record.lift,
         rise=numbers(truths, "rise") if supported else None,
+        unsure=_unsure(commands),
     )
+
+
+def _unsure(commands: Sequence[Command]) -> BoolArray | None:
+    """By step; None of a controller that cannot tell. Of the press nothing is known."""
+    if all(each.unsure is None for each in commands):
+        return None
+    return np.array([each.unsure is not False for each in commands])
 
 
 def run_episodes(

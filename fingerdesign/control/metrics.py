@@ -31,6 +31,8 @@ class JudgedGrip:
     margin_at_lift: mu F_n / F_t, None where it was not lifted. peak_ratio: largest F_n over
     m g / 2 mu. minimum_stick_ratio: over the steps with F_t > 0. steps: to the lift, or to the end
     where there is none. reaction_steps: from the tug to the hand's answer, None without one.
+    unsure: what the controller said of itself as it dropped or crushed the object, or lifted it;
+    None where it never tells.
     ending: "lifted", "complete slip", "stage travel", "steps" or "failed"; reason: a sentence.
     """
 
@@ -51,6 +53,7 @@ class JudgedGrip:
     reason: str
     tug: float = 0.0
     reaction_steps: int | None = None
+    unsure: bool | None = None
 
     @property
     def held(self) -> bool:
@@ -106,7 +109,18 @@ def outcome(
         reason=episode.reason,
         tug=tug,
         reaction_steps=answered,
+        unsure=_unsure(trace, result.gross_slip, MOST_FORCE * least),
     )
+
+
+def _unsure(trace: GripTrace, dropped: bool, most: float) -> bool | None:
+    """At the step that went wrong: the first whose F_n reaches ``most`` (N), else the end of an
+    object that is dropped; where none did, at the lift."""
+    if trace.unsure is None:
+        return None
+    crushed = np.flatnonzero(trace.normal_force >= most)
+    step = -1 if dropped or trace.lift_step is None else trace.lift_step
+    return bool(trace.unsure[crushed[0] if len(crushed) else step])
 
 
 def reaction_steps(trace: GripTrace, begin: int, least: float) -> int | None:

@@ -40,12 +40,14 @@ class Command:
     """The next move of the object, mm: ``dx`` toward +x, ``dy`` closing.
 
     hold: the rule has set dx to zero. area: the gage area (mm) behind it, None where none is known.
+    unsure: the controller knows too little to trust what it does; None where it cannot tell.
     """
 
     dx: float
     dy: float
     hold: bool
     area: float | None = None
+    unsure: bool | None = None
 
 
 def holds(commands: Sequence[Command]) -> int:

@@ -142,6 +142,7 @@ class GripTrace:
     lift_step           first step at which the object is lifted, None if it is not
     without_rule        the same grip with the rule switched off, if it was tried
     rise                of the object above its support, mm; None where there is no support
+    unsure              the controller said that it knows too little; None where it never tells
     """
 
     controller: str
@@ -160,6 +161,7 @@ class GripTrace:
     lift_step: int | None = None
     without_rule: GripTrace | None = None
     rise: Array | None = None
+    unsure: BoolArray | None = None
 
     def __post_init__(self) -> None:
         steps = len(self.approach)

@@ -158,6 +158,8 @@ def write_grip_csv(path: Path, trace: GripTrace) -> None:
     }
     if trace.rise is not None:
         columns["rise_mm"] = trace.rise
+    if trace.unsure is not None:
+        columns["unsure"] = trace.unsure.astype(int)
     gages = trace.gage_readings
     for plate in range(gages.shape[1]):
         columns[f"gage_{plate}_reading_microstrain"] = gages[:, plate]

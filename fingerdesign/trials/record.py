@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol
 
 import numpy as np
 from pydantic import Field
@@ -26,7 +26,7 @@ BAND = (1.2, 1.5)  # times the least force: how people grip (Johansson and Westl
 # Columns of grips.csv are fields of JudgedGrip, by the names of the result's grips where alike.
 _FIELDS = "controller friction mass_g noise tug seed success lifted dropped crushed margin_at_lift"
 _FIELDS += " peak_ratio peak_normal_force_N minimum_stick_ratio slip_distance_mm steps"
-_FIELDS += " reaction_steps ending reason"
+_FIELDS += " reaction_steps unsure ending reason"
 _NAMES = {
     "friction": "friction_coefficient",
     "mass_g": "object_mass_g",
@@ -103,7 +103,9 @@ class Summary:
 
     held: lifted without complete slip. dropped, crushed, not_lifted, failed say why others did not
     succeed; a grip may be in more than one. margin_at_lift, peaks, steps: of lifted ones;
-    slip_distance_mm: of held ones. reaction_steps: of those tugged that answered.
+    slip_distance_mm: of held ones. reaction_steps: of those tugged that answered. unannounced:
+    dropped or crushed by a controller that had not said before that it was unsure; null: it never
+    says. unsure: of those that succeeded, how often it was as they were lifted.
     """
 
     grips: Count
@@ -121,6 +123,8 @@ class Summary:
     steps: Spread | None
     answered: Share
     reaction_steps: Spread | None
+    unannounced: Count | None
+    unsure: Share | None
 
 
 def summarise(outcomes: Sequence[JudgedGrip]) -> Summary:
@@ -144,7 +148,42 @@ def summarise(outcomes: Sequence[JudgedGrip]) -> Summary:
         steps=spread_of(each.steps for each in lifted),
         answered=share_of(sum(each.reaction_steps is not None for each in tugged), len(tugged)),
         reaction_steps=spread_of(each.reaction_steps for each in tugged),
+        unannounced=unannounced(outcomes),
+        unsure=unsure(outcomes),
     )
+
+
+class Said(Protocol):
+    """A grip, and what the controller said of itself."""
+
+    @property
+    def success(self) -> int:
+        """Whether it was lifted well."""
+
+    @property
+    def crushed(self) -> int | None:
+        """Whether it was pressed too hard."""
+
+    @property
+    def ending(self) -> str:
+        """What ended it."""
+
+    @property
+    def unsure(self) -> int | None:
+        """Whether the controller said so."""
+
+
+def unannounced(grips: Sequence[Said]) -> int | None:
+    """Grips that were dropped or crushed, and nothing was said; None where nothing is ever said."""
+    telling = [each for each in grips if each.unsure is not None]
+    wrong = [each for each in telling if each.crushed or each.ending == "complete slip"]
+    return sum(not each.unsure for each in wrong) if telling else None
+
+
+def unsure(grips: Sequence[Said]) -> Share | None:
+    """Of those that succeeded the share at whose lift the controller was unsure."""
+    well = [each for each in grips if each.success and each.unsure is not None]
+    return share_of(sum(bool(each.unsure) for each in well), len(well)) if well else None
 
 
 @closed

@@ -36,7 +36,14 @@ from fingerdesign.trials.bench import (
     GripBench,
     refuse,
 )
-from fingerdesign.trials.record import Share, Spread, share_of, spread_of
+from fingerdesign.trials.record import (
+    Share,
+    Spread,
+    share_of,
+    spread_of,
+    unannounced,
+    unsure,
+)
 from fingerdesign.version import __version__, versions
 
 if TYPE_CHECKING:
@@ -65,6 +72,7 @@ class Lift:
     gross_slip: int | None = None
     crushed: int | None = None
     safety_margin: float | None = None
+    unsure: int | None = None
     ending: str = "failed"
     reason: str = ""
 
@@ -72,7 +80,8 @@ class Lift:
 @closed
 @dataclass(frozen=True)
 class UnlikeSummary:
-    """The lifts of one controller on the fingers of one label; safety_margin: of its successes."""
+    """The lifts of one controller on the fingers of one label; safety_margin: of its successes;
+    unannounced, unsure: see Summary of control.json."""
 
     success: Share
     gross_slip: Count
@@ -80,6 +89,8 @@ class UnlikeSummary:
     not_lifted: Count
     failed: Count
     safety_margin: Spread | None
+    unannounced: Count | None
+    unsure: Share | None
 
 
 @closed
@@ -229,6 +240,7 @@ def lift_plant(
             gross_slip=int(each.dropped),
             crushed=int(each.crushed),
             safety_margin=each.margin_at_lift,
+            unsure=None if each.unsure is None else int(each.unsure),
             ending=each.ending,
             reason=each.reason,
         )
@@ -297,4 +309,6 @@ def _summary(lifts: Sequence[Lift]) -> UnlikeSummary:
         not_lifted=sum(not each.lifted for each in lifts),
         failed=sum(each.ending == "failed" for each in lifts),
         safety_margin=spread_of(each.safety_margin for each in lifts if each.success),
+        unannounced=unannounced(lifts),
+        unsure=unsure(lifts),
     )

@@ -145,7 +145,7 @@ class Single:
         if dx > S(0.02) * n.SHEAR_STEP and change > 0.0:
             share = (S(1.0) - n.STIFFNESS_FADES) * change / dx
             self.stiffness = n.STIFFNESS_FADES * self.stiffness + share
-        if lifted or used < n.LEAST_USED or normal < S(2.0) * n.LEAST_FORCE:
+        if lifted or not self.pulled or used < n.LEAST_USED or normal < S(2.0) * n.LEAST_FORCE:
             return
         friction = min(max(tangential / (normal * used), n.LEAST_FRICTION), n.MOST_FRICTION)
         sure = used / max(spread, S(1e-3))
@@ -168,13 +168,15 @@ class Single:
         friction = self.sum / self.weight if known else nothing
         believed = ratio / friction if known else nothing
         if lifted:
-            return nothing, self.close(pressed) if believed > n.MOST_HELD else nothing
+            in_use = ratio / (friction if known else n.UNKNOWN)
+            return nothing, self.close(pressed) if in_use > n.MOST_HELD else nothing
         self.used += n.NEWS * (used - self.used)
         if stick < n.LEAST_STICK or max(self.used, believed) > n.MOST_USED:
             self.probed = self.probed or pressed
             return nothing, self.close(pressed)
-        if pressed > n.AGAIN * self.probed and self.weight < n.SURE:
+        if pressed > n.AGAIN * self.probed > 0.0:
             self.probed = nothing
+            self.weight, self.sum = n.KEPT * self.weight, n.KEPT * self.sum
         if self.probed == 0.0:
             if pressed < n.PROBE_FORCE_N:
                 return nothing, self.close(pressed)
@@ -197,7 +199,7 @@ class Single:
             self.history = [(*felt, nothing, nothing)]
         if settles:
             self.settling -= 1
-            return *(nothing,) * 2, *self.estimate()[:2], nothing
+            return *(nothing,) * 2, *self.estimate()[:2], nothing, True
         self.history.append((*felt, *self.unfelt.popleft()))
         stick, used, spread = self.estimate()
         self.learn(used, spread, lifted)
@@ -207,7 +209,8 @@ class Single:
         ahead = felt[1] + self.pressing * dy, felt[2] + self.stiffness * dx
         move = self.move(stick, used, *ahead, lifted)
         self.unfelt.append(move)
-        return *move, stick, used, self.sum / self.weight if self.weight > 0.0 else nothing
+        friction = self.sum / self.weight if self.weight > 0.0 else nothing
+        return *move, stick, used, friction, self.weight < self.n.SURE
 
 
 NAMES = "normal_force", "pressed", "sticking", "approach", "stiffness"
@@ -236,10 +239,11 @@ class Compiled:
         return self._library.regulator_init(self._state, *given)
 
     def step(self, readings, normal, tangential, lifted):
-        felt, answer = S(readings), np.full(5, np.nan, dtype=S)
+        felt, answer = S(readings), np.full(6, np.nan, dtype=S)
         forces = ctypes.c_float(normal), ctypes.c_float(tangential)
         at, to = (ctypes.c_void_p(each.ctypes.data) for each in (felt, answer))
         self.status = self._library.regulator_step(self._state, at, *forces, int(lifted), to)
+        answer[5] = answer.view(np.int32)[5]
         return answer
 
 
@@ -283,6 +287,7 @@ def test_a_grip_goes_the_same_way(half_plane, compiled, bench, delay):
         told = double.estimator.estimate(double._history)
         assert found[2:4] == pytest.approx([told.stick_ratio, told.used], abs=1e-3)
         assert found[4] == pytest.approx(double.friction or 0.0, rel=1e-3)
+        assert found[5] == command.unsure
         most = max(most, abs(found[0] - command.dx), abs(found[1] - command.dy))
         moved.append((command.dx > 0.0, command.dy > 0.0))
         dx, dy = found[:2].tolist()

@@ -9,8 +9,8 @@ margin that it keeps) while both forces grow:
    and forces are carried on by the moves that are on their way.
 1. *Probe.* Pressed to ``probe_force_N`` it pulls without closing until ``used`` comes near the
    target: now the edge of the contact slips, and that tells of the friction. On a straight climb
-   nothing would; so it probes again where F_n has grown by half and it still knows little. A hand
-   that is told late pulls the more slowly.
+   nothing would; so it probes again where F_n has doubled, and what it knew then counts for a
+   third: gages drown in noise at small forces. A hand that is told late pulls the more slowly.
 2. *Climb.* What each step says of the friction, mu = F_t / (F_n used), is averaged by how sure it
    is, the past fading slowly: mu does not change, but errors that last do less harm so. Each step
    closes by ``approach_step``, less where that would raise F_n by more than ``press_share`` of it,
@@ -19,8 +19,9 @@ margin that it keeps) while both forces grow:
    closes without pulling until both are well again, and trusts the lower friction.
 4. *Hold.* Once the object hangs it pulls no more, and learns no more: gages that do not move tell
    of friction nothing but their noise. A tug shows in F_t: where F_t / (mu F_n), mu as believed at
-   the lift, is over ``most_held``, it closes.
+   the lift, is over ``most_held``, it closes; a friction unknown at the lift counts as small.
 
+While the friction's standard deviation is over 7 % of it, the regulator says that it is unsure.
 Forces are felt, friction and weight are never given.
 """
 
@@ -49,7 +50,10 @@ _LEAST_CLOSING = 0.1  # of a step: by less, a noisy force cell would make it eve
 _NEAR = 0.9  # of the target: where a probe ends
 _NEWS = 0.5  # share of the last sample in what is believed of the friction in use
 _CAUTION = 1.0  # standard deviations of the friction by which it leans to the safe side
-_AGAIN, _SURE = 1.5, 60.0  # F_n over the last probe's, and the weight under which it probes again
+_AGAIN = 2.0  # F_n over the last probe's, where it probes again
+_KEPT = 0.3  # of the weight of what it knew before
+_SURE = 200.0  # weight from which the friction is known
+_UNKNOWN = 0.3  # friction that a hanging object of unknown friction is held by
 
 
 @dataclass(frozen=True)
@@ -64,7 +68,7 @@ class RegulatorTable:
         lt=1,
     )
     probe_force_N: float = key(
-        1.2, "F_n that it presses to before it first pulls: gages drown in noise at less", ge=0
+        1.5, "F_n that it presses to before it first pulls: gages drown in noise at less", ge=0
     )
     pull_share: float = key(0.03, "F_t of a step of the first pull, as part of F_n", gt=0, le=1)
     press_share: float = key(
@@ -122,6 +126,7 @@ class Regulator:
         self._unfelt = deque([(0.0, 0.0)] * (calibration.delay + 1))  # moves on their way
         self._settling = calibration.delay  # samples of the press to the preload
         self._weight = self._sum = 0.0
+        self._pulled = False  # before it is, nothing tells of the friction
         self._used = 0.0  # F_t / (mu F_n) as the last few samples say
         self._probed = inf  # F_n of the last probe, N; inf while one goes on
 
@@ -135,17 +140,20 @@ class Regulator:
         if self._settling > 0:
             self._settling -= 1
             self._history = [Moment(sample, 0.0, 0.0)]
-            return Command(0.0, 0.0, False, self.estimator.estimate(self._history).stick_ratio)
+            stick_ratio = self.estimator.estimate(self._history).stick_ratio
+            return Command(0.0, 0.0, False, stick_ratio, unsure=True)
         before = self._history[-1].sample
         felt = Moment(sample, *self._unfelt.popleft())
         self._history.append(felt)
         self._learn_stiffness(before, felt)
         reported = self.estimator.estimate(self._history)
-        if not sample.lifted:
+        self._pulled = self._pulled or felt.dx > 0.0
+        if self._pulled and not sample.lifted:
             self._learn_friction(sample, reported)
         dx, dy = self._next(self._ahead(sample), reported)
         self._unfelt.append((dx, dy))
-        return Command(dx, dy, dx == 0.0 and not sample.lifted, reported.stick_ratio)
+        hold, unsure = dx == 0.0 and not sample.lifted, self._weight < _SURE
+        return Command(dx, dy, hold, reported.stick_ratio, unsure)
 
     def _ahead(self, sample: Sample) -> Sample:
         """Forces as they are once the moves on their way are felt."""
@@ -162,14 +170,17 @@ class Regulator:
         ratio = sample.tangential_force / self._pressed(sample)
         believed = 0.0 if friction is None else ratio / friction
         if sample.lifted:
-            return 0.0, self._close(sample) if believed > own.most_held else 0.0
+            in_use = ratio / (_UNKNOWN if friction is None else friction)
+            return 0.0, self._close(sample) if in_use > own.most_held else 0.0
         self._used += _NEWS * (reported.used - self._used)
         pressed, in_use = self._pressed(sample), max(self._used, believed)
         if reported.stick_ratio < own.least_stick or in_use > own.most_used:
             self._probe_ends(pressed)
             return 0.0, self._close(sample)
-        if pressed > _AGAIN * self._probed and self._weight < _SURE:
+        if pressed > _AGAIN * self._probed:
             self._probed = inf
+            self._weight *= _KEPT
+            self._sum *= _KEPT
         if self._probed == inf:
             if pressed < own.probe_force_N:
                 return 0.0, self._close(sample)

@@ -179,7 +179,7 @@ static void learn_stiffness(regulator *r) {
 static void learn_friction(regulator *r, estimate found) {
     const regulator_moment *now = r->history;
     float friction, sure;
-    if (found.used < LEAST_USED || now->normal_force < 2.0f * LEAST_FORCE)
+    if (!r->pulled || found.used < LEAST_USED || now->normal_force < 2.0f * LEAST_FORCE)
         return;
     friction = now->tangential_force / (now->normal_force * found.used);
     friction = smaller(larger(friction, LEAST_FRICTION), MOST_FRICTION);
@@ -215,7 +215,7 @@ static void next(regulator *r, estimate found, float normal, float tangential, i
     float believed = known ? ratio / friction : 0.0f;
     to->dx = to->dy = 0.0f;
     if (lifted) {
-        if (believed > MOST_HELD)
+        if (ratio / (known ? friction : UNKNOWN) > MOST_HELD)
             to->dy = closing(r, pressed);
         return;
     }
@@ -225,8 +225,11 @@ static void next(regulator *r, estimate found, float normal, float tangential, i
         to->dy = closing(r, pressed);
         return;
     }
-    if (r->probed > 0.0f && pressed > AGAIN * r->probed && r->weight < SURE)
+    if (r->probed > 0.0f && pressed > AGAIN * r->probed) {
         r->probed = 0.0f;
+        r->weight *= KEPT;
+        r->sum *= KEPT;
+    }
     if (r->probed == 0.0f) {
         float unfelt = larger(ratio - r->history->tangential_force / pressed, 0.0f);
         if (pressed < PROBE_FORCE_N) {
@@ -314,6 +317,7 @@ int regulator_step(regulator *r, const float readings[GAGES], float normal_force
     found = estimated(r);
     command->stick_ratio = found.stick_ratio;
     command->used = found.used;
+    command->unsure = 1;
     if (settles)
         return 0;
     if (!lifted)
@@ -328,6 +332,7 @@ int regulator_step(regulator *r, const float readings[GAGES], float normal_force
          command);
     r->unfelt_dx[r->delay] = command->dx;
     r->unfelt_dy[r->delay] = command->dy;
+    command->unsure = r->weight < SURE;
     if (r->weight > 0.0f)
         command->friction = r->sum / r->weight;
     return 0;

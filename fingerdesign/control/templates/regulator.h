@@ -23,6 +23,7 @@ typedef struct {
     float stick_ratio; /* stick area / contact area */
     float used;        /* F_t / (mu F_n) */
     float friction;    /* mu; 0 before anything is known of it */
+    int unsure;        /* 1 while that is little */
 } regulator_command;
 
 /* What was felt, and the move that led to it. */
