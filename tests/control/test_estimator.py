@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -154,7 +155,7 @@ def test_a_delay_that_the_bench_knows_changes_no_move():
     for delay in (0, 3):
         regulator, plant = at_start(Teller(0.5), delay), Late(delay)
         sample, moves = plant.now, []
-        for _ in range(60):
+        for _ in range(120):
             command = regulator.command(sample)
             moves.append((command.dx, command.dy))
             sample = plant.move(command.dx, command.dy)
@@ -164,15 +165,15 @@ def test_a_delay_that_the_bench_knows_changes_no_move():
 
 
 class Teller:
-    """An estimator that tells what the test wants."""
+    """An estimator that tells what the test wants; least: of ``used``, whatever the forces."""
 
-    def __init__(self, friction, stick=0.8):
-        self.friction, self.stick = friction, stick
+    def __init__(self, friction, stick=0.8, spread=0.02, least=0.0):
+        self.friction, self.stick, self.spread, self.least = friction, stick, spread, least
 
     def estimate(self, history):
         now = history[-1].sample
         used = min(now.tangential_force / (self.friction * now.normal_force), 1.0)
-        return Estimated(self.stick, used, 0.02)
+        return Estimated(self.stick, max(used, self.least), self.spread)
 
     def on_rig(self, calibration):
         return self
@@ -210,6 +211,54 @@ def test_it_probes_first_and_then_climbs_at_the_margin():
     last = path[-1][0]
     margin = 0.5 * last.normal_force / last.tangential_force
     assert margin == pytest.approx(1.0 / RegulatorTable().target, rel=0.05)
+
+
+class Learner(Teller):
+    """Takes a friction of 1 for one of 0.5 before it has felt 3 N."""
+
+    def estimate(self, history):
+        self.friction = 0.5 if max(each.sample.normal_force for each in history) < 3.0 else 1.0
+        return super().estimate(history)
+
+
+def test_it_probes_again_at_twice_the_force():
+    """And ends at once where it finds what it knew."""
+    found = []
+    for teller in (Teller(0.5), Learner(0.5)):
+        _, path = grip(teller, steps=100)
+        alone = (one[0] for one, two in pairwise(path) if two[1].dy == 0.0 < two[1].dx)
+        again = [each for each in alone if each.normal_force > 2.5]
+        found.append(len(again))
+    assert found[0] == 0
+    assert found[1] > 2
+    assert 3.0 < again[0].normal_force < 3.5
+    assert again[-1].tangential_force / again[-1].normal_force > 0.5
+
+
+def test_before_it_has_pulled_nothing_tells_of_the_friction():
+    regulator, path = grip(Teller(0.5, least=0.3), steps=12)
+    assert all(command.dx == 0.0 for _, command in path)
+    assert path[-1][0].normal_force > 1.0
+    assert regulator.friction is None
+
+
+def test_it_is_unsure_until_the_friction_is_known():
+    _, path = grip(Teller(0.5))
+    said = [command.unsure for _, command in path]
+    assert said[0] is True
+    assert said[-1] is False
+    _, path = grip(Teller(0.5, spread=0.3))
+    assert all(command.unsure for _, command in path)
+
+
+def test_an_object_lifted_before_anything_is_known_is_held_by_force():
+    regulator = at_start(Teller(0.5))
+    sample = Sample(np.zeros(GAGES), 1.0, 0.4, lifted=True)
+    for _ in range(100):
+        dy = regulator.command(sample).dy
+        sample = replace(sample, normal_force=sample.normal_force + 30.0 * dy)
+    assert 0.4 / sample.normal_force == pytest.approx(0.3 * RegulatorTable().most_held, rel=0.1)
+    assert dy == 0.0
 
 
 def test_it_closes_without_pulling_where_hardly_anything_sticks():

@@ -6,6 +6,7 @@ import os
 import sqlite3
 from contextlib import closing
 from dataclasses import asdict, replace
+from types import SimpleNamespace
 
 import jsonschema
 import numpy as np
@@ -14,6 +15,7 @@ from fingerdesign_cli.main import main
 
 from fingerdesign import parse_design
 from fingerdesign.checks.starter import find_design
+from fingerdesign.control import metrics
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import Memory
 from fingerdesign.design.grip import GRAVITY
@@ -23,7 +25,7 @@ from fingerdesign.runtime.journal import Journal, JournalError
 from fingerdesign.trials import bench as control_bench
 from fingerdesign.trials import run as control_study
 from fingerdesign.trials.bench import Cell, ControlGrid, GripBench, Tug, refuse, seed_of
-from fingerdesign.trials.record import COLUMNS, summarise
+from fingerdesign.trials.record import COLUMNS, share_of, summarise, unannounced, unsure
 from fingerdesign.trials.run import KIND, journal_beside, kept_grips, run_batches
 from tests.support.grips import judged
 from tests.trials.conftest import GRID
@@ -337,3 +339,37 @@ def test_the_whole_grid_takes_less_than_a_minute_of_two_cores(tmp_path):
     assert study.summary("paper").failed == 0
     spent = after.user - before.user + after.children_user - before.children_user
     assert 0.5 * spent < 60.0
+
+
+@pytest.mark.parametrize(
+    ("dropped", "forces", "lift", "expected"),
+    [
+        (False, [1.0, 2.0, 2.5, 2.5], 2, False),  # at the lift it knew
+        (False, [1.0, 4.0, 4.0, 4.0], 2, True),  # crushed, and it had said that it was unsure
+        (True, [1.0, 2.0, 2.0, 2.0], None, False),  # dropped in the end, unannounced
+        (False, [1.0, 2.0, 2.0, 2.0], None, False),
+    ],
+)
+def test_what_the_controller_said_counts_where_it_went_wrong(dropped, forces, lift, expected):
+    said = np.array([True, True, False, False])
+    trace = SimpleNamespace(unsure=said, normal_force=np.array(forces), lift_step=lift)
+    assert metrics._unsure(trace, dropped, 3.0) is expected
+    assert metrics._unsure(SimpleNamespace(unsure=None), dropped, 3.0) is None
+
+
+def test_unannounced_are_those_that_went_wrong_without_a_word():
+    def grip(success, ending, crushed, unsure):
+        return SimpleNamespace(success=success, ending=ending, crushed=crushed, unsure=unsure)
+
+    grips = [
+        grip(1, "lifted", 0, 0),
+        grip(1, "lifted", 0, 1),
+        grip(0, "complete slip", 0, 0),
+        grip(0, "complete slip", 0, 1),
+        grip(0, "lifted", 1, 0),
+        grip(0, "stage travel", 0, 0),  # neither dropped nor crushed
+    ]
+    assert unannounced(grips) == 2
+    assert unsure(grips) == share_of(1, 2)
+    silent = [grip(0, "complete slip", 0, None)]
+    assert (unannounced(silent), unsure(silent)) == (None, None)

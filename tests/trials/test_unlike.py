@@ -43,6 +43,7 @@ def test_a_draw_is_its_seeds_and_keeps_within_its_bounds():
     for seed in range(12):
         found = unlike(design, ALL, seed)
         assert found == unlike(design, ALL, seed)
+        assert found == unlike(design, reversed(ALL), seed)
         assert found != unlike(design, ALL, seed + 100)
         other = found.design.material_of("body")
         assert abs(other.youngs_modulus_MPa / rubber.youngs_modulus_MPa - 1.0) <= 0.15
@@ -62,6 +63,17 @@ def test_a_row_moves_as_one(fault, moved):
     off = places(unlike(design, [fault], 3).design) - places(design)
     assert np.ptp(off, axis=0) == pytest.approx(0.0, abs=1e-5)
     assert np.flatnonzero(np.abs(off).max(axis=0) > 1e-3).tolist() == [moved]
+
+
+def test_a_gage_that_dies_is_one_of_the_designs_and_hardware_is_as_said():
+    design = with_values(find_design("sensitive"), {"grip.hardware.force_cross_talk": 0.03})
+    drawn = [unlike(design, ["dying", "forces"], seed).design.grip.hardware for seed in range(8)]
+    assert len({each.dying_gages for each in drawn}) > 1
+    assert all(len(each.dying_gages) == 1 for each in drawn)
+    assert {plate for each in drawn for plate in each.dying_gages} <= set(range(15))
+    assert all(0.0 <= each.dying_after_s <= 0.33 for each in drawn)
+    # The worse of the rig's own and the fault's.
+    assert {(each.force_gain_spread, each.force_cross_talk) for each in drawn} == {(0.01, 0.03)}
 
 
 def test_what_cannot_be_drawn_is_refused():
@@ -116,6 +128,7 @@ def test_all_controllers_meet_the_same_fingers(tmp_path, capsys):
     with (tmp_path / "out/coarse/unlike.csv").open() as file:
         lifts = list(csv.DictReader(file))
     assert len(lifts) == 8
+    assert all(row["unsure"] == "" for row in lifts)  # neither hand can tell
     objects = {name: [] for name in ("fixed_ratio", "reactive")}
     for row in lifts:
         objects[row["controller"]].append((row["object_mass_g"], row["friction_coefficient"]))
