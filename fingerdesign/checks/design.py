@@ -56,6 +56,8 @@ def _lift_faults(grip: Grip) -> list[Fault]:
             faults.append(Fault("grip.opposite", grip.opposite, "'mirror'", remedy))
         if grip.hold_steps:
             faults.append(Fault("grip.hold_steps", grip.hold_steps, "0", remedy))
+        if share := grip.relaxation_per_minute:
+            faults.append(Fault("grip.relaxation_per_minute", share, "0", remedy))
         return faults
     bound, seen = f"at most grip.hold_steps = {grip.hold_steps}", set[int]()
     remedy = "hold the object on for longer, or begin sooner"

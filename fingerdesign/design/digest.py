@@ -20,9 +20,17 @@ LATER: dict[str, Any] = {
     "transverse_sensitivity": 0.0,
     "excitation_V": 2.5,
     "gage_noise_microvolt_per_V": 0.0,
-    "taught_fingers": 160,
-    "probe_force_N": 1.2,
+    "taught_fingers": 200,
+    "probe_force_N": 1.5,
     "layer_growth": 1.15,
+    "dying_gages": [],
+    "dying_after_s": 0.1,
+    "gage_cross_talk": 0.0,
+    "warming_microstrain": 0.0,
+    "warming_time_s": 3.0,
+    "force_gain_spread": 0.0,
+    "force_cross_talk": 0.0,
+    "relaxation_per_minute": 0.0,
 }
 
 

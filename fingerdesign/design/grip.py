@@ -200,6 +200,9 @@ class Grip(Table):
     hold_steps: int = bounded(
         0, 0, 100_000, "lift: control steps for which the lifted object is held on"
     )
+    relaxation_per_minute: float = bounded(
+        0.0, 0, 0.9, "lift: of the forces of a finger held still, what its rubber loses in a minute"
+    )
     tugs: Many[Tug] = Field(
         default=(), max_length=1000, description="lift: what pulls at the object while it hangs"
     )

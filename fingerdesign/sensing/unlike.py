@@ -18,6 +18,7 @@ import numpy as np
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
+from fingerdesign.design.grip import GRAVITY
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import plate_frames
@@ -30,19 +31,23 @@ Keys = dict[str, object]
 
 @dataclass(frozen=True)
 class Unlike:
-    """A finger with its hardware, and the object that it grips."""
+    """A finger with its hardware, and the object that it grips. tug: share of the object's weight
+    by which it is pulled at once it hangs; 0.3 is an arm that accelerates by 3 m/s^2."""
 
     design: Design
     held: SceneObject
+    tug: float = 0.0
 
 
 @dataclass(frozen=True)
 class Draw:
-    """What is changed: plates (p, 3) by x, y (mm), angle (degrees); keys of design and object."""
+    """What is changed: plates (p, 3) by x, y (mm), angle (degrees); keys of design and object; of
+    Unlike itself."""
 
     plates: Array
     design: Keys
     held: Keys
+    own: dict[str, float]
 
 
 Drawn = Callable[["Design", np.random.Generator, Draw], None]
@@ -94,6 +99,15 @@ def _dying(design: Design, rng: np.random.Generator, draw: Draw) -> None:
     draw.design["grip.hardware.dying_after_s"] = rng.uniform(0.0, 0.33)
 
 
+def _relaxed(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+    draw.design["grip.plant"] = "lift"  # fingers that are judged lift
+    draw.design["grip.relaxation_per_minute"] = 0.1
+
+
+def _accelerated(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+    draw.own["tug"] = 3.0 / GRAVITY  # m/s^2
+
+
 def _tilted(design: Design, rng: np.random.Generator, draw: Draw) -> None:
     draw.held["tilt_deg"] = 2.0 * rng.uniform(-1.0, 1.0)
 
@@ -135,6 +149,8 @@ FAULTS: Mapping[str, Drawn] = {
     "temperature": _hardware(warming_microstrain=10.0),  # 10 K at 1 microstrain/K
     "conversion": _hardware(quantisation_microstrain=1.0),  # 12 bits of +-2000 microstrain
     "dying": _dying,
+    "relaxation": _relaxed,
+    "arm": _accelerated,
 }
 ALL = tuple(FAULTS)
 OF_OBJECTS = frozenset({"tilt", "radius"})  # no finger's own
@@ -163,7 +179,7 @@ def unlike(design: Design, faults: Iterable[str], seed: int) -> Unlike:
 def _drawn(design: Design, faults: tuple[str, ...], seed: tuple[int, int]) -> Unlike:
     frames = plate_frames(design)
     before = np.array([[*frame.centre, frame.angle_deg] for frame in frames]).reshape(-1, 3)
-    draw = Draw(before.copy(), {}, {})
+    draw = Draw(before.copy(), {}, {}, {})
     for name in faults:
         again = [seed[1]] if seed[1] else []
         FAULTS[name](design, np.random.default_rng([seed[0], ALL.index(name), *again]), draw)
@@ -174,7 +190,8 @@ def _drawn(design: Design, faults: tuple[str, ...], seed: tuple[int, int]) -> Un
             draw.design.update({"plates.stagger_mm": 0.0, "plates.span_offset_mm": 0.0})
         draw.design["plates.placement"] = [[float(f"{v:.6f}") for v in row] for row in places]
         draw.design["plates.offset_mm"] = 0.0
-    return Unlike(with_values(design, draw.design), SceneObject(**draw.held))  # type: ignore[arg-type]
+    held = SceneObject(**draw.held)  # type: ignore[arg-type]
+    return Unlike(with_values(design, draw.design), held, **draw.own)
 
 
 def taught_faults(design: Design) -> tuple[str, ...]:

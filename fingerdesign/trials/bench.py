@@ -18,7 +18,7 @@ from fingerdesign.control.calibration import Bounds, Calibration, calibrate
 from fingerdesign.control.episode import Episode, run_episode
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.metrics import JudgedGrip, outcome
-from fingerdesign.control.plants.lift import Disturbance, LiftPlant
+from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Relaxation
 from fingerdesign.control.plants.plant import CondensedPlant, Memory, Plant, RememberedPlant
 from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
 from fingerdesign.control.roster import Controller, make_controller
@@ -267,8 +267,9 @@ class GripBench:
             after += tug.steps(rate) if cell.tug > 0.0 else 0
         problem, other = (self.held or self.problem).with_friction(cell.friction), self.opposite
         other = None if other is None else other.with_friction(cell.friction)
+        relaxation = Relaxation.of(self.grip)
         remembered = RememberedPlant(
-            lambda: LiftPlant(problem, self.face, cell.mass_g, other, pulls),
+            lambda: LiftPlant(problem, self.face, cell.mass_g, other, pulls, relaxation),
             Memory() if memory is None else memory,
         )
         rng = np.random.default_rng(seed_of(cell, self.grid.seed))

@@ -34,6 +34,7 @@ from fingerdesign.trials.bench import (
     Cell,
     ControlGrid,
     GripBench,
+    Tug,
     refuse,
 )
 from fingerdesign.trials.record import (
@@ -226,13 +227,13 @@ def lift_plant(
         found.design.gages.face,
         gage_array(found.design),
         found.design.grip,
-        ControlGrid(seed=shared.seed, tug=None),
+        ControlGrid(seed=shared.seed, tug=Tug(found.tug) if found.tug else None),
         shared.estimator,
         held=held,
     )
     rows = []
     for cell, lift in zip(cells, lifts, strict=True):
-        (each,) = rig.run_batch([cell])
+        (each,) = rig.run_batch([replace(cell, tug=found.tug)])
         done = replace(
             lift,
             success=int(each.success),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fingerdesign.control.plants.lift import Disturbance, LiftPlant
+from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Relaxation
 from fingerdesign.control.plants.plant import CondensedPlant, is_lifted, press
 from fingerdesign.design.grip import GRAVITY, WeightChange
 
@@ -49,6 +49,42 @@ def test_hanging_both_fingers_carry_the_weight_whatever_the_hand_does(half_plane
         assert is_lifted(now, MASS)
         assert now.approach - before.approach == pytest.approx(dy)
         assert dy <= 0.0 or now.normal_force > before.normal_force
+
+
+def test_rubber_that_relaxes_loses_its_share_in_a_minute():
+    relaxing = Relaxation(0.1, 100.0)
+    assert relaxing.left(0) == 1.0
+    assert relaxing.left(6000) == pytest.approx(0.9)
+    # Evenly in the logarithm of time, once that is far over its 0.1 s.
+    assert relaxing.left(600) - relaxing.left(6000) == pytest.approx(0.1 / np.log10(601), rel=0.01)
+
+
+def test_held_still_the_grip_weakens_and_the_weight_is_carried_on(half_plane):
+    plant = raised(LiftPlant(half_plane, "upper", MASS, relaxation=Relaxation(0.3, 100.0)))
+    plant.move(0.2, 0.0)  # clear of the support, which its creep would bring back
+    before = plant.truth()
+    samples = [plant.move(0.0, 0.0) for _ in range(300)]
+    now = plant.truth()
+    assert all(each.tangential_force == pytest.approx(HALF, rel=1e-6) for each in samples)
+    assert (np.diff([each.normal_force for each in samples]) < 0.0).all()
+    assert now.normal_force < 0.95 * before.normal_force
+    assert now.approach == before.approach
+    assert now.shear > before.shear  # it creeps down
+    assert now.rise < before.rise
+    assert now.lifted
+
+
+def test_a_relaxed_stand_has_less_of_the_same_forces(half_plane):
+    fresh, soft = (
+        LiftPlant(half_plane, "upper", MASS, relaxation=each)
+        for each in (None, Relaxation(0.2, 100.0))
+    )
+    for k, move in enumerate([(0.0, 0.05), (0.004, 0.01), (0.004, 0.0)], start=1):
+        full, less = fresh.move(*move), soft.move(*move)
+        left = Relaxation(0.2, 100.0).left(k)
+        assert less.normal_force == pytest.approx(left * full.normal_force)
+        assert less.tangential_force == pytest.approx(left * full.tangential_force)
+        assert less.readings == pytest.approx(full.readings)
 
 
 def test_a_tug_is_felt_while_it_lasts(half_plane):

@@ -10,11 +10,19 @@ and where they would carry more than W, it hangs: they carry W and it rises by w
     F_t + F_t' = W,        rise = hand - shear > 0
 
 A hanging object that friction cannot carry falls back onto its support: complete slip. It can be
-gripped anew there. Dynamics, tilting and the support's own friction are left out.
+gripped anew there. Tilting, the support's own friction and dynamics are left out; an arm that
+accelerates by a pulls at the object as m a more does. Rubber that relaxes loses a share of all its
+forces since the touch, evenly in the logarithm of time: at the same motions
+
+    f(t) = R(t) f,   R = 1 - r log(1 + t / T) / log(1 + 60 s / T),   T = 0.1 s,
+
+r of it in a minute. Moduli all fall alike, so contact and strains stay; what is pressed later meets
+the softer finger too, where a full model of the rubber's memory would let it meet the fresh one.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite
@@ -33,7 +41,9 @@ from fingerdesign.contact.path import NoEquilibrium
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.plants.plant import Truth, felt
 from fingerdesign.control.signals import Sample
-from fingerdesign.design.grip import Tug, WeightChange, lifting_tugs, pull_at
+from fingerdesign.design.grip import Grip, Tug, WeightChange, lifting_tugs, pull_at
+
+_RELAXES_s = 0.1  # T
 
 # Two fingers that hold one rigid object between them, moved alike (numpy only).
 #
@@ -216,6 +226,25 @@ class Disturbance(Tug):
         )
 
 
+@dataclass(frozen=True)
+class Relaxation:
+    """share: r of the module, of all forces in a minute; rate: moves a second."""
+
+    share: float
+    rate: float
+
+    def left(self, moves: int) -> float:
+        """R after so many moves."""
+        passed, minute = (math.log1p(t / _RELAXES_s) for t in (moves / self.rate, 60.0))
+        return 1.0 - self.share * passed / minute
+
+    @staticmethod
+    def of(grip: Grip) -> Relaxation | None:
+        """As a design's ``[grip]`` table says; None: it does not."""
+        share = grip.relaxation_per_minute
+        return Relaxation(share, grip.hardware.sample_rate_Hz) if share > 0.0 else None
+
+
 class LiftPlant:
     """A finger with gages and an opposite one, an object between them on a support.
 
@@ -233,6 +262,7 @@ class LiftPlant:
         object_mass_g: float,
         opposite: ContactProblem | None = None,
         disturbances: Sequence[Tug | WeightChange] = (),
+        relaxation: Relaxation | None = None,
     ) -> None:
         if not (isfinite(object_mass_g) and object_mass_g > 0.0):
             raise ValueError(f"a mass of {object_mass_g} g must be over 0")
@@ -248,6 +278,7 @@ class LiftPlant:
                 f"a tug of {self._tugs[number].extra_force_N:g} N lifts the object out of the "
                 "fingers; tug less, or use a heavier object"
             )
+        self._relaxation, self._moves = relaxation, 0
         self._closing = self._hand = 0.0
         self._since_lift: int | None = None  # moves since the first lift
         self._lifted = False
@@ -260,8 +291,10 @@ class LiftPlant:
         """Raise the hand by ``dx``, close each finger by ``dy``; see :class:`Plant`."""
         if self._since_lift is not None:
             self._since_lift += 1
+        self._moves += 1
+        left = 1.0 if self._relaxation is None else self._relaxation.left(self._moves)
         closing, hand = self._closing + dy, self._hand + dx
-        weight = self.weight(self._since_lift or 0)
+        weight = self.weight(self._since_lift or 0) / left  # of a finger that has not relaxed
         same = (closing, weight) == (self._closing, self._weight)
         if same and self._lifted and hand > self._truth.shear:  # but for the height
             self._hand = hand
@@ -275,14 +308,24 @@ class LiftPlant:
         if lifted and self._since_lift is None:
             self._since_lift = 0
         truth, sample = felt(self._problem, held.increment, self._face)
+        forces = {
+            "normal_force": left * truth.normal_force,
+            "tangential_force": left * truth.tangential_force,
+        }
         self._truth = replace(
             truth,
+            **forces,
             stick_ratio=0.0 if dropped else truth.stick_ratio,  # it all slid as it dropped
             complete_slip=truth.complete_slip or dropped,
             lifted=lifted,
             rise=hand - truth.shear if lifted else 0.0,
         )
-        self._sample = replace(sample, lifted=lifted)
+        self._sample = replace(
+            sample,
+            normal_force=left * sample.normal_force,
+            tangential_force=left * sample.tangential_force,
+            lifted=lifted,
+        )
         return self._sample
 
     def truth(self) -> Truth:

@@ -15,7 +15,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds, Calibration, calibrate
-from fingerdesign.control.plants.lift import LiftPlant
+from fingerdesign.control.plants.lift import LiftPlant, Relaxation
 from fingerdesign.control.plants.plant import CondensedPlant, Plant, Truth
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import Grip, HardwareTable
@@ -186,4 +186,5 @@ class Rig:
             object_mass_g,
             None if other is None else other.with_friction(friction_coefficient),
             [*self.grip.tugs, *self.grip.weight_changes],
+            Relaxation.of(self.grip),
         )
