@@ -8,12 +8,14 @@ import pytest
 from fingerdesign_cli.main import main
 from pydantic import TypeAdapter
 
+from fingerdesign import parse_design
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.records.base import plain
+from fingerdesign.sensing.model import unlike_problems
 from fingerdesign.sensing.unlike import ALL, TAUGHT, refuse_unlike, taught_faults, unlike
 from fingerdesign.trials.unlike import UnlikeData
 
@@ -104,6 +106,16 @@ def test_a_draw_keeps_what_it_does_not_change():
     assert np.ptp(middles) > 1.0
     assert found.grip.hardware.delay_samples == 8
     assert found.material_of("body").poissons_ratio == pytest.approx(0.3, rel=0.031)
+
+
+def test_draws_of_one_finger_share_its_model():
+    design = parse_design(COARSE)
+    plain, _ = unlike_problems(unlike(design, [], 0))
+    for fault, shared in (("gains", True), ("arm", True), ("tilt", False), ("modulus", False)):
+        bench, held = unlike_problems(unlike(design, [fault], 3))
+        assert (bench is plain) is shared
+        assert held.model is bench.model
+        plain, _ = unlike_problems(unlike(design, [], 1))
 
 
 def test_all_controllers_meet_the_same_fingers(tmp_path, capsys):
