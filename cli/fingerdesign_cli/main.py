@@ -56,8 +56,8 @@ def cli(debug: bool) -> None:
 
 for _each in (
     *(finger.new, finger.check, finger.mesh, finger.analyse),
-    *(hand.grip, hand.replay, finger.validate, hand.teach, hand.export_c, hand.gages, hand.tune),
-    *(hand.paper, hand.study_control, hand.study_unlike, finger.mold),
+    *(hand.grip, hand.replay, finger.validate, hand.teach, hand.export_c, hand.export_onnx),
+    *(hand.gages, hand.tune, hand.paper, hand.study_control, hand.study_unlike, finger.mold),
     *(study.generate, study.sweep, study.optimise, study.compare, finger.view),
 ):
     cli.add_command(_each)

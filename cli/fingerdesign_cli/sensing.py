@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from fingerdesign.control.c_code import FILES as C_FILES
 from fingerdesign.control.c_code import c_files
 from fingerdesign.errors import DesignError
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensing.observability import observe, refuse
+from fingerdesign.sensing.onnx_file import ONNX_FILE, onnx_file
 from fingerdesign.sensing.record import FOLDER, write_observability
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded
 from fingerdesign_cli.terminal import print_json, print_table
 
 if TYPE_CHECKING:
+    from fingerdesign.control.estimator import GripEstimator
+    from fingerdesign.design.schema import Design
     from fingerdesign.sensing.record import Observability
     from fingerdesign.sensing.teach import TrainingResult
 
@@ -67,18 +70,38 @@ def _show_errors(result: TrainingResult, name: str, folder: Path) -> None:
     click.echo(f"{result.samples} samples were taught; {folder / 'estimator.json'} is for a rig")
 
 
-# ``fingerdesign export-c``: the regulator for a hand's microcontroller.
+# ``fingerdesign export-c``, ``export-onnx``: the regulator, or its network, for a hand's computer.
 
 
-def export_c(
+def export_c(estimator_file: Path, design_file: Path, **given: Any) -> int:
+    """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99."""
+    return _exported("regulator in C", estimator_file, design_file, _in_c, **given)
+
+
+def export_onnx(estimator_file: Path, design_file: Path, **given: Any) -> int:
+    """Write the network of ESTIMATOR, taught on DESIGN, as ONNX."""
+    return _exported("network as ONNX", estimator_file, design_file, _as_onnx, **given)
+
+
+def _in_c(estimator: GripEstimator, design: Design) -> dict[str, bytes]:
+    return {name: text.encode() for name, text in c_files(estimator, design.grip).items()}
+
+
+def _as_onnx(estimator: GripEstimator, design: Design) -> dict[str, bytes]:
+    return {ONNX_FILE: onnx_file(estimator)}
+
+
+def _exported(
+    what: str,
     estimator_file: Path,
     design_file: Path,
+    files_of: Callable[[GripEstimator, Design], dict[str, bytes]],
+    *,
     out: Path,
     noise: float | None,
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99."""
     design, _ = read_case(design_file)
     try:
         estimator = estimator_for(design, estimator_file)
@@ -87,18 +110,20 @@ def export_c(
         raise DesignError(faults, error.source) from error
     assert estimator is not None
     estimator = estimator if noise is None else estimator.at_noise(noise)
-    name = design.design.name
-    kind = RecordFolder("regulator in C", C_FILES[0], C_FILES)
-    with recorded(kind, out / name, quiet) as (folder, _):
-        for file, text in c_files(estimator, design.grip).items():
-            (folder / file).write_text(text, encoding="utf-8")
+    name, files = design.design.name, files_of(estimator, design)
+    with recorded(RecordFolder(what, next(iter(files)), tuple(files)), out / name, quiet) as (
+        to,
+        _,
+    ):
+        for file, content in files.items():
+            (to / file).write_bytes(content)
     weights = sum(layer.weight.size for layer in estimator.band.layers)
     if as_json:
         about = {"gages": estimator.gages, "noise_microstrain": estimator.noise}
-        print_json({"design": name, **about, "weights": weights, "files": list(C_FILES)})
+        print_json({"design": name, **about, "weights": weights, "files": list(files)})
     elif not quiet:
-        files = " and ".join(C_FILES)
-        click.echo(f"{out / name}: {files}, {estimator.gages} gages, {weights} weights")
+        written = " and ".join(files)
+        click.echo(f"{out / name}: {written}, {estimator.gages} gages, {weights} weights")
     return 0
 
 

@@ -51,7 +51,7 @@ _CURVES = {  # key of the file: field of FingerCurves
     "stiffness_N_per_mm": "stiffness",
 }
 _LEAST_RESPONSE = 1e-6  # microstrain/N
-_OUTLIER = 5.0  # standard deviations of the features: farther the network was never taught
+OUTLIER = 5.0  # standard deviations of the features: farther the network was never taught
 
 
 class EstimatorError(FingerDesignError):
@@ -153,7 +153,7 @@ class Band:
 
     def evaluate(self, rows: Array) -> Array:
         """Raw outputs (n, 2), stick ratio and used, of features (n, f)."""
-        values = np.clip((rows - self.center) / self.scale, -_OUTLIER, _OUTLIER)
+        values = np.clip((rows - self.center) / self.scale, -OUTLIER, OUTLIER)
         for layer in self.layers[:-1]:
             values = np.maximum(values @ layer.weight + layer.bias, 0.0)
         return np.asarray(values @ self.layers[-1].weight + self.layers[-1].bias)

@@ -26,6 +26,7 @@ from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.estimator import (
     LEAST_FORCE,
+    OUTLIER,
     Band,
     FingerCurves,
     GripEstimator,
@@ -169,7 +170,6 @@ _TEACHING = ((2e-3, 40), (5e-4, 20), (1e-4, 15))  # learning rate, epochs; each 
 # Of more samples, and where fingers are unlike, fewer epochs: else they are learnt by heart.
 _ROWS, _UNLIKE = 100_000, 0.45
 _PENALTY = 1e-3
-OUTLIER = 5.0  # standard deviations, as in the estimator
 _PART = 50  # grips that a worker makes at once
 _EDGES = (0.2, 0.4, 0.6, 0.8, 1.0)
 _GAIN_SPREAD = 0.01  # of the gages' gains, drawn anew for each hearing

@@ -23,6 +23,7 @@ from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.recorded import trace_of
 from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
 from fingerdesign.sensing.model import grip_problem
+from fingerdesign.sensing.onnx_file import onnx_file
 from fingerdesign.sensing.training import settings_of, training_key
 
 DESIGN = """
@@ -147,6 +148,9 @@ def test_an_estimator_reports_and_the_regulator_asks(folder, tmp_path, capsys, s
     assert "15 gages, 198 weights" in said(*in_c[:-1], tmp_path / "c", "--noise", 2.0).out
     written = {file.name: file.read_text() for file in (tmp_path / "c/coarse").iterdir()}
     assert written == c_files(louder, design.grip)
+    as_onnx = ["export-onnx", *in_c[1:-1], tmp_path / "onnx", "--noise", 2.0]
+    assert "estimator.onnx, 15 gages, 198 weights" in said(*as_onnx).out
+    assert (tmp_path / "onnx/coarse/estimator.onnx").read_bytes() == onnx_file(louder)
     assert run(folder, out, "--estimator", str(path), "--controller", "regulator", "--quiet") == 0
     with (out / "coarse/replay.csv").open() as file:
         rows = list(csv.DictReader(file))

@@ -108,15 +108,18 @@ def teach() -> None:
     """
 
 
-@command("sensing", "Write the regulator as C for a hand's microcontroller.")
-@click.argument("estimator_file", metavar="ESTIMATOR", type=FILE)
-@design_and_out("regulator.c and regulator.h go to OUT/NAME of the design.")
-@click.option(
+noise_of_the_rig = click.option(
     "--noise",
     type=click.FloatRange(0.0, 1e3),
     callback=_finite,
     help="Of a sample of your gages, microstrain.  [default: the estimator's]",
 )
+
+
+@command("sensing", "Write the regulator as C for a hand's microcontroller.")
+@click.argument("estimator_file", metavar="ESTIMATOR", type=FILE)
+@design_and_out("regulator.c and regulator.h go to OUT/NAME of the design.")
+@noise_of_the_rig
 @output_options
 def export_c() -> None:
     """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99 without dependencies.
@@ -124,6 +127,19 @@ def export_c() -> None:
     ESTIMATOR is what `fingerdesign teach` wrote for DESIGN. The file computes in single precision
     and holds the one network for the noise, with 16-bit weights: some 48 kB for 15 gages. How to
     compile and call it: docs/controllers.md.
+    """
+
+
+@command("sensing", "Write the estimator's network as ONNX.")
+@click.argument("estimator_file", metavar="ESTIMATOR", type=FILE)
+@design_and_out("estimator.onnx goes to OUT/NAME of the design.")
+@noise_of_the_rig
+@output_options
+def export_onnx() -> None:
+    """Write the network of ESTIMATOR, which `fingerdesign teach` wrote for DESIGN, as ONNX.
+
+    Features in, stick ratio and friction in use out, in single precision; for one noise. It needs
+    the extra "onnx". The regulator around it leaves as C: `fingerdesign export-c`.
     """
 
 

@@ -1,0 +1,46 @@
+"""The estimator's network as ONNX: the bits of numpy in singles, read by onnx's own evaluator."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from fingerdesign.control.estimator import feature_count
+from fingerdesign.errors import DesignError
+from fingerdesign.sensing.onnx_file import onnx_file
+from tests.control.test_estimator import GAGES, estimator
+
+S = np.float32
+
+
+def in_singles(band, rows):
+    values = np.clip((rows - S(band.center)) / S(band.scale), S(-5.0), S(5.0))
+    for k, layer in enumerate(band.layers):
+        values = values @ S(layer.weight) + S(layer.bias)
+        values = values if k + 1 == len(band.layers) else np.maximum(values, S(0.0))
+    return np.clip(values, S(0.0), S(1.0))
+
+
+def test_its_bits_are_numpys():
+    reference = pytest.importorskip("onnx.reference")
+    taught = estimator()
+    rows = S(3.0 * np.random.default_rng(1).standard_normal((50, feature_count(GAGES))))
+    session = reference.ReferenceEvaluator(onnx_file(taught))
+    (found,) = session.run(None, {"features": rows})
+    expected = in_singles(taught.band, rows)
+    assert found.dtype == S
+    assert np.array_equal(found.view(np.int32), expected.view(np.int32))
+    assert np.mean((expected > 0.0) & (expected < 1.0)) > 0.0
+    double = np.clip(taught.band.evaluate(rows.astype(float)), 0.0, 1.0)
+    assert found == pytest.approx(double, abs=1e-4)
+
+
+def test_a_noise_has_its_own_network():
+    quiet, loud = (onnx_file(estimator().at_noise(noise)) for noise in (0.5, 5.0))
+    assert quiet != loud
+
+
+def test_without_onnx_the_remedy_is_said(monkeypatch):
+    monkeypatch.setitem(sys.modules, "onnx", None)
+    with pytest.raises(DesignError, match="fingerdesign\\[onnx\\]"):
+        onnx_file(estimator())
