@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import surface_of
@@ -27,12 +26,18 @@ from fingerdesign.mesh.measures import (
     volumes_by_region,
     worst_area_error,
 )
-from fingerdesign.mesh.section.section import Inner, extruded_sizes, inner_of, section_sizes
+from fingerdesign.mesh.section.outline import SectionSize
+from fingerdesign.mesh.section.section import (
+    extruded_sizes,
+    inner_of,
+    section_frames,
+    section_outline,
+    section_sizes,
+)
 from fingerdesign.mesh.sizing import (
     FACETS_ACROSS,
     MeshSizes,
     SizeField,
-    distances_to_plate,
 )
 from fingerdesign.mesh.types import Mesh
 
@@ -73,7 +78,8 @@ def requested_sizes(design: Design, mesh: Mesh, zone: Zone) -> AskedSizes:
         flat = (section_sizes if plane else extruded_sizes)(design, zone.half_width)
         said = (design.mesh.section if plane else design.mesh).contact_size_mm
         inner = None if plane else inner_of(design, zone)
-        field = _section_field(design, flat, zone.half_width, inner)
+        shown = section_frames(design) if plane else frames
+        field = SectionSize(section_outline(design, zone.half_width, flat, shown, inner))
         table = "mesh.section" if plane else "mesh"
         words = _finer_words(table, said, flat.contact_size_mm, zone.half_width)
         if inner is not None:
@@ -81,7 +87,7 @@ def requested_sizes(design: Design, mesh: Mesh, zone: Zone) -> AskedSizes:
             words.append(f"{reach}, {inner[1]:.3g} mm")
         return AskedSizes(field, 1.0 if plane else np.inf, (*words, *ends))
     sizes = MeshSizes.of(design, zone)
-    field = SizeField(surface_of(design.body), frames, sizes, zone)
+    wanted = SizeField(surface_of(design.body), frames, sizes, zone)
     half = min(zone.half_width, zone.half_depth or np.inf)
     words = _finer_words("mesh", design.mesh.contact_size_mm, sizes.contact, half)
     if sizes.stretch > 1.0:
@@ -89,7 +95,7 @@ def requested_sizes(design: Design, mesh: Mesh, zone: Zone) -> AskedSizes:
             f"elements are to be {sizes.stretch:g} times longer along z than in the section, so "
             f"at the contact {sizes.contact / np.sqrt(sizes.stretch):.3g} mm across"
         )
-    return AskedSizes(field, sizes.stretch, (*words, *ends))
+    return AskedSizes(wanted, sizes.stretch, (*words, *ends))
 
 
 def _finer_words(table: str, said: float, size: float, half_width: float) -> list[str]:
@@ -101,32 +107,6 @@ def _finer_words(table: str, said: float, size: float, half_width: float) -> lis
         f"{FACETS_ACROSS:g} facets over the half-width of the scene's contact zone "
         f"({half_width:.3g} mm), but no finer than a third of the key"
     ]
-
-
-def _section_field(
-    design: Design, sizes: SectionMesh, zone: float, inner: Inner | None
-) -> Callable[[Array], Array]:
-    """As netgen is asked: sizes set at the contact zone, at plates and their ends, then growing."""
-    surface = surface_of(design.body)
-    frames = plate_frames(design) if design.plates.model != "none" else ()
-
-    zones = [(zone, sizes.contact_size_mm), *([] if inner is None else [inner])]
-
-    def wanted(points: Array) -> Array:
-        flat = points[:, :2]
-        found, below = np.full(len(flat), sizes.far_size_mm), np.abs(surface.distance(flat))
-        for reach, size in zones:
-            away = np.hypot(np.maximum(np.abs(flat[:, 0]) - reach, 0.0), below)
-            found = np.minimum(found, size + sizes.gradation * away)
-        for frame in frames:
-            if frame.along != "x":
-                continue
-            plate, ends = distances_to_plate(frame, flat)
-            found = np.minimum(found, sizes.plate_size_mm + sizes.gradation * plate)
-            found = np.minimum(found, sizes.plate_end_size_mm + sizes.gradation * ends)
-        return np.asarray(found)
-
-    return wanted
 
 
 def parts_of(mesh: Mesh, design: Design) -> dict[str, NDArray[np.bool_]]:

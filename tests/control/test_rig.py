@@ -104,6 +104,8 @@ def test_the_bench_finds_the_delay_through_the_noise(half_plane, design, delay):
     # A contact's stiffness against shear rises with its width, as the depth does.
     assert (np.diff(bench.stiffness) > 0.0).all()
     assert bench.stiffness[0] == pytest.approx(bench.tangential_stiffness, rel=0.1)
+    quiet = Rig(half_plane, design.gages.face, design.rig).calibration()
+    assert bench.stiffness == pytest.approx(quiet.stiffness, rel=0.02)
     assert (np.diff(bench.approach) > 0.0).all()
 
 

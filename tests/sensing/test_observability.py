@@ -175,7 +175,8 @@ def test_a_study_judges_all_few_and_none(found):
     )
     assert found.noises[0].noise_microstrain == 0.0
     assert 0.5 in [each.noise_microstrain for each in found.noises]
-    assert found.advice
+    assert f"{found.noise:g} microstrain" in found.advice
+    assert f"{found.stick_error:.3f}" in found.advice
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.gaps import not_a_sheet
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.section.outline import Outline
+from fingerdesign.mesh.section.outline import Outline, SectionSize, lengths_of, line_of
 from fingerdesign.mesh.section.section import Inner, section_frames, section_outline
 from fingerdesign.mesh.sizing import MeshSizes, SizeField, elements_within, expected_elements
 from fingerdesign.mesh.tetra.slots import THICK, sized_frames
@@ -100,7 +100,6 @@ def _contact_nodes(field: SizeField, low: Array, high: Array) -> float:
 MADE_OF_SECTION = 1.10
 GRADATION = (0.15, 0.6)  # netgen's own, and what it takes of the one asked for
 _SECTION_CELL = 2.0  # largest cell of the integral over the size there
-_PARTS = 8  # straight pieces of a bent curve
 _SECTION_DEEPEST = 14  # times a cell is cut into four at the most
 _SECTION_CELLS = 80_000  # of one level: of more, some stand for all
 
@@ -140,7 +139,7 @@ def count_section(
     """
     frames = section_frames(design) if frames is None else frames
     outline = section_outline(design, zone_half_width, sizes, frames, inner)
-    field = SectionSize(outline)
+    field = SectionSize(outline, GRADATION[0] + GRADATION[1] * outline.gradation)
     inside = _section_integral(design.body, field)
     for frame in frames if design.plates.model == "solid" else ():
         along = np.linspace(-0.5, 0.5, 21)[:-1] + 0.025
@@ -151,54 +150,6 @@ def count_section(
     outer, base = _boundary(outline, field)
     contact = _contact_edges(design.body, field, min(zone_half_width, 0.5 * design.body.width_mm))
     return SectionCount(MADE_OF_SECTION * inside, outer, base, contact, field.least)
-
-
-class SectionSize:
-    """The size field of an outline, ``field(points (n, 2)) -> (n,)`` in mm."""
-
-    def __init__(self, outline: Outline) -> None:
-        self.far = outline.far_size
-        self.gradation = GRADATION[0] + GRADATION[1] * outline.gradation
-        places = np.array([(x, y) for x, y, _ in outline.points])
-        lines = [(_line(places[numbers]), size) for numbers, _, _, size in outline.curves]
-        lines = [(line, min(size, float(_lengths(line).sum()))) for line, size in lines]
-        for place, (_, _, at) in zip(places, outline.points, strict=True):
-            lines += [] if at is None else [(np.array([place, place]), at)]
-        lines = [(line, size) for line, size in lines if size < self.far]
-        none = np.zeros((0, 2))
-        self.size = np.array([size for line, size in lines for _ in line[1:]])
-        self.start = np.vstack([none, *(line[:-1] for line, _ in lines)])
-        self.along = np.vstack([none, *(np.diff(line, axis=0) for line, _ in lines)])
-        self.square = np.maximum((self.along**2).sum(axis=1), 1e-300)
-        self.least = float(self.size.min(initial=self.far))
-
-    def __call__(self, points: Array) -> Array:
-        """Wanted edge length (n,), mm."""
-        found = np.full(len(points), self.far)
-        if not len(self.size):
-            return found
-        (ax, ay), (tx, ty) = self.start.T, self.along.T
-        for k in range(0, len(points), 1000):
-            x, y = points[k : k + 1000].T[:, :, None]
-            x, y = x - ax, y - ay
-            share = np.clip((x * tx + y * ty) / self.square, 0.0, 1.0)
-            away = np.sqrt((x - share * tx) ** 2 + (y - share * ty) ** 2)
-            grown = (self.size + self.gradation * away).min(axis=1)
-            found[k : k + 1000] = np.minimum(grown, self.far)
-        return found
-
-
-def _line(points: Array) -> Array:
-    """Points along a line, or along netgen's rational spline (end, control, end)."""
-    if len(points) == 2:
-        return points
-    a, control, b = points
-    t = np.linspace(0.0, 1.0, _PARTS + 1)[:, None]
-    chord = np.linalg.norm(b - a)
-    arms = np.linalg.norm(control - a) + np.linalg.norm(control - b)
-    weight = chord / arms  # cosine of half the angle turned through: a circle
-    low, middle, high = (1 - t) ** 2, 2 * weight * t * (1 - t), t**2
-    return np.asarray((low * a + middle * control + high * b) / (low + middle + high))
 
 
 def _section_integral(body: Body, field: SectionSize) -> float:
@@ -242,15 +193,11 @@ def _boundary(outline: Outline, field: SectionSize) -> tuple[float, float]:
     for numbers, left, right, _ in outline.curves:
         if left and right:
             continue
-        line = _line(places[numbers])
+        line = line_of(places[numbers])
         edges = _edges_along(line, field, 20)
         total += float(edges.sum())
         base += float(edges[np.maximum(line[1:, 1], line[:-1, 1]) < 1e-9].sum())
     return total, base
-
-
-def _lengths(line: Array) -> Array:
-    return np.asarray(np.linalg.norm(np.diff(line, axis=0), axis=1))
 
 
 def _edges_along(line: Array, field: SectionSize, samples: int) -> Array:
@@ -258,4 +205,4 @@ def _edges_along(line: Array, field: SectionSize, samples: int) -> Array:
     share = (np.arange(samples) + 0.5) / samples
     between = line[:-1, None] + share[:, None] * np.diff(line, axis=0)[:, None]
     inverse = 1.0 / field(between.reshape(-1, 2))
-    return np.asarray(_lengths(line) * inverse.reshape(-1, samples).mean(axis=1))
+    return np.asarray(lengths_of(line) * inverse.reshape(-1, samples).mean(axis=1))
