@@ -214,6 +214,7 @@ parameters = { "plates.material" = ["phosphor_bronze", "polyimide"] }
     assert not (folder / "front.png").exists()  # one objective has no plane
     page = (folder / "report.html").read_text()
     assert "The search" in page
+    assert "optimise: " not in page  # what was found has sentences and tables of its own
     assert page.index("Against the reference") < page.index("Recommended")
     said = verdict(found)
     assert "No more thorough model confirmed this." in said

@@ -304,7 +304,7 @@ def _facts(
 
 def _texts(record: dict[str, Any]) -> list[tuple[str, str]]:
     """A record's facts as text, a table's one by one; without what stands elsewhere on the page."""
-    skip = ("name", "objectives", "constraints", "versions", "schema_version")
+    skip = ("name", "objectives", "constraints", "versions", "schema_version", "optimise")
     found = []
     for key, value in record.items():
         if key in skip or value is None or value in ({}, []):
