@@ -265,7 +265,7 @@ def csv_kept(text):
     rows = list(csv.reader(text.splitlines()))
     timed = {place for place, head in enumerate(rows[0] if rows else []) if head in MOMENT}
     kept = (["N" if k and n in timed else c for n, c in enumerate(r)] for k, r in enumerate(rows))
-    return "".join(",".join(row) + "\n" for row in kept)
+    return worded("".join(",".join(row) + "\n" for row in kept))
 
 
 def html_kept(text):
