@@ -32,6 +32,7 @@ PAGES = (
     "docs/plugins.md",
     "docs/control.md",
     "docs/gages.md",
+    "docs/three_d.md",
     "docs/paper.md",
     "docs/molds.md",
     "docs/studies.md",
@@ -117,6 +118,13 @@ def test_python_of_the_method_page_runs(capsys):
     assert pressed[2] > sheared[2] > 0.5
     assert forced[:2] == pytest.approx([2.0, 0.5], rel=1e-6)
     assert int(others) == 0
+
+
+def test_the_page_on_three_dimensions_shows_what_its_python_prints(capsys):
+    said = run_python("docs/three_d.md", capsys)
+    for depth, *areas in (re.findall(r"[\d.]+", line) for line in said.splitlines()):
+        assert f"| {depth} mm" in page("docs/three_d.md")
+        assert " ".join(areas) in page("docs/three_d.md")
 
 
 def test_the_molds_page_plans_its_mold_and_reports_profiles_as_they_are(capsys):

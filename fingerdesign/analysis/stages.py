@@ -98,7 +98,8 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
         return ()
     frictions = sorted({*STUDY_FRICTION, scene.object.friction_coefficient})
     rows = [(row[0], row[1]) for row in scene.path.rows]
-    return tuple(study(problem, rows, case.design.gages.face, frictions, _PIECES))
+    gages = case.design.gages
+    return tuple(study(problem, rows, gages.face, frictions, _PIECES, gages.area_share))
 
 
 def bare_opposite(

@@ -30,14 +30,12 @@ from fingerdesign.control.signals import (
     gage_readings,
     response,
 )
+from fingerdesign.design.gages import AREA_SHARE
 from fingerdesign.errors import SolverError
 from fingerdesign.records.arrays import SlipStudy
 
 Rows = Sequence[tuple[float, float]]  # cumulative (approach, shear), mm
 
-# Half of the design's own largest response at full stick: one rule for every design and friction
-# coefficient, which a hand can apply too, by a first shear on a rough object; 0.45 and 0.55 do too.
-THRESHOLD_FRACTION = 0.5
 FORCE_FLOOR_SHARE = 0.006  # of the friction limit: soft fingers work at less than any fixed force
 FORCE_FLOOR_N = 0.02  # a row that changes F_t by less says nothing: 2 g on a small force sensor
 _CALIBRATION_REACH = 1.05  # of the rows' largest approach: friction changes F_n a little
@@ -92,13 +90,13 @@ def stick_response(problem: ContactProblem, pressed: Increment, face: str) -> Ar
 
 
 def full_stick_threshold(
-    problem: ContactProblem, face: str, approach: float, fraction: float = THRESHOLD_FRACTION
+    problem: ContactProblem, face: str, approach: float, share: float = AREA_SHARE
 ) -> float:
-    """``fraction`` of the largest full-stick response at ``approach``, microstrain/N.
+    """``share`` of the largest full-stick response at ``approach``, microstrain/N.
 
     0 for a finger without gages, whose area is 0 at any threshold.
     """
-    return fraction * float(full_stick_response(problem, face, approach).max(initial=0.0))
+    return share * float(full_stick_response(problem, face, approach).max(initial=0.0))
 
 
 def scaled_rows(rows: Rows, factor: float) -> list[tuple[float, float]]:
@@ -131,19 +129,21 @@ def slip_studies(
     face: str,
     friction_coefficients: Sequence[float],
     pieces: int = 1,
+    share: float = AREA_SHARE,
 ) -> tuple[SlipStudy, ...]:
     """The study at several friction coefficients of one model.
 
     rows are those of the problem's own friction coefficient, others get theirs from
     :func:`scaled_rows`. All share one calibration and one threshold, found at the problem's
     friction. ``pieces`` cuts every row finer, so that the correlation rests on more increments; the
-    ``floor`` (N), which is that of a whole row, is cut with it.
+    ``floor`` (N), which is that of a whole row, is cut with it. ``share``: of the largest response
+    at full stick, what a place must exceed to count to the gage area.
     """
     most = max(approach for approach, _ in rows)
     calibration = normal_calibration(problem, face, _CALIBRATION_REACH * most)
     limit = problem.friction_coefficient * float(calibration.normal_force[-1])
     floor = min(FORCE_FLOOR_N, FORCE_FLOOR_SHARE * limit)
-    threshold = full_stick_threshold(problem, face, most)
+    threshold = full_stick_threshold(problem, face, most, share)
     studies = []
     for friction in friction_coefficients:
         path = refined_rows(scaled_rows(rows, friction / problem.friction_coefficient), pieces)

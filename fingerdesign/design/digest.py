@@ -19,6 +19,7 @@ LATER: dict[str, Any] = {
     "gage_factor": 2.0,
     "transverse_sensitivity": 0.0,
     "excitation_V": 2.5,
+    "area_share": 0.5,
     "gage_noise_microvolt_per_V": 0.0,
     "taught_fingers": 200,
     "probe_force_N": 1.5,

@@ -23,6 +23,9 @@ from pydantic_core import PydanticCustomError
 from fingerdesign.design.base import Table, bounded, positive, refuse_key
 
 MAKERS_NU = 0.285  # of the bar on which gage factors are measured
+# Half of the design's own largest response at full stick: one rule for every design and friction
+# coefficient, which a hand can apply too, by a first shear on a rough object; 0.45 and 0.55 do too.
+AREA_SHARE = 0.5
 
 
 class Gages(Table):
@@ -58,6 +61,13 @@ class Gages(Table):
         0.0, -0.2, 0.2, "of a grid, to strain across it, as a share of its own"
     )
     excitation_V: float = positive(2.5, 100, "of the bridge")
+    area_share: float = Field(
+        default=AREA_SHARE,
+        gt=0,
+        lt=1,
+        description="the gage area of the slip study counts where the response to F_t exceeds this "
+        "share of the strongest gage's at full stick",
+    )
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
         if self.transverse_weight is not None and self.grid != "tee":

@@ -195,7 +195,8 @@ def _area(found: Remade) -> Measured:
     )
     numbers: Numbers = {"rank": rank, "threshold": study.threshold}
     at = int(np.argmax(study.gage_area_mm)) + 1
-    values = {**numbers, "friction": found.friction, "raw": raw, "at": at}
+    share = found.design.gages.area_share
+    values = {**numbers, "friction": found.friction, "raw": raw, "at": at, "share": share}
     return values, graded(rank, RANK, ALIKE_PARTLY), numbers
 
 

@@ -86,7 +86,7 @@ def make_bench(case: PaperCase) -> Bench:
     calibration = normal_calibration(problem, face, _REACH * case.approach)
     limit = case.friction * float(calibration.normal_force[-1])
     floor = min(FORCE_FLOOR_N, FORCE_FLOOR_SHARE * limit)
-    threshold = full_stick_threshold(problem, face, case.approach)
+    threshold = full_stick_threshold(problem, face, case.approach, case.design.gages.area_share)
     return Bench(calibration, threshold, floor / PIECES)
 
 

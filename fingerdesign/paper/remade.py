@@ -213,7 +213,8 @@ def _remade(case: PaperCase, zone: Zone, scene: Scene, report: Report, effort: E
     alike = likeness(case)
     report("Fig. 8: gage area and stick area", 0.3)
     bench = make_bench(case)
-    studies = slip_studies(case.finger, case.rows, case.face, effort.frictions)
+    share = case.design.gages.area_share
+    studies = slip_studies(case.finger, case.rows, case.face, effort.frictions, share=share)
     relations = tuple(relation(case, bench, path, effort.frictions) for path in PATHS)
     report("each gage and the surface near it", 0.4)
     places = tuple(verdicts(case, bench.floor, effort.frictions))

@@ -80,7 +80,7 @@ def test_the_refusals_that_the_page_shows():
     assert f"{ninth.name}: {ninth.faults[0]}" in TEXT
 
 
-@pytest.mark.parametrize("name", [name for name in STUDIES if name != "plane_strain"])
+@pytest.mark.parametrize("name", [name for name in STUDIES if not name.startswith("plane_strain")])
 def test_shipped_studies_say_why_and_have_variants(name):
     assert (ROOT / f"designs/studies/{name}.toml").read_text("utf-8").startswith("# ")
     study = read_study(name)

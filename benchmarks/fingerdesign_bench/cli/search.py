@@ -77,45 +77,72 @@ def paper_finger(
 @click.command("grids", short_help="Single gages and tees in 3-D, over 32 points (3 min).")
 @click.argument("designs", nargs=-1)
 @click.option(
-    "--mesher", default="extrude", show_default=True, type=click.Choice(["extrude", "tetwild"])
+    "--mesher",
+    default="extrude",
+    show_default=True,
+    type=click.Choice(["extrude", "tetwild", "plane-strain"]),
+    help="plane-strain: what one section says instead.",
 )
 @click.option("--contact-mm", default=0.4, show_default=True, type=click.FloatRange(0.05, 2.0))
 @click.option("--layers", default=5, show_default=True, type=click.IntRange(1, 40))
+@click.option("--pieces", default=4, show_default=True, type=click.IntRange(1, 64))
+@click.option(
+    "--chart",
+    metavar="FILE.png",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Draw the gage area beside what sticks, written here.",
+)
 @output_options
 def grids(
     designs: tuple[str, ...],
     mesher: str,
     contact_mm: float,
     layers: int,
+    pieces: int,
+    chart: Path | None,
     quiet: bool,
     as_json: bool,
 ) -> None:
     """Rank correlation of the gage area with the stick area in 3-D, by grids of the gages.
 
-    Over the fundamental case, each row cut into four, at five friction coefficients. DESIGNS are
-    files or shipped names; without them maeno2000, as it is and with shorter plates nearer to the
-    surface.
+    Over the fundamental case, each row cut into --pieces, at five friction coefficients; and the
+    area in mm at full stick, as the last spot gives way, and while all slips (at those five, the
+    least of the first, the greatest of the others). DESIGNS are files or shipped names; without
+    them maeno2000, as it is and with shorter plates nearer to the surface.
     """
     from fingerdesign_bench.studies.grids import FRICTIONS, fingers, measure_grids
+    from fingerdesign_bench.studies.grids_chart import draw_grids
 
     with progress("bench grids", quiet or as_json) as report:
-        found = measure_grids(fingers(designs), mesher, contact_mm, layers, report)
+        found = measure_grids(fingers(designs), mesher, contact_mm, layers, report, pieces)
+    if chart is not None:
+        draw_grids(found, chart)
     if as_json:
         print_json({"frictions": FRICTIONS, "rows": [asdict(row) for row in found]})
     elif not quiet:
-        headings = ["finger", "grid", *(f"mu {mu:g}" for mu in FRICTIONS), "A mm", "dofs", "s"]
+
+        def most(areas: tuple[float | None, ...]) -> str:
+            known = [area for area in areas if area is not None]
+            return f"{max(known):.1f}" if len(known) == len(areas) else "-"
+
+        headings = ["finger", "grid", *(f"mu {mu:g}" for mu in FRICTIONS), "A mm"]
+        headings += ["sticks", "gives way", "slips", "dofs", "s"]
         cells = [
             [
                 row.finger,
                 row.grid,
                 *("-" if value is None else f"{value:.2f}" for value in row.correlations),
                 f"{row.least_mm:.1f}-{row.greatest_mm:.1f}",
+                f"{min(row.full_stick_mm):.1f}",
+                most(row.giving_way_mm),
+                most(row.slipping_mm),
                 str(row.dofs),
                 f"{row.seconds:.0f}",
             ]
             for row in found
         ]
-        print_table("Rank correlation of gage area and stick area, 32 points", headings, cells)
+        title = f"Rank correlation of gage area A and stick area, {8 * pieces} points; A in mm"
+        print_table(title, headings, cells)
 
 
 COMMANDS = (paper_finger, grids)

@@ -33,11 +33,11 @@ from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.control.slip_study import (
-    THRESHOLD_FRACTION,
     gage_areas,
     rank_correlation,
     slip_studies,
 )
+from fingerdesign.design.gages import AREA_SHARE
 from fingerdesign.errors import DesignError, FingerDesignError, SolverError
 from fingerdesign.layout.frames import crest_height
 from fingerdesign.layout.zone import contact_half_width, summarise
@@ -150,7 +150,7 @@ Rows = list[tuple[float, float]]
 FRICTIONS = (0.2, 0.35, 0.5, 0.7, 1.0)
 SCENE_FRICTION = 0.5
 PIECES = 5
-THRESHOLDS = (0.9, 1.0, 1.1)  # times THRESHOLD_FRACTION
+THRESHOLDS = (0.9, 1.0, 1.1)  # times AREA_SHARE
 
 # The scene by shares of the largest approach and of the shear that just ends in complete slip: both
 # grow to step three, then the approach is held; step eight is past complete slip, step seven short
@@ -282,7 +282,7 @@ def _find(candidate: Candidate, coarse: bool) -> Candidate | Analysed:
         steps_raw=tuple(_number(study.rank_correlation_raw) for study in steps),
         growing=tuple(_number(correlation_at(study, threshold)) for study in moving),
         threshold=threshold,
-        signal=threshold / THRESHOLD_FRACTION,
+        signal=threshold / AREA_SHARE,
         normal_force=force,
         pitches=pitches,
         slips_at_the_end=all(
