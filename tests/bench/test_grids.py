@@ -25,7 +25,7 @@ def test_a_tees_area_follows_where_a_single_gages_does_not():
 @pytest.mark.slow
 def test_the_shipped_fingers_area_follows_in_order_and_in_size():
     """What its file says, on fewer layers than its docs' numbers."""
-    single, tee = measure_grids(fingers(["fine_tees"]), "extrude", 0.4, 3)
+    single, tee = measure_grids(fingers(["fine_tees"]), "extrude", 0.4, 4)
     assert max(single.correlations) < 0.0
     assert min(tee.correlations) >= 0.95
     assert min(tee.full_stick_mm) > 5.0
