@@ -188,23 +188,12 @@ ROOM_MM = 0.005  # beside a plate and its shim, or they cannot be pushed in
 
 
 def plan_checks(design: Design, plan: MoldPlan) -> list[Check]:
-    """One check a kind of feature: its least size against its limit."""
+    """The least slot, web, room of a plate and of its leads on every side that holds plates.
+
+    What else is planned (walls, holes, pins, clearances) is refused before where it is too small.
+    """
     limits = limits_of(design.mold)
-    walls = [plan.wall_x, plan.wall_z, plan.top - plan.crest, plan.base]
-    holes = [d for hole in plan.base_holes for d in (hole.diameter, hole.outer_diameter)]
-    holes += [bolt.diameter for bolt in plan.bolts]
-    holes += [pin.diameter for pin in plan.core_pins]
-    clearances = [pin.clearance for pin in plan.pins] + [key.clearance for key in plan.keys]
-    found = [
-        _least("planned walls", "", walls, limits.wall_mm, "wall, insert or base plate"),
-        _least("planned holes", "", holes, limits.hole_mm, "round hole"),
-        _least("planned pins", "", [p.diameter for p in plan.pins], limits.pin_mm, "pin"),
-        _least("planned clearances", "", clearances, limits.clearance_mm, "clearance"),
-    ]
-    for side in plan.sides:
-        if side.slots:
-            found += _side(design, plan, side, limits)
-    return found
+    return [c for side in plan.sides if side.slots for c in _side(design, plan, side, limits)]
 
 
 def _side(design: Design, plan: MoldPlan, side: SidePlan, limits: Limits) -> list[Check]:
@@ -234,7 +223,7 @@ def _for_leads(slot: Slot) -> float:
 
 def _least(name: str, where: str, sizes: Sequence[float], bound: float, what: str) -> Check:
     """Of nothing, nothing is too small."""
-    title = f"{name}, {where}" if where else name
+    title = f"{name}, {where}"
     least = min(sizes, default=np.inf)
     if not np.isfinite(least):
         return Check(title, "", True, None, bound, "mm", f"there is no {what}")

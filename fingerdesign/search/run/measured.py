@@ -12,6 +12,7 @@ import numpy as np
 
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.stages import one_thread
+from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.errors import SolverError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from fingerdesign.search.study.file import Cost
 
 MOST_INCREMENTS, MOST_CONTACT, MOST_STEPS = 40, 120, 60
-_GRAVITY = 9.80665  # m/s^2
 _PULLED = 0.01  # of the normal force: what pressing an uneven finger gives is no pull
 _ROOM = 0.15  # of what is touched, shown around it
 MARKS = {OPEN: ".", SLIP: "/"}  # what sticks is "#"
@@ -152,7 +152,7 @@ def grip_metrics(grips: Sequence[GripResult]) -> dict[str, float | None]:
 
 def _least_force(grip: GripResult) -> float:
     """The least normal force that would hold the object, m g / (2 mu), N."""
-    return 0.5e-3 * grip.object_mass_g * _GRAVITY / grip.friction_coefficient
+    return weight_per_finger(grip.object_mass_g) / grip.friction_coefficient
 
 
 def _first_slip(rows: Sequence[IncrementResult]) -> float | None:
