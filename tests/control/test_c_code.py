@@ -148,9 +148,14 @@ class Single:
         if lifted or not self.pulled or used < n.LEAST_USED or normal < S(2.0) * n.LEAST_FORCE:
             return
         friction = min(max(tangential / (normal * used), n.LEAST_FRICTION), n.MOST_FRICTION)
-        sure = used / max(spread, S(1e-3))
-        self.weight = n.MEMORY * self.weight + sure * sure
-        self.sum = n.MEMORY * self.sum + sure * sure * friction
+        sure, memory = (used / max(spread, S(1e-3))) ** 2, n.MEMORY
+        if dy > 0.0:
+            sure, memory = n.CLIMBING * sure, S(1.0) - n.CLIMBING * (S(1.0) - memory)
+        self.weight = memory * self.weight + sure
+        self.sum = memory * self.sum + sure * friction
+
+    def surely(self, friction):
+        return friction * max(S(1.0) - self.n.CAUTION / np.sqrt(self.weight), S(0.5))
 
     def close(self, pressed):
         if not self.pressing > 0.0:
@@ -168,7 +173,7 @@ class Single:
         friction = self.sum / self.weight if known else nothing
         believed = ratio / friction if known else nothing
         if lifted:
-            in_use = ratio / (friction if known else n.UNKNOWN)
+            in_use = ratio / (self.surely(friction) if known else n.UNKNOWN)
             return nothing, self.close(pressed) if in_use > n.MOST_HELD else nothing
         self.used += n.NEWS * (used - self.used)
         if stick < n.LEAST_STICK or max(self.used, believed) > n.MOST_USED:
@@ -187,9 +192,8 @@ class Single:
             self.probed = pressed
         if not known:
             return self.shear(n.PULL_SHARE * pressed), nothing
-        sure = friction * max(S(1.0) - n.CAUTION / np.sqrt(self.weight), S(0.5))
         dy = self.close(pressed)
-        aim = n.TARGET * sure * (normal + max(self.pressing, nothing) * dy)
+        aim = n.TARGET * self.surely(friction) * (normal + max(self.pressing, nothing) * dy)
         return self.shear(aim - tangential), dy
 
     def step(self, readings, normal, tangential, lifted):

@@ -12,7 +12,9 @@ margin that it keeps) while both forces grow:
    nothing would; so it probes again where F_n has doubled, and what it knew then counts for a
    third: gages drown in noise at small forces. A hand that is told late pulls the more slowly.
 2. *Climb.* What each step says of the friction, mu = F_t / (F_n used), is averaged by how sure it
-   is, the past fading slowly: mu does not change, but errors that last do less harm so. Each step
+   is, the past fading slowly: mu does not change, but errors that last do less harm so. Steps of
+   the climb count for a fifth: there the network says what is usual, and the hand would follow
+   its own belief from step to step. Each step
    closes by ``approach_step``, less where that would raise F_n by more than ``press_share`` of it,
    and shears toward F_t = target mu F_n, mu less its standard deviation.
 3. *Guard.* Where the stick ratio falls under ``least_stick``, or ``used`` over ``most_used``, it
@@ -21,7 +23,7 @@ margin that it keeps) while both forces grow:
    of friction nothing but their noise. A tug shows in F_t: where F_t / (mu F_n), mu as believed at
    the lift, is over ``most_held``, it closes; a friction unknown at the lift counts as small.
 
-While the friction's standard deviation is over 7 % of it, the regulator says that it is unsure.
+While the friction's standard deviation is over a tenth of it, the regulator says that it is unsure.
 Forces are felt, friction and weight are never given.
 """
 
@@ -29,7 +31,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,7 +54,8 @@ _NEWS = 0.5  # share of the last sample in what is believed of the friction in u
 _CAUTION = 1.0  # standard deviations of the friction by which it leans to the safe side
 _AGAIN = 2.0  # F_n over the last probe's, where it probes again
 _KEPT = 0.3  # of the weight of what it knew before
-_SURE = 200.0  # weight from which the friction is known
+_CLIMBING = 0.2  # what a step that closes too tells of the friction, as part of a pull alone
+_SURE = 100.0  # weight from which the friction is known
 _UNKNOWN = 0.3  # friction that a hanging object of unknown friction is held by
 
 
@@ -61,7 +64,7 @@ class RegulatorTable:
     """Parameters of the stick-ratio regulator, one set for all objects, and of its teaching."""
 
     target: float = key(
-        0.74,
+        0.75,
         "share of the friction in use, F_t / (mu F_n), that is held; its inverse is "
         "the safety margin",
         gt=0,
@@ -170,7 +173,7 @@ class Regulator:
         ratio = sample.tangential_force / self._pressed(sample)
         believed = 0.0 if friction is None else ratio / friction
         if sample.lifted:
-            in_use = ratio / (_UNKNOWN if friction is None else friction)
+            in_use = ratio / (_UNKNOWN if friction is None else self._surely(friction))
             return 0.0, self._close(sample) if in_use > own.most_held else 0.0
         self._used += _NEWS * (reported.used - self._used)
         pressed, in_use = self._pressed(sample), max(self._used, believed)
@@ -192,9 +195,13 @@ class Regulator:
         if friction is None:
             return self._shear(own.pull_share * self._pressed(sample)), 0.0
         closing = self._close(sample)
-        sure = friction * max(1.0 - _CAUTION / self._weight**0.5, 0.5)
-        aim = own.target * sure * (sample.normal_force + max(self._pressing, 0.0) * closing)
+        aim = own.target * self._surely(friction)
+        aim *= sample.normal_force + max(self._pressing, 0.0) * closing
         return self._shear(aim - sample.tangential_force), closing
+
+    def _surely(self, friction: float) -> float:
+        """Less its standard deviation."""
+        return friction * max(1.0 - _CAUTION / sqrt(self._weight), 0.5)
 
     def _probe_ends(self, pressed: float) -> None:
         if self._probed == inf:
@@ -232,5 +239,7 @@ class Regulator:
         friction = sample.tangential_force / (sample.normal_force * reported.used)
         sure = (reported.used / max(reported.spread, 1e-3)) ** 2  # 1 / relative variance
         memory = self._own.memory
+        if self._history[-1].dy > 0.0:
+            sure, memory = _CLIMBING * sure, 1.0 - _CLIMBING * (1.0 - memory)
         self._weight = memory * self._weight + sure
         self._sum = memory * self._sum + sure * min(max(friction, low), high)

@@ -178,15 +178,19 @@ static void learn_stiffness(regulator *r) {
 
 static void learn_friction(regulator *r, estimate found) {
     const regulator_moment *now = r->history;
-    float friction, sure;
+    float friction, sure, memory = MEMORY;
     if (!r->pulled || found.used < LEAST_USED || now->normal_force < 2.0f * LEAST_FORCE)
         return;
     friction = now->tangential_force / (now->normal_force * found.used);
     friction = smaller(larger(friction, LEAST_FRICTION), MOST_FRICTION);
     sure = found.used / larger(found.spread, 1e-3f);
     sure = sure * sure;
-    r->weight = MEMORY * r->weight + sure;
-    r->sum = MEMORY * r->sum + sure * friction;
+    if (now->dy > 0.0f) {
+        sure = CLIMBING * sure;
+        memory = 1.0f - CLIMBING * (1.0f - memory);
+    }
+    r->weight = memory * r->weight + sure;
+    r->sum = memory * r->sum + sure * friction;
 }
 
 /* dy of the next step; half of the largest before the finger's stiffness has been felt. */
@@ -206,6 +210,11 @@ static void probe_ends(regulator *r, float pressed) {
         r->probed = pressed;
 }
 
+/* The friction less its standard deviation. */
+static float surely(const regulator *r, float friction) {
+    return friction * larger(1.0f - CAUTION / sqrtf(r->weight), 0.5f);
+}
+
 /* The next move, of forces as they will be. */
 static void next(regulator *r, estimate found, float normal, float tangential, int lifted,
                  regulator_command *to) {
@@ -215,7 +224,7 @@ static void next(regulator *r, estimate found, float normal, float tangential, i
     float believed = known ? ratio / friction : 0.0f;
     to->dx = to->dy = 0.0f;
     if (lifted) {
-        if (ratio / (known ? friction : UNKNOWN) > MOST_HELD)
+        if (ratio / (known ? surely(r, friction) : UNKNOWN) > MOST_HELD)
             to->dy = closing(r, pressed);
         return;
     }
@@ -244,10 +253,9 @@ static void next(regulator *r, estimate found, float normal, float tangential, i
         probe_ends(r, pressed);
     }
     if (known) {
-        float sure = friction * larger(1.0f - CAUTION / sqrtf(r->weight), 0.5f);
         to->dy = closing(r, pressed);
         normal += larger(r->pressing, 0.0f) * to->dy;
-        to->dx = shear(r, TARGET * sure * normal - tangential);
+        to->dx = shear(r, TARGET * surely(r, friction) * normal - tangential);
     } else
         to->dx = shear(r, PULL_SHARE * pressed);
 }
