@@ -64,7 +64,7 @@ class RegulatorTable:
     """Parameters of the stick-ratio regulator, one set for all objects, and of its teaching."""
 
     target: float = key(
-        0.75,
+        0.76,
         "share of the friction in use, F_t / (mu F_n), that is held; its inverse is "
         "the safety margin",
         gt=0,
