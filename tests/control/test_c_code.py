@@ -216,6 +216,14 @@ class Single:
         friction = self.sum / self.weight if self.weight > 0.0 else nothing
         return *move, stick, used, friction, self.weight < self.n.SURE
 
+    def miss(self):
+        """A sample passed over: its move counts with the next one's, and none follows."""
+        if self.settling > 0:
+            self.settling -= 1
+        elif self.delay > 0:
+            (x, y), (x1, y1), *rest = self.unfelt
+            self.unfelt = deque([(x1 + x, y1 + y), *rest, (S(0.0), S(0.0))])
+
 
 NAMES = "normal_force", "pressed", "sticking", "approach", "stiffness"
 
@@ -313,9 +321,10 @@ def test_whatever_is_felt_the_bits_are_the_same(compiled, bench):
         normal = abs(normal + 0.1 * most * rng.standard_normal()) % (1.5 * most) if k != 20 else 0.0
         readings = 10.0 ** rng.uniform(-3, 3) * rng.standard_normal(GAGES)
         given = readings, normal, normal * rng.uniform(-0.1, 0.8), k > 40
-        if k == 30:  # a cable has come off: nothing happens, and nothing is remembered
+        if k == 30:  # a cable has come off: nothing is felt, and nothing moves
             assert not compiled.step(np.full(GAGES, np.nan), *given[1:])[:2].any()
             assert compiled.status == 1
+            single.miss()
         answers.append(compiled.step(*given))
         assert same_bits(answers[-1], single.step(*given)), step
     assert (np.ptp(answers, axis=0) > 0.0).all()

@@ -300,6 +300,24 @@ int regulator_init(regulator *r, const regulator_curves *curves, int delay, floa
     return 0;
 }
 
+/* A sample that is passed over was of a move, which the next one answers too; none follows it. */
+static void miss(regulator *r) {
+    int k;
+    if (r->settling > 0) {
+        r->settling--;
+        return;
+    }
+    if (r->delay == 0)
+        return;
+    r->unfelt_dx[1] += r->unfelt_dx[0];
+    r->unfelt_dy[1] += r->unfelt_dy[0];
+    for (k = 0; k < r->delay; k++) {
+        r->unfelt_dx[k] = r->unfelt_dx[k + 1];
+        r->unfelt_dy[k] = r->unfelt_dy[k + 1];
+    }
+    r->unfelt_dx[r->delay] = r->unfelt_dy[r->delay] = 0.0f;
+}
+
 int regulator_step(regulator *r, const float readings[GAGES], float normal_force,
                    float tangential_force, int lifted, regulator_command *command) {
     float dx = 0.0f, dy = 0.0f, finite = normal_force - normal_force;
@@ -309,8 +327,10 @@ int regulator_step(regulator *r, const float readings[GAGES], float normal_force
     finite += tangential_force - tangential_force;
     for (k = 0; k < GAGES; k++)
         finite += readings[k] - readings[k];
-    if (finite != 0.0f) /* an infinite number or none, less itself, is none */
+    if (finite != 0.0f) { /* an infinite number or none, less itself, is none */
+        miss(r);
         return 1;
+    }
     if (settles || !r->begun) { /* all before was of the press */
         r->moments = 0;
         remember(r, readings, normal_force, tangential_force, 0.0f, 0.0f);
