@@ -125,7 +125,7 @@ def export_c() -> None:
     """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99 without dependencies.
 
     ESTIMATOR is what `fingerdesign teach` wrote for DESIGN. The file computes in single precision
-    and holds the one network for the noise, with 16-bit weights: some 48 kB for 15 gages. How to
+    and holds the one network for the noise, with 16-bit weights: some 49 kB for 15 gages. How to
     compile and call it: docs/controllers.md.
     """
 
