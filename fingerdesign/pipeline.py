@@ -41,6 +41,7 @@ from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.folder import RESULTS
 from fingerdesign.records.result import GripResult, Result
+from fingerdesign.report.style import load_ahead
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.training import with_estimator
 
@@ -139,6 +140,8 @@ def _worked(case: Case, folder: Path, report: Report, page: bool, cad: bool) -> 
     """Run a case and write what was found, or why nothing was, into ``folder``."""
     if case.fidelity != "auto":  # which models that will take is not known yet
         report(f"forecast: {forecast_case(case)}")
+    if page:
+        load_ahead()
     clock = Clock()
     try:
         with cad_beside(case.design, folder, clock, wanted=cad):

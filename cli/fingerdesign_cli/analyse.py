@@ -68,8 +68,6 @@ def answer_of(
 
             complete_answer(case, out, page, cad)
         return found
-    if case.fidelity == "plane-strain":
-        start_mesher()  # it loads while this process loads the rest
     from fingerdesign.pipeline import analyse_into
 
     return analyse_into(case, out, report, page, cad, fresh=True)
@@ -96,6 +94,8 @@ def _read(
     for case in cases:
         with _kept(faults):
             if fresh or not is_kept(case):
+                if case.fidelity == "plane-strain":
+                    start_mesher()  # it loads while this process loads the rest
                 from fingerdesign.analysis.forecast.limits import refuse
 
                 refuse(case, case.path_scene)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
@@ -57,14 +58,19 @@ def write_analysis(
     """
     timed = replace(analysis.result, timings_s=dict(clock.seconds))
     analysis = replace(analysis, result=timed)
-    with clock.stage("report"):
-        if analysis.mesh is not None:
-            write_fields(folder, analysis.mesh, analysis.fields)
+    with clock.stage("report"), ThreadPoolExecutor(1) as beside:  # packing leaves a core to others
+        written = (
+            beside.submit(write_fields, folder, analysis.mesh, analysis.fields)
+            if analysis.mesh is not None
+            else None
+        )
         names = [each.name for each in fields(Analysis) if each.name not in _NOT_KEPT]
         write_packed(folder / ARRAYS, {name: getattr(analysis, name) for name in names})
         (folder / DESIGN).write_text(dump_design(design), encoding="utf-8")
         if page:
             write_page(analysis, folder)
+        if written is not None:
+            written.result()
     memory = largest_memory_MB()
     result = replace(timed, timings_s=dict(clock.seconds), peak_memory_MB=memory)
     write_result_files(folder, result, analysis.grip_traces)

@@ -15,6 +15,7 @@ from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.path import object_at_touch, touch_point
 from fingerdesign.checks.load import without_plates
 from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.contact.kernel import kernel
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.control.slip_study import slip_studies as study
@@ -68,7 +69,8 @@ def make_mesh(design: Design, fidelity: str, zone: Zone, symmetric: bool = True)
 
     A mesh from a file is what it is: the half only where the file holds the half.
     """
-    Thread(target=load_solver, daemon=True).start()  # while the mesher works in its process
+    for needed in (load_solver, kernel):  # while the mesher works in its process
+        Thread(target=needed, daemon=True).start()
     if fidelity == "plane-strain":
         return mesh_section(design, zone.half_width)
     return mesh_finger(design, zone, symmetric)

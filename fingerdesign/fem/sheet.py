@@ -27,7 +27,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import SolverError
@@ -140,6 +139,8 @@ def places_on(frame: PlateFrame, points: Array) -> Array:
 
 def _facing(mesh: Mesh, frame: PlateFrame, nodes: IntArray, others: IntArray) -> IntArray:
     """For each node the place in ``others`` of the one at the same place along the plate."""
+    from scipy.spatial import cKDTree
+
     here, there = (places_on(frame, mesh.points[which]) for which in (nodes, others))
     distance, found = cKDTree(there).query(here, distance_upper_bound=_SAME_PLACE)
     if not np.isfinite(distance).all():

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -75,6 +76,16 @@ def house_style() -> Iterator[None]:
 
     with matplotlib.rc_context(fname=LOOK):
         yield
+
+
+def load_ahead() -> None:
+    """Load matplotlib, a third of a second, beside what is done until it is needed."""
+
+    def load() -> None:
+        import matplotlib.backends.backend_svg
+        import matplotlib.figure  # noqa: F401
+
+    Thread(target=load, daemon=True).start()
 
 
 def canvas(width: float = 7.2, height: float = 3.0) -> Canvas:

@@ -72,7 +72,7 @@ def _own_peak_MB() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
-_SIZE, _REPEATS = 640, 5  # of the matrix products: 0.1 s in all
+_SIZE, _REPEATS = 512, 3  # of the matrix products: 0.03 s in all
 _KEPT_S = 86_400.0  # a measured speed is believed for a day
 _CGROUP = Path("/sys/fs/cgroup")
 _UNLIMITED = 1 << 60  # bytes: what cgroups say where there is no limit
@@ -108,7 +108,7 @@ def busy(cores: int) -> bool:
 
 
 def measure_machine() -> Machine:
-    """Measure now: what is running beside counts. A fifth of a second."""
+    """Measure now: what is running beside counts. A twentieth of a second."""
     from threadpoolctl import threadpool_limits
 
     cores = usable_cores()

@@ -16,6 +16,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 from functools import cache
 from pathlib import Path
 
@@ -24,11 +25,17 @@ from fingerdesign.runtime.cache import Cache
 _FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared")
 _COMPILERS = ("cc", "gcc", "clang")
 _SECONDS = 60.0
+_ONE = threading.Lock()  # who asks while another thread compiles waits for what that makes
+
+
+def compiled(source: Path) -> ctypes.CDLL | None:
+    """The library made of a C file, or None: no compiler, or what it made cannot be loaded."""
+    with _ONE:
+        return _compiled(source)
 
 
 @cache
-def compiled(source: Path) -> ctypes.CDLL | None:
-    """The library made of a C file, or None: no compiler, or what it made cannot be loaded."""
+def _compiled(source: Path) -> ctypes.CDLL | None:
     if os.environ.get("FINGERDESIGN_NATIVE") == "0" or sys.platform == "win32":
         return None
     text = source.read_bytes()

@@ -17,7 +17,7 @@ from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import aspects, cell_volumes
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section.extrude import distinct, extrude, graded_heights, layer_heights
-from fingerdesign.mesh.section.netgen import run_netgen, start_mesher
+from fingerdesign.mesh.section.netgen import run_netgen, start_mesher, triangulated
 from fingerdesign.mesh.section.outline import BODY, Outline
 from fingerdesign.mesh.section.section import mesh_section, section_frames
 from fingerdesign.mesh.sheets import open_sheets, room_around
@@ -279,6 +279,24 @@ def test_one_process_answers_again_and_again_and_alike():
     points, triangles, domains = first
     assert np.abs(cell_volumes(points, triangles)).sum() == pytest.approx(1.0, rel=1e-12)
     assert set(domains.tolist()) == {BODY}
+
+
+def test_an_outline_is_triangulated_once_and_again_where_what_is_kept_is_garbled(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+    first = triangulated(square(0.2), 30.0)
+    with monkeypatch.context() as without:
+        without.setattr("fingerdesign.mesh.section.netgen.run_netgen", None)
+        kept = triangulated(square(0.2), 30.0)
+        with pytest.raises(TypeError):
+            triangulated(square(0.25), 30.0)
+    for file in (tmp_path / "sections").iterdir():
+        file.write_bytes(file.read_bytes()[:-100])
+    for other in (kept, triangulated(square(0.2), 30.0)):
+        for one, two in zip(first, other, strict=True):
+            assert np.array_equal(one, two)
+            assert one.dtype == two.dtype
 
 
 def test_failures_are_said_in_words_and_the_next_mesh_is_made():

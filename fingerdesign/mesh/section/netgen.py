@@ -1,4 +1,5 @@
-"""Netgen run safely and often: a process that stays, with a time limit for each mesh.
+"""Netgen run safely and often: a process that stays, with a time limit for each mesh; what it made
+of an outline is kept, for whoever changes materials, friction or path alone.
 
 Starting Python and loading netgen takes longer than meshing a section, and a sweep meshes hundreds.
 So the process is started once (``start_mesher`` does it ahead of need, without waiting) and called
@@ -9,15 +10,21 @@ imports netgen.
 
 from __future__ import annotations
 
+import hashlib
+import json
 import threading
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
+from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.isolate import ProcessError, Worker
 
+FORMAT = 1  # raise it when the way from outline to triangles changes
+KEPT = 300  # triangulations, half a MB each; the longest unused go first
 _LOCAL = threading.local()
 
 
@@ -28,6 +35,21 @@ def start_mesher() -> Worker:
         worker = _LOCAL.worker = Worker(load=load_netgen)
     worker.start()
     return worker
+
+
+def triangulated(outline: dict[str, Any], time_limit_s: float) -> tuple[Array, IntArray, IntArray]:
+    """As :func:`run_netgen`; or what is kept of the same outline, by the same netgen."""
+    about = json.dumps([FORMAT, version("netgen-mesher"), outline])
+    kept, name = Cache("sections", KEPT), hashlib.sha256(about.encode()).hexdigest() + ".npz"
+    names = ("points", "triangles", "domains")
+    found = kept.arrays(name)
+    if found is not None and set(found[0]) == set(names):
+        points, triangles, domains = (found[0][each] for each in names)
+        return points, triangles.astype(np.int64), domains.astype(np.int64)
+    points, triangles, domains = run_netgen(outline, time_limit_s)
+    whole = (points, triangles.astype(np.int32), domains.astype(np.int32))
+    kept.put_arrays(name, dict(zip(names, whole, strict=True)), None, packed=False)
+    return points, triangles, domains
 
 
 def run_netgen(outline: dict[str, Any], time_limit_s: float) -> tuple[Array, IntArray, IntArray]:

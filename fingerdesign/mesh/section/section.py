@@ -1,6 +1,6 @@
 """Graded triangles of the finger's cross-section, plates resolved as boxes or as lines (netgen).
 
-Netgen makes the same mesh every time, at about 30 microseconds a triangle; its licence (LGPL) suits
+Netgen makes the same mesh every time, at 30 to 70 microseconds a triangle; its licence (LGPL) suits
 a library that is imported, unlike gmsh's (GPL) and Triangle's (no commercial use).
 """
 
@@ -20,7 +20,7 @@ from fingerdesign.layout.surface import surface_of
 from fingerdesign.layout.volume import section_area
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import cell_volumes, oriented
-from fingerdesign.mesh.section.netgen import run_netgen
+from fingerdesign.mesh.section.netgen import triangulated
 from fingerdesign.mesh.section.outline import (
     BODY,
     ContactSizes,
@@ -231,7 +231,7 @@ def mesh_section(
     outline = section_outline(design, zone_half_width, sizes, frames, inner)
     try:
         limit = float(design.mesh.time_limit_s)
-        points, triangles, domains = run_netgen(asdict(outline), limit)
+        points, triangles, domains = triangulated(asdict(outline), limit)
     except MeshError as error:
         raise MeshError(
             f"netgen: {error}; sizes in [mesh.section] may be too fine for this section"
