@@ -188,7 +188,7 @@ class Single:
             unfelt = max(ratio - self.history[-1][2] / pressed, nothing)
             unfelt = unfelt / friction if known else nothing
             if self.used + unfelt < n.NEAR * n.TARGET:
-                return self.shear(n.PULL_SHARE * pressed / S(1 + self.delay)), nothing
+                return self.shear(n.PULL_SHARE * pressed / np.sqrt(S(1 + self.delay))), nothing
             self.probed = pressed
         if not known:
             return self.shear(n.PULL_SHARE * pressed), nothing

@@ -190,7 +190,7 @@ class Regulator:
             pulled = ratio - self._history[-1].sample.tangential_force / pressed
             unfelt = max(pulled, 0.0) / friction if friction is not None else 0.0
             if self._used + unfelt < _NEAR * own.target:
-                return self._shear(own.pull_share * pressed / (1 + len(self._unfelt))), 0.0
+                return self._shear(own.pull_share * pressed / sqrt(1 + len(self._unfelt))), 0.0
             self._probe_ends(pressed)
         if friction is None:
             return self._shear(own.pull_share * self._pressed(sample)), 0.0

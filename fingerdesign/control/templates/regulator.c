@@ -247,7 +247,7 @@ static void next(regulator *r, estimate found, float normal, float tangential, i
         }
         unfelt = known ? unfelt / friction : 0.0f;
         if (r->used + unfelt < NEAR * TARGET) {
-            to->dx = shear(r, PULL_SHARE * pressed / (float)(1 + r->delay));
+            to->dx = shear(r, PULL_SHARE * pressed / sqrtf((float)(1 + r->delay)));
             return;
         }
         probe_ends(r, pressed);
