@@ -65,14 +65,12 @@ def run(case: Case, report: Report = lambda message: None, clock: Clock | None =
     zone = zone_of(case, scene)
     notes: list[str] = []
 
-    def work(zone: Zone) -> Analysis:
-        return _run_in_zone(case, scene, zone, clock, notes, report)
-
     def note(message: str) -> None:
         notes.append(message)
         report(message)
 
-    return in_wide_zone(case.design, zone, work, note)
+    given = (clock, notes, report)
+    return in_wide_zone(case.design, zone, lambda z: _run_in_zone(case, scene, z, *given), note)
 
 
 def _run_in_zone(
