@@ -103,8 +103,9 @@ def teach() -> None:
     """Teach the estimator that the regulator grips by, on DESIGN's own model.
 
     OUT/NAME/estimator.json runs on a rig with numpy alone (fingerdesign.control.estimator);
-    lesson.json tells its errors on grips that it was not taught on. Minutes the first time; what
-    has been taught is kept, and changes of the [grip] table's controllers teach nothing anew.
+    lesson.json tells its errors on grips that it was not taught on. The first time a quarter of an
+    hour of one core, half an hour in 3-D; what has been taught is kept, and changes of the [grip]
+    table's controllers teach nothing anew.
     """
 
 
