@@ -98,7 +98,7 @@ def test_the_kernel_judges_an_answer_as_numpy_does(shape, spoilt, request, libra
 def test_without_a_compiler_numpy_does_it(patch, monkeypatch, tmp_path):
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     monkeypatch.setattr(native, "_COMPILERS", ("no-such-compiler",))
-    found = native.compiled.__wrapped__(Path(kernel.__file__).with_name("kernel.c"))
+    found = native._compiled.__wrapped__(Path(kernel.__file__).with_name("kernel.c"))
     assert found is None
     monkeypatch.setattr(kernel, "kernel", lambda: None)
     assert type(Workspace().tracker(patch)) is Tracker
@@ -110,8 +110,8 @@ def test_a_library_is_made_once_and_kept_by_content(tmp_path, monkeypatch, libra
     source.write_text("int answer(void) { return 42; }\n")
     assert native.compiled(source).answer() == 42
     monkeypatch.setattr(native, "_COMPILERS", ("no-such-compiler",))
-    assert native.compiled.__wrapped__(source).answer() == 42
+    assert native._compiled.__wrapped__(source).answer() == 42
     source.write_text("this is not C\n")
-    assert native.compiled.__wrapped__(source) is None
+    assert native._compiled.__wrapped__(source) is None
     monkeypatch.setenv("FINGERDESIGN_NATIVE", "0")
-    assert native.compiled.__wrapped__(source) is None
+    assert native._compiled.__wrapped__(source) is None
