@@ -5,14 +5,12 @@ from __future__ import annotations
 import base64
 import gzip
 import hashlib
-import os
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.report.style import ReportFigure, png_element, to_svg
-from fingerdesign.runtime.cache import cache_folder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -51,24 +49,11 @@ def _environment(*folders: Path, autoescape: bool) -> Any:
 
     return jinja2.Environment(
         loader=jinja2.FileSystemLoader(folders),
-        bytecode_cache=_compiled_templates(autoescape),
         autoescape=autoescape,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-
-
-def _compiled_templates(autoescape: bool) -> Any:
-    """Where compiled templates are kept, by what they say; None where nothing can be written."""
-    import jinja2
-
-    folder = cache_folder("templates") / ("escaped" if autoescape else "plain")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return None
-    return jinja2.FileSystemBytecodeCache(str(folder)) if os.access(folder, os.W_OK) else None
 
 
 def said(template: Path, name: str, /, **values: Any) -> list[str]:

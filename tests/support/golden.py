@@ -11,10 +11,12 @@ Python that has the program's dependencies. Libraries run on one thread: sums ke
 """
 
 import argparse
+import base64
 import contextlib
 import csv
 import difflib
 import fnmatch
+import gzip
 import hashlib
 import json
 import os
@@ -200,7 +202,6 @@ CASES: dict[str, tuple[str, ...]] = {
 UNSTEADY = (
     ("tetwild/*.html.txt", "fTetWild never makes the same mesh twice", "there"),
     ("tetwild/*", "fTetWild never makes the same mesh twice", "words"),
-    ("*.html.txt", "times stand in their tables; their numbers are those of the records", "words"),
 )
 
 # Keys and columns of the moment or of the machine, in JSON and CSV; their values are left out.
@@ -217,6 +218,9 @@ WORDS = (  # of the moment, in texts and pages
     (re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d(\.\d+)?)?Z?)?"), "DATE"),
     (re.compile(r"\b([a-z][a-z0-9-]+) \d+\.\d+\.\d+\b"), r"\1 VERSION"),
 )
+TIME_HEADINGS = {  # of tables' columns
+    *("s", "better s", "saves", "saving", "seconds", "core seconds", "time (s)"),
+}
 UUID = re.compile(rb"[0-9a-fA-F]{8}(-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}")
 
 
@@ -230,11 +234,34 @@ def without_moment(value):
 
 
 def worded(text):
-    """A text without numbers of seconds, dates and versions; without tables: records hold them."""
+    """A text without numbers of seconds, dates and versions; tables without their times."""
     for pattern, instead in WORDS:
         text = pattern.sub(instead, text)
-    lines = (line.strip() for line in text.split("\n"))
-    return "\n".join(line for line in lines if line[:1] not in set("┏┃│┡└"))
+    return "\n".join(table_lines(text.split("\n")))
+
+
+def table_lines(lines):
+    """Lines of text; tables without times and without the padding and folds that hang on them."""
+    timed: set[int] = set()
+    plain: list[str] = []
+    for line in lines:
+        first = line[:1] or " "
+        if first == "┏":  # lines before it that are as wide are its title, folded
+            title: list[str] = []
+            while plain and len(plain[-1]) == len(line):
+                title.insert(0, plain.pop().strip())
+            plain.append(" ".join(title))
+        elif first in "┃│":
+            yield from (each.rstrip() for each in plain)
+            plain = []
+            cells = [cell.strip() for cell in re.split("[┃│]", line)[1:-1]]
+            if first == "┃":
+                timed = {place for place, cell in enumerate(cells) if cell in TIME_HEADINGS}
+            cells = ["N" if place in timed else cell for place, cell in enumerate(cells)]
+            plain.append(" | ".join(cells))
+        elif first not in "┡└":
+            plain.append(line)
+    yield from (line.rstrip() for line in plain)
 
 
 def digest(data):
@@ -269,9 +296,39 @@ def csv_kept(text):
 
 
 def html_kept(text):
-    """A page's words, a tag a line: pictures, charts and scripts are drawn from the records."""
-    drawn = r"base64,[A-Za-z0-9+/=]+|<script.*?</script>|<svg.*?</svg>"
-    return worded(re.sub(r"(?<=>)(?=<)", "\n", re.sub(drawn, "", text, flags=re.S)))
+    """A page, a tag a line: images as digests, data opened, tables and charts without times."""
+
+    def image(found):
+        return "base64," + digest(base64.b64decode(found[1]))[:-1]
+
+    def packed(found):
+        data = gzip.decompress(base64.b64decode(found[2])).decode()
+        name = re.search(r'data-name="[^"]*(\.\w+)"', found[1])
+        return f"{found[1]}{TEXTS.get(name[1], str)(data) if name else said(data)}</script>"
+
+    text = re.sub(r"base64,([A-Za-z0-9+/=]+)", image, text)
+    text = re.sub(r"(<script[^>]*>)(H4sI[A-Za-z0-9+/=]+)</script>", packed, text)
+    text = re.sub(
+        r"(<script[^>]*application/json[^>]*>)(.*?)(?=</script>)",
+        lambda found: found[1] + said(found[2].strip()),
+        text,
+        flags=re.S,
+    )
+    text = re.sub(r"<table.*?</table>", lambda found: untimed(found[0]), text, flags=re.S)
+    text = re.sub(r"<svg(?:(?!</svg>).)*#time-.*?</svg>", "CHART OF TIMES", text, flags=re.S)
+    return worded(re.sub(r"(?<=>)(?=<)", "\n", text))
+
+
+def untimed(table):
+    """A page's table with the cells of its columns of times left empty."""
+    heads = re.findall(r'<th scope="col".*?</th>', table, re.S)
+    words = [" ".join(re.sub("<.*?>", "", head).split()) for head in heads]
+    timed = {place for place, head in enumerate(words) if head in TIME_HEADINGS}
+    rows = []
+    for row in re.split(r"(?=<tr)", table):
+        cells = re.split(r"(?=<t[dh][ >])", row)
+        rows += ["<td>N</td>" if n - 1 in timed else c for n, c in enumerate(cells)]
+    return "".join(rows)
 
 
 def step_kept(text):
