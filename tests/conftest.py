@@ -1,49 +1,5 @@
-"""Fixtures that several folders of tests share stand in tests/support.
+"""Fixtures that several folders of tests share stand in tests/support."""
 
-Kept meshes and bodies lie in one folder for all workers of a run, never in the user's own. Each
-process computes on one thread: MKL's threads wait by spinning, and where workers share the cores
-that takes five times as long (a section of 34k dofs: 4.5 s of processor time, 23 s with two).
-"""
-
-import os
-import signal
-import tempfile
-
-import pytest
-
-os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy comes; workers inherit it
-
-pytest_plugins = ["tests.support.closed_form_analysis", "tests.support.closed_form_plants"]
+pytest_plugins = ["tests.support.session"]
 
 collect_ignore = ["support"]  # its modules are no tests; those of plug-ins register toys
-
-
-def pytest_configure(config):
-    if not hasattr(config, "workerinput"):
-        config.kept = tempfile.TemporaryDirectory(prefix="fingerdesign-tests-")
-        os.environ["FINGERDESIGN_CACHE"] = config.kept.name
-
-
-def pytest_unconfigure(config):
-    if not hasattr(config, "workerinput"):
-        config.kept.cleanup()
-
-
-@pytest.fixture
-def interruptible():
-    """Where the tests run in the background, their process ignores interruptions from the start."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-@pytest.fixture
-def said(capsys):
-    """Run the command line to an exit code; what was said by then, on ``out`` and ``err``."""
-    from fingerdesign_cli.main import main
-
-    def run(*arguments, code=0):
-        assert main([str(each) for each in arguments]) == code
-        return capsys.readouterr()
-
-    return run

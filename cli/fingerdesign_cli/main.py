@@ -57,11 +57,12 @@ def cli(debug: bool) -> None:
 for _each in (
     *(finger.new, finger.check, finger.mesh, finger.analyse),
     *(hand.grip, hand.replay, finger.validate, hand.teach, hand.export_c, hand.export_onnx),
-    *(hand.gages, hand.tune, hand.paper, hand.study_control, hand.study_unlike, finger.mold),
+    *(hand.gages, hand.tune, hand.study_control, hand.study_unlike, finger.mold),
     *(study.generate, study.sweep, study.optimise, study.compare, finger.view),
 ):
     cli.add_command(_each)
 if find_spec("fingerdesign_bench") is not None:  # benchmarks/ is in a checkout, not in the wheel
+    cli.add_command(import_module("fingerdesign_bench.cli.paper").command)
     cli.add_command(import_module("fingerdesign_bench.cli.bench").command)
 
 

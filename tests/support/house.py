@@ -25,7 +25,7 @@ FLOORS = (
     ("analysis",),
     ("sensing",),
     ("pipeline", "trials", "validate", "mold"),
-    ("search", "paper"),
+    ("search",),
     ("fingerdesign_cli", "fingerdesign_bench"),
 )
 FUNCTION = ast.FunctionDef | ast.AsyncFunctionDef

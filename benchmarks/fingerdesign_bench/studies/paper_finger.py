@@ -41,8 +41,8 @@ from fingerdesign.design.gages import AREA_SHARE
 from fingerdesign.errors import DesignError, FingerDesignError, SolverError
 from fingerdesign.layout.frames import crest_height
 from fingerdesign.layout.zone import contact_half_width, summarise
-from fingerdesign.paper.case import GROWING_SHARE
 from fingerdesign.shapes.objects import Plane
+from fingerdesign_bench.paper.case import GROWING_SHARE
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design

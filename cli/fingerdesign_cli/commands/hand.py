@@ -1,4 +1,4 @@
-"""Commands about the hand: grips, recorded grips, what the gages tell, controllers, the paper."""
+"""Commands about the hand: grips, recorded grips, what the gages tell, controllers."""
 
 from __future__ import annotations
 
@@ -264,25 +264,4 @@ def study_unlike() -> None:
     tilt and radius), measures itself on its bench, and lifts objects of 100 to 1000 g at frictions
     of 0.2 to 0.8. OUT/NAME then holds unlike.json (success with intervals, by fault and controller)
     and unlike.csv (every lift). An interrupted study goes on where it stopped.
-    """
-
-
-@command("paper", "Remake every figure of the paper.")
-@out_option("The folder that the figures go to.")
-@click.option(
-    "--design",
-    "design_file",
-    metavar="DESIGN",
-    type=FILE,
-    default="maeno2000",
-    show_default=True,
-    help="With this finger: a file, or a shipped design's name.",
-)
-@output_options
-def paper() -> None:
-    """Remake the paper's Figs 2, 3, 6, 7, 8, 10 and 12, and judge its words by them.
-
-    OUT then holds paper.html (the paper's words beside what was measured), each figure as PNG and
-    SVG with its data as CSV, and paper.json. In plane strain, under a minute. Exit code 0 also
-    where a claim of the paper does not hold: that is a finding.
     """

@@ -8,23 +8,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fingerdesign_cli.commands.hand import paper as command
+from fingerdesign_bench.cli.paper import command
+from fingerdesign_bench.paper import case as paper_case
+from fingerdesign_bench.paper import lifts as paper_rig
+from fingerdesign_bench.paper import remade as paper_remade
+from fingerdesign_bench.paper.claims import CLAIMS, claims_of
+from fingerdesign_bench.paper.figures_contact import rectangles_figure, steps_figure
+from fingerdesign_bench.paper.lifts import ROUTE_FRICTION, SQUEEZE, squeeze
+from fingerdesign_bench.paper.places import area_under_curve, best_threshold, likeness, roc_curve
+from fingerdesign_bench.paper.rectangles import COUNT
+from fingerdesign_bench.paper.relation import relation_errors, spread_at_equal_area
+from fingerdesign_bench.paper.remade import ORDER, paper_figures
 from fingerdesign_cli.main import main
 
 from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.stages import one_thread, zone_of
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.errors import DesignError
-from fingerdesign.paper import case as paper_case
-from fingerdesign.paper import lifts as paper_rig
-from fingerdesign.paper import remade as paper_remade
-from fingerdesign.paper.claims import CLAIMS, claims_of
-from fingerdesign.paper.figures_contact import rectangles_figure, steps_figure
-from fingerdesign.paper.lifts import ROUTE_FRICTION, SQUEEZE, squeeze
-from fingerdesign.paper.places import area_under_curve, best_threshold, likeness, roc_curve
-from fingerdesign.paper.rectangles import COUNT
-from fingerdesign.paper.relation import relation_errors, spread_at_equal_area
-from fingerdesign.paper.remade import ORDER, paper_figures
 from fingerdesign.records.base import ResultError
 from fingerdesign.report.style import house_style
 

@@ -14,24 +14,24 @@ import numpy as np
 
 from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.design.grip import weight_per_finger
-from fingerdesign.paper.case import PATHS
-from fingerdesign.paper.lifts import (
+from fingerdesign.report.page import said
+from fingerdesign_bench.paper.case import PATHS
+from fingerdesign_bench.paper.lifts import (
     MEASURED_FRICTIONS,
     ROUTE_FRICTION,
     SAMPLE_NOISE,
     Lift,
     noise_of,
 )
-from fingerdesign.report.page import said
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.paper.lifts import Rig, Route
-    from fingerdesign.paper.places import Likeness, Verdicts
-    from fingerdesign.paper.rectangles import Rectangles
-    from fingerdesign.paper.relation import Relation
     from fingerdesign.records.arrays import ContactHistory, SlipStudy
     from fingerdesign.records.result import IncrementResult
+    from fingerdesign_bench.paper.lifts import Rig, Route
+    from fingerdesign_bench.paper.places import Likeness, Verdicts
+    from fingerdesign_bench.paper.rectangles import Rectangles
+    from fingerdesign_bench.paper.relation import Relation
 
 TEMPLATES = Path(__file__).parent / "templates"
 

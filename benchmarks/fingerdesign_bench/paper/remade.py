@@ -21,42 +21,42 @@ from fingerdesign.analysis.path import contact_history, increment_result
 from fingerdesign.analysis.stages import in_wide_zone, one_thread, zone_of
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.slip_study import slip_studies
-from fingerdesign.paper import lifts as lifting
-from fingerdesign.paper.case import FRICTIONS, PATHS, build_case, check_case
-from fingerdesign.paper.claims import TEMPLATES, Remade, claims_of
-from fingerdesign.paper.figures import PaperFigure
-from fingerdesign.paper.figures_contact import (
-    rectangles_figure,
-    steps_figure,
-    stick_map_figure,
-)
-from fingerdesign.paper.figures_gages import (
-    likeness_figure,
-    places_figure,
-    relation_figure,
-    responses_figure,
-)
-from fingerdesign.paper.figures_grips import (
-    lifts_figure,
-    measured_figure,
-    noise_figure,
-    route_figure,
-)
-from fingerdesign.paper.places import likeness, verdicts
-from fingerdesign.paper.rectangles import rectangles
-from fingerdesign.paper.relation import make_bench, relation
 from fingerdesign.records.base import ResultError
 from fingerdesign.report.page import rendered
 from fingerdesign.report.style import house_style
 from fingerdesign.runtime.files import move_into, whole_folder
 from fingerdesign.version import versions
+from fingerdesign_bench.paper import lifts as lifting
+from fingerdesign_bench.paper.case import FRICTIONS, PATHS, build_case, check_case
+from fingerdesign_bench.paper.claims import TEMPLATES, Remade, claims_of
+from fingerdesign_bench.paper.figures import PaperFigure
+from fingerdesign_bench.paper.figures_contact import (
+    rectangles_figure,
+    steps_figure,
+    stick_map_figure,
+)
+from fingerdesign_bench.paper.figures_gages import (
+    likeness_figure,
+    places_figure,
+    relation_figure,
+    responses_figure,
+)
+from fingerdesign_bench.paper.figures_grips import (
+    lifts_figure,
+    measured_figure,
+    noise_figure,
+    route_figure,
+)
+from fingerdesign_bench.paper.places import likeness, verdicts
+from fingerdesign_bench.paper.rectangles import rectangles
+from fingerdesign_bench.paper.relation import make_bench, relation
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
     from fingerdesign.layout.zone import Zone
-    from fingerdesign.paper.case import PaperCase
-    from fingerdesign.paper.lifts import Rig
+    from fingerdesign_bench.paper.case import PaperCase
+    from fingerdesign_bench.paper.lifts import Rig
 
 
 # The figures of the paper, remade, and paper.html: its words beside what was measured.

@@ -21,12 +21,19 @@ import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.control.signals import NormalCalibration, Sample, gage_readings, response
-from fingerdesign.paper.case import FRICTIONS, PATHS, above, follow_rows, path_rows, surface_heights
+from fingerdesign_bench.paper.case import (
+    FRICTIONS,
+    PATHS,
+    above,
+    follow_rows,
+    path_rows,
+    surface_heights,
+)
 
 if TYPE_CHECKING:
     from fingerdesign.contact.measures import Measures
     from fingerdesign.contact.problem import ContactProblem
-    from fingerdesign.paper.case import PaperCase
+    from fingerdesign_bench.paper.case import PaperCase
 
 
 # Is a plate's normal strain like the shear strain of a homogeneous finger (paper 3.1)?

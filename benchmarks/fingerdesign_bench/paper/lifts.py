@@ -29,7 +29,7 @@ from fingerdesign.design.grip import weight_per_finger
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fingerdesign.paper.case import PaperCase
+    from fingerdesign_bench.paper.case import PaperCase
 
 
 LIFTED_FRICTIONS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)

@@ -25,11 +25,11 @@ from fingerdesign.contact.measures import limits
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.readout import displacement_rows
-from fingerdesign.paper.case import above, follow_rows, surface_heights
+from fingerdesign_bench.paper.case import above, follow_rows, surface_heights
 
 if TYPE_CHECKING:
     from fingerdesign.contact.path import Step
-    from fingerdesign.paper.case import PaperCase
+    from fingerdesign_bench.paper.case import PaperCase
 
 
 COUNT = 11  # as in the paper's Fig. 3

@@ -8,17 +8,17 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fingerdesign.analysis.page.gage import shade_over
-from fingerdesign.paper.case import PATHS
-from fingerdesign.paper.figures import PaperFigure, paper_figure, shades
 from fingerdesign.records.arrays import STICK
 from fingerdesign.report import style
+from fingerdesign_bench.paper.case import PATHS
+from fingerdesign_bench.paper.figures import PaperFigure, paper_figure, shades
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fingerdesign.paper.places import Likeness, Verdicts
-    from fingerdesign.paper.relation import Relation
     from fingerdesign.records.arrays import ContactHistory, SlipStudy
+    from fingerdesign_bench.paper.places import Likeness, Verdicts
+    from fingerdesign_bench.paper.relation import Relation
 
 
 # What the gages tell of sticking: one relation for every friction? each of the surface near it?

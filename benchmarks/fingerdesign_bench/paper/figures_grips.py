@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.paper.figures import PaperFigure, paper_figure, shades
-from fingerdesign.paper.lifts import noise_of
 from fingerdesign.report import style
+from fingerdesign_bench.paper.figures import PaperFigure, paper_figure, shades
+from fingerdesign_bench.paper.lifts import noise_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
 
-    from fingerdesign.paper.lifts import Lift, Measured, Rig, Route
     from fingerdesign.records.arrays import GripTrace
+    from fingerdesign_bench.paper.lifts import Lift, Measured, Rig, Route
 
 
 def _mark_target(axes: Axes, weight: float, mu: float, label: str | None = None) -> None:

@@ -13,18 +13,18 @@ from fingerdesign.analysis.page.contact import (
     status_legend,
     touched_reach,
 )
-from fingerdesign.paper.figures import PaperFigure, paper_figure
 from fingerdesign.records.arrays import SLIP, STICK
 from fingerdesign.report import style
+from fingerdesign_bench.paper.figures import PaperFigure, paper_figure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
 
-    from fingerdesign.paper.rectangles import Rectangles
     from fingerdesign.records.arrays import ContactHistory
     from fingerdesign.records.result import IncrementResult
+    from fingerdesign_bench.paper.rectangles import Rectangles
 
 _LOOK = {STATUS_NAMES[status]: look for status, look in STATUS_LOOK.items()}
 _DRAWN_TURN = 14.0  # degrees: how far the most turned rectangle of a panel is drawn

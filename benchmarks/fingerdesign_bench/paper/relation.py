@@ -27,13 +27,13 @@ from fingerdesign.control.slip_study import (
     rank_correlation,
     slip_study,
 )
-from fingerdesign.paper.case import FRICTIONS, PIECES, follow_rows, path_rows
+from fingerdesign_bench.paper.case import FRICTIONS, PIECES, follow_rows, path_rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fingerdesign.control.signals import NormalCalibration
-    from fingerdesign.paper.case import PaperCase
+    from fingerdesign_bench.paper.case import PaperCase
 
 
 _REACH = 1.05  # of the largest approach: friction changes F_n a little
