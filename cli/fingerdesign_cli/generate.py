@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.search.study.file import read_study
 from fingerdesign.search.study.generate import generate as write_variants
 from fingerdesign.search.study.generate import reasons, refuse_foreign
 from fingerdesign.search.study.variants import base_design, number_of_points, points, variant_of
 from fingerdesign_cli.inputs import naming_out
 from fingerdesign_cli.search import line
-from fingerdesign_cli.terminal import cores, print_table, progress
+from fingerdesign_cli.terminal import print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign.search.study.file import Study
@@ -60,7 +61,7 @@ def generate(
             target,
             cad=cad,
             whole=count is None and not only,
-            workers=workers or cores(),
+            workers=workers or usable_cores(),
             report=report,
         )
     if as_json:

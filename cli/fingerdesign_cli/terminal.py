@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
 import sys
 from collections.abc import Iterator, Sequence
@@ -24,11 +23,6 @@ class Progress(Protocol):
 
     def __call__(self, message: str, fraction: float | None = None) -> None:
         """Say what is being done now; ``fraction`` in [0, 1] of the whole, None if unknown."""
-
-
-def cores() -> int:
-    """How many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager

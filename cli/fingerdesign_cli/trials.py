@@ -15,13 +15,14 @@ from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import plain
 from fingerdesign.records.folder import RecordFolder
+from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.trials.bench import ControlGrid, refuse
 from fingerdesign.trials.page import answers
 from fingerdesign.trials.replay import replay_trace
 from fingerdesign.trials.tune import RECORD_FILE
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import CONTROLLER_NAMES
-from fingerdesign_cli.terminal import cores, number, print_json, print_table
+from fingerdesign_cli.terminal import number, print_json, print_table
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -69,7 +70,7 @@ class _Trial:
 
         refuse_foreign(kind, self.target)
         more["estimator"] = estimator_for(self.design, self.estimator_file)
-        more |= {"workers": self.workers or cores(), "fidelity": self.fidelity}
+        more |= {"workers": self.workers or usable_cores(), "fidelity": self.fidelity}
         journal = journal_beside(self.target.absolute())
         with recorded(kind, self.target, self.quiet, journal) as (folder, show):
             names = self.controllers or CONTROLLER_NAMES

@@ -24,26 +24,15 @@ from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.volume import check_volume, core_volume, outline_volume, plate_volume
 
 
-@dataclass(frozen=True)
-class Fused:
-    """Solids that meet in shared faces.
-
-    body     what the inserts leave of the outline
-    inserts  by name, each one solid inside the outline
-    """
-
-    body: cq.Solid
-    inserts: dict[str, cq.Solid]
-
-
-def fused(outline: cq.Solid, inserts: dict[str, cq.Solid]) -> Fused:
-    """Bond ``inserts`` into a body's ``outline``.
+def fused(outline: cq.Solid, inserts: dict[str, cq.Solid]) -> tuple[cq.Solid, dict[str, cq.Solid]]:
+    """Bond ``inserts`` into a body's ``outline``: what they leave of it and each of them by name,
+    solids that meet in shared faces.
 
     GeometryError where two inserts overlap or one leaves the body (they are named), where the
     inserts cut the body in pieces, or where the kernel fails.
     """
     if not inserts:
-        return Fused(outline, {})
+        return outline, {}
     fuse = BOPAlgo_Builder()
     for shape in (outline, *inserts.values()):
         fuse.AddArgument(shape.wrapped)
@@ -61,7 +50,7 @@ def fused(outline: cq.Solid, inserts: dict[str, cq.Solid]) -> Fused:
     rest = [piece for number, piece in inside.items() if number not in taken]
     if len(rest) != 1:
         raise GeometryError(f"the inserts cut the body into {len(rest)} pieces; one is wanted")
-    return Fused(rest[0], {name: inside[own[0]] for name, own in pieces.items()})
+    return rest[0], {name: inside[own[0]] for name, own in pieces.items()}
 
 
 def said(name: str) -> str:
@@ -130,20 +119,25 @@ def build_solid(
         outline = outline_solid(design.body, half)
         plates = {f"plate_{frame.index}": plate_solid(frame, half) for frame in frames}
         core = {} if design.body.core is None else {"core": core_solid(design.body, half)}
-        parts = fused(outline, plates | core)
+        body, inserts = fused(outline, plates | core)
     except GeometryError:
         raise
     except Exception as error:  # the kernel throws its own kinds
         raise GeometryError(
             f"the CAD kernel failed to build {design.design.name}: {error}"
         ) from error
-    _check_volumes(design, half, frames, outline, parts)
-    inserts = tuple(parts.inserts[name] for name in plates)
-    return Solid(parts.body, inserts, outline, half, parts.inserts.get("core"))
+    _check_volumes(design, half, frames, outline, body, inserts)
+    own = tuple(inserts[name] for name in plates)
+    return Solid(body, own, outline, half, inserts.get("core"))
 
 
 def _check_volumes(
-    design: Design, half: bool, frames: tuple[PlateFrame, ...], outline: cq.Solid, parts: Fused
+    design: Design,
+    half: bool,
+    frames: tuple[PlateFrame, ...],
+    outline: cq.Solid,
+    body: cq.Solid,
+    inserts: dict[str, cq.Solid],
 ) -> None:
     # A dome's ends and the drilled holes of bent plates are bounded by approximated curves.
     loose = design.body.dome_radius_mm is not None or design.body.step is not None
@@ -154,8 +148,8 @@ def _check_volumes(
         wanted["core"] = core_volume(design, half)
     check_volume("body outline", volume_of(outline), whole, 1e-6 if loose else 1e-9)
     for name, volume in wanted.items():
-        found = volume_of(parts.inserts[name])
+        found = volume_of(inserts[name])
         check_volume(said(name), found, volume, 1e-6 if name in drilled else 1e-9)
     rest = whole - sum(wanted.values())
     loose = loose or bool(drilled)
-    check_volume("body without its inserts", volume_of(parts.body), rest, 1e-6 if loose else 1e-9)
+    check_volume("body without its inserts", volume_of(body), rest, 1e-6 if loose else 1e-9)

@@ -52,8 +52,9 @@ from fingerdesign.cad.step_shape import (
     read_solid,
     volume_of,
 )
+from fingerdesign.runtime.cache import packed
 from fingerdesign.runtime.files import scratch
-from fingerdesign.shapes.faces import Border, CadFace, arrays_of
+from fingerdesign.shapes.faces import Border, CadFace
 from fingerdesign.shapes.nurbs import Nurbs
 from fingerdesign.shapes.quadrics import Cone, Plane, Shape, Sphere
 
@@ -97,7 +98,8 @@ def read_body(
     check_body(found, low, high, name)
     if rules["mirrors_in_z"]:
         check_mirror(found, name)
-    about, arrays = arrays_of(found)
+    arrays: dict[str, NDArray[Any]] = {}
+    about = packed(tuple(found), arrays)
     with scratch("step") as folder:
         outline = folder / "outline.brep"
         if not BRepTools.Write_s(solid, str(outline)):

@@ -43,7 +43,9 @@ class Table(BaseModel):
 
     @model_validator(mode="after")
     def _rules_hold(self) -> Self:
-        refuse_all(self._misfits())
+        errors = [InitErrorDetails(type=each, input=None) for each in self._misfits()]
+        if errors:
+            raise ValidationError.from_exception_data("rules of the table", errors)
         return self
 
     def _misfits(self) -> Iterable[PydanticCustomError]:
@@ -101,13 +103,6 @@ def bounded(
 def positive(default: Any, most: float, description: str) -> Any:
     """A number's key that is over 0 and at most ``most``."""
     return Field(default=default, gt=0, le=most, description=description)
-
-
-def refuse_all(refusals: Iterable[PydanticCustomError]) -> None:
-    """Raise every one of a table's own rules that it breaks, at once."""
-    errors = [InitErrorDetails(type=each, input=None) for each in refusals]
-    if errors:
-        raise ValidationError.from_exception_data("rules of the table", errors)
 
 
 def refuse(value: object, bound: str, remedy: str, key: str = "") -> PydanticCustomError:

@@ -26,13 +26,13 @@ from fingerdesign.arrays import Array
 from fingerdesign.design.body import StepFile
 from fingerdesign.design.mesh import mesh_file_digest
 from fingerdesign.errors import DesignError, Fault, GeometryError
-from fingerdesign.runtime.cache import GARBLED, Cache
+from fingerdesign.runtime.cache import GARBLED, Cache, unpacked
 from fingerdesign.runtime.files import keep_request
 from fingerdesign.runtime.isolate import ProcessError, call
-from fingerdesign.shapes.faces import CadFace, faces_of, top_height
+from fingerdesign.shapes.faces import KINDS, CadFace, top_height
 
 READ = "fingerdesign.cad.step_read:read_body"
-FORMAT = 7  # raise it when what that returns changes
+FORMAT = 8  # raise it when what that returns changes
 TIME_LIMIT_S = 120.0  # 1 s for a dozen faces; a body of 2000 takes half a minute
 MAX_BYTES = 100_000_000  # of a file; a body of 2000 faces has 2 MB
 KEPT = 100  # bodies; the longest unused go first
@@ -212,7 +212,7 @@ def _facts(
         digest,
         outline,
         str(about["outline"]),
-        tuple(faces_of(about["faces"], arrays)),
+        unpacked(about["faces"], arrays, KINDS),
     )
 
 

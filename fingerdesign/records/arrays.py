@@ -6,16 +6,15 @@ Every class checks its shapes when made: a report from mismatched arrays would m
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.records.base import ResultError
-from fingerdesign.runtime.cache import GARBLED
+from fingerdesign.runtime.cache import GARBLED, packed, unpacked
 
 OPEN, STICK, SLIP = 0, 1, 2
 
@@ -229,10 +228,9 @@ def _require_shapes(record: Any, **shapes: tuple[int, ...]) -> None:
 
 
 def write_packed(path: Path, value: Any) -> None:
-    """Write frozen dataclasses and pydantic models, with what they hold: arrays, numbers, texts,
-    tuples, dicts and None. :func:`read_packed` reads it."""
+    """Write what can be :func:`packed`; :func:`read_packed` reads it."""
     arrays: dict[str, Any] = {}
-    about = json.dumps(_plain(value, arrays))
+    about = json.dumps(packed(value, arrays))
     with path.open("xb") as file:
         np.savez(file, about=np.array(about), **arrays)
 
@@ -246,37 +244,7 @@ def read_packed(path: Path, *kinds: type) -> Any:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
             arrays = {name: data[name] for name in data.files}
         about = json.loads(str(arrays.pop("about")))
-        return _made(about, arrays, {kind.__name__: kind for kind in kinds})
+        return unpacked(about, arrays, {kind.__name__: kind for kind in kinds})
     except (*GARBLED, RecursionError) as error:
         why = f"{type(error).__name__}: {error}"[:200]
         raise ResultError(f"{path} cannot be read ({why}); run the analysis again") from error
-
-
-def _plain(value: Any, arrays: dict[str, Any]) -> Any:
-    if isinstance(value, np.ndarray):
-        name = f"array_{len(arrays)}"
-        arrays[name] = value
-        return {"array": name}
-    if isinstance(value, BaseModel):
-        return {"kind": type(value).__name__, "values": value.model_dump(mode="json")}
-    if is_dataclass(value):
-        values = {each.name: _plain(getattr(value, each.name), arrays) for each in fields(value)}
-        return {"kind": type(value).__name__, "values": values}
-    if isinstance(value, dict):
-        return {"pairs": [[key, _plain(each, arrays)] for key, each in value.items()]}
-    if isinstance(value, tuple):
-        return [_plain(each, arrays) for each in value]
-    return value.item() if isinstance(value, np.generic) else value
-
-
-def _made(plain: Any, arrays: dict[str, Any], kinds: dict[str, type]) -> Any:
-    if isinstance(plain, list):
-        return tuple(_made(each, arrays, kinds) for each in plain)
-    if not isinstance(plain, dict):
-        return plain
-    if "array" in plain:
-        return arrays[plain["array"]]
-    if "pairs" in plain:
-        return {key: _made(each, arrays, kinds) for key, each in plain["pairs"]}
-    values = {name: _made(each, arrays, kinds) for name, each in plain["values"].items()}
-    return kinds[plain["kind"]](**values)

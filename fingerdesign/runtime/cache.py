@@ -21,6 +21,7 @@ import time
 import zipfile
 import zlib
 from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -167,3 +168,40 @@ class Cache:
 
 def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def packed(value: Any, arrays: dict[str, Any]) -> Any:
+    """Dataclasses and pydantic models, with what they hold (arrays, numbers, texts, tuples, dicts,
+    None), in JSON's types, as :func:`unpacked` reads them; their arrays are added to ``arrays``."""
+    import numpy as np
+    from pydantic import BaseModel
+
+    if isinstance(value, np.ndarray):
+        name = f"array_{len(arrays)}"
+        arrays[name] = value
+        return {"array": name}
+    if isinstance(value, BaseModel):
+        return {"kind": type(value).__name__, "values": value.model_dump(mode="json")}
+    if is_dataclass(value):
+        values = {each.name: packed(getattr(value, each.name), arrays) for each in fields(value)}
+        return {"kind": type(value).__name__, "values": values}
+    if isinstance(value, dict):
+        return {"pairs": [[key, packed(each, arrays)] for key, each in value.items()]}
+    if isinstance(value, tuple):
+        return [packed(each, arrays) for each in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def unpacked(plain: Any, arrays: Mapping[str, Any], kinds: Mapping[str, type]) -> Any:
+    """What was :func:`packed`; of ``kinds`` by name alone, so that no file can run code. Raises one
+    of GARBLED, or RecursionError, where it does not fit."""
+    if isinstance(plain, list):
+        return tuple(unpacked(each, arrays, kinds) for each in plain)
+    if not isinstance(plain, dict):
+        return plain
+    if "array" in plain:
+        return arrays[plain["array"]]
+    if "pairs" in plain:
+        return {key: unpacked(each, arrays, kinds) for key, each in plain["pairs"]}
+    values = {name: unpacked(each, arrays, kinds) for name, each in plain["values"].items()}
+    return kinds[plain["kind"]](**values)

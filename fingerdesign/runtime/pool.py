@@ -12,6 +12,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from functools import partial
 from typing import Any, Self, TypeVar
 
 from fingerdesign.runtime.isolate import Function, Worker
@@ -25,31 +26,20 @@ class Pool:
     """So many processes. A context manager: leaving it waits for the calls that are running, a
     second or two where they are short, and ends the processes; ``kill`` does not wait.
 
-    shared: given to every function before its own arguments; sent once a process. time_s and
-    memory_MB: limits of one call. The rest as of :class:`isolate.Worker`.
+    time_s and memory_MB: limits of one call. The rest as of :class:`isolate.Worker`: ``shared`` is
+    given to every function before its own arguments.
     """
 
     def __init__(
         self,
         workers: int,
         *,
-        shared: tuple[Any, ...] = (),
         time_s: float | None = None,
         memory_MB: float | None = None,
-        recycled_after: int | None = None,
-        load: str | None = None,
-        ready_s: float | None = None,
-        idle_s: float | None = None,
+        **of_worker: Any,
     ) -> None:
         self.workers, self._time_s, self._memory_MB = workers, time_s, memory_MB
-        self._make: Callable[[], Worker] = lambda: Worker(
-            shared=shared,
-            threads=1,
-            recycled_after=recycled_after,
-            load=load,
-            ready_s=ready_s,
-            idle_s=idle_s,
-        )
+        self._make: Callable[[], Worker] = partial(Worker, threads=1, **of_worker)
         self._own, self._lock = threading.local(), threading.Lock()
         self._all: list[Worker] = []
         self._ended = False

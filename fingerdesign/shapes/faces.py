@@ -7,8 +7,8 @@ in mm, points (n, 3).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -306,37 +306,5 @@ def top_height(faces: Sequence[CadFace], x: Array, z: Array) -> Array:
     return best
 
 
-_KINDS: dict[str, Any] = {
-    each.__name__: each for each in (CadFace, Border, Plane, Cone, Sphere, Nurbs)
-}
-
-
-def arrays_of(faces: Sequence[CadFace]) -> tuple[list[dict[str, Any]], dict[str, Array]]:
-    """Faces as plain words and numbers (JSON) and named arrays, for a file."""
-    arrays: dict[str, Array] = {}
-
-    def plain(value: Any, place: str) -> Any:
-        if isinstance(value, np.ndarray):
-            arrays[place] = value
-            return None
-        if not is_dataclass(value):
-            return value
-        own = {each.name: getattr(value, each.name) for each in fields(value)}
-        inner = {name: plain(part, f"{place}.{name}") for name, part in own.items()}
-        return {"kind": type(value).__name__, **inner}
-
-    return [plain(face, str(number)) for number, face in enumerate(faces)], arrays
-
-
-def faces_of(about: Sequence[Mapping[str, Any]], arrays: Mapping[str, Array]) -> list[CadFace]:
-    """The faces that :func:`arrays_of` wrote. KeyError, TypeError where they do not fit."""
-
-    def made(words: Any, place: str) -> Any:
-        if place in arrays:
-            return arrays[place]
-        if not isinstance(words, Mapping):
-            return tuple(words) if isinstance(words, list) else words
-        parts = {name: made(part, f"{place}.{name}") for name, part in words.items()}
-        return _KINDS[parts.pop("kind")](**parts)
-
-    return [made(words, str(number)) for number, words in enumerate(about)]
+# What packed faces are made of.
+KINDS = {each.__name__: each for each in (CadFace, Border, Plane, Cone, Sphere, Nurbs)}
