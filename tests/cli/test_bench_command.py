@@ -5,7 +5,6 @@ import json
 import pytest
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.suite import Suite
-from fingerdesign_cli.main import main
 
 
 def test_help_names_every_bench(said):
@@ -56,14 +55,13 @@ def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, said):
     assert ("speed failed: no answer" in shown.err) == bool(failures)
 
 
-def test_numbers_are_written_where_requested(tmp_path, monkeypatch, capsys):
+def test_numbers_are_written_where_requested(tmp_path, monkeypatch, said):
     checks = [Check("hertz", 1.0, 0.5)]
     monkeypatch.setattr(
         "fingerdesign_bench.accuracy.verification.verification_checks", lambda: checks
     )
-    arguments = ["bench", "verification", "--json"]
-    assert main([*arguments, "--out", str(tmp_path)]) == 0
-    assert json.loads(capsys.readouterr().out)[0]["holds"] is True
+    printed = said("bench", "verification", "--json", "--out", tmp_path).out
+    assert json.loads(printed)[0]["holds"] is True
     record = json.loads((tmp_path / "verification.json").read_text("utf-8"))
     assert record["checks"][0]["name"] == "hertz"
     assert record["machine"]["cores"] >= 1

@@ -5,10 +5,10 @@
 
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
-from fingerdesign_cli.main import main
 
 from fingerdesign import load_design
 from fingerdesign.control.c_code import c_files
@@ -57,20 +57,29 @@ def folder(tmp_path_factory):
     return folder
 
 
-def run(folder, out, *options, trace="grip.csv"):
-    return main(
-        ["replay", str(folder / "coarse.toml"), str(folder / trace), "--out", str(out), *options]
-    )
+@pytest.fixture
+def replay(folder, tmp_path, said):
+    """``replay(*options)``: the command on a trace of the folder; what was said."""
+
+    def run(*options, trace="grip.csv", code=0):
+        given = (folder / "coarse.toml", folder / trace, "--out", tmp_path / "out")
+        return said("replay", *given, *options, code=code)
+
+    return run
 
 
-def test_what_the_controller_asks_for_stands_beside_what_the_rig_did(folder, tmp_path, capsys):
-    assert run(folder, tmp_path, "--json", "--controller", "reactive") == 0
-    printed = json.loads(capsys.readouterr().out)
-    record = json.loads((tmp_path / "coarse/replay.json").read_text())
+def replayed(tmp_path):
+    """The record and the rows of a replay."""
+    with (tmp_path / "out/coarse/replay.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    return json.loads((tmp_path / "out/coarse/replay.json").read_text()), rows
+
+
+def test_what_the_controller_asks_for_stands_beside_what_the_rig_did(replay, tmp_path):
+    printed = json.loads(replay("--json", "--controller", "reactive").out)
+    record, rows = replayed(tmp_path)
     assert record == printed
     assert (record["controller"], record["samples"]) == ("reactive", len(MOVES))
-    with (tmp_path / "coarse/replay.csv").open() as file:
-        rows = list(csv.DictReader(file))
     # 0.03 mm of preload are eight moves; the header is row 1.
     assert [int(row["row"]) for row in rows] == list(range(10, 32))
     assert float(rows[-1]["dx_mm"]) == 0.004
@@ -78,82 +87,87 @@ def test_what_the_controller_asks_for_stands_beside_what_the_rig_did(folder, tmp
     assert {row["stick_ratio_told"] for row in rows} == {""}
     total = sum(float(row["asked_dx_mm"]) for row in rows)
     assert record["asked_shear_mm"] == pytest.approx(total, rel=1e-6)
+    assert "rows 10 to 31 of grip.csv" in replay().out  # the table for people
 
 
-def test_the_table_is_for_people(folder, tmp_path, capsys):
-    assert run(folder, tmp_path) == 0
-    shown = capsys.readouterr().out
-    assert "the rig" in shown
-    assert "rows 10 to 31 of grip.csv" in shown
-
-
-def test_a_faulty_trace_is_refused_by_row_and_column_and_leaves_nothing(folder, tmp_path, capsys):
+def test_a_faulty_trace_is_refused_by_row_and_column_and_leaves_nothing(folder, replay, tmp_path):
     lines = (folder / "grip.csv").read_text().splitlines()
     cells = lines[6].split(",")
     cells[5], cells[7] = "nan", ""
     (folder / "bad.csv").write_text("\n".join([*lines[:6], ",".join(cells), *lines[7:]]))
-    assert run(folder, tmp_path, trace="bad.csv") == 2
-    reported = capsys.readouterr().err.splitlines()
-    assert len([line for line in reported if "row 7" in line]) == 2
-    assert any("bad.csv" in line and "row 7, column gage_1 = nan" in line for line in reported)
-    assert any("row 7, column gage_3 = empty" in line for line in reported)
+    reported = replay(trace="bad.csv", code=2).err
+    assert len(re.findall(r"bad\.csv.*row 7", reported)) == 2
+    assert "row 7, column gage_1 = nan" in reported
+    assert "row 7, column gage_3 = empty" in reported
+    (folder / "few.csv").write_text("\n".join(",".join(line.split(",")[:10]) for line in lines))
+    reported = replay(trace="few.csv", code=2).err  # another finger's
+    assert "row 1, column gage_6 = 5 gages: must be at least 15" in reported
     assert list(tmp_path.iterdir()) == []
 
 
-def test_another_fingers_trace_and_unfit_controllers_are_refused(folder, tmp_path, capsys):
-    few = [",".join(line.split(",")[:10]) for line in (folder / "grip.csv").read_text().split()]
-    (folder / "few.csv").write_text("\n".join(few))
-    assert run(folder, tmp_path, trace="few.csv") == 2
-    assert "row 1, column gage_6 = 5 gages: must be at least 15" in capsys.readouterr().err
-    for name in ("oracle_1.2", "regulator", "magic"):
-        assert run(folder, tmp_path, "--controller", name) == 2
-        assert name in capsys.readouterr().err
-    assert run(folder, tmp_path, "--controller", "regulator") == 2
-    assert "give --estimator FILE (fingerdesign teach" in capsys.readouterr().err
-    assert run(folder, tmp_path, "--estimator", str(folder / "none.json")) == 2
-    assert "--estimator" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (("--controller", "oracle_1.2"), "oracle_1.2"),
+        (("--controller", "magic"), "magic"),
+        (("--controller", "regulator"), "give --estimator FILE (fingerdesign teach"),
+        (("--estimator", "none.json"), "--estimator"),
+    ],
+)
+def test_unfit_controllers_are_refused(replay, tmp_path, options, named):
+    assert named in replay(*options, code=2).err
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_estimator_reports_and_the_regulator_asks(folder, tmp_path, capsys, said):
-    """One that was taught nothing: its numbers mean nothing, but they are in their columns."""
+@pytest.fixture
+def estimator(tmp_path):
+    """``estimator(key)``: the file of one that was taught nothing: its numbers mean nothing."""
     gages, rng = 15, np.random.default_rng(0)
     forces, ones = np.array([0.0, 5.0]), np.full((2, gages), 1.0)
     curves = FingerCurves(forces, np.zeros((2, gages)), ones, 0.01 * forces, np.full(2, 10.0))
-    layer = Layer(0.01 * rng.standard_normal((feature_count(gages), 2)), np.array([0.7, 0.4]))
     count = feature_count(gages)
+    layer = Layer(0.01 * rng.standard_normal((count, 2)), np.array([0.7, 0.4]))
     band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))
-    path = tmp_path / "estimator.json"
-    path.write_text(GripEstimator("another", curves, 0.5, (band,)).to_json())
-    out = tmp_path / "out"
-    assert run(folder, out, "--estimator", str(path)) == 2
-    reported = capsys.readouterr().err
-    assert "--estimator = one taught on another: must be one taught on this design" in reported
-    assert "fingerdesign teach" in reported
-    for command in ("study-control", "tune"):
-        arguments = [command, str(folder / "coarse.toml"), "--out", str(out)]
-        assert (
-            "must be one taught on this design" in said(*arguments, "--estimator", path, code=2).err
-        )
-    in_c = ["export-c", path, folder / "coarse.toml", "--out", out]
-    assert "ESTIMATOR = one taught on another: must be" in said(*in_c, code=2).err
+
+    def write(key):
+        path = tmp_path / "estimator.json"
+        path.write_text(GripEstimator(key, curves, 0.5, (band,)).to_json())
+        return path
+
+    return write
+
+
+def test_an_estimator_taught_on_another_is_refused(folder, tmp_path, replay, estimator, said):
+    path, out, own = estimator("another"), tmp_path / "out", folder / "coarse.toml"
+    given = ["--out", out, "--estimator", path]
+    for reported in (
+        replay("--estimator", path, code=2).err,
+        *(said(command, own, *given, code=2).err for command in ("study-control", "tune")),
+        said("export-c", path, own, "--out", out, code=2).err,
+    ):
+        assert "taught on another: must be one taught on this design" in reported
     assert not out.exists()
-    design = load_design(folder / "coarse.toml")
-    key = training_key(design, settings_of(design))
-    path.write_text(GripEstimator(key, curves, 0.5, (band,)).to_json())
-    solid = ["grip", str(folder / "coarse.toml"), "--controller", "regulator", "--fidelity", "3d"]
-    refused = said(*solid, "--estimator", path, "--out", tmp_path / "solid", code=2).err
+    design = load_design(own)
+    estimator(training_key(design, settings_of(design)))
+    solid = ["grip", own, "--controller", "regulator", "--fidelity", "3d"]
+    refused = said(*solid, *given, code=2).err
     assert "--estimator = taught in plane-strain: must be one taught in 3d" in refused
+
+
+def test_an_estimator_reports_is_exported_and_the_regulator_asks(
+    folder, tmp_path, replay, estimator, said
+):
+    design = load_design(folder / "coarse.toml")
+    path = estimator(training_key(design, settings_of(design)))
     louder = GripEstimator.from_json(path.read_text()).at_noise(2.0)
-    assert "15 gages, 198 weights" in said(*in_c[:-1], tmp_path / "c", "--noise", 2.0).out
+    given = [path, folder / "coarse.toml", "--noise", 2.0, "--out"]
+    said("export-c", *given, tmp_path / "c")
     written = {file.name: file.read_text() for file in (tmp_path / "c/coarse").iterdir()}
     assert written == c_files(louder, design.grip)
-    as_onnx = ["export-onnx", *in_c[1:-1], tmp_path / "onnx", "--noise", 2.0]
-    assert "estimator.onnx, 15 gages, 198 weights" in said(*as_onnx).out
+    assert "15 gages, 198 weights" in said("export-onnx", *given, tmp_path / "onnx").out
     assert (tmp_path / "onnx/coarse/estimator.onnx").read_bytes() == onnx_file(louder)
-    assert run(folder, out, "--estimator", str(path), "--controller", "regulator", "--quiet") == 0
-    with (out / "coarse/replay.csv").open() as file:
-        rows = list(csv.DictReader(file))
+    replay("--estimator", path, "--controller", "regulator", "--quiet")
+    record, rows = replayed(tmp_path)
     for row in rows:
         used = float(row["friction_used_told"])
         assert 0.0 < used <= 1.0
@@ -161,28 +175,19 @@ def test_an_estimator_reports_and_the_regulator_asks(folder, tmp_path, capsys, s
         rounding = 0.5e-4 / used + 0.5e-3  # four decimals of what is used, four digits of friction
         assert float(row["friction_told"]) == pytest.approx(ratio / used, rel=rounding)
         assert 0.0 <= float(row["stick_ratio_told"]) <= 1.0
-    record = json.loads((out / "coarse/replay.json").read_text())
     assert record["controller"] == "regulator"
-    assert record["most_friction_used_told"] == pytest.approx(
-        max(float(row["friction_used_told"]) for row in rows), abs=1e-4
-    )
+    most = max(float(row["friction_used_told"]) for row in rows)
+    assert record["most_friction_used_told"] == pytest.approx(most, abs=1e-4)
 
 
-def test_a_folder_of_something_else_is_left_alone(folder, tmp_path, said):
+@pytest.mark.parametrize("command", ["replay", "tune", "teach", "gages", "study-control"])
+def test_a_folder_of_something_else_is_left_alone(command, folder, tmp_path, said):
     (tmp_path / "coarse").mkdir()
-    (tmp_path / "coarse/control.json").write_text("{}")
-    for command in (
-        ["replay", str(folder / "coarse.toml"), str(folder / "grip.csv")],
-        ["tune", str(folder / "coarse.toml")],
-        ["teach", str(folder / "coarse.toml")],
-        ["gages", str(folder / "coarse.toml")],
-        ["study-control", str(folder / "coarse.toml"), "--quick"],
-    ):
-        (tmp_path / "coarse/mine.txt").write_text("mine")
-        reported = said(*command, "--out", tmp_path, code=2).err
-        assert "--out = " in reported
-        assert "mine.txt" in reported
-    assert len(list((tmp_path / "coarse").iterdir())) == 2
+    (tmp_path / "coarse/mine.txt").write_text("mine")
+    trace = [folder / "grip.csv"] if command == "replay" else []
+    given = [folder / "coarse.toml", *trace, "--out", tmp_path]
+    assert "mine.txt" in said(command, *given, code=2).err
+    assert [path.name for path in (tmp_path / "coarse").iterdir()] == ["mine.txt"]
 
 
 def test_each_friction_is_lifted_once_and_recorded(folder, tmp_path, said):
@@ -215,22 +220,21 @@ max_steps = 20
 def test_every_decision_on_grips_can_be_taken_in_3d(tmp_path, said):
     """On a short finger swept through two layers: another model, said so, and taken by each."""
     short = DESIGN.replace("[plates]", "[body]\ndepth_mm = 4.0\n[plates]\ncount = 5\nspan_mm = 4.0")
-    (tmp_path / "short.toml").write_text(short.replace("[mesh.section]", f"{SOLID}[mesh.section]"))
-    options = [tmp_path / "short.toml", "--controller", "fixed_ratio", "--quiet"]
-    study = ["--friction", "0.6", "--mass-g", "30", "--noise", "0", "--workers", "1", "--no-tug"]
-    found = {}
+    path = tmp_path / "short.toml"
+    path.write_text(short.replace("[mesh.section]", f"{SOLID}[mesh.section]"))
+    study = ["study-control", path, "--controller", "fixed_ratio", "--quiet", "--friction", "0.6"]
+    study += ["--mass-g", "30", "--noise", "0", "--workers", "1", "--no-tug"]
+    peaks, design = [], load_design(path)
     for fidelity in ("plane-strain", "3d"):
-        more = ["--fidelity", fidelity, "--out", tmp_path / fidelity]
-        said("study-control", *options, *study, *more)
+        said(*study, "--fidelity", fidelity, "--out", tmp_path / fidelity)
         record = json.loads((tmp_path / fidelity / "coarse/control.json").read_text())
         assert record["model"]["fidelity"] == fidelity
         with (tmp_path / fidelity / "coarse/grips.csv").open() as file:
-            (found[fidelity],) = csv.DictReader(file)
-    flat, solid = (float(each["peak_normal_force_N"]) for each in found.values())
+            (grip,) = csv.DictReader(file)
+        peaks.append(float(grip["peak_normal_force_N"]))
+    flat, solid = peaks
     assert 0.6 * flat < solid != flat
-    problem = grip_problem(load_design(tmp_path / "short.toml"), "3d")
-    assert problem.model.dimension == 3
-    design = load_design(tmp_path / "short.toml")
+    assert grip_problem(design, "3d").model.dimension == 3
     keys = {training_key(design, settings_of(design), each) for each in ("plane-strain", "3d")}
     assert len(keys) == 2
 
@@ -243,12 +247,13 @@ def test_a_finger_that_feels_nothing_cannot_grip(tmp_path, said):
 
 def test_a_faulty_option_is_one_fault_that_names_it(folder, tmp_path, said):
     options = ["--friction", "0", "--mass-g", "-3", "--controller", "magic"]
-    shown = said(
-        "grip", folder / "fine.toml", "--out", tmp_path / "out", *options, code=2
-    ).err.splitlines()
-    assert len(shown) == 3
-    magic, first, second = sorted(shown)
-    assert magic.startswith("--controller (grip.controller) = 'magic': ")
-    assert not (tmp_path / "out").exists()
-    assert first.startswith("--friction (grip.friction_coefficients[0]) = 0.0: must be more than 0")
-    assert second.startswith("--mass-g (grip.object_mass_g) = -3.0: must be more than 0")
+    out = tmp_path / "out"
+    faults = sorted(
+        said("grip", folder / "fine.toml", "--out", out, *options, code=2).err.splitlines()
+    )
+    assert [fault.split(": must be ")[0] for fault in faults[1:]] == [
+        "--friction (grip.friction_coefficients[0]) = 0.0",
+        "--mass-g (grip.object_mass_g) = -3.0",
+    ]
+    assert faults[0].startswith("--controller (grip.controller) = 'magic': ")
+    assert not out.exists()

@@ -3,13 +3,10 @@
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
-from fingerdesign_cli.main import main
 from fingerdesign_cli.mesh import ENDINGS
 
-from fingerdesign.mesh.files.io import read_named, write_mesh
-from fingerdesign.mesh.types import Mesh
+from fingerdesign.mesh.files.io import read_named
 
 DESIGN = """
 design.name = "small"
@@ -38,18 +35,20 @@ def design(tmp_path):
 )
 def test_mesh_report_and_picture_are_written(fidelity, dimension, pictures, design, tmp_path, said):
     out = tmp_path / "out"
-    options = ["--fidelity", fidelity, "--format", "vtu", "--format", "msh", "--quiet", "--json"]
+    options = ["--fidelity", fidelity, "--quiet", "--json"]
+    options += [each for ending in ENDINGS for each in ("--format", ending)]
     options += [] if pictures else ["--no-picture"]
     printed = json.loads(said("mesh", design, "--out", out, *options).out)
-    names = {"mesh.vtu", "mesh.msh", "quality.txt", "quality.json", *pictures}
+    meshes = {f"mesh.{ending}" for ending in ENDINGS}
+    names = meshes | {"quality.txt", "quality.json", *pictures}
     assert {path.name for path in out.iterdir()} == names
     assert {Path(path).name for path in printed["files"]} == names
     report = json.loads((out / "quality.json").read_text())
     assert report["dimension"] == dimension
     assert report["min_dihedral_deg"] == printed["min_dihedral_deg"]
-    for name in ("mesh.vtu", "mesh.msh"):
+    for name in meshes:
         mesh = read_named(out / name)
-        assert len(mesh.cells) == report["elements"]
+        assert mesh.cells.shape == (report["elements"], 6 if dimension == 2 else 10)  # quadratic
         assert mesh.dimension == dimension
     for name in pictures:
         assert (out / name).read_bytes().startswith(b"\x89PNG")
@@ -58,11 +57,21 @@ def test_mesh_report_and_picture_are_written(fidelity, dimension, pictures, desi
     assert f"{report['elements']}" in (out / "quality.txt").read_text()
 
 
-def test_a_wrong_design_is_bad_input(tmp_path, said):
-    path = tmp_path / "wrong.toml"
-    path.write_text('design.name = "wrong"\nmesh.contact_size = 1.0\n')
-    assert "mesh.contact_size" in said("mesh", path, "--out", tmp_path / "out", code=2).err
-    assert not (tmp_path / "out").exists()
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        ("mesh.contact_size = 1.0", "mesh.contact_size"),
+        # A section that analyse refuses is not meshed.
+        ('plates.along = "z"\nplates.cover_mm = 4.0', "plates.along = z: must be 'x'"),
+        ('mesh.mesher = "file"\nmesh.file = "wrong.toml"', "which reads no mesh.file"),
+    ],
+)
+def test_a_wrong_design_is_bad_input(lines, words, tmp_path, monkeypatch, said):
+    monkeypatch.setattr("fingerdesign_cli.mesh.make_mesh", refuse)
+    path, out = tmp_path / "wrong.toml", tmp_path / "out"
+    path.write_text(f'design.name = "wrong"\nplates.count = 1\n{lines}\n')
+    assert words in said("mesh", path, "--out", out, "--fidelity", "plane-strain", code=2).err
+    assert not out.exists()
 
 
 def refuse(*_):
@@ -85,35 +94,17 @@ def test_wrong_options_are_bad_input_before_any_meshing(options, words, design, 
     assert not (design.parent / "out").exists()
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ('plates.along = "z"\nplates.cover_mm = 4.0', "plates.along = z: must be 'x'"),
-        ('mesh.mesher = "file"\nmesh.file = "along.toml"', "which reads no mesh.file"),
-    ],
-)
-def test_a_section_that_analyse_refuses_is_not_meshed(text, words, tmp_path, monkeypatch, said):
-    monkeypatch.setattr("fingerdesign_cli.mesh.make_mesh", refuse)
-    path, out = tmp_path / "along.toml", tmp_path / "out"
-    path.write_text(f'design.name = "along"\nplates.count = 1\n{text}\n')
-    options = ["--out", str(out), "--fidelity", "plane-strain"]
-    assert words in said("mesh", path, *options, code=2).err
-    assert not out.exists()
-
-
 def test_a_mesh_made_elsewhere_is_read_beside_its_design(design, tmp_path, monkeypatch, said):
     out = tmp_path / "out"
     options = ["--no-picture", "--quiet", "--format", "inp", "--format", "inp"]
-    assert main(["mesh", str(design), "--out", str(out), *options]) == 0
+    said("mesh", design, "--out", out, *options)
     assert not (out / "quality.png").exists()
     own = out / "again.toml"
     own.write_text(DESIGN.replace('"extrude"', '"file"\nmesh.file = "mesh.inp"'))
     monkeypatch.chdir("/")
     report = json.loads(said("mesh", own, "--out", tmp_path / "again", *options[:2], "--json").out)
     assert report["mesher"] == "file"
-    assert report["remarks"] == [
-        "the mesh was read from mesh.inp, its nodes put on the design's faces"
-    ]
+    assert "mesh.inp" in report["remarks"][0]
     assert report["volumes"]["plate_0"]["error"] < 1e-9
     (out / "mesh.inp").unlink()
     assert "mesh.file" in said("mesh", own, "--out", tmp_path / "third", code=2).err
@@ -122,32 +113,8 @@ def test_a_mesh_made_elsewhere_is_read_beside_its_design(design, tmp_path, monke
 
 def test_a_mesh_of_another_design_fails_and_says_why(design, tmp_path, said):
     out = tmp_path / "out"
-    assert main(["mesh", str(design), "--out", str(out), "--no-picture", "--format", "msh"]) == 0
+    said("mesh", design, "--out", out, "--no-picture", "--format", "msh", "--scene", "fundamental")
     text = DESIGN.replace('"extrude"', '"file"\nmesh.file = "out/mesh.msh"')
     design.write_text(text.replace("plates.count = 1", "plates.count = 2\nplates.pitch_mm = 3.0"))
-    assert (
-        "lacks plate_1 (found: elastomer, plate_0)"
-        in said("mesh", design, "--out", out, code=1).err
-    )
-
-
-def test_a_shipped_scene_is_found_by_name(design, tmp_path, capsys):
-    options = ["--fidelity", "plane-strain", "--scene", "fundamental", "--format", ".vtk"]
-    options.append("--no-picture")
-    assert main(["mesh", str(design), "--out", str(tmp_path / "out"), *options]) == 0
-    assert (tmp_path / "out/mesh.vtk").is_file()
-    assert "written" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("ending", ENDINGS)
-@pytest.mark.parametrize("dimension", [2, 3])
-def test_every_ending_offered_keeps_the_quadratic_cells(ending, dimension, tmp_path):
-    corners = np.vstack([np.zeros(dimension), np.eye(dimension)])
-    pairs = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)][: 3 * (dimension - 1)]
-    middles = [0.5 * (corners[a] + corners[b]) for a, b in pairs]
-    points = np.vstack([corners, middles])
-    cells = np.arange(len(points))[None]
-    base = np.array([[0, 1, 3]] if dimension == 2 else [[0, 1, 2, 4, 5, 6]])
-    mesh = Mesh(points, cells, np.zeros(1, dtype=int), {"base": base}, "by hand", False)
-    again = read_named(write_mesh(mesh, tmp_path / f"m.{ending}"))
-    assert again.cells.shape == cells.shape
+    refused = said("mesh", design, "--out", out, code=1).err
+    assert "lacks plate_1 (found: elastomer, plate_0)" in refused
