@@ -13,11 +13,10 @@ from fingerdesign.analysis.fidelity.ladder import Choice
 from fingerdesign.analysis.path import PathStopped, contact_history, increment_result
 from fingerdesign.analysis.stages import recover_fields
 from fingerdesign.arrays import Array, BoolArray
-from fingerdesign.contact.increment import ContactState
 from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.measures import Measures, completely_slips, measure
 from fingerdesign.contact.path import Step
-from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.contact.problem import ContactProblem, ContactState
 from fingerdesign.contact.uniqueness import other_solutions
 from fingerdesign.design.faults import leaves
 from fingerdesign.design.scene import Scene

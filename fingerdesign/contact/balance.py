@@ -16,15 +16,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.increment import (
-    ContactState,
-    Increment,
-    Workspace,
-    ZoneExhausted,
-    solve_increment,
-)
+from fingerdesign.contact.increment import Increment, Workspace, ZoneExhausted, solve_increment
 from fingerdesign.contact.path import NoEquilibrium, stiffness
-from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.contact.problem import ContactProblem, ContactState
 from fingerdesign.errors import SolverError
 
 _TOLERANCE = 1e-9  # of the largest force in the balance

@@ -23,7 +23,7 @@ from fingerdesign.contact.newton import (
 )
 from fingerdesign.contact.outcome import Answer, Outcome
 from fingerdesign.contact.pivots import friction_pivots
-from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.contact.tracking import Tracker
 from fingerdesign.errors import SolverError
 
@@ -290,24 +290,6 @@ ACCEPT_BALANCE = 1e-6  # the model's own rounding, not the solver's (fem.model)
 _MOST = 0.5  # of the nodes: with more than these near, all are solved for
 _LONGEST = 1.5  # times the last increment: as far as its change is taken on
 _MARGIN = 0.1  # of the deepest overlap: nodes this near join the first solve
-
-
-@dataclass(frozen=True)
-class ContactState:
-    """What the past leaves: slip so far (m, dim - 1) mm, and the last forces as a first guess."""
-
-    slip: Array
-    multiplier: Array
-    motion: Motion
-    travelled: Array  # (m,) accumulated slip while in contact, mm
-    sliding: Array  # (m,) length of the last slip of nodes that are on their friction limit, mm
-
-    @staticmethod
-    def untouched(problem: ContactProblem) -> ContactState:
-        m, dim = problem.shape
-        return ContactState(
-            np.zeros((m, dim - 1)), np.zeros((m, dim)), Motion(0.0, 0.0), np.zeros(m), np.zeros(m)
-        )
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import ctypes
 import weakref
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -21,8 +20,8 @@ from scipy.linalg import cython_blas, cython_lapack
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.contact.laws import Certificate, coded, lengths
 from fingerdesign.contact.newton import ActiveInverse
-from fingerdesign.contact.outcome import Answer, History, Outcome
-from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.contact.outcome import Answer, Outcome
+from fingerdesign.contact.problem import ContactProblem, ContactState
 from fingerdesign.contact.tracking import Base, Known, Start, Tracker
 from fingerdesign.runtime.native import compiled
 
@@ -30,7 +29,6 @@ _ROUTINES = {
     cython_blas: ("dsymv", "dgemv", "dgemm", "dtrmm"),
     cython_lapack: ("dpotrf", "dtrtri", "dgetrf", "sgetrf", "dgetrs", "sgetrs"),
 }
-_first_of: Callable[[Any], ctypes.c_char] = ctypes.c_char.from_buffer
 _NONE, _FOUND, _NEEDS_A_BASE = range(3)  # what following came to
 _AT, _REAL, _INT = ctypes.c_void_p, ctypes.c_double, ctypes.c_int
 _AT_ONCE = 3  # open nodes that a base takes in when it must; more where an increment cost little
@@ -173,7 +171,7 @@ class CompiledTracker(Tracker):
                 return ActiveInverse(np.concatenate([base.nodes, joins]), inverse)
         return super()._inverse_on(base, nodes, dim)
 
-    def outcome(self, problem: ContactProblem, past: History, found: Answer) -> Outcome:
+    def outcome(self, problem: ContactProblem, past: ContactState, found: Answer) -> Outcome:
         judged = self._judged(problem)
         m, dim = found.motion.shape
         n = m * dim

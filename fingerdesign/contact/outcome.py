@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from fingerdesign.contact.laws import (
     lengths,
     status_of,
 )
-from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.contact.problem import ContactProblem, ContactState
 
 _ON_LIMIT = 1e-9  # of the largest normal force: ten times what the solvers leave; and of slips
 
@@ -32,17 +31,6 @@ class Answer:
     motion: Array
     residual: float
     iterations: int
-
-
-class History(Protocol):
-    """Of the state that an increment starts from; see increment.ContactState."""
-
-    @property
-    def slip(self) -> Array: ...
-    @property
-    def travelled(self) -> Array: ...
-    @property
-    def sliding(self) -> Array: ...
 
 
 @dataclass(frozen=True)
@@ -65,7 +53,7 @@ class Outcome:
     sliding: Array
 
 
-def outcome(problem: ContactProblem, past: History, found: Answer, before: Array) -> Outcome:
+def outcome(problem: ContactProblem, past: ContactState, found: Answer, before: Array) -> Outcome:
     """Of an answer that starts from a state, where C f was ``before`` (m, dim)."""
     multiplier, local, model = found.multiplier, found.motion, problem.model
     force, free = problem.to_global(multiplier), model.balanced
@@ -100,7 +88,7 @@ def outcome(problem: ContactProblem, past: History, found: Answer, before: Array
     )
 
 
-def _sliding(problem: ContactProblem, past: History, multiplier: Array, moved: Array) -> Array:
+def _sliding(problem: ContactProblem, past: ContactState, multiplier: Array, moved: Array) -> Array:
     """Slip (m,) mm of nodes on their friction limit; their last one where nothing has ``moved``.
 
     A motion that stands still leaves such nodes on the limit without a slip of their own: they are

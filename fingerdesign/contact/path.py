@@ -8,18 +8,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.increment import (
-    ContactState,
-    Increment,
-    Workspace,
-    ZoneExhausted,
-    solve_increment,
-)
+from fingerdesign.contact.increment import Increment, Workspace, ZoneExhausted, solve_increment
 from fingerdesign.contact.laws import OPEN, STICK
 from fingerdesign.contact.linearised import Factors, System
 from fingerdesign.contact.measures import Measures, measure
 from fingerdesign.contact.newton import ActiveInverse, classify
-from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.contact.tracking import Base
 from fingerdesign.errors import SolverError
 

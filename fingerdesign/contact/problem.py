@@ -111,6 +111,24 @@ class ContactProblem:
         return replace(self, friction_coefficient=friction_coefficient)
 
 
+@dataclass(frozen=True)
+class ContactState:
+    """What the past leaves: slip so far (m, dim - 1) mm, and the last forces as a first guess."""
+
+    slip: Array
+    multiplier: Array
+    motion: Motion
+    travelled: Array  # (m,) accumulated slip while in contact, mm
+    sliding: Array  # (m,) length of the last slip of nodes that are on their friction limit, mm
+
+    @staticmethod
+    def untouched(problem: ContactProblem) -> ContactState:
+        m, dim = problem.shape
+        return ContactState(
+            np.zeros((m, dim - 1)), np.zeros((m, dim)), Motion(0.0, 0.0), np.zeros(m), np.zeros(m)
+        )
+
+
 def contact_problem(
     model: ReducedModel,
     indenter: Indenter,

@@ -28,8 +28,8 @@ from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
 from fingerdesign.contact.linearised import TOLERANCE, Factors, Point, System
 from fingerdesign.contact.newton import ActiveInverse, Rooms
-from fingerdesign.contact.outcome import Answer, History, Outcome, outcome
-from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.contact.outcome import Answer, Outcome, outcome
+from fingerdesign.contact.problem import ContactProblem, ContactState
 
 _FACTOR = 0.5  # rho C_ii: ten times newton.py's, which starts from farther; from 2 on it cycles
 _OPPOSED = 1e-8  # of the force: friction off a slip's opposite, which residuals hardly see if short
@@ -119,7 +119,7 @@ class Tracker:
         self._system: System | None = None
         self.known: Known | None = None
 
-    def outcome(self, problem: ContactProblem, past: History, found: Answer) -> Outcome:
+    def outcome(self, problem: ContactProblem, past: ContactState, found: Answer) -> Outcome:
         """What an answer from a state amounts to, and its certificate."""
         return outcome(problem, past, found, self._before(past.slip, found))
 

@@ -20,10 +20,10 @@ from itertools import combinations, product
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.increment import ContactState, Increment, solve_increment
+from fingerdesign.contact.increment import Increment, solve_increment
 from fingerdesign.contact.newton import newton
 from fingerdesign.contact.pivots import friction_pivots
-from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.errors import SolverError
 
 _DISTINCT = 1e-5  # of the largest force: two answers, not one and its rounding

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.increment import ContactState, Increment, solve_increment
+from fingerdesign.contact.increment import Increment, solve_increment
 from fingerdesign.contact.measures import Measures
 from fingerdesign.contact.path import follow
-from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.control.signals import (
     NormalCalibration,
     Sample,

@@ -34,11 +34,7 @@ from fingerdesign.mesh.section.section import (
     section_outline,
     section_sizes,
 )
-from fingerdesign.mesh.sizing import (
-    FACETS_ACROSS,
-    MeshSizes,
-    SizeField,
-)
+from fingerdesign.mesh.sizing import FACETS_ACROSS, MeshSizes, SizeField
 from fingerdesign.mesh.types import Mesh
 
 _END_WORDS = ("in plates and beside them finer at the plates' ends, where stress is singular",)

@@ -22,10 +22,9 @@ import numpy as np
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.arrays import Array
-from fingerdesign.contact.increment import ContactState
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.path import Forces, follow, solve_forces
-from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.control.estimator import LAGS
 from fingerdesign.control.signals import gage_readings
 from fingerdesign.design.digest import content_digest

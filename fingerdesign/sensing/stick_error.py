@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
+from fingerdesign.contact.increment import Workspace, solve_increment
 from fingerdesign.contact.measures import measure
-from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.control.signals import NormalCalibration, gage_readings
 from fingerdesign.control.slip_study import normal_calibration
 from fingerdesign.errors import SolverError

@@ -15,23 +15,8 @@ import numpy as np
 
 from fingerdesign.control.roster import ControllerKind
 from fingerdesign.records.arrays import GripTrace
+from fingerdesign.report import style
 from fingerdesign.report.page import captioned, rendered, sentences
-from fingerdesign.report.style import (
-    BLUE,
-    COLOURS,
-    GREEN,
-    INK,
-    MUTED,
-    OPEN_COLOUR,
-    PURPLE,
-    VERMILION,
-    ReportFigure,
-    canvas,
-    house_style,
-    small_multiples,
-    spread,
-    to_png,
-)
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.record import ControlData
 
@@ -44,12 +29,12 @@ Row = dict[str, Any]
 TEMPLATES = Path(__file__).parent / "templates"
 WORDS = TEMPLATES / "words.txt.j2"
 HELD_SHARE = 0.99  # of the grid: what is asked of the regulator
-_OTHER = (MUTED, "-", "*")
+_OTHER = (style.MUTED, "-", "*")
 _MARKS = {  # why a grip did not succeed -> marker, colour
-    "dropped": ("x", INK),
-    "crushed": ("^", VERMILION),
-    "not lifted": ("_", INK),
-    "failed": ("$?$", PURPLE),
+    "dropped": ("x", style.INK),
+    "crushed": ("^", style.VERMILION),
+    "not lifted": ("_", style.INK),
+    "failed": ("$?$", style.PURPLE),
 }
 
 
@@ -95,13 +80,13 @@ def look_of(controller: str) -> tuple[str, Any, str]:
     if kind is None or kind.look is None:
         return _OTHER
     colour, dashes, marker = kind.look
-    return COLOURS.get(colour, colour), dashes, marker
+    return style.COLOURS.get(colour, colour), dashes, marker
 
 
-def success_figure(data: ControlData) -> ReportFigure:
+def success_figure(data: ControlData) -> style.ReportFigure:
     """Success against noise, a line a controller, with Wilson's intervals."""
     most = data["criteria"]["most_force_ratio"]
-    with house_style():
+    with style.house_style():
         return captioned(
             _success(data), WORDS, "success", controllers=data["controllers"], most=most
         )
@@ -109,12 +94,12 @@ def success_figure(data: ControlData) -> ReportFigure:
 
 def chart_png(data: ControlData) -> bytes:
     """Success against noise as a PNG on paper's colour."""
-    with house_style():
-        return to_png(_success(data))
+    with style.house_style():
+        return style.to_png(_success(data))
 
 
 def _success(data: ControlData) -> Canvas:
-    figure = canvas(8.4, 4.2)
+    figure = style.canvas(8.4, 4.2)
     axes = figure.subplots()
     noises = data["conditions"]["noises_microstrain"]
     count = len(data["controllers"])
@@ -135,19 +120,19 @@ def _success(data: ControlData) -> Canvas:
     return figure
 
 
-def force_figure(data: ControlData, rows: Sequence[Row], noise: float) -> ReportFigure:
+def force_figure(data: ControlData, rows: Sequence[Row], noise: float) -> style.ReportFigure:
     """Peak forces of every controller at one noise: quartiles and extremes, and each grip."""
     names = [each["controller"] for each in data["controllers"]]
     low, high = data["criteria"]["human_margin"]
     most = data["criteria"]["most_force_ratio"]
     rng = np.random.default_rng(0)  # of the scatter that parts the dots, nothing else
     peaks: dict[str, tuple[float, ...] | None] = dict.fromkeys(names)
-    with house_style():
-        figure = canvas(8.4, 0.9 + 0.42 * len(names))
+    with style.house_style():
+        figure = style.canvas(8.4, 0.9 + 0.42 * len(names))
         axes = figure.subplots()
-        axes.axvspan(low, high, color=GREEN, alpha=0.14, lw=0)
-        axes.axvline(most, color=VERMILION, ls=(0, (4, 3)), lw=1.0)
-        axes.axvline(1.0, color=INK, ls=":", lw=1.0)
+        axes.axvspan(low, high, color=style.GREEN, alpha=0.14, lw=0)
+        axes.axvline(most, color=style.VERMILION, ls=(0, (4, 3)), lw=1.0)
+        axes.axvline(1.0, color=style.INK, ls=":", lw=1.0)
         for place, name in enumerate(names):
             lifted = [row for row in _at(rows, name, noise) if row["lifted"]]
             ratios = np.array([row["peak_ratio"] for row in lifted])
@@ -158,7 +143,7 @@ def force_figure(data: ControlData, rows: Sequence[Row], noise: float) -> Report
             axes.plot(ratios, jitter, color=colour, ls="none", marker=".", ms=3, alpha=0.55)
             first, median, third = np.quantile(ratios, [0.25, 0.5, 0.75])
             axes.plot([first, third], [place, place], color=colour, lw=5, alpha=0.5)
-            axes.plot([median], [place], color=INK, marker="|", ms=13, mew=2, ls="none")
+            axes.plot([median], [place], color=style.INK, marker="|", ms=13, mew=2, ls="none")
             peaks[name] = median, first, third, ratios.max()
         axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
         axes.set_ylim(len(names) - 0.5, -0.5)
@@ -170,7 +155,7 @@ def force_figure(data: ControlData, rows: Sequence[Row], noise: float) -> Report
         )
 
 
-def map_figure(data: ControlData, rows: Sequence[Row], noise: float) -> ReportFigure:
+def map_figure(data: ControlData, rows: Sequence[Row], noise: float) -> style.ReportFigure:
     """Margin at lift over friction x weight, a panel a controller, with marks where it failed."""
     names = [each["controller"] for each in data["controllers"]]
     frictions = sorted(data["conditions"]["friction_coefficients"])
@@ -178,14 +163,16 @@ def map_figure(data: ControlData, rows: Sequence[Row], noise: float) -> ReportFi
     columns = 4
     panels_down = -(-len(names) // columns)
     counts = {}
-    with house_style():
+    with style.house_style():
         from matplotlib.cm import ScalarMappable
         from matplotlib.colors import LinearSegmentedColormap, Normalize
         from matplotlib.lines import Line2D
 
-        figure = canvas(1.2 + 2.1 * columns, 0.9 + 2.1 * panels_down)
-        panels = small_multiples(figure, len(names), columns, sharex=True, sharey=True)
-        colours = LinearSegmentedColormap.from_list("margin", [GREEN, OPEN_COLOUR, BLUE])
+        figure = style.canvas(1.2 + 2.1 * columns, 0.9 + 2.1 * panels_down)
+        panels = style.small_multiples(figure, len(names), columns, sharex=True, sharey=True)
+        colours = LinearSegmentedColormap.from_list(
+            "margin", [style.GREEN, style.OPEN_COLOUR, style.BLUE]
+        )
         scale = Normalize(1.0, 3.0, clip=True)
         for axes, name in zip(panels, names, strict=True):
             own = _at(rows, name, noise)
@@ -228,18 +215,18 @@ def _draw_map(
         axes.plot(x, y, color=colour, marker=marker, ms=4, mew=1.2, ls="none")
     axes.grid(False)
     for axis, along, decimals in ((axes.xaxis, frictions, 2), (axes.yaxis, masses, 0)):
-        ticks = spread(len(along), 4)
+        ticks = style.spread(len(along), 4)
         axis.set_ticks(ticks, [f"{along[k]:.{decimals}f}" for k in ticks])
 
 
-def paths_figure(traces: Sequence[GripTrace], noise: float) -> ReportFigure:
+def paths_figure(traces: Sequence[GripTrace], noise: float) -> style.ReportFigure:
     """F_t over F_n of all controllers on one object a panel, with limit and target."""
     objects: dict[tuple[float, float], list[GripTrace]] = {}
     for trace in sorted(traces, key=lambda each: (each.friction_coefficient, each.object_mass_g)):
         objects.setdefault((trace.friction_coefficient, trace.object_mass_g), []).append(trace)
-    with house_style():
-        figure = canvas(9.6, 3.6)
-        panels = small_multiples(figure, len(objects), len(objects))
+    with style.house_style():
+        figure = style.canvas(9.6, 3.6)
+        panels = style.small_multiples(figure, len(objects), len(objects))
         for axes, ((mu, mass), own) in zip(panels, objects.items(), strict=True):
             _draw_paths(axes, own)
             axes.set_title(f"μ = {mu:g}, {mass:g} g")
@@ -255,8 +242,10 @@ def _draw_paths(axes: Axes, traces: Sequence[GripTrace]) -> None:
     weight, mu = traces[0].weight_per_finger_N, traces[0].friction_coefficient
     most = max(float(trace.normal_force.max(initial=0.0)) for trace in traces)
     reach = 1.06 * max(most, weight / mu)
-    axes.plot([0, reach], [0, mu * reach], color=INK, ls=":", lw=1.2, label="slip limit μ F_n")
-    axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="weight mg/2")
+    axes.plot(
+        [0, reach], [0, mu * reach], color=style.INK, ls=":", lw=1.2, label="slip limit μ F_n"
+    )
+    axes.axhline(weight, color=style.MUTED, ls="-.", lw=1.0, label="weight mg/2")
     for trace in traces:
         colour, dashes, _ = look_of(trace.controller)
         normal, tangential = trace.normal_force, trace.tangential_force
@@ -265,7 +254,7 @@ def _draw_paths(axes: Axes, traces: Sequence[GripTrace]) -> None:
         if trace.lift_step is not None:
             here = trace.lift_step
             axes.plot([normal[here]], [tangential[here]], color=colour, marker="*", ms=8)
-    axes.plot([weight / mu], [weight], color=INK, ls="none", marker="x", ms=7, mew=1.6)
+    axes.plot([weight / mu], [weight], color=style.INK, ls="none", marker="x", ms=7, mew=1.6)
     axes.set_xlim(0, reach)
     axes.set_ylim(0, 1.3 * weight)
 

@@ -37,14 +37,7 @@ from fingerdesign.trials.bench import (
     Tug,
     refuse,
 )
-from fingerdesign.trials.record import (
-    Share,
-    Spread,
-    share_of,
-    spread_of,
-    unannounced,
-    unsure,
-)
+from fingerdesign.trials.record import Share, Spread, share_of, spread_of, unannounced, unsure
 from fingerdesign.version import __version__, versions
 
 if TYPE_CHECKING:

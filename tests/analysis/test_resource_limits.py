@@ -12,7 +12,7 @@ from fingerdesign_cli.main import main
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.forecast import elements, limits
-from fingerdesign.analysis.forecast.elements import count_section, count_space
+from fingerdesign.analysis.forecast.counts import count_section, count_space
 from fingerdesign.analysis.forecast.forecast import forecast_case, forecasts
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.stages import condense, make_mesh, zone_of

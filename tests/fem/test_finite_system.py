@@ -10,10 +10,11 @@ from scipy.spatial.transform import Rotation
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.body import condense_body
 from fingerdesign.fem.elements import lame_parameters
-from fingerdesign.fem.finite.body import finite_body, finite_system
-from fingerdesign.fem.finite.elements import (
+from fingerdesign.fem.finite.body import (
     Inverted,
     deformation,
+    finite_body,
+    finite_system,
     second_piola,
     second_piola_change,
 )

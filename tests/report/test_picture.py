@@ -9,7 +9,7 @@ import pytest
 
 import fingerdesign.analysis.page.picture as picture_module
 from fingerdesign.analysis.analysis import Analysis
-from fingerdesign.analysis.page.fields import centroid_strain, write_fields
+from fingerdesign.analysis.folder import centroid_strain, write_fields
 from fingerdesign.analysis.page.gage import plate_rows, strain_figure
 from fingerdesign.analysis.page.picture import (
     cast,

@@ -12,7 +12,6 @@ from fingerdesign.control.estimator import GripEstimator, feature_count
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing import training
-from fingerdesign.sensing.own_grips import own_grips
 from fingerdesign.sensing.teach import (
     BANDS,
     FRICTIONS,
@@ -23,6 +22,7 @@ from fingerdesign.sensing.teach import (
     sample,
     teach,
 )
+from fingerdesign.sensing.training import own_grips
 
 BOUNDS = Bounds(preload=0.01, approach_step=0.004, max_approach=0.12, max_steps=0)
 SETTINGS = Settings(face="upper", bounds=BOUNDS, grips=60, hearings=1, seed=1)

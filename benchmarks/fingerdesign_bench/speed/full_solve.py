@@ -20,10 +20,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.contact.increment import ContactState, Increment
+from fingerdesign.contact.increment import Increment
 from fingerdesign.contact.laws import OPEN, SLIP, certify, status_of
 from fingerdesign.contact.newton import classify, relative_residual
-from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.errors import SolverError
 from fingerdesign.fem import factor
 

@@ -23,9 +23,9 @@ import numpy as np
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.checks.load import load_design, parse_scene, with_values
 from fingerdesign.checks.starter import shipped_path, shipped_text
-from fingerdesign.contact.increment import ContactState, Increment, Workspace, solve_increment
+from fingerdesign.contact.increment import Increment, Workspace, solve_increment
 from fingerdesign.contact.laws import status_of
-from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion, contact_problem
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
 from fingerdesign.layout.frames import crest_height, plate_frames

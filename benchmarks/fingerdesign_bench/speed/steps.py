@@ -14,8 +14,8 @@ from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.checks.starter import shipped_path
-from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
-from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.increment import Workspace, solve_increment
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample
 from fingerdesign.runtime.journal import Journal

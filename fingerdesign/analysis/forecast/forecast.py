@@ -2,7 +2,7 @@
 
     forecast_case(Case(design, scene, "3d")).memory_MB
 
-Counts of elements come from the same size fields that the meshers are given (elements.py), what
+Counts of elements come from the same size fields that the meshers are given (counts.py), what
 they cost from fitted laws and this machine's measured speed (runtime/machine.py).
 """
 

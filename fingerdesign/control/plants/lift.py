@@ -36,9 +36,9 @@ from fingerdesign.contact.balance import (
     rising_root,
     solve_shear,
 )
-from fingerdesign.contact.increment import ContactState, Increment, Workspace, solve_increment
+from fingerdesign.contact.increment import Increment, Workspace, solve_increment
 from fingerdesign.contact.path import NoEquilibrium
-from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.control.plants.plant import Truth, felt
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import Grip, Tug, WeightChange, lifting_tugs, pull_at

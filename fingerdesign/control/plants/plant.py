@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from fingerdesign.contact.increment import ContactState, Increment, Workspace, solve_increment
+from fingerdesign.contact.increment import Increment, Workspace, solve_increment
 from fingerdesign.contact.measures import completely_slips, measure
-from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.control.signals import Sample, gage_readings
 from fingerdesign.design.grip import weight_per_finger
 

@@ -21,13 +21,7 @@ from fingerdesign.layout.volume import section_area
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import cell_volumes, oriented
 from fingerdesign.mesh.section.netgen import triangulated
-from fingerdesign.mesh.section.outline import (
-    BODY,
-    ContactSizes,
-    Outline,
-    body_outline,
-    core_box,
-)
+from fingerdesign.mesh.section.outline import BODY, ContactSizes, Outline, body_outline, core_box
 from fingerdesign.mesh.sheets import line_beyond, open_sheets, room_around, sheet_facets
 from fingerdesign.mesh.sizing import contact_size
 from fingerdesign.mesh.types import Mesh, boundary_facets, core_name, quadratic

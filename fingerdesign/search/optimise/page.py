@@ -11,16 +11,7 @@ import numpy as np
 from fingerdesign.errors import shown
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.report.page import sentences
-from fingerdesign.report.style import (
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    PAPER,
-    VERMILION,
-    canvas,
-    house_style,
-)
+from fingerdesign.report.style import BLUE, GREEN, INK, MUTED, PAPER, VERMILION, canvas, house_style
 from fingerdesign.report.table import Table
 from fingerdesign.search.compare.read import STUDY_FILE
 from fingerdesign.search.compare.table import metric_title
