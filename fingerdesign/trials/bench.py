@@ -14,13 +14,13 @@ from functools import cached_property
 import numpy as np
 
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control.calibration import Bounds, Calibration, calibrate
+from fingerdesign.control.calibration import Bounds, Calibration
 from fingerdesign.control.episode import Episode, run_episode
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.metrics import JudgedGrip, outcome
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Relaxation
-from fingerdesign.control.plants.plant import CondensedPlant, Memory, Plant, RememberedPlant
-from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
+from fingerdesign.control.plants.plant import Memory, RememberedPlant
+from fingerdesign.control.plants.rig import Hardware, ImperfectPlant, calibrated
 from fingerdesign.control.roster import Controller, make_controller
 from fingerdesign.design.grip import GRAVITY, Grip
 from fingerdesign.errors import DesignError, Fault, SolverError
@@ -203,17 +203,8 @@ class GripBench:
         """The bench moves with the same rig at rest, which takes the mean of many samples."""
         if noise not in self._calibrations:
             rng = np.random.default_rng([self.grid.seed, round(1e6 * noise)])
-            hardware = self._noisy(noise)
-
-            def plant(hardware: Hardware) -> Plant:
-                return self._imperfect(CondensedPlant(self.problem, self.face), hardware, rng)
-
-            self._calibrations[noise] = calibrate(
-                lambda: plant(hardware.at_rest()),
-                self.problem.model.gage_x,
-                self.bounds,
-                lambda: plant(hardware),
-            )
+            own = (self._noisy(noise), rng, self.bounds, self.plates)
+            self._calibrations[noise] = calibrated(self.problem, self.face, *own)
         return self._calibrations[noise]
 
     def with_grip(self, grip: Grip) -> GripBench:
@@ -274,7 +265,7 @@ class GripBench:
         )
         rng = np.random.default_rng(seed_of(cell, self.grid.seed))
         return run_episode(
-            self._imperfect(remembered, self._noisy(cell.noise), rng),
+            ImperfectPlant(remembered, self._noisy(cell.noise), rng, self.plates),
             self.controller(cell),
             self.calibration(cell.noise),
             self.bounds,
@@ -291,9 +282,6 @@ class GripBench:
     def _noisy(self, noise: float) -> Hardware:
         own = {"gage_noise_microstrain": noise, "gage_noise_microvolt_per_V": 0.0}
         return self.grip.hardware.model_copy(update=own)
-
-    def _imperfect(self, plant: Plant, hardware: Hardware, rng: np.random.Generator) -> Plant:
-        return ImperfectPlant(plant, hardware, rng, self.plates)
 
 
 def _failed(cell: Cell, seed: int, reason: str) -> JudgedGrip:

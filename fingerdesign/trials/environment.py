@@ -18,7 +18,7 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.metrics import MOST_FORCE
-from fingerdesign.control.plants.lift import LiftPlant, Relaxation
+from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import Truth, press, safety_margin
 from fingerdesign.control.plants.rig import ImperfectPlant
 from fingerdesign.control.signals import Sample
@@ -162,15 +162,8 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
         return self._observation.copy(), reward, terminated, ending == "steps", info
 
     def _lift(self, friction: float, mass_g: float) -> LiftPlant:
-        other = self._opposite
-        return LiftPlant(
-            self._problem.with_friction(friction),
-            self._face,
-            mass_g,
-            None if other is None else other.with_friction(friction),
-            [*self._grip.tugs, *self._grip.weight_changes],
-            Relaxation.of(self._grip),
-        )
+        own = (friction, mass_g, self._opposite)
+        return LiftPlant.of(self._grip, self._problem, self._face, *own)
 
     def _ending(self, truth: Truth, beyond: bool) -> tuple[str, str]:
         """How the episode ends now and a sentence why; empty while it goes on."""

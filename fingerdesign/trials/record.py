@@ -157,20 +157,13 @@ class Said(Protocol):
     """A grip, and what the controller said of itself."""
 
     @property
-    def success(self) -> int:
-        """Whether it was lifted well."""
-
+    def success(self) -> int: ...
     @property
-    def crushed(self) -> int | None:
-        """Whether it was pressed too hard."""
-
+    def crushed(self) -> int | None: ...
     @property
-    def ending(self) -> str:
-        """What ended it."""
-
+    def ending(self) -> str: ...
     @property
-    def unsure(self) -> int | None:
-        """Whether the controller said so."""
+    def unsure(self) -> int | None: ...
 
 
 def unannounced(grips: Sequence[Said]) -> int | None:

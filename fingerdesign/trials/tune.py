@@ -15,13 +15,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter
-from typing_extensions import TypedDict
 
 from fingerdesign.analysis.case import Clock
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.checks.load import dump_design, with_values
 from fingerdesign.control.metrics import JudgedGrip
-from fingerdesign.control.roster import Range
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError, closed, json_text
 from fingerdesign.report.page import sentences
@@ -89,33 +87,6 @@ class TuningRecord:
         return json_text(self.data(), indent=1)
 
 
-@closed
-class TrialData(TypedDict):
-    """A trial as it is written, see :func:`trial_data`."""
-
-    values: dict[str, float]
-    round: int
-    grips: int
-    success_rate: float
-    held_rate: float
-    mean_peak_ratio: float | None
-    dropped: int
-    crushed: int
-    not_lifted: int
-
-
-@closed
-class TuningData(TypedDict):
-    """A controller's tuning as it is written, see :func:`tuning_data`."""
-
-    grips: int
-    ranges: list[Range]
-    rounds: list[Round]
-    best: TrialData
-    default: TrialData
-    trials: list[TrialData]
-
-
 def tuning_data(tuning: Tuning) -> dict[str, Any]:
     """A tuning as plain values: its ranges and rounds, every trial, the best and the default."""
     return {
@@ -177,8 +148,8 @@ Estimated = Callable[[int, int], None]  # grips judged of those asked for at onc
 class Kept:
     """The journal of an unfinished run with ``digest``; a file of something else is a JournalError.
 
-    The procedure is seeded, so a run that is begun anew asks
-    for the same trials: those that are kept are taken from here, in the middle of a round too.
+    It holds the grips of each trial. The procedure is seeded, so a run that is begun anew asks for
+    the same trials: those that are kept are taken from here, in the middle of a round too.
     """
 
     def __init__(self, path: Path, digest: str) -> None:
@@ -191,19 +162,9 @@ class Kept:
             raise
 
     @property
-    def controllers(self) -> dict[str, dict[str, Any]]:
-        """Finished tunings by name."""
-        found = ((*key.split(" ", 1), record) for key, record in self._journal)
-        return {name: record for kind, name, record in found if kind == "controller"}
-
-    @property
     def grips(self) -> int:
         """How many grips of trials are kept."""
-        return sum(len(record) for key, record in self._journal if key.startswith("trial "))
-
-    def add(self, controller: str, tuning: dict[str, Any]) -> None:
-        """Keep a finished tuning."""
-        self._journal.add({f"controller {controller}": tuning})
+        return sum(len(record) for _, record in self._journal)
 
     def judge(self, judge: Judge, reported: Estimated = lambda done, of: None) -> Judge:
         """A judge that recalls what is kept and keeps, trial by trial, what ``judge`` makes."""
@@ -225,21 +186,15 @@ class Kept:
 
 
 def _refuse_invalid(journal: Journal) -> None:
-    """ResultError for a record that is neither a trial's grips nor a controller's tuning."""
+    """ResultError for a record that is not a trial's grips."""
     closed(JudgedGrip)  # all its keys, and no others
-    adapters: dict[str, TypeAdapter[Any]] = {
-        "trial": TypeAdapter(list[JudgedGrip]),
-        "controller": TypeAdapter(TuningData),
-    }
+    adapter = TypeAdapter(list[JudgedGrip])
     try:
         for key, record in journal:
-            kind, name = key.split(" ", 1)
-            found = adapters[kind].validate_json(json.dumps(record), strict=True)
-            if kind == "controller" and {r.key for r in ranges_of(name)} != {
-                *found["best"]["values"]
-            }:
-                raise ValueError(f"not the parameters of {name}")
-    except (ValueError, KeyError, DesignError) as error:
+            if not key.startswith("trial "):
+                raise ValueError(key)
+            adapter.validate_json(json.dumps(record), strict=True)
+    except ValueError as error:
         what = f"{journal.path}: not a record of a tuning"
         raise ResultError(f"{what}; move it away, or choose another --out") from error
 
@@ -299,11 +254,11 @@ def tune_controllers(
     digest = _tuning_digest(design, budget, noises, seed, bench.problem, bench.estimator)
     if (kept := Kept(journal, digest)).grips:
         report(f"going on: {kept.grips} grips were made before", 0.0)
-    left = [name for name in names if name not in kept.controllers]
+    found = {}
     with one_thread(), bench_judge(bench, workers) as judge:
-        for number, name in enumerate(left):
-            progress = _Progress(report, number, len(left), len(budget))
-            found = tune(
+        for number, name in enumerate(names):
+            progress = _Progress(report, number, len(names), len(budget))
+            found[name] = tune(
                 name,
                 default_values(design, name),
                 tuning_cells(name, budget[-1].grips, seed, noises),
@@ -312,7 +267,6 @@ def tune_controllers(
                 seed=seed,
                 report=progress.round,
             )
-            kept.add(name, tuning_data(found))
     kept.close()
     return TuningRecord(
         design=design.design.name,
@@ -325,7 +279,7 @@ def tune_controllers(
             "gages": len(bench.plates),
             **design.grip.model_dump(include={"preload_mm", "max_approach_mm", "max_steps"}),
         },
-        controllers={name: kept.controllers[name] for name in names},
+        controllers={name: tuning_data(each) for name, each in found.items()},
         versions=versions(),
         seconds=time.perf_counter() - start,
     )

@@ -11,7 +11,7 @@ from fingerdesign_bench.any_finger.designs import random_design
 from fingerdesign_cli.main import main
 
 from fingerdesign.analysis.case import Case
-from fingerdesign.analysis.forecast import elements, limits
+from fingerdesign.analysis.forecast import counts, limits
 from fingerdesign.analysis.forecast.counts import count_section, count_space
 from fingerdesign.analysis.forecast.forecast import forecast_case, forecasts
 from fingerdesign.analysis.forecast.limits import refuse
@@ -128,7 +128,7 @@ def test_counts_of_some_cells_are_those_of_all(monkeypatch):
 
     every = counted()
     monkeypatch.setattr(sizing, "_MOST_CELLS", 2_500)
-    monkeypatch.setattr(elements, "_SECTION_CELLS", 1_000)
+    monkeypatch.setattr(counts, "_SECTION_CELLS", 1_000)
     assert counted() == pytest.approx(every, rel=0.05)
     assert counted()[1] != every[1]
 

@@ -26,7 +26,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite
-from typing import Protocol
 
 from fingerdesign.contact.balance import (
     Attempts,
@@ -77,28 +76,11 @@ class Held:
         return self.increment.motion.shear
 
 
-class Pair(Protocol):
-    """Two fingers and their friction history, which ``accept`` alone moves on."""
-
-    def stand(self, closing: float, shear: float) -> Held:
-        """Both moved to ``closing`` and ``shear``, mm in all."""
-        ...
-
-    def hang(self, closing: float, weight: float, most: float = inf) -> Held:
-        """Closed by ``closing`` mm in all, together carrying ``weight`` N: the shear is found.
-
-        most: a shear at which they are known to carry more. Raises NoEquilibrium where friction
-        cannot carry it.
-        """
-        ...
-
-    def accept(self, held: Held) -> None:
-        """Go on from ``held``."""
-        ...
-
-
 class MirrorPair:
-    """A finger and its mirror image: half of all forces each, exactly."""
+    """A finger and its mirror image: half of all forces each, exactly.
+
+    Of this pair and the other ``accept`` alone moves the friction history on.
+    """
 
     def __init__(self, problem: ContactProblem) -> None:
         self._problem = problem
@@ -107,10 +89,16 @@ class MirrorPair:
         self._before: Increment | None = None
 
     def stand(self, closing: float, shear: float) -> Held:
+        """Both moved to ``closing`` and ``shear``, mm in all."""
         motion = Motion(closing, shear)
         return self._held(solve_increment(self._problem, self._state, motion, self._workspace))
 
     def hang(self, closing: float, weight: float, most: float = inf) -> Held:
+        """Closed by ``closing`` mm in all, together carrying ``weight`` N: the shear is found.
+
+        most: a shear at which they are known to carry more. Raises NoEquilibrium where friction
+        cannot carry it.
+        """
         start, half = None, 0.5 * weight
         if self._before is not None:
             start = predicted_shear(self._problem, self._before, closing, half, self._workspace)
@@ -119,6 +107,7 @@ class MirrorPair:
         )
 
     def accept(self, held: Held) -> None:
+        """Go on from ``held``."""
         self._state = held.increment.state
         self._before = held.increment
 
@@ -267,9 +256,9 @@ class LiftPlant:
         if not (isfinite(object_mass_g) and object_mass_g > 0.0):
             raise ValueError(f"a mass of {object_mass_g} g must be over 0")
         self._problem, self._face = problem, face
-        self._fingers: Pair = (
-            MirrorPair(problem) if opposite is None else UnlikePair(problem, opposite)
-        )
+        self._fingers: MirrorPair | UnlikePair = MirrorPair(problem)
+        if opposite is not None:
+            self._fingers = UnlikePair(problem, opposite)
         self._mass = object_mass_g
         self._tugs = [each for each in disturbances if isinstance(each, Tug)]
         self._changes = [each for each in disturbances if isinstance(each, WeightChange)]
@@ -286,6 +275,25 @@ class LiftPlant:
         self.held: Held | None = None  # what both fingers do after the last move, for the judge
         self._weight = 0.0  # at the last move
         self._sample: Sample
+
+    @staticmethod
+    def of(
+        grip: Grip,
+        problem: ContactProblem,
+        face: str,
+        friction_coefficient: float,
+        object_mass_g: float,
+        opposite: ContactProblem | None = None,
+    ) -> LiftPlant:
+        """As a design's ``[grip]`` table says, both fingers at one friction."""
+        return LiftPlant(
+            problem.with_friction(friction_coefficient),
+            face,
+            object_mass_g,
+            None if opposite is None else opposite.with_friction(friction_coefficient),
+            [*grip.tugs, *grip.weight_changes],
+            Relaxation.of(grip),
+        )
 
     def move(self, dx: float, dy: float) -> Sample:
         """Raise the hand by ``dx``, close each finger by ``dy``; see :class:`Plant`."""

@@ -15,7 +15,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds, Calibration, calibrate
-from fingerdesign.control.plants.lift import LiftPlant, Relaxation
+from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Plant, Truth
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import Grip, HardwareTable
@@ -135,6 +135,26 @@ class _Axis:
         return turned + lost
 
 
+def calibrated(
+    bench: ContactProblem,
+    face: str,
+    hardware: Hardware,
+    rng: np.random.Generator,
+    bounds: Bounds,
+    plates: Sequence[int] | None,
+) -> Calibration:
+    """What a finger's rig learns by the bench moves, at rest at each point, and of its delay.
+
+    Raises SolverError where nothing is felt.
+    """
+
+    def plant(hardware: Hardware) -> Plant:
+        return ImperfectPlant(CondensedPlant(bench, face), hardware, rng, plates)
+
+    gage_x = bench.model.gage_x
+    return calibrate(lambda: plant(hardware.at_rest()), gage_x, bounds, lambda: plant(hardware))
+
+
 _BENCH, _GRIP = 0, 1  # streams of random numbers from one seed
 
 
@@ -156,35 +176,17 @@ class Rig:
     def calibration(self) -> Calibration:
         """The bench moves, at rest at each point. Raises SolverError where nothing is felt."""
         bench = self.problem.with_friction(self.grip.bench_friction_coefficient)
-        hardware = self.grip.hardware
         rng = np.random.default_rng([self.grip.seed, _BENCH])
-
-        def plant(hardware: Hardware) -> Plant:
-            return ImperfectPlant(CondensedPlant(bench, self.face), hardware, rng, self.plates)
-
-        return calibrate(
-            lambda: plant(hardware.at_rest()),
-            self.problem.model.gage_x,
-            Bounds.of(self.grip),
-            lambda: plant(hardware),
-        )
+        bounds = Bounds.of(self.grip)
+        return calibrated(bench, self.face, self.grip.hardware, rng, bounds, self.plates)
 
     def plant(self, friction_coefficient: float, object_mass_g: float, number: int = 0) -> Plant:
         """A fresh plant; grips of the same ``number`` hear the same noise."""
         rng = np.random.default_rng([self.grip.seed, _GRIP, number])
-        inner = self._perfect(friction_coefficient, object_mass_g)
-        return ImperfectPlant(inner, self.grip.hardware, rng, self.plates)
-
-    def _perfect(self, friction_coefficient: float, object_mass_g: float) -> Plant:
-        problem = self.problem.with_friction(friction_coefficient)
+        inner: Plant
         if self.grip.plant == "finger":
-            return CondensedPlant(problem, self.face)
-        other = self.opposite
-        return LiftPlant(
-            problem,
-            self.face,
-            object_mass_g,
-            None if other is None else other.with_friction(friction_coefficient),
-            [*self.grip.tugs, *self.grip.weight_changes],
-            Relaxation.of(self.grip),
-        )
+            inner = CondensedPlant(self.problem.with_friction(friction_coefficient), self.face)
+        else:
+            own = (friction_coefficient, object_mass_g, self.opposite)
+            inner = LiftPlant.of(self.grip, self.problem, self.face, *own)
+        return ImperfectPlant(inner, self.grip.hardware, rng, self.plates)
