@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.analysis.page.words import FIGURES, force_controlled, leaves_section
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.contact.recovery import middle_weights
 from fingerdesign.records.arrays import OPEN, SLIP, STICK, ContactHistory
 from fingerdesign.records.result import Result
 from fingerdesign.report import style
@@ -72,9 +74,9 @@ def traction_figure(contact: ContactHistory) -> style.ReportFigure:
     Along x, signed; its magnitude where it has a part along z.
     """
     line = contact.mid_line()
-    x = contact.points[line, 0]
-    pressure = cleaned(contact.normal_traction[:, line])
-    both = cleaned(contact.tangential_traction[:, line], scale=float(pressure.max(initial=0.0)))
+    x, normal, tangential = _middle_tractions(contact, line)
+    pressure = cleaned(normal)
+    both = cleaned(tangential, scale=float(pressure.max(initial=0.0)))
     size = np.linalg.norm(both, axis=2)
     # A free mesh has no row of nodes on z = 0: a little stands aside there even in pure shear.
     turned = bool(np.abs(both[..., 1:]).max(initial=0.0) > 0.02 * size.max(initial=0.0))
@@ -109,6 +111,20 @@ def traction_figure(contact: ContactHistory) -> style.ReportFigure:
         shear=np.abs(shear[last]).max(),
         at=x[pressure[last].argmax()],
     )
+
+
+def _middle_tractions(contact: ContactHistory, line: IntArray) -> tuple[Array, Array, Array]:
+    """Places (l,) along ``line``, normal (k, l) and tangential (k, l, 1 | 2) tractions there: in
+    3-D recovered from the nodes around."""
+    x = contact.points[line, 0]
+    if contact.dimension == 2:
+        return x, contact.normal_traction[:, line], contact.tangential_traction[:, line]
+    x = np.linspace(x.min(), x.max(), 2 * len(x))
+    weights = middle_weights(contact.points, contact.areas, line, x, contact.symmetric)
+    tangential: Array = weights @ contact.tangential_traction
+    if contact.symmetric:
+        tangential[..., 1] = 0.0
+    return x, np.maximum(contact.normal_traction @ weights.T, 0.0), tangential
 
 
 def _slopes(contact: ContactHistory) -> bool:
