@@ -20,7 +20,7 @@ from fingerdesign.analysis.fidelity.ladder import Choice, choose
 from fingerdesign.analysis.folder import cad_beside, complete_answer, write_analysis
 from fingerdesign.analysis.forecast.forecast import forecast_case
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.path import follow_path, object_at_touch
+from fingerdesign.analysis.path import follow_path, problem_at_touch
 from fingerdesign.analysis.stages import (
     bare_opposite,
     condense,
@@ -30,7 +30,6 @@ from fingerdesign.analysis.stages import (
     slip_studies,
     zone_of,
 )
-from fingerdesign.contact.problem import contact_problem
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -89,18 +88,17 @@ def _run_in_zone(
         clock.add(model.timings)
         chosen = Choice(requested, model, zone, notes)
     case, zone = chosen.case, chosen.zone
-    rigid = object_at_touch(scene.object, case.design.body)
-    problem = contact_problem(chosen.model.reduced, rigid, scene.object.friction_coefficient)
+    problem = problem_at_touch(chosen.model.reduced, scene.object, case.design.body)
     report("loading")
     with clock.stage("increments"), one_thread():
         steps = follow_path(problem, scene, case.design)
         array = replace(problem, model=problem.model.with_gages(case.gage_array))
-        studies = slip_studies(case, scene, array) if case.scene is None and case.studied else ()
+        studies = slip_studies(case, scene, array)
     grips: list[tuple[GripResult, GripTrace]] = []
     if case.runs_grips:
         report("gripping")
         with clock.stage("grips"), one_thread():
-            bare = bare_opposite(case, problem, zone, scene)
+            bare = bare_opposite(case, zone, scene)
             grip, plates = case.design.grip, case.gage_array
             given = (grip.friction_coefficients, grip.object_mass_g, plates, bare, case.estimator)
             episodes = run_episodes(array, case.design, *given)

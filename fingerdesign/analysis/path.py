@@ -10,7 +10,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.checks.design import MOST_MOTION
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import Forces, Step, follow
-from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.control.signals import gage_readings
 from fingerdesign.design.scene import Scene, SceneObject, ScenePath
 from fingerdesign.design.schema import Body, Design
@@ -31,6 +31,11 @@ def object_at_touch(rigid: SceneObject, body: Body) -> RigidObject:
     if isinstance(made, Plane) and made.direction == (0.0, -1.0, 0.0) and body.step is None:
         return made.at_height(surface_of(body).crest)
     return _let_down(made, body)[0]
+
+
+def problem_at_touch(model: ReducedModel, rigid: SceneObject, body: Body) -> ContactProblem:
+    """The finger against the scene's object where it first touches, at the object's friction."""
+    return contact_problem(model, object_at_touch(rigid, body), rigid.friction_coefficient)
 
 
 def touch_point(rigid: SceneObject, body: Body) -> tuple[float, float]:

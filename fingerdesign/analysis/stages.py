@@ -12,12 +12,12 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fingerdesign.analysis.case import Case
-from fingerdesign.analysis.path import object_at_touch, touch_point
+from fingerdesign.analysis.path import problem_at_touch, touch_point
 from fingerdesign.checks.load import without_plates
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.kernel import kernel
 from fingerdesign.contact.path import Step
-from fingerdesign.contact.problem import ContactProblem, contact_problem
+from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.slip_study import slip_studies as study
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -92,11 +92,11 @@ def one_thread() -> AbstractContextManager[object]:
 
 
 def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[SlipStudy, ...]:
-    """The gage area beside the stick area over the fundamental path, at several frictions.
+    """The gage area beside the stick area, at several frictions, where the path is the fundamental.
 
     Each row is cut into four: with eight points a few large steps decide a rank correlation.
     """
-    if len(problem.model.gage_x) < 2:
+    if case.scene is not None or not case.studied or len(problem.model.gage_x) < 2:
         return ()
     frictions = sorted({*STUDY_FRICTION, scene.object.friction_coefficient})
     rows = [(row[0], row[1]) for row in scene.path.rows]
@@ -104,17 +104,14 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
     return tuple(study(problem, rows, gages.face, frictions, _PIECES, gages.area_share))
 
 
-def bare_opposite(
-    case: Case, problem: ContactProblem, zone: Zone, scene: Scene
-) -> ContactProblem | None:
+def bare_opposite(case: Case, zone: Zone, scene: Scene) -> ContactProblem | None:
     """The finger opposite where it is the same one without plates; None where it is alike."""
     if case.design.grip.opposite != "bare":
         return None
     other = without_plates(case.design)
     mesh = make_mesh(other, case.fidelity, zone, case.symmetric)
     model = condense(other, mesh, zone, scene).reduced
-    rigid = object_at_touch(scene.object, other.body)
-    return contact_problem(model, rigid, problem.friction_coefficient)
+    return problem_at_touch(model, scene.object, other.body)
 
 
 def recover_fields(model: FiniteElementModel, steps: list[Step]) -> FieldHistory:

@@ -24,10 +24,9 @@ import scipy.sparse as sp
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.readings import readings_of
-from fingerdesign.analysis.path import follow_path, object_at_touch
+from fingerdesign.analysis.path import follow_path, problem_at_touch
 from fingerdesign.analysis.stages import in_wide_zone, one_thread, zone_of
 from fingerdesign.arrays import Array, BoolArray
-from fingerdesign.contact.problem import contact_problem
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -107,8 +106,7 @@ def readings(
         gage_positions=centres,
         depth=design.body.depth_mm,
     )
-    rigid = object_at_touch(scene.object, design.body)
-    problem = contact_problem(reduced, rigid, scene.object.friction_coefficient)
+    problem = problem_at_touch(reduced, scene.object, design.body)
     with one_thread():
         return readings_of(follow_path(problem, scene, design), design.gages.face).reading
 

@@ -15,11 +15,11 @@ from typing import Literal
 
 from fingerdesign.analysis.case import Case, Clock
 from fingerdesign.analysis.fidelity.readings import Readings, readings_of
-from fingerdesign.analysis.path import follow_path, object_at_touch
+from fingerdesign.analysis.path import follow_path, problem_at_touch
 from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, one_thread, zone_of
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.path import Step
-from fingerdesign.contact.problem import ContactProblem, contact_problem
+from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -168,8 +168,7 @@ def _solve_in(
     assembled, total = built.timings["assemble"], time.perf_counter() - start
     clock.add({"assemble": assembled, "condense": total - assembled})
     with clock.stage("increments"):
-        rigid = object_at_touch(scene.object, own.body)
-        problem = contact_problem(built.reduced, rigid, scene.object.friction_coefficient)
+        problem = problem_at_touch(built.reduced, scene.object, own.body)
         steps = _follow(own, scene, problem)
     return Solved(
         design=own,
