@@ -17,7 +17,7 @@ from fingerdesign.layout.volume import (
     plate_volume,
     section_area,
 )
-from fingerdesign.mesh.tetra.carriers import carriers_of, core_faces, plane, plate_faces
+from fingerdesign.mesh.tetra.carriers import core_faces, outer_faces, plane, plate_faces
 from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES, Mesh, boundary_facets
 from fingerdesign.shapes.faces import Carrier
 
@@ -183,7 +183,7 @@ def worst_area_error(mesh: Mesh, design: Design) -> float:
     facets = {name: mesh.facets.get(name, none) for name in wanted}
     found = {name: curved_areas(mesh.points, rows).sum() for name, rows in facets.items()}
     groups = [{name} for name in wanted]
-    for face in carriers_of(design, (), mesh.symmetric, core=False).faces:
+    for face in outer_faces(design.body, mesh.symmetric):
         joined = [group for group in groups if group & set(face.boundaries)]
         if len(joined) > 1:  # no edge tells where one ends and the next begins
             groups = [group for group in groups if group not in joined] + [set().union(*joined)]
@@ -309,8 +309,7 @@ def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
     Besides the mesh's named facets, "plate_k" and "core": the surface of that region.
     """
     frames = {frame.index: frame for frame in meshed_plates(mesh, design)}
-    carriers = carriers_of(design, (), mesh.symmetric, core=False)
-    outer = [carriers.faces[number] for number in carriers.outside]
+    outer = outer_faces(design.body, mesh.symmetric)
     found = {}
     for name, facets in mesh.facets.items():
         slot = re.fullmatch(r"plate_(\d+)_(upper|lower|end)", name)

@@ -19,6 +19,7 @@ from fingerdesign.design.schema import Body
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.profile import chain_misfit, profile_of
+from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.types import boundary_facets
 
 FACES = ("upper", "lower", "end")
@@ -64,9 +65,7 @@ def open_sheets(
         cells.append(_ends_filled(frame, points, chain, lower))
         count += len(cut)
     opened, whole = np.vstack([moved, *extra]), np.vstack(cells)
-    a, b, c = (opened[whole[:, k]] for k in range(3))
-    u, v = b - a, c - a
-    turned = int((u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] <= 0.0).sum())
+    turned = int((cell_volumes(opened, whole) <= 0.0).sum())
     if turned:
         raise MeshError(
             f"{turned} triangles were turned over where plates were opened to their thickness: "

@@ -142,6 +142,23 @@ def facet_keys(facets: IntArray, nodes: int) -> IntArray:
     return np.asarray((a * nodes + b) * nodes + c)
 
 
+def same_keys(keys: IntArray) -> tuple[IntArray, IntArray]:
+    """Pairs of places that have the same key, (p,) and (p,): each with the next of its kind."""
+    order = np.argsort(keys, kind="stable")
+    same = np.flatnonzero(keys[order][1:] == keys[order][:-1])
+    return order[same], order[same + 1]
+
+
+def pieces(first: IntArray, second: IntArray, count: int) -> tuple[int, IntArray]:
+    """Number of connected pieces of ``count`` things joined by pairs, and each thing's piece."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
+    number, piece = connected_components(graph, directed=False)
+    return int(number), np.asarray(piece, dtype=np.int64)
+
+
 @dataclass(frozen=True)
 class Stars:
     """Which tetrahedra are around each node: ``tets[start[i]:start[i + 1]]``."""

@@ -34,7 +34,7 @@ from fingerdesign.mesh.measures import (
 )
 from fingerdesign.mesh.sheets import FACES
 from fingerdesign.mesh.tetra.boundary import BoundaryFacets, boundary_facets
-from fingerdesign.mesh.tetra.carriers import Carriers, carriers_of, in_core
+from fingerdesign.mesh.tetra.carriers import Carriers, carriers_of, in_core, outer_faces
 from fingerdesign.mesh.tetra.snap import curve_facets, snap_to_carriers
 from fingerdesign.mesh.types import (
     TETRA_EDGES,
@@ -42,7 +42,9 @@ from fingerdesign.mesh.types import (
     Mesh,
     core_name,
     facet_keys,
+    pieces,
     quadratic,
+    same_keys,
     with_mid_nodes,
 )
 
@@ -167,7 +169,7 @@ def check_faces(mesh: Mesh, design: Design, path: Path) -> None:
 
 def _check_areas(mesh: Mesh, design: Design, path: Path) -> None:
     wanted = outer_areas(mesh, design)
-    faces = carriers_of(design, (), mesh.symmetric, core=False).faces
+    faces = outer_faces(design.body, mesh.symmetric)
     for name in ("base", "contact"):
         area = float(curved_areas(mesh.points, mesh.facets[name]).sum())
         allowed = AREA_ERROR * wanted[name]
@@ -194,17 +196,15 @@ def check_joined(points: Array, corners: IntArray, path: Path) -> None:
     """MeshError where cells (c, 4) overlap (three at a facet), or are not all joined by facets."""
     keys = facet_keys(corners[:, np.array(TETRA_FACETS)].reshape(-1, 3), len(points))
     cells = np.repeat(np.arange(len(corners)), 4)
-    order = np.argsort(keys, kind="stable")
-    keys, cells = keys[order], cells[order]
-    same = keys[1:] == keys[:-1]
-    thrice = np.flatnonzero(same[1:] & same[:-1])
+    first, second = same_keys(keys)
+    thrice = first[np.isin(second, first)]
     if len(thrice):
         owners = np.unique(cells[thrice])
         raise MeshError(
             f"{path.name} has {len(np.unique(keys[thrice]))} facets that more than two tetrahedra "
             f"share {_where(points[corners[owners]].mean(axis=1))}: cells overlap or are double"
         )
-    count, piece = _pieces(cells[:-1][same], cells[1:][same], len(corners))
+    count, piece = pieces(cells[first], cells[second], len(corners))
     if count > 1:
         size = np.bincount(piece)
         away = piece != size.argmax()
@@ -234,9 +234,8 @@ def check_outside(points: Array, faces: BoundaryFacets, design: Design, path: Pa
     sides = np.sort(corners[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
     _, edges = np.unique(sides[:, 0] * len(points) + sides[:, 1], return_inverse=True)
     owner = np.repeat(np.arange(len(corners)), 3)
-    order = np.argsort(edges, kind="stable")
-    same = edges[order][1:] == edges[order][:-1]
-    count, piece = _pieces(owner[order][:-1][same], owner[order][1:][same], len(corners))
+    first, second = same_keys(edges.reshape(-1))
+    count, piece = pieces(owner[first], owner[second], len(corners))
     if count > 1:
         inner = piece != np.bincount(piece).argmax()
         raise MeshError(
@@ -244,16 +243,6 @@ def check_outside(points: Array, faces: BoundaryFacets, design: Design, path: Pa
             f"has one: {int(inner.sum())} facets bound a cavity or crack "
             f"{_where(places[inner].mean(axis=1))}"
         )
-
-
-def _pieces(first: IntArray, second: IntArray, count: int) -> tuple[int, IntArray]:
-    """Number of connected pieces of ``count`` things joined by pairs, and each thing's piece."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
-    number, piece = connected_components(graph, directed=False)
-    return int(number), np.asarray(piece, dtype=np.int64)
 
 
 def _where(middles: Array) -> str:

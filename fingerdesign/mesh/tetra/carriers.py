@@ -61,22 +61,15 @@ class Carriers:
     outside: tuple[int, ...]
     of_part: dict[int, tuple[int, ...]]
 
-    def outer_names(self) -> tuple[str, ...]:
-        """Names of boundaries that the outside has."""
-        names = {name for number in self.outside for name in self.faces[number].boundaries}
-        return tuple(sorted(names))
 
-
-def carriers_of(
-    design: Design, frames: tuple[PlateFrame, ...], symmetric: bool, core: bool = True
-) -> Carriers:
+def carriers_of(design: Design, frames: tuple[PlateFrame, ...], symmetric: bool) -> Carriers:
     """All CAD faces of a finger, or of its half z >= 0, with ``frames`` as its solid plates."""
     body = design.body
-    faces: list[Carrier] = list(_outside(body, symmetric))
+    faces: list[Carrier] = outer_faces(body, symmetric)
     outside = tuple(range(len(faces)))
     of_part: dict[int, tuple[int, ...]] = {}
     parts = [(frame.index + 1, plate_faces(frame)) for frame in frames]
-    if core and body.core is not None:
+    if body.core is not None:
         parts.append((design.core_region, core_faces(body)))
     for region, found in parts:
         of_part[region] = tuple(range(len(faces), len(faces) + len(found)))
@@ -84,7 +77,8 @@ def carriers_of(
     return Carriers(tuple(faces), outside, of_part)
 
 
-def _outside(body: Body, symmetric: bool) -> list[Carrier]:
+def outer_faces(body: Body, symmetric: bool) -> list[Carrier]:
+    """The CAD faces of the outside of a body, or of its half z >= 0."""
     mirror = [plane("symmetry", (0.0, 0.0, -1.0), 0.0)] if symmetric else []
     if body.step is not None:
         return [*step_carriers(body.step), *mirror]

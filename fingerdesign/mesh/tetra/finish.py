@@ -198,7 +198,8 @@ def _quadratic(
     whole = with_mid_nodes(cells, found.corners)
     outer, names = whole[found.outside], found.name[found.outside]
     facets = {str(name): outer[names == name] for name in np.unique(names)}
-    for name in carriers.outer_names():
+    wanted = {name for number in carriers.outside for name in carriers.faces[number].boundaries}
+    for name in sorted(wanted):
         if name not in facets:
             raise MeshError(f"no facet of the mesh lies on the body's {name!r} face")
     nodes, straightened = curve_facets(nodes, cells, carriers, whole, found.carrier)

@@ -23,10 +23,10 @@ from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.gaps import not_a_sheet
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.sizing import distances_to_plate
-from fingerdesign.mesh.tetra.carriers import Carriers, carriers_of, core_faces
+from fingerdesign.mesh.tetra.carriers import Carriers, core_faces, outer_faces
 from fingerdesign.mesh.tetra.slot_cut import Cut, plan_cut, sheet_facets_of
 from fingerdesign.mesh.tetra.snap import improve
-from fingerdesign.mesh.types import TETRA_FACETS, Stars, boundary_facets
+from fingerdesign.mesh.types import TETRA_FACETS, Stars, boundary_facets, pieces, same_keys
 from fingerdesign.shapes.faces import Carrier
 
 # Carriers: the boxes of rubber that are meshed so that plates as sheets have their mid-surface.
@@ -123,8 +123,7 @@ def _room_faces(frame: PlateFrame, design: Design) -> list[Carrier]:
     edges = [frame.to_space(ends, across) for across in (frame.low, frame.high)]
     both = np.array([frame.low, frame.high])
     edges += [frame.to_space(np.tile(end, (2, 1)), both) for end in ends]
-    found = carriers_of(design, (), symmetric=False, core=False)
-    outer = [found.faces[number] for number in found.outside]
+    outer = outer_faces(design.body, symmetric=False)
     return [face for face in outer if not any(np.abs(face.misfit(e)).max() < _FLUSH for e in edges)]
 
 
@@ -225,7 +224,9 @@ def _harmonic(points: Array, tets: IntArray, wanted: Array, held: BoolArray) -> 
     corners = points[tets]
     edges = corners[:, 1:] - corners[:, :1]
     volume = np.maximum(np.abs(np.linalg.det(edges)) / 6.0, _FLAT * np.ptp(points) ** 3)
-    slopes = _normals(edges) / (6.0 * volume[:, None, None])
+    a, b, c = (edges[:, k] for k in range(3))
+    slopes = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+    slopes /= 6.0 * volume[:, None, None]
     slopes = np.concatenate([-slopes.sum(axis=1, keepdims=True), slopes], axis=1)
     block = np.einsum("tia,tja->tij", slopes, slopes)
     # A flat tetrahedron on a face of a carrier is free to be mended from now on: it must not bind.
@@ -247,12 +248,6 @@ def _harmonic(points: Array, tets: IntArray, wanted: Array, held: BoolArray) -> 
             raise MeshError("the nodes around the plates could not be moved out of their way")
         shift[free, axis] = found
     return shift
-
-
-def _normals(edges: Array) -> Array:
-    """Volume gradients (t, 3, 3) times six of the last three corners; edges (t, 3, 3) to them."""
-    a, b, c = (edges[:, k] for k in range(3))
-    return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
 
 
 @dataclass(frozen=True)
@@ -328,9 +323,6 @@ def sides(points: Array, stars: Stars, cut: Cut, frame: PlateFrame) -> tuple[Int
 
     MeshError where the cut does not part the tetrahedra around it in two.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     around = np.unique(np.concatenate([stars.around(int(n)) for n in cut.nodes]))
     cells = stars.cells[around]
     local = np.array(TETRA_FACETS)
@@ -343,14 +335,9 @@ def sides(points: Array, stars: Stars, cut: Cut, frame: PlateFrame) -> tuple[Int
     unique, label = np.unique(np.vstack([barrier, facets]), axis=0, return_inverse=True)
     label = label.ravel()
     walls, label = label[: len(barrier)], label[len(barrier) :]
-    order = np.argsort(label, kind="stable")
-    pairs = np.flatnonzero(label[order][1:] == label[order][:-1])
-    one, two = order[pairs], order[pairs + 1]
+    one, two = same_keys(label)
     joined = ~np.isin(label[one], walls)
-    graph = coo_matrix(
-        (np.ones(joined.sum()), (owner[one[joined]], owner[two[joined]])), shape=(len(cells),) * 2
-    )
-    _, part = connected_components(graph, directed=False)
+    _, part = pieces(owner[one[joined]], owner[two[joined]], len(cells))
     first = np.full(len(unique), -1)
     second = np.full(len(unique), -1)
     first[label[one]], second[label[one]] = one, two
