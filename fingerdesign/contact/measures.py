@@ -62,7 +62,8 @@ def measure(problem: ContactProblem, increment: Increment) -> Measures:
     pressure = increment.multiplier[:, 0] / model.areas
     inner = ~model.free_end
     touching = increment.multiplier[:, 0] > 0.0
-    travelled = increment.state.travelled[touching]
+    share = 1.0 if problem.friction_share is None else problem.friction_share
+    travelled = (increment.state.travelled / share)[touching]
     opened, stuck, slipping = np.bincount(increment.status, minlength=3)
     force_z, twist_moment = _out_of_section(model, increment.force)
     return Measures(
@@ -122,10 +123,11 @@ def _border_compliances(problem: ContactProblem) -> tuple[Array, Array]:
     40 facets on a half-width); in 3-D no factor served both.
     """
     own = problem.self_compliance
+    share = 1.0 if problem.friction_share is None else problem.friction_share
     if problem.model.dimension == 3:
-        return own, own
+        return own, own * share**2
     local = np.maximum(problem.own_compliance, 0.05 * own)
-    return 4.0 * local, 5.0 * local
+    return 4.0 * local, 5.0 * local * share**2
 
 
 def _positive_fraction(values: Array) -> Array:

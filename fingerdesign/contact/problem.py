@@ -59,7 +59,8 @@ class ContactProblem:
 
     compliance (m dim, m dim) mm/N; gap0 (m,) mm; frames (m, dim, dim): rows n, t1(, t2);
     modes (5, m, dim): gap and slip of a rigid finger per unit of each of Motion's amplitudes;
-    self_compliance (m,): normal self-compliance of each node, the solver's length per force.
+    friction_share (m,): see :meth:`patchy`; self_compliance (m,): normal self-compliance of each
+    node, the solver's length per force.
     """
 
     model: ReducedModel
@@ -68,6 +69,7 @@ class ContactProblem:
     frames: Array
     modes: Array
     friction_coefficient: float
+    friction_share: Array | None = None
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -109,6 +111,25 @@ class ContactProblem:
         """The same finger and object with another friction coefficient: nothing is recomputed."""
         _check_friction(friction_coefficient)
         return replace(self, friction_coefficient=friction_coefficient)
+
+    def patchy(self, share: Array) -> ContactProblem:
+        """The same with ``share`` (m,) > 0 times the friction coefficient at each node.
+
+        In the tangent plane, forces are counted over the share and slips times it: their product
+        is as before, the compliance stays symmetric, and one coefficient bounds all of them.
+        """
+        if self.friction_share is not None or not (np.isfinite(share) & (share > 0.0)).all():
+            raise ValueError("shares of the friction coefficient are given once, finite and > 0")
+        scale = np.ones(self.shape)
+        scale[:, 1:] = share[:, None]
+        flat = scale.ravel()
+        return replace(
+            self,
+            compliance=flat[:, None] * self.compliance * flat,
+            frames=self.frames * scale[:, :, None],
+            modes=self.modes * scale,
+            friction_share=share,
+        )
 
 
 @dataclass(frozen=True)

@@ -93,7 +93,9 @@ def unlike_problems(
     if key not in _LAST:
         _LAST.clear()
         _LAST[key] = bench_problem(design, [found.held], fidelity)
-    return _LAST[key], against(_LAST[key], found.held, design)
+    held = against(_LAST[key], found.held, design)
+    shares = found.friction_shares(held.model.points)
+    return _LAST[key], held if shares is None else held.patchy(shares)
 
 
 _LAST: dict[tuple[str, SceneObject, str], ContactProblem] = {}

@@ -11,9 +11,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.arrays import Array
@@ -27,16 +28,31 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 Keys = dict[str, object]
+PATCHINESS, PATCH_MM = 0.2, 1.0
+_PATCHES = 64  # along each side, then again
 
 
 @dataclass(frozen=True)
 class Unlike:
     """A finger with its hardware, and the object that it grips. tug: share of the object's weight
-    by which it is pulled at once it hangs; 0.3 is an arm that accelerates by 3 m/s^2."""
+    by which it is pulled at once it hangs; 0.3 is an arm that accelerates by 3 m/s^2. patches: the
+    seed of its surface's patches, None: friction is everywhere the same."""
 
     design: Design
     held: SceneObject
     tug: float = 0.0
+    patches: int | None = None
+
+    def friction_shares(self, points: Array) -> Array | None:
+        """Of the mean friction coefficient at ``points`` (m, 2 | 3) mm: 1 +- PATCHINESS, drawn anew
+        every PATCH_MM along x and z and linear between. What moves with the object is left out."""
+        if self.patches is None:
+            return None
+        values = np.random.default_rng(self.patches).uniform(-1.0, 1.0, (_PATCHES, _PATCHES))
+        along = points[:, 2] if points.shape[1] == 3 else np.zeros(len(points))
+        places = [points[:, 0] / PATCH_MM, along / PATCH_MM]
+        field: Array = map_coordinates(values, places, order=1, mode="grid-wrap")
+        return 1.0 + PATCHINESS * field
 
 
 @dataclass(frozen=True)
@@ -47,7 +63,7 @@ class Draw:
     plates: Array
     design: Keys
     held: Keys
-    own: dict[str, float]
+    own: dict[str, Any]
 
 
 Drawn = Callable[["Design", np.random.Generator, Draw], None]
@@ -108,6 +124,10 @@ def _accelerated(design: Design, rng: np.random.Generator, draw: Draw) -> None:
     draw.own["tug"] = 3.0 / GRAVITY  # m/s^2
 
 
+def _patchy(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+    draw.own["patches"] = int(rng.integers(2**31))
+
+
 def _tilted(design: Design, rng: np.random.Generator, draw: Draw) -> None:
     draw.held["tilt_deg"] = 2.0 * rng.uniform(-1.0, 1.0)
 
@@ -151,6 +171,7 @@ FAULTS: Mapping[str, Drawn] = {
     "dying": _dying,
     "relaxation": _relaxed,
     "arm": _accelerated,
+    "patches": _patchy,  # friction +-20 % over 1 mm
 }
 ALL = tuple(FAULTS)
 OF_OBJECTS = frozenset({"tilt", "radius"})  # no finger's own

@@ -118,6 +118,20 @@ def test_draws_of_one_finger_share_its_model():
         plain, _ = unlike_problems(unlike(design, [], 1))
 
 
+def test_patches_are_the_objects_own():
+    found = unlike(parse_design(COARSE), ["patches"], 3)
+    bench, held = unlike_problems(found)
+    assert bench.friction_share is None
+    points = np.zeros((4000, 3))
+    points[:, 0] = np.linspace(-20.0, 20.0, len(points))
+    shares = found.friction_shares(points)
+    assert 0.8 <= shares.min() < 0.9
+    assert 1.1 < shares.max() <= 1.2
+    assert np.abs(np.diff(shares)).max() < 0.4 * 0.0101  # 1 mm from one value to the next
+    np.testing.assert_array_equal(held.friction_share, found.friction_shares(held.model.points))
+    assert unlike(parse_design(COARSE), [], 3).friction_shares(points) is None
+
+
 def test_all_controllers_meet_the_same_fingers(tmp_path, capsys):
     (tmp_path / "coarse.toml").write_text(COARSE)
     given = ["study-unlike", str(tmp_path / "coarse.toml"), "--out", str(tmp_path / "out")]

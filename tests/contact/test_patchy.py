@@ -1,0 +1,64 @@
+"""A friction coefficient that differs from place to place."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.contact.increment import Workspace, solve_increment
+from fingerdesign.contact.laws import OPEN, SLIP, STICK
+from fingerdesign.contact.measures import measure
+from fingerdesign.contact.problem import ContactState, Motion
+
+PATH = [Motion(0.02, 0.0), Motion(0.02, 0.004), Motion(0.02, 0.008), Motion(0.02, 0.03)]
+
+
+def followed(problem, path=PATH):
+    state, workspace, found = ContactState.untouched(problem), Workspace(), []
+    for motion in path:
+        found.append(solve_increment(problem, state, motion, workspace))
+        state = found[-1].state
+    return found
+
+
+@pytest.mark.parametrize("name", ["strip", "patch"])
+def test_each_node_keeps_to_its_own_friction(name, request):
+    problem = request.getfixturevalue(name)
+    share = np.random.default_rng(2).uniform(0.8, 1.2, problem.shape[0])
+    statuses = set()
+    for increment in followed(problem.patchy(share)):
+        normal = np.einsum("ma,ma->m", increment.force, problem.frames[:, 0])
+        tangential = np.einsum("ma,mka->mk", increment.force, problem.frames[:, 1:])
+        size = np.linalg.norm(tangential, axis=1)
+        bound = problem.friction_coefficient * share * normal
+        assert (size <= bound + 1e-9 * normal.max()).all()
+        sliding = increment.status == SLIP
+        np.testing.assert_allclose(size[sliding], bound[sliding], atol=1e-9 * normal.max())
+        motion = problem.compliance @ np.column_stack([normal, tangential]).ravel()
+        gap = (
+            motion.reshape(problem.shape)[:, 0] + problem.offset(increment.state.motion, 0.0)[:, 0]
+        )
+        assert np.abs(gap[increment.status != OPEN]).max() < 1e-9
+        statuses |= set(increment.status)
+    assert statuses >= {SLIP, STICK}
+
+
+@pytest.mark.parametrize("name", ["strip", "patch"])
+def test_the_same_share_everywhere_is_another_coefficient(name, request):
+    problem = request.getfixturevalue(name)
+    everywhere = problem.patchy(np.full(problem.shape[0], 0.6))
+    other = problem.with_friction(0.6 * problem.friction_coefficient)
+    for one, two in zip(followed(everywhere), followed(other), strict=True):
+        np.testing.assert_allclose(one.force, two.force, atol=1e-8 * np.abs(two.force).max())
+        first, second = measure(everywhere, one), measure(other, two)
+        assert first.stick_ratio == pytest.approx(second.stick_ratio, abs=1e-6)
+        assert first.slip_distance == pytest.approx(second.slip_distance, rel=1e-6, abs=1e-12)
+
+
+def test_shares_are_positive_and_given_once(strip):
+    share = np.ones(strip.shape[0])
+    for problem, given in (
+        (strip, 0.0 * share),
+        (strip, np.nan * share),
+        (strip.patchy(share), share),
+    ):
+        with pytest.raises(ValueError, match="given once"):
+            problem.patchy(given)
