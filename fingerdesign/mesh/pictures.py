@@ -16,7 +16,7 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.measures import cell_angles
-from fingerdesign.mesh.quality import AskedSizes, QualityReport, parts_of, size_zones
+from fingerdesign.mesh.quality import AskedSizes, QualityReport, size_zones
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.files import whole_file
 from fingerdesign.runtime.isolate import Function, ProcessError, call
@@ -65,8 +65,7 @@ def draw_mesh(mesh: Mesh, path: Path, name: str = "") -> Path:
 
     MeshError where nothing can be rendered (no off-screen graphics on this machine).
     """
-    cores = [number for number, region in mesh.region_names.items() if region == "core"]
-    part = np.where(np.isin(mesh.regions, cores), 2, np.minimum(mesh.regions, 1))
+    part = np.where(mesh.parts["core"], 2, np.minimum(mesh.regions, 1))
     whole = mesh.dimension == 3 and not mesh.symmetric
     data = {"points": placed(mesh), "cells": mesh.corners, "part": part}
     return drawn(paint_mesh, path, data, picture_title(mesh, name), whole)
@@ -206,7 +205,7 @@ def draw_quality(
     MeshError where nothing can be rendered.
     """
     least = cell_angles(mesh.points, mesh.corners).min(axis=1)
-    where, nodes = _interest(mesh, design)
+    where, nodes = _interest(mesh)
     worst = near_cut(mesh, [row["element"] for row in report.worst[:MARKED]])
     arrays: dict[str, Any] = {
         "points": placed(mesh),
@@ -219,7 +218,7 @@ def draw_quality(
         "edges": np.array(report.dihedral_histogram["edges_deg"]),
     }
     ratios = requested.ratios(mesh.points, mesh.corners)
-    zones = size_zones(mesh, design, requested)
+    zones = size_zones(mesh, requested)
     arrays["ratios"] = {zone: ratios[rows] for zone, rows in zones.items() if rows.any()}
     about = {
         "title": f"{design.design.name}: {report.elements} elements ({report.mesher}), "
@@ -242,9 +241,9 @@ def near_cut(mesh: Mesh, cells: list[int]) -> IntArray:
     return np.asarray(chosen[np.abs(corners[..., 2]).min(axis=1) <= long])
 
 
-def _interest(mesh: Mesh, design: Design) -> tuple[str, IntArray]:
+def _interest(mesh: Mesh) -> tuple[str, IntArray]:
     """What to look at closely, in words, and its nodes: plates or their slots, or the core."""
-    parts = parts_of(mesh, design)
+    parts = mesh.parts
     slots = [rows for name, rows in mesh.facets.items() if name.startswith("plate_")]
     plates = [mesh.cells[parts["plates"]].reshape(-1)]
     nodes = np.unique(np.concatenate(plates + [rows.reshape(-1) for rows in slots]))

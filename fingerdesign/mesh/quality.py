@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import surface_of
@@ -105,23 +104,13 @@ def _finer_words(table: str, said: float, size: float, half_width: float) -> lis
     ]
 
 
-def parts_of(mesh: Mesh, design: Design) -> dict[str, NDArray[np.bool_]]:
-    """Which cells (c,) belong to the elastomer, to plates, to the core."""
-    core = mesh.regions == design.core_region
-    return {
-        "elastomer": mesh.regions == 0,
-        "plates": (mesh.regions > 0) & ~core,
-        "core": core,
-    }
-
-
-def size_zones(mesh: Mesh, design: Design, requested: AskedSizes) -> dict[str, NDArray[np.bool_]]:
+def size_zones(mesh: Mesh, requested: AskedSizes) -> dict[str, BoolArray]:
     """Which cells (c,) lie at the contact zone, in plates, in the core, elsewhere in the elastomer.
 
     The contact zone: cells that touch contact facets where the size asked for is nearly the least
     of all such facets.
     """
-    parts = parts_of(mesh, design)
+    parts = mesh.parts
     contact = mesh.facets.get("contact", np.zeros((0, 3), dtype=np.int64))
     at_contact = np.zeros(len(mesh.cells), dtype=bool)
     if len(contact):
@@ -133,7 +122,7 @@ def size_zones(mesh: Mesh, design: Design, requested: AskedSizes) -> dict[str, N
     return {"contact": at_contact, "plates": parts["plates"], "core": parts["core"], "rest": rest}
 
 
-def size_ratios(mesh: Mesh, design: Design, requested: AskedSizes) -> dict[str, dict[str, float]]:
+def size_ratios(mesh: Mesh, requested: AskedSizes) -> dict[str, dict[str, float]]:
     """By zone: elements, mean size asked and found (mm), and their ratio: 5 %, mean, 95 %."""
     ratios = requested.ratios(mesh.points, mesh.corners)
     edges = edge_lengths(mesh.points, mesh.corners).mean(axis=1)
@@ -147,7 +136,7 @@ def size_ratios(mesh: Mesh, design: Design, requested: AskedSizes) -> dict[str, 
             "mean": float(ratios[rows].mean()),
             "p95": float(np.percentile(ratios[rows], 95)),
         }
-        for zone, rows in size_zones(mesh, design, requested).items()
+        for zone, rows in size_zones(mesh, requested).items()
         if rows.any()
     }
 
@@ -300,11 +289,11 @@ def assess(mesh: Mesh, design: Design, requested: AskedSizes | None = None) -> Q
         volumes=fit.regions,
         regions={
             name: _part(edges[rows], angles[rows], aspect[rows], straight[rows])
-            for name, rows in parts_of(mesh, design).items()
+            for name, rows in mesh.parts.items()
             if rows.any()
         },
         modelled=modelled,
-        size_ratio=size_ratios(mesh, design, requested) if requested is not None else {},
+        size_ratio=size_ratios(mesh, requested) if requested is not None else {},
         size_reasons=list(requested.reasons) if requested is not None else [],
         attempts=int(mesh.notes["attempts"]) if "attempts" in mesh.notes else None,
         failed_attempts=str(mesh.notes.get("failed_attempts", "")),

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 
@@ -52,6 +52,13 @@ class Mesh:
     def corners(self) -> IntArray:
         """Corner nodes of the cells, (c, dim + 1)."""
         return self.cells[:, : self.dimension + 1]
+
+    @property
+    def parts(self) -> dict[str, BoolArray]:
+        """Which cells (c,) belong to "elastomer", "plates" and "core"."""
+        cores = [number for number, name in self.region_names.items() if name == "core"]
+        core = np.isin(self.regions, cores)
+        return {"elastomer": self.regions == 0, "plates": (self.regions > 0) & ~core, "core": core}
 
 
 def core_name(design: Design) -> dict[int, str]:

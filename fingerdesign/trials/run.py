@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from pydantic import TypeAdapter
@@ -54,6 +54,9 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.records.arrays import GripTrace
 
+Shared = TypeVar("Shared")
+Job = TypeVar("Job")
+Made = TypeVar("Made")
 
 # What is done is kept, grip by grip, under all that decides it: an interrupted study goes on where
 # it stopped, also with other frictions, weights, noises or controllers than before.
@@ -69,13 +72,19 @@ KIND = "a control study"  # of journals
 
 def kept_grips(journal: Journal) -> dict[str, JudgedGrip]:
     """The grips of earlier runs by their keys. ResultError where a record is no grip."""
-    adapter = TypeAdapter(closed(JudgedGrip))
-    try:
-        found = [adapter.validate_json(json.dumps(record), strict=True) for _, record in journal]
-    except ValueError as error:
-        what = f"{journal.path}: not a grip of a control study"
-        raise ResultError(f"{what}; move it away, or choose another --out") from error
+    found = kept_records(journal, JudgedGrip, "a grip of a control study")
     return {key_of(each): each for each in found}
+
+
+def kept_records(journal: Journal, kind: Any, what: str) -> list[Any]:
+    """The records of a journal: grips, or lists of them. ResultError where one is not ``what``."""
+    closed(JudgedGrip)  # all its keys, and no others
+    adapter = TypeAdapter(kind)
+    try:
+        return [adapter.validate_json(json.dumps(record), strict=True) for _, record in journal]
+    except ValueError as error:
+        words = f"{journal.path}: not {what}; move it away, or choose another --out"
+        raise ResultError(words) from error
 
 
 def run_batches(
@@ -96,7 +105,7 @@ def run_batches(
         if rest := [cell for cell in cells if key_of(cell) not in found]:
             left.append(rest)
     done = total - sum(map(len, left))
-    for outcomes in _results(bench, left, workers):
+    for outcomes in in_processes(GripBench.run_batch, bench, left, workers):
         new = {key_of(each): each for each in outcomes}
         journal.add({key: asdict(each) for key, each in new.items()})
         found |= new
@@ -105,15 +114,19 @@ def run_batches(
     return found
 
 
-def _results(
-    bench: GripBench, batches: Sequence[Sequence[Cell]], workers: int
-) -> Iterator[list[JudgedGrip]]:
-    if workers <= 1 or len(batches) <= 1:
-        yield from map(bench.run_batch, batches)
+def in_processes(
+    function: Callable[[Shared, Job], Made], shared: Shared, jobs: Sequence[Job], workers: int
+) -> Iterator[Made]:
+    """``function(shared, job)`` of each job as they come, in processes; workers 1: here, in order.
+
+    Raises SolverError where a process died.
+    """
+    if workers <= 1 or len(jobs) <= 1:
+        yield from (function(shared, job) for job in jobs)
         return
-    with Pool(min(workers, len(batches)), shared=(bench,)) as pool:
+    with Pool(min(workers, len(jobs)), shared=(shared,)) as pool:
         try:
-            yield from pool.as_done(lambda cells: pool.call(GripBench.run_batch, cells), batches)
+            yield from pool.as_done(lambda job: pool.call(function, job), jobs)
         except ProcessError as error:
             words = f"a process of the study ended ({error}); was there memory enough? Run it again"
             raise SolverError(f"{words}: it goes on where it stopped") from error

@@ -14,19 +14,17 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import TypeAdapter
-
 from fingerdesign.analysis.case import Clock
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.checks.load import dump_design, with_values
 from fingerdesign.control.metrics import JudgedGrip
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.records.base import ResultError, closed, json_text
+from fingerdesign.records.base import json_text
 from fingerdesign.report.page import sentences
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.model import MESHED, model_data
 from fingerdesign.trials.bench import GOOD_AMPLIFIER, Cell, ControlGrid, refuse
-from fingerdesign.trials.run import VARIED, grip_bench
+from fingerdesign.trials.run import VARIED, grip_bench, kept_records
 from fingerdesign.trials.tuning import (
     BUDGET,
     Candidate,
@@ -156,7 +154,7 @@ class Kept:
         self._journal = Journal(path, "a tuning", digest)
         self.close = self._journal.close
         try:
-            _refuse_invalid(self._journal)
+            kept_records(self._journal, list[JudgedGrip], "a record of a tuning")
         except BaseException:
             self.close()
             raise
@@ -183,20 +181,6 @@ class Kept:
             return [[JudgedGrip(**each) for each in self._journal.get(key)] for key in keys]
 
         return judged
-
-
-def _refuse_invalid(journal: Journal) -> None:
-    """ResultError for a record that is not a trial's grips."""
-    closed(JudgedGrip)  # all its keys, and no others
-    adapter = TypeAdapter(list[JudgedGrip])
-    try:
-        for key, record in journal:
-            if not key.startswith("trial "):
-                raise ValueError(key)
-            adapter.validate_json(json.dumps(record), strict=True)
-    except ValueError as error:
-        what = f"{journal.path}: not a record of a tuning"
-        raise ResultError(f"{what}; move it away, or choose another --out") from error
 
 
 def _key(values: Values, cells: Sequence[Cell]) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -18,12 +18,10 @@ import numpy as np
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.control.roster import needs_training
-from fingerdesign.errors import DesignError, Fault, FingerDesignError, SolverError
+from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.records.base import Count, Size, closed, csv_text, json_text
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.journal import Journal
-from fingerdesign.runtime.pool import Pool
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, MESHED, gripped_case, unlike_problems
 from fingerdesign.sensing.training import estimator_faults, training_result_for
 from fingerdesign.sensing.unlike import ALL, refuse_unlike, unlike
@@ -38,6 +36,7 @@ from fingerdesign.trials.bench import (
     refuse,
 )
 from fingerdesign.trials.record import Share, Spread, share_of, spread_of, unannounced, unsure
+from fingerdesign.trials.run import in_processes
 from fingerdesign.version import __version__, versions
 
 if TYPE_CHECKING:
@@ -107,6 +106,7 @@ class UnlikeData:
 
 FOLDER = RecordFolder("study of unlike fingers", RECORD_FILE, (RECORD_FILE, CSV_FILE))
 Chosen = tuple[str, tuple[str, ...]]  # a label, and the faults that it stands for
+Job = tuple[str, tuple[str, ...], int]  # and the number of a plant
 
 
 def chosen_faults(names: Sequence[str]) -> list[Chosen]:
@@ -179,7 +179,7 @@ def study_unlike(
     with one_thread(), Journal(journal, KIND, _digest(shared, faults)) as kept:
         done = dict(kept)
         left = [job for job in jobs if _key(job) not in done]
-        for job, rows in _lifted(shared, left, workers):
+        for job, rows in in_processes(lift_plant, shared, left, workers):
             kept.add({_key(job): rows})
             done[_key(job)] = rows
             report(f"gripping: {job[0]}", len(done) / len(jobs))
@@ -196,10 +196,9 @@ def write_unlike(study: UnlikeStudy, folder: Path) -> None:
     (folder / RECORD_FILE).write_text(text, encoding="utf-8")
 
 
-def lift_plant(
-    shared: _Shared, label: str, faults: tuple[str, ...], plant: int
-) -> list[dict[str, Any]]:
+def lift_plant(shared: _Shared, job: Job) -> tuple[Job, list[dict[str, Any]]]:
     """All controllers on one plant; one whose model or bench fails is a failure of each."""
+    label, faults, plant = job
     seed = int(np.random.SeedSequence([shared.seed, 1, plant]).generate_state(1)[0])
     rng = np.random.default_rng(seed)
     friction = rng.uniform(min(FRICTIONS), max(FRICTIONS), shared.lifts)
@@ -214,7 +213,7 @@ def lift_plant(
         found = unlike(shared.design, faults, seed)
         bench, held = unlike_problems(found, shared.fidelity)
     except FingerDesignError as error:
-        return [vars(replace(lift, reason=str(error))) for lift in lifts]
+        return job, [vars(replace(lift, reason=str(error))) for lift in lifts]
     rig = GripBench(
         bench,
         found.design.gages.face,
@@ -239,23 +238,7 @@ def lift_plant(
             reason=each.reason,
         )
         rows.append(vars(done))
-    return rows
-
-
-Job = tuple[str, tuple[str, ...], int]
-
-
-def _lifted(
-    shared: _Shared, jobs: Sequence[Job], workers: int
-) -> Iterator[tuple[Job, list[dict[str, Any]]]]:
-    if workers <= 1:
-        yield from ((job, lift_plant(shared, *job)) for job in jobs)
-        return
-    with Pool(workers, shared=(shared,)) as pool:
-        try:
-            yield from pool.as_done(lambda job: (job, pool.call(lift_plant, *job)), jobs)
-        except ProcessError as error:
-            raise SolverError(f"a process of the study ended ({error}); run it again") from error
+    return job, rows
 
 
 def _key(job: Job) -> str:

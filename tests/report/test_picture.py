@@ -16,7 +16,6 @@ from fingerdesign.analysis.page.picture import (
     drawing_of,
     gage_quads,
     pictures_of,
-    region_of,
     surface,
 )
 from fingerdesign.analysis.page.words import finger_words
@@ -159,9 +158,9 @@ def test_a_core_is_its_own_region(plane_strain):
     mesh = plane_strain.mesh
     regions = np.where(mesh.points[mesh.cells[:, 0], 1] < 2.0, 16, mesh.regions)
     cored = dataclasses.replace(mesh, regions=regions, region_names={16: "core"})
-    assert np.array_equal(region_of(cored, "core"), regions == 16)
-    assert np.array_equal(region_of(cored, "plates"), (regions > 0) & (regions < 16))
-    assert not region_of(mesh, "core").any()
+    assert np.array_equal(cored.parts["core"], regions == 16)
+    assert np.array_equal(cored.parts["plates"], (regions > 0) & (regions < 16))
+    assert not mesh.parts["core"].any()
 
 
 @pytest.mark.parametrize(

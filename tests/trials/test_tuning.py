@@ -288,21 +288,12 @@ def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
 GRIP = asdict(judged())
 
 
-@pytest.mark.parametrize(
-    ("key", "record"),
-    [
-        ("trial", []),
-        ("other x", []),
-        ("trial x", {}),
-        ("trial x", [{}]),
-        ("trial x", [GRIP | {"steps": "many"}]),
-    ],
-)
-def test_a_journal_with_an_invalid_record_is_refused(tmp_path, key, record):
+@pytest.mark.parametrize("record", [{}, [{}], [GRIP | {"steps": "many"}]])
+def test_a_journal_with_an_invalid_record_is_refused(tmp_path, record):
     with Journal(tmp_path / "j.sqlite", "a tuning", "d") as journal:
         journal.add({"trial 1": [GRIP]})
         assert Kept(journal.path, "d").grips == 1
-        journal.add({key: record})
+        journal.add({"trial x": record})
     with pytest.raises(ResultError, match=r"j\.sqlite: not a record of a tuning; move it away"):
         Kept(journal.path, "d")
 

@@ -9,7 +9,7 @@ import numpy as np
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.page import gage, tables, words
 from fingerdesign.analysis.page.contact import force_figure, status_figure, traction_figure
-from fingerdesign.analysis.page.picture import Picture, pictures_of, region_of
+from fingerdesign.analysis.page.picture import Picture, pictures_of
 from fingerdesign.errors import PictureError
 from fingerdesign.mesh.measures import cell_angles
 from fingerdesign.mesh.types import Mesh
@@ -33,12 +33,9 @@ def quality_figure(mesh: Mesh) -> style.ReportFigure:
     angles = cell_angles(mesh.points, mesh.corners).min(axis=1)
     what = "least angle" if mesh.dimension == 2 else "least dihedral angle"
     bins = np.arange(0.0, 75.1, 2.5)
-    parts = [
-        ("elastomer", mesh.regions == 0, style.BLUE, ""),
-        ("plates", region_of(mesh, "plates"), style.VERMILION, "//"),
-        ("core", region_of(mesh, "core"), style.GREEN, ""),
-    ]
-    parts = [part for part in parts if part[1].any()]
+    looks = ((style.BLUE, ""), (style.VERMILION, "//"), (style.GREEN, ""))
+    pairs = zip(mesh.parts.items(), looks, strict=True)
+    parts = [(name, own, *look) for (name, own), look in pairs if own.any()]
     figure = style.canvas(7.2, 2.4)
     panels = np.atleast_1d(figure.subplots(1, len(parts), sharex=True))
     for axes, (name, own, colour, hatch) in zip(panels, parts, strict=True):

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.analysis.page.words import FIGURES
 from fingerdesign.arrays import Array
@@ -48,16 +47,6 @@ def gage_quads(plates: tuple[PlateFrame, ...], gages: Gages) -> Array:
             near, far = plate.to_space(line, low), plate.to_space(line, high)
             quads += [[near[k], near[k + 1], far[k + 1], far[k]] for k in range(pieces)]
     return np.array(quads, dtype=float).reshape(-1, 4, 3)
-
-
-def region_of(mesh: Mesh, name: str) -> NDArray[np.bool_]:
-    """Which cells (c,) are of the region ``name``, or of any plate: "plates"."""
-    named = {number: mesh.region_name(number) for number in np.unique(mesh.regions).tolist()}
-    if name == "plates":
-        chosen = [number for number, each in named.items() if each.startswith("plate_")]
-    else:
-        chosen = [number for number, each in named.items() if each == name]
-    return np.asarray(np.isin(mesh.regions, chosen))
 
 
 TIME_LIMIT_S = 60.0  # the pictures take 2 to 4 s; a software renderer on a busy machine far longer
@@ -111,7 +100,7 @@ def drawing_of(analysis: Analysis) -> tuple[dict[str, Any], dict[str, str]]:
     mesh = analysis.mesh
     if mesh is None:
         raise PictureError("there is no mesh to draw")
-    solid, core = region_of(mesh, "plates"), region_of(mesh, "core")
+    solid, core = mesh.parts["plates"], mesh.parts["core"]
     arrays: dict[str, Any] = {
         "points": mesh.points,
         "cells": mesh.corners,

@@ -162,9 +162,6 @@ def requested(record: dict[str, Any], source: str) -> tuple[tuple[Wanted, ...], 
     return found.get("objectives", ()), tuple(bounds)
 
 
-# 3-D outcomes that are enough to choose among
-
-
 @dataclass(frozen=True)
 class Recommendation:
     """What is recommended; numbers are places among the outcomes given.
@@ -194,9 +191,7 @@ def recommend(
     feasible = tuple(
         number
         for number, outcome in enumerate(outcomes)
-        if outcome.status == "ok"
-        and all(outcome.metrics.get(each.metric) is not None for each in objectives)
-        and all(bound.holds(outcome) for bound in constraints)
+        if outcome.status == "ok" and not why_not(outcome, objectives, constraints)
     )
     if not feasible or not objectives:
         return Recommendation(feasible)

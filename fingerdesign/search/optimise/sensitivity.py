@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.search.study.file import Study
-from fingerdesign.search.study.values import Choice, Parameter, Range, is_number
+from fingerdesign.search.study.values import Choice, all_numbers
 
 if TYPE_CHECKING:
     from fingerdesign.records.outcome import Outcome
@@ -93,17 +93,13 @@ def _columns(study: Study, values: Sequence[dict[str, Choice]]) -> tuple[Array, 
     of_key: list[int] = []
     for place, (key, parameter) in enumerate(study.parameters.items()):
         found = [each[key] for each in values]
-        if isinstance(parameter, Range) or _ordered(parameter):
+        if all_numbers(parameter):
             own = [[float(value) for value in found]]
         else:
             own = [[float(value == choice) for value in found] for choice in parameter]
         columns += own
         of_key += [place] * len(own)
     return np.column_stack(columns), np.array(of_key)
-
-
-def _ordered(parameter: Parameter) -> bool:
-    return isinstance(parameter, Range) or all(is_number(each) for each in parameter)
 
 
 def _importance(
@@ -146,7 +142,7 @@ def _directions(
     )
     found: list[float | None] = []
     for place, parameter in enumerate(study.parameters.values()):
-        if not _ordered(parameter):
+        if not all_numbers(parameter):
             found.append(None)
             continue
         own = of_key == place

@@ -23,7 +23,7 @@ from fingerdesign.design.digest import content_digest
 from fingerdesign.design.faults import dotted, fault_of, shown
 from fingerdesign.design.schema import safe_name
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.search.study.metrics import METRICS, known_metric
+from fingerdesign.search.study.metrics import METRICS, Goal, known_metric
 from fingerdesign.search.study.values import (
     FILE_KEYS,
     Key,
@@ -39,7 +39,6 @@ from fingerdesign.search.study.values import (
 
 MOST_VARIANTS = 100_000
 MOST_PRICE = 1e6
-Goal = Literal["min", "max"]
 MetricName = Annotated[str, AfterValidator(known_metric)]
 
 

@@ -65,6 +65,11 @@ def is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
+def all_numbers(parameter: Parameter) -> bool:
+    """Whether a parameter has an order: a range, or choices that are numbers."""
+    return isinstance(parameter, Range) or all(is_number(each) for each in parameter)
+
+
 def _number(value: Any) -> Any:
     if not is_number(value):
         remedy = "remove the quotes" if isinstance(value, str) else "correct it"

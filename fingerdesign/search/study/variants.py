@@ -22,7 +22,7 @@ from fingerdesign.search.study.values import (
     Choice,
     Parameter,
     Range,
-    is_number,
+    all_numbers,
     set_keys,
     split_share,
     value_of,
@@ -147,17 +147,13 @@ def _share_faults(study: Study, base: Design) -> list[Fault]:
             continue
         where, whole = dotted(("parameters", key)), split_share(key)[1]
         of = study.parameters.get(whole, (study.fixed.get(whole, value_of(base, whole)),))
-        if not _numbers(of):
+        if not all_numbers(of):
             bound = f"a share of a key that holds a number, not of {shown(whole)}"
             remedy = "correct the key, or give it in [fixed]"
             faults.append(Fault(where, _shown(parameter), bound, remedy))
-        if not _numbers(parameter):
+        if not all_numbers(parameter):
             faults.append(Fault(where, _shown(parameter), "numbers: shares", "correct it"))
     return faults
-
-
-def _numbers(parameter: Parameter) -> bool:
-    return isinstance(parameter, Range) or all(is_number(each) for each in parameter)
 
 
 def _shown(parameter: Parameter) -> str:
