@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -15,12 +13,10 @@ from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.pictures import draw_mesh, draw_quality
 from fingerdesign.mesh.quality import assess, requested_sizes
+from fingerdesign.records.base import json_text
 from fingerdesign.runtime.files import write_whole
 from fingerdesign_cli.inputs import read_case
 from fingerdesign_cli.terminal import print_json, progress
-
-if TYPE_CHECKING:
-    from fingerdesign.mesh.types import Mesh
 
 # Those that keep quadratic cells of both dimensions.
 ENDINGS = ("vtu", "vtk", "msh", "inp", "mdpa")
@@ -37,7 +33,10 @@ def mesh(
     as_json: bool,
 ) -> None:
     """Mesh DESIGN as an analysis would, and say how good the mesh is."""
-    formats = _endings(formats)
+    endings = tuple(dict.fromkeys(ending.lstrip(".").lower() for ending in formats))
+    for ending in endings:
+        if ending not in ENDINGS:
+            raise click.UsageError(f"--format = {ending}: must be one of {', '.join(ENDINGS)}")
     finger, scene = read_case(design_file, scene_file)
     run_scene = scene or fundamental_scene()
     refuse(Case(finger, scene, fidelity), run_scene)
@@ -49,7 +48,10 @@ def mesh(
         requested = requested_sizes(finger, mesh, zone)
         quality = assess(mesh, finger, requested)
         report("writing")
-        files = _write(mesh, out, formats, quality.text(), quality.to_dict())
+        out.mkdir(parents=True, exist_ok=True)
+        files = [write_mesh(mesh, out / f"mesh.{ending}") for ending in endings]
+        files.append(write_whole(out / "quality.txt", f"{quality.text()}\n"))
+        files.append(write_whole(out / "quality.json", json_text(quality.to_dict())))
         if picture:
             report("drawing")
             files.append(draw_mesh(mesh, out / "mesh.png", name=finger.design.name))
@@ -59,25 +61,3 @@ def mesh(
     elif not quiet:
         click.echo(quality.text())
         click.echo("written: " + ", ".join(str(path) for path in files))
-
-
-def _write(
-    mesh: Mesh, out: Path, formats: tuple[str, ...], text: str, report: dict[str, object]
-) -> list[Path]:
-    out.mkdir(parents=True, exist_ok=True)
-    files = [write_mesh(mesh, out / f"mesh.{ending}") for ending in formats]
-    contents = {
-        "quality.txt": text + "\n",
-        "quality.json": json.dumps(report, indent=2, allow_nan=False) + "\n",
-    }
-    for name, content in contents.items():
-        files.append(write_whole(out / name, content))
-    return files
-
-
-def _endings(value: tuple[str, ...]) -> tuple[str, ...]:
-    endings = tuple(dict.fromkeys(ending.lstrip(".").lower() for ending in value))
-    for ending in endings:
-        if ending not in ENDINGS:
-            raise click.UsageError(f"--format = {ending}: must be one of {', '.join(ENDINGS)}")
-    return endings

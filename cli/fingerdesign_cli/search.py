@@ -17,7 +17,7 @@ import click
 from fingerdesign.checks.starter import file_text
 from fingerdesign.search.compare.recommend import recommend
 from fingerdesign.search.compare.words import summary
-from fingerdesign.search.optimise.confirm import Optimised, confirm
+from fingerdesign.search.optimise.confirm import confirm
 from fingerdesign.search.optimise.optimise import BATCH, Search, Trials, refuse_aimless, searched
 from fingerdesign.search.optimise.page import FOLDER as SEARCH_FOLDER
 from fingerdesign.search.optimise.page import (
@@ -208,7 +208,7 @@ def optimise(
 
         batch = max(BATCH, workers or 0)
         tried = searched(search, kept, evaluated, trials, batch, report.trials)
-        report.confirming()
+        report.searching = False
         found = confirm(search, tried, evaluated, lambda message: show(message, None))
         show("writing the report", 1.0)
         with SEARCH_FOLDER.written(target) as aside:
@@ -216,7 +216,11 @@ def optimise(
     if as_json:
         line({"folder": str(target), **found.data()})
     elif not quiet:
-        _show_front(found, target)
+        for sentence in (*found.sentences(), *verdict(found)):
+            click.echo(sentence)
+        for table in tables(found):
+            print_table(table.caption, table.columns, table.rows)
+        click.echo(f"report: {target / 'report.html'}")
     else:
         every = [o for each in tried for o in each.outcomes] + list(found.again)
         say_failures(every, target / "failures.csv")
@@ -230,7 +234,7 @@ class _Told:
         self._show, self._scenes = show, scenes
         self._done = self._of = self._earlier = self._failures = self._before = 0
         self._start: float | None = None
-        self._searching = True
+        self.searching = True  # else the search is over, and the confirmation's own numbers count
 
     def trials(self, done: int, of: int) -> None:
         """So many trials are done, and of how many."""
@@ -238,13 +242,9 @@ class _Told:
             self._start, self._earlier = time.monotonic(), done
         self._done, self._of, self._before = done, of, self._failures
 
-    def confirming(self) -> None:
-        """The search is over: from now on the confirmation's own numbers."""
-        self._searching = False
-
     def standing(self, now: Standing) -> None:
         """Show where a batch stands."""
-        if not self._searching:
+        if not self.searching:
             self._show(now)
             return
         if self._done == self._of:  # trials of an earlier run are read again, or computed
@@ -259,14 +259,6 @@ class _Told:
             left = seconds / (number - earlier) * (of - number)
         shown: dict[str, Any] = {"number": number, "of": of, "failures": self._failures}
         self._show(replace(now, **shown, left=left, seconds=seconds))
-
-
-def _show_front(found: Optimised, target: Path) -> None:
-    for sentence in (*found.sentences(), *verdict(found)):
-        click.echo(sentence)
-    for table in tables(found):
-        print_table(table.caption, table.columns, table.rows)
-    click.echo(f"report: {target / 'report.html'}")
 
 
 _KINDS = {

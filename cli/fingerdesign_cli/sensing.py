@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ import click
 from fingerdesign.control.c_code import c_files
 from fingerdesign.errors import DesignError
 from fingerdesign.records.folder import RecordFolder
+from fingerdesign.runtime.files import write_whole
 from fingerdesign.sensing.observability import observe, refuse
 from fingerdesign.sensing.onnx_file import ONNX_FILE, onnx_file
 from fingerdesign.sensing.record import FOLDER, write_observability
@@ -73,30 +74,22 @@ def _show_errors(result: TrainingResult, name: str, folder: Path) -> None:
 # ``fingerdesign export-c``, ``export-onnx``: the regulator, or its network, for a hand's computer.
 
 
-def export_c(estimator_file: Path, design_file: Path, **given: Any) -> int:
+def export_c(**given: Any) -> int:
     """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99."""
-    return _exported("regulator in C", estimator_file, design_file, _in_c, **given)
+    return _exported("regulator in C", lambda e, design: c_files(e, design.grip), **given)
 
 
-def export_onnx(estimator_file: Path, design_file: Path, **given: Any) -> int:
+def export_onnx(**given: Any) -> int:
     """Write the network of ESTIMATOR, taught on DESIGN, as ONNX."""
-    return _exported("network as ONNX", estimator_file, design_file, _as_onnx, **given)
-
-
-def _in_c(estimator: GripEstimator, design: Design) -> dict[str, bytes]:
-    return {name: text.encode() for name, text in c_files(estimator, design.grip).items()}
-
-
-def _as_onnx(estimator: GripEstimator, design: Design) -> dict[str, bytes]:
-    return {ONNX_FILE: onnx_file(estimator)}
+    return _exported("network as ONNX", lambda e, _: {ONNX_FILE: onnx_file(e)}, **given)
 
 
 def _exported(
     what: str,
+    files_of: Callable[[GripEstimator, Design], Mapping[str, str | bytes]],
+    *,
     estimator_file: Path,
     design_file: Path,
-    files_of: Callable[[GripEstimator, Design], dict[str, bytes]],
-    *,
     out: Path,
     noise: float | None,
     quiet: bool,
@@ -111,12 +104,10 @@ def _exported(
     assert estimator is not None
     estimator = estimator if noise is None else estimator.at_noise(noise)
     name, files = design.design.name, files_of(estimator, design)
-    with recorded(RecordFolder(what, next(iter(files)), tuple(files)), out / name, quiet) as (
-        to,
-        _,
-    ):
+    kind = RecordFolder(what, next(iter(files)), tuple(files))
+    with recorded(kind, out / name, quiet) as (folder, _):
         for file, content in files.items():
-            (to / file).write_bytes(content)
+            write_whole(folder / file, content)
     weights = sum(layer.weight.size for layer in estimator.band.layers)
     if as_json:
         about = {"gages": estimator.gages, "noise_microstrain": estimator.noise}

@@ -140,7 +140,9 @@ def replay(
     estimator = estimator_for(design, estimator_file)
     chosen = controller or design.grip.controller
     if estimator is None and needs_training(chosen):
-        _refuse_untaught(chosen, design_file)
+        bound = "a controller that needs no estimator, where none is given"
+        remedy = f"give --estimator FILE (fingerdesign teach {design_file})"
+        raise DesignError([Fault("--controller", chosen, bound, remedy)])
     with recorded(kind, out / name, quiet) as (folder, show):
         found = replay_trace(design, trace_file, chosen, estimator, show, fidelity)
         record = json.dumps(found.record(), indent=1, allow_nan=False) + "\n"
@@ -151,12 +153,6 @@ def replay(
     elif not quiet:
         _show_replay(found, out / name)
     return 0
-
-
-def _refuse_untaught(name: str, design_file: Path) -> None:
-    bound = "a controller that needs no estimator, where none is given"
-    remedy = f"give --estimator FILE (fingerdesign teach {design_file})"
-    raise DesignError([Fault("--controller", name, bound, remedy)])
 
 
 def _show_replay(found: Replay, folder: Path) -> None:

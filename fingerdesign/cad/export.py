@@ -35,6 +35,7 @@ from fingerdesign.cad.solid import Solid, build_solid
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.volume import enclosed_volume
 from fingerdesign.runtime.files import whole_file
 
 # Triangles of CAD faces at an absolute chord tolerance, with shared vertices.
@@ -283,12 +284,6 @@ def check_watertight(what: str, vertices: Array, triangles: IntArray) -> None:
         )
     if len(np.unique(edges, axis=0)) != len(edges):
         raise GeometryError(f"{what}: neighbouring triangles are wound against each other")
-
-
-def enclosed_volume(vertices: Array, triangles: IntArray) -> float:
-    """Volume within closed triangles (divergence theorem), mm^3; positive if wound outward."""
-    a, b, c = (vertices[triangles[:, i]] for i in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
 def _binary_stl(vertices: Array, triangles: IntArray) -> bytes:

@@ -14,7 +14,7 @@ from OCP.BRepGProp import BRepGProp_Domain, BRepGProp_Face, BRepGProp_Vinert
 from OCP.gp import gp_Ax2, gp_Circ, gp_Dir, gp_Pnt
 
 from fingerdesign.arrays import Array
-from fingerdesign.cad.step_shape import volume_of as by_gauss_kronrod
+from fingerdesign.cad.step_read import volume_of as by_gauss_kronrod
 from fingerdesign.errors import GeometryError
 
 _SPLINES = ("BSPLINE", "BEZIER", "EXTRUSION", "OFFSET", "OTHER")  # kinds of faces

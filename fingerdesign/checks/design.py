@@ -33,16 +33,6 @@ _LEAST_GAGES = 2
 _BENCH_SHEAR = 0.05  # of the preload: what the bench shears by (control/calibration.py)
 
 
-def plant_faults(design: Design) -> list[Fault]:
-    """Faults of ``[grip]``'s plant: a lift's keys without a lift, gages that are not there, a
-    stage too coarse."""
-    faults = [*_lift_faults(design.grip), *_dead_gage_faults(design), *_stage_faults(design.grip)]
-    if design.grip.opposite == "bare" and design.mesh.mesher == "file":
-        remedy = "the mesh's file holds the plates: take the mirror image"
-        faults.append(Fault("grip.opposite", "bare", "'mirror' with mesh.mesher = 'file'", remedy))
-    return faults
-
-
 def _lift_faults(grip: Grip) -> list[Fault]:
     events = [
         (f"grip.{table}[{k}]", each.step_after_lift)
@@ -376,9 +366,13 @@ def is_sound(design: Design) -> bool:
 
 
 def _grip_faults(design: Design) -> list[Fault]:
-    """Faults of the stage's motions against each other and against the body."""
+    """Faults of what is gripped and with what, of the stage's motions against each other and
+    against the body."""
     grip = design.grip
-    faults = plant_faults(design)
+    faults = [*_lift_faults(grip), *_dead_gage_faults(design), *_stage_faults(grip)]
+    if grip.opposite == "bare" and design.mesh.mesher == "file":
+        remedy = "the mesh's file holds the plates: take the mirror image"
+        faults.append(Fault("grip.opposite", "bare", "'mirror' with mesh.mesher = 'file'", remedy))
     most = design.body.base_height_mm
     if grip.max_approach_mm > most:
         bound = f"at most body.base_height_mm = {most:g}"

@@ -100,15 +100,10 @@ def mended_by(
 
 
 def greatest(holds: Callable[[float], bool], low: float, high: float) -> float | None:
-    """The greatest value in [low, high] up to which ``holds``, by bisection; None: not at low."""
+    """The greatest value in [low, high] up to which ``holds``; None: not at low."""
     if holds(high):
         return high
-    if not holds(low):
-        return None
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if holds(middle) else (low, middle)
-    return low
+    return edge(holds, low, high) if holds(low) else None
 
 
 def least(holds: Callable[[float], bool], low: float, high: float) -> float | None:
@@ -119,10 +114,17 @@ def least(holds: Callable[[float], bool], low: float, high: float) -> float | No
         high = 0.5 * (low + high)
         if not high - low >= 1e-3:  # nor for NaN
             return None
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if holds(middle) else (middle, high)
-    return high
+    return edge(holds, high, low)
+
+
+def edge(
+    holds: Callable[[float], bool], good: float, bad: float, halvings: int = _HALVINGS
+) -> float:
+    """About the value between a good and a bad one up to which it ``holds``, by bisection."""
+    for _ in range(halvings):
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if holds(middle) else (good, middle)
+    return good
 
 
 # Whether plates stay between the body's sides along their row.

@@ -25,6 +25,7 @@ from fingerdesign.design.schema import (
     schema_text,
 )
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.runtime.registry import unknown_name
 
 SCHEMA_FILE = "design.schema.json"
 _HEAD = f"""\
@@ -58,11 +59,6 @@ def _names(kind: str) -> tuple[str, ...]:
     return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
 
 
-def _nearest(name: str, known: tuple[str, ...], otherwise: str) -> str:
-    near = get_close_matches(name, known, 1)
-    return f"did you mean {near[0]}?" if near else otherwise
-
-
 def shipped_designs() -> tuple[str, ...]:
     """Names of the shipped designs, in alphabetical order."""
     return _names("design")
@@ -72,10 +68,7 @@ def shipped_text(name: str, kind: str = "design") -> str:
     """Return the text of a shipped design or scene. DesignError for an unknown name."""
     known = _names(kind)
     if name not in known:
-        bound = f"one of {', '.join(known)}"
-        raise DesignError(
-            [Fault("--from", name, bound, _nearest(name, known, "choose one of them"))]
-        )
+        raise DesignError([unknown_name(name, "--from", known)])
     return (_folder(kind) / f"{name}.toml").read_text("utf-8")
 
 
@@ -109,7 +102,8 @@ def file_text(file_or_name: str | Path, kind: str = "design") -> str:
         return shipped_text(str(path), kind)
     if path.exists():
         return read_text(path)
-    remedy = f"there is no such file; {_nearest(path.stem, known, 'check the path')}"
+    near = get_close_matches(path.stem, known, 1)
+    remedy = f"there is no such file; {f'did you mean {near[0]}?' if near else 'check the path'}"
     bound = f"a readable TOML file or a shipped {kind} ({', '.join(known)})"
     raise DesignError([Fault("file", str(path), bound, remedy)])
 

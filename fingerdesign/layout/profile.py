@@ -320,7 +320,9 @@ class Dome(Straight):
     def row_radius(self, body: Body, along: str, middle: float) -> float | None:
         if along == "x":
             return self.top_radius(body)
-        return self._radius(body) + self._below_crest(body, middle)
+        x, none = np.array(middle), np.array(0.0)
+        below = float(self.height(body, x, none)) - float(self.height(body, none, none))
+        return self._radius(body) + below
 
     def volume(self, body: Body) -> float:
         _, y, weights = profile_of(body).gauss_points()
@@ -354,10 +356,6 @@ class Dome(Straight):
         y = points[:, 1]
         z = points[:, 2] if points.shape[1] == 3 else np.zeros(len(points))
         return np.hypot(y - self.axis(body), z)
-
-    def _below_crest(self, body: Body, middle: float) -> float:
-        x, none = np.array(middle), np.array(0.0)
-        return float(self.height(body, x, none)) - float(self.height(body, none, none))
 
 
 @body("revolved", place=3)

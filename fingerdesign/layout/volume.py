@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.body import Body
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
@@ -11,9 +12,10 @@ from fingerdesign.layout.frames import Hole, PlateFrame
 from fingerdesign.layout.profile import profile_of
 
 
-def section_area(body: Body) -> float:
-    """Area of the mid-section, mm^2."""
-    return profile_of(body).area
+def enclosed_volume(vertices: Array, triangles: IntArray) -> float:
+    """Volume within closed triangles (divergence theorem), mm^3; positive if wound outward."""
+    a, b, c = (vertices[triangles[:, k]] - vertices.mean(axis=0) for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
 def outline_volume(body: Body, half: bool = False) -> float:
@@ -79,4 +81,4 @@ def face_areas(body: Body, half: bool = False) -> dict[str, float]:
     if not half:
         return whole
     halves = {name: 0.5 * area for name, area in whole.items()}
-    return halves | ({"symmetry": section_area(body)} if body.kind.closed_form else {})
+    return halves | ({"symmetry": profile_of(body).area} if body.kind.closed_form else {})

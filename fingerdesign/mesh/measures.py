@@ -10,13 +10,8 @@ import numpy as np
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame, plate_frames
-from fingerdesign.layout.volume import (
-    core_volume,
-    face_areas,
-    outline_volume,
-    plate_volume,
-    section_area,
-)
+from fingerdesign.layout.profile import profile_of
+from fingerdesign.layout.volume import core_volume, face_areas, outline_volume, plate_volume
 from fingerdesign.mesh.tetra.carriers import core_faces, outer_faces, plane, plate_faces
 from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES, Mesh, boundary_facets
 from fingerdesign.shapes.faces import Carrier
@@ -252,7 +247,7 @@ def wanted_volumes(mesh: Mesh, design: Design) -> dict[int, float]:
     """Volume by region, mm^3 (section: area, mm^2), of what the design says is solid there."""
     frames = meshed_plates(mesh, design)
     if mesh.dimension == 2:
-        whole = section_area(design.body)
+        whole = profile_of(design.body).area
         plates = {frame.index + 1: frame.length * frame.thickness for frame in frames}
         core = design.body.core
         inner = core.width_mm * core.height_mm if core is not None else 0.0

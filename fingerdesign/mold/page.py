@@ -90,11 +90,11 @@ def measure(value: float | None) -> str:
 
 
 TIME_LIMIT_S = 60.0  # it takes 2 to 4 s; a software renderer on a busy machine far longer
-COLOURS = {
-    "insert": "#5b8fc7",
+COLOURS = {  # by the first word of a part's name
+    "contact": "#5b8fc7",
     "end": "#7fae8c",
     "side": "#a9b6a0",
-    "sheet": "#c9a227",
+    "comb": "#c9a227",
     "base": "#8b8f99",
     "core": "#5f8f4e",
     "rubber": "#8fb4cf",
@@ -146,7 +146,10 @@ def exploded_parts(meshes: MoldMeshes) -> tuple[Shown, ...]:
     """All that is drawn. The finger (rubber, plates, a core that is inside) stays in its place."""
     size = np.array(meshes.high) - np.array(meshes.low)
     return (
-        *(Shown(part.name, part, _colour(part), _moved(part, size)) for part in meshes.parts),
+        *(
+            Shown(part.name, part, COLOURS[part.name.split("_")[0]], _moved(part, size))
+            for part in meshes.parts
+        ),
         *(Shown(plate.name, plate, COLOURS["plate"]) for plate in meshes.plates),
         Shown("rubber", meshes.rubber, COLOURS["rubber"], opacity=0.3),
     )
@@ -188,13 +191,6 @@ def _moved(part: PartMesh, size: Array) -> tuple[float, float, float]:
     shares = (0.25, 0.75, 0.3) if part.made == "sheet" else (0.5, 0.75, 0.85)
     x, y, z = (np.array(shares) * size * part.draw).tolist()
     return (x, y, z)
-
-
-def _colour(part: PartMesh) -> str:
-    if part.made == "sheet":
-        return COLOURS["sheet"]
-    kinds = {"contact": "insert", "end": "end", "side": "side", "base": "base", "core": "core"}
-    return COLOURS[kinds.get(part.name.split("_")[0], "base")]
 
 
 # The drawing, in a process of its own.

@@ -31,12 +31,6 @@ def doubled_areas(vertices: Array, triangles: IntArray) -> Array:
     return np.asarray(np.cross(b - a, c - a))
 
 
-def volume(vertices: Array, triangles: IntArray) -> float:
-    """Enclosed volume, mm^3, positive where wound outward; about the vertices' middle."""
-    a, b, c = (vertices[triangles[:, k]] - vertices.mean(axis=0) for k in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
-
-
 @dataclass(frozen=True)
 class PartMesh:
     """One part in its place in the closed mold (mold space, mm), wound outward.

@@ -93,16 +93,13 @@ class Registry:
 
     def add(self, kind: Any) -> None:
         """Register a :class:`Kind`. Raises ValueError where its name is another's."""
-        if kind.name in self._kinds or self._is_to_come(kind.name):
+        homes = [module for _, known, module in self._shipped if known == kind.name]
+        to_come = any(module not in sys.modules for module in homes)
+        if kind.name in self._kinds or to_come:
             raise ValueError(f"there already is a {self.what} called {kind.name!r}")
         for watcher in self._watchers:
             watcher(kind)
         self._kinds[kind.name] = kind
-
-    def _is_to_come(self, name: str) -> bool:
-        """Whether it is a shipped kind's whose file has not been imported yet."""
-        modules = [module for _, known, module in self._shipped if known == name]
-        return any(module not in sys.modules for module in modules)
 
     def kind(
         self, name: str, *, place: int = LAST, table: type | None = None

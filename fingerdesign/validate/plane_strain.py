@@ -216,7 +216,8 @@ def plane_strain_error(
         notes.append(
             f"what it does to {design.gages.grid} gages is not known: the study's are axial"
         )
-    if place[1] > 0.0 and _plate_length(design) < (1.0 - 1e-9) * _STUDY_LENGTH * height:
+    lengths = [frame.length for frame in plate_frames(design) if frame.along == "x"]
+    if place[1] > 0.0 and min(lengths) < (1.0 - 1e-9) * _STUDY_LENGTH * height:
         notes.append(_widen_to_bare(errors, unsure, chart, place))
     if scene is not None and _pulls_further(scene):
         notes.append(_widen_to_slip(errors, unsure))
@@ -273,11 +274,6 @@ def _pulls_further(scene: Scene) -> bool:
         for row in scene.path.rows
         if row[0] > 0.0
     )
-
-
-def _plate_length(design: Design) -> float:
-    """The shortest plate across the section, mm."""
-    return min(frame.length for frame in plate_frames(design) if frame.along == "x")
 
 
 def _half_width(design: Design, scene: Scene | None) -> float:

@@ -32,11 +32,8 @@ from fingerdesign.validate.record import (
     CSV_FILE,
     RECORD_FILE,
     THRESHOLDS,
-    ComparisonData,
-    Place,
     Row,
     Validation,
-    Verdict,
     worst_side,
 )
 from fingerdesign.validate.solves import Solves, warm
@@ -140,18 +137,6 @@ def _row(of: Assumption, solves: Solves, deep: bool, failed: list[Row]) -> Row:
     if of.key == "plane_strain":
         with suppress(FingerDesignError):
             profile = profile_along_z(solves)
-    words = words if profile is None else f"{words} {off_middle(profile)}"
-    return compared_row(of, comparisons, verdict, words, profile)
-
-
-def compared_row(
-    of: Assumption,
-    comparisons: Sequence[ComparisonData],
-    verdict: Verdict,
-    advice: str,
-    along_z: tuple[Place, ...] | None = None,
-) -> Row:
-    """The row of an assumption that was compared."""
     most = max(comparisons, key=lambda each: each.better.seconds)
     seconds, better = most.assumed.seconds, most.better.seconds
     value = of.kind == "value"  # the better one is the design's, and another value costs the same
@@ -165,9 +150,9 @@ def compared_row(
         equal_motion=worst_side([each.equal_motion for each in comparisons]),
         equal_force=worst_side([each.equal_force for each in comparisons]),
         verdict=verdict,
-        advice=advice,
+        advice=words if profile is None else f"{words} {off_middle(profile)}",
         comparisons=tuple(comparisons),
-        along_z=along_z,
+        along_z=profile,
     )
 
 

@@ -16,7 +16,6 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.fidelity.models import (
-    Model,
     Solved,
     design_for,
     section_sizes,
@@ -134,7 +133,9 @@ class Solves:
     ) -> Solved:
         own = with_values(self.design, values) if values else self.design
         model = rung(self.design, self.scene, dimension, scale)  # of the design: sizes stay
-        model = replace(_meshed_as(model, own), plates=plates)
+        model = replace(model, plates=plates)
+        if model.dimension == "3-D" and model.mesher == "extrude" and not can_extrude(own):
+            model = replace(model, mesher="tetwild")
         solved = solve(own, self.scene, model)
         if dimension != "3-D" or values or plates is not None or scale != self.scale:
             solved.built = None  # its factors are needed where gages are read anew alone
@@ -188,13 +189,6 @@ class Reader:
         operator = gage_rows(self.solved.mesh, frames, gages, self.solved.design.gage_weights)
         strains = MICRO * (operator @ self._fields.T).T.reshape(old.gages.shape)
         return replace(old, gages=strains, face=gages.face)
-
-
-def _meshed_as(model: Model, design: Design) -> Model:
-    """The model with the mesher that the changed design allows."""
-    if model.dimension == "3-D" and model.mesher == "extrude" and not can_extrude(design):
-        return replace(model, mesher="tetwild")
-    return model
 
 
 def _finite_answer(solved: Solved) -> Answer:

@@ -32,7 +32,7 @@ def _finite(
     return value
 
 
-@command("grip", "Lift an object whose weight and friction are unknown.")
+@command("analyse", "Lift an object whose weight and friction are unknown.")
 @design_and_out("The result goes to OUT/NAME of the design.")
 @click.option("--controller", metavar="NAME", help="Instead of grip.controller.")
 @numbers_option(

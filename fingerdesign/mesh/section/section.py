@@ -16,8 +16,8 @@ from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import Fault, MeshError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.surface import surface_of
-from fingerdesign.layout.volume import section_area
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import cell_volumes, oriented
 from fingerdesign.mesh.section.netgen import triangulated
@@ -255,7 +255,7 @@ def _check_areas(
     regions: IntArray,
 ) -> None:
     areas = cell_volumes(points, triangles)
-    requested = section_area(design.body)
+    requested = profile_of(design.body).area
     # Chords of arcs lie inside them: the linear mesh misses at most this much.
     if not abs(areas.sum() - requested) < 2e-2 * requested:
         raise MeshError(

@@ -153,7 +153,7 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
             found.added[pin.on].append(_pin(pin))
         found.take(_socket(pin), pin.into, *combs)
     for key in plan.keys:
-        found.added[BASE].append(_rib(key))
+        found.added[BASE].append(_between(key, 0.0, -ROOT_MM, key.high[1], *_ends(key)))
         found.take(_groove(key), key.into, *combs)
     core = design.body.core
     for hole in plan.base_holes:
@@ -207,13 +207,8 @@ def _cylinder(diameter: float, foot: Array, way: Array, length: float) -> cq.Sol
     return cq.Solid.makeCylinder(0.5 * diameter, length, cq.Vector(*foot), cq.Vector(*way))
 
 
-def _rib(key: Key) -> cq.Solid:
-    """A key: a rib along its wall's draw, its long sides leaning by its draft."""
-    return _between(key, 0.0, -ROOT_MM, key.high[1], *_ends(key))
-
-
 def _groove(key: Key) -> cq.Solid:
-    """The rib with the clearance, and open inward, so that the wall can slide off along its
+    """The key's rib with the clearance, and open inward, so that the wall can slide off along its
     draw."""
     end = _ends(key)[1] + key.clearance
     return _between(key, key.clearance, -BEYOND_MM, key.high[1] + key.clearance, 0.0, end)

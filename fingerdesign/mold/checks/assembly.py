@@ -42,16 +42,21 @@ def partners(triangles: IntArray) -> tuple[IntArray, IntArray]:
     return np.flatnonzero(found), second[found]
 
 
+def oriented(vertices: Array, triangles: IntArray) -> tuple[Array, Array]:
+    """Outward unit normals (t, 3) and areas (t,), mm^2, by the right-hand rule."""
+    normals = doubled_areas(vertices, triangles)
+    sizes = np.linalg.norm(normals, axis=1)
+    return normals / np.maximum(sizes, np.finfo(float).tiny)[:, None], np.asarray(0.5 * sizes)
+
+
 def areas(vertices: Array, triangles: IntArray) -> Array:
     """Area of each triangle (t,), mm^2."""
-    return np.asarray(0.5 * np.linalg.norm(doubled_areas(vertices, triangles), axis=1))
+    return oriented(vertices, triangles)[1]
 
 
 def curved(vertices: Array, triangles: IntArray) -> BoolArray:
     """Which triangles (t,) stand for curved faces: a neighbour is turned, but only a little."""
-    normals = doubled_areas(vertices, triangles)
-    sizes = np.linalg.norm(normals, axis=1)
-    normals = normals / np.maximum(sizes, np.finfo(float).tiny)[:, None]
+    normals, _ = oriented(vertices, triangles)
     first, second = partners(triangles)
     turn = np.linalg.norm(normals[first // 3] - normals[second // 3], axis=1)
     found = np.zeros(len(triangles), dtype=bool)
@@ -74,11 +79,9 @@ def surface_points(
 ) -> tuple[Array, Array]:
     """``count`` points drawn evenly over the area, then every triangle's centroid (at most as many
     again, the largest first), with the outward unit normals: (n, 3) each."""
-    normals = doubled_areas(vertices, triangles)
-    sizes = np.linalg.norm(normals, axis=1)
+    normals, sizes = oriented(vertices, triangles)
     whole = sizes > 0.0
     triangles, normals, sizes = triangles[whole], normals[whole], sizes[whole]
-    normals = normals / sizes[:, None]
     chosen = rng.choice(len(triangles), size=count, p=sizes / sizes.sum())
     u, v = rng.random((2, count))
     over = u + v > 1.0

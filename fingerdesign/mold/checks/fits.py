@@ -13,9 +13,9 @@ from manifold3d import Manifold
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.volume import plate_volume
+from fingerdesign.layout.volume import enclosed_volume, plate_volume
 from fingerdesign.mold.checks.assembly import Assembly, areas, curved_area, sound
-from fingerdesign.mold.part import BASE, CORE, Check, PartMesh, volume
+from fingerdesign.mold.part import BASE, CORE, Check, PartMesh
 from fingerdesign.mold.plan.plan import (
     Key,
     Limits,
@@ -51,7 +51,7 @@ def part_checks(part: PartMesh, solid: Manifold, chord_mm: float) -> list[Check]
 def _volume(part: PartMesh) -> Check:
     """Triangles within a chord of a curved face enclose at most chord times its area more or less:
     holes, smaller as polygons, leave a wall heavier. Vertices are single."""
-    found = volume(part.vertices, part.triangles)
+    found = enclosed_volume(part.vertices, part.triangles)
     error = abs(found - part.volume) / abs(part.volume)
     rounded = SINGLE * float(np.abs(part.vertices).max())
     slack = part.chord * curved_area(part.vertices, part.triangles)

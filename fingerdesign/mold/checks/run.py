@@ -2,17 +2,39 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
+from itertools import combinations
 
+import numpy as np
+from manifold3d import Manifold, OpType
+
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.checks.assembly import assemble, sound
-from fingerdesign.mold.checks.demolding import demolding_checks
-from fingerdesign.mold.checks.fill import backing_check, fill_checks
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
+from fingerdesign.mold.checks.assembly import (
+    OUTLINE,
+    Assembly,
+    areas,
+    assemble,
+    bounds,
+    curved,
+    curved_area,
+    filling,
+    from_slot,
+    inside,
+    oriented,
+    pairs,
+    place_text,
+    planned,
+    seen_from,
+    sound,
+    surface_points,
+)
 from fingerdesign.mold.checks.fits import built_checks, part_checks, plan_checks
 from fingerdesign.mold.checks.venting import vent_check
-from fingerdesign.mold.checks.walls import wall_checks
-from fingerdesign.mold.part import Check, MoldMeshes
-from fingerdesign.mold.plan.plan import MoldPlan
+from fingerdesign.mold.part import BASE, RUBBER, Check, MoldMeshes, PartMesh, axis_name
+from fingerdesign.mold.plan.plan import MoldPlan, SidePlan, direction
 from fingerdesign.mold.products.drawing import flat_patterns
 
 SEED = 7
@@ -51,3 +73,284 @@ def run_checks(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> tuple[Chec
     found.append(vent_check(assembly))
     found += built_checks(assembly)
     return tuple(found)
+
+
+# Whether parts and cavity fill the block, and whether the cavity is the finger, enlarged.
+#
+# The exact solids' volumes say what the cavity is; the triangles, as they are made, that nothing
+# overlaps or gapes. Triangles of a curved face lie up to a chord c off it, on parts and outline
+# apart: along curved faces of area A parts overlap or gape by at most 2 c A.
+
+# The kernel's volumes are off by up to 1e-5 under edges that are neither lines nor circles.
+FINGER_SHARE = 1e-4
+# Flat faces meet, and slide, within rounding: a micrometre's thousandth, over the area.
+FLAT_MM = 1e-6
+
+
+def fill_checks(assembly: Assembly) -> list[Check]:
+    """Overlaps, voids, and the cavity's volume against the finger's."""
+    low, high = (np.array(corner) for corner in (assembly.meshes.low, assembly.meshes.high))
+    block = Manifold.cube(tuple(high - low)).translate(tuple(low))
+    whole = Manifold.batch_boolean(list(assembly.blanks.values()), OpType.Add)
+    cavity, voids = _cavity(block - whole, assembly.solids[OUTLINE])
+    slack, block = _slack(assembly), float(np.prod(high - low))
+    gape = voids + float((cavity - assembly.solids[OUTLINE]).volume())
+    empty = f"between parts and the finger's outline {gape:.3g} mm^3 of the block are empty"
+    return [
+        _overlaps(assembly, whole, slack),
+        Check.most("no voids", "", gape, slack, "mm^3", empty),
+        _finger(assembly, block),
+    ]
+
+
+def _cavity(rest: Manifold, outline: Manifold) -> tuple[Manifold, float]:
+    """The piece of what the parts leave in which the finger lies, and the volume of the others."""
+    pieces = rest.decompose()
+    if len(pieces) < 2:
+        return rest, 0.0
+    shared = [(piece ^ outline).volume() for piece in pieces]
+    most = int(np.argmax(shared))
+    return pieces[most], float(sum(p.volume() for i, p in enumerate(pieces) if i != most))
+
+
+def _slack(assembly: Assembly) -> float:
+    """Volume by which parts that meet along curved faces may overlap or gape, mm^3."""
+    outline = assembly.meshes.outline
+    meshes = [(outline.vertices, outline.triangles)]
+    meshes += [(part.blank_vertices, part.blank_triangles) for part in filling(assembly.meshes)]
+    curved = 0.5 * sum(curved_area(*mesh) for mesh in meshes)  # each face is of two
+    return 2.0 * assembly.chord * curved + FLAT_MM * sum(
+        float(areas(*mesh).sum()) for mesh in meshes
+    )
+
+
+def _overlaps(assembly: Assembly, whole: Manifold, slack: float) -> Check:
+    blanks = {**assembly.blanks, OUTLINE: assembly.solids[OUTLINE]}
+    joint = whole + assembly.solids[OUTLINE]
+    total = sum(solid.volume() for solid in blanks.values()) - joint.volume()
+    names = ""
+    if total > slack:
+        worst = max(
+            combinations(blanks, 2), key=lambda two: (blanks[two[0]] ^ blanks[two[1]]).volume()
+        )
+        names = f", most of it between {worst[0]} and {worst[1]}"
+    sentence = f"parts and cavity overlap each other by {total:.3g} mm^3{names}"
+    return Check.most("no overlaps", "", total, slack, "mm^3", sentence)
+
+
+def _finger(assembly: Assembly, block: float) -> Check:
+    """Cavity / scale^3 less plates and core is the body: metal does not shrink, rubber does."""
+    design, plan = assembly.design, assembly.plan
+    inserts = sum(plate_volume(frame) for frame in plate_frames(design)) + core_volume(design)
+    wanted = outline_volume(design.body) - inserts
+    cavity = block - sum(part.blank_volume for part in filling(assembly.meshes))
+    found = cavity / plan.scale**3 - inserts
+    error = abs(found - wanted) / wanted
+    sentence = (
+        f"cavity less shrinkage, plates and core: {found:.4f} mm^3; the finger's body in closed "
+        f"form: {wanted:.4f} mm^3"
+    )
+    return Check.most("cavity is the finger", "", error, FINGER_SHARE, "1", sentence)
+
+
+BACKED = 10000  # 0.08 mm^2 each on a finger of 800 mm^2
+# A sheet's slot is wider than planned by no more than its fillets; seams are closed.
+SLACK_MM = 0.05
+
+
+def backing_check(assembly: Assembly, rng: np.random.Generator) -> Check:
+    """Points two chords outside the outline must lie in a part, a plate or a planned opening."""
+    outline = assembly.meshes.outline
+    points, normals = surface_points(outline.vertices, outline.triangles, BACKED, rng)
+    points = points[:BACKED] + 2.0 * assembly.chord * normals[:BACKED]
+    left = ~planned(assembly.plan, points, assembly.limits.clearance_mm, SLACK_MM)
+    wanted = int(left.sum())
+    for part in (*assembly.meshes.parts, *assembly.meshes.plates):
+        rest = np.flatnonzero(left)
+        left[rest[inside(assembly.solids[part.name], points[rest])]] = False
+    bare = points[left]
+    share = len(bare) / BACKED
+    sentence = f"a part stands behind each of {wanted} points on the finger's surface"
+    if len(bare):
+        sentence = (
+            f"{len(bare)} of {BACKED} points on the finger's surface have no part behind them, one "
+            f"of them at {place_text(np.median(bare, axis=0))}"
+        )
+    return Check("surface backed by parts", "", not len(bare), share, 0.0, "1", sentence)
+
+
+# Whether the parts come off, one after another, along their draws.
+#
+# The part, moved by ever larger steps, must not overlap what is still there.
+
+SLIDING = 0.3  # faces steeper to the draw part by more than a chord at the first step
+# Undercuts bind at once, hooks later; a plate's leg is met while it is passed.
+STEPS_MM = (0.05, 0.1, 0.2, 0.4, 0.8, 1.5, 3.0, 6.0, 12.0)
+
+
+def demolding_checks(assembly: Assembly) -> list[Check]:
+    """One check a part that is drawn: the greatest overlap on its way."""
+    drawn = [part for part in assembly.meshes.parts if part.draw is not None]
+    fixed = [part for part in assembly.meshes.parts if part.draw is None]
+    staying = (RUBBER, *(each.name for each in (*assembly.meshes.plates, *fixed)))
+    found = []
+    for part in sorted(drawn, key=lambda each: each.order):
+        # Those of one order that are drawn one way move together.
+        apart = [p for p in drawn if p.order == part.order and p.draw != part.draw]
+        left = [p.name for p in drawn if p.order > part.order or p in apart]
+        found.append(_drawn(assembly, part, (*staying, *left)))
+    return found
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """What is still there while a part is drawn, with the corners of its box."""
+
+    name: str
+    solid: Manifold
+    low: Array
+    high: Array
+
+    def shared(self, moved: Manifold) -> float:
+        """Volume that it shares with a part whose box it reaches, mm^3."""
+        low, high = bounds(moved)
+        near = np.all(self.low < high) and np.all(low < self.high)
+        return float((moved ^ self.solid).volume()) if near else 0.0
+
+
+def _drawn(assembly: Assembly, part: PartMesh, there: tuple[str, ...]) -> Check:
+    solid, draw = assembly.solids[part.name], np.array(part.draw)
+    way = axis_name(draw.tolist())
+    solids = [(name, assembly.solids[name]) for name in there]
+    obstacles = [Obstacle(name, each, *bounds(each)) for name, each in solids]
+    # How far it must be drawn until its box has parted from all others.
+    far = max(max(each.low @ draw, each.high @ draw) for each in obstacles)
+    clear = max(0.0, float(far - min(corner @ draw for corner in bounds(solid)))) + 1.0
+    bound = _sliding(part, obstacles, assembly.chord)
+    worst, where, name = 0.0, 0.0, ""
+    for step in (step for step in STEPS_MM if step < clear):
+        moved = solid.translate(tuple(step * draw))
+        shares = {each.name: each.shared(moved) for each in obstacles}
+        if sum(shares.values()) > worst:
+            worst, where = sum(shares.values()), step
+            name = max(shares, key=lambda each: shares[each])
+    words = f"moved {clear:.1f} mm along {way} it passes everything that is still there"
+    if worst > bound:
+        words = f"{where:g} mm along {way} it overlaps {name} by {worst:.3g} mm^3"
+    return Check.most("demolding", part.name, worst, bound, "mm^3", f"{part.name}: {words}")
+
+
+def _sliding(part: PartMesh, obstacles: list[Obstacle], chord: float) -> float:
+    """Overlap by triangles alone, mm^3: curved faces that slide along an obstacle lie up to two
+    chords apart from where they should; flat ones meet within rounding."""
+    units, sizes = oriented(part.vertices, part.triangles)
+    sliding = curved(part.vertices, part.triangles)
+    sliding &= np.abs(units @ np.array(part.draw)) < SLIDING
+    rows = np.flatnonzero(sliding)
+    beside = part.vertices[part.triangles[rows]].mean(axis=1) + 3.0 * chord * units[rows]
+    taken = np.any([inside(each.solid, beside) for each in obstacles], axis=0)
+    return float(2.0 * chord * sizes[rows[taken]].sum() + FLAT_MM * sizes.sum())
+
+
+# How thin the parts are: rays inward from seeded points of their surfaces.
+#
+# A ray that ends on a face which looks the other way within 30 degrees has crossed a wall; one that
+# ends on another face has crossed an edge, which making it blunts. Sharper edges count as thin
+# walls.
+
+WALL_POINTS = 2500  # and as many centroids: on 2500 mm^2 two in a square millimetre
+OPPOSITE = np.cos(np.radians(30.0))
+_START_MM = 1e-6  # off the surface that the ray starts from
+_NEAR_SLOT_MM = 0.05
+_NEAR_PIN_MM = 0.02
+
+
+def wall_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check]:
+    """Least wall of every part that is made, least web between the slots of those that hold."""
+    found: list[Check] = []
+    sides = {side.holder: side for side in assembly.plan.sides if side.slots}
+    for part in assembly.meshes.parts:
+        if part.made not in ("process", "sheet"):
+            continue
+        points, normals = surface_points(part.vertices, part.triangles, WALL_POINTS, rng)
+        found += _of_part(assembly, part, sides.get(part.name), points, normals)
+    return found
+
+
+def thicknesses(solid: Manifold, points: Array, normals: Array) -> Array:
+    """Thickness (n,) mm of a solid at points (n, 3) of its surface, inward along outward normals;
+    infinite where none is met."""
+    low, high = bounds(solid)
+    reach = float(np.linalg.norm(high - low))
+    starts, ends = points - _START_MM * normals, points - reach * normals
+    found = np.full(len(points), np.inf)
+    for row, (start, end) in enumerate(pairs(starts, ends)):
+        for hit in solid.ray_cast(start, end):
+            distance = hit.distance * (reach - _START_MM)
+            if distance > _START_MM:
+                if float(np.dot(hit.normal, normals[row])) < -OPPOSITE:
+                    found[row] = distance + _START_MM
+                break
+    return found
+
+
+def _of_part(
+    assembly: Assembly, part: PartMesh, side: SidePlan | None, points: Array, normals: Array
+) -> list[Check]:
+    """Walls, webs and sheets at points that lie on no pin or key; then these."""
+    thick = thicknesses(assembly.solids[part.name], points, normals)
+    limits, pins = assembly.limits, _on_pins(assembly.plan, part.name, points)
+    if side is None:
+        kinds = [("wall", ~pins, limits.wall_mm)]
+    elif part.made == "sheet":
+        flat = np.abs(normals @ direction(side.side)) > OPPOSITE
+        kinds = [("sheet", flat, side.sheet), ("web", ~flat, assembly.design.mold.comb.web_mm)]
+    else:
+        slotted = _at_slots(side, points, normals, thick)
+        kinds = [("wall", ~pins & ~slotted, limits.wall_mm)]
+        kinds += [("web", ~pins & slotted, limits.feature_mm)]
+    if pins.any():
+        kinds.append(("pin", pins, limits.feature_mm))
+    slack, found = 2.0 * part.chord + 1e-3, []  # a round hole's chords, and rounding
+    for kind, where, bound in kinds:
+        name = f"least {kind}"
+        row = int(np.argmin(np.where(where, thick, np.inf)))
+        least = thick[row]
+        if not (where[row] and np.isfinite(least)):
+            said = f"{part.name}: has no {kind}"
+            found.append(Check(name, part.name, True, None, bound, "mm", said))
+            continue
+        said = f"{part.name}: {name} {least:.3f} mm, at {place_text(points[row])}; "
+        said += f"{bound:g} mm can be made"
+        found.append(Check.least(name, part.name, least, bound, said, slack))
+    return found
+
+
+def _on_pins(plan: MoldPlan, name: str, points: Array) -> BoolArray:
+    """Points on the planned pins and keys that stand on a part: their tips may be as thin as a
+    feature."""
+    found = np.zeros(len(points), dtype=bool)
+    for pin in plan.pins:
+        if pin.on != name or pin.dowel:
+            continue
+        away = points - np.array(pin.root)
+        along = away @ np.array(pin.direction)
+        radius = np.linalg.norm(away - along[:, None] * np.array(pin.direction), axis=1)
+        near = (along > _START_MM) & (along < pin.length + _NEAR_PIN_MM)
+        found |= near & (radius < 0.5 * pin.diameter + _NEAR_PIN_MM)
+    for key in plan.keys if name == BASE else ():
+        low, high = np.array(key.low), np.array(key.high)
+        within = (points > low - _NEAR_PIN_MM) & (points < high + _NEAR_PIN_MM)
+        found |= within.all(axis=1) & (points[:, 1] > _START_MM)
+    return found
+
+
+def _at_slots(side: SidePlan, points: Array, normals: Array, thick: Array) -> BoolArray:
+    """Points with a slot's face at one end of their rays: between it and the other lies a web."""
+    ends = points - np.where(np.isfinite(thick), thick, 0.0)[:, None] * normals
+    found = np.zeros(len(points), dtype=bool)
+    for slot in side.slots:
+        for each in (points, ends):
+            found |= np.abs(from_slot(slot, each)) < _NEAR_SLOT_MM
+    place, _ = seen_from(side.side, normals)
+    return np.asarray(found & (np.hypot(place, normals[:, 1]) > OPPOSITE))

@@ -74,8 +74,8 @@ def high_points(assembly: Assembly) -> list[HighPoint]:
     found = []
     for group in _summits(mesh.vertices @ up, mesh.triangles):
         points = mesh.vertices[group]
-        if _flows_over(assembly, points[:1], up):
-            continue
+        if inside(assembly.solids[RUBBER], points[:1] + _STEP_MM * up)[0]:
+            continue  # the top of something that the rubber flows over
         beyond = beyond_openings(assembly.plan, points)
         worst = int(np.argmax(beyond))
         found.append(HighPoint(points[worst], float(beyond[worst])))
@@ -87,11 +87,6 @@ def upward(turn: float) -> Array:
     tilt = np.radians(TILT_DEG)
     level = np.array([np.cos(turn), 0.0, np.sin(turn)])
     return np.asarray(np.sin(tilt) * level - np.array([0.0, np.cos(tilt), 0.0]))
-
-
-def _flows_over(assembly: Assembly, place: Array, up: Array) -> bool:
-    """Whether a place (1, 3) is the top of something that the rubber flows over."""
-    return bool(inside(assembly.solids[RUBBER], place + _STEP_MM * up)[0])
 
 
 def beyond_openings(plan: MoldPlan, points: Array) -> Array:

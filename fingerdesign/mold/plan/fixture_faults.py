@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from fingerdesign.checks.design import is_sound
+from fingerdesign.checks.placing import edge
 from fingerdesign.design.faults import at_least
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
@@ -41,17 +42,9 @@ def least_value(
     found = next((v for v in np.linspace(low, high, 9)[1:].tolist() if does(v)), None)
     if found is None:
         return None
-    over = float(at_least(_edge(does, found, found - (high - low) / 8.0, TRIALS - 3)))
+    over = float(at_least(edge(does, found, found - (high - low) / 8.0, TRIALS - 3)))
     trial = with_key(design, key, over)
     return over if trial is not None and holds(trial) and is_sound(trial) else None
-
-
-def _edge(does: Callable[[float], bool], good: float, bad: float, halvings: int) -> float:
-    """About the value between a good and a bad one up to which it ``does``."""
-    for _ in range(halvings):
-        middle = 0.5 * (good + bad)
-        good, bad = (middle, bad) if does(middle) else (good, middle)
-    return good
 
 
 def worst_exit(fixture: Fixture) -> tuple[Leg, float] | None:
@@ -159,7 +152,7 @@ def _most(design: Design, where: str, name: str, high: float) -> float | None:
         return worst_web(fixture) is None and worst_exit(fixture) is None
 
     low = min(_SMALLEST_MM, 0.5 * high)
-    return _edge(holds, low, high, TRIALS) if holds(low) else None
+    return edge(holds, low, high, TRIALS) if holds(low) else None
 
 
 def fixture_faults(fixture: Fixture) -> list[Fault]:

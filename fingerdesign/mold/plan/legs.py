@@ -81,7 +81,9 @@ class Search(Fixture):
         for k, leg in enumerate(drafts):
             out = float(max(exits.farthest[k], leg.start))
             legs.append(replace(leg, exit=out, tip=out, flat=bool(flat[k])))
-        wrong = self._wrong(tuple(legs))
+        crossed = replace(self, legs=tuple(legs)).gaps() < self.least_gap - CLOSE
+        crossed |= np.array([meets_hole(self.by_index[leg.plate], leg) for leg in legs])
+        wrong = _CROSSED * crossed  # meets other metal, or a hole of its own plate
         short = self.room.wanting(sides, openings[SLOTS], exits)
         short = np.where(np.isfinite(short), short, 1e3 - exits.nearest)
         short += self.room.blocked(sides, openings[SLOTS], exits)
@@ -90,12 +92,6 @@ class Search(Fixture):
         if requested != SLOTS:
             penalty[requested] = wrong + _NOT_FLAT * ~flat
         return tuple(legs), penalty
-
-    def _wrong(self, legs: tuple[Leg, ...]) -> Array:
-        """Of each leg, whether it meets other metal, or a hole of its own plate."""
-        crossed = replace(self, legs=legs).gaps() < self.least_gap - CLOSE
-        crossed |= np.array([meets_hole(self.by_index[leg.plate], leg) for leg in legs])
-        return np.asarray(_CROSSED * crossed)
 
     @cached_property
     def ranks(self) -> dict[int, tuple[int, float]]:

@@ -10,12 +10,19 @@ from fingerdesign.design.mold import Mold
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.mold.plan.base import base_holes_of, core_pins_of
-from fingerdesign.mold.plan.fasteners import fastened, fastener_faults, limit_faults
+from fingerdesign.mold.plan.fasteners import (
+    Columns,
+    columns_of,
+    fastened,
+    fastener_faults,
+    limit_faults,
+    pin_height,
+    z_bolt_height,
+)
 from fingerdesign.mold.plan.fixture_faults import fixture_faults, with_walls
 from fingerdesign.mold.plan.leg_room import Fixture
 from fingerdesign.mold.plan.legs import fixture_of
 from fingerdesign.mold.plan.plan import SIDES, Extent, Limits, MoldPlan, limits_of
-from fingerdesign.mold.plan.walls import Columns, columns_of, pin_height, z_bolt_height
 
 # Remedies for faults of room are found by planning the mold again, a value so many times as large.
 _UP = (1.05, 1.1, 1.2, 1.3, 1.5, 1.75, 2.0, 2.5)

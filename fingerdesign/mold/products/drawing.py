@@ -7,9 +7,11 @@ HOLES, GAGES, BEND and TEXT; ezdxf loads when a file is written. Lengths in mm.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import count, product
 from pathlib import Path
+from string import ascii_uppercase
 from typing import Any, Literal
 
 import numpy as np
@@ -28,14 +30,6 @@ _ALIKE = 3  # digits of a millimetre by which plates are distinguished
 _IDLE_MM2 = 1e-9  # between a corner and its neighbours
 
 
-@dataclass(frozen=True)
-class GageMark:
-    """Where a gage is bonded: the face, and the rectangle (4, 2) that it averages over."""
-
-    face: Face
-    corners: Array
-
-
 @dataclass(frozen=True, eq=False)
 class FlatPattern:
     """One kind of plate.
@@ -44,7 +38,7 @@ class FlatPattern:
     plates       numbers of the plates that are cut so
     outline      polygon (n, 2) of what is cut, legs in full, anticlockwise
     holes        (s, w, radius) of each round hole
-    gages        their places on the face or faces that carry them
+    faces, gage  that carry gages, and the rectangle (4, 2) that these average over
     bend_radius  of the mid-surface after cutting, its centre on the lower side; None: flat
     thickness, material   of the sheet
     seen         the face that a reader of (s to the right, w up) looks on
@@ -54,7 +48,8 @@ class FlatPattern:
     plates: tuple[int, ...]
     outline: Array
     holes: tuple[tuple[float, float, float], ...]
-    gages: tuple[GageMark, ...]
+    faces: tuple[Face, ...]
+    gage: Array
     bend_radius: float | None
     thickness: float
     material: str
@@ -68,19 +63,26 @@ class FlatPattern:
 
 def flat_patterns(design: Design, plan: MoldPlan) -> tuple[FlatPattern, ...]:
     """One pattern for each different plate of a mold, in the order of their first plates."""
+    gages = design.gages
+    faces: tuple[Face, ...] = ("upper", "lower") if gages.face == "both" else (gages.face,)
+    s, w = 0.5 * gages.length_mm, 0.5 * gages.width_mm
+    low, high = gages.z_mm - w, gages.z_mm + w
+    gage = np.array([[-s, low], [s, low], [s, high], [-s, high]])
     kinds: dict[tuple[object, ...], list[PlateFrame]] = {}
     for frame in plan.frames:
         kinds.setdefault(_kind(frame, plan.legs_of(frame.index)), []).append(frame)
     found = []
-    for number, alike in enumerate(kinds.values()):
+    letters = ("".join(each) for k in count(1) for each in product(ascii_uppercase, repeat=k))
+    for name, alike in zip(letters, kinds.values(), strict=False):
         first = alike[0]
         found.append(
             FlatPattern(
-                f"plate_{_letters(number)}",
+                f"plate_{name}",
                 tuple(frame.index for frame in alike),
                 outline_of(first, plan.legs_of(first.index)),
                 tuple((hole.s, hole.w - first.middle, hole.radius) for hole in first.holes),
-                _gages(design),
+                faces,
+                gage,
                 first.bend_radius,
                 first.thickness,
                 design.plates.material,
@@ -121,25 +123,6 @@ def _kind(frame: PlateFrame, legs: tuple[Leg, ...]) -> tuple[object, ...]:
     return (frame.along, *sides, *(round(number, _ALIKE) + 0.0 for number in numbers))
 
 
-def _gages(design: Design) -> tuple[GageMark, ...]:
-    gages = design.gages
-    s, w = 0.5 * gages.length_mm, 0.5 * gages.width_mm
-    low, high = gages.z_mm - w, gages.z_mm + w
-    corners = np.array([[-s, low], [s, low], [s, high], [-s, high]])
-    faces: tuple[Face, ...] = ("upper", "lower") if gages.face == "both" else (gages.face,)
-    return tuple(GageMark(face, corners) for face in faces)
-
-
-def _letters(number: int) -> str:
-    """A, B, ..., Z, AA, AB, ... of 0, 1, ..."""
-    text = ""
-    number += 1
-    while number:
-        number, rest = divmod(number - 1, 26)
-        text = chr(ord("A") + rest) + text
-    return text
-
-
 # layer -> AutoCAD colour number (7: black on white): each also differs by its name
 LAYERS = {"CUT": 7, "HOLES": 1, "GAGES": 5, "BEND": 3, "TEXT": 8}
 GAP_MM = 5.0  # between sheets of one drawing
@@ -151,7 +134,7 @@ class Sheet:
     """One flat piece: closed polygons (n, 2), round holes, gages, fold lines and what is said.
 
     outline  what is cut around; openings: polygons cut out of it; circles: (x, y, radius)
-    gages    polygons that show where gages are bonded; bends: (2, 2) lines, start and end
+    gage     polygon that shows where gages are bonded; bends: (2, 2) lines, start and end
     text     lines written below it; they name the piece, its count, thickness and material
     """
 
@@ -159,16 +142,9 @@ class Sheet:
     outline: Array
     openings: tuple[Array, ...] = ()
     circles: tuple[tuple[float, float, float], ...] = ()
-    gages: tuple[Array, ...] = ()
+    gage: Array | None = None
     bends: tuple[Array, ...] = ()
     text: tuple[str, ...] = ()
-
-    @property
-    def polygons(self) -> Iterator[tuple[str, Array]]:
-        """The closed polygons, each with its layer."""
-        yield "CUT", self.outline
-        yield from (("HOLES", polygon) for polygon in self.openings)
-        yield from (("GAGES", polygon) for polygon in self.gages)
 
 
 def polygon_area(points: Array) -> float:
@@ -201,7 +177,9 @@ def write_dxf(sheets: Sequence[Sheet], path: Path) -> None:
 
 
 def _draw(space: Any, sheet: Sheet, shift: Array) -> None:
-    for layer, polygon in sheet.polygons:
+    polygons = [("CUT", sheet.outline), *(("HOLES", each) for each in sheet.openings)]
+    polygons += [] if sheet.gage is None else [("GAGES", sheet.gage)]
+    for layer, polygon in polygons:
         moved = (polygon + shift).tolist()
         space.add_lwpolyline(moved, close=True, dxfattribs={"layer": layer})
     for x, y, radius in sheet.circles:
@@ -295,14 +273,12 @@ def write_drawings(
 
 def plate_sheet(pattern: FlatPattern) -> Sheet:
     """A plate as cut: its legs, its holes, its gages' places, and where it is bent."""
-    faces = sorted({gage.face for gage in pattern.gages}, reverse=True)
-    marks = {np.round(gage.corners, 9).tobytes(): gage.corners for gage in pattern.gages}
     low, high = pattern.outline.min(axis=0), pattern.outline.max(axis=0)
     text = [
         f"{pattern.name}: {pattern.count} of {pattern.thickness:g} mm "
         f"{pattern.material.replace('_', ' ')}",
         f"plates {numbers_text(pattern.plates)}, {pattern.seen} face shown",
-        f"gages on {' and '.join(faces)} face" if faces else "no gages",
+        f"gages on {' and '.join(pattern.faces)} face",
     ]
     bends: tuple[Array, ...] = ()
     if pattern.bend_radius is not None:
@@ -312,7 +288,7 @@ def plate_sheet(pattern: FlatPattern) -> Sheet:
         pattern.name,
         pattern.outline,
         circles=tuple((round(x, 3), round(y, 3), round(r, 3)) for x, y, r in pattern.holes),
-        gages=tuple(marks.values()),
+        gage=pattern.gage,
         bends=bends,
         text=tuple(text),
     )

@@ -41,10 +41,9 @@ def test_like_plates_are_cut_alike_with_their_gages():
     assert np.ptp(only.outline, axis=0) == pytest.approx([0.9, 10.0 + 2 * 3.3])
     assert polygon_area(only.outline) == pytest.approx(0.9 * 10.0 + 2 * 0.54 * 3.3)
     assert legs_volume(plan) == 0.0
-    (mark,) = only.gages
-    assert mark.face == "upper"
-    assert mark.corners.mean(axis=0) == pytest.approx([0.0, 0.5])
-    assert np.ptp(mark.corners, axis=0) == pytest.approx([0.5, 1.0])
+    assert only.faces == ("upper",)
+    assert only.gage.mean(axis=0) == pytest.approx([0.0, 0.5])
+    assert np.ptp(only.gage, axis=0) == pytest.approx([0.5, 1.0])
 
 
 def test_bent_perforated_plates_keep_their_holes_and_their_bend():
@@ -59,7 +58,7 @@ def test_bent_perforated_plates_keep_their_holes_and_their_bend():
         area = frame.length * 6.0 + sum(leg.width * (leg.tip - leg.start) for leg in legs)
         x, y = pattern.outline.T
         assert 0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)) == pytest.approx(area)
-        assert [each.face for each in pattern.gages] == ["upper", "lower"]
+        assert pattern.faces == ("upper", "lower")
 
 
 def test_plates_along_z_are_another_kind_seen_from_above():
