@@ -15,6 +15,7 @@ from fingerdesign.analysis.answers import ARRAYS, PAGE, read_arrays
 from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
 from fingerdesign.analysis.page.words import verdict
 from fingerdesign.checks import starter
+from fingerdesign.design.schema import schema_text
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RESULT_FILE, read_result
@@ -47,15 +48,15 @@ def new(file: Path, source: str | None, scene: bool, force: bool, quiet: bool) -
     if file.exists() and not force:
         raise click.UsageError(f"FILE = {file}: must not exist; choose another name or --force")
     if scene:
-        text, schema_file = starter.starter_scene_text(source), starter.SCENE_SCHEMA_FILE
+        text, kind = starter.starter_scene_text(source), "scene"
     else:
         name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
-        text, schema_file = starter.starter_text(name, source), starter.SCHEMA_FILE
+        text, kind = starter.starter_text(name, source), "design"
     file.parent.mkdir(parents=True, exist_ok=True)
     write_whole(file, text)
-    schema = file.parent / schema_file
+    schema = file.parent / f"{kind}.schema.json"
     if force or not schema.exists():
-        write_whole(schema, starter.schema_json(schema_file))
+        write_whole(schema, schema_text(kind))
     if not quiet:
         design = "DESIGN --scene " if scene else ""
         click.echo(f"{file} written; next: fingerdesign check {design}{shlex.quote(str(file))}")

@@ -18,12 +18,7 @@ from fingerdesign.checks.load import parse_design, parse_scene, read_text
 from fingerdesign.design.base import OwnTable, described
 from fingerdesign.design.faults import tables_in
 from fingerdesign.design.scene import Scene
-from fingerdesign.design.schema import (
-    Design,
-    design_json_schema,
-    scene_json_schema,
-    schema_text,
-)
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.registry import unknown_name
 
@@ -106,12 +101,6 @@ def file_text(file_or_name: str | Path, kind: str = "design") -> str:
     remedy = f"there is no such file; {f'did you mean {near[0]}?' if near else 'check the path'}"
     bound = f"a readable TOML file or a shipped {kind} ({', '.join(known)})"
     raise DesignError([Fault("file", str(path), bound, remedy)])
-
-
-def schema_json(file: str = SCHEMA_FILE) -> str:
-    """Return the text of the JSON schema of design files, or of ``SCENE_SCHEMA_FILE``: the shipped
-    one, with what plug-ins add to it."""
-    return schema_text(scene_json_schema() if file == SCENE_SCHEMA_FILE else design_json_schema())
 
 
 def starter_scene_text(source: str | None = None) -> str:

@@ -13,7 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from fingerdesign.design.base import Many, Table, Whole, holds, refuse
@@ -232,22 +232,15 @@ def _part(table: Any, key: str) -> Any:
 DATA = Path(__file__).resolve().parent.parent / "data"
 
 
-def design_json_schema() -> dict[str, Any]:
-    """Return the JSON schema of a design file."""
-    return _schema(Design, "A finger design (fingerdesign)")
+_FILES: dict[str, tuple[type[Whole], str]] = {
+    "design": (Design, "A finger design (fingerdesign)"),
+    "scene": (Scene, "A scene that a finger is put through (fingerdesign)"),
+}
 
 
-def scene_json_schema() -> dict[str, Any]:
-    """Return the JSON schema of a scene file."""
-    return _schema(Scene, "A scene that a finger is put through (fingerdesign)")
-
-
-def schema_text(schema: dict[str, Any]) -> str:
-    """Write a schema the way it is shipped."""
-    return json.dumps(schema, indent=2) + "\n"
-
-
-def _schema(model: type[BaseModel], title: str) -> dict[str, Any]:
+def json_schema(file: str) -> dict[str, Any]:
+    """The JSON schema of a "design" or a "scene" file, with what plug-ins add to it."""
+    model, title = _FILES[file]
     load_plugins()
     schema = model.model_json_schema(mode="validation")
     # Known materials fill in what a file leaves out; which names are known, the schema can't say.
@@ -255,6 +248,11 @@ def _schema(model: type[BaseModel], title: str) -> dict[str, Any]:
     dialect = "https://json-schema.org/draft/2020-12/schema"
     simplified: dict[str, Any] = _without_null(schema)
     return {"$schema": dialect, **simplified, "title": title}
+
+
+def schema_text(file: str) -> str:
+    """The schema of a file the way it is shipped."""
+    return json.dumps(json_schema(file), indent=2) + "\n"
 
 
 def _without_null(node: Any) -> Any:
@@ -275,5 +273,5 @@ def _without_null(node: Any) -> Any:
 
 
 if __name__ == "__main__":
-    for name, schema in (("design", design_json_schema()), ("scene", scene_json_schema())):
-        (DATA / f"{name}.schema.json").write_text(schema_text(schema), "utf-8")
+    for name in _FILES:
+        (DATA / f"{name}.schema.json").write_text(schema_text(name), "utf-8")

@@ -8,7 +8,6 @@ import pytest
 from fingerdesign.checks.load import parse_design
 from fingerdesign.errors import DesignError
 from fingerdesign.mold.checks.fits import plan_checks
-from fingerdesign.mold.plan.extent import rim_height
 from fingerdesign.mold.plan.fixture_faults import fixture_faults, with_walls
 from fingerdesign.mold.plan.legs import fixture_of
 from fingerdesign.mold.plan.plan import SIDES, Slot
@@ -126,7 +125,7 @@ def test_a_round_body_gets_slots_and_a_plug_whatever_was_requested():
     assert sides["+z"].holding == sides["-z"].holding == "slots"
     assert [plug.axis for plug in plugs] == ["z"]
     crest = 10.0 + 12.0 - np.sqrt(12.0**2 - 8.0**2)
-    height = crest + 6.0 - rim_height(design.body)
+    height = crest + 6.0 - design.body.kind.lowest(design.body)
     lean = height * np.tan(np.radians(2.0))
     assert plugs[0].at_top - plugs[0].at_surface == pytest.approx(lean)
 

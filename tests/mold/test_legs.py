@@ -9,7 +9,7 @@ from fingerdesign_bench.any_finger.step_samples import sample_step
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import resolved
 from fingerdesign.layout.frames import Hole, PlateFrame, plate_frames
-from fingerdesign.mold.plan.extent import exits_of, flat_sided, rim_height
+from fingerdesign.mold.plan.extent import exits_of, flat_sided
 from fingerdesign.mold.plan.leg_room import Fixture
 from fingerdesign.mold.plan.legs import fixture_of, meets_hole
 from fingerdesign.mold.plan.plan import Leg, limits_of
@@ -95,7 +95,7 @@ def test_margins_of_an_arc_are_the_distances_to_its_border():
     beside = replace(small, place=9.5, y=6.0)
     found = exits_of(body, 1.0, [small, low, beside], ["+z", "-z", "+z"], [2.0] * 3)
     assert found.face_margin == pytest.approx([1.5, 0.3, 0.5], abs=1e-5)
-    assert rim_height(body) == 10.0
+    assert body.kind.lowest(body) == 10.0
     assert flat_sided(body)
 
 

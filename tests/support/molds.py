@@ -9,7 +9,8 @@ from fingerdesign.checks.starter import find_design
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import resolved
 from fingerdesign.errors import DesignError
-from fingerdesign.mold.part import PartMesh, volume
+from fingerdesign.layout.volume import enclosed_volume as volume
+from fingerdesign.mold.part import PartMesh
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.three_mf import _locale_kept
 

@@ -36,7 +36,7 @@ from fingerdesign.cad.kernel import box, one_solid, volume_of
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.cad.features import BEYOND_MM, Features, cut_plates, features_of
-from fingerdesign.mold.cad.parting import Blank, FlatSide, parted, seam, sides_followed
+from fingerdesign.mold.cad.parting import FlatSide, parted, seam, sides_followed
 from fingerdesign.mold.part import (
     BASE,
     CORE,
@@ -211,7 +211,10 @@ def enlarged(outline: cq.Solid, scale: float) -> cq.Solid:
 
 
 def _parts(
-    design: Design, plan: MoldPlan, blanks: dict[str, Blank], features: Features
+    design: Design,
+    plan: MoldPlan,
+    blanks: dict[str, tuple[cq.Solid, cq.Solid]],
+    features: Features,
 ) -> tuple[BuiltPart, ...]:
     formed: list[tuple[str, Direction, int, Made]]
     formed = [(INSERT, (0.0, 1.0, 0.0), INSERT_ORDER, "process")]
@@ -223,8 +226,9 @@ def _parts(
             formed.append((comb, (x, y, z), order + 1, "sheet"))
     found = []
     for name, draw, order, made in formed:
-        worked = _worked(blanks[name].part, features, name)
-        found.append(BuiltPart(name, worked, draw, order, made, blanks[name].filling))
+        blank, filling = blanks[name]
+        worked = _worked(blank, features, name)
+        found.append(BuiltPart(name, worked, draw, order, made, filling))
     base = box((-plan.reach_x, -plan.base, -plan.reach_z), (plan.reach_x, 0.0, plan.reach_z))
     found.append(BuiltPart(BASE, _worked(base, features, BASE), None, STAYS, "process", base))
     corners = core_box(design, plan.scale)

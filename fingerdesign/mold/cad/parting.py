@@ -198,22 +198,14 @@ def _across(plan: MoldPlan, side: Side, section: Sequence[tuple[float, float]]) 
     return prism_of(corners, 2.0 * reach * across(side))
 
 
-@dataclass(frozen=True)
-class Blank:
-    """A part before its features. ``part``: what they are worked into; ``filling``: what of it is
-    within the filled block, which leaves out the ears."""
-
-    part: cq.Solid
-    filling: cq.Solid
-
-
 def sides_followed(outline: cq.Solid, plan: MoldPlan) -> dict[Side, FlatSide] | None:
     """The outline's four flat sides; None where the mold's parting cannot follow them."""
     return flat_sides(outline) if plan.corner > plan.half_depth - 1e-6 else None
 
 
-def parted(outline: cq.Solid, plan: MoldPlan) -> dict[str, Blank]:
-    """Split the block around ``outline``, which is in mold space: the blanks by part name.
+def parted(outline: cq.Solid, plan: MoldPlan) -> dict[str, tuple[cq.Solid, cq.Solid]]:
+    """Split the block around ``outline``, which is in mold space: by part name the blank that
+    features are worked into, and what of it is within the filled block, which leaves out the ears.
 
     GeometryError where the kernel fails, or makes a part of several pieces.
     """
@@ -237,7 +229,7 @@ def parted(outline: cq.Solid, plan: MoldPlan) -> dict[str, Blank]:
                 name = wall_name(side)
                 blocks[name] = one_solid(blocks[name].fuse(upper).clean(), name)
     filled = box(*plan.block)
-    return {name: Blank(part, _within(part, filled, name)) for name, part in blocks.items()}
+    return {name: (part, _within(part, filled, name)) for name, part in blocks.items()}
 
 
 def _layers(

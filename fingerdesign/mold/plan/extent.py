@@ -14,7 +14,6 @@ from fingerdesign.design.schema import Design
 from fingerdesign.design.step import step_facts
 from fingerdesign.layout.clearance import surface_clearances
 from fingerdesign.layout.frames import PlateFrame, crest_height, surface_height
-from fingerdesign.layout.profile import profile_of
 from fingerdesign.mold.plan.plan import Extent, MoldPlan, Side, across, direction
 from fingerdesign.shapes.faces import CadFace, nearest
 
@@ -45,16 +44,6 @@ class Exits:
     top: Array
     bottom: Array
     reach: Array
-
-
-def rim_height(body: Body) -> float:
-    """Least height of the contact surface's border, mm, in the design's space."""
-    if body.step is not None:
-        return step_facts(body.step).lowest
-    profile = profile_of(body)
-    if body.dome_radius_mm is None:
-        return profile.side_height
-    return float(surface_height(body, profile.half_width, 0.5 * body.depth_mm))
 
 
 def flat_sided(body: Body) -> bool:
@@ -205,7 +194,7 @@ def extent_of(design: Design, scale: float) -> Extent:
     body = design.body
     half_width = max(half_extent(body, "+x"), half_extent(body, "-x"))
     half_depth = max(half_extent(body, "+z"), half_extent(body, "-z"))
-    continued, rim = flat_sided(body), rim_height(body)
+    continued, rim = flat_sided(body), body.kind.lowest(body)
     corner = half_depth
     if body.kind.turned:
         corner = half_depth / np.sqrt(2.0)

@@ -11,7 +11,7 @@ import pytest
 from manifold3d import Manifold
 
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.part import volume
+from fingerdesign.layout.volume import enclosed_volume as volume
 from fingerdesign.mold.plan.legs import legs_share, legs_volume
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.drawing import (
@@ -128,7 +128,7 @@ SHEETS = (
         "plate_A",
         SQUARE * [2.0, 10.0],
         circles=((1.0, 2.0, 0.3),),
-        gages=(SQUARE + np.array([0.5, 4.5]),),
+        gage=SQUARE + np.array([0.5, 4.5]),
         bends=(np.array([[0.0, 5.0], [2.0, 5.0]]),),
         text=("plate_A: 15 of 0.1 mm phosphor bronze",),
     ),
