@@ -35,14 +35,11 @@ _WRONG = (ValueError, TypeError, AttributeError, LookupError, ArithmeticError, R
 # ``fingerdesign new``: a commented starter design or scene.
 
 
-def _toml(file: Path) -> Path:
-    return file.with_suffix(".toml") if file.name else Path("finger.toml")
-
-
 def new(file: Path, source: str | None, scene: bool, force: bool, quiet: bool) -> None:
     """Write a commented starter design to FILE.toml, its name taken from FILE; or a scene."""
     if file.suffix != ".toml":
-        raise click.UsageError(f"FILE = {file}: must end in .toml; try {_toml(file)}")
+        other = file.with_suffix(".toml") if file.name else Path("finger.toml")
+        raise click.UsageError(f"FILE = {file}: must end in .toml; try {other}")
     if file.exists() and not file.is_file():
         raise click.UsageError(f"FILE = {file}: must be a regular file; choose another name")
     if file.exists() and not force:

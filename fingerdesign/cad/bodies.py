@@ -56,10 +56,9 @@ def plate_solid(frame: PlateFrame, half: bool = False) -> cq.Solid:
 
 
 def core_solid(body: Body, half: bool = False) -> cq.Solid:
-    """The rigid core's box (of its half z >= 0); GeometryError for a body without one."""
+    """The box of a body's rigid core (of its half z >= 0)."""
     core = body.core
-    if core is None:
-        raise GeometryError("the body has no core")
+    assert core is not None
     x = 0.5 * core.width_mm
     z = 0.5 * (core.depth_mm if core.depth_mm is not None else body.depth_mm)
     top = core.bottom_mm + core.height_mm

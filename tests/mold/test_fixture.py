@@ -8,10 +8,9 @@ import pytest
 from fingerdesign.checks.load import parse_design
 from fingerdesign.errors import DesignError
 from fingerdesign.mold.checks.fits import plan_checks
-from fingerdesign.mold.plan.fixture_faults import fixture_faults, with_walls
 from fingerdesign.mold.plan.legs import fixture_of
 from fingerdesign.mold.plan.plan import SIDES, Slot
-from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.plan.planning import fixture_faults, plan_mold, with_walls
 from fingerdesign.mold.plan.slots import frames_in_mold, slot_corners, webs
 from tests.support.molds import keys, made, shipped
 

@@ -1,7 +1,7 @@
 """Where legs may leave the finger, and how each side is closed and holds them; numbers, mm.
 
 Legs leave outside the contact zone, beyond the insert. What cannot be held is a fault of
-fixture_faults.py.
+planning.py.
 """
 
 from __future__ import annotations

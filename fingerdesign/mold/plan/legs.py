@@ -2,7 +2,7 @@
 
 Wide tabs on plates that reach the finger's end, thin legs on those embedded in it. They are moved
 along the plate and narrowed until they leave the finger outside its contact zone, clear of other
-plates, and their slots keep the webs; what cannot be had is a fault of fixture_faults.py. Numbers
+plates, and their slots keep the webs; what cannot be had is a fault of planning.py. Numbers
 only.
 """
 
@@ -172,7 +172,7 @@ def fixture_of(design: Design, thorough: bool = True) -> Fixture:
     """The plates in mold space with their legs, two each, plate by plate: the best that can be had.
 
     What still is wrong with them (webs, crossings, exits in the contact zone) is a fault of
-    fixture_faults.py. Not ``thorough``: only the likeliest widths and places are tried.
+    planning.py. Not ``thorough``: only the likeliest widths and places are tried.
     """
     limits = limits_of(design.mold)
     search = Search(design, limits, frames_in_mold(design, scale_of(design)))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import count, product
+from itertools import count, groupby, product
 from pathlib import Path
 from string import ascii_uppercase
 from typing import Any, Literal
@@ -300,10 +300,6 @@ def numbers_text(plates: Iterable[int]) -> str:
     >>> numbers_text([8, 0, 1, 2, 5, 7])
     '0-2, 5, 7-8'
     """
-    runs: list[list[int]] = []
-    for plate in sorted(plates):
-        if runs and plate == runs[-1][-1] + 1:
-            runs[-1].append(plate)
-        else:
-            runs.append([plate])
-    return ", ".join(str(r[0]) if len(r) == 1 else f"{r[0]}-{r[-1]}" for r in runs)
+    runs = groupby(enumerate(sorted(plates)), lambda each: each[1] - each[0])
+    ends = ([plate for _, plate in run] for _, run in runs)
+    return ", ".join(str(r[0]) if len(r) == 1 else f"{r[0]}-{r[-1]}" for r in ends)
