@@ -240,11 +240,7 @@ def _in_zone(
     scene: Scene,
     sizes: SectionMesh | None,
 ) -> Effect:
-    if sizes is None:
-        own = section_sizes(design, zone.half_width)
-        names = ("contact_size_mm", "plate_size_mm", "plate_end_size_mm", "far_size_mm")
-        wider = {name: _COARSER * getattr(own, name) for name in names}
-        sizes = own.model_copy(update=wider | {"gradation": max(own.gradation, _GRADATION)})
+    sizes = _coarser(design, zone) if sizes is None else sizes
     mesh = mesh_section(design, zone.half_width, sizes, frames)
     right = readings(design, mesh, frames, zone, scene)
     most = np.abs(right).max(axis=1)
@@ -331,6 +327,13 @@ def _gages(
         }
         for frame, height, row in zip(frames, surface, worst, strict=True)
     ]
+
+
+def _coarser(design: Design, zone: Zone) -> SectionMesh:
+    own = section_sizes(design, zone.half_width)
+    names = ("contact_size_mm", "plate_size_mm", "plate_end_size_mm", "far_size_mm")
+    wider = {name: _COARSER * getattr(own, name) for name in names}
+    return own.model_copy(update=wider | {"gradation": max(own.gradation, _GRADATION)})
 
 
 def _moves(off: Array) -> list[Array]:

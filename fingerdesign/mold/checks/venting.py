@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from manifold3d import Manifold
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.mesh.types import pieces
 from fingerdesign.mold.checks.assembly import (
     Assembly,
     from_pin,
@@ -112,9 +111,7 @@ def _summits(height: Array, triangles: IntArray) -> list[IntArray]:
     """Groups of vertices, level and joined by edges, that no neighbour of theirs is above."""
     first, second = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
     level = np.abs(height[first] - height[second]) <= _LEVEL_MM
-    links = (np.ones(int(level.sum())), (first[level], second[level]))
-    shape = (len(height), len(height))
-    count, labels = connected_components(coo_array(links, shape=shape), directed=False)
+    count, labels = pieces(first[level], second[level], len(height))
     lower = np.zeros(count, dtype=bool)
     lower[labels[first[height[second] > height[first] + _LEVEL_MM]]] = True
     lower[labels[second[height[first] > height[second] + _LEVEL_MM]]] = True
