@@ -54,7 +54,8 @@ class Condensation:
         if has_pardiso():
             self._condense(stiffness, rows, negative)
             return
-        _warn_slow()
+        slow = "pypardiso is not installed: using SuperLU, about ten times slower in 3-D"
+        warnings.warn(slow, stacklevel=2)
         self._superlu = _superlu(stiffness)
         matrix = np.zeros((rows.shape[0], rows.shape[0]))
         for start in range(0, rows.shape[0], 64):
@@ -107,12 +108,6 @@ def load_solver() -> None:
     """Load PARDISO ahead of need: its libraries take as long as a small factorisation."""
     if has_pardiso():
         _solver()
-
-
-def _warn_slow() -> None:
-    warnings.warn(
-        "pypardiso is not installed: using SuperLU, about ten times slower in 3-D", stacklevel=3
-    )
 
 
 def _superlu(stiffness: sp.csr_matrix) -> Any:

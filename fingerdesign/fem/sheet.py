@@ -164,12 +164,13 @@ def sheet_stiffness(
     where the mesh has no slot for a plate.
     """
     law = _in_space(youngs_modulus, poissons_ratio, mesh.dimension - 1) * thickness
+    flat = law[:-1, :-1] - np.outer(law[:-1, -1], law[-1, :-1]) / law[-1, -1]  # no stress across
     shear = _SHEAR_FACTOR * youngs_modulus / (2.0 * (1.0 + poissons_ratio)) * thickness
     rows, columns, values = [np.empty(0, int)], [np.empty(0, int)], [np.empty(0)]
     for frame in frames:
         sheet, t = sheet_of(mesh, frame), frame.thickness
         blocks = _membrane(sheet, law * t)
-        blocks += _bending(sheet, _plane_stress(law) * t**3 / 12.0)
+        blocks += _bending(sheet, flat * t**3 / 12.0)
         blocks += _shear(sheet, shear * t)
         nodes = sheet.own[np.hstack([sheet.nodes, sheet.nodes_below])]
         dimension, count = mesh.dimension, blocks.shape[1]
@@ -199,11 +200,6 @@ def _in_space(youngs_modulus: float, poissons_ratio: float, dimension: int) -> A
     if dimension == 2:
         law[2, 2] = shear
     return law
-
-
-def _plane_stress(law: Array) -> Array:
-    """Stress of strain where there is none across the sheet, MPa."""
-    return np.asarray(law[:-1, :-1] - np.outer(law[:-1, -1], law[-1, :-1]) / law[-1, -1])
 
 
 def _membrane(sheet: SheetFacets, law: Array) -> Array:

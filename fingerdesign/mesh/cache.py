@@ -11,7 +11,6 @@ import hashlib
 import json
 from dataclasses import asdict
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -52,11 +51,6 @@ def mesh_key(
     }
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def kept_mesh_file(key: str) -> Path:
-    """Where the mesh of a key is kept, if it is."""
-    return _kept().path(f"{key}.npz")
 
 
 def load_mesh(key: str) -> Mesh | None:

@@ -322,7 +322,8 @@ def sample(
     """
     gains = 1.0 + _GAIN_SPREAD * rng.standard_normal(len(grip.moments[0].sample.readings))
     history = [_noisy(each, noise, gains, settings.force_noise, rng) for each in grip.moments]
-    own = _measured(grip.curves or curves, gains)
+    own = grip.curves or curves  # as a rig measures them through its own gages
+    own = replace(own, pressed=gains * own.pressed, sticking=gains * own.sticking)
     rows, truths = [], []
     for k, (truth, used) in enumerate(zip(grip.truths, grip.used, strict=True)):
         if k == 0 or truth.stick_ratio is None or truth.normal_force < 2.0 * LEAST_FORCE:
@@ -331,11 +332,6 @@ def sample(
         truths.append([truth.stick_ratio, used])
     count = feature_count(len(gains))
     return np.array(rows).reshape(-1, count), np.array(truths).reshape(-1, 2)
-
-
-def _measured(curves: FingerCurves, gains: Array) -> FingerCurves:
-    """As a rig measures them through its own gages."""
-    return replace(curves, pressed=gains * curves.pressed, sticking=gains * curves.sticking)
 
 
 def _noisy(

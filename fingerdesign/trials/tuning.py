@@ -136,7 +136,12 @@ def tune(
         chosen = [*([0] if going else []), *best]
         chosen += range(len(everything), len(everything) + len(made))
         everything += made
-        _judge_on(everything, chosen, cells[: each.grips], judge)
+        # On those of the grips that they were not judged on yet.
+        requested = [
+            (everything[k].values, cells[len(everything[k].outcomes) : each.grips]) for k in chosen
+        ]
+        for k, found in zip(chosen, judge(requested), strict=True):
+            everything[k] = replace(everything[k], outcomes=(*everything[k].outcomes, *found))
         going = sorted(chosen, key=lambda k: everything[k].order, reverse=True)
         box = _box_around(own, everything[going[0]].values, _SHRINK ** (number + 1))
     first, trials = everything[going[0]], tuple(everything)
@@ -147,15 +152,6 @@ def ranges_of(controller: str) -> tuple[Range, ...]:
     """The parameters that a controller is tuned in. Raises DesignError for an unknown name."""
     own: ControllerKind = CONTROLLERS.find(controller, "--controller")
     return own.tuned
-
-
-def _judge_on(
-    trials: list[Candidate], chosen: Sequence[int], cells: Sequence[Cell], judge: Judge
-) -> None:
-    """Judge the chosen trials on those of the grips that they were not judged on yet."""
-    requested = [(trials[k].values, cells[len(trials[k].outcomes) :]) for k in chosen]
-    for k, found in zip(chosen, judge(requested), strict=True):
-        trials[k] = replace(trials[k], outcomes=(*trials[k].outcomes, *found))
 
 
 def _points(box: Array, count: int, rng: np.random.Generator) -> Array:

@@ -131,7 +131,30 @@ def solve(design: Design, scene: Scene, model: Model, zone: Zone | None = None) 
     clock = Clock()
 
     def work(zone: Zone) -> Solved:
-        return _solve_in(design, scene, model, zone, case.symmetric, clock)
+        own = design_for(design, model)
+        with clock.stage("mesh"):
+            mesh = _mesh(own, model, zone, case.symmetric)
+        start = time.perf_counter()
+        built = condense(own, mesh, zone, scene)
+        assembled, total = built.timings["assemble"], time.perf_counter() - start
+        clock.add({"assemble": assembled, "condense": total - assembled})
+        with clock.stage("increments"):
+            problem = problem_at_touch(built.reduced, scene.object, own.body)
+            steps = _follow(own, scene, problem)
+        return Solved(
+            design=own,
+            scene=scene,
+            model=model,
+            mesh=mesh,
+            zone=zone,
+            built=built,
+            problem=problem,
+            readings=readings_of(steps, own.gages.face),
+            steps=steps,
+            dofs=built.dofs,
+            contact_nodes=built.reduced.nodes,
+            seconds=clock.seconds,
+        )
 
     return in_wide_zone(design, zone_of(case, scene) if zone is None else zone, work)
 
@@ -150,40 +173,6 @@ class InTurn:
         solved = solve(design, scene, model, self.zone)
         self.zone = solved.zone
         return solved
-
-
-def _solve_in(
-    design: Design,
-    scene: Scene,
-    model: Model,
-    zone: Zone,
-    symmetric: bool,
-    clock: Clock,
-) -> Solved:
-    own = design_for(design, model)
-    with clock.stage("mesh"):
-        mesh = _mesh(own, model, zone, symmetric)
-    start = time.perf_counter()
-    built = condense(own, mesh, zone, scene)
-    assembled, total = built.timings["assemble"], time.perf_counter() - start
-    clock.add({"assemble": assembled, "condense": total - assembled})
-    with clock.stage("increments"):
-        problem = problem_at_touch(built.reduced, scene.object, own.body)
-        steps = _follow(own, scene, problem)
-    return Solved(
-        design=own,
-        scene=scene,
-        model=model,
-        mesh=mesh,
-        zone=zone,
-        built=built,
-        problem=problem,
-        readings=readings_of(steps, own.gages.face),
-        steps=steps,
-        dofs=built.dofs,
-        contact_nodes=built.reduced.nodes,
-        seconds=clock.seconds,
-    )
 
 
 def _mesh(design: Design, model: Model, zone: Zone, symmetric: bool) -> Mesh:

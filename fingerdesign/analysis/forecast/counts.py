@@ -16,7 +16,7 @@ from fingerdesign.layout.frames import PlateFrame, mirrors_in_z, plate_frames
 from fingerdesign.layout.gaps import not_a_sheet
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.cache import kept_mesh_file, load_mesh, mesh_key
+from fingerdesign.mesh.cache import load_mesh, mesh_key
 from fingerdesign.mesh.files.imported import imported_mesh
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.mesh.section.extrude import layer_borders
@@ -159,7 +159,10 @@ def count_section(
         rows = 2.0 / wanted - frame.thickness / (EQUILATERAL * wanted**2)
         inside += float(np.mean(np.maximum(rows, 0.0)) * frame.length)
     outer, base = _boundary(outline, field)
-    contact = _contact_edges(design.body, field, min(zone_half_width, 0.5 * design.body.width_mm))
+    zone = min(zone_half_width, 0.5 * design.body.width_mm)
+    x = np.linspace(-zone, zone, 401)
+    line = np.column_stack([x, _outline_heights(design.body, x)])
+    contact = float(_edges_along(line, field, 1).sum())
     return SectionCount(MADE_OF_SECTION * inside, outer, base, contact, field.least)
 
 
@@ -188,13 +191,6 @@ def _outline_heights(body: Body, x: Array) -> Array:
         own = (away >= piece.start[0]) & (away <= piece.end[0])
         found[own] = piece.height(away[own])
     return found
-
-
-def _contact_edges(body: Body, field: SectionSize, zone: float) -> float:
-    """Edges of the contact surface over |x| <= zone."""
-    x = np.linspace(-zone, zone, 401)
-    line = np.column_stack([x, _outline_heights(body, x)])
-    return float(_edges_along(line, field, 1).sum())
 
 
 def _boundary(outline: Outline, field: SectionSize) -> tuple[float, float]:
@@ -333,7 +329,7 @@ def _space(case: Case, zone: Zone) -> Counts:
     design = case.design
     key = mesh_key(design, MeshSizes.of(design, zone), zone, case.symmetric)
     own = mesher_name(design) == "tetwild"  # the only one whose meshes are kept
-    kept = load_mesh(key) if own and kept_mesh_file(key).is_file() else None
+    kept = load_mesh(key) if own else None
     if kept is not None:
         return _of_mesh(kept, case, zone)
     tets, contact_nodes = count_space(design, zone, case.symmetric)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from fingerdesign.analysis.analysis import Analysis
@@ -97,29 +95,23 @@ def report_html(analysis: Analysis, picture: bool = True) -> str:
     picture=False leaves the pictures of the finger out (tests, speed). A picture that cannot be
     drawn is said in its place; everything else that fails, raises.
     """
-    if not picture or analysis.mesh is None:
-        why = NO_MESH if analysis.mesh is None else "The pictures were not asked for."
-        return _render(analysis, report_figures(analysis), {}, why)
     missing, figures = "", None
     pictures: dict[str, Picture] = {}
-    try:
-        with pictures_of(analysis) as waited:  # drawn beside, while the figures are made
-            figures = report_figures(analysis)
-            pictures = waited()
-    except PictureError as error:
-        missing = f"The finger could not be drawn: {error}."
-    return _render(analysis, figures or report_figures(analysis), pictures, missing)
-
-
-def _render(
-    analysis: Analysis, figures: dict[str, Any], pictures: dict[str, Picture], missing: str
-) -> str:
+    if not picture or analysis.mesh is None:
+        missing = NO_MESH if analysis.mesh is None else "The pictures were not asked for."
+    else:
+        try:
+            with pictures_of(analysis) as waited:  # drawn beside, while the figures are made
+                figures = report_figures(analysis)
+                pictures = waited()
+        except PictureError as error:
+            missing = f"The finger could not be drawn: {error}."
     result = analysis.result
     return rendered(
         TEMPLATE,
         result=result,
         verdict=words.verdict(result, analysis.grip_traces),
-        figures=figures,
+        figures=figures or report_figures(analysis),
         sections=SECTIONS,
         pictures=pictures,
         picture_missing=missing,

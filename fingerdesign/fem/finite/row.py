@@ -285,7 +285,11 @@ class Follower:
                     continue  # an old tangent may be all that was wrong
                 step *= 0.5
                 if step < _SHORTEST:
-                    raise _no_answer(target, done, error) from error
+                    reason = str(error).replace(", load 1", "")
+                    raise SolverError(
+                        f"finite strain: no answer beyond {done:.0%} of the way to {target}: "
+                        f"{reason}; use smaller increments or a finer mesh, or ask for less"
+                    ) from error
                 continue
             if share == 1.0:
                 return found
@@ -352,11 +356,3 @@ def _on_the_way(
         total = factor * past.force.sum(axis=0)
         target = Forces(-float(total[1]), float(total[0]), past.motion).toward(target, share)
     return replace(target, held=replace(target.held, load=1.0))
-
-
-def _no_answer(target: Motion | Forces, done: float, error: SolverError) -> SolverError:
-    reason = str(error).replace(", load 1", "")
-    return SolverError(
-        f"finite strain: no answer beyond {done:.0%} of the way to {target}: {reason}; use smaller "
-        "increments or a finer mesh, or ask for less"
-    )

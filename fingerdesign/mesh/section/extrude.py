@@ -171,7 +171,11 @@ def extrude(
         numbers.append(np.repeat(own[own >= 0], 3))
     cells, regions = np.vstack(tets), np.concatenate(numbers)
     if mirrors_in_z(design) and not symmetric:
-        points, cells, regions = _mirrored(points, cells, regions, len(flat))
+        # Both halves, whose first points lie on z = 0: a mesh that mirrors exactly.
+        number = np.arange(len(points)) + len(points) - len(flat)
+        number[: len(flat)] = np.arange(len(flat))
+        points = np.vstack([points, points[len(flat) :] * [1.0, 1.0, -1.0]])
+        cells, regions = np.vstack([cells, number[cells]]), np.tile(regions, 2)
     nodes, cells = quadratic(points, oriented(points, cells))
     faces = sheet_facets(nodes, cells, sheets)
     facets = _classify(design, nodes, cells, symmetric, faces) | faces
@@ -238,16 +242,6 @@ def _regions_at(
         elif region in slots:
             found[regions == region] = -1
     return found
-
-
-def _mirrored(
-    points: Array, tets: IntArray, regions: IntArray, shared: int
-) -> tuple[Array, IntArray, IntArray]:
-    """Both halves, the first ``shared`` points lying on z = 0: a mesh that mirrors exactly."""
-    number = np.arange(len(points)) + len(points) - shared
-    number[:shared] = np.arange(shared)
-    both = np.vstack([points, points[shared:] * [1.0, 1.0, -1.0]])
-    return both, np.vstack([tets, number[tets]]), np.tile(regions, 2)
 
 
 def _classify(

@@ -144,7 +144,8 @@ def plan_cut(
             raise MeshError(f"plate {frame.index}'s mid-surface touches itself in a node")
         goals = {ends[1]} if len(ends) == 2 else set()
         if len(ends) == 1:
-            goals = _on_outside(outer, node, taken)
+            near = np.unique(outer[(outer == node).any(axis=1)])  # along the body's outside
+            goals = {int(n) for n in near if n != node and not taken[n]}
         path = _path(points, stars, node, ends[0], goals, normal, taken)
         if path is None:
             raise MeshError(f"no facets lead on around the rim of plate {frame.index}")
@@ -180,12 +181,6 @@ def _wing(
     if len(nodes) == 0 or steep.min() > _STEEPEST:
         raise MeshError(f"no facet leads on beyond an end of plate {frame.index}")
     return int(nodes[np.argmin(steep)])
-
-
-def _on_outside(outer: IntArray, node: int, taken: BoolArray) -> set[int]:
-    """Neighbours of a node along the body's outside, those of mid-surfaces left out."""
-    near = np.unique(outer[(outer == node).any(axis=1)])
-    return {int(n) for n in near if n != node and not taken[n]}
 
 
 def _path(

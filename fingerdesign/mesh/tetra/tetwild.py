@@ -231,7 +231,12 @@ def _attempted(
     """One try: CAD, fTetWild, and what follows. MeshError says what failed."""
     scaled = sizes.scaled(attempt.size_factor)
     field = size_field(design, way.sized, scaled, zone)
-    expected = _expected(design, field, symmetric)
+    expected = expected_elements(field, *field.box(design.body, symmetric))
+    if expected > MOST_ELEMENTS:
+        raise MeshError(
+            f"the [mesh] sizes of {design.design.name} ask for about {expected:.2g} tetrahedra, "
+            f"more than {MOST_ELEMENTS}; raise mesh.contact_size_mm, plate_size_mm or far_size_mm"
+        )
     most = max(int(MOST_ELEMENTS_RATIO * expected), FEW_ELEMENTS)
     parts, outside = finger_triangles(design, chord_mm(design.body), symmetric, way.meshed)
     epsilon = attempt.envelope * envelope_mm(design, way.meshed)
@@ -271,17 +276,6 @@ def size_field(
     """The size field to ask fTetWild for, so that edges at the contact come out as ``sizes``."""
     requested = replace(sizes, contact=sizes.contact / CONTACT_OVERSHOOT)
     return SizeField(surface_of(design.body), frames, requested, zone)
-
-
-def _expected(design: Design, field: SizeField, symmetric: bool) -> float:
-    """How many tetrahedra the sizes ask for; MeshError where that is beyond MOST_ELEMENTS."""
-    expected = expected_elements(field, *field.box(design.body, symmetric))
-    if expected > MOST_ELEMENTS:
-        raise MeshError(
-            f"the [mesh] sizes of {design.design.name} ask for about {expected:.2g} tetrahedra, "
-            f"more than {MOST_ELEMENTS}; raise mesh.contact_size_mm, plate_size_mm or far_size_mm"
-        )
-    return expected
 
 
 def _tries(ways: tuple[PlateWay, ...], count: int) -> list[tuple[PlateWay, Attempt]]:

@@ -86,7 +86,8 @@ def grid_body(x: Array, z: Array, heights: Array) -> Triangles:
     a, b = edges[~met].T
     sides = np.stack([a, a + size, b + size, b], axis=1)
     quads = np.concatenate([cells, cells[:, ::-1] + size, sides])
-    return Triangles(np.concatenate([top, top * (1.0, 0.0, 1.0)]), _halved(quads))
+    halves = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    return Triangles(np.concatenate([top, top * (1.0, 0.0, 1.0)]), halves)
 
 
 def plate_marks(
@@ -133,11 +134,6 @@ def together(parts: Iterable[tuple[Array, IntArray]]) -> Triangles:
         triangles.append(own + count)
         count += len(points)
     return Triangles(np.concatenate(vertices), np.concatenate(triangles))
-
-
-def _halved(quads: IntArray) -> IntArray:
-    """Quadrilaterals (m, 4) as triangles (2 m, 3)."""
-    return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 
 
 # The contact surface of a STEP body as a few lines of heights, for the comparison page.

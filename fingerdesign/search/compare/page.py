@@ -88,7 +88,8 @@ def page_data(
             "missed": all_shown(missed),
             "notes": all_shown([*notes, *(f"mind, {warning}" for warning in outcome.warnings)]),
         }
-        designs.append(_light(outcome) | own)
+        light = asdict(replace(outcome, **_HEAVY))
+        designs.append(all_shown({k: v for k, v in light.items() if k not in _HEAVY}) | own)
     pair = _pair(outcomes, found)
     study = {"name": all_shown(facts.name), "recommended": found.chosen, "pair": pair}
     return {"looks": LOOKS["looks"], "together": TOGETHER, "study": study, "designs": designs}
@@ -138,12 +139,6 @@ def script_json(value: Any) -> str:
     """
     text = json.dumps(value, allow_nan=False, separators=(",", ":"))  # ASCII alone
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
-
-
-def _light(outcome: Outcome) -> dict[str, Any]:
-    kept = asdict(replace(outcome, **_HEAVY))
-    cleaned: dict[str, Any] = all_shown({k: v for k, v in kept.items() if k not in _HEAVY})
-    return cleaned
 
 
 TEMPLATES = Path(__file__).parent / "templates"

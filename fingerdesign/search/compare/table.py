@@ -102,11 +102,6 @@ def value_at(outcome: Outcome, path: tuple[str, ...]) -> Any:
     return found.get(rest[0]) if isinstance(found, dict) else getattr(found, rest[0])
 
 
-def metric_title(name: str) -> str:
-    """A metric's name in words, without its unit: "peak_force_N" is "peak force"."""
-    return name_and_unit(name)[0]
-
-
 def name_and_unit(name: str, unit: str = "") -> tuple[str, str]:
     """Words and unit of a metric's name.
 
@@ -126,7 +121,7 @@ def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
     place = {name: number for number, name in enumerate(goals)}
     metrics = sorted(facts.metrics, key=lambda metric: place.get(metric.name, len(place)))
     found = [Column((name,), name, numeric=False) for name in ("scene", "fidelity")]
-    for key in parameters_of(outcomes):
+    for key in dict.fromkeys(key for outcome in outcomes for key in outcome.values):
         given = [o.values[key] for o in outcomes if o.values.get(key) is not None]
         numeric = bool(given) and all(is_number(value) for value in given)
         found.append(Column(("values", key), shown(key), "", numeric))
@@ -145,11 +140,6 @@ def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
         found.append(Column(("seconds",), "time", "s"))
     found.append(Column(("digest",), "digest", numeric=False))
     return found
-
-
-def parameters_of(outcomes: Sequence[Outcome]) -> list[str]:
-    """Every studied key, in the order met."""
-    return list(dict.fromkeys(key for outcome in outcomes for key in outcome.values))
 
 
 def _texts(values: Sequence[Any], column: Column) -> list[str]:

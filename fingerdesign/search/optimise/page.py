@@ -14,7 +14,7 @@ from fingerdesign.report.page import sentences
 from fingerdesign.report.style import BLUE, GREEN, INK, MUTED, PAPER, VERMILION, canvas, house_style
 from fingerdesign.report.table import Table
 from fingerdesign.search.compare.read import STUDY_FILE
-from fingerdesign.search.compare.table import metric_title
+from fingerdesign.search.compare.table import name_and_unit
 from fingerdesign.search.optimise.confirm import WORDS, Optimised
 from fingerdesign.search.optimise.sensitivity import LEAST
 from fingerdesign.search.run.folder import FILES, write_study
@@ -165,7 +165,7 @@ def verdict(found: Optimised) -> tuple[str, ...]:
     goals = {each.metric: each.direction for each in found.search.study.objectives}
     first = sorted(found.dominating, key=lambda number: number not in found.front)
     best = [found.judged[number - 1] for number in first]
-    texts = shown, metric_title
+    texts = shown, name_and_unit
     return (
         *sentences(WORDS, "verdict", found, goals, best, MOST_NAMED, *texts),
         *sentences(WORDS, "hang", found.sensitivities, LEAST, *texts),

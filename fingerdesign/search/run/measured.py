@@ -140,7 +140,8 @@ def grip_metrics(grips: Sequence[GripResult]) -> dict[str, float | None]:
     held = [grip for grip in grips if grip.lifted and not grip.gross_slip]
     lifted = [grip for grip in grips if grip.lifted]
     margins = [grip.safety_margin for grip in lifted if grip.safety_margin is not None]
-    ratios = [grip.peak_normal_force_N / _least_force(grip) for grip in lifted]
+    least = (weight_per_finger(grip.object_mass_g) / grip.friction_coefficient for grip in lifted)
+    ratios = [grip.peak_normal_force_N / force for grip, force in zip(lifted, least, strict=True)]
     return {
         "grip_success": len(held) / len(grips),
         "safety_margin": statistics.median(margins) if margins else None,
@@ -148,11 +149,6 @@ def grip_metrics(grips: Sequence[GripResult]) -> dict[str, float | None]:
         "peak_force_N": max(grip.peak_normal_force_N for grip in grips),
         "peak_ratio": statistics.median(ratios) if ratios else None,
     }
-
-
-def _least_force(grip: GripResult) -> float:
-    """The least normal force that would hold the object, m g / (2 mu), N."""
-    return weight_per_finger(grip.object_mass_g) / grip.friction_coefficient
 
 
 def _first_slip(rows: Sequence[IncrementResult]) -> float | None:
