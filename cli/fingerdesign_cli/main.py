@@ -23,7 +23,7 @@ import click
 import fingerdesign
 from fingerdesign.errors import DesignError, FingerDesignError, PluginWarning, printable
 from fingerdesign.runtime.files import is_full
-from fingerdesign_cli.commands import finger, hand, study
+from fingerdesign_cli.commands import finger, hand
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -58,7 +58,7 @@ for _each in (
     *(finger.new, finger.check, finger.mesh, finger.analyse),
     *(hand.grip, hand.replay, finger.validate, hand.teach, hand.export_c, hand.export_onnx),
     *(hand.gages, hand.tune, hand.study_control, hand.study_unlike, finger.mold),
-    *(study.generate, study.sweep, study.optimise, study.compare, finger.view),
+    *(finger.generate, finger.sweep, finger.optimise, finger.compare, finger.view),
 ):
     cli.add_command(_each)
 if find_spec("fingerdesign_bench") is not None:  # benchmarks/ is in a checkout, not in the wheel

@@ -197,20 +197,16 @@ def contact_reach(design: Design, rigid: SceneObject, approach: float) -> tuple[
     own = design.body.kind.curvatures(design.body)
     tilted = rigid.flat and bool(rigid.tilt_deg)
     if own == (0.0, 0.0) and tilted:
-        return _wedge(rigid, approach), math.inf
+        # As far as a tilted plane reaches over a flat top from the edge that it touched first.
+        level = abs(math.cos(math.radians(rigid.turn_deg)))
+        slope = math.tan(math.radians(abs(rigid.tilt_deg))) * level
+        return (max(approach, 0.0) / slope if slope > 1e-9 else math.inf), math.inf
     if own[1] + along == 0.0:
         return contact_half_width(design, approach, across), math.inf
     if rigid.flat and not tilted:
         return (contact_half_width(design, approach),) * 2
     wide, deep = _overlap_reaches(np.diag(own) + rigid.curvature(), approach)
     return wide, math.inf if tilted else deep
-
-
-def _wedge(rigid: SceneObject, approach: float) -> float:
-    """How far a tilted plane reaches over a flat top from the edge that it touched first, mm."""
-    turn = math.radians(rigid.turn_deg)
-    slope = math.tan(math.radians(abs(rigid.tilt_deg))) * abs(math.cos(turn))
-    return max(approach, 0.0) / slope if slope > 1e-9 else math.inf
 
 
 def approach_for(design: Design, rigid: SceneObject, normal_force: float) -> float:

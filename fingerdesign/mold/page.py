@@ -242,7 +242,8 @@ def _drawn(things: tuple[Shown, ...], camera: Array) -> Any:
     plotter.enable_anti_aliasing("ssaa")
     plotter.enable_depth_peeling(6)
     for thing in things:
-        solid, look = _surface(thing), {"color": thing.colour, "opacity": thing.opacity}
+        solid = pyvista.PolyData.from_regular_faces(thing.points, thing.mesh.triangles)
+        look = {"color": thing.colour, "opacity": thing.opacity}
         plotter.add_mesh(solid, **look, smooth_shading=False, ambient=0.22)
         edges = solid.extract_feature_edges(feature_angle=25, manifold_edges=False)
         if edges.n_cells:
@@ -268,7 +269,8 @@ def _seen(things: tuple[Shown, ...], camera: Array) -> dict[str, tuple[float, fl
     for k, thing in enumerate(things):
         if thing.opacity == 1.0:  # what is translucent covers nothing
             colour = tuple((k + 1) >> shift & 255 for shift in (16, 8, 0))
-            plotter.add_mesh(_surface(thing), color=colour, lighting=False)
+            solid = pyvista.PolyData.from_regular_faces(thing.points, thing.mesh.triangles)
+            plotter.add_mesh(solid, color=colour, lighting=False)
     _aimed(plotter, camera)
     image = plotter.screenshot(return_img=True).astype(np.int64)
     plotter.close()
@@ -290,11 +292,3 @@ def _aimed(plotter: Any, position: Array) -> None:
     camera.position, camera.view_angle, camera.up = position, VIEW_ANGLE, (0.0, 1.0, 0.0)
     camera.focal_point = position - camera_axes()[2]
     plotter.reset_camera_clipping_range()
-
-
-def _surface(thing: Shown) -> Any:
-    import pyvista
-
-    triangles = thing.mesh.triangles
-    faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
-    return pyvista.PolyData(thing.points, faces=faces)

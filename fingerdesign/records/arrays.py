@@ -64,7 +64,9 @@ class ContactHistory:
     def stick_length(self) -> Array:
         """Length along x that sticks at each increment, (k,), mm: in 3-D on the line z = 0."""
         line = self.mid_line()
-        return np.asarray((self.status[:, line] == STICK) @ _spans(self.points[line, 0]))
+        x = self.points[line, 0]
+        spans = np.diff(np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]]))
+        return np.asarray((self.status[:, line] == STICK) @ spans)
 
     def mid_line(self) -> IntArray:
         """Points on z = 0 (all of them in plane strain), by rising x."""
@@ -207,14 +209,6 @@ class FieldHistory:
                 f"FieldHistory.displacement of shape {self.displacement.shape} must be "
                 f"({len(self.increments)}, nodes, dim)"
             )
-
-
-def _spans(x: Array) -> Array:
-    """Length that each of the rising positions stands for, (m,)."""
-    if len(x) < 2:
-        return np.zeros(len(x))
-    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
-    return np.diff(edges)
 
 
 def _require_shapes(record: Any, **shapes: tuple[int, ...]) -> None:

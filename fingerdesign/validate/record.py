@@ -163,10 +163,7 @@ class Validation:
 
     def row(self, key: str) -> Row:
         """The row of an assumption. KeyError where there is none."""
-        for row in self.assumptions:
-            if row.assumption == key:
-                return row
-        raise KeyError(key)
+        return {row.assumption: row for row in self.assumptions}[key]
 
     def data(self) -> dict[str, Any]:
         """As in the file."""

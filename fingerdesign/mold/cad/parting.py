@@ -105,14 +105,16 @@ def flat_sides(outline: cq.Solid) -> dict[Side, FlatSide] | None:
     """
     corners = np.array([vertex.toTuple() for vertex in outline.Vertices()])
     found: dict[Side, FlatSide] = {}
+    flat = [face for face in outline.Faces() if face.geomType() == "PLANE"]
+    normals = [np.array(face.normalAt().toTuple()) for face in flat]
     for side in SIDES:
-        faces = [face for face in outline.Faces() if _looks(face, direction(side))]
+        faces = [f for f, n in zip(flat, normals, strict=True) if n @ direction(side) > 1.0 - 1e-12]
         if len(faces) != 1 or faces[0].innerWires():
             return None
-        flat = _flat_side(side, faces[0], corners @ across(side))
-        if flat is None or abs(flat.away - (corners @ direction(side)).max()) > NEAR:
+        own = _flat_side(side, faces[0], corners @ across(side))
+        if own is None or abs(own.away - (corners @ direction(side)).max()) > NEAR:
             return None
-        found[side] = flat
+        found[side] = own
     return found
 
 
@@ -134,13 +136,6 @@ def _flat_side(side: Side, face: cq.Face, places: Array) -> FlatSide | None:
     if not top or not np.all(np.isfinite(heights)):
         return None
     return FlatSide(side, face, tuple(top), *heights)
-
-
-def _looks(face: cq.Face, way: Array) -> bool:
-    if face.geomType() != "PLANE":
-        return False
-    normal = np.array(face.normalAt().toTuple())
-    return bool(normal @ way > 1.0 - 1e-12)
 
 
 def prism_of(corners: Sequence[Array] | Array, vector: Array) -> cq.Solid:

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -116,8 +115,12 @@ def write_3mf(posed: Sequence[Posed], path: Path, title: str) -> None:
         for each in posed:
             made = model.AddMeshObject()
             made.SetName(each.name)
-            made.SetGeometry(*_buffers(lib3mf, each))
-            model.AddBuildItem(made, _moved(lib3mf, each.place))
+            points, corners = each.vertices.astype(np.float32), each.triangles.astype(np.uint32)
+            positions = (lib3mf.Position * len(points)).from_buffer_copy(points.tobytes())
+            triangles = (lib3mf.Triangle * len(corners)).from_buffer_copy(corners.tobytes())
+            made.SetGeometry(positions, triangles)
+            place = np.vstack([np.eye(3), [*each.place, 0.0]]).astype(np.float32)
+            model.AddBuildItem(made, lib3mf.Transform.from_buffer_copy(place.tobytes()))
         writer = model.QueryWriter("3mf")
         writer.SetDecimalPrecision(DECIMALS)
         with _locale_kept():
@@ -141,15 +144,3 @@ def _locale_kept() -> Iterator[None]:
         yield
     finally:
         locale.setlocale(locale.LC_ALL, before)
-
-
-def _buffers(lib3mf: Any, posed: Posed) -> tuple[Any, Any]:
-    points = np.ascontiguousarray(posed.vertices, dtype=np.float32)
-    corners = np.ascontiguousarray(posed.triangles, dtype=np.uint32)
-    positions = (lib3mf.Position * len(points)).from_buffer_copy(points.tobytes())
-    return positions, (lib3mf.Triangle * len(corners)).from_buffer_copy(corners.tobytes())
-
-
-def _moved(lib3mf: Any, place: tuple[float, float]) -> Any:
-    rows = np.vstack([np.eye(3), [*place, 0.0]]).astype(np.float32)
-    return lib3mf.Transform.from_buffer_copy(rows.tobytes())
