@@ -5,7 +5,6 @@ The picture shows each part moved along its draw; it is drawn off-screen, in a p
 
 from __future__ import annotations
 
-import io
 import math
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fingerdesign.analysis.page.picture import aim, camera_at, camera_axes, plotter_of, png_of
 from fingerdesign.arrays import Array
 from fingerdesign.errors import PictureError
 from fingerdesign.mold.part import CORE, MoldMeshes, PartMesh, axis_name
@@ -196,51 +196,24 @@ def _moved(part: PartMesh, size: Array) -> tuple[float, float, float]:
 # The drawing, in a process of its own.
 
 SIZE = (1200, 940)
-VIEW_ANGLE, FILLED = 22.0, 0.95  # degrees, vertical; the part of the frame that may be used
-TOWARD = (-0.72, 0.52, 1.0)  # the camera: in front, to the left, above
+AXES = camera_axes((-0.72, 0.52, 1.0))  # the camera is in front, to the left, above
 EDGE, TRAIL = "#2f3a44", "#8a8f96"
 
 
 def draw_exploded(things: tuple[Shown, ...]) -> tuple[bytes, dict[str, tuple[float, float]]]:
     """The picture as PNG, and by name a place in it where a thing is seen, shares from the left and
     the top; what nothing is seen of has none. pyvista's errors pass."""
-    camera = camera_at(np.vstack([thing.points for thing in things]))
-    plotter, png = _drawn(things, camera), io.BytesIO()
-    plotter.screenshot(png, transparent_background=True)
+    camera = camera_at(np.vstack([thing.points for thing in things]), AXES, SIZE)
+    plotter = _drawn(things, camera)
+    png = png_of(plotter)
     plotter.close()
-    return png.getvalue(), _seen(things, camera)
-
-
-def camera_at(points: Array) -> Array:
-    """Where the camera stands that looks along -TOWARD, as near as keeps every point in its frame.
-
-    At distance d a point (x, y, z) in the camera's axes is in a frame of slope s about a where
-    |x - a| <= s (d - z): with h = max(s z + x), l = max(s z - x), a = (h - l) / 2 and
-    s d >= (h + l) / 2; the same for y.
-    """
-    axes = camera_axes()
-    place = points @ axes.T
-    slopes = FILLED * np.tan(np.radians(0.5 * VIEW_ANGLE)) * np.array([SIZE[0] / SIZE[1], 1.0])
-    depth = slopes * place[:, 2:]
-    high, low = (depth + place[:, :2]).max(axis=0), (depth - place[:, :2]).max(axis=0)
-    distance = (0.5 * (high + low) / slopes).max()
-    return np.asarray(np.append(0.5 * (high - low), distance) @ axes)
-
-
-def camera_axes() -> Array:
-    """Unit vectors (3, 3) to the right and up in the picture, and out of it."""
-    toward = np.array(TOWARD) / np.linalg.norm(TOWARD)
-    right = np.cross([0.0, 1.0, 0.0], toward)
-    right /= np.linalg.norm(right)
-    return np.array([right, np.cross(toward, right), toward])
+    return png, _seen(things, camera)
 
 
 def _drawn(things: tuple[Shown, ...], camera: Array) -> Any:
     import pyvista
 
-    plotter = pyvista.Plotter(off_screen=True, window_size=SIZE)
-    plotter.enable_anti_aliasing("ssaa")
-    plotter.enable_depth_peeling(6)
+    plotter = plotter_of(SIZE)
     for thing in things:
         solid = pyvista.PolyData.from_regular_faces(thing.points, thing.mesh.triangles)
         look = {"color": thing.colour, "opacity": thing.opacity}
@@ -252,7 +225,7 @@ def _drawn(things: tuple[Shown, ...], camera: Array) -> Any:
         if np.linalg.norm(move) > 0.0:  # from its place to where it is drawn
             middle = 0.5 * (thing.points.min(axis=0) + thing.points.max(axis=0))
             plotter.add_mesh(pyvista.Line(middle - move, middle), color=TRAIL, line_width=1.5)
-    _aimed(plotter, camera)
+    aim(plotter, camera, AXES)
     plotter.add_axes(color=TRAIL, line_width=3, viewport=(0.0, 0.0, 0.12, 0.16))
     return plotter
 
@@ -271,7 +244,7 @@ def _seen(things: tuple[Shown, ...], camera: Array) -> dict[str, tuple[float, fl
             colour = tuple((k + 1) >> shift & 255 for shift in (16, 8, 0))
             solid = pyvista.PolyData.from_regular_faces(thing.points, thing.mesh.triangles)
             plotter.add_mesh(solid, color=colour, lighting=False)
-    _aimed(plotter, camera)
+    aim(plotter, camera, AXES)
     image = plotter.screenshot(return_img=True).astype(np.int64)
     plotter.close()
     number = (image[..., 0] << 16) + (image[..., 1] << 8) + image[..., 2] - 1
@@ -285,10 +258,3 @@ def _seen(things: tuple[Shown, ...], camera: Array) -> dict[str, tuple[float, fl
                 round((float(row) + 0.5) / height, 4),
             )
     return places
-
-
-def _aimed(plotter: Any, position: Array) -> None:
-    camera = plotter.camera
-    camera.position, camera.view_angle, camera.up = position, VIEW_ANGLE, (0.0, 1.0, 0.0)
-    camera.focal_point = position - camera_axes()[2]
-    plotter.reset_camera_clipping_range()

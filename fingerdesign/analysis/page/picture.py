@@ -7,7 +7,7 @@ own with a time limit; its failure is a :class:`PictureError` and the report doe
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -177,13 +177,14 @@ CORE = "#5f8f4e"
 
 def draw(scene: dict[str, Any]) -> dict[str, bytes]:
     """Name -> PNG of what ``drawing_of`` holds. pyvista's errors pass."""
-    found = {"inside": _png(_inside(scene))}
+    found = {"inside": png_of(_inside(scene))}
     if "moved" in scene:
-        found["deformed"] = _png(_deformed(scene))
+        found["deformed"] = png_of(_deformed(scene))
     return found
 
 
-def _png(plotter: Any) -> bytes:
+def png_of(plotter: Any) -> bytes:
+    """What a plotter shows, as PNG on nothing."""
     png = io.BytesIO()
     plotter.screenshot(png, transparent_background=True)
     return png.getvalue()
@@ -192,7 +193,7 @@ def _png(plotter: Any) -> bytes:
 def _inside(scene: dict[str, Any]) -> Any:
     import pyvista
 
-    plotter = _plotter()
+    plotter = plotter_of(SIZE)
     body = surface(scene)
     plotter.add_mesh(body, color=BODY, opacity=0.28, smooth_shading=False)
     _add_outline(plotter, body)
@@ -219,7 +220,7 @@ def _inside(scene: dict[str, Any]) -> Any:
 
 
 def _deformed(scene: dict[str, Any]) -> Any:
-    plotter = _plotter()
+    plotter = plotter_of(SIZE)
     rest, body = surface(scene), surface(scene)
     body.points += body["moved"]
     body["moved by (mm)"] = np.linalg.norm(body["moved"], axis=1)
@@ -269,35 +270,51 @@ def cast(scene: dict[str, Any]) -> list[Any]:
     ]
 
 
-def _plotter() -> Any:
+def plotter_of(size: tuple[int, int]) -> Any:
+    """An off-screen plotter in which what is translucent is drawn in its order."""
     import pyvista
 
-    plotter = pyvista.Plotter(off_screen=True, window_size=SIZE)
+    plotter = pyvista.Plotter(off_screen=True, window_size=size)
     plotter.enable_anti_aliasing("ssaa")
     plotter.enable_depth_peeling(6)
     return plotter
 
 
-def _look(plotter: Any, points: Any) -> Any:
-    """Camera in front, to the left and above (it sees the plates' upper faces), y up.
-
-    Just so far away that the corners of the bounding box stay inside the frame.
-    """
-    low, high = points.min(axis=0), points.max(axis=0)
-    centre = 0.5 * (low + high)
-    toward = np.array([-0.55, 0.5, 1.0]) / np.linalg.norm([0.55, 0.5, 1.0])
-    right = np.cross([0.0, 1.0, 0.0], toward)
+def camera_axes(toward: Sequence[float]) -> Array:
+    """Unit vectors (3, 3) to the right and up in a picture, and ``toward`` the camera, y up."""
+    out = np.array(toward) / np.linalg.norm(toward)
+    right = np.cross([0.0, 1.0, 0.0], out)
     right /= np.linalg.norm(right)
-    corners = np.array(np.meshgrid(*zip(low - centre, high - centre, strict=True))).reshape(3, -1).T
-    nearness, across, up = corners @ toward, corners @ right, corners @ np.cross(toward, right)
-    slope = FILLED * np.tan(np.radians(0.5 * VIEW_ANGLE))
-    wide = slope * SIZE[0] / SIZE[1]
-    distance = (nearness + np.maximum(np.abs(up) / slope, np.abs(across) / wide)).max()
+    return np.array([right, np.cross(out, right), out])
+
+
+def camera_at(points: Array, axes: Array, size: tuple[int, int]) -> Array:
+    """Where a camera of :func:`camera_axes` stands, as near as keeps every point in its frame.
+
+    At distance d a point (x, y, z) in the camera's axes is in a frame of slope s about a where
+    |x - a| <= s (d - z): with h = max(s z + x), l = max(s z - x), a = (h - l) / 2 and
+    s d >= (h + l) / 2; the same for y.
+    """
+    place = points @ axes.T
+    slopes = FILLED * np.tan(np.radians(0.5 * VIEW_ANGLE)) * np.array([size[0] / size[1], 1.0])
+    depth = slopes * place[:, 2:]
+    high, low = (depth + place[:, :2]).max(axis=0), (depth - place[:, :2]).max(axis=0)
+    distance = (0.5 * (high + low) / slopes).max()
+    return np.asarray(np.append(0.5 * (high - low), distance) @ axes)
+
+
+def aim(plotter: Any, position: Array, axes: Array) -> None:
+    """Set a plotter's camera to a position and :func:`camera_axes`."""
     camera = plotter.camera
-    camera.focal_point, camera.up = centre, (0.0, 1.0, 0.0)
-    camera.position = centre + distance * toward
-    camera.view_angle = VIEW_ANGLE
+    camera.position, camera.view_angle, camera.up = position, VIEW_ANGLE, (0.0, 1.0, 0.0)
+    camera.focal_point = position - axes[2]
     plotter.reset_camera_clipping_range()
+
+
+def _look(plotter: Any, points: Array) -> Any:
+    """Camera in front, to the left and above (it sees the plates' upper faces)."""
+    axes = camera_axes((-0.55, 0.5, 1.0))
+    aim(plotter, camera_at(points, axes, SIZE), axes)
     plotter.add_axes(color="#6c6f73", line_width=3, viewport=(0.0, 0.0, 0.14, 0.2))
     return plotter
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fingerdesign.analysis.page.picture import FILLED, VIEW_ANGLE, camera_at
 from fingerdesign.errors import PictureError
 from fingerdesign.mold import page as mold_picture
 from fingerdesign.mold.page import (
+    AXES,
     SIZE,
-    camera_at,
-    camera_axes,
     exploded_job,
     exploded_of,
     exploded_parts,
@@ -40,9 +40,10 @@ def test_each_part_moves_along_its_draw_and_the_finger_stays(meshes):
 
 def test_the_camera_sees_every_corner(meshes):
     points = np.vstack([shown.points for shown in exploded_parts(meshes)])
-    offset = (points - camera_at(points)) @ camera_axes().T
-    places = offset[:, :2] / -offset[:, 2:] / np.tan(np.radians(11.0)) / [SIZE[0] / SIZE[1], 1.0]
-    assert np.abs(places).max() == pytest.approx(0.95)  # of half the frame: it wastes little
+    offset = (points - camera_at(points, AXES, SIZE)) @ AXES.T
+    slope = np.tan(np.radians(0.5 * VIEW_ANGLE))
+    places = offset[:, :2] / -offset[:, 2:] / slope / [SIZE[0] / SIZE[1], 1.0]
+    assert np.abs(places).max() == pytest.approx(FILLED)  # of half the frame: it wastes little
     assert places.min(axis=0) + places.max(axis=0) == pytest.approx(0.0, abs=0.04)
 
 
