@@ -13,15 +13,13 @@ from fingerdesign.contact.increment import (
     solve_increment,
     solve_task,
 )
-from fingerdesign.contact.laws import OPEN, SLIP, natural_residual
+from fingerdesign.contact.laws import natural_residual
 from fingerdesign.contact.newton import (
     ActiveInverse,
     NewtonResult,
     Rooms,
-    classify,
     dofs_of,
     inverse_of,
-    slip_system,
 )
 from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.problem import Motion, contact_problem
@@ -67,17 +65,15 @@ def test_pivots_on_ties():
         assert worst(compliance, offset, 1.0, found.multiplier) < 1e-9
 
 
-def test_pivots_that_run_out_say_so():
+def test_pivots_that_run_out_say_so_and_nothing_touched_needs_no_force():
     compliance, offset = random_problem(10, 2, 1)
     found = friction_pivots(compliance, offset, 0.5, limit=3)
     assert not found.converged
     assert not found.multiplier.any()
-
-
-def test_nothing_touched_needs_no_force():
-    compliance, offset = random_problem(6, 2, 2)
     offset[:, 0] = np.abs(offset[:, 0]) + 0.1
-    assert not friction_pivots(compliance, offset, 1.0).multiplier.any()
+    found = friction_pivots(compliance, offset, 1.0)
+    assert found.converged
+    assert not found.multiplier.any()
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -145,16 +141,12 @@ def test_without_friction_the_guess_is_the_answer(which, request):
 
 def test_a_guess_is_admissible_whatever_it_is_made_from(patch):
     rng = np.random.default_rng(1)
-    offset = patch.offset(Motion(0.01, 0.002), np.zeros((patch.model.nodes, 2)))
-    wild = rng.normal(size=offset.shape)
-    guess = pressed(patch.compliance, offset, wild, 0.5)
-    assert (guess[:, 0] >= 0.0).all()
-    assert (np.linalg.norm(guess[:, 1:], axis=1) <= 0.5 * guess[:, 0] + 1e-15).all()
-
-
-def test_nothing_touches_apart(strip):
-    offset = strip.offset(Motion(-0.1, 0.0), np.zeros((strip.model.nodes, 1)))
-    assert not pressed(strip.compliance, offset, np.zeros(offset.shape), 0.5).any()
+    for approach in (0.01, -0.1):
+        offset = patch.offset(Motion(approach, 0.002), np.zeros((patch.model.nodes, 2)))
+        guess = pressed(patch.compliance, offset, rng.normal(size=offset.shape), 0.5)
+        assert (guess[:, 0] >= 0.0).all()
+        assert (np.linalg.norm(guess[:, 1:], axis=1) <= 0.5 * guess[:, 0] + 1e-15).all()
+        assert guess.any() == (approach > 0.0)
 
 
 def compliance_of(nodes, dim, seed=0):
@@ -238,41 +230,17 @@ def one_node(friction):
     return contact_problem(reduced_model(points, compliance), Plane(0.0), friction)
 
 
-def solution_index(problem, increment):
-    """Sign (1, -1) of the determinant of the laws linearised at an answer; 0 where singular.
-
-    -1 proves that there are at least two more answers; 1 proves nothing. Signs at an answer where
-    a node is just about to change its status are one-sided and may mislead.
-    """
-    dim = problem.shape[1]
-    motion = np.column_stack([increment.gap, increment.slip_increment])
-    rho = (0.05 / problem.self_compliance)[:, None]
-    friction = problem.friction_coefficient
-    status, trial = classify(increment.multiplier, motion, rho, friction)
-    closed = np.flatnonzero(status != OPEN)
-    if not len(closed):
-        return 1
-    inverse = ActiveInverse.of(problem.compliance, closed, dim)
-    sliding = np.flatnonzero(status[inverse.nodes] == SLIP)
-    if not len(sliding):
-        return 1
-    # The closed nodes' compliance is positive definite: the sign is that of the slips' system.
-    system = slip_system(friction, trial, rho, increment.multiplier, inverse, sliding)
-    return int(np.linalg.slogdet(system.matrix)[0])
-
-
-@pytest.mark.parametrize(("friction", "several"), [(0.3, False), (1.0, False), (2.0, True)])
-def test_a_wedged_node_has_another_answer(friction, several):
+@pytest.mark.parametrize(("friction", "others"), [(0.3, 0), (1.0, 0), (2.0, 2)])
+def test_a_wedged_node_has_another_answer(friction, others):
     """Drawn off by a little and sheared: open is lawful; wedged too where mu k > 1."""
     problem = one_node(friction)
     state = ContactState.untouched(problem)
     motion = Motion(-0.1, 0.2)
     known = solve_increment(problem, state, motion)
-    others = other_solutions(problem, state, motion, known)
-    for other in others:
+    found = other_solutions(problem, state, motion, known)
+    assert len(found) == others
+    for other in found:
         assert other.certificate.laws < 1e-8
         assert np.abs(other.multiplier - known.multiplier).max() > 1e-3
-    indices = [solution_index(problem, each) for each in (known, *others)]
-    assert sorted(indices) == ([-1, 1, 1] if several else [1])
     # Sheared the other way there is nothing to wedge against.
     assert not other_solutions(problem, state, Motion(-0.1, -0.2))

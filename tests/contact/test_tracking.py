@@ -39,7 +39,7 @@ def pairs(problem, motions, follows):
 @pytest.mark.parametrize("shape", ["strip", "patch"])
 def test_tracked_increments_are_those_solved_anew(shape, friction, request):
     problem = request.getfixturevalue(shape).with_friction(friction)
-    follows = []
+    follows, seen = [], []
     for tracked, anew in pairs(problem, walk(40), follows):
         scale = anew.multiplier.max()
         np.testing.assert_allclose(tracked.multiplier, anew.multiplier, rtol=0.0, atol=1e-8 * scale)
@@ -49,17 +49,12 @@ def test_tracked_increments_are_those_solved_anew(shape, friction, request):
         sliding = tracked.state.sliding  # of all that slips, though the limit be met to 1e-10 only
         np.testing.assert_allclose(sliding, anew.state.sliding, rtol=0.0, atol=1e-7 * length)
         assert (sliding[tracked.status == SLIP] > 0.0).all()
-    assert np.mean(follows) > 0.9
-
-
-def test_statuses_change_on_the_way(patch):
-    """Nodes close, slip, stick again and open, or the test before shows little."""
-    follows, seen = [], []
-    for tracked, _ in pairs(patch.with_friction(0.2), walk(40), follows):
         seen.append(tracked.status)
-    changes = np.diff(np.array(seen), axis=0) != 0
-    assert np.count_nonzero(changes.any(axis=1)) > 20
-    assert {0, 1, 2} <= set(np.unique(seen).tolist())
+    assert np.mean(follows) > 0.9
+    if (shape, friction) == ("patch", 0.2):  # nodes close, slip, stick again and open on the way
+        changes = np.diff(np.array(seen), axis=0) != 0
+        assert np.count_nonzero(changes.any(axis=1)) > 20
+        assert {0, 1, 2} <= set(np.unique(seen).tolist())
 
 
 def test_trials_from_one_state_follow_each_other(patch):

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from fingerdesign.control.c_code import c_files, constants, in_16_bits
-from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.controllers.regulator import Regulator, RegulatorTable
 from fingerdesign.control.estimator import (
     LAGS,
@@ -54,12 +53,6 @@ def estimator(curves, hidden=(24, 12), seed=0):
     center, scale = 0.1 * rng.standard_normal(widths[0]), rng.uniform(0.5, 2.0, widths[0])
     center[ratio], scale[ratio] = 0.0, 0.2
     return GripEstimator("digest", curves, 0.5, (Band(1.0, center, scale, tuple(layers), spread),))
-
-
-@pytest.fixture(scope="module")
-def bench(half_plane):
-    bounds = Bounds(0.04, 0.01, 0.2, 0)
-    return calibrate(lambda: CondensedPlant(half_plane, "both"), half_plane.model.gage_x, bounds)
 
 
 class Single:

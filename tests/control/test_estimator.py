@@ -52,25 +52,20 @@ def moment(normal=1.0, tangential=0.2, dx=0.01, dy=0.0, readings=None):
     return Moment(Sample(values, normal, tangential), dx, dy)
 
 
-def test_a_file_brings_the_same_estimator_back():
+def test_a_file_brings_the_same_estimator_back_and_each_noise_has_its_network():
     before = estimator()
     after = GripEstimator.from_json(before.to_json())
     history = [moment(1.0, 0.1), moment(1.2, 0.3)]
     assert after.estimate(history).used == pytest.approx(before.estimate(history).used, abs=1e-4)
     assert after.to_json() == before.to_json()
+    bands = [before.at_noise(noise).band for noise in (1.0, 2.0, 100.0)]
+    assert [before.bands.index(band) for band in bands] == [0, 1, 1]
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[]", "null", '{"format": "another"}', "[" * 200_000])
 def test_what_is_no_estimator_is_refused(text):
     with pytest.raises(EstimatorError):
         GripEstimator.from_json(text)
-
-
-def test_each_noise_has_its_network():
-    both = estimator()
-    assert both.at_noise(1.0).band is both.bands[0]
-    assert both.at_noise(2.0).band is both.bands[1]
-    assert both.at_noise(100.0).band is both.bands[1]
 
 
 @pytest.mark.parametrize(
@@ -101,18 +96,19 @@ def test_an_invalid_estimator_is_refused(where, value):
         GripEstimator.from_json(json.dumps(record))
 
 
-def test_readings_under_normal_force_alone_are_no_signal():
-    reported = features([moment(1.0, 0.0, readings=[1.0, 2.0, 3.0])], CURVES, 0.5)
-    assert reported[:GAGES] == pytest.approx(0.0)
-    half = features([moment(0.5, 0.0, readings=[0.5, 1.0, 1.5])], CURVES, 0.5)
-    assert half[:GAGES] == pytest.approx(0.0)
-
-
-def test_a_shear_that_slips_nowhere_reads_one_per_newton():
+def test_features_of_known_samples():
+    """Pressed alone there is no signal; what slips nowhere reads one per newton; what slips is
+    felt in the forces too: of 0.02 mm at 10 N/mm 0.1 N are missing, over 0.1 + 0.02 N."""
+    for share in (1.0, 0.5):
+        found = features([moment(share, 0.0, readings=share * np.arange(1, 4))], CURVES, 0.5)
+        assert found[:GAGES] == pytest.approx(0.0)
     pulled = moment(1.0, 0.2, readings=[3.0, 4.0, 5.0])  # 10 microstrain/N times 0.2 N more
-    reported = features([moment(1.0, 0.0), pulled], CURVES, 0.5)
-    change = reported[GAGES + 3 : 2 * GAGES + 3]
+    change = features([moment(1.0, 0.0), pulled], CURVES, 0.5)[GAGES + 3 : 2 * GAGES + 3]
     assert change == pytest.approx(0.2 / 0.22)  # 0.02 N are added to every change of force
+    for force, missing in ((0.2, 0.0), (0.1, -0.1 / 0.12)):
+        found = features([moment(1.0, 0.0), moment(1.0, force, dx=0.02)], CURVES, 0.5)
+        assert found[2 * GAGES + 3 + 3] == pytest.approx(missing, abs=1e-12)
+        assert len(found) == feature_count(GAGES)
 
 
 def test_features_are_of_the_first_touch_and_the_longest_lag():
@@ -123,16 +119,6 @@ def test_features_are_of_the_first_touch_and_the_longest_lag():
     changed = features(leaning, CURVES, 0.5) != features(history, CURVES, 0.5)
     assert changed[-GAGES:-1].all()
     assert not changed[:-GAGES].any()
-
-
-def test_what_slips_is_felt_in_the_forces_too():
-    """10 N/mm where all sticks: 0.1 N of 0.02 mm are missing, over 0.1 + 0.02 N."""
-    whole = features([moment(1.0, 0.0), moment(1.0, 0.2, dx=0.02)], CURVES, 0.5)
-    slipping = features([moment(1.0, 0.0), moment(1.0, 0.1, dx=0.02)], CURVES, 0.5)
-    missing = 2 * GAGES + 3 + 3
-    assert whole[missing] == pytest.approx(0.0, abs=1e-12)
-    assert slipping[missing] == pytest.approx(-0.1 / 0.12)
-    assert len(whole) == feature_count(GAGES)
 
 
 class Late:
@@ -211,6 +197,8 @@ def test_it_probes_first_and_then_climbs_at_the_margin():
     last = path[-1][0]
     margin = 0.5 * last.normal_force / last.tangential_force
     assert margin == pytest.approx(1.0 / RegulatorTable().target, rel=0.05)
+    assert [path[k][1].unsure for k in (0, -1)] == [True, False]
+    assert all(command.unsure for _, command in grip(Teller(0.5, spread=0.3))[1])
 
 
 class Learner(Teller):
@@ -235,45 +223,28 @@ def test_it_probes_again_at_twice_the_force():
     assert again[-1].tangential_force / again[-1].normal_force > 0.5
 
 
-def test_before_it_has_pulled_nothing_tells_of_the_friction():
-    regulator, path = grip(Teller(0.5, least=0.3), steps=12)
-    assert all(command.dx == 0.0 for _, command in path)
+@pytest.mark.parametrize("teller", [Teller(0.5, least=0.3), Teller(0.5, stick=0.1)])
+def test_it_closes_without_pulling_where_hardly_anything_sticks_or_it_has_not_probed(teller):
+    regulator, path = grip(teller, steps=12)
+    assert all(command.dx == 0.0 and command.dy > 0.0 for _, command in path)
     assert path[-1][0].normal_force > 1.0
     assert regulator.friction is None
 
 
-def test_it_is_unsure_until_the_friction_is_known():
-    _, path = grip(Teller(0.5))
-    said = [command.unsure for _, command in path]
-    assert said[0] is True
-    assert said[-1] is False
-    _, path = grip(Teller(0.5, spread=0.3))
-    assert all(command.unsure for _, command in path)
-
-
-def test_an_object_lifted_before_anything_is_known_is_held_by_force():
-    regulator = at_start(Teller(0.5))
-    sample = Sample(np.zeros(GAGES), 1.0, 0.4, lifted=True)
+def test_a_lifted_object_is_held_and_a_tug_is_answered():
+    regulator, path = grip(Teller(0.5), steps=40, lifted_at=30)
+    held, command = path[-1]
+    assert command.dx == 0.0
+    tugged = Sample(held.readings, held.normal_force, 1.3 * held.tangential_force, True)
+    answer = regulator.command(tugged)
+    assert answer.dy > 0.0 == answer.dx
+    # Lifted before anything is known, it is held by force.
+    regulator, sample = at_start(Teller(0.5)), Sample(np.zeros(GAGES), 1.0, 0.4, lifted=True)
     for _ in range(100):
         dy = regulator.command(sample).dy
         sample = replace(sample, normal_force=sample.normal_force + 30.0 * dy)
     assert 0.4 / sample.normal_force == pytest.approx(0.3 * RegulatorTable().most_held, rel=0.1)
     assert dy == 0.0
-
-
-def test_it_closes_without_pulling_where_hardly_anything_sticks():
-    _, path = grip(Teller(0.5, stick=0.1), steps=5)
-    assert all(command.dx == 0.0 and command.dy > 0.0 for _, command in path)
-
-
-def test_a_lifted_object_is_held_and_a_tug_is_answered():
-    regulator, path = grip(Teller(0.5), steps=40, lifted_at=30)
-    held = path[-1]
-    assert held[1].dx == 0.0
-    tugged = Sample(held[0].readings, held[0].normal_force, 1.3 * held[0].tangential_force, True)
-    answer = regulator.command(tugged)
-    assert answer.dy > 0.0
-    assert answer.dx == 0.0
 
 
 def test_on_a_rig_what_it_measured_is_taken_for_what_it_was_taught():

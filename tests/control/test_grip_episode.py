@@ -22,11 +22,6 @@ BOUNDS = Bounds(preload=0.04, approach_step=0.01, max_approach=0.3, max_steps=40
 MASS = 500.0
 
 
-@pytest.fixture(scope="module")
-def bench(half_plane):
-    return calibrate(lambda: CondensedPlant(half_plane, "both"), half_plane.model.gage_x, BOUNDS)
-
-
 class Always:
     """A controller that repeats one command."""
 
@@ -69,20 +64,29 @@ def test_complete_slip_ends_the_grip_without_a_margin(half_plane, bench):
     assert result.minimum_stick_ratio < 0.01
 
 
-def test_sliding_through_is_not_lifting():
-    truth = Truth(0.1, 0.1, 20.0, 6.0, 0.0, 0.01, complete_slip=True)
-    assert not is_lifted(truth, 500.0)
+def test_sliding_is_not_lifting_and_steps_without_tangential_force_do_not_count():
+    assert not is_lifted(Truth(0.1, 0.1, 20.0, 6.0, 0.0, 0.01, complete_slip=True), 500.0)
     assert is_lifted(Truth(0.1, 0.1, 20.0, 6.0, 0.4, 0.0, complete_slip=False), 500.0)
+    path = [
+        Truth(0.1, 0.1 * k, 1.0, 0.1 * k, stick, 0.0, False)
+        for k, stick in enumerate((0.2, 0.7, 0.5))
+    ]
+    assert minimum_stick_ratio(path) == 0.5
+    assert minimum_stick_ratio(path[:1]) is None
+    assert safety_margin(path[0], 0.3) is None
 
 
-def test_stage_travel_and_steps_end_it_unlifted(half_plane, bench):
+def test_stage_travel_and_steps_end_it_unlifted_and_a_zone_too_narrow_is_an_error(
+    half_plane, bench
+):
     travel = grip(half_plane, bench, Always(0.0, 0.01))
     assert travel.ending == "stage travel"
     assert travel.trace.approach[-1] == pytest.approx(BOUNDS.max_approach)
     assert travel.result.safety_margin is None
-    few = Bounds(0.04, 0.01, 0.3, max_steps=3)
-    steps = grip(half_plane, bench, Always(0.0, 0.01), few)
+    steps = grip(half_plane, bench, Always(0.0, 0.01), Bounds(0.04, 0.01, 0.3, max_steps=3))
     assert (steps.ending, steps.result.steps) == ("steps", 3)
+    with pytest.raises(ZoneExhausted):  # for whoever made the model
+        grip(half_plane, bench, Always(0.0, 0.05), Bounds(0.04, 0.05, 5.0, 40))
 
 
 def test_a_solver_error_is_a_failed_grip_with_its_sentence(half_plane, bench):
@@ -106,12 +110,6 @@ def test_a_solver_error_is_a_failed_grip_with_its_sentence(half_plane, bench):
     episode = run_episode(Dead(half_plane, "both"), Always(0, 0), bench, BOUNDS, 0.5, MASS)
     assert (episode.ending, len(episode.trace.dx)) == ("failed", 0)
     assert episode.result.minimum_stick_ratio is None
-
-
-def test_a_zone_too_narrow_is_for_whoever_made_the_model(half_plane, bench):
-    deep = Bounds(0.04, 0.05, 5.0, 40)
-    with pytest.raises(ZoneExhausted):
-        grip(half_plane, bench, Always(0.0, 0.05), deep)
 
 
 def test_the_plant_feels_what_the_model_says(half_plane):
@@ -141,17 +139,6 @@ def test_calibration_refuses_what_cannot_feel(half_plane):
 
     with pytest.raises(SolverError, match="does not rise"):
         calibrate(lambda: Floating(half_plane, "both"), np.zeros(11), BOUNDS)
-
-
-def test_verdicts_ignore_steps_without_tangential_force():
-    path = [
-        Truth(0.1, 0.0, 1.0, 0.0, 0.2, 0.0, False),
-        Truth(0.1, 0.1, 1.0, 0.1, 0.7, 0.0, False),
-        Truth(0.1, 0.2, 1.0, 0.2, 0.5, 0.0, False),
-    ]
-    assert minimum_stick_ratio(path) == 0.5
-    assert minimum_stick_ratio(path[:1]) is None
-    assert safety_margin(path[0], 0.3) is None
 
 
 def test_the_rule_on_the_half_plane(half_plane, design):

@@ -10,10 +10,6 @@ from fingerdesign.design.grip import GRAVITY, WeightChange
 MASS = 200.0
 
 
-def heavier(step, mass):
-    return WeightChange(step_after_lift=step, object_mass_g=mass)
-
-
 HALF = 0.5e-3 * GRAVITY * MASS
 
 
@@ -96,17 +92,19 @@ def test_a_tug_is_felt_while_it_lasts(half_plane):
     assert plant.truth().lifted
 
 
-def test_a_tug_beyond_friction_drops_the_object_onto_its_support(half_plane):
-    limit = 2.0 * 0.5  # of both fingers, per N of F_n
-    plant = raised(LiftPlant(half_plane, "upper", MASS, disturbances=[Disturbance(1, 50.0)]))
+@pytest.mark.parametrize("like", [True, False])
+def test_a_tug_beyond_friction_drops_the_object_onto_its_support(half_plane, softer, like):
+    opposite = None if like else softer
+    plant = raised(LiftPlant(half_plane, "upper", MASS, opposite, [Disturbance(1, 50.0)]))
     plant.move(0.3, 0.0)
     now = plant.truth()
     assert (now.lifted, now.complete_slip, now.rise) == (False, True, 0.0)
-    assert limit * now.normal_force == pytest.approx(2.0 * now.tangential_force, rel=1e-6)
     assert not is_lifted(now, MASS)
     assert now.slip_distance > 0.25  # all the way back to the support
-    plant.move(0.01, 0.0)
-    assert plant.truth().lifted  # without the tug it can be raised anew
+    if like:  # both carry what friction allows them, 0.5 per N of F_n
+        assert now.normal_force == pytest.approx(2.0 * now.tangential_force, rel=1e-6)
+        plant.move(0.01, 0.0)
+        assert plant.truth().lifted  # without the tug it can be raised anew
 
 
 def test_a_tug_soon_after_the_lift_sets_the_object_down_again(half_plane):
@@ -124,18 +122,6 @@ def test_a_tug_is_carried_up_to_what_friction_holds(half_plane):
         other = raised(LiftPlant(half_plane, "upper", MASS, disturbances=tugs))
         other.move(0.1, 0.0)
         assert (other.truth().lifted, other.truth().complete_slip) == (kept, not kept)
-
-
-def test_a_heavier_object_slips_where_a_lighter_one_is_held(half_plane):
-    for mass, kept in ((210.0, True), (2000.0, False)):
-        plant = raised(LiftPlant(half_plane, "upper", MASS, disturbances=[heavier(2, mass)]))
-        plant.move(0.05, 0.0)
-        assert plant.truth().lifted
-        plant.move(0.05, 0.0)
-        assert (plant.truth().lifted, plant.truth().complete_slip) == (kept, not kept)
-        if kept:
-            carried = 2.0 * plant.truth().tangential_force
-            assert carried == pytest.approx(1e-3 * GRAVITY * mass, rel=1e-6)
 
 
 def test_opening_the_hand_drops_it_and_closing_grips_it_anew(half_plane):
@@ -213,25 +199,18 @@ def test_unlike_fingers_press_alike_and_carry_the_weight_between_them(half_plane
     assert held.increment.motion.approach + held.other.motion.approach == pytest.approx(0.264)
 
 
-def test_unlike_fingers_drop_what_they_cannot_carry(half_plane, softer):
-    plant = raised(LiftPlant(half_plane, "upper", MASS, softer, [Disturbance(1, 50.0)]))
-    plant.move(0.2, 0.0)
-    assert (plant.truth().lifted, plant.truth().complete_slip) == (False, True)
-
-
 def test_what_cannot_be_is_refused(half_plane):
     for mass in (0.0, -5.0, float("nan")):
         with pytest.raises(ValueError, match="mass"):
             LiftPlant(half_plane, "upper", mass)
-    with pytest.raises(ValueError, match="out of the fingers"):
-        LiftPlant(half_plane, "upper", MASS, disturbances=[Disturbance(1, -3.0)])
-    lighter_by_then = [Disturbance(1, -1.5, 10), heavier(5, 100.0)]
-    with pytest.raises(ValueError, match="out of the fingers"):
-        LiftPlant(half_plane, "upper", MASS, disturbances=lighter_by_then)
+    lighter = WeightChange(step_after_lift=5, object_mass_g=100.0)
+    for disturbances in ([Disturbance(1, -3.0)], [Disturbance(1, -1.5, 10), lighter]):
+        with pytest.raises(ValueError, match="out of the fingers"):
+            LiftPlant(half_plane, "upper", MASS, disturbances=disturbances)
     with pytest.raises(ValueError, match="step_after_lift"):
         Disturbance(0, 1.0)
     with pytest.raises(ValueError, match="mass"):
-        heavier(1, 0.0)
+        WeightChange(step_after_lift=1, object_mass_g=0.0)
 
 
 def test_in_three_dimensions_too(bump):

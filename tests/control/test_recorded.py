@@ -5,7 +5,6 @@ import re
 import numpy as np
 import pytest
 
-from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.estimator import Estimated
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.plants.recorded import (
@@ -90,35 +89,23 @@ def test_columns_may_stand_in_any_order_and_the_hand_may_see_the_lift():
     source["lifted"] = (np.arange(SAMPLES) > 8).astype(float)
     trace = parse_trace(text(np.column_stack([source[name] for name in order]), order))
     assert np.allclose(trace.readings, cells[:, 5:])
-    assert RecordedPlant(trace).move(0, 0).lifted is False
     plant = RecordedPlant(trace)
     assert [plant.move(0, 0).lifted for _ in range(SAMPLES)] == [False] * 9 + [True] * 3
-
-
-def test_ten_gages_and_more_are_read_by_their_numbers():
-    trace = parse_trace(text(gages=12), 12)
-    assert (np.diff(trace.readings, axis=1) > 0.0).all()
+    # Ten gages and more stand by their numbers.
+    assert (np.diff(parse_trace(text(gages=12), 12).readings, axis=1) > 0.0).all()
 
 
 @pytest.mark.parametrize(
-    ("trace", "gages", "said"),
+    ("trace", "gages", "place"),
     [
-        (changed(5, "gage_2", "nan"), None, "row 5, column gage_2 = nan: must be a finite number"),
+        (changed(5, "gage_2", "nan"), None, "row 5, column gage_2 = nan"),
         (changed(5, "normal_force_N", "inf"), None, "row 5, column normal_force_N = inf"),
-        (changed(6, "dx_mm", ""), None, "row 6, column dx_mm = empty: must be a number"),
-        (changed(6, "gage_1", "1_2"), None, "row 6, column gage_1 = '1_2': must be a number"),
-        (changed(6, "gage_1", "12 ue"), None, "row 6, column gage_1 = '12 ue': must be a number"),
-        (
-            changed(7, "time_s", 0.067),
-            None,
-            "row 7, column time_s = 0.067: must be about 0.01 s after",
-        ),
-        (
-            changed(7, "time_s", 0.05),
-            None,
-            "row 7, column time_s = 0.05: must be after the row before",
-        ),
-        (changed(8, "dy_mm", 10.0), None, "row 8, column dy_mm = 10: must be at most 5 mm"),
+        (changed(6, "dx_mm", ""), None, "row 6, column dx_mm = empty"),
+        (changed(6, "gage_1", "1_2"), None, "row 6, column gage_1 = '1_2'"),
+        (changed(6, "gage_1", "12 ue"), None, "row 6, column gage_1 = '12 ue'"),
+        (changed(7, "time_s", 0.067), None, "row 7, column time_s = 0.067"),
+        (changed(7, "time_s", 0.05), None, "row 7, column time_s = 0.05"),
+        (changed(8, "dy_mm", 10.0), None, "row 8, column dy_mm = 10: must be at most 5"),
         (changed(8, "normal_force_N", -3.0), None, "row 8, column normal_force_N = -3"),
         (changed(8, "tangential_force_N", 30.0), None, "row 8, column tangential_force_N = 30"),
         (changed(9, "gage_3", 3e5), None, "row 9, column gage_3 = 300000: must be at most 20000"),
@@ -128,17 +115,13 @@ def test_ten_gages_and_more_are_read_by_their_numbers():
         (text(gages=3), 2, "row 1, column gage_3 = 3 gages: must be 2"),
         (text(names=[*NAMES, "gage_1", "gage_2", "gage_4"]), None, "row 1, column gage_4"),
         (text(names=[*NAMES, "gage_1", "gage_2", "gage_2"]), None, "row 1, column 8"),
-        (
-            text().replace("normal_force_N", "normal_force_mN"),
-            None,
-            "row 1, column 4 = 'normal_force_mN': must be a known column; did you mean normal_fo",
-        ),
+        (text().replace("force_N", "force_mN", 1), None, "row 1, column 4 .*mean normal_force_N"),
         (text().replace("time_s", "time_ms"), None, "row 1, column time_s = absent"),
         (text().replace(",", ";"), None, "row 1, column 1"),
     ],
 )
-def test_a_wrong_cell_unit_or_header_is_named_by_row_and_column(trace, gages, said):
-    assert any(re.match(said, fault) for fault in faults(trace, gages)), faults(trace, gages)
+def test_a_wrong_cell_unit_or_header_is_named_by_row_and_column(trace, gages, place):
+    assert any(re.match(place, fault) for fault in faults(trace, gages)), faults(trace, gages)
 
 
 @pytest.mark.parametrize(
@@ -220,15 +203,6 @@ def test_a_recorded_simulation_feels_as_the_plant_did(half_plane, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def bench(half_plane):
-    return calibrate(
-        lambda: CondensedPlant(half_plane, "both"),
-        half_plane.model.gage_x,
-        Bounds(0.04, 0.01, 0.2, 0),
-    )
-
-
-@pytest.fixture(scope="module")
 def recorded(half_plane):
     plant = CondensedPlant(half_plane, "both")
     moves = [(0.002 if k > 4 else 0.0, 0.01) for k in range(20)]
@@ -256,7 +230,7 @@ class Counting:
         return Estimated(float(len(history)), float(sum(each.dx for each in history)), 0.0)
 
 
-def test_a_controller_is_requested_from_the_preload_on(bench, recorded):
+def test_a_controller_and_an_estimator_are_asked_from_the_preload_on(bench, recorded):
     hand = Echo()
     steps = list(replay(RecordedPlant(recorded), bench, 0.04, hand))
     assert hand.began == recorded.normal_force[3]
@@ -265,12 +239,9 @@ def test_a_controller_is_requested_from_the_preload_on(bench, recorded):
     assert [step.dx for step in steps] == recorded.dx[4:].tolist()
     assert np.array_equal(steps[0].sample.readings, recorded.readings[4])
     assert steps[0].estimated is None
-
-
-def test_an_estimator_samples_the_moves_that_the_rig_made(bench, recorded):
     steps = list(replay(RecordedPlant(recorded), bench, 0.04, Echo(), Counting()))
     assert [step.estimated.stick_ratio for step in steps] == list(range(5, 21))
-    assert steps[-1].estimated.used == pytest.approx(recorded.dx.sum())
+    assert steps[-1].estimated.used == pytest.approx(recorded.dx.sum())  # the rig's moves
 
 
 def test_what_does_not_fit_is_refused(bench, recorded):

@@ -1,6 +1,7 @@
 """The plants that a design's [grip] table asks for, their imperfections, whole grips, docs."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -45,7 +46,7 @@ def test_by_default_it_is_the_finger_alone_and_perfect(half_plane, design):
     assert np.array_equal(bench.full_stick, rig.calibration().full_stick)
 
 
-def test_a_lifted_object_is_held_on_at_its_weight(half_plane, design):
+def test_a_lifted_object_is_held_on_at_its_weight(half_plane, design, tmp_path):
     (episode,) = run_episodes(half_plane, lifting(design), [0.4], MASS)
     result, trace = episode.result, episode.trace
     assert (result.lifted, result.gross_slip) == (True, False), episode.reason
@@ -58,26 +59,31 @@ def test_a_lifted_object_is_held_on_at_its_weight(half_plane, design):
     assert result.safety_margin == pytest.approx(
         0.4 * trace.normal_force[trace.lift_step] / after[0], rel=1e-6
     )
+    for rise, there in ((trace.rise, True), (None, False)):  # in the grip's table, too
+        write_grip_csv(tmp_path / "grip.csv", replace(trace, rise=rise))
+        header, *_, last = (tmp_path / "grip.csv").read_text("utf-8").splitlines()
+        cells = dict(zip(header.split(","), last.split(","), strict=True))
+        assert ("rise_mm" in cells) is there
+        assert not there or float(cells["rise_mm"]) == rise[-1]
 
 
-def test_a_tug_too_strong_is_lifted_and_dropped(half_plane, design):
-    tugs = [{"step_after_lift": 10, "extra_force_N": 40.0}]
-    (episode,) = run_episodes(half_plane, lifting(design, **{"grip.tugs": tugs}), [0.4], MASS)
-    assert (episode.result.lifted, episode.result.gross_slip) == (True, True)
-    assert len(episode.trace.dx) == episode.trace.lift_step + 11
-    assert episode.result.slip_distance_mm > 0.0
+TUG = {"grip.tugs": [{"step_after_lift": 10, "extra_force_N": 40.0}]}
 
 
-def test_a_weight_change_is_carried_or_not(half_plane, design):
-    for mass, dropped in ((310.0, False), (3000.0, True)):
-        changes = [{"step_after_lift": 5, "object_mass_g": mass}]
-        own = lifting(design, **{"grip.weight_changes": changes})
-        (episode,) = run_episodes(half_plane, own, [0.4], MASS)
-        assert episode.result.gross_slip is dropped
-        if not dropped:
-            assert 2.0 * episode.result.final_tangential_force_N == pytest.approx(
-                1e-3 * 9.80665 * mass, rel=1e-6
-            )
+def weighs(mass):
+    return {"grip.weight_changes": [{"step_after_lift": 5, "object_mass_g": mass}]}
+
+
+@pytest.mark.parametrize(("values", "dropped"), [(TUG, 10), (weighs(3e3), 5), (weighs(310.0), 0)])
+def test_a_tug_and_a_change_of_weight_are_carried_or_not(half_plane, design, values, dropped):
+    (episode,) = run_episodes(half_plane, lifting(design, **values), [0.4], MASS)
+    result, trace = episode.result, episode.trace
+    assert (result.lifted, result.gross_slip) == (True, bool(dropped))
+    assert len(trace.dx) == trace.lift_step + 1 + (dropped or 20)
+    assert (result.slip_distance_mm > 0.0) == bool(dropped)
+    if not dropped:
+        carried = 2.0 * result.final_tangential_force_N
+        assert carried == pytest.approx(1e-3 * 9.80665 * 310.0, rel=1e-6)
 
 
 def test_noise_is_the_seeds_and_the_same_for_the_comparison(half_plane, design):
@@ -117,7 +123,7 @@ def test_dead_gages_are_those_of_their_plates(half_plane, design):
     assert np.flatnonzero(readings == 0.0).tolist() == [2]
 
 
-def felt_by(plant_class, hardware, moves=((0.0, 0.1), (0.01, 0.0))):
+def felt_by(plant_class, moves=((0.0, 0.1), (0.01, 0.0)), **hardware):
     """Samples of a plant that always feels the same, as hardware feels them."""
     plant = ImperfectPlant(plant_class(), Hardware(**hardware), np.random.default_rng(0))
     return [plant.move(*each) for each in moves]
@@ -130,27 +136,22 @@ class Steady:
         return Sample(np.array([1.0, 2.0, 4.0, 8.0]), 10.0, 3.0)
 
 
-def test_each_gage_reads_a_share_of_its_neighbours():
-    first, _ = felt_by(Steady, {"gage_cross_talk": 0.1})
+def test_gages_and_force_cells_have_cross_talk_and_cells_gains_of_their_specimen():
+    first, _ = felt_by(Steady, gage_cross_talk=0.1)
     assert first.readings == pytest.approx([1.2, 2.5, 5.0, 8.4])
-
-
-def test_force_cells_have_gains_of_their_specimen_and_cross_talk():
     cells = {"force_gain_spread": 0.01, "force_cross_talk": 0.02}
-    draws = {(s.normal_force, s.tangential_force) for s in felt_by(Steady, cells)}
-    assert len(draws) == 1  # a gain is no noise
-    (normal, tangential) = draws.pop()
-    assert 0.0 < abs(normal / 10.0 - 1.0) < 0.05
-    assert 0.0 < abs(tangential / 3.2 - 1.0) < 0.05
-    other, _ = felt_by(Steady, {**cells, "specimen": 1})
-    assert other.normal_force != normal
-    without, _ = felt_by(Steady, {"specimen": 1})
-    assert without.normal_force == 10.0
+    felt, again = felt_by(Steady, **cells)
+    assert felt.normal_force == again.normal_force  # a gain is no noise
+    assert felt.tangential_force == again.tangential_force
+    assert 0.0 < abs(felt.normal_force / 10.0 - 1.0) < 0.05
+    assert 0.0 < abs(felt.tangential_force / 3.2 - 1.0) < 0.05
+    assert felt_by(Steady, **cells, specimen=1)[0].normal_force != felt.normal_force
+    assert felt_by(Steady, specimen=1)[0].normal_force == 10.0
 
 
 def test_what_warms_drifts_alike_toward_its_end():
     warm = {"warming_microstrain": 10.0, "warming_time_s": 0.02, "sample_rate_Hz": 100.0}
-    samples = felt_by(Steady, warm, [(0.0, 0.0)] * 40)
+    samples = felt_by(Steady, [(0.0, 0.0)] * 40, **warm)
     shifts = np.array([each.readings for each in samples]) - [1.0, 2.0, 4.0, 8.0]
     assert np.ptp(shifts, axis=1) == pytest.approx(0.0, abs=1e-12)
     assert shifts[1, 0] == pytest.approx(10.0 * (1.0 - np.exp(-1.0)))
@@ -159,31 +160,11 @@ def test_what_warms_drifts_alike_toward_its_end():
 
 def test_a_gage_dies_during_the_grip_and_never_on_the_bench():
     dying = {"dying_gages": [2], "dying_after_s": 0.015, "sample_rate_Hz": 100.0}
-    alive, dead = felt_by(Steady, dying)
+    alive, dead = felt_by(Steady, **dying)
     assert alive.readings.tolist() == [1.0, 2.0, 4.0, 8.0]
     assert dead.readings.tolist() == [1.0, 2.0, 0.0, 8.0]
     rested = Hardware(**dying, warming_microstrain=5.0).at_rest()
     assert (rested.dying_gages, rested.warming_microstrain) == ((), 0.0)
-
-
-def test_the_opposite_finger_may_be_another_one(half_plane, softer, design):
-    own = lifting(design)
-    like, unlike = (
-        Rig(half_plane, "both", own.grip, opposite=opposite).plant(0.4, MASS)
-        for opposite in (None, softer)
-    )
-    assert unlike.move(0.0, 0.1).normal_force < like.move(0.0, 0.1).normal_force
-
-
-def test_the_rise_stands_in_the_grips_table(half_plane, design, tmp_path):
-    for own, there in ((design, False), (lifting(design), True)):
-        (episode,) = run_episodes(half_plane, own, [0.4], MASS)
-        write_grip_csv(tmp_path / "grip.csv", episode.trace)
-        header, *_, last = (tmp_path / "grip.csv").read_text("utf-8").splitlines()
-        assert ("rise_mm" in header.split(",")) is there
-        if there:
-            rise = last.split(",")[header.split(",").index("rise_mm")]
-            assert float(rise) == episode.trace.rise[-1] > 0.0
 
 
 # A plant that remembers: the same answers, fewer moves.
@@ -191,62 +172,32 @@ def test_the_rise_stands_in_the_grips_table(half_plane, design, tmp_path):
 MOVES = [(0.0, 0.02), (0.0, 0.02), (0.002, 0.01), (0.004, 0.01), (0.004, 0.0)]
 
 
-class Counting:
-    """A plant that counts the moves of all of its kind."""
-
-    def __init__(self, problem, count):
-        self._plant = CondensedPlant(problem, "both")
-        self._count = count
-
-    def move(self, dx, dy):
-        self._count.append((dx, dy))
-        return self._plant.move(dx, dy)
-
-    def truth(self):
-        return self._plant.truth()
+OTHER = [*MOVES[:3], (0.0, 0.01), (0.001, 0.01)]
 
 
-@pytest.fixture
-def shared(half_plane):
+@pytest.mark.parametrize(
+    ("grips", "solved"),
+    [
+        ([MOVES, MOVES], MOVES),  # the same moves are solved once
+        ([MOVES[:3], MOVES], MOVES),  # a longer grip goes on from where the shorter stood
+        ([MOVES, OTHER], [*MOVES, *OTHER]),  # another move goes its own way, from the start
+    ],
+)
+def test_remembered_moves_are_solved_once(half_plane, grips, solved):
     moved, memory = [], Memory()
-    return moved, lambda: RememberedPlant(lambda: Counting(half_plane, moved), memory)
 
+    class Counting(CondensedPlant):
+        def move(self, dx, dy):
+            moved.append((dx, dy))
+            return super().move(dx, dy)
 
-def test_the_same_moves_are_solved_once(half_plane, shared):
-    moved, make = shared
-    plain, first, second = CondensedPlant(half_plane, "both"), make(), make()
-    for move in MOVES:
-        expected = plain.move(*move)
-        for plant in (first, second):
-            sample = plant.move(*move)
-            assert np.array_equal(sample.readings, expected.readings)
-            assert plant.truth() == plain.truth()
-    assert moved == MOVES
-
-
-def test_another_move_goes_its_own_way(half_plane, shared):
-    moved, make = shared
-    first = make()
-    for move in MOVES:
-        first.move(*move)
-    other = make()
-    plain = CondensedPlant(half_plane, "both")
-    for move in [*MOVES[:3], (0.0, 0.01), (0.001, 0.01)]:
-        assert np.array_equal(other.move(*move).readings, plain.move(*move).readings)
-        assert other.truth() == plain.truth()
-    assert moved == [*MOVES, *MOVES[:3], (0.0, 0.01), (0.001, 0.01)]
-
-
-def test_a_longer_grip_goes_on_from_where_the_shorter_stood(half_plane, shared):
-    moved, make = shared
-    for moves in (MOVES[:3], MOVES):
-        plant = make()
+    for moves in grips:
+        plain = CondensedPlant(half_plane, "both")
+        plant = RememberedPlant(lambda: Counting(half_plane, "both"), memory)
         for move in moves:
-            sample = plant.move(*move)
-    assert moved == MOVES
-    plain = CondensedPlant(half_plane, "both")
-    *_, expected = [plain.move(*move) for move in MOVES]
-    assert np.array_equal(sample.readings, expected.readings)
+            assert np.array_equal(plant.move(*move).readings, plain.move(*move).readings)
+            assert plant.truth() == plain.truth()
+    assert moved == solved
 
 
 # Each imperfection does what it says, and equal seeds read alike.
@@ -367,17 +318,9 @@ def test_a_turn_of_the_stage_loses_the_backlash_once():
 
 
 def test_at_rest_the_mean_of_many_samples_is_left():
-    hardware = Hardware(
-        gage_noise_microstrain=2.0,
-        drift_microstrain_per_s=1.0,
-        gain_spread=0.05,
-        dead_gages=(3,),
-        quantisation_microstrain=0.1,
-        force_noise_N=0.5,
-        delay_samples=4,
-        backlash_mm=0.01,
-        stage_step_mm=0.001,
-    )
+    noisy = {"gage_noise_microstrain": 2.0, "force_noise_N": 0.5, "drift_microstrain_per_s": 1.0}
+    lasting = {"gain_spread": 0.05, "backlash_mm": 0.01, "stage_step_mm": 0.001}
+    hardware = Hardware(**noisy, **lasting, dead_gages=(3,), delay_samples=4)
     rest = hardware.at_rest(100)
     assert (rest.gage_noise_microstrain, rest.force_noise_N) == pytest.approx((0.2, 0.05))
     assert (rest.drift_microstrain_per_s, rest.delay_samples) == (0.0, 0)

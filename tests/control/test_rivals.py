@@ -14,6 +14,7 @@ from fingerdesign.errors import DesignError
 from fingerdesign.runtime.registry import CONTROLLERS
 
 GRAVITY = 9.80665e-3
+LATE = {"reactive.first_force_N": 0.5, "reactive.slip_share": 0.3}
 BASE = {
     "grip.preload_mm": 0.02,
     "grip.approach_step_mm": 0.008,
@@ -86,9 +87,18 @@ def test_fixed_force_ends_at_its_force(lift, friction, mass_g):
     assert (trace.tangential_force[trace.normal_force < 0.97 * 6.0] < 0.02).all()
 
 
-def test_fixed_force_drops_what_is_too_heavy_for_it(lift):
-    episode = lift("fixed_force", 0.3, 500.0, {"fixed_force.force_N": 6.0})
+@pytest.mark.parametrize(
+    ("name", "friction", "mass_g", "values"),
+    [
+        ("fixed_force", 0.3, 500.0, {"fixed_force.force_N": 6.0}),
+        ("fixed_ratio", 0.2, 300.0, {"fixed_ratio.ratio": 0.25}),
+        ("reactive", 0.4, 150.0, LATE),
+    ],
+)
+def test_too_little_force_or_too_late_slips(lift, name, friction, mass_g, values):
+    episode = lift(name, friction, mass_g, values)
     assert (episode.ending, episode.result.lifted) == ("complete slip", False)
+    assert episode.result.gross_slip
 
 
 @pytest.mark.parametrize("mass_g", [100.0, 300.0])
@@ -100,10 +110,6 @@ def test_fixed_ratio_keeps_its_ratio_whatever_the_weight(lift, mass_g):
     on = episode.trace.tangential_force > 0.5 * GRAVITY * mass_g * 0.5
     used = episode.trace.tangential_force[on] / episode.trace.normal_force[on]
     assert np.allclose(used, ratio, rtol=0.08)
-
-
-def test_fixed_ratio_slips_on_what_is_smoother_than_it(lift):
-    assert lift("fixed_ratio", 0.2, 300.0, {"fixed_ratio.ratio": 0.25}).result.gross_slip
 
 
 def test_the_reactive_hand_grips_harder_at_each_sign_of_slip(lift):
@@ -123,18 +129,15 @@ def test_the_reactive_hand_grips_harder_at_each_sign_of_slip(lift):
     assert 0.4 < used < 1.0
 
 
-def test_waiting_for_gross_slip_is_too_late(lift):
-    values = {"reactive.first_force_N": 0.5, "reactive.slip_share": 0.3}
-    assert lift("reactive", 0.4, 150.0, values).ending == "complete slip"
-    firm = lift("reactive", 0.4, 150.0, values | {"reactive.first_force_N": 3.0})
+def test_a_firm_first_grip_needs_no_reaction(lift):
+    firm = lift("reactive", 0.4, 150.0, LATE | {"reactive.first_force_N": 3.0})
     assert firm.result.lifted
     assert firm.result.holds == 0
 
 
 def test_after_its_slip_it_grips_on(half_plane, grip, bench):
     """The episode ends there; a hand would not."""
-    values = {"reactive.first_force_N": 0.5, "reactive.slip_share": 0.3}
-    table = with_grip(grip, values | {"reactive.pull_share": 0.02})
+    table = with_grip(grip, LATE | {"reactive.pull_share": 0.02})
     hand = controller("reactive", table)
     plant = CondensedPlant(half_plane.with_friction(0.4), "both")
     sample = plant.move(0.0, table.preload_mm)
