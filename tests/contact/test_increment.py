@@ -14,7 +14,7 @@ from fingerdesign.contact.increment import (
     solve_increment,
 )
 from fingerdesign.contact.laws import OPEN, SLIP, Certificate, certify
-from fingerdesign.contact.measures import completely_slips, measure
+from fingerdesign.contact.measures import completely_slips
 from fingerdesign.contact.newton import NewtonResult
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
@@ -89,30 +89,6 @@ def test_mirrored_shear_gives_the_mirrored_answer():
         assert np.allclose(one.multiplier[::-1] * [1, -1], other.multiplier, atol=1e-9)
 
 
-def test_unloading_and_reversal():
-    """Reversed shear slips back from the edge; pulled off, nothing is left."""
-    problem = contact_problem(half_plane(), Plane(0.0), 0.3)
-    path = [(0.05, 0.0), (0.05, 0.02), (0.05, 0.0), (0.05, -0.02), (0.02, -0.02), (-0.01, 0.0)]
-    steps = list(follow(problem, [Motion(a, b) for a, b in path]))
-    ft = [s.measures.tangential_force for s in steps]
-    assert ft[1] > 0 > ft[3]
-    assert abs(ft[2]) < ft[1]  # hysteresis: not back to zero, but less
-    assert steps[-1].measures.stick_ratio is None
-    assert steps[-1].measures.normal_force == 0.0
-
-
-def test_stick_area_falls_smoothly_under_shear():
-    problem = contact_problem(half_plane(161), Plane(0.0), 0.3)
-    motions = [Motion(0.05, 0.0)] + [Motion(0.05, s) for s in np.linspace(0.001, 0.03, 30)]
-    ratios = [s.measures.stick_ratio for s in follow(problem, motions)]
-    assert ratios[0] == pytest.approx(1.0)
-    steps = -np.diff([ratio for ratio in ratios if ratio > 0.2])
-    # Counting nodes would stand still and jump by a node's share, 1/50 here.
-    assert len(steps) > 10
-    assert steps.min() > 0.01
-    assert steps.max() < 0.1
-
-
 def test_what_cannot_be_solved_is_an_error_with_a_reason(monkeypatch):
     """Non-convergence is reported, and the last iterate is not returned as an answer."""
     from fingerdesign.contact import increment as module
@@ -133,16 +109,6 @@ def test_motions_and_frictions_that_cannot_be_are_refused():
     for friction in (-0.1, np.nan, np.inf):
         with pytest.raises(ValueError, match="friction coefficient"):
             contact_problem(half_plane(), Plane(0.0), friction)
-
-
-def test_stick_and_contact_lengths_by_quadrature():
-    """The contact's border lies between nodes, and its length grows with the approach."""
-    problem = contact_problem(half_plane(81), Plane(0.0), 0.3)
-    widths = [
-        measure(problem, s.increment).contact_width
-        for s in follow(problem, [Motion(a, 0.0) for a in np.linspace(0.01, 0.06, 26)])
-    ]
-    assert (np.diff(widths) > 0).all()
 
 
 @pytest.mark.parametrize("shear", [0.012, 1.0])

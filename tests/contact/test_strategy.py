@@ -7,9 +7,7 @@ from fingerdesign.contact import increment as strategy
 from fingerdesign.contact.increment import (
     ContactState,
     Task,
-    Workspace,
     gauss_seidel,
-    pressed,
     solve_increment,
     solve_task,
 )
@@ -126,29 +124,6 @@ def test_gauss_seidel_stops_at_its_limits():
     assert worst(compliance, offset, 0.5, full.multiplier) < 1e-10
 
 
-@pytest.mark.parametrize("which", ["strip", "patch"])
-def test_without_friction_the_guess_is_the_answer(which, request):
-    problem = request.getfixturevalue(which).with_friction(0.0)
-    deep = Motion(0.05 if which == "strip" else 0.01, 0.0)
-    state = ContactState.untouched(problem)
-    offset = problem.offset(deep, state.slip)
-    guess = pressed(problem.compliance, offset, state.multiplier, 0.0)
-    answer = solve_increment(problem, state, deep).multiplier
-    # Normal and tangential do not couple on these half-spaces.
-    assert np.abs(guess - answer)[:, 0].max() < 1e-9 * answer.max()
-    assert not guess[:, 1:].any()
-
-
-def test_a_guess_is_admissible_whatever_it_is_made_from(patch):
-    rng = np.random.default_rng(1)
-    for approach in (0.01, -0.1):
-        offset = patch.offset(Motion(approach, 0.002), np.zeros((patch.model.nodes, 2)))
-        guess = pressed(patch.compliance, offset, rng.normal(size=offset.shape), 0.5)
-        assert (guess[:, 0] >= 0.0).all()
-        assert (np.linalg.norm(guess[:, 1:], axis=1) <= 0.5 * guess[:, 0] + 1e-15).all()
-        assert guess.any() == (approach > 0.0)
-
-
 def compliance_of(nodes, dim, seed=0):
     root = np.random.default_rng(seed).normal(size=(nodes * dim, nodes * dim))
     return root @ root.T / nodes + 0.2 * np.eye(nodes * dim)
@@ -186,24 +161,6 @@ def test_an_inverse_carried_far_stays_at_rounding():
         inverse = inverse.moved_to(compliance, np.arange(count), 1, room)
     product = inverse.inverse @ compliance[:count, :count]
     assert np.abs(product - np.eye(count)).max() < 1e-12
-
-
-def test_a_workspace_changes_no_answer():
-    """A path with a workspace gives the forces of one without, to rounding."""
-    nodes, dim = 20, 3
-    points = np.random.default_rng(1).uniform(-1, 1, (nodes, dim))
-    points[:, 1] = -0.3 * (points[:, 0] ** 2 + points[:, 2] ** 2)
-    model = reduced_model(points, compliance_of(nodes, dim, 2))
-    problem = contact_problem(model, Plane(0.0), 0.4)
-    workspace, one, other = Workspace(), *[ContactState.untouched(problem)] * 2
-    for motion in [Motion(0.05 * k, 0.0) for k in range(1, 6)] + [
-        Motion(0.25 - 0.02 * k, 0.04 * k) for k in range(1, 9)
-    ]:
-        carried = solve_increment(problem, one, motion, workspace)
-        fresh = solve_increment(problem, other, motion)
-        scale = np.abs(fresh.multiplier).max()
-        assert np.abs(carried.multiplier - fresh.multiplier).max() <= 1e-8 * scale
-        one, other = carried.state, fresh.state
 
 
 @pytest.mark.parametrize("n", [1, 7, 100, 101, 350])

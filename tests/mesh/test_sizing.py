@@ -40,6 +40,12 @@ def test_sizes_at_the_contact_beside_the_zone_and_far_away():
     np.testing.assert_allclose(field(beside), 0.2 + 0.5 * 2.0)
     stretched = field_of("plates.count = 0", stretch=4.0)
     np.testing.assert_allclose(stretched(at[:1]), 0.1)  # across 0.1, along z 0.4: 0.2 on the mean
+    # The circle continued below a half circle is no contact.
+    round_top = field_of("plates.count = 0\nbody.arc_radius_mm = 10.0")
+    np.testing.assert_allclose(round_top(np.array([[0.0, 0.0], [0.0, 20.0]])), [2.0, 0.2])
+    for value in (0.0, -1.0, float("nan")):
+        with pytest.raises(MeshError, match="plate"):
+            MeshSizes(0.2, value, 2.0, 0.5)
 
 
 def test_sizes_at_a_plate_and_at_its_ends():
@@ -48,11 +54,6 @@ def test_sizes_at_a_plate_and_at_its_ends():
     centre, end = np.array([frame.x, frame.y]), 2.0 * frame.axis
     sizes = field(np.array([centre, centre + end, centre - end, centre + end + 0.1 * frame.axis]))
     np.testing.assert_allclose(sizes, [0.3, 0.05, 0.05, 0.05 + 0.1 * END_GRADATION], rtol=1e-9)
-
-
-def test_the_circle_continued_below_a_half_circle_is_no_contact():
-    field = field_of("plates.count = 0\nbody.arc_radius_mm = 10.0")
-    np.testing.assert_allclose(field(np.array([[0.0, 0.0], [0.0, 20.0]])), [2.0, 0.2])
 
 
 def test_the_field_grows_no_faster_than_its_gradation():
@@ -111,12 +112,6 @@ def test_the_expected_elements_of_an_even_field_fill_the_body():
         field = SizeField(ContactSurface.of(design.body), (), sizes, Zone(3.0))
         wanted = outline_volume(design.body, half=True) * 6.0 * np.sqrt(2.0) / stretch
         assert expected_elements(field, low, high) == pytest.approx(wanted, rel=0.05)
-
-
-@pytest.mark.parametrize("value", [0.0, -1.0, float("nan")])
-def test_sizes_must_be_positive(value):
-    with pytest.raises(MeshError, match="plate"):
-        MeshSizes(0.2, value, 2.0, 0.5)
 
 
 def test_sections_too_are_as_fine_as_a_small_contact_needs():

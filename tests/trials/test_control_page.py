@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from fingerdesign_cli.options import CONTROLLER_NAMES
 from fingerdesign_cli.trials import _show
+from scipy.stats import binomtest
 
 from fingerdesign.control.episode import Episode
 from fingerdesign.control.metrics import outcome, reaction_steps
@@ -86,26 +87,17 @@ def test_what_is_not_well_is_said(paper, regulator, expected):
 
 
 def test_without_paper_and_regulator_the_best_is_named_that_is_given_nothing():
-    (only,) = answers(study(reactive=({}, DROPPED), fixed_force=({}, {})).data)
-    assert only.answer == "best"
-    assert only.words.startswith("fixed force: 100.0 %")
     oracles = {"oracle_1.2": (DROPPED, {}), "oracle_1.5": ({}, {})}
-    (only,) = answers(study(**oracles, reactive=({}, DROPPED)).data)
-    assert only.words.startswith("reactive: ")
-    assert "Oracles" in only.words
-    (only,) = answers(study(**oracles).data)
-    assert only.words.startswith("oracle 1.5, which is given friction and weight: 100.0 %")
+    reactive = {"reactive": ({}, DROPPED)}
+    for hands, best in (
+        (reactive | {"fixed_force": ({}, {})}, "fixed force: 100.0 %"),
+        (oracles | reactive, "reactive: "),
+        (oracles, "oracle 1.5, which is given friction and weight: 100.0 %"),
+    ):
+        (only,) = answers(study(**hands).data)
+        assert only.answer == "best"
+        assert only.words.startswith(best)
     assert answers(study(reactive=({}, {})).data) == []
-
-
-def test_an_answer_is_of_the_grid_and_says_what_its_interval_leaves_open():
-    held = answers(study(regulator=({}, {})).data)[0]
-    assert held.answer == "yes"
-    assert "99 % of this grid" in held.question
-    assert "4 of 4 grips (100.0 %), one each on 2 frictions (0.3 to 0.6) by 2 weights" in held.words
-    assert held.words.endswith("does not exclude less than 99 %.")
-    lost = answers(study(regulator=(DROPPED, {})).data)[0]
-    assert lost.words.endswith("lies wholly below 99 %.")
 
 
 def test_figures_say_in_words_what_they_show():
@@ -113,16 +105,14 @@ def test_figures_say_in_words_what_they_show():
     made = study(paper=({}, DROPPED), regulator=({"peak_ratio": 3.5}, {}), **nothing)
     data = made.data
     rows = [{**asdict(each), "crushed": each.crushed} for each in made.outcomes]
-    assert (
-        "paper: 0 microstrain 100.0 %, 0.5 microstrain 75.0 %." in success_figure(data).alternative
-    )
-    reported = map_figure(data, rows, 0.5).alternative
-    assert "paper: 3 of 4 succeed; 1 dropped." in reported
-    assert "regulator: 0 of 4 succeed; 4 crushed." in reported
-    assert "reactive: 0 of 4 succeed; 4 dropped." in reported
-    reported = force_figure(data, rows, 0.5).alternative
-    assert "regulator: median 3.50" in reported
-    assert "reactive lifts nothing" in reported
+    for words, figure in (
+        ("paper: 0 microstrain 100.0 %, 0.5 microstrain 75.0 %.", success_figure(data)),
+        ("paper: 3 of 4 succeed; 1 dropped.", map_figure(data, rows, 0.5)),
+        ("regulator: 0 of 4 succeed; 4 crushed.", map_figure(data, rows, 0.5)),
+        ("regulator: median 3.50", force_figure(data, rows, 0.5)),
+        ("reactive lifts nothing", force_figure(data, rows, 0.5)),
+    ):
+        assert words in figure.alternative
 
 
 def test_the_tables_on_the_terminal_fit_80_columns(capsys):
@@ -158,31 +148,24 @@ def trace(approach, lift=None):
     return path_of(10.0 * approach, np.full(len(approach), WEIGHT), approach, 0.5, 200.0, lift)
 
 
-def episode(made, ending="lifted", slip=False, preload=2):
-    lifted = made.lift_step is not None
-    margin = 0.5 * made.normal_force[made.lift_step] / WEIGHT if lifted else None
+def test_a_judged_grip_reports_margins_in_units_of_the_least_force():
+    made = trace([0.1, 0.2, 0.25, 0.26, 0.3], lift=3)
+    forces = {"final_normal_force_N": 3.0, "final_tangential_force_N": WEIGHT}
+    forces |= {"peak_normal_force_N": 3.0, "safety_margin": 0.5 * 2.6 / WEIGHT}
     result = GripResult(
         controller="made up",
         friction_coefficient=0.5,
         object_mass_g=200.0,
-        lifted=lifted,
-        gross_slip=slip,
-        final_normal_force_N=float(made.normal_force[-1]),
-        final_tangential_force_N=WEIGHT,
-        safety_margin=margin,
+        lifted=True,
+        gross_slip=False,
         minimum_stick_ratio=0.6,
-        peak_normal_force_N=float(made.normal_force.max()),
         slip_distance_mm=0.01,
-        steps=len(made.approach) - preload,
+        steps=3,
         holds=0,
         ending="a sentence",
+        **forces,
     )
-    return Episode(result, made, ending, "a sentence")
-
-
-def test_a_judged_grip_reports_margins_in_units_of_the_least_force():
-    made = trace([0.1, 0.2, 0.25, 0.26, 0.3], lift=3)
-    found = outcome(episode(made), noise=0.5, seed=7)
+    found = outcome(Episode(result, made, "lifted", "a sentence"), noise=0.5, seed=7)
     assert found.margin_at_lift == pytest.approx(2.6 / (WEIGHT / 0.5))
     assert found.peak_ratio == pytest.approx(3.0 / (WEIGHT / 0.5))
     assert (found.noise, found.seed, found.reason) == (0.5, 7, "a sentence")
@@ -214,25 +197,17 @@ def test_reaction_counts_from_the_tug_to_the_first_answer():
     assert reaction_steps(made, 9, 0.05) is None
     assert reaction_steps(made, 99, 0.005) is None
     assert reaction_steps(trace(still), 9, 0.005) is None
-
-
-def test_a_hand_that_closes_anyway_has_not_answered():
-    creeping = trace(0.1 + 0.001 * np.arange(40), lift=5)
-    assert reaction_steps(creeping, 20, 0.002) is None
+    # A hand that closes anyway has not answered.
+    assert reaction_steps(trace(0.1 + 0.001 * np.arange(40), lift=5), 20, 0.002) is None
     faster = np.concatenate([0.001 * np.arange(22), 0.021 + 0.003 * np.arange(1, 19)])
     assert reaction_steps(trace(0.1 + faster, lift=5), 20, 0.0035) == 3
 
 
-def test_wilson_is_scipys():
-    from scipy.stats import binomtest
-
+def test_shares_have_wilsons_interval_and_nothing_has_no_rate():
     for count, of in [(0, 10), (1, 10), (5, 10), (99, 100), (100, 100), (499, 500)]:
         theirs = binomtest(count, of).proportion_ci(0.95, "wilson")
         own = share_of(count, of)
         assert (own.low, own.high) == pytest.approx((theirs.low, theirs.high), abs=1e-7)
-
-
-def test_nothing_gives_no_rate_and_no_spread():
     assert share_of(0, 0) == Share(0, 0, None, None, None)
     assert spread_of([None]) is None
     empty = summarise([])
@@ -240,11 +215,12 @@ def test_nothing_gives_no_rate_and_no_spread():
 
 
 def test_a_summary_counts_each_reason():
+    tugged = {"tug": 0.3, "reaction_steps": 6}
     every = [
         judged(),
         judged(margin_at_lift=1.5),
         judged(dropped=True, ending="complete slip"),
-        judged(peak_ratio=4.0, tug=0.3, reaction_steps=6),
+        judged(peak_ratio=4.0, **tugged),
         judged(lifted=False, margin_at_lift=None, ending="failed"),
         judged(lifted=True, tug=0.3),
     ]
@@ -252,8 +228,7 @@ def test_a_summary_counts_each_reason():
     assert (reported.grips, reported.success.count, reported.held.count) == (6, 3, 4)
     others = reported.dropped, reported.crushed, reported.not_lifted, reported.failed
     assert others == (1, 1, 1, 1)
-    assert reported.margin_at_lift.count == 5
-    assert reported.margin_at_lift.most == 1.5
+    assert (reported.margin_at_lift.count, reported.margin_at_lift.most) == (5, 1.5)
     assert (reported.answered.count, reported.answered.of) == (1, 2)
     assert reported.reaction_steps.median == 6
 

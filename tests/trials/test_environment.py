@@ -112,14 +112,11 @@ def test_endings(made, action, values, given, ending, truncated):
     assert ending != "stage travel" or steps[-1][0][-2] < 1.0  # the stage went what was left
 
 
-def test_a_hand_at_the_end_of_its_stage_goes_on_holding(made):
+def test_a_hand_at_the_end_of_its_stage_goes_on_holding_and_may_let_go(made):
     short = {"grip.hold_steps": 10, "grip.max_approach_mm": 0.12}
     *_, (observation, _, terminated, _, info) = until_the_end(made(short), GENTLE)
     assert (info["ending"], terminated) == ("lifted", True)
     assert observation[-2] == pytest.approx(0.0, abs=1e-6)
-
-
-def test_a_hanging_object_that_is_let_go_is_dropped(made):
     environment = made({"grip.hold_steps": 50})
     environment.reset(seed=0)
     while not environment.step(GENTLE)[0][-1]:
@@ -129,10 +126,7 @@ def test_a_hanging_object_that_is_let_go_is_dropped(made):
         if terminated:
             break
     assert (info["ending"], reward) == ("complete slip", -1.0 - STEP_COST)
-
-
-def test_the_stage_does_not_open_beyond_touch(made):
-    environment = made()
+    # The stage does not open beyond touch.
     environment.reset(seed=0)
     moves = [environment.step((0.0, -7.0))[0][-2] for _ in range(6)]
     assert moves == pytest.approx([-1.0, -1.0, -1.0, 0.0, 0.0, 0.0], abs=1e-6)
@@ -198,7 +192,10 @@ def test_wrong_input_is_refused_by_name(made, given, named):
     assert [fault.key for fault in refused.value.faults] == [named]
 
 
-def test_actions_and_objects_that_cannot_be_are_refused(made):
+def test_noise_is_in_the_gages_alone_and_what_cannot_be_is_refused(made):
+    quiet, loud = (made(noise_microstrain=noise).reset(seed=3)[0] for noise in (0.0, 0.5))
+    assert 0.2 < np.std(loud[:11] - quiet[:11]) < 1.0
+    assert np.array_equal(loud[11:], quiet[11:])
     tug = {"step_after_lift": 1, "extra_force_N": -3.0}  # of 0.1 kg, not of the design's 0.5 kg
     with pytest.raises(ValueError, match="lifts the object out"):
         made({"grip.tugs": [tug], "grip.hold_steps": 3}, masses_g=(100.0, 1000.0))
@@ -206,12 +203,6 @@ def test_actions_and_objects_that_cannot_be_are_refused(made):
     environment.reset(seed=0)
     with pytest.raises(ValueError, match="finite"):
         environment.step((float("nan"), 0.0))
-
-
-def test_noise_is_in_the_gages_alone(made):
-    quiet, loud = (made(noise_microstrain=noise).reset(seed=3)[0] for noise in (0.0, 0.5))
-    assert 0.2 < np.std(loud[:11] - quiet[:11]) < 1.0
-    assert np.array_equal(loud[11:], quiet[11:])
 
 
 def test_the_bench_counts_resets_and_steps(made):
