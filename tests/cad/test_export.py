@@ -76,7 +76,7 @@ def test_holes_and_wrong_winding_are_found():
         check_watertight("box", points, turned)
 
 
-def test_a_failed_write_leaves_the_old_file(tmp_path):
+def test_a_file_that_cannot_be_written_or_has_no_solid_is_an_error(tmp_path):
     target = tmp_path / "missing" / "finger.stl"
     with pytest.raises(GeometryError, match="could not be written"):
         write_stl([cq.Workplane().box(1, 1, 1).val()], target, 0.01)

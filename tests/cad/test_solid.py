@@ -42,14 +42,23 @@ def test_every_body(body, half, design_of, solid_of):
 
 @pytest.mark.parametrize("within", ["arc", "dome", "revolved"])
 def test_every_kind_of_plates(within, plates, design_of, solid_of):
+    design = design_of(within, plates)
     if within == "revolved" and plates in ("full span", "bent", "one by one"):
         with pytest.raises(GeometryError, match="leaves the body"):
-            build_solid(design_of(within, plates))
+            build_solid(design)
         return
-    design = design_of(within, plates)
-    assert_true_to_the_design(solid_of(within, plates), design)
-    if mirrors_in_z(design):
-        assert_true_to_the_design(solid_of(within, plates, half=True), design)
+    whole = solid_of(within, plates)
+    assert_true_to_the_design(whole, design)
+    if not mirrors_in_z(design):
+        with pytest.raises(GeometryError, match="does not mirror in z = 0"):
+            build_solid(design, half=True)
+        return
+    half = solid_of(within, plates, half=True)
+    assert_true_to_the_design(half, design)
+    for a, b in zip((whole.body, *whole.plates), (half.body, *half.plates), strict=True):
+        centre, middle = a.Center(), b.Center()
+        assert (middle.x, middle.y) == pytest.approx((centre.x, centre.y), abs=1e-6)
+        assert b.BoundingBox(1e-7).zmin == pytest.approx(0.0, abs=1e-5)
 
 
 @pytest.mark.parametrize("half", [False, True])
@@ -58,44 +67,20 @@ def test_every_kind_of_core(core, half, design_of):
     assert_true_to_the_design(build_solid(design, half), design)
 
 
-def unique_faces(solid):
-    """How many faces all parts have, shared ones counted once."""
-    return len({face for part in solid.parts for face in part.Faces()})
-
-
-def test_body_and_plates_share_their_faces(solid_of):
-    solid = solid_of("arc", "ends inside")
-    # 6 faces of the outline and 3 boxes of 6 faces, each face once.
-    assert unique_faces(solid) == len(solid.body.Faces()) == 6 + 3 * 6
-    full = solid_of("arc", "full span")
-    # Plate ends lie in the body's end faces: 4 walls each are shared, 2 ends are the plate's own.
-    assert len(full.body.Faces()) == 6 + 3 * 4
-    assert unique_faces(full) == 6 + 3 * 6
-
-
 def on_base(face):
     return face.BoundingBox(1e-7).ymax < 1e-5
 
 
-def test_a_core_on_the_base_has_its_part_of_it(solid_of):
-    solid = solid_of("arc", "", "standing on the base")
-    assert solid.core is not None
-    assert [sum(on_base(face) for face in part.Faces()) for part in solid.parts] == [1, 1]
-    backing = solid_of("arc", "", "a backing")
-    assert [sum(on_base(face) for face in part.Faces()) for part in backing.parts] == [0, 1]
-
-
-def test_a_half_is_half_of_the_whole(plates, design_of, solid_of):
-    design = design_of("arc", plates)
-    if not mirrors_in_z(design):
-        with pytest.raises(GeometryError, match="does not mirror in z = 0"):
-            build_solid(design, half=True)
-        return
-    whole, half = solid_of("arc", plates), solid_of("arc", plates, half=True)
-    for a, b in zip((whole.body, *whole.plates), (half.body, *half.plates), strict=True):
-        centre, middle = a.Center(), b.Center()
-        assert (middle.x, middle.y) == pytest.approx((centre.x, centre.y), abs=1e-6)
-        assert b.BoundingBox(1e-7).zmin == pytest.approx(0.0, abs=1e-5)
+def test_parts_share_their_faces_and_the_base(solid_of):
+    """6 faces of the outline and 3 boxes of 6 faces, each face once. Where plate ends lie in the
+    body's end faces, 4 walls each are shared, 2 ends are the plate's own."""
+    for plates, of_body in (("ends inside", 6 + 3 * 6), ("full span", 6 + 3 * 4)):
+        solid = solid_of("arc", plates)
+        assert len(solid.body.Faces()) == of_body
+        assert len({face for part in solid.parts for face in part.Faces()}) == 6 + 3 * 6
+    for core, counts in (("standing on the base", [1, 1]), ("a backing", [0, 1])):
+        parts = solid_of("arc", "", core).parts
+        assert [sum(on_base(face) for face in part.Faces()) for part in parts] == counts
 
 
 def test_frames_of_others_can_be_built(design_of):

@@ -64,31 +64,24 @@ def test_any_axis_may_be_up(up, tmp_path):
     np.testing.assert_allclose(facts.height(np.array([-3.0, 3.0]), 2.0), [9.5, 6.5], atol=1e-9)
 
 
-def test_edges_belong_to_the_contact_surface_within_its_angle(tmp_path):
-    path = write(block(), tmp_path / "b.step")
-    areas = step_facts(StepFile(file=str(path))).area
+def test_edges_and_ledges_belong_to_the_contact_surface_by_angle_and_height(tmp_path):
+    path = str(write(block().translate((2.0, 5.0, 1.0)), tmp_path / "b.step"))
+    areas = step_facts(StepFile(file=path)).area
     assert areas == pytest.approx(
         {"base": 200, "contact": 180 + 20 * np.sqrt(2), "side": 220, "end": 2 * (240 - 1)}
     )
-    narrow = step_facts(StepFile(file=str(path), contact_angle_deg=40)).area
+    narrow = step_facts(StepFile(file=path, contact_angle_deg=40)).area
     assert narrow["contact"] == pytest.approx(180)
     assert narrow["side"] == pytest.approx(220 + 20 * np.sqrt(2))
-
-
-def test_ledges_are_left_out_by_height(tmp_path):
+    left = step_facts(StepFile(file=path, centre=False))  # as it was drawn
+    np.testing.assert_allclose((*left.low, *left.high), (-8, 0, -4, 12, 12, 6), atol=1e-9)
     work = cq.Workplane("XY").box(20, 4, 10).translate((0, 2, 0))
     work = work.union(cq.Workplane("XY").box(8, 12, 10).translate((0, 6, 0)))
-    path = write(work, tmp_path / "t.step")
-    assert step_facts(StepFile(file=str(path))).area["contact"] == pytest.approx(200)
-    high = step_facts(StepFile(file=str(path), contact_above_mm=5.0))
+    path = str(write(work, tmp_path / "t.step"))
+    assert step_facts(StepFile(file=path)).area["contact"] == pytest.approx(200)
+    high = step_facts(StepFile(file=path, contact_above_mm=5.0))
     assert high.area["contact"] == pytest.approx(80)
     assert high.lowest == pytest.approx(12.0)
-
-
-def test_without_centring_the_file_decides(tmp_path):
-    path = write(block().translate((2.0, 5.0, 1.0)), tmp_path / "b.step")
-    facts = step_facts(StepFile(file=str(path), centre=False))
-    np.testing.assert_allclose((*facts.low, *facts.high), (-8, 0, -4, 12, 12, 6), atol=1e-9)
 
 
 def test_bodies_that_a_rule_does_not_fit(tmp_path):
@@ -99,15 +92,11 @@ def test_bodies_that_a_rule_does_not_fit(tmp_path):
     two = block().add(block().translate((40, 0, 0)))
     sheet = cq.Workplane("XY").box(10, 10, 10).faces("not >Y")
     tiny = cq.Workplane("XY").box(0.02, 0.012, 0.01)  # metres for millimetres
+    down, up = {"base_direction": (-1.0, -1.0, 0.0)}, {"base_direction": (0.0, 1.0, 0.0)}
     oblique = {"contact_direction": (1.0, 1.0, 1.0), "contact_angle_deg": 5.0}
     cases = [
-        (
-            plain,
-            {"base_direction": (-1.0, -1.0, 0.0)},
-            "base_direction",
-            ("[0, -1, 0]", "[0, 0, 1]"),
-        ),
-        (plain, {"base_direction": (0.0, 1.0, 0.0)}, "base_direction", ("same face",)),
+        (plain, down, "base_direction", ("[0, -1, 0]", "[0, 0, 1]")),
+        (plain, up, "base_direction", ("same face",)),
         (plain, oblique, "contact_direction", ("[0, 1, 0] at y = 12",)),
         (plain, {"contact_above_mm": 20.0}, "contact_above_mm", ("y = 12",)),
         (plain.translate((30.0, 0.0, 0.0)), {"centre": False}, "file", ("x = z = 0",)),
@@ -140,17 +129,22 @@ def test_holes_that_do_not_mirror_are_reported_though_the_volume_would(within, t
     assert step_facts(StepFile(file=str(beside), mirrors_in_z=True)).volume < 4780.0
 
 
-def test_files_that_are_no_solid(tmp_path):
+def test_files_that_are_no_solid_and_a_cache_that_cannot_be_written(tmp_path, monkeypatch):
     assert "No such file" in fault_of(tmp_path / "absent.step").remedy
     assert fault_of(tmp_path).bound == "an ordinary file"
     other = tmp_path / "other.step"
     other.write_text("solid cube\n", "utf-8")
     assert "ISO-10303-21" in fault_of(other).remedy
-    other.write_text("ISO-10303-21;\nHEADER;\nthe rest was lost", "utf-8")
-    assert fault_of(other).key == "body.step.file"
     good = write(block(), tmp_path / "b.step").read_text("utf-8")
-    other.write_text(good[: len(good) // 2], "utf-8")
-    assert fault_of(other).key == "body.step.file"
+    for text in ("ISO-10303-21;\nHEADER;\nthe rest was lost", good[: len(good) // 2]):
+        other.write_text(text, "utf-8")
+        assert fault_of(other).key == "body.step.file"
+    # A cache that cannot be written costs time alone.
+    (tmp_path / "in_the_way").write_text("", "utf-8")
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "in_the_way"))
+    facts = step_facts(StepFile(file=str(tmp_path / "b.step")))
+    assert facts.volume == pytest.approx(2390)
+    assert facts.brep.is_file()
 
 
 def test_the_process_answers_like_the_code_here_or_its_end_is_a_fault(tmp_path, monkeypatch):
@@ -205,14 +199,6 @@ def test_garbled_entries_are_made_anew(ending, damage, tmp_path):
         assert kept.read_bytes() == whole
         kept.write_bytes(whole[:middle])  # while this process holds the facts
         assert facts_module.outline_file(step).read_bytes() == whole
-
-
-def test_a_cache_that_cannot_be_written_costs_time_alone(tmp_path, monkeypatch):
-    (tmp_path / "in_the_way").write_text("", "utf-8")
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "in_the_way"))
-    facts = step_facts(StepFile(file=str(write(block(), tmp_path / "b.step"))))
-    assert facts.volume == pytest.approx(2390)
-    assert facts.brep.is_file()
 
 
 def test_a_design_takes_its_sizes_from_the_file(tmp_path):

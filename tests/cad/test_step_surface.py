@@ -118,35 +118,43 @@ def test_a_body_read_back_is_the_closed_form(steps, name):
     np.testing.assert_allclose(found.normal(points), known.normal(points), atol=1e-9)
     np.testing.assert_allclose(found.project(points), known.project(points), atol=1e-9)
     np.testing.assert_allclose(found.curvatures, known.curvatures, rtol=5e-3)  # fitted
+    drops = known.crest - known.height(np.array([1e-3, 0.0]), np.array([0.0, 1e-3]))
+    np.testing.assert_allclose(2e6 * drops, known.curvatures, rtol=1e-5)
     assert found.crest == pytest.approx(known.crest, abs=1e-9)
     assert found.lowest == pytest.approx(known.lowest, abs=1e-9)
     facts = step_facts(steps[name])
     assert facts.volume == pytest.approx(outline_volume(BODIES[name]), rel=1e-9)
     below = points[:, 1] < y
     assert np.array_equal(found.encloses(points), below)
+    flat = points * [1.0, 1.0, 0.0]
+    np.testing.assert_allclose(known.distance(flat[:, :2]), known.distance(flat))
+    np.testing.assert_allclose(known.project(flat[:, :2]), known.project(flat)[:, :2])
 
 
-def test_areas_by_name(steps):
-    areas = step_facts(steps["arc"]).area
+def test_what_lies_below_the_surface_is_enclosed_though_outside_its_circle():
+    surface = ContactSurface.of(Body(arc_radius_mm=10.0))
+    points = np.array([[9.5, 1.0, 0.0], [0.0, 19.9, 0.0], [0.0, 20.1, 0.0], [8.0, 16.1, 0.0]])
+    assert surface.encloses(points).tolist() == [True, True, False, False]
+    assert surface.distance(points)[0] > 0.0
+    assert surface.lowest == pytest.approx(10.0)
+
+
+def test_areas_by_name_and_heights_that_end_with_the_surface(steps):
+    arc_facts, pin_facts = step_facts(steps["arc"]), step_facts(steps["pin"])
     arc = 2 * 20 * np.arcsin(0.5)
     end = 200 + 400 * np.arcsin(0.5) - 10 * np.sqrt(300)
     expected = {"base": 200, "side": 200, "contact": 10 * arc, "end": 2 * end}
-    assert areas == pytest.approx(expected, rel=1e-9)
-    sphere = step_facts(steps["pin"]).area
+    assert arc_facts.area == pytest.approx(expected, rel=1e-9)
     expected = {"base": 25 * np.pi, "side": 80 * np.pi, "contact": 50 * np.pi}
-    assert sphere == pytest.approx(expected, rel=1e-9)
-
-
-def test_heights_end_with_the_surface(steps):
-    pin_facts = step_facts(steps["pin"])
+    assert pin_facts.area == pytest.approx(expected, rel=1e-9)
     x = np.array([0.0, 4.999999, 5.0, 5.00001, 9.0])
     found = pin_facts.height(x)
     np.testing.assert_allclose(found[:2], 8 + np.sqrt(25 - x[:2] ** 2), atol=1e-9)
     assert found[2] == pytest.approx(8.0, abs=1e-6)
     assert np.isnan(found[3:]).all()
-    assert np.isnan(step_facts(steps["arc"]).height(0.0, 5.001))
-    assert step_facts(steps["arc"]).height(np.nan).shape == ()
-    assert np.isnan(step_facts(steps["arc"]).height(np.nan))
+    assert np.isnan(arc_facts.height(0.0, 5.001))
+    assert arc_facts.height(np.nan).shape == ()
+    assert np.isnan(arc_facts.height(np.nan))
 
 
 def test_a_spline_surface_is_the_kernels_own(steps):

@@ -45,41 +45,36 @@ def test_every_fault_of_the_geometry_at_once():
 @pytest.mark.parametrize(
     ("lines", "expected"),
     [
-        ("body.arc_radius_mm = 9\nbody.width_mm = -1\nplates.count = 3", {"body.width_mm"}),
-        ("plates.cover_mm = 12\nplates.count = -1", {"plates.count"}),
-        (
-            'body.arc_radius_mm = 5\nbody.material = "steel"\nplates.material = "wood"',
-            {"body.material", "plates.material"},
-        ),
-        ("body.widht_mm = 3\nplates.pitch_mm = 0.05", {"body.widht_mm"}),
+        ("body = {arc_radius_mm = 9, width_mm = -1}\nplates.count = 3", "body.width_mm"),
+        ("plates.cover_mm = 12\nplates.count = -1", "plates.count"),
+        ('body.material = "steel"\nplates.material = "wood"', "body.material plates.material"),
+        ("body.widht_mm = 3\nplates.pitch_mm = 0.05", "body.widht_mm"),
         # A rule between tables is asked although a value in one is faulty.
-        ('body.width_mm = -1\nbody.material = "steel"', {"body.width_mm", "body.material"}),
+        ('body.width_mm = -1\nbody.material = "steel"', "body.width_mm body.material"),
         # Every rule of a table whose values are sound.
         (
-            'body.shape = "block"\nbody.edge = "chamfer"\nbody.arc_radius_mm = 15\n'
-            "body.dome_radius_mm = 20",
-            {"body.edge", "body.arc_radius_mm", "body.dome_radius_mm"},
+            'body = {shape = "block", edge = "chamfer", arc_radius_mm = 15, dome_radius_mm = 20}',
+            "body.edge body.arc_radius_mm body.dome_radius_mm",
         ),
         (
-            'plates.placement = [[0, 8, 45]]\nplates.along = "z"\nplates.offset_mm = 1\n'
-            "plates.hole_pitch_mm = 3",
-            {"plates.along", "plates.offset_mm", "plates.hole_pitch_mm"},
+            'plates = {placement = [[0, 8, 45]], along = "z", offset_mm = 1, hole_pitch_mm = 3}',
+            "plates.along plates.offset_mm plates.hole_pitch_mm",
         ),
-        ('body.shape = "dome"\nbody.dome_radus_mm = 25', {"body.dome_radus_mm"}),
-        ('body.shape = "dome"\nbody.dome_radius_mm = -25', {"body.dome_radius_mm"}),
-        ('body.shape = "dom"\nbody.dome_radius_mm = 25', {"body.shape"}),
+        ('body.shape = "dome"\nbody.dome_radus_mm = 25', "body.dome_radus_mm"),
+        ('body.shape = "dome"\nbody.dome_radius_mm = -25', "body.dome_radius_mm"),
+        ('body.shape = "dom"\nbody.dome_radius_mm = 25', "body.shape"),
         (
             'body.material = "mine"\nmaterials.mine.poissons_ratio = 0.3\nplates.cover_mm = 12',
-            {"materials.mine.youngs_modulus_MPa"},
+            "materials.mine.youngs_modulus_MPa",
         ),
-        ("body = 3\nplates.length_mm = 0.3\ngages.length_mm = 0.2", {"body"}),
-        ("plates.placement = 5\ngages.width_mm = 30", {"plates.placement"}),
-        ("grip.friction_coefficients = [0.0]", {"grip.friction_coefficients[0]"}),
-        ("mesh.far_size_mm = -1\nmesh.contact_size_mm = 40", {"mesh.far_size_mm"}),
+        ("body = 3\nplates.length_mm = 0.3\ngages.length_mm = 0.2", "body"),
+        ("plates.placement = 5\ngages.width_mm = 30", "plates.placement"),
+        ("grip.friction_coefficients = [0.0]", "grip.friction_coefficients[0]"),
+        ("mesh.far_size_mm = -1\nmesh.contact_size_mm = 40", "mesh.far_size_mm"),
     ],
 )
 def test_faulty_keys_come_before_the_geometry(lines, expected):
-    assert set(faults(NAME + lines)) == expected
+    assert set(faults(NAME + lines)) == set(expected.split())
 
 
 PLACED = NAME + "plates.placement = [[-1.0, 10.5, 45.0], [1.0, 10.5, 45.0]]\n"
@@ -108,25 +103,17 @@ def test_assumed_keys_exist_and_stand_before_the_first_table():
     assert len(found) == 1
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "x =",
-        "[design",
-        "a = 1\na = 2",
-        f"a = 1{'0' * 5000}",
-        "a = " + "[" * 3000 + "]" * 3000,
-        "a = 2024-13-45",
-        "\x00",
-    ],
-)
-def test_what_is_no_toml_is_a_fault(text):
-    assert "file" in faults(text)
+def test_what_is_no_toml_is_a_fault():
+    nested, long = "a = " + "[" * 3000 + "]" * 3000, f"a = 1{'0' * 5000}"
+    for text in ("x =", "[design", "a = 1\na = 2", long, nested, "a = 2024-13-45", "\x00"):
+        assert "file" in faults(text)
 
 
-def test_files_that_cannot_be_read(tmp_path):
-    binary = tmp_path / "b.toml"
+def test_files_that_can_and_cannot_be_read(tmp_path):
+    binary, windows = tmp_path / "b.toml", tmp_path / "w.toml"
     binary.write_bytes(b"\xff\xfe\x00")
+    windows.write_bytes(b'\xef\xbb\xbf[design]\r\nname = "a"\r\n')
+    assert load_design(windows).design.name == "a"
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(DesignError, match="ordinary file"):
         load_design(tmp_path / "pipe")
@@ -134,12 +121,6 @@ def test_files_that_cannot_be_read(tmp_path):
         for load in (load_design, load_scene):
             with pytest.raises(DesignError, match="readable TOML file"):
                 load(path)
-
-
-def test_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
-    path = tmp_path / "w.toml"
-    path.write_bytes(b'\xef\xbb\xbf[design]\r\nname = "a"\r\n')
-    assert load_design(path).design.name == "a"
 
 
 def test_with_values_is_checked_like_a_file():
@@ -176,7 +157,7 @@ SOUND = st.fixed_dictionaries(
 )  # fmt: skip
 
 
-@settings(max_examples=60, derandomize=True, deadline=None)
+@settings(max_examples=15, derandomize=True, deadline=None)
 @given(SOUND)
 def test_what_is_written_reads_back(values):
     design = Design.model_validate(values)
@@ -200,7 +181,7 @@ ANY = st.recursive(
 KEYS = [*known_keys(Design), "plates", "materials", "materials.x.source"]
 
 
-@settings(max_examples=300, derandomize=True, deadline=None)
+@settings(max_examples=150, derandomize=True, deadline=None)
 @given(st.dictionaries(st.sampled_from(KEYS), ANY, min_size=1, max_size=4))
 def test_no_value_of_any_kind_crashes(values):
     """Whatever stands in a file, it is a design or a list of one-line faults."""
@@ -219,7 +200,7 @@ def test_no_value_of_any_kind_crashes(values):
     assert len(str(DesignError(found.faults, "f")).splitlines()) == len(found.faults)
 
 
-@settings(max_examples=200, derandomize=True, deadline=None)
+@settings(max_examples=100, derandomize=True, deadline=None)
 @given(ANY, ANY)
 def test_no_scene_crashes(rows, points):
     from fingerdesign.checks.load import _validated
@@ -236,12 +217,9 @@ def test_no_scene_crashes(rows, points):
     [
         ("plates.rows = [{pich_mm = 3}]", "did you mean plates.rows[0].pitch_mm?"),
         ("plates.span_mm = 12\nplates.cover_mm = 0.5", "lower plates.span_mm to at most 9.8"),
+        ("plates = {placement = [[0, 8, 45, -4.5]], span_mm = 3}", "move it to |z| <= 3.4"),
         (
-            "plates.placement = [[0, 8, 45, -4.5]]\nplates.span_mm = 3",
-            "move it to |z| <= 3.4",
-        ),
-        (
-            'body.shape = "block"\nbody.edge = "chamfer"\nbody.edge_radius_mm = 12',
+            'body = {shape = "block", edge = "chamfer", edge_radius_mm = 12}',
             "lower it to at most 9.9",
         ),
     ],

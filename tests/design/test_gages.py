@@ -63,12 +63,13 @@ def test_outputs_are_those_of_the_circuit(weight):
         assert wheatstone(*arms) == pytest.approx(per_microstrain * reading, rel=1e-5), text
 
 
-def test_a_difference_fills_the_bridge_of_two_tees():
+def test_a_difference_fills_the_bridge_of_two_tees_and_a_pair_goes_by_its_first_plate():
     """At a negative weight neighbouring arms subtract: four arms, as for two grids of a tee."""
     design = parse_design(NAME + 'gages.grid = "tee"\ngages.transverse_weight = -1.0')
     assert design.bridge == ("full", 1.0)
     assert design.gage_weights == (1.0, -1.0)
     assert design.gages.leads == 6
+    assert gage_array(parse_design(NAME + PAIRS + "count = 6\nalternate = true")) == (0, 2, 4)
 
 
 def test_the_amplifiers_noise_is_the_bridges():
@@ -104,8 +105,3 @@ def test_what_no_bridge_can_be_is_refused(lines, key, words):
         parse_design(NAME + lines)
     fault = next(fault for fault in caught.value.faults if fault.key == key)
     assert words in str(fault)
-
-
-def test_a_pair_goes_by_its_first_plate():
-    design = parse_design(NAME + PAIRS + "count = 6\nalternate = true")
-    assert gage_array(design) == (0, 2, 4)

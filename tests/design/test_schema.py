@@ -1,8 +1,6 @@
 """Keys, types and bounds of a design, one by one; its digest; its grip."""
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from fingerdesign.checks.load import dump_design, parse_design, with_values, without_plates
 from fingerdesign.checks.starter import find_design
@@ -91,17 +89,22 @@ def test_each_fault_is_blamed_on_its_key(lines, key):
     assert set(faults(NAME + lines)) == {key}
 
 
-@pytest.mark.parametrize("name", ["", ".a", "a/b", "a\\b", "..", "a b", "é", "x" * 65, "a."])
-def test_names_that_are_no_folder_are_refused(name):
-    fault = faults(f"design.name = {name!r}")["design.name"]
-    assert "letters" in fault.bound
+def test_names_are_required_and_those_that_are_no_folder_refused():
+    assert faults("body.width_mm = 20")["design.name"].bound == "given"
+    for name in ("", ".a", "a/b", "a\\b", "..", "a b", "é", "x" * 65, "a."):
+        assert "letters" in faults(f"design.name = {name!r}")["design.name"].bound
 
 
-def test_a_revolved_body_is_as_deep_as_wide():
+def test_a_revolved_body_is_as_deep_as_wide_and_a_dome_needs_its_radius():
     design = parse_design(NAME + 'body.shape = "revolved"\nplates.count = 0\nbody.width_mm = 12')
     assert design.body.depth_mm == 12.0
     assert with_values(design, {"body.shape": "arc"}).body.depth_mm == 12.0
     assert parse_design(dump_design(design)) == design
+    assert faults(NAME + 'body.shape = "dome"')["body.dome_radius_mm"].value == "(absent)"
+    assert "body.dome_radius_mm" in faults(NAME + "body.dome_radius_mm = 25")
+    sound = parse_design(NAME + 'body.shape = "dome"\nbody.dome_radius_mm = 25')
+    assert not sound.extruded
+    assert mirrors_in_z(sound)
 
 
 def test_rows_take_what_they_do_not_say_from_the_table():
@@ -113,26 +116,14 @@ def test_rows_take_what_they_do_not_say_from_the_table():
     assert (second.pitch_mm, third.along, second.along) == (1.0, "z", "x")
 
 
-def test_dome_needs_its_radius_and_an_arc_has_none():
-    assert faults(NAME + 'body.shape = "dome"')["body.dome_radius_mm"].value == "(absent)"
-    assert "body.dome_radius_mm" in faults(NAME + "body.dome_radius_mm = 25")
-    sound = parse_design(NAME + 'body.shape = "dome"\nbody.dome_radius_mm = 25')
-    assert not sound.extruded
-    assert mirrors_in_z(sound)
-
-
-def test_known_material_is_completed_and_its_source_dropped_when_changed():
+def test_materials_are_completed_changed_and_new():
     design = parse_design(NAME + "materials.silicone.poissons_ratio = 0.3")
     material = design.material_of("body")
     assert (material.youngs_modulus_MPa, material.poissons_ratio) == (4.96, 0.3)
-    assert "Maeno" not in material.source
-    same = parse_design(NAME + "materials.silicone.poissons_ratio = 0.49")
-    assert same == parse_design(NAME)
-
-
-def test_new_material():
-    text = NAME + 'body.material = "mine"\n[materials.mine]\nyoungs_modulus_MPa = 1\n'
-    design = parse_design(text + "poissons_ratio = 0.45")
+    assert "Maeno" not in material.source  # what is changed has another source
+    assert parse_design(NAME + "materials.silicone.poissons_ratio = 0.49") == parse_design(NAME)
+    mine = "materials.mine = {youngs_modulus_MPa = 1, poissons_ratio = 0.45}"
+    design = parse_design(f'{NAME}body.material = "mine"\n{mine}')
     assert design.material_of("body").youngs_modulus_MPa == 1.0
     assert "silicone" not in design.materials
 
@@ -156,32 +147,26 @@ def test_extruded_and_layered(lines, extruded, in_layers):
     assert (design.extruded, layered(design)) == (extruded, in_layers)
 
 
-def test_name_is_required():
-    assert faults("body.width_mm = 20")["design.name"].bound == "given"
-
-
 BASE = parse_design(NAME)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
+def test_formatting_order_and_written_defaults_do_not_matter():
+    for text in (
         '# a comment\n\n[design]\nname="a"   # another\n',
         'design.name = "a"\nbody.width_mm = 20',
         'design.name = "a"\nbody.width_mm = 2.0e1\nbody.depth_mm = 10.0',
         '[plates]\ncount = 15\n[body]\nshape = "arc"\n[design]\nname = "a"',
         'design.name = "a"\ngages.z_mm = -0.0',
         'design.name = "a"\nmaterials.silicone.youngs_modulus_MPa = 4.96',
-    ],
-)
-def test_formatting_order_and_written_defaults_do_not_matter(text):
-    assert parse_design(text).digest() == BASE.digest()
+    ):
+        assert parse_design(text).digest() == BASE.digest()
 
 
 @pytest.mark.parametrize(
     "line",
     [
         "body.width_mm = 20.0000001",
+        "body.depth_mm = 10.000000000000002",
         "plates.count = 14",
         'gages.face = "upper"',
         'gages.grid = "tee"',
@@ -208,25 +193,12 @@ def test_keys_that_came_later_leave_digests_as_they_were():
     assert parse_design('design.name = "a"\ngages.grid = "axial"').digest() == BASE.digest()
 
 
-@settings(max_examples=40, derandomize=True, deadline=None)
-@given(st.floats(15, 25), st.floats(15, 25))
-def test_digests_are_equal_where_designs_are(first, second):
-    one = parse_design(f'design.name = "a"\nbody.depth_mm = {first!r}')
-    two = parse_design(f'design.name = "a"\nbody.depth_mm = {second!r}')
-    assert (one.digest() == two.digest()) == (one == two)
-
-
 BEFORE_MOLDS = {
-    "block": "9d5301c566a26683aba2ccea3c5a7ba22be2521e1765df00ea9e052a407bb41b",
     "boned": "e01f7c49ebb7a7e82532ae9b1e2f97c552fc74c25bb0c8771395b4a6c2f3b44e",
     "both_ways": "55f5b7600b45dc03c64d4d0e8503ff0739790021f146ceb5f5291c0861e4f601",
     "domed": "5ef0be72e82b09d7c39e2cddfb735d823c6d8905fa3f71b8d6c33599391cb414",
-    "homogeneous": "dfc176fee773a5d5039e1e199848bddf52188703415993868747202ffcfd1bfd",
     "maeno2000": "92722205a6be4a860b962fe63dace7990faa5c27e8ac00a885f1c65e956c8617",
-    "narrow": "d2cbc1b4f47fac3f0e935ab0debb124ba805f14b107f727a86c1a34cb20e1da5",
-    "pin": "01c44a8311e403c6d36480b70da7393bd5fda16907147ce7f0cea38f93880ce0",
     "sensitive": "039a1adfab97a441e358710fbe516f6535013aa635a7b019b7645bd74f291b83",
-    "wide": "f3dbd2a4ecd05a66aa2d3e919be60f3f83a0e5acfb041ae1a5c7753e1b95f526",
 }
 
 
@@ -239,6 +211,8 @@ def test_how_a_finger_is_cast_is_not_in_the_digest(name, digest):
     design = find_design(name)
     assert with_values(design, {"mold": {}}).digest() == digest
     assert with_values(design, {"mold.process": "fdm", "mold.wall_mm": 9.0}).digest() == digest
+    bare = without_plates(design)  # is sound
+    assert (bare.plates.number, bare.body, bare.mesh) == (0, design.body, design.mesh)
 
 
 def test_a_tug_out_of_the_fingers_is_refused_and_the_bound_is_one_that_passes():
@@ -248,10 +222,3 @@ def test_a_tug_out_of_the_fingers_is_refused_and_the_bound_is_one_that_passes():
         parse_design(NAME + LIFT + tug + "-1.5" + lighter)
     parse_design(NAME + LIFT + tug + "-0.98" + lighter)
     parse_design(NAME + LIFT + tug + "-1.5")
-
-
-def test_a_shipped_finger_without_its_plates_is_sound():
-    for name in ("sensitive", "both_ways", "boned"):
-        design = find_design(name)
-        bare = without_plates(design)
-        assert (bare.plates.number, bare.body, bare.mesh) == (0, design.body, design.mesh)
