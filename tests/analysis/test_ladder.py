@@ -80,20 +80,14 @@ def test_space_is_climbed_where_plane_strain_does_not_do():
     found = climb(DESIGN, SCENE, 0.02, law)
     assert found.reached
     assert found.chosen.model.dimension == "3-D"
-    truth = (
-        0.01 * (found.chosen.model.sizes.contact / scene_sizes(DESIGN, SCENE, 1).contact) ** ORDER
-    )
-    assert found.estimate.worst == pytest.approx(truth, rel=0.05)
+    scale = found.chosen.model.sizes.contact / scene_sizes(DESIGN, SCENE, 1).contact
+    assert found.estimate.worst == pytest.approx(0.01 * scale**ORDER, rel=0.05)
     assert found.seconds == len(law.tried)
     assert "never taken" in found.tried[1].why  # the formulas'
     assert "29 % here (F_n), 2 % asked: given up" in found.tried[2].why
-
-
-def test_sizes_that_cannot_do_are_skipped():
     law = Law(0.02, 0.3)
-    climb(DESIGN, SCENE, 0.01, law)
-    space = [scale for dimension, scale in law.tried if dimension == "3-D"]
-    assert space == [4.0, 2.8, 0.7]
+    climb(DESIGN, SCENE, 0.01, law)  # sizes that cannot do are skipped
+    assert [scale for dimension, scale in law.tried if dimension == "3-D"] == [4.0, 2.8, 0.7]
 
 
 @pytest.mark.parametrize(
@@ -128,6 +122,8 @@ def test_a_scene_beside_the_section_is_not_tried_in_plane_strain():
 def test_sizes_follow_the_scene():
     deep = parse_scene("[object]\n[path]\nincrements_mm = [[0.4, 0.0]]")
     assert scene_sizes(DESIGN, deep, 1.0).contact > 1.5 * scene_sizes(DESIGN, SCENE, 1.0).contact
+    nothing = parse_scene("[object]\n[path]\nincrements_mm = [[1e-9, 0.0]]")
+    assert scene_sizes(DESIGN, nothing, 1.0).contact > 1e-3 * DESIGN.body.width_mm
     sizes = scene_sizes(PLATED, SCENE, 1.0)
     assert sizes.end < sizes.plate <= sizes.far
     assert scene_sizes(PLATED, SCENE, 2.0).end == pytest.approx(2.0 * sizes.end)
@@ -156,11 +152,6 @@ def test_parts_that_end_at_nearly_one_height_are_not_swept_through_layers():
     assert counts[0] == counts[1]
     assert mesh_finger(auto[1], Zone(2.0)).mesher == "extrude"
     assert rung(near, SCENE, "3-D", 1.0).mesher == near.mesh.mesher
-
-
-def test_a_scene_that_hardly_touches_has_sizes_of_the_finger():
-    nothing = parse_scene("[object]\n[path]\nincrements_mm = [[1e-9, 0.0]]")
-    assert scene_sizes(DESIGN, nothing, 1.0).contact > 1e-3 * DESIGN.body.width_mm
 
 
 def test_a_size_that_refines_nothing_judges_nothing():
@@ -245,12 +236,6 @@ def readings(normal=(1.0, 2.0), tangential=(0.0, 1.0), stick=(1.0, 0.5), gages=N
     )
 
 
-def test_what_a_gage_reads_is_of_its_face():
-    np.testing.assert_allclose(readings().reading, [[0.0, 5.0], [10.0, 1.0]])
-    np.testing.assert_allclose(readings(face="upper").reading, [[10.0, 4.0], [20.0, 1.0]])
-    np.testing.assert_allclose(readings(face="lower").reading, [[-10.0, 6.0], [0.0, 1.0]])
-
-
 def test_errors_are_relative_to_what_the_contract_says():
     found = readings(normal=(1.1, 2.1), tangential=(0.01, 1.02), stick=(0.9, 0.52))
     off = errors(found, readings())
@@ -258,24 +243,22 @@ def test_errors_are_relative_to_what_the_contract_says():
     np.testing.assert_allclose(off["tangential_force"], [0.01, 0.02])  # of the readings's largest
     np.testing.assert_allclose(off["stick_ratio"], [0.1, 0.02])  # absolute
     np.testing.assert_allclose(off["gage"], 0.0)
-    gages = readings().gages + np.array([1.0, 1.0])
-    np.testing.assert_allclose(
-        errors(readings(gages=gages), readings())["gage"], [[0.2, 0.2], [0.1, 0.1]]
-    )
-
-
-def test_paths_of_other_lengths_are_not_compared():
+    gages = readings(gages=readings().gages + 1.0)
+    np.testing.assert_allclose(errors(gages, readings())["gage"], [[0.2, 0.2], [0.1, 0.1]])
     with pytest.raises(ValueError, match="2 and 1 rows"):
         errors(readings(), readings().part(slice(1)))
-
-
-def test_a_finger_without_gages_has_no_gage_error():
     bare = readings(gages=np.empty((2, 0, 2)))
     assert errors(bare, bare)["gage"].size == 0
     assert difference(bare, bare).worst == 0.0
+    for face, read in (
+        ("both", [[0.0, 5.0], [10.0, 1.0]]),
+        ("upper", [[10.0, 4.0], [20.0, 1.0]]),
+        ("lower", [[-10.0, 6.0], [0.0, 1.0]]),
+    ):
+        np.testing.assert_allclose(readings(face=face).reading, read)
 
 
-def test_richardson_finds_the_error_of_a_power_law():
+def test_richardson_finds_the_error_of_a_power_law_of_most_readings():
     exact = readings()
     coarse = readings(normal=(1.0 + 2.0 ** ORDERS["normal_force"] * 0.01, 2.0))
     fine = readings(normal=(1.01, 2.0))
@@ -284,10 +267,5 @@ def test_richardson_finds_the_error_of_a_power_law():
     assert estimate == pytest.approx(truth, rel=0.02)  # relative to the fine answer, not the exact
     with pytest.raises(ValueError, match="ratio"):
         discretisation(fine, coarse, 1.0)
-
-
-def test_an_error_is_that_of_most_readings():
-    values = np.r_[np.zeros(99), 1.0]
-    assert of_most(values) == 0.0
-    assert of_most(np.empty(0)) == 0.0
+    assert of_most(np.r_[np.zeros(99), 1.0]) == of_most(np.empty(0)) == 0.0
     assert of_most(np.linspace(0.0, 1.0, 101)) == pytest.approx(0.95)

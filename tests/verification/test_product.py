@@ -1,6 +1,7 @@
 """The product's own road: tables that two other codes agree on, Hertz on its fingers."""
 
 import doctest
+from functools import partial
 
 import numpy as np
 import pytest
@@ -21,27 +22,20 @@ from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.shapes.objects import Plane
 
 
-def assert_all(checks):
-    failing = [" ".join(check.row()) for check in checks if not check.holds]
-    assert not failing, "\n".join(failing)
-
-
-def test_plane_strain():
-    assert_all(reference.plane_strain_checks())
-
-
-def test_one_plate():
-    assert_all(reference.one_plate_checks())
-
-
-def test_three_d_extruded():
-    assert_all(reference.three_d_checks("extrude"))
-
-
-@pytest.mark.slow
-def test_three_d_tetwild(monkeypatch, tmp_path):
+@pytest.mark.parametrize(
+    "checks",
+    [
+        reference.plane_strain_checks,
+        reference.one_plate_checks,
+        partial(reference.three_d_checks, "extrude"),
+        pytest.param(partial(reference.three_d_checks, "tetwild"), marks=pytest.mark.slow),
+    ],
+    ids=["plane strain", "one plate", "swept", "tetrahedra"],
+)
+def test_tables_that_two_other_codes_agree_on(checks, monkeypatch, tmp_path):
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
-    assert_all(reference.three_d_checks("tetwild"))
+    failing = [" ".join(check.row()) for check in checks() if not check.holds]
+    assert not failing, "\n".join(failing)
 
 
 @pytest.mark.slow
@@ -97,17 +91,13 @@ def pressure_off(solved, inside):
     return np.abs(got - exact.pressure(x))[inner].max() / exact.peak_pressure
 
 
-def test_hertz_width_and_pressure(fine):
-    pressed = fine[1][0].measures
+def test_hertz_width_and_pressure_and_stick_width_under_shear(fine):
+    pressed, *sheared = (step.measures for step in fine[1])
     exact = hertz(pressed)
     assert pressed.peak_pressure == pytest.approx(exact.peak_pressure, rel=5e-3)
     assert pressed.contact_width == pytest.approx(2 * exact.half_width, rel=1e-2)
     assert pressure_off(fine, 0.9) < 1e-2
-
-
-def test_stick_width_under_shear(fine):
-    for step in fine[1][1:]:
-        m = step.measures
+    for m in sheared:
         share = m.tangential_force / (FRICTION * m.normal_force)
         assert 0.1 < share < 0.95
         exact = cattaneo_mindlin_line(m.tangential_force, m.normal_force, FRICTION)
