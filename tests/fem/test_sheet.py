@@ -207,15 +207,9 @@ def test_a_beam_bends_at_fourth_order():
     rate = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
     assert rate > 3.5
     assert errors[-1] < 1e-6
-
-
-def test_a_strip_bends_like_a_beam_in_space():
-    coarse, fine = (
-        beam(extrude(DESIGN, Zone(1.0), sizes=DESIGN.mesh.section.model_copy(update=sizes)))
-        for sizes in (
-            {"plate_size_mm": 0.5, "plate_end_size_mm": 0.5},
-            {"plate_size_mm": 0.25, "plate_end_size_mm": 0.25},
-        )
+    coarse, fine = (  # strips in space
+        beam(extrude(DESIGN, Zone(1.0), sizes=DESIGN.mesh.section.model_copy(update=each)))
+        for each in ({"plate_size_mm": s, "plate_end_size_mm": s} for s in (0.5, 0.25))
     )
     assert fine < 3e-3
     assert fine < 0.2 * coarse
@@ -324,19 +318,9 @@ THREE = with_values(
 
 
 def test_sheets_against_solid_plates():
-    sheet = loaded(THREE)
-    solid = loaded(
-        with_values(
-            THREE,
-            {
-                "plates.model": "solid",
-                "mesh.section.plate_size_mm": 0.05,
-                "mesh.section.plate_end_size_mm": 0.01,
-            },
-        )
-    )
-    assert sheet[0] == pytest.approx(solid[0], rel=2e-3)
-    assert sheet[1] == pytest.approx(solid[1], rel=2e-3)
+    fine = {"mesh.section.plate_size_mm": 0.05, "mesh.section.plate_end_size_mm": 0.01}
+    sheet, solid = loaded(THREE), loaded(with_values(THREE, {"plates.model": "solid", **fine}))
+    assert sheet[:2] == pytest.approx(solid[:2], rel=2e-3)
     membrane, reference = sheet[2].mean(axis=1), solid[2].mean(axis=1)
     assert np.abs(membrane - reference).max() < 0.03 * np.abs(reference).max()
     assert np.abs(sheet[2] - solid[2]).max() < 0.03 * np.abs(solid[2]).max()
@@ -366,12 +350,9 @@ SHORT = parse_design(
 @pytest.mark.slow
 @pytest.mark.parametrize("along", ["x", "z"])
 def test_short_sheets_against_solid_plates_in_tetrahedra(along):
-    """fTetWild's meshes differ from run to run, and bending with them, of sheets and solid plates
-    alike. Along x, on elements of 0.25 mm at the plates (8 corners under a gage), faces scatter by
-    0.5 % (standard deviation); worst of all pairs of 13 and 13 meshes: faces 2.0 %, membrane 0.3 %,
-    F_t 1.9 %. On 0.5 mm (3 corners) faces scatter by 1.0 and 1.2 %, and 1 pair in 6 differs by more
-    than 3 %; halving the edges within 0.6 mm of the plates of four such meshes brought readings 4 %
-    apart to within 1.7 %, halving those at the contact did not help."""
+    """fTetWild's meshes differ from run to run, and bending with them: on elements of 0.25 mm at
+    the plates faces scatter by 0.5 % (standard deviation); worst of all pairs of 13 and 13 meshes:
+    faces 2.0 %, membrane 0.3 %, F_t 1.9 %."""
     design, found = with_values(SHORT, {"plates.along": along}), []
     for model in ("sheet", "solid"):
         given = with_values(design, {"plates.model": model})

@@ -219,12 +219,11 @@ def test_a_mesh_that_fails_the_gate_is_made_again_and_then_refused(monkeypatch, 
     assert len(set(seen)) > 1  # settings change
 
 
-def test_a_vanished_plate_is_refused(monkeypatch):
+def test_a_vanished_plate_is_refused(monkeypatch, unplated):
+    """fTetWild simplifies a plate away that is thinner than its envelope."""
+    _, good, _ = unplated
+    monkeypatch.setattr(tetwild, "run_tetwild", lambda *arguments: (good.points, good.corners))
     design = design_of("plates.count = 1\nmesh.attempts = 1")
-    resolved = [way for way in plate_ways(design, True) if not way.cut]
-    monkeypatch.setattr(tetwild, "plate_ways", lambda *arguments: tuple(resolved))
-    # At 1.2 times the thickness fTetWild simplifies the plate away.
-    monkeypatch.setattr(tetwild, "envelope_mm", lambda *arguments: 0.36)
     with pytest.raises(MeshError, match="no tetrahedral mesh of coarse passed the gate"):
         tetrahedralise(design, Zone(3.0), use_cache=False)
 
