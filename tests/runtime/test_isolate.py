@@ -17,8 +17,6 @@ from fingerdesign.runtime.child import PARENT
 from fingerdesign.runtime.isolate import ProcessError, Worker, beside, call
 from tests.support import calls
 
-ROOM_MB = 1000.0
-
 
 def runs(number):
     try:
@@ -55,19 +53,21 @@ def written(path):
 # A fresh process.
 
 
-def test_arrays_go_in_and_out_whatever_their_size():
+def test_arrays_go_in_and_out_whatever_their_size(tmp_path):
     for size in (3, 200_000):
         found = call(calls.double, np.arange(size), time_s=20.0)
         np.testing.assert_array_equal(found, 2 * np.arange(size))
     assert call("tests.support.calls:added", 1, 2, time_s=20.0) == 3
     assert call(calls.who, time_s=20.0)[0] != os.getpid()
+    assert call("os:getcwd", time_s=20.0, folder=tmp_path) == str(tmp_path)
+    with pytest.raises(ValueError, match="cannot be imported"):
+        call(lambda: None, time_s=20.0)
 
 
 def test_errors_of_this_package_come_back_as_they_are():
-    with pytest.raises(DesignError) as caught:
+    with pytest.raises(DesignError, match=r"a\.key = 1\.0: must be at most 0\.5; lower it") as caught:
         call(calls.refuse, "design", time_s=20.0)
     assert [fault.key for fault in caught.value.faults] == ["a.key"]
-    assert str(caught.value) == "x.toml: a.key = 1.0: must be at most 0.5; lower it"
     with pytest.raises(GeometryError, match="face 7 is an undercut"):
         call(calls.refuse, "geometry", time_s=20.0)
 
@@ -94,11 +94,6 @@ def test_how_it_failed_or_ended_is_a_sentence(function, given, words, machine, b
         assert (error.kind, error.machine, error.ended_by_others) == ("crashed", machine, by_others)
 
 
-def test_what_no_other_process_can_import_is_no_function():
-    with pytest.raises(ValueError, match="cannot be imported"):
-        call(lambda: None, time_s=20.0)
-
-
 def test_its_time_and_its_family(tmp_path):
     with pytest.raises(ProcessError, match=r"did not finish in 2 s") as caught:
         call(calls.hang, str(tmp_path / "pids"), time_s=2.0)
@@ -106,39 +101,33 @@ def test_its_time_and_its_family(tmp_path):
     assert gone(numbers(tmp_path / "pids"))
 
 
-def test_its_memory():
-    with pytest.raises(ProcessError, match="more than 200 MB") as caught:
-        call(calls.eat, time_s=60.0, memory_MB=200.0)
-    assert caught.value.kind == "memory"
-
-
-def test_one_that_writes_without_end_is_held_to_its_time_and_memory():
-    for limits, kind in (((1.0, 100_000.0), "timeout"), ((30.0, 150.0), "memory")):
-        with pytest.raises(ProcessError) as caught:
-            call(calls.endless, time_s=limits[0], memory_MB=limits[1])
-        assert caught.value.kind == kind
-
-
-def test_it_runs_where_it_is_reported(tmp_path):
-    assert call("os:getcwd", time_s=20.0, folder=tmp_path) == str(tmp_path)
+@pytest.mark.parametrize(
+    ("function", "time_s", "memory_MB", "kind"),
+    [
+        (calls.eat, 60.0, 200.0, "memory"),
+        (calls.endless, 1.0, 100_000.0, "timeout"),
+        (calls.endless, 30.0, 150.0, "memory"),
+    ],
+)
+def test_one_that_takes_or_writes_without_end_is_held_to_its_limits(
+    function, time_s, memory_MB, kind
+):
+    with pytest.raises(ProcessError) as caught:
+        call(function, time_s=time_s, memory_MB=memory_MB)
+    assert caught.value.kind == kind
 
 
 # Beside other work.
 
 
-def test_a_job_answers_beside_the_callers_work():
+def test_a_job_answers_beside_the_callers_work_or_is_left_and_ends(tmp_path):
     with beside(calls.double, np.ones(300_000), time_s=20.0) as wait:
         assert wait().sum() == 600_000.0
-
-
-def test_a_job_that_is_left_ends_with_all_it_started(tmp_path):
     with beside(calls.hang, str(tmp_path / "pids"), time_s=60.0):
         found = numbers(written(tmp_path / "pids"))
     assert gone(found)
-    with (
-        beside(calls.sleep, 60.0, time_s=0.2) as wait,
-        pytest.raises(ProcessError, match=r"did not finish in 0\.2 s"),
-    ):
+    late = pytest.raises(ProcessError, match=r"did not finish in 0\.2 s")
+    with beside(calls.sleep, 60.0, time_s=0.2) as wait, late:
         wait()
 
 
@@ -169,29 +158,21 @@ def test_it_is_kept_over_refusals_and_replaced_after_failures():
         assert pid_of(worker) != first
 
 
-def test_it_loads_ahead_and_once():
+def test_it_loads_ahead_and_once_and_in_its_own_time_if_it_has_one():
     with Worker(load=calls.load) as worker:
         worker.start()
         assert worker.alive
         assert worker.call(calls.loaded_in, time_s=20.0) == worker.pid
-
-
-def test_loading_does_not_count_where_it_has_a_time_of_its_own(tmp_path):
-    with Worker(load="tests.support.slow_to_load:load", ready_s=20.0) as worker:
+    slowly = "tests.support.slow_to_load:load"
+    with Worker(load=slowly, ready_s=20.0) as worker:
         assert worker.call(calls.added, 1, time_s=0.9) == 1
-    with (
-        Worker(load="tests.support.slow_to_load:load") as worker,
-        pytest.raises(ProcessError, match="did not finish"),
-    ):
+    with Worker(load=slowly) as worker, pytest.raises(ProcessError, match="did not finish"):
         worker.call(calls.added, 1, time_s=0.9)
 
 
-def test_what_is_shared_is_given_to_every_process():
+def test_what_is_shared_is_given_to_every_process_and_prints_are_no_answers():
     with Worker(shared=(1, 2), recycled_after=1) as worker:
         assert [worker.call(calls.added, each, time_s=20.0) for each in (3, 4)] == [6, 7]
-
-
-def test_threads_of_blas_and_prints_are_no_answers():
     with Worker(threads=1) as worker:
         assert worker.call(calls.who, time_s=20.0)[1] == "1"
 
@@ -215,14 +196,11 @@ def test_another_thread_ends_it(tmp_path):
         worker.call(calls.who, time_s=20.0)
 
 
-def test_an_idle_process_ends():
+def test_one_that_is_idle_or_that_nobody_holds_ends():
     with Worker(idle_s=0.2) as worker:
         number = pid_of(worker)
         assert gone([number])
         assert pid_of(worker) != number
-
-
-def test_one_that_nobody_holds_ends():
     worker = Worker()
     number = pid_of(worker)
     del worker
@@ -249,12 +227,9 @@ def test_a_killed_parent_leaves_nobody():
     assert gone([int(done.stdout)])
 
 
-def test_one_whose_parent_has_gone_ends_at_once():
+def test_one_whose_parent_has_gone_ends_at_once_and_importing_it_is_light():
     code = "from fingerdesign.runtime.child import die_with_parent; die_with_parent()"
     for parent, expected in ((str(os.getpid()), 0), ("1", 1)):
         assert python(code, **{PARENT: parent}).returncode == expected
-
-
-def test_importing_it_is_light():
-    code = "import sys, fingerdesign.runtime.isolate; sys.exit('numpy' in sys.modules)"
-    assert python(code).returncode == 0
+    light = "import sys, fingerdesign.runtime.isolate; sys.exit('numpy' in sys.modules)"
+    assert python(light).returncode == 0
