@@ -65,7 +65,7 @@ def test_arrays_go_in_and_out_whatever_their_size(tmp_path):
 
 
 def test_errors_of_this_package_come_back_as_they_are():
-    with pytest.raises(DesignError, match=r"a\.key = 1\.0: must be at most 0\.5; lower it") as caught:
+    with pytest.raises(DesignError, match=r"must be at most 0\.5; lower it") as caught:
         call(calls.refuse, "design", time_s=20.0)
     assert [fault.key for fault in caught.value.faults] == ["a.key"]
     with pytest.raises(GeometryError, match="face 7 is an undercut"):
@@ -106,7 +106,7 @@ def test_its_time_and_its_family(tmp_path):
     [
         (calls.eat, 60.0, 200.0, "memory"),
         (calls.endless, 1.0, 100_000.0, "timeout"),
-        (calls.endless, 30.0, 150.0, "memory"),
+        (calls.endless, 120.0, 150.0, "memory"),
     ],
 )
 def test_one_that_takes_or_writes_without_end_is_held_to_its_limits(
