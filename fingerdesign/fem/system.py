@@ -2,7 +2,7 @@
 
 Three elements on one quadratic mesh, geometry included: "P2", quadratic displacements; "P1",
 displacements linear between the corners; "mixed", quadratic with a pressure of its own where the
-material is nearly incompressible (see :mod:`fingerdesign.fem.system`), P2 elsewhere.
+material is nearly incompressible (:func:`pressure_coupling`), P2 elsewhere.
 """
 
 from __future__ import annotations

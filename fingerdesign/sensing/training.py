@@ -1,6 +1,6 @@
 """A design's estimator, taught when first wanted and kept by content.
 
-    result = training_result_for(design, tell=print)
+    result = training_result_for(design, report=print)
     result.estimator, result.stick_error()
 
 What it is taught on is the model that grips run on (model.py). It is kept in the user's cache by

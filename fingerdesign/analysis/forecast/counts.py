@@ -161,7 +161,7 @@ def count_section(
     outer, base = _boundary(outline, field)
     zone = min(zone_half_width, 0.5 * design.body.width_mm)
     x = np.linspace(-zone, zone, 401)
-    line = np.column_stack([x, _outline_heights(design.body, x)])
+    line = np.column_stack([x, profile_of(design.body).height(x)])
     contact = float(_edges_along(line, field, 1).sum())
     return SectionCount(MADE_OF_SECTION * inside, outer, base, contact, field.least)
 
@@ -175,22 +175,12 @@ def _section_integral(body: Body, field: SectionSize) -> float:
     count = np.maximum(np.ceil([2.0 * half / first, crest / first]), 1)
 
     def inside(cells: Array, sides: Array) -> Array:
-        over = (_outline_heights(body, cells[:, 0]) - cells[:, 1]) / sides[1]
+        over = (profile.height(cells[:, 0]) - cells[:, 1]) / sides[1]
         return np.asarray(np.clip(over + 0.5, 0.0, 1.0))
 
     box = np.array([-half, 0.0]), np.array([half, crest])
     bounds = (_SECTION_CELL, _SECTION_DEEPEST, _SECTION_CELLS // 4)
     return elements_within(field, box, count, inside, lambda size: EQUILATERAL * size**2, bounds)
-
-
-def _outline_heights(body: Body, x: Array) -> Array:
-    """Height (n,) of the section's outline over x (n,), mm."""
-    profile = profile_of(body)
-    away, found = np.abs(x), np.full(len(x), profile.side_height)
-    for piece in profile.pieces:
-        own = (away >= piece.start[0]) & (away <= piece.end[0])
-        found[own] = piece.height(away[own])
-    return found
 
 
 def _boundary(outline: Outline, field: SectionSize) -> tuple[float, float]:

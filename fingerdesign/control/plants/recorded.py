@@ -1,7 +1,7 @@
 """A recorded grip in the place of a plant: the same controllers and estimators beside a real rig.
 
 A record cannot answer to what is asked of it: each move returns its next sample, whatever the
-controller would have done. replay.py asks a controller along it.
+controller would have done. :func:`replay` asks a controller along it.
 """
 
 from __future__ import annotations
@@ -381,7 +381,7 @@ class RecordedPlant:
 # What a controller and an estimator make of a recorded grip (numpy only).
 #
 #     for step in replay(RecordedPlant("grip.csv", gages=15), calibration, 0.03, controller):
-#         print(step.row, step.asked.dx, "asked;", step.dx, "done")
+#         print(step.row, step.requested.dx, "asked;", step.dx, "done")
 #
 # This judges their senses, not a grip: the rig went its own way, and a controller believes all
 # along that it is obeyed.
@@ -391,8 +391,8 @@ class RecordedPlant:
 class Replayed:
     """One sample of a trace: its row and time (s), and the move (mm) that the rig made before it.
 
-    asked: what the controller asks for after it. told: what the estimator makes of all up to it,
-    the rig's own moves among it; None without one.
+    requested: what the controller asks for after it. estimated: what the estimator makes of all up
+    to it, the rig's own moves among it; None without one.
     """
 
     row: int

@@ -1,8 +1,8 @@
 """Jobs on a Dask cluster: the cores of this machine, or any scheduler that is named.
 
-Dask hands out the work; what evaluates it is a child process of each worker thread
-(search/run/cluster.py), which bears the limits and the crashes. So the local workers are threads of
-this process: no port is opened, and nothing is left when it ends.
+Dask hands out the work; what evaluates it is a child process of each worker thread, which bears the
+limits and the crashes. So the local workers are threads of this process: no port is opened, and
+nothing is left when it ends.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ class Store:
         self._kept.clear()  # what drivers that were killed have left half-written
 
     def get(self, digest: str, retry: bool = False) -> Outcome | None:
-        """The outcome kept under a digest; None where there is none, or only a invalid one.
+        """The outcome kept under a digest; None where there is none, or only an invalid one.
 
         retry: neither one that failed but was not refused.
         """
