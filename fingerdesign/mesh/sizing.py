@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import MeshError
+from fingerdesign.layout.clearance import plate_points
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.surface import Surface
 from fingerdesign.layout.zone import Zone
@@ -166,18 +167,6 @@ def distances_to_plate(
     return np.hypot(np.maximum(along, 0.0), beside), np.hypot(along, beside)
 
 
-def plates_box(frames: tuple[PlateFrame, ...]) -> tuple[Array, Array]:
-    """Lowest and highest corners (3,) of the box that holds all plates."""
-    corners = np.vstack(
-        [
-            frame.to_space(frame.outline(), across)
-            for frame in frames
-            for across in (frame.low, frame.high)
-        ]
-    )
-    return corners.min(axis=0), corners.max(axis=0)
-
-
 _CELL = 0.7  # largest cell of the integral over the size at its middle
 _DEEPEST = 12
 _FIRST = 6  # cells across the body's shortest extent to begin with
@@ -291,7 +280,8 @@ def _grid_axes(field: SizeField, low: Array, high: Array) -> list[Array]:
     steep_in_z = round_zone
     if field.frames:
         end = min(field.end_size(frame) for frame in field.frames)
-        least, most = plates_box(field.frames)
+        corners = np.vstack([plate_points(frame) for frame in field.frames])
+        least, most = corners.min(axis=0), corners.max(axis=0)
         across = 2 if all(frame.along == "x" for frame in field.frames) else 1
         fine[:across] = np.minimum(fine[:across], [2.0 * end, end][:across])
         first[1] = min(first[1], least[1] - 2.0 * end)
