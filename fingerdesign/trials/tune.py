@@ -11,6 +11,7 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -271,13 +272,7 @@ def tune_controllers(
 
 def default_values(design: Design, controller: str) -> dict[str, float]:
     """A design's own values of the parameters that a controller is tuned in."""
-    found = {}
-    for each in ranges_of(controller):
-        value: Any = design
-        for name in each.key.split("."):
-            value = getattr(value, name)
-        found[each.key] = float(value)
-    return found
+    return {each.key: float(attrgetter(each.key)(design)) for each in ranges_of(controller)}
 
 
 def write_tuning(record: TuningRecord, design: Design, folder: Path) -> None:
