@@ -135,22 +135,6 @@ def test_a_firm_first_grip_needs_no_reaction(lift):
     assert firm.result.holds == 0
 
 
-def test_after_its_slip_it_grips_on(half_plane, grip, bench):
-    """The episode ends there; a hand would not."""
-    table = with_grip(grip, LATE | {"reactive.pull_share": 0.02})
-    hand = controller("reactive", table)
-    plant = CondensedPlant(half_plane.with_friction(0.4), "both")
-    sample = plant.move(0.0, table.preload_mm)
-    hand.start(bench, sample)
-    slipped = 0
-    for _ in range(120):
-        command = hand.command(sample)
-        sample = plant.move(command.dx, command.dy)
-        slipped += plant.truth().complete_slip
-    assert slipped >= 3
-    assert sample.normal_force > 3.0 * 0.5
-
-
 @pytest.mark.parametrize("name", ["fixed_ratio", "reactive", "oracle_1.2"])
 def test_a_tug_is_answered_by_a_harder_grip(lift, name):
     values = {"reactive.first_force_N": 4.0, "fixed_ratio.ratio": 0.25}

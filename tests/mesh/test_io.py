@@ -218,9 +218,3 @@ def test_a_mesh_comes_back_as_it_was_and_garbage_is_nothing_kept(folder, mesh):
         assert load_mesh("key") is None
     path.write_bytes(b"garbage")
     assert load_mesh("key") is None
-
-
-def test_a_folder_that_cannot_be_written_costs_nothing_but_the_keeping(folder, mesh):
-    folder.write_text("mine")
-    assert not keep_mesh("key", mesh)
-    assert load_mesh("key") is None

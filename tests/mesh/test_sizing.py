@@ -5,7 +5,7 @@ import pytest
 
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
-from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.layout.zone import Zone
@@ -19,7 +19,6 @@ from fingerdesign.mesh.sizing import (
     MeshSizes,
     SizeField,
     background_grid,
-    distances_to_plate,
     expected_elements,
 )
 
@@ -63,15 +62,6 @@ def test_the_field_grows_no_faster_than_its_gradation():
     second = first + rng.normal(0, 0.3, first.shape)
     growth = np.abs(field(first) - field(second)) / np.linalg.norm(first - second, axis=1)
     assert growth.max() <= END_GRADATION + 1e-9
-
-
-def test_distances_to_a_plate_are_those_to_its_box_and_to_its_ends():
-    frame = PlateFrame(0, 0.0, 0.0, 90.0, 2.0, 0.2, -1.0, 1.0)
-    points = np.array([[0.0, 0.9, 0.0], [0.4, 0.0, 0.0], [0.1, 1.3, 1.4], [0.0, 0.0, -3.0]])
-    box, ends = distances_to_plate(frame, points)
-    np.testing.assert_allclose(box, [0.0, 0.3, 0.5, 2.0], atol=1e-12)
-    np.testing.assert_allclose(ends, [0.1, np.hypot(0.3, 1.0), 0.5, np.hypot(2.0, 1.0)])
-    np.testing.assert_allclose(distances_to_plate(frame, points, 2.0)[0][3], 1.0)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
-from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.gaps import not_a_sheet
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.tetra.slots import carrier_frames, held_on_faces, open_slots
@@ -174,22 +174,6 @@ TEXT = """
     plates.count = 5
     plates.model = "sheet"
 """
-
-
-def test_carriers_begin_at_the_mid_surface_and_keep_their_distance():
-    design = parse_design(TEXT)
-    frames = plate_frames(design)
-    boxes = carrier_frames(frames, design)
-    for frame, box in zip(frames, boxes, strict=True):
-        at = frame.local(box.to_space(box.corners(), 0.0))
-        np.testing.assert_allclose(np.abs(at[:, 0]), 0.5 * frame.length, rtol=1e-9)
-        assert np.abs(at[:, 1]).min() == pytest.approx(0.0, abs=1e-12)
-        assert np.abs(at[:, 1]).max() == pytest.approx(box.thickness)
-        assert (box.low, box.high, box.index) == (frame.low, frame.high, frame.index)
-        assert box.thickness > 2.0 * frame.thickness
-    crowded = parse_design(TEXT + "plates.pitch_mm = 0.4")
-    thin = carrier_frames(plate_frames(crowded), crowded)
-    assert 0.1 < thin[2].thickness < 0.4 * np.sin(np.pi / 4)
 
 
 def test_what_cannot_be_a_sheet():
