@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fingerdesign.checks.load import (
@@ -183,6 +183,7 @@ KEYS = [*known_keys(Design), "plates", "materials", "materials.x.source"]
 
 @settings(max_examples=150, derandomize=True, deadline=None)
 @given(st.dictionaries(st.sampled_from(KEYS), ANY, min_size=1, max_size=4))
+@example({"plates.alternate": None})
 def test_no_value_of_any_kind_crashes(values):
     """Whatever stands in a file, it is a design or a list of one-line faults."""
     from fingerdesign.checks.load import judge_data

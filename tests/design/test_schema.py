@@ -36,6 +36,7 @@ CHANGE = "[[grip.weight_changes]]\nobject_mass_g = 100.0\nstep_after_lift = "
         ("grip.friction_coefficients = [0.3, 0]", "grip.friction_coefficients[1]"),
         ('mesh.mesher = "gmsh"', "mesh.mesher"),
         ("assumed = [3]", "assumed[0]"),
+        ("materials = 3", "materials"),
         # Keys that change nothing.
         ('body.shape = "block"\nbody.arc_radius_mm = 30', "body.arc_radius_mm"),
         ('body.shape = "revolved"\nbody.depth_mm = 30', "body.depth_mm"),
