@@ -76,21 +76,20 @@ def test_bent_plates_gap_is_that_of_their_points(place, y, angle, radius, along)
     assert gap <= brute + 2e-3  # chords of a bent plate
 
 
-def test_plates_that_miss_each_other_across_are_apart():
-    first, second = plate(0, 0.0, 0.0, 0.0, -3.0, -1.0), plate(1, 0.5, 0.0, 0.0, -0.6, 1.0)
-    assert least_gap((first, second)).distance == pytest.approx(0.4)
-
-
-def test_a_plate_along_z_passes_below_one_along_x():
-    above, below = plate(0, 0.0, 1.0, 0.0, -2.0, 2.0), plate(1, 0.0, 0.0, 0.0, -2.0, 2.0, "z")
-    assert least_gap((above, below)).distance == pytest.approx(1.0 - 0.3)
-    crossing = plate(1, 0.0, 0.9, 0.0, -2.0, 2.0, "z")
-    assert least_gap((above, crossing)).distance == 0.0
-
-
-def test_a_plate_of_no_place_is_in_no_pair():
-    lost = plate(1, np.nan, np.nan, 0.0, -1.0, 1.0)
-    assert least_gap((plate(0, 0.0, 0.0, 0.0, -1.0, 1.0), lost)) is None
+@pytest.mark.parametrize(
+    ("first", "second", "gap"),
+    [
+        # They miss each other across; one along z passes below one along x, or crosses it.
+        (plate(0, 0.0, 0.0, 0.0, -3.0, -1.0), plate(1, 0.5, 0.0, 0.0, -0.6, 1.0), 0.4),
+        (plate(0, 0.0, 1.0, 0.0, -2.0, 2.0), plate(1, 0.0, 0.0, 0.0, -2.0, 2.0, "z"), 0.7),
+        (plate(0, 0.0, 1.0, 0.0, -2.0, 2.0), plate(1, 0.0, 0.9, 0.0, -2.0, 2.0, "z"), 0.0),
+        # One of no place is in no pair.
+        (plate(0, 0.0, 0.0, 0.0, -1.0, 1.0), plate(1, np.nan, np.nan, 0.0, -1.0, 1.0), None),
+    ],
+)
+def test_known_gaps(first, second, gap):
+    found = least_gap((first, second))
+    assert found is None if gap is None else found.distance == pytest.approx(gap)
 
 
 @pytest.mark.parametrize("along", ["x", "z"])

@@ -111,7 +111,7 @@ def test_walls_and_insert_fit_one_way_only(name):
         assert here != turned
 
 
-def test_keys_run_along_the_walls_draw_and_lean_by_the_draft():
+def test_keys_run_along_the_draw_and_pins_stand_on_what_is_taken_off_first_or_last():
     plan, _ = planned("narrow")
     assert len(plan.keys) == 4
     for key in plan.keys:
@@ -121,29 +121,27 @@ def test_keys_run_along_the_walls_draw_and_lean_by_the_draft():
         assert high[1] + key.clearance <= plan.rim - 1.0
         assert min(abs(low[2]), abs(high[2])) >= plan.corner
         assert key.draft_deg == 2.0
-        assert (
-            min(abs(low[0]), abs(high[0])) > plan.half_width + plan.wall_x - 1e-9 or plan.ear == 0
-        )
-
-
-def test_pins_stand_on_the_parts_that_are_taken_off_first_or_last():
-    plan, _ = planned("narrow")
+        beside = min(abs(low[0]), abs(high[0])) > plan.half_width + plan.wall_x - 1e-9
+        assert beside or plan.ear == 0
     upright = [pin for pin in plan.pins if pin.on == INSERT]
     assert {pin.direction for pin in upright} == {(0.0, -1.0, 0.0)}
     assert all(pin.root[1] == pytest.approx(plan.rim) for pin in upright)
     level = [pin for pin in plan.pins if pin.on != INSERT]
     assert {pin.on for pin in level} == {"side_wall_right", "side_wall_left"}
-    assert all(pin.into != BASE for pin in plan.pins)
     assert all(abs(pin.root[2]) == plan.corner for pin in level)
+    assert all(pin.into != BASE for pin in plan.pins)
 
 
-def test_bolts_shrink_with_the_walls_and_then_stand_upright():
-    sizes = {}
-    for height in (10.0, 5.3, 4.7, 4.0):
-        text = {"body.shape": "block", "body.arc_radius_mm": 20.0, "plates.count": 0}
-        plan = plan_mold(shipped("homogeneous", **text, body__base_height_mm=height))
-        sizes[height] = {(b.axis, b.size) for b in plan.bolts}
-    assert sizes[10.0] == {("y", "M3"), ("z", "M3")}
-    assert sizes[5.3] == {("y", "M2.5"), ("z", "M2.5")}
-    assert sizes[4.7] == {("y", "M2"), ("z", "M2")}
-    assert sizes[4.0] == {("y", "M2")}
+@pytest.mark.parametrize(
+    ("height", "bolts"),
+    [
+        (10.0, {("y", "M3"), ("z", "M3")}),
+        (5.3, {("y", "M2.5"), ("z", "M2.5")}),
+        (4.7, {("y", "M2"), ("z", "M2")}),
+        (4.0, {("y", "M2")}),
+    ],
+)
+def test_bolts_shrink_with_the_walls_and_then_stand_upright(height, bolts):
+    body = {"body__shape": "block", "body__arc_radius_mm": 20.0, "body__base_height_mm": height}
+    plan = plan_mold(shipped("homogeneous", plates__count=0, **body))
+    assert {(bolt.axis, bolt.size) for bolt in plan.bolts} == bolts

@@ -26,20 +26,16 @@ def legs(design):
     return fixture_of(design).legs
 
 
-def test_full_plates_have_wide_tabs_that_end_a_tab_beyond_the_comb():
+def test_full_plates_have_wide_tabs_and_embedded_ones_thin_legs_that_stay_within_the_plate():
     found = legs(shipped("maeno2000"))
     assert len(found) == 30
     for leg in found:
         assert leg.flat
         assert leg.start == leg.exit == 5.0
         assert leg.width == pytest.approx(0.6 * 0.9)
-        assert leg.tip == pytest.approx(5.0 + 0.3 + 3.0)
-
-
-def test_embedded_plates_have_thin_legs_through_the_rubber_that_stay_within_the_plate():
+        assert leg.tip == pytest.approx(5.0 + 0.3 + 3.0)  # a tab beyond the comb
     found = legs(shipped("domed"))
-    assert {leg.width for leg in found} == {0.3}
-    assert all(leg.start == 4.0 and leg.exit == 7.0 and leg.flat for leg in found)
+    assert {(leg.width, leg.start, leg.exit, leg.flat) for leg in found} == {(0.3, 4.0, 7.0, True)}
     assert {leg.width for leg in legs(shipped("domed", mold__leg_mm=5.0))} == {2.0}
 
 
@@ -48,11 +44,7 @@ def test_embedded_plates_have_thin_legs_through_the_rubber_that_stay_within_the_
     [
         ({"count": 0}, set(), []),
         ({"model": "none", "count": 1}, {"+z", "-z"}, [5.0, 5.0]),
-        (
-            {"along": "z", "count": 3, "span_mm": 6.0, "pitch_mm": 2.5},
-            {"+x", "-x"},
-            [3.0] * 6,
-        ),
+        ({"along": "z", "count": 3, "span_mm": 6.0, "pitch_mm": 2.5}, {"+x", "-x"}, [3.0] * 6),
         (
             {"placement": [[-2.0, 8.0, 30.0], [2.0, 6.0, -40.0, 1.0]], "span_mm": 5.0},
             {"+z", "-z"},
@@ -67,24 +59,19 @@ def test_legs_leave_where_the_plates_end(plates, sides, starts):
     assert {leg.exit for leg in found} <= {10.0 if "+x" in sides else 5.0}
 
 
-def test_exits_of_a_pin_are_those_of_its_sphere():
+def test_exits_of_a_pin_are_those_of_its_sphere_and_below_its_rim_of_its_cylinder():
     design = shipped("pin")
-    frames = frames_in_mold(design, 1.0)
-    legs_here = [leg for leg in legs(design) if leg.plate == 3]
+    frame = frames_in_mold(design, 1.0)[3]
     crest = 10.0 + 12.0 - np.sqrt(12.0**2 - 8.0**2)
-    for leg in legs_here:
-        x, y = turned_bar(frames[3], leg.width, leg.offset).corners().T
+    for leg in (leg for leg in legs(design) if leg.plate == 3):
+        x, y = turned_bar(frame, leg.width, leg.offset).corners().T
         out = np.sqrt(12.0**2 - (y - (crest - 12.0)) ** 2 - x**2)
         assert not leg.flat
         assert leg.exit == pytest.approx(out.max(), abs=1e-3)
-
-
-def test_exits_below_a_round_rim_are_those_of_its_cylinder():
-    body = made({"shape": "revolved", "width_mm": 16.0, "arc_radius_mm": 12.0}).body
     bar = PlateFrame(0, 3.0, 4.0, 90.0, 1.0, 1e-9, -2.0, 2.0)
-    found = exits_of(body, 1.0, [bar], ["+z"], [2.0])
-    assert found.nearest[0] == pytest.approx(np.sqrt(64.0 - 9.0), abs=1e-6)
-    assert found.farthest[0] == pytest.approx(found.nearest[0], abs=1e-6)
+    found = exits_of(design.body, 1.0, [bar], ["+z"], [2.0])
+    for exits in (found.nearest, found.farthest):
+        assert exits[0] == pytest.approx(np.sqrt(64.0 - 9.0), abs=1e-6)
 
 
 def test_margins_of_an_arc_are_the_distances_to_its_border():
@@ -103,18 +90,19 @@ def test_shrinkage_moves_middles_and_exits_but_keeps_sizes():
     design = made({"shape": "block"}, {"span_mm": 6.0}, {"shrinkage": 0.02})
     scale = scale_of(design)
     assert scale == pytest.approx(1.0 / 0.98)
-    before, after = plate_frames(design), frames_in_mold(design, scale)
-    assert after[0].place == pytest.approx(scale * before[0].place)
-    assert after[0].span == pytest.approx(6.0)
-    assert after[0].length == before[0].length
+    before, after = plate_frames(design)[0], frames_in_mold(design, scale)[0]
+    assert after.place == pytest.approx(scale * before.place)
+    assert (after.span, after.length) == (pytest.approx(6.0), before.length)
     assert {round(leg.exit, 9) for leg in legs(design)} == {round(5.0 * scale, 9)}
-
-
-def test_a_full_plate_of_a_shrinking_rubber_has_tabs_still():
-    design = made({"shape": "block"}, {"count": 3}, {"cure": "condensation"})
-    for leg in legs(design):
+    # A full plate of a shrinking rubber has tabs still.
+    for leg in legs(made({"shape": "block"}, {"count": 3}, {"cure": "condensation"})):
         assert leg.width == pytest.approx(1.2)
         assert leg.exit - leg.start == pytest.approx(5.0 / 0.98 - 5.0)
+    # A core moves with the rubber unless it stands on the base.
+    core = made({"core": {"height_mm": 2.0, "bottom_mm": 3.0}}).body.core
+    for bottom, moved in ((3.0, 4.0 * 1.02 - 1.0), (0.0, 0.0)):
+        found = core_in_mold(core.model_copy(update={"bottom_mm": bottom}), 1.02)
+        assert found.bottom_mm == pytest.approx(moved)
 
 
 def test_the_bar_of_a_bent_strip_holds_it_just():
@@ -141,23 +129,15 @@ def test_gaps_of_legs_to_other_plates_and_the_core():
         assert fixture.gaps()[0] == pytest.approx(gap)
 
 
-def test_legs_of_crossing_rows_that_meet_are_found():
+@pytest.mark.parametrize(("y", "count"), [(5.1, 1), (6.0, 0)])
+def test_legs_of_crossing_rows_that_meet_are_found(y, count):
     one = PlateFrame(0, 0.0, 5.0, 0.0, 2.0, 0.2, -2.0, 2.0)
-    two = PlateFrame(1, 3.0, 5.1, 0.0, 2.0, 0.2, -4.0, -2.0, along="z")
+    two = PlateFrame(1, 3.0, y, 0.0, 2.0, 0.2, -4.0, -2.0, along="z")
     first = Leg(0, "+z", 0.4, 0.0, 2.0, 5.0, 8.0, True)
-    second = Leg(1, "+x", 0.4, 0.0, -2.0, 5.0, 8.0, True)
+    second = replace(first, plate=1, side="+x", start=-2.0)
     design = made(plates={"thickness_mm": 0.2})
-    for y, count in ((5.1, 1), (6.0, 0)):
-        frames = (one, replace(two, y=y))
-        fixture = Fixture(design, limits_of(design.mold), frames, (first, second))
-        assert len(fixture.crossings()) == count
-
-
-def test_a_core_moves_with_the_rubber_unless_it_stands_on_the_base():
-    core = made({"core": {"height_mm": 2.0, "bottom_mm": 3.0}}).body.core
-    assert core_in_mold(core, 1.02).bottom_mm == pytest.approx(4.0 * 1.02 - 1.0)
-    standing = core.model_copy(update={"bottom_mm": 0.0})
-    assert core_in_mold(standing, 1.02).bottom_mm == 0.0
+    fixture = Fixture(design, limits_of(design.mold), (one, two), (first, second))
+    assert len(fixture.crossings()) == count
 
 
 def test_a_leg_does_not_stand_on_a_hole():

@@ -72,11 +72,7 @@ def test_a_move_carries_the_plates_and_leaves_the_outside(section):
     middles = 0.5 * (moved.points[mesh.cells[:, 0]] + moved.points[mesh.cells[:, 1]])
     inner = ~np.isin(mesh.cells[:, 3], outside)
     assert moved.points[mesh.cells[inner, 3]] == pytest.approx(middles[inner])
-
-
-def test_plates_driven_into_each_other_are_refused(section):
-    _, _, frames, mesh = section
-    with pytest.raises(MeshError, match="of its area"):
+    with pytest.raises(MeshError, match="of its area"):  # driven into each other
         moved_mesh(mesh, frames, np.outer([0.9, 0.0, -0.9], [1.0, 0.0, 0.0]))
 
 
@@ -112,7 +108,6 @@ def test_the_effect_grows_with_the_tolerance_and_is_nil_without(three):
     assert large["together"]["rms"] == pytest.approx(sums)
     assert [each["plate"] for each in large["gages"]] == [0, 1, 2]
     assert json.loads(json.dumps(large, allow_nan=False)) == large
-    assert "a plate 0.02 mm off along x changes a reading by up to" in large["sentences"][0]
     # A better comb does not place the row: pins of 0.1 mm clearance and prints of 0.1 mm do.
     assert none["row"] == large["row"]
     assert none["row"]["tolerance_mm"] == 0.2
@@ -161,14 +156,12 @@ def test_what_holds_a_plate_says_how_far_it_may_be_off(three, holding, off, slop
     ("text", "why"),
     [
         ("count = 0", "no plates"),
-        ('along = "z"\nspan_mm = 6.0', "rows along z"),
-        ("span_mm = 2.0\nspan_offset_mm = 2.5", "cuts no plate"),
+        ('count = 3\nalong = "z"\nspan_mm = 6.0', "rows along z"),
+        ("count = 3\nspan_mm = 2.0\nspan_offset_mm = 2.5", "cuts no plate"),
     ],
 )
 def test_where_the_section_shows_no_plate_the_reason_is_reported(text, why):
-    short = THREE.replace("length_mm = 0.6", "length_mm = 0.6\nwidth_mm = 0.5")
-    changed = short.replace("count = 3", text if "count" in text else f"count = 3\n{text}")
-    design = parse_design(changed)
+    design = parse_design(THREE.replace("count = 3", text) + "width_mm = 0.5")
     assert why in section_plates(design)[1]
     found = placement_effect(design, None)
     assert why in found["reason"]

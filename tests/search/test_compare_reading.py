@@ -28,17 +28,13 @@ def write_study(folder, outcomes, **record):
 
 
 def test_study_folder(tmp_path):
-    folder = write_study(
-        tmp_path / "s",
-        MADE,
-        name="mine",
-        objectives=[{"metric": "cost", "goal": "min"}],
-        constraints={"peak_ratio": {"at_most": 3}},
-        seed=7,
-        fixed={},
-        parameters={"plates.count": [9, 11]},
-    )
-    found = read_comparison([folder])
+    record = {
+        "name": "mine",
+        "objectives": [{"metric": "cost", "goal": "min"}],
+        "constraints": {"peak_ratio": {"at_most": 3}},
+        **{"seed": 7, "fixed": {}, "parameters": {"plates.count": [9, 11]}},
+    }
+    found = read_comparison([write_study(tmp_path / "s", MADE, **record)])
     assert found.outcomes == MADE
     assert found.facts.name == "mine"
     assert found.facts.objectives == (Wanted("cost", "min"),)
@@ -47,24 +43,30 @@ def test_study_folder(tmp_path):
     assert not found.facts.assumed_objectives
 
 
-def test_one_digest_stands_once(tmp_path):
+def test_one_digest_stands_once_and_designs_of_one_name_are_distinguished(tmp_path):
     write_study(tmp_path / "a", MADE[:8])
     write_study(tmp_path / "b", MADE[4:])
     assert read_outcomes([tmp_path]) == MADE
     assert read_outcomes([tmp_path / "b", tmp_path / "a" / "outcomes.jsonl"])[0] == MADE[4]
+    same = [replace(each, name="twin") for each in any_outcomes(4, failed=0.0)]
+    for folder, some in (("first", same[:1]), ("second", same[1:2]), ("third", same[2:])):
+        write_study(tmp_path / folder, some)
+    both = read_outcomes([tmp_path / "first", tmp_path / "second"])
+    assert [each.name for each in both] == ["twin (first)", "twin (second)"]
+    one = read_outcomes([tmp_path / "third"])
+    assert [each.name for each in one] == [f"twin ({each.digest[:8]})" for each in same[2:]]
 
 
 def test_every_wrong_path_is_named(tmp_path):
     folder = write_study(tmp_path / "s", MADE)
     (folder / "outcomes.jsonl").write_text(MADE[0].to_json()[:-9] + "\n", encoding="utf-8")
-    with pytest.raises(DesignError) as caught:
+    with pytest.raises(DesignError, match="nowhere") as caught:
         read_comparison([tmp_path / "nowhere", folder])
-    text = str(caught.value)
-    assert "nowhere" in text
-    assert "outcomes.jsonl, line 1" in text
+    assert "outcomes.jsonl, line 1" in str(caught.value)
 
 
 def result(**changes):
+    """One that failed, but for ``changes``."""
     grips = tuple(
         GripResult("paper", mu, 500.0, True, mu == 0.8, 10.0, 2.4, margin, 0.3, 12.0, 0.0, 40)
         for mu, margin in ((0.2, 1.2), (0.8, 1.6))
@@ -94,38 +96,22 @@ def test_failed_analysis_is_a_failed_outcome(tmp_path):
 
 @pytest.fixture
 def plain_result():
-    return replace(
-        result(),
-        status="ok",
-        failure=None,
-        fidelity="plane-strain",
-        model=ModelSummary(2, "t", 10, 5, False),
-        mesh=MeshSummary("m", 3, 30.0, 0.0, None),
-    )
-
-
-def test_designs_of_one_name_are_distinguished(tmp_path):
-    same = [replace(each, name="twin") for each in any_outcomes(4, failed=0.0)]
-    for folder, some in (("first", same[:1]), ("second", same[1:2]), ("third", same[2:])):
-        write_study(tmp_path / folder, some)
-    both = read_outcomes([tmp_path / "first", tmp_path / "second"])
-    assert [each.name for each in both] == ["twin (first)", "twin (second)"]
-    one = read_outcomes([tmp_path / "third"])
-    assert [each.name for each in one] == [f"twin ({each.digest[:8]})" for each in same[2:]]
+    model, mesh = ModelSummary(2, "t", 10, 5, False), MeshSummary("m", 3, 30.0, 0.0, None)
+    facts = {"status": "ok", "failure": None, "fidelity": "plane-strain"}
+    return replace(result(), **facts, model=model, mesh=mesh)
 
 
 GOOD = any_outcomes(3, failed=0.0)
 COST = f'"cost":{GOOD[0].metrics["cost"]}'
 
 
-def refused(folder, *names):
+def refused(path, *names):
     with pytest.raises(DesignError) as caught:
-        read_comparison([folder])
+        read_comparison([path])
     reported = str(caught.value)
     assert "run" in reported  # again
     assert len(reported) < 2000
-    for name in names:
-        assert name in reported
+    assert all(name in reported for name in names)
 
 
 @pytest.mark.parametrize(

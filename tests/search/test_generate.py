@@ -108,11 +108,7 @@ def test_run_again_it_makes_what_is_missing_or_changed(tmp_path):
     assert [each.kept for each in found] == [True, False, True, True, False, False]
     assert first.stat().st_mtime_ns == stamp
     assert second.read_text("utf-8") == whole
-
-
-def test_a_shorter_study_leaves_no_older_variants(tmp_path):
-    target = tmp_path / "few"
-    made(target, cad=False)
+    # A shorter study leaves no older variants.
     shorter = TEXT.replace("[9, 11, 45]", "[9]")
     study = parse_study(shorter)
     some = [each for each in variants(study, base_design(study)) if each.number == 1]
@@ -217,20 +213,20 @@ def test_cad_requested_for_later_is_added_and_stays(tmp_path, fake_cad):
 
 def test_interrupted_it_keeps_what_is_whole_and_goes_on(tmp_path, fake_cad):
     fake_cad.setenv("FAKE_CAD", "hangs")
-    target = tmp_path / "few"
+    target, text = tmp_path / "few", TEXT.replace("[9, 11, 45]", "[11, 9]")
 
     def stop(each, done):
         raise KeyboardInterrupt
 
     start, before = time.monotonic(), threading.active_count()
     with pytest.raises(KeyboardInterrupt):
-        made(target, TEXT.replace("[9, 11, 45]", "[11, 9]"), workers=2, report=stop)
+        made(target, text, workers=2, report=stop)
     assert time.monotonic() - start < 20.0
     assert threading.active_count() == before
     assert not list(target.glob(".*"))
     assert not (target / "variants.csv").exists()
     fake_cad.delenv("FAKE_CAD")
-    found = made(target, TEXT.replace("[9, 11, 45]", "[11, 9]"), workers=2)
+    found = made(target, text, workers=2)
     assert any(each.kept for each in found)
     assert all(each.cad == "written" for each in found)
     assert not list(target.glob(".*"))

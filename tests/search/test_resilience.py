@@ -28,12 +28,12 @@ STUDY = """
 name = "many"
 base = "maeno2000"
 sampling = "latin_hypercube"
-count = {count}
+count = 30
 seed = 7
 [parameters]
-"body.base_height_mm" = {{ low = 5.0, high = 10.0 }}
+"body.base_height_mm" = { low = 5.0, high = 10.0 }
 [limits]
-time_s = {time_s}
+time_s = 20.0
 memory_MB = 500
 """
 SEARCH = """
@@ -45,56 +45,64 @@ optimise = { trials = 22, confirm = 1 }
 "plates.length_mm" = { low = 0.6, high = 1.0 }
 """
 PATIENCE_S = 90.0
-COMMAND = str(Path(__file__).parents[1] / "support" / "command_with.py")
+ROOT = Path(__file__).parents[2]
+SUPPORT = ROOT / "tests" / "support"
 
 
 @pytest.fixture
 def place(tmp_path):
-    """A folder with a study, and the environment in which it is run."""
-    root = Path(__file__).parents[2]
-    paths = [str(root), str(root / "cli"), str(Path(__file__).parents[1] / "support")]
-    environment = os.environ | {
-        "PYTHONPATH": os.pathsep.join(paths),
-        "FINGERDESIGN_CACHE": str(tmp_path / "cache"),
-        "EVALUATED": str(tmp_path / "evaluated"),
-        "EVALUATOR_SECONDS": "0.1",
-        "OPENBLAS_NUM_THREADS": "1",
-    }
-    made = Place(tmp_path, environment)
-    yield made
-    for process in made.started:
-        process.kill()
-        process.communicate()
+    with contextlib.closing(Place(tmp_path)) as made:
+        yield made
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """The outcomes of the study that nothing disturbed."""
+    with contextlib.closing(Place(tmp_path_factory.mktemp("undisturbed"))) as made:
+        made.swept(EVALUATOR_SECONDS="0")
+        return made.outcomes()
 
 
 class Place:
-    """Starts and ends processes; what it started and still runs ends with the test."""
+    """A folder with a study. It starts processes; those that still run end when it is closed."""
 
-    def __init__(self, folder, environment):
-        self.folder, self.environment = folder, environment
-        self.store = folder / "cache" / "outcomes"
-        self.evaluator = "slow"
-        self.started = []
+    def __init__(self, folder):
+        self.folder, self.store = folder, folder / "cache" / "outcomes"
+        self.evaluator, self.started = "slow", []
+        paths = map(str, (ROOT, ROOT / "cli", SUPPORT))
+        self.environment = os.environ | {
+            "PYTHONPATH": os.pathsep.join(paths),
+            "FINGERDESIGN_CACHE": str(folder / "cache"),
+            "EVALUATED": str(folder / "evaluated"),
+            "EVALUATOR_SECONDS": "0.1",
+            "OPENBLAS_NUM_THREADS": "1",
+        }
+        (folder / "many.toml").write_text(STUDY)
 
-    def study(self, count=24, time_s=20.0):
-        (self.folder / "many.toml").write_text(STUDY.format(count=count, time_s=time_s))
+    def close(self):
+        for process in self.started:
+            process.kill()
+            process.communicate()
 
-    def sweep(self, *more, out="out", **changes):
-        """Start `fingerdesign sweep` with the place's evaluator."""
-        study = ["sweep", "many.toml", "--out", out, "--json", *more]
-        return self.start(COMMAND, f"sweep_evaluators:{self.evaluator}", *study, **changes)
+    def command(self, evaluator, *arguments, **changes):
+        """Start a command with an evaluator of tests/support."""
+        return self.start(SUPPORT / "command_with.py", evaluator, *arguments, "--json", **changes)
+
+    def sweep(self, *more, **changes):
+        study = ["sweep", "many.toml", "--out", "out", *more]
+        return self.command(f"sweep_evaluators:{self.evaluator}", *study, **changes)
 
     def optimise(self, out, seconds=0.0, confirming_s=0.0):
         """Start `fingerdesign optimise` with a store of its own."""
         (self.folder / "search.toml").write_text(SEARCH)
-        study = ["search.toml", "--out", out, "--workers", "2", "--json"]
         changes = {
             "FINGERDESIGN_CACHE": str(self.folder / f"cache-{out}"),
             "EVALUATED": str(self.folder / f"evaluated-{out}"),
             "EVALUATOR_SECONDS": str(seconds),
             "EVALUATOR_3D_SECONDS": str(confirming_s),
         }
-        return self.start(COMMAND, "optimise_evaluators:formula", "optimise", *study, **changes)
+        study = ["optimise", "search.toml", "--out", out, "--workers", "2"]
+        return self.command("optimise_evaluators:formula", *study, **changes)
 
     def start(self, *command, limit=None, **changes):
         process = subprocess.Popen(
@@ -104,7 +112,7 @@ class Place:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            preexec_fn=limit or None,
+            preexec_fn=limit,
         )
         self.started.append(process)
         return process
@@ -114,25 +122,20 @@ class Place:
         evaluated = self.folder / (f"evaluated-{out}" if out else "evaluated")
         return evaluated.read_text().split() if evaluated.exists() else []
 
+    def stored(self):
+        """Outcomes in the store."""
+        return len(list(self.store.glob("??/[!.]*.txt")))
+
     def wait_for(self, count, process):
         """Until so many outcomes are in the store."""
-        until(lambda: len(list(self.store.glob("??/[!.]*.txt"))) >= count, process)
+        until(lambda: self.stored() >= count, process)
 
-    def outcomes(self, out="out"):
-        return (self.folder / out / "many" / "outcomes.jsonl").read_text()
+    def outcomes(self):
+        return (self.folder / "out" / "many" / "outcomes.jsonl").read_text()
 
     def swept(self, *more, **changes):
         """What a run says that goes well."""
-        code, lines, err = ended(self.sweep("--workers", "2", *more, **changes))
-        assert code == 0, err
-        return lines
-
-    def undisturbed(self):
-        """The outcomes of a run with a store of its own."""
-        cache = str(self.folder / "other")
-        changes = {"FINGERDESIGN_CACHE": cache, "EVALUATED": "", "EVALUATOR_SECONDS": "0"}
-        self.swept(out="other", **changes)
-        return self.outcomes("other")
+        return well(self.sweep("--workers", "2", *more, **changes))
 
 
 def until(reached, process):
@@ -150,13 +153,20 @@ def ended(process):
     return process.returncode, [json.loads(each) for each in out.splitlines()], err
 
 
+def well(process):
+    """The JSON lines of a process that ends well."""
+    code, lines, err = ended(process)
+    assert code == 0, err
+    return lines
+
+
 def family(process):
     return psutil.Process(process.pid).children(recursive=True)
 
 
 def gone(processes, patience_s=10.0):
     _, alive = psutil.wait_procs(processes, patience_s)
-    return not alive
+    return processes and not alive
 
 
 @contextlib.contextmanager
@@ -179,8 +189,7 @@ def dask(place, workers=2):
 
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.slow
-def test_a_killed_and_an_interrupted_driver_go_on_where_they_stopped(place):
-    place.study(count=40)
+def test_a_killed_and_an_interrupted_driver_go_on_where_they_stopped(place, undisturbed):
     kept = 4
     for sign in (signal.SIGKILL, signal.SIGINT):
         run = place.sweep("--workers", "2")
@@ -189,33 +198,28 @@ def test_a_killed_and_an_interrupted_driver_go_on_where_they_stopped(place):
         begun = time.monotonic()
         run.send_signal(sign)
         _, err = run.communicate(timeout=PATIENCE_S)
-        assert children
         assert gone(children)
         assert not (place.folder / "out" / "many").exists()
-        kept = len(list(place.store.glob("??/[!.]*.txt")))
+        kept = place.stored()
     assert run.returncode == 130
     assert err.strip() == "interrupted; finished work is kept"
     assert time.monotonic() - begun < 10.0
     assert kept >= 8
     assert place.swept()[-1]["from_store"] == kept
-    assert place.outcomes() == place.undisturbed()
+    assert place.outcomes() == undisturbed
     times = Counter(place.done())
-    assert len(times) == 40
+    assert len(times) == 30
     assert sum(times.values()) <= len(times) + 8  # what ran, or was on its way, at either end
-    assert place.swept()[-1]["computed"] == 0
 
 
 @pytest.mark.slow
 def test_a_killed_search_ends_as_one_that_was_not(place):
-    code, lines, err = ended(place.optimise("whole"))
-    assert code == 0, err
-    assert lines[-1]["trials"] == 22
+    assert well(place.optimise("whole"))[-1]["trials"] == 22
     process = place.optimise("killed", 0.15)
     until(lambda: len(place.done("killed")) >= 11, process)
     process.kill()
     process.communicate()
-    code, lines, err = ended(place.optimise("killed"))
-    assert code == 0, err
+    lines = well(place.optimise("killed"))
     undisturbed, resumed = (
         sorted(
             str((found["name"], found["values"], found["metrics"]))
@@ -248,9 +252,8 @@ def limited():
 
 
 @pytest.mark.slow
-def test_a_full_disk_says_so_and_keeps_what_fitted(place):
+def test_a_full_disk_says_so_and_keeps_what_fitted(place, undisturbed):
     """Full is a file's size by a limit."""
-    place.study(count=20)
     place.evaluator = "large"
     code, _, err = ended(place.sweep("--workers", "1", limit=limited))
     assert code == 1
@@ -259,49 +262,41 @@ def test_a_full_disk_says_so_and_keeps_what_fitted(place):
     files = [path for path in place.store.rglob("*") if path.is_file()]
     assert files
     assert all(path.suffix == ".txt" for path in files)  # nothing half
-    lines = place.swept()
-    assert lines[-1]["from_store"] == len(files)
-    assert place.outcomes() == place.undisturbed()
-
-
-@pytest.mark.slow
-def test_a_tenth_crashes_hangs_or_eats_memory(place):
-    place.study(count=30, time_s=2.0)
-    place.evaluator = "tenth"
-    lines = place.swept()
     place.evaluator = "slow"
-    assert lines[-1]["failures_by_kind"] == {"crashed": 1, "memory": 1, "timeout": 1}
-    causes = (place.folder / "out" / "many" / "failures.csv").read_text()
-    page = (place.folder / "out" / "many" / "report.html").read_text()
-    for said in ("SIGABRT", "not done after 2 s", "more than 500 MB"):
-        assert said in causes
-        assert said in page
-    lines = place.swept()
-    assert lines[-1]["computed"] == 0  # failures are outcomes, too
-    lines = place.swept("--retry")
-    assert (lines[-1]["computed"], lines[-1]["failures"]) == (3, 0)
-    assert place.outcomes() == place.undisturbed()
+    assert place.swept()[-1]["from_store"] == len(files)
+    assert place.outcomes() == undisturbed
 
 
 @pytest.mark.slow
-def test_a_killed_worker_is_replaced_by_others(place):
-    place.study()
+def test_a_tenth_crashes_hangs_or_eats_memory(place, undisturbed):
+    (place.folder / "many.toml").write_text(STUDY.replace("time_s = 20.0", "time_s = 2.0"))
+    place.evaluator = "tenth"
+    found = place.swept()[-1]["failures_by_kind"]
+    assert found == {"crashed": 1, "memory": 1, "timeout": 1}
+    folder = place.folder / "out" / "many"
+    for file in ("failures.csv", "report.html"):
+        for said in ("SIGABRT", "not done after 2 s", "more than 500 MB"):
+            assert said in (folder / file).read_text()
+    place.evaluator = "slow"
+    last = place.swept("--retry")[-1]
+    assert (last["computed"], last["failures"]) == (3, 0)
+    assert place.outcomes() == undisturbed
+
+
+@pytest.mark.slow
+def test_a_killed_worker_is_replaced_by_others(place, undisturbed):
     with dask(place) as (address, _, workers):
         run = place.sweep("--scheduler", address)
         place.wait_for(6, run)
         children = family(workers[0])
         workers[0].kill()
-        assert children
         assert gone(children)
-        code, lines, err = ended(run)
-    assert (code, lines[-1]["failures"]) == (0, 0)
-    assert "Traceback" not in err
-    assert place.outcomes() == place.undisturbed()
+        assert well(run)[-1]["failures"] == 0
+    assert place.outcomes() == undisturbed
 
 
 @pytest.mark.slow
-def test_a_killed_scheduler_ends_the_driver_and_loses_nothing(place):
-    place.study()
+def test_a_killed_scheduler_ends_the_driver_and_loses_nothing(place, undisturbed):
     with dask(place) as (address, scheduler, _):
         run = place.sweep("--scheduler", address)
         place.wait_for(6, run)
@@ -310,23 +305,20 @@ def test_a_killed_scheduler_ends_the_driver_and_loses_nothing(place):
     assert code == 1
     assert f"Dask scheduler at {address} is gone; what was done is kept" in err
     with dask(place):
-        code, lines, _ = ended(place.sweep("--scheduler", "scheduler.json"))
-    assert code == 0
-    assert lines[-1]["from_store"] >= 6
-    assert place.outcomes() == place.undisturbed()
+        assert well(place.sweep("--scheduler", "scheduler.json"))[-1]["from_store"] >= 6
+    assert place.outcomes() == undisturbed
 
 
 @pytest.mark.slow
 def test_a_finger_that_kills_every_worker_is_one_failure(place):
-    place.study(count=12)
     place.environment |= {
         "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1",
         "DASK_DISTRIBUTED__SCHEDULER__WORKER_SATURATION": "1.0",
     }
     place.evaluator = "deadly"
     with dask(place, workers=3) as (address, _, _):
-        code, lines, _ = ended(place.sweep("--scheduler", address))
-    assert (code, lines[-1]["failures_by_kind"]) == (0, {"crashed": 1})
+        lines = well(place.sweep("--scheduler", address))
+    assert lines[-1]["failures_by_kind"] == {"crashed": 1}
     (bad,) = [each for each in lines if each.get("failure")]
     assert bad["name"] == "many-0005"
     assert bad["failure"]["cause"] == "the workers that had it died, 2 in turn"
@@ -351,29 +343,34 @@ def anything(said):
         server.shutdown()
 
 
-def test_no_scheduler_is_an_error(place):
-    place.study(count=2)
+@pytest.fixture(scope="module")
+def worker(tmp_path_factory):
+    """A process with a study and half a file of a scheduler in its folder."""
+    folder = tmp_path_factory.mktemp("worker")
+    (folder / "many.toml").write_text(STUDY)
+    (folder / "scheduler.json").write_text("{")
+    with Worker(folder=folder) as worker:
+        yield worker
 
-    def said(address):
-        arguments = ("sweep", "many.toml", "--out", "out", "--json", "--scheduler", address)
+
+@pytest.mark.parametrize(
+    ("address", "code", "said"),
+    [
+        ("tcp://127.0.0.1:1", 1, "failed: no Dask scheduler answers at tcp://127.0.0.1:1: "),
+        (b"", 1, "Dask scheduler"),
+        (b"HTTP/1.0 400 Bad\r\n\r\n", 1, "Dask scheduler"),
+        (struct.pack("<Q", 2) + b"\xff\xff", 1, "Dask scheduler"),
+        ("nonsense://x", 2, "--scheduler = nonsense://x: must be an address"),
+        ("scheduler.json", 2, "must be a file that a Dask scheduler"),
+    ],
+    ids=range(6),
+)
+def test_no_scheduler_is_an_error(worker, address, code, said):
+    """Bytes: what somebody else answers there."""
+    strange = isinstance(address, bytes)
+    with anything(address) if strange else contextlib.nullcontext(address) as at:
+        arguments = ("sweep", "many.toml", "--out", "out", "--json", "--scheduler", at)
         found = worker.call("tests.support.calls:command", arguments, time_s=PATIENCE_S)
-        assert len(found[1].splitlines()) == 1, found[1]
-        return found
-
-    with Worker(folder=place.folder) as worker:
-        code, written = said("tcp://127.0.0.1:1")
-        assert code == 1
-        assert written.startswith("failed: no Dask scheduler answers at tcp://127.0.0.1:1: ")
-        for answer in (b"", b"HTTP/1.0 400 Bad\r\n\r\n", struct.pack("<Q", 2) + b"\xff\xff"):
-            with anything(answer) as address:
-                code, written = said(address)
-            assert code == 1
-            assert "Dask scheduler" in written
-        (place.folder / "scheduler.json").write_text("{")
-        for wrong, bound in (
-            ("nonsense://x", "an address"),
-            ("scheduler.json", "a file that a Dask scheduler"),
-        ):
-            code, written = said(wrong)
-            assert code == 2
-            assert written.startswith(f"--scheduler = {wrong}: must be {bound}")
+    assert found[0] == code
+    assert said in found[1]
+    assert len(found[1].splitlines()) == 1

@@ -10,11 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from fingerdesign.checks.starter import shipped_text
 from fingerdesign.design.schema import safe_name
 from fingerdesign.errors import DesignError
 from fingerdesign.search.study.file import parse_study, read_study
 from fingerdesign.search.study.metrics import METRICS, known_metric
-from fingerdesign.search.study.values import Range, key_faults, set_keys, value_of
+from fingerdesign.search.study.values import Range, set_keys, value_of
 from fingerdesign.search.study.variants import (
     base_design,
     number_of_points,
@@ -58,15 +59,12 @@ def test_a_whole_study():
     assert study.constraints["grip_success"].excess(None) == math.inf
     assert base_design(study).gages.length_mm == 0.4
     assert base_design(study).design.name == "s"
-
-
-def test_keys_without_quotes_mean_the_same():
+    # Keys without quotes mean the same; a table in [fixed] sets its keys alone.
     quoted = parse_study(HEAD + '[fixed]\n"plates.length_mm" = 1.5\n' + ONE)
     plain = parse_study(
         HEAD + "[fixed]\nplates.length_mm = 1.5\n[parameters.body]\ndepth_mm=[10.0, 12.0]"
     )
     assert plain.digest() == quoted.digest()
-    # A table in [fixed] sets its keys alone, not the whole table.
     assert base_design(plain).plates.count == 15
 
 
@@ -135,6 +133,8 @@ def test_ranges():
         (parameters('"plates.count / body.depth" = { low = 1, high = 2 }'), ["holds a number"]),
         (parameters('"plates.span_mm / body.depth_mm" = ["a"]'), ["numbers: shares"]),
         (parameters('"plates.count / body.depth_mm" = [0.5]'), ["a whole number"]),
+        (parameters('"a.b" = [1.0]\n"a.b / c.d" = [0.5]'), ["no other parameter"]),
+        (parameters('"a.b / c.d" = [0.5]\n"c.d / e.f" = [0.5]'), ["no share itself"]),
         (
             parameters("".join(f'"grip.k{k}" = {{ low = 1, high = 1000 }}\n' for k in range(9))),
             ["1000000000000000000000000000 variants"],
@@ -187,54 +187,38 @@ def test_hostile_text_is_refused_in_short_printable_lines(text):
 
 
 def test_files_beyond_every_size_are_refused(tmp_path):
-    big = tmp_path / "big.toml"
+    big, latin = tmp_path / "big.toml", tmp_path / "latin.toml"
     big.write_text(HEAD + ONE + "# " + "x" * 10_000_000, "utf-8")
-    with pytest.raises(DesignError, match="at most 4000000 bytes"):
-        read_study(big)
-    with pytest.raises(DesignError, match="readable TOML file"):
-        read_study(tmp_path)
-    (tmp_path / "latin.toml").write_bytes(b'[study]\nname = "\xe9"')
-    with pytest.raises(DesignError, match="UTF-8"):
-        read_study(tmp_path / "latin.toml")
+    latin.write_bytes(b'[study]\nname = "\xe9"')
+    said = {big: "at most 4000000 bytes", tmp_path: "readable TOML file", latin: "UTF-8"}
+    for path, words in said.items():
+        with pytest.raises(DesignError, match=words):
+            read_study(path)
 
 
 def test_shipped_studies_are_found_by_name_and_distinguished(tmp_path, monkeypatch):
     assert read_study("fingers").name == "fingers"
-    with pytest.raises(DesignError, match="bench plane-strain"):
-        read_study("plane_strain")
-    with pytest.raises(DesignError, match="did you mean fingers"):
-        read_study("finger")
+    for name, words in (("plane_strain", "bench plane-strain"), ("finger", "did you mean fingers")):
+        with pytest.raises(DesignError, match=words):
+            read_study(name)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "fingers").write_text(HEAD + ONE, "utf-8")  # a file comes first
     assert read_study("fingers").name == "few"
 
 
 def test_files_lie_beside_the_study(tmp_path, monkeypatch):
-    from fingerdesign.checks.starter import shipped_text
-
-    home = tmp_path / "home"
-    home.mkdir()
+    (home := tmp_path / "home").mkdir()
     (home / "own.toml").write_text(shipped_text("narrow"), "utf-8")
-    (home / "study.toml").write_text(
-        HEAD.replace("maeno2000", "own.toml") + '[parameters]\n"mesh.file" = ["a.msh", "/b.msh"]\n',
-        "utf-8",
-    )
+    text = HEAD.replace("maeno2000", "own.toml")
+    text += '[parameters]\n"mesh.file" = ["a.msh", "/b.msh"]\n'
+    (home / "study.toml").write_text(text, "utf-8")
     monkeypatch.chdir(tmp_path)
     study = read_study("home/study.toml")
     assert study.parameters["mesh.file"] == (str(home / "a.msh"), "/b.msh")
-    assert (
-        base_design(study, home).body.width_mm != base_design(read_study("fingers")).body.width_mm
-    )
-    again = parse_study((home / "study.toml").read_text("utf-8"), "home/study.toml")
-    assert again.digest() == study.digest()
+    assert base_design(study, home).body.width_mm == 10.0
+    assert parse_study(text, "home/study.toml").digest() == study.digest()
     with pytest.raises(DesignError, match=r"own\.toml"):
         base_design(study, Path("elsewhere"))
-
-
-def test_two_parameters_of_one_key_and_shares_of_shares():
-    assert not key_faults({}, ["a.b / c.d", "c.d"])
-    assert "no other parameter" in str(key_faults({}, ["a.b", "a.b / c.d"])[0])
-    assert "no share itself" in str(key_faults({}, ["a.b / c.d", "c.d / e.f"])[0])
 
 
 def test_many_wrong_choices_are_judged_quickly_and_reported_in_part():
@@ -270,13 +254,6 @@ DEPTH = (
 )
 
 
-def test_a_grid_is_every_combination_in_order():
-    grid = sampled("grid", TWO)
-    found = [tuple(values.values()) for values in points(grid)]
-    assert found == [(10.0, 9), (10.0, 11), (10.0, 13), (12.0, 9), (12.0, 11), (12.0, 13)]
-    assert number_of_points(grid) == 6
-
-
 @pytest.mark.parametrize("sampling", ["sobol", "latin_hypercube"])
 def test_drawn_points_are_seeded_and_spread(sampling):
     drawn = list(points(sampled(sampling, DEPTH, 40)))
@@ -290,9 +267,13 @@ def test_drawn_points_are_seeded_and_spread(sampling):
     assert abs(sum(depth < 250.0**0.5 for depth in depths) - 20) <= 2
 
 
-def test_a_longer_sobol_study_keeps_the_shorter_ones_points():
+def test_a_longer_sobol_study_keeps_the_shorter_ones_points_and_a_grid_is_in_order():
     short, long = (list(points(sampled("sobol", DEPTH, count))) for count in (20, 100))
     assert long[:20] == short
+    grid = sampled("grid", TWO)
+    found = [tuple(values.values()) for values in points(grid)]
+    assert found == [(10.0, 9), (10.0, 11), (10.0, 13), (12.0, 9), (12.0, 11), (12.0, 13)]
+    assert number_of_points(grid) == 6
 
 
 def test_invalid_variants_are_reported_not_dropped():
@@ -308,33 +289,30 @@ def test_invalid_variants_are_reported_not_dropped():
 
 
 def test_shares_follow_the_length_that_they_are_of():
-    shared = sampled(
-        "grid", '"plates.span_mm / body.depth_mm" = [0.5, 1.0]\n"body.depth_mm" = [10.0, 20.0]'
-    )
+    share = '"plates.span_mm / body.depth_mm" = '
+    shared = sampled("grid", share + '[0.5, 1.0]\n"body.depth_mm" = [10.0, 20.0]')
     spans = [variant.design.plates.span_mm for variant in variants(shared, base_design(shared))]
     assert spans == [5.0, 10.0, 10.0, 20.0]
-    of_fixed = sampled(
-        "grid", '"plates.span_mm / body.depth_mm" = [0.5]', held='"body.depth_mm" = 30.0'
-    )
+    of_fixed = sampled("grid", share + "[0.5]", held='"body.depth_mm" = 30.0')
     (only,) = variants(of_fixed, base_design(of_fixed))
     assert only.design.plates.span_mm == 15.0
     assert only.values == {"plates.span_mm / body.depth_mm": 0.5}
 
 
-def test_fixed_keys_that_only_fit_with_the_parameters_are_no_fault():
-    # A depth of 5 leaves the base's span of 10 outside, but no variant has it.
-    narrow = sampled("grid", '"plates.span_mm" = [4.0, 5.0]', held='"body.depth_mm" = 5.0')
-    found = list(variants(narrow, base_design(narrow)))
-    assert [variant.design.plates.span_mm for variant in found] == [4.0, 5.0]
-    domed = sampled("grid", '"body.dome_radius_mm" = [30.0, 40.0]', held='"body.shape" = "dome"')
-    assert [bool(variant.values) for variant in variants(domed, base_design(domed))] == [True, True]
-    # Where no variant can exist, each says so.
-    flat = sampled(
-        "grid",
-        '"plates.count" = [15, 17]',
-        held='"body.base_height_mm" = 0.5\n"plates.cover_mm" = 9.0',
-    )
-    assert all(variant.faults for variant in variants(flat, base_design(flat)))
+@pytest.mark.parametrize(
+    ("lines", "held", "sound"),
+    [
+        # A depth of 5 leaves the base's span of 10 outside, but no variant has it.
+        ('"plates.span_mm" = [4.0, 5.0]', '"body.depth_mm" = 5.0', True),
+        ('"body.dome_radius_mm" = [30.0, 40.0]', '"body.shape" = "dome"', False),
+        # Where no variant can exist, each says so.
+        ('"plates.count" = [15, 17]', '"plates.cover_mm" = 30.0', False),
+    ],
+)
+def test_fixed_keys_that_only_fit_with_the_parameters_are_no_fault(lines, held, sound):
+    study = sampled("grid", lines, held=held)
+    found = list(variants(study, base_design(study)))
+    assert [not variant.faults for variant in found] == [sound] * 2
 
 
 def test_names_are_safe_and_distinct_whatever_the_number():
@@ -344,10 +322,6 @@ def test_names_are_safe_and_distinct_whatever_the_number():
     assert len(names) == 4
     assert all(safe_name(name) == name for name in names)
     assert variant_of(long, base, 100000, {}).design is not None
-
-
-def test_values_of_keys_in_rows_and_of_none():
-    base = base_design(sampled("grid", TWO))
     assert value_of(base, "body.depth_mm") == 10.0
     for key in ("body.nothing", "plates.model_fields", "plates.rows[3].count"):
         assert value_of(base, key) is None

@@ -50,16 +50,13 @@ def plan(study):
     return planned_with(study, study_scenes(study))
 
 
-def test_invalid_variants_are_outcomes_with_every_fault(plan):
+def test_invalid_variants_are_outcomes_and_each_scene_is_a_job(study, plan):
     assert [isinstance(each, Job) for each in plan] == [True, True, False]
     bad = plan[2]
     assert (bad.status, bad.failure.kind, bad.design) == ("failed", "invalid", {})
     assert bad.values == {"plates.count": 99}
     assert "plates." in bad.failure.sentence
     assert Outcome.from_json(bad.to_json()) == bad
-
-
-def test_each_scene_is_a_job(study):
     jobs = planned_with(study, {"a": None, "b": None})
     found = [(each.name[-1], getattr(each, "scene_name", "")) for each in jobs]
     assert found == [("1", "a"), ("1", "b"), ("2", "a"), ("2", "b"), ("3", "")]
@@ -76,17 +73,15 @@ def test_scenes_are_read_beside_the_study(tmp_path):
 
 
 def test_the_folder_holds_all_of_it(study, plan, tmp_path):
-    outcomes = [*MADE[:3], plan[2]]
-    with FOLDER.written(tmp_path / "three") as folder:
-        write_study(folder, study, outcomes, TEXT)
-    folder = tmp_path / "three"
+    outcomes, folder = [*MADE[:3], plan[2]], tmp_path / "three"
+    with FOLDER.written(folder) as aside:
+        write_study(aside, study, outcomes, TEXT)
     assert sorted(path.name for path in folder.iterdir()) == sorted(FILES)
     assert list(read_comparison([folder]).outcomes) == outcomes
     record = json.loads((folder / "study.json").read_text())
     assert record["objectives"] == [{"metric": "plates", "goal": "min"}]
     assert record["constraints"] == {"cost": {"at_least": None, "at_most": 100.0}}
-    assert record["outcomes"]["all"] == 4
-    assert record["outcomes"]["invalid"] == 1
+    assert (record["outcomes"]["all"], record["outcomes"]["invalid"]) == (4, 1)
     assert record["digest"] == study.digest()
     assert (folder / "study.toml").read_text() == TEXT
     rows = list(csv.DictReader((folder / "outcomes.csv").read_text().splitlines()))

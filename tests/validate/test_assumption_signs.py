@@ -61,9 +61,9 @@ def test_what_is_prescribed_absent_or_past_complete_slip_has_no_error(found, bar
     for row in found.assumptions:
         assert row.equal_force.errors["normal_force"] is None
         assert row.greatest("equal_force", "tangential_force") is None
-    for side in (bare.row("plane_strain").equal_motion, bare.row("plane_strain").equal_force):
-        assert side.errors["gage"] is None
-        assert side.gages == ()
+    row = bare.row("plane_strain")
+    for side in (row.equal_motion, row.equal_force):
+        assert (side.errors["gage"], side.gages) == (None, ())
         assert side.errors["contact_width"].greatest > 0.0
     side = found.row("plane_strain").equal_force
     assert (side.rows, side.rows_left_out) == (3, 1)
@@ -107,9 +107,8 @@ def test_finite_strain_and_how_gages_are_read_cost_what_they_must(found):
 def test_a_finger_without_plates_says_so(bare):
     for key in ("sheets", "gage_point"):
         row = bare.row(key)
-        assert not row.tested
+        assert (row.tested, row.verdict) == (False, "not tested")
         assert "no plates" in row.reason
-        assert row.verdict == "not tested"
         assert row.reason in row.advice
     assert bare.row("plane_strain").along_z is None
 

@@ -91,14 +91,9 @@ def test_rounding_of_a_pull_that_is_not_there_is_no_error():
 
 
 def answer_off(forces=1.0, stick=0.0, gages=1.0, seconds=1.0):
-    base = np.array([1.0, 2.0])
-    readings = Readings(
-        forces * base,
-        0.1 * forces * base,
-        base,
-        np.array([0.9, 0.5]) + stick,
-        gages * np.array([[[10.0, 10.0]], [[20.0, 20.0]]]),
-    )
+    base, strains = np.array([1.0, 2.0]), np.array([[[10.0, 10.0]], [[20.0, 20.0]]])
+    ratio = np.array([0.9, 0.5]) + stick
+    readings = Readings(forces * base, 0.1 * forces * base, base, ratio, gages * strains)
     return Answer("a model", readings, (), seconds, 100, 3)
 
 
@@ -111,18 +106,12 @@ def compared(seconds=1.0, better_seconds=12.0, **off):
 @pytest.mark.parametrize(
     ("kind", "changes", "verdict", "words"),
     [
-        ("model", {"forces": 1.003}, "keep", ("costs 0.3 % at the most (F_n", "a factor 12")),
+        ("model", {"forces": 1.003}, "keep", ("0.3 %", "a factor 12")),
         ("model", {}, "keep", ("below 0.01 %",)),
-        (
-            "model",
-            {"forces": 1.5, "stick": 0.3, "gages": 2.0},
-            "drop",
-            ("F_n 50 %", "n 100 %"),
-        ),
+        ("model", {"forces": 1.5, "stick": 0.3, "gages": 2.0}, "drop", ("F_n 50 %", "n 100 %")),
         ("model", {"stick": 0.05, "gages": 1.4}, "limited", ("ratio 5 %", "drop it for gages (")),
         ("model", {"better_seconds": 1.1}, "keep", ("saves nothing",)),
-        ("model", {"better_seconds": 30.0}, "keep", ("a factor 30",)),
-        ("value", {"forces": 1.2}, "measure", ("before trusting forces (F_n 20 %",)),
+        ("value", {"forces": 1.2}, "measure", ("F_n 20 %",)),
         ("value", {"forces": 1.001}, "keep", ()),
         ("reading", {"gages": 1.01, "forces": 9.0}, "keep", ("up to 1 %",)),
         ("reading", {"gages": 1.06}, "limited", ("up to 6 %",)),
@@ -136,18 +125,11 @@ def test_advice_follows_the_numbers(kind, changes, verdict, words):
     assert kind != "reading" or "F_n" not in sentence
 
 
-def test_where_it_does_not_matter_is_reported():
-    given = replace(compared(gages=1.3), equal_force=compared().equal_force)
-    _, sentence = advise("value", [given])
-    assert "where the force is given, it hardly moves the gages" in sentence
-
-
-def test_the_worst_of_several_comparisons_counts():
+def test_the_worst_of_several_comparisons_counts_and_nothing_compared_is_no_advice():
     worst = {each.group: each for each in worst_of([compared(), compared(gages=3.0)])}
     assert worst["gages"].error == pytest.approx(2.0)
     assert worst["forces"].error == 0.0
-
-
-def test_nothing_compared_is_no_advice():
+    given = replace(compared(gages=1.3), equal_force=compared().equal_force)
+    assert "it hardly moves the gages" in advise("value", [given])[1]  # at a given force
     with pytest.raises(ValueError, match="nothing was compared"):
         advise("model", [])

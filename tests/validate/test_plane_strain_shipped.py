@@ -96,14 +96,8 @@ def test_a_pull_beyond_the_studys_widens_what_the_pull_changes(path, further):
     assert found.most("normal_force") == plain.most("normal_force")
 
 
-def test_the_studys_ratios_are_those_of_its_file():
-    study = read_study(shipped_study())
-    assert study.scene.shear_per_approach == _STUDY_PULL
-    assert study.fixed["plates.length_mm"] / 12.679 == pytest.approx(_STUDY_LENGTH, rel=1e-3)
-
-
-def test_the_shipped_map_is_smooth_and_falls_with_depth():
-    chart = shipped_map()
+def test_the_shipped_map_is_smooth_falls_with_depth_and_is_of_the_shipped_study():
+    chart, study = shipped_map(), read_study(shipped_study())
     assert chart.depth[0] < 0.5
     assert chart.depth[-1] > 3.0
     force = chart.errors["normal_force"]
@@ -112,14 +106,12 @@ def test_the_shipped_map_is_smooth_and_falls_with_depth():
     assert (force > 0.0).all()
     assert np.isfinite(chart.errors["gage_face"]).all()
     assert (np.diff(force, axis=0) > 0.0).all()  # less compressible: farther from it
-
-
-def test_the_shipped_map_is_of_the_shipped_study():
-    table = shipped_map().table
-    points = list(points_of(read_study(shipped_study())))
-    assert len(table["points"]) == sum(not point.name for point in points)
-    assert [each["name"] for each in table["also"]] == [p.name for p in points if p.name]
-    assert set(table["uncertainty"]) == set(QUANTITIES)
+    points = list(points_of(study))
+    assert len(chart.table["points"]) == sum(not point.name for point in points)
+    assert [each["name"] for each in chart.table["also"]] == [p.name for p in points if p.name]
+    assert set(chart.table["uncertainty"]) == set(QUANTITIES)
+    assert study.scene.shear_per_approach == _STUDY_PULL
+    assert study.fixed["plates.length_mm"] / 12.679 == pytest.approx(_STUDY_LENGTH, rel=1e-3)
 
 
 @pytest.mark.parametrize("number", [0, 1])

@@ -61,31 +61,24 @@ def test_bent_perforated_plates_keep_their_holes_and_their_bend():
         assert pattern.faces == ("upper", "lower")
 
 
-def test_plates_along_z_are_another_kind_seen_from_above():
+def test_plates_along_z_are_another_kind_and_legs_displace_little_rubber():
     _, found = patterns_of(shipped("both_ways"))
     assert {pattern.seen for pattern in found} == {"lower", "upper"}
     assert len({pattern.name for pattern in found}) == len(found)
-
-
-def test_legs_displace_little_rubber():
     design = shipped("domed")
     plan = plan_mold(design)
     assert legs_volume(plan) == pytest.approx(26 * 0.3 * 0.1 * 3.0)
     assert 1e-4 < legs_share(design, plan) < 1e-2
 
 
-def comb(axis="z", exact=None, hole=None):
+def comb(axis="z", exact=72.0 * 0.3, hole=None):
     """A sheet 10 x 8 with one opening 4 x 2, or another, from z = 5 to 5.3."""
     slot = Manifold.cube((4.0, 2.0, 1.0)).translate((3.0, 3.0, -0.5))
-    solid = (
-        (Manifold.cube((10.0, 8.0, 0.3)) - (slot if hole is None else hole))
-        .translate((0.0, 0.0, 5.0))
-        .to_mesh64()
-    )
+    cut = Manifold.cube((10.0, 8.0, 0.3)) - (slot if hole is None else hole)
+    solid = cut.translate((0.0, 0.0, 5.0)).to_mesh64()
     points, triangles = np.array(solid.vert_properties), np.array(solid.tri_verts, dtype=np.int64)
     if axis == "x":
         points, triangles = points[:, [2, 1, 0]], triangles[:, ::-1]
-    exact = 72.0 * 0.3 if exact is None else exact
     return meshed("comb_front", points, triangles, (0, 0, 1), 1, "sheet", exact)
 
 
@@ -118,9 +111,8 @@ def test_a_round_hole_is_distinguished_from_a_slot():
 def test_outlines_that_are_not_the_solid_or_of_no_solid_are_refused():
     with pytest.raises(GeometryError, match="comb_front: its outline times its thickness"):
         comb_sheet(comb(exact=20.0), "+z")
-    open_ = comb()
     with pytest.raises(GeometryError, match="comb_front has no flat face"):
-        comb_sheet(replace(open_, triangles=open_.triangles[1:]), "+z")
+        comb_sheet(replace(comb(), triangles=comb().triangles[1:]), "+z")
 
 
 SHEETS = (
@@ -158,11 +150,15 @@ def printed(name, size, draw=(0.0, 1.0, 0.0)):
     return box(name, (3.0, 4.0, 5.0), np.add(size, [3.0, 4.0, 5.0]), draw, 0)
 
 
-def test_largest_face_lies_on_the_bed():
-    (posed,) = laid_out((printed("wall", (2.0, 7.0, 5.0), None),))
+@pytest.mark.parametrize("draw", [None, (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)])
+def test_the_largest_face_lies_on_the_bed(draw):
+    """Of two alike, the one away from the finger."""
+    size = (2.0, 7.0, 5.0)
+    (posed,) = laid_out((printed("wall", size, draw),))
     assert posed.flat_area == pytest.approx(35.0)
     assert posed.size == pytest.approx((7.0, 5.0, 2.0))
     assert posed.vertices.min(axis=0) == pytest.approx(0.0)
+    assert draw is None or posed.down == pytest.approx(draw)
 
 
 def test_turning_keeps_the_part_from_being_mirrored():
@@ -171,12 +167,6 @@ def test_turning_keeps_the_part_from_being_mirrored():
     for draw in ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, -1.0), None):
         (posed,) = laid_out((meshed("wedge", wedge, BOX, draw),))
         assert volume(posed.vertices, BOX) == pytest.approx(volume(wedge, BOX), rel=1e-12)
-
-
-@pytest.mark.parametrize("x", [1.0, -1.0])
-def test_the_face_away_from_the_finger_is_taken_before_its_like(x):
-    (posed,) = laid_out((printed("side", (2.0, 7.0, 5.0), (x, 0.0, 0.0)),))
-    assert posed.down == pytest.approx((x, 0.0, 0.0))
 
 
 def test_a_face_that_something_stands_out_of_is_none_to_lie_on():
