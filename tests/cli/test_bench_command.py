@@ -7,12 +7,6 @@ from fingerdesign_bench.check import Check
 from fingerdesign_bench.suite import Suite
 
 
-def test_help_names_every_bench(said):
-    shown = said("bench", "--help").out
-    for name in ("precision", "speed", "stability", "reference", "condensation", "verification"):
-        assert f"\n  {name}" in shown
-
-
 @pytest.mark.parametrize(
     "arguments",
     [

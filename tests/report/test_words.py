@@ -11,7 +11,6 @@ from fingerdesign.analysis.page.tables import (
     increment_table,
     model_table,
     points_table,
-    scene_table,
     work_table,
 )
 from fingerdesign.analysis.page.words import (
@@ -165,14 +164,6 @@ def with_scene(result, **changes):
         "scene.readout.points_mm": [[-4.0, 6.0, 0.0], [0.0, 6.25, 0.0]],
     }
     return with_keys(with_parts(result, "increments", rows), **scene | changes)
-
-
-def test_scene_has_a_table_of_its_own(plane_strain):
-    result = with_scene(plane_strain.result)
-    assert design_table(result).rows == design_table(plane_strain.result).rows
-    assert scene_table(plane_strain.result).rows == ()
-    assert ("object.friction_coefficient", "0.5") in scene_table(result).rows
-    assert object_text(plane_strain.result) == ""
 
 
 CYLINDER = {

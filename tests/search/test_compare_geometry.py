@@ -1,6 +1,5 @@
 """What the comparison page draws of a design, as data: shapes, traces, grips."""
 
-import copy
 import gzip
 import json
 import tomllib
@@ -8,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cadquery import Workplane
 
 from fingerdesign import load_design
 from fingerdesign.layout.frames import crest_height, plate_frames, surface_height
@@ -31,10 +31,10 @@ from fingerdesign.search.compare.geometry import (
 )
 from fingerdesign.search.compare.page import detail
 from tests.support.any_outcomes import any_outcomes
+from tests.support.steps import read_here, write
 
 DESIGNS = sorted((Path(__file__).parents[2] / "designs").glob("*.toml"))
 PAPER = DESIGNS[0].with_name("maeno2000.toml")
-shipped = pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
 
 
 def data_of(path):
@@ -45,19 +45,39 @@ def points(packed):
     return np.column_stack([np.array(packed[axis], dtype=float) for axis in "xyz"])
 
 
-@shipped
+@pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
 def test_a_shipped_design_is_packed_small_and_whole(path):
     design = load_design(path)
     packed = packed_geometry(data_of(path))
     assert len(gzip.compress(json.dumps(packed, allow_nan=False).encode())) < 5000
     assert packed["note"] == ""
-    assert packed["words"].startswith("The body is")
     assert packed["size"][1] == pytest.approx(crest_height(design.body), abs=1e-3)
     assert points(packed["body"])[:, 1].max() == pytest.approx(packed["size"][1], abs=1e-3)
     assert (packed["plates"] is None) == (not plate_frames(design))
+    for frame in plate_frames(design):  # gages and holes are marked on the plates' faces
+        gages, holes = map(fans, plate_marks(frame, (0.4, 0.4, 0.0), (1,)))
+        assert len(gages.triangles) == 2
+        above = frame.local(gages.vertices.mean(axis=0, keepdims=True))[0, 1]
+        assert above > 0.5 * frame.thickness - 1e-9
+        assert len(holes.triangles) == 2 * 14 * len(frame.holes)
+    for deep in (False, True):
+        the_contact_lies_on_the_surface(design.body, data_of(path), deep)
 
 
-@shipped
+def the_contact_lies_on_the_surface(body, data, deep):
+    (made,) = any_outcomes(1, seed=3, failed=0.0, deep=deep)
+    touch = packed_geometry(data, made.traces)["touch"]
+    found = points(touch["places"])
+    assert len(found) == touch["each"] * len(made.traces.contact_x_mm)
+    there = np.isfinite(found).all(axis=1)
+    assert there.mean() > 0.9
+    x, y, z = found[there].T
+    assert y == pytest.approx(surface_height(body, x, z), abs=0.1)
+    assert (y >= surface_height(body, x, z)).all()
+    assert touch["each"] == 1 if deep else np.ptp(z) > 0.9 * min(body.depth_mm, body.width_mm)
+
+
+@pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
 def test_the_body_is_closed_of_the_right_volume_and_on_the_surface(path):
     body = load_design(path).body
     solid, height = body_triangles(body)
@@ -69,9 +89,10 @@ def test_the_body_is_closed_of_the_right_volume_and_on_the_surface(path):
     assert volume == pytest.approx(outline_volume(body), rel=0.01)
     assert height == pytest.approx(crest_height(body))
     x, y, z = solid.vertices.T
-    assert np.abs(x).max() == pytest.approx(0.5 * body.width_mm)
-    inner = (y > 1e-9) & (np.abs(x) < 0.5 * body.width_mm - 1e-6)
-    inner &= np.hypot(x, z) < 0.5 * body.width_mm - 1e-6 if body.shape == "revolved" else inner
+    half = 0.5 * body.width_mm
+    assert np.abs(x).max() == pytest.approx(half)
+    inner = (y > 1e-9) & (np.abs(x) < half - 1e-6)
+    inner &= (np.hypot(x, z) < half - 1e-6) | (body.shape != "revolved")
     assert y[inner] == pytest.approx(surface_height(body, x[inner], z[inner]), abs=2e-3)
     # Lines are drawn along edges of the body alone: facets of one surface turn too little.
     some = len(solid.sharp_edges(SHARP_DEG))
@@ -83,51 +104,10 @@ def test_the_body_is_closed_of_the_right_volume_and_on_the_surface(path):
         assert np.abs(np.diff(angle)).max(initial=0) < 13.0
 
 
-@shipped
-def test_gages_and_holes_are_marked_on_the_plates_faces(path):
-    for frame in plate_frames(load_design(path)):
-        gages, holes = map(fans, plate_marks(frame, (0.4, 0.4, 0.0), (1,)))
-        assert len(gages.triangles) == 2
-        above = frame.local(gages.vertices.mean(axis=0, keepdims=True))[0, 1]
-        assert above > 0.5 * frame.thickness - 1e-9
-        assert len(holes.triangles) == 2 * 14 * len(frame.holes)
-
-
-@pytest.mark.parametrize("deep", [False, True])
-@shipped
-def test_the_contact_lies_on_the_surface(path, deep):
-    body = load_design(path).body
-    (made,) = any_outcomes(1, seed=3, failed=0.0, deep=deep)
-    touch = packed_geometry(data_of(path), made.traces)["touch"]
-    found = points(touch["places"])
-    assert len(found) == touch["each"] * len(made.traces.contact_x_mm)
-    there = np.isfinite(found).all(axis=1)
-    assert there.mean() > 0.9
-    x, y, z = found[there].T
-    assert y == pytest.approx(surface_height(body, x, z), abs=0.1)
-    assert (y >= surface_height(body, x, z)).all()
-    if deep:
-        assert touch["each"] == 1
-    else:
-        assert np.ptp(z) > 0.9 * min(body.depth_mm, body.width_mm)
-
-
-def test_files_as_written_do_as_well_as_whole_designs():
-    written = tomllib.loads(PAPER.read_text("utf-8"))
-    assert packed_geometry(written) == packed_geometry(data_of(PAPER))
-
-
-def test_a_step_body_without_its_file_is_said_and_not_drawn(tmp_path):
-    gone = {"shape": "step", "step": {"file": str(tmp_path / "gone.step")}}
-    packed = packed_geometry(data_of(DESIGNS[0].with_name("block.toml")) | {"body": gone})
-    assert packed["body"] is None
-    assert "STEP file" in packed["note"]
-
-
-def test_a_step_body_is_drawn_from_border_to_border(tmp_path):
-    cadquery = pytest.importorskip("cadquery")
-    pin = cadquery.Workplane("XZ").circle(7.0).extrude(-8.0).faces(">Y").edges().chamfer(1.0)
-    cadquery.exporters.export(pin, str(tmp_path / "pin.step"))
+def test_a_step_body_is_drawn_from_border_to_border(tmp_path, monkeypatch):
+    read_here(monkeypatch, tmp_path / "cache")
+    pin = Workplane("XZ").circle(7.0).extrude(-8.0).faces(">Y").edges().chamfer(1.0)
+    write(pin, tmp_path / "pin.step")
     path = tmp_path / "pin.toml"
     path.write_text(
         '[design]\nname = "pin"\n[plates]\ncount = 0\n[body]\nshape = "step"\n'
@@ -146,50 +126,41 @@ def test_a_step_body_is_drawn_from_border_to_border(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "spoil",
+    ("spoil", "note"),
     [
-        lambda d: d.clear(),
-        lambda d: d["body"].update(arc_radius_mm=float("nan")),
-        lambda d: d["body"].update(arc_radius_mm=3.0),
-        lambda d: d["body"].update(shape="<script>"),
-        lambda d: d.update(plates=["x"]),
-        lambda d: d["plates"].update(count=10**9),
+        (lambda d: d.clear(), "."),
+        (lambda d: d["body"].update(arc_radius_mm=float("nan")), "."),
+        (lambda d: d["body"].update(arc_radius_mm=3.0), "."),
+        (lambda d: d["body"].update(shape="<script>"), "."),
+        (lambda d: d.update(body={"shape": "step", "step": {"file": "/gone"}}), "STEP file"),
+        (lambda d: d.update(plates=["x"]), "."),
+        (lambda d: d["plates"].update(count=10**9), "."),
     ],
 )
-def test_data_that_is_no_design_is_said_and_not_drawn(spoil):
-    design = copy.deepcopy(data_of(PAPER))
+def test_data_that_is_no_design_is_said_and_not_drawn(spoil, note):
+    design = data_of(PAPER)
     spoil(design)
     packed = packed_geometry(design)
     assert packed["body"] is None
-    assert packed["note"].endswith(".")
+    assert note in packed["note"]
     json.dumps(packed, allow_nan=False)
 
 
 def test_many_plates_are_cut_off_and_said():
-    design = data_of(PAPER)
+    design = tomllib.loads(PAPER.read_text("utf-8"))  # a file as written does as well
+    assert packed_geometry(design) == packed_geometry(data_of(PAPER))
     design["plates"] |= {"count": MOST_PLATES + 5, "pitch_mm": 0.1, "length_mm": 0.05}
     packed = packed_geometry(design)
     assert len(packed["plates"]["x"]) == 8 * MOST_PLATES
     assert f"Of {MOST_PLATES + 5} plates" in packed["note"]
 
 
-TRACES = Traces(
-    normal_force_N=(0.123456, 3.0),
-    tangential_force_N=(0.0, 1.0),
-    gages=((1.23456, -200.0), (None, 0.0)),
-    gage_x_mm=(-1.0, 1.0),
-    contact_x_mm=(0.0, 0.5, 1.0),
-    status=("..#", "/##"),
-)
-
-
 @pytest.mark.parametrize("number", range(3))
 def test_contact_rows_are_as_long_as_the_status_says(number):
     made = any_outcomes(3, seed=1, failed=0.0)[number].traces
-    stick, slip = contact_figure(made)["data"]
     rows = "".join(made.status)
     step = made.contact_x_mm[1] - made.contact_x_mm[0]
-    for bars, character in ((stick, "#"), (slip, "/")):
+    for bars, character in zip(contact_figure(made)["data"], "#/", strict=True):
         assert sum(bars["x"]) == pytest.approx(step * rows.count(character), rel=0.01)
         assert set(bars["y"]) <= set(range(1, len(made.status) + 1))
 
@@ -205,9 +176,10 @@ def test_contact_of_a_half_model_is_mirrored():
 
 
 def test_gages_are_traces_with_four_digits_and_words():
-    figure = gages_figure(TRACES)
+    traces = Traces(gages=((1.23456, -200.0), (None, 0.0)), gage_x_mm=(-1.0, 1.0))
+    figure = gages_figure(traces)
     assert [trace["y"] for trace in figure["data"]] == [[1.235, None], [-200, 0]]
-    assert "2 gages over 2 increments. The largest is -200 microstrain" in figure["words"]
+    assert "The largest is -200 microstrain" in figure["words"]
     assert "gage 2, x = 1 mm, at increment 1" in figure["words"]
     assert figure["best"] == 1
     assert gages_figure(Traces()) is None
@@ -225,12 +197,10 @@ def test_forces_stand_against_their_own_limit():
     for trace, grip in zip(figure["data"][3:], outcomes[0].grips, strict=False):
         good = grip.lifted and not grip.gross_slip
         assert (trace["marker"]["symbol"] == "x") is not good
-        assert (
-            trace["line"]["color"] == limits[frictions[grip.friction_coefficient]]["line"]["color"]
-        )
-    last = figure["steps"][-1]
-    end = outcomes[0].traces
-    assert last["shapes[0].xanchor"] == pytest.approx(end.normal_force_N[-1], rel=1e-3)
+        limit = limits[frictions[grip.friction_coefficient]]
+        assert trace["line"]["color"] == limit["line"]["color"]
+    end = outcomes[0].traces.normal_force_N[-1]
+    assert figure["steps"][-1]["shapes[0].xanchor"] == pytest.approx(end, rel=1e-3)
     assert figure["words"].count("regulator") == 3
 
 

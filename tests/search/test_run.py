@@ -42,19 +42,26 @@ def job(base, number, **values):
     return Job(f"v-{number}", with_values(base, changed), Cost(), {"number": number, **values})
 
 
-def test_a_second_run_computes_nothing(base, tmp_path, evaluators):
+def test_a_second_run_computes_nothing_and_twins_are_computed_once(base, tmp_path, evaluators):
     jobs = [job(base, n) for n in range(5)]
-    store = Store(tmp_path / "store")
+    jobs.append(replace(jobs[4], name="twin", values={"number": 1.0}, cost=Cost(plate=7.0)))
+    store, before = Store(tmp_path / "store"), set(psutil.Process().children())
     with Cluster(2, evaluator="sweep_evaluators:quick") as cluster:
-        first = run_jobs(jobs, store, cluster, LIMITS)
+        batch = run_jobs(jobs[:2], store, cluster, LIMITS)
+        first = run_jobs(jobs, store, cluster, LIMITS)  # it serves one batch after another
     assert [each.name for each in first] == [each.name for each in jobs]
-    assert sorted(evaluators.read_text().split()) == [each.name for each in jobs]
+    assert sorted(evaluators.read_text().split()) == [each.name for each in jobs[:5]]
+    assert batch == first[:2]
+    assert first[4].metrics["cost"] != first[5].metrics["cost"]
+    assert first[5].values == {"number": 1.0}
     seen = []
     with Cluster(2, evaluator="sweep_evaluators:quick") as cluster:
+        assert not run_jobs([], store, cluster, LIMITS)
         assert run_jobs(jobs, store, cluster, LIMITS, seen.append) == first
         assert cluster.threads == 0  # not even started
     assert len(evaluators.read_text().split()) == 5
-    assert (seen[-1].number, seen[-1].of, seen[-1].stored) == (5, 5, 5)
+    assert (seen[-1].number, seen[-1].of, seen[-1].stored) == (6, 6, 6)
+    assert set(psutil.Process().children()) <= before
 
 
 def test_bad_jobs_are_failures_and_the_rest_is_done(base, tmp_path):
@@ -86,17 +93,6 @@ def test_local_workers_listen_on_this_machine_alone():
         assert {each.ip for each in listening() - before} <= {"127.0.0.1", "::1"}
 
 
-def test_variants_of_one_finger_are_computed_once(base, tmp_path, evaluators):
-    one = job(base, 1)
-    twin = replace(one, name="twin", values={"number": 1.0}, cost=Cost(plate=7.0))
-    with Cluster(2, evaluator="sweep_evaluators:quick") as cluster:
-        found = run_jobs([one, twin], Store(tmp_path), cluster, LIMITS)
-    assert evaluators.read_text().split() == ["v-1"]
-    assert [each.name for each in found] == ["v-1", "twin"]
-    assert found[0].metrics["cost"] != found[1].metrics["cost"]
-    assert found[1].values == {"number": 1.0}
-
-
 def test_an_outcome_of_another_version_is_refused(base, tmp_path):
     with (
         Cluster(1, evaluator="sweep_evaluators:elsewhere") as cluster,
@@ -104,16 +100,6 @@ def test_an_outcome_of_another_version_is_refused(base, tmp_path):
     ):
         run_jobs([job(base, 1)], Store(tmp_path), cluster, LIMITS)
     assert list(tmp_path.rglob("*.txt")) == []
-
-
-def test_a_cluster_serves_one_batch_after_another(base, tmp_path):
-    before = set(psutil.Process().children())
-    with Cluster(2, evaluator="sweep_evaluators:quick") as cluster:
-        for batch in ([1, 2], [2, 3], []):
-            jobs = [job(base, number) for number in batch]
-            found = run_jobs(jobs, Store(tmp_path), cluster, LIMITS)
-            assert [each.name for each in found] == [each.name for each in jobs]
-    assert set(psutil.Process().children()) <= before
 
 
 DIGEST = "ab" + "0" * 62
@@ -150,7 +136,7 @@ def test_what_is_put_is_got_and_what_a_killed_driver_left_is_cleared_away(store)
     assert [path.name for path in store.folder.rglob("*.*")] == [f"{DIGEST}.txt"]
 
 
-def test_an_outcome_under_another_digest_or_of_an_older_format_is_none(store, monkeypatch):
+def test_an_outcome_under_another_digest_or_of_an_older_format_is_none(store):
     store.put(outcome())
     (path,) = store.folder.rglob("*.txt")
     other = "ab" + "1" * 62
@@ -158,6 +144,12 @@ def test_an_outcome_under_another_digest_or_of_an_older_format_is_none(store, mo
     assert store.get(other) is None
     store.put(replace(outcome(), schema_version=0))
     assert store.get(DIGEST) is None
+    path.unlink()  # a folder in its place is moved away
+    (path / "kept").mkdir(parents=True)
+    assert store.get(DIGEST) is None
+    store.put(outcome())
+    assert store.get(DIGEST) == outcome()
+    assert len(list(store.folder.rglob("kept"))) == 1
 
 
 @pytest.mark.parametrize("kind", ["crashed", "timeout", "memory", "failed", "refused"])
@@ -184,11 +176,3 @@ def test_only_digests_name_files(store, digest):
     with pytest.raises(ValueError, match="is no digest"):
         store.put(outcome(digest=digest))
     assert not store.folder.exists()
-
-
-def test_a_folder_in_the_place_of_a_file_is_moved_away(store):
-    (store.folder / "ab" / f"{DIGEST}.txt" / "kept").mkdir(parents=True)
-    assert store.get(DIGEST) is None
-    store.put(outcome())
-    assert store.get(DIGEST) == outcome()
-    assert len(list(store.folder.rglob("kept"))) == 1
