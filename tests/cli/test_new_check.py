@@ -199,6 +199,7 @@ def fail_with(monkeypatch, error):
         (KeyboardInterrupt(), 130, "interrupted"),
         (OSError(28, "No space left on device"), 1, "No space left on device; free space"),
         (ZeroDivisionError("oh"), 1, "unexpected ZeroDivisionError: oh"),
+        (ImportError("no such library"), 1, "unexpected ImportError"),
         (click.ClickException("clicked"), 1, "clicked"),
     ],
 )

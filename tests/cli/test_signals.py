@@ -88,14 +88,6 @@ def test_an_import_ends_before_the_interruption(monkeypatch, tmp_path, capsys):
     assert capsys.readouterr().out == "loaded 1\n"
 
 
-def test_an_import_that_fails_by_itself_is_1(monkeypatch, capsys):
-    def load():
-        raise ImportError("no such library")
-
-    assert run(monkeypatch, load) == 1
-    assert "unexpected ImportError" in capsys.readouterr().err
-
-
 def test_signals_that_are_ignored_stay_so(monkeypatch):
     signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as under nohup
     assert run(monkeypatch, lambda: signal.raise_signal(signal.SIGHUP)) == 0

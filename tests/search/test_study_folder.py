@@ -2,7 +2,6 @@
 
 import csv
 import json
-import re
 from dataclasses import replace
 
 import pytest
@@ -88,17 +87,6 @@ def test_the_folder_holds_all_of_it(study, plan, tmp_path):
     assert [row["name"] for row in rows] == [each.name for each in outcomes]
     assert rows[3]["failure_kind"] == "invalid"
     assert plan[2].name in (folder / "report.html").read_text()
-
-
-def test_a_failure_of_writing_leaves_nothing(study, tmp_path, monkeypatch):
-    def full(*_, **__):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("fingerdesign.search.run.folder.compare_html", full)
-    named = f"No space left on device: '{tmp_path / 'x'}'"
-    with pytest.raises(OSError, match=re.escape(named)), FOLDER.written(tmp_path / "x") as folder:
-        write_study(folder, study, MADE[:2], TEXT)
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_failures_cannot_be_formulas_or_break_rows():

@@ -7,11 +7,14 @@ are for tests and benchmarks of the report, never a result.
 
 import copy
 import hashlib
+import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fingerdesign.checks.starter import file_text
 from fingerdesign.records.outcome import Failure, GripOutcome, Outcome, Traces, Validity
 
 INCREMENTS, POINTS, DEEP = 24, 121, 9  # of the path; contact points along x, and along z in 3-D
@@ -43,7 +46,7 @@ def any_outcomes(count, seed=0, failed=0.08, deep=False, hostile=False):
     deep: 3-D instead of plane strain. hostile: the first names (and values) are an attacker's.
     """
     chance = np.random.default_rng([20261122, seed])
-    base = _base_design()
+    base = tomllib.loads(file_text(Path("maeno2000")))
     made = [_outcome(number, chance, base, failed, deep) for number in range(count)]
     if hostile:
         for number, name in enumerate(HOSTILE[:count]):
@@ -51,17 +54,7 @@ def any_outcomes(count, seed=0, failed=0.08, deep=False, hostile=False):
     return tuple(made)
 
 
-def _base_design():
-    import tomllib
-
-    from fingerdesign.checks.starter import file_text
-
-    return tomllib.loads(file_text(Path("maeno2000")))
-
-
 def _renamed(outcome, name):
-    from dataclasses import replace
-
     values = {**outcome.values, "plates.material": name}
     failure = outcome.failure and Failure(outcome.failure.kind, f"{name} went wrong")
     return replace(outcome, name=name, values=values, failure=failure, warnings=(name,))
@@ -93,9 +86,8 @@ def _outcome(number, chance, base, failed, deep):
     }
     luck = float(chance.uniform())
     if luck < failed:
-        return Outcome(
-            **common, status="failed", failure=FAILURES[number % len(FAILURES)], seconds=3.0
-        )
+        failure = FAILURES[number % len(FAILURES)]
+        return Outcome(**common, status="failed", failure=failure, seconds=3.0)
     traces, normal, tangential = _traces(values, chance, deep)
     grips = tuple(_grip(friction, values, chance) for friction in FRICTIONS)
     core = round(float(chance.uniform(0.7, 2.0)), 3)
