@@ -214,6 +214,7 @@ def test_page_csv_and_outcomes(outcomes, page, tmp_path, said):
         (["--objective", "stik"], "did you mean stick_error?"),
         (["nowhere"], "RESULT = nowhere"),
         (["--out", "page.txt"], "must end in .html"),
+        (["--csv", "a", "--json", "a"], "must not be that of another option"),
         # Nothing of the study is written over.
         (["--out", "study"], "choose another"),
         (["--out", "study/outcomes.jsonl"], "choose another"),

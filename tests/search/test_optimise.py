@@ -332,6 +332,7 @@ def test_what_decides_comes_first_and_which_way():
     assert abs(third.share) < 0.05
     assert cost.explained > 0.9
     assert noise.explained < WEAK
+    assert "hints" in noise.words
     assert (same.explained, same.effects) == (None, ())
 
 
