@@ -184,8 +184,8 @@ def test_an_estimator_reports_is_exported_and_the_regulator_asks(
 def test_a_folder_of_something_else_is_left_alone(command, folder, tmp_path, said):
     (tmp_path / "coarse").mkdir()
     (tmp_path / "coarse/mine.txt").write_text("mine")
-    trace = [folder / "grip.csv"] if command == "replay" else []
-    given = [folder / "coarse.toml", *trace, "--out", tmp_path]
+    more = {"replay": [folder / "grip.csv"], "study-control": ["--quick"]}
+    given = [folder / "coarse.toml", *more.get(command, []), "--out", tmp_path]
     assert "mine.txt" in said(command, *given, code=2).err
     assert [path.name for path in (tmp_path / "coarse").iterdir()] == ["mine.txt"]
 
