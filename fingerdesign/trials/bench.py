@@ -239,7 +239,7 @@ class GripBench:
         try:
             episode = self.episode(cell, memory)
         except SolverError as error:
-            return _failed(cell, seed, str(error))
+            return failed_grip(cell, seed, str(error))
         return outcome(
             episode,
             cell.noise,
@@ -284,7 +284,8 @@ class GripBench:
         return self.grip.hardware.model_copy(update=own)
 
 
-def _failed(cell: Cell, seed: int, reason: str) -> JudgedGrip:
+def failed_grip(cell: Cell, seed: int, reason: str) -> JudgedGrip:
+    """The outcome of a cell whose model or bench failed."""
     return JudgedGrip(
         **asdict(cell),
         seed=seed,

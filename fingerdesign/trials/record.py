@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -153,27 +153,14 @@ def summarise(outcomes: Sequence[JudgedGrip]) -> Summary:
     )
 
 
-class Said(Protocol):
-    """A grip, and what the controller said of itself."""
-
-    @property
-    def success(self) -> int: ...
-    @property
-    def crushed(self) -> int | None: ...
-    @property
-    def ending(self) -> str: ...
-    @property
-    def unsure(self) -> int | None: ...
-
-
-def unannounced(grips: Sequence[Said]) -> int | None:
+def unannounced(grips: Sequence[JudgedGrip]) -> int | None:
     """Grips that were dropped or crushed, and nothing was said; None where nothing is ever said."""
     telling = [each for each in grips if each.unsure is not None]
     wrong = [each for each in telling if each.crushed or each.ending == "complete slip"]
     return sum(not each.unsure for each in wrong) if telling else None
 
 
-def unsure(grips: Sequence[Said]) -> Share | None:
+def unsure(grips: Sequence[JudgedGrip]) -> Share | None:
     """Of those that succeeded the share at whose lift the controller was unsure."""
     well = [each for each in grips if each.success and each.unsure is not None]
     return share_of(sum(bool(each.unsure) for each in well), len(well)) if well else None
@@ -362,10 +349,10 @@ def _summary(
 
 def grips_csv(outcomes: Sequence[JudgedGrip]) -> str:
     """A row a grip; empty where there is no value, true and false as 1 and 0."""
-    return csv_text(
-        COLUMNS, ([_cell(getattr(each, name)) for name in COLUMNS.values()] for each in outcomes)
-    )
+    return csv_text(COLUMNS, (grip_cells(each, COLUMNS.values()) for each in outcomes))
 
 
-def _cell(value: Any) -> Any:
-    return int(value) if isinstance(value, bool) else value
+def grip_cells(grip: JudgedGrip, names: Iterable[str]) -> list[Any]:
+    """Attributes of a grip as cells: true and false as 1 and 0."""
+    values = (getattr(grip, name) for name in names)
+    return [int(value) if isinstance(value, bool) else value for value in values]

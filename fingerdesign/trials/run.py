@@ -70,18 +70,14 @@ def key_of(cell: Cell | JudgedGrip) -> str:
 KIND = "a control study"  # of journals
 
 
-def kept_grips(journal: Journal) -> dict[str, JudgedGrip]:
-    """The grips of earlier runs by their keys. ResultError where a record is no grip."""
-    found = kept_records(journal, JudgedGrip, "a grip of a control study")
-    return {key_of(each): each for each in found}
-
-
-def kept_records(journal: Journal, kind: Any, what: str) -> list[Any]:
-    """The records of a journal: grips, or lists of them. ResultError where one is not ``what``."""
+def kept_records(journal: Journal, kind: Any, what: str) -> dict[str, Any]:
+    """A journal's grips, or lists of them, by key. ResultError where a record is not ``what``."""
     closed(JudgedGrip)  # all its keys, and no others
     adapter = TypeAdapter(kind)
     try:
-        return [adapter.validate_json(json.dumps(record), strict=True) for _, record in journal]
+        return {
+            key: adapter.validate_json(json.dumps(record), strict=True) for key, record in journal
+        }
     except ValueError as error:
         words = f"{journal.path}: not {what}; move it away, or choose another --out"
         raise ResultError(words) from error
@@ -99,7 +95,8 @@ def run_batches(
     workers 1: in this process. An interruption waits for the batches that are running, a second or
     two. Raises SolverError where a process died.
     """
-    found, total, left = kept_grips(journal), 0, []
+    found = kept_records(journal, JudgedGrip, "a grip of a control study")
+    total, left = 0, []
     for cells in batches:
         total += len(cells)
         if rest := [cell for cell in cells if key_of(cell) not in found]:
@@ -160,8 +157,6 @@ def study_control(
     """
     names = tuple(dict.fromkeys(controllers))
     refuse(grid, names)
-    if estimator is not None and (faults := estimator_faults(design, estimator)):
-        raise DesignError(faults)
     clock = Clock()
     bench = grip_bench(design, names, grid, estimator, workers, report, clock, fidelity)
     digest = study_digest(design, grid, bench.estimator, fidelity)
@@ -207,8 +202,11 @@ def grip_bench(
 ) -> GripBench:
     """The model of a design, and an estimator taught on it where a controller needs one.
 
-    estimator: one that is there already. opposed: grips may have another finger on the other side.
+    estimator: one that is there already; DesignError where it was taught on another finger, or at
+    another fidelity. opposed: grips may have another finger on the other side.
     """
+    if estimator is not None and (faults := estimator_faults(design, estimator, fidelity)):
+        raise DesignError(faults)
 
     def say(message: str) -> None:
         report(message, 0.0)

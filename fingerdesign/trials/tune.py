@@ -49,6 +49,7 @@ if TYPE_CHECKING:
 
 
 FORMAT = "fingerdesign tuning, 1"
+KIND = "a tuning"  # of journals
 RECORD_FILE = "tuning.json"
 WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
 
@@ -145,25 +146,20 @@ Estimated = Callable[[int, int], None]  # grips judged of those asked for at onc
 
 
 class Kept:
-    """The journal of an unfinished run with ``digest``; a file of something else is a JournalError.
+    """The journal of an unfinished run; ResultError where a record is none of a tuning.
 
     It holds the grips of each trial. The procedure is seeded, so a run that is begun anew asks for
     the same trials: those that are kept are taken from here, in the middle of a round too.
     """
 
-    def __init__(self, path: Path, digest: str) -> None:
-        self._journal = Journal(path, "a tuning", digest)
-        self.close = self._journal.close
-        try:
-            kept_records(self._journal, list[JudgedGrip], "a record of a tuning")
-        except BaseException:
-            self.close()
-            raise
+    def __init__(self, journal: Journal) -> None:
+        self._journal = journal
+        self._found = kept_records(journal, list[JudgedGrip], "a record of a tuning")
 
     @property
     def grips(self) -> int:
         """How many grips of trials are kept."""
-        return sum(len(record) for _, record in self._journal)
+        return sum(map(len, self._found.values()))
 
     def judge(self, judge: Judge, reported: Estimated = lambda done, of: None) -> Judge:
         """A judge that recalls what is kept and keeps, trial by trial, what ``judge`` makes."""
@@ -171,15 +167,16 @@ class Kept:
         def judged(requested: Requested) -> list[list[JudgedGrip]]:
             keys = [_key(*each) for each in requested]  # tried values may be alike
             pairs = zip(keys, requested, strict=True)
-            left = {key: each for key, each in pairs if key not in self._journal}
+            left = {key: each for key, each in pairs if key not in self._found}
             of = sum(len(cells) for _, cells in requested)
             done = of - sum(len(cells) for _, cells in left.values())
             reported(done, of)
             for key, outcomes in zip(left, judge(list(left.values())), strict=True):
                 self._journal.add({key: [asdict(each) for each in outcomes]})
+                self._found[key] = outcomes
                 done += len(outcomes)
                 reported(done, of)
-            return [[JudgedGrip(**each) for each in self._journal.get(key)] for key in keys]
+            return [self._found[key] for key in keys]
 
         return judged
 
@@ -237,10 +234,10 @@ def tune_controllers(
         design, names, grid, estimator, workers, report, Clock(), fidelity, opposed=False
     )
     digest = _tuning_digest(design, budget, noises, seed, bench.problem, bench.estimator)
-    if (kept := Kept(journal, digest)).grips:
-        report(f"going on: {kept.grips} grips were made before", 0.0)
-    found = {}
-    with one_thread(), bench_judge(bench, workers) as judge:
+    found, records = {}, Journal(journal, KIND, digest)
+    with records, one_thread(), bench_judge(bench, workers) as judge:
+        if (kept := Kept(records)).grips:
+            report(f"going on: {kept.grips} grips were made before", 0.0)
         for number, name in enumerate(names):
             progress = _Progress(report, number, len(names), len(budget))
             found[name] = tune(
@@ -252,7 +249,6 @@ def tune_controllers(
                 seed=seed,
                 report=progress.round,
             )
-    kept.close()
     return TuningRecord(
         design=design.design.name,
         digest=digest,

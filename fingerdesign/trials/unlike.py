@@ -9,14 +9,16 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
+from fingerdesign.control.metrics import JudgedGrip
+from fingerdesign.control.plants.plant import Memory
 from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.records.base import Count, Size, closed, csv_text, json_text
@@ -33,10 +35,12 @@ from fingerdesign.trials.bench import (
     ControlGrid,
     GripBench,
     Tug,
+    failed_grip,
     refuse,
+    seed_of,
 )
-from fingerdesign.trials.record import Share, Spread, share_of, spread_of, unannounced, unsure
-from fingerdesign.trials.run import in_processes
+from fingerdesign.trials.record import COLUMNS, Share, Spread, grip_cells, spread_of, summarise
+from fingerdesign.trials.run import in_processes, kept_records
 from fingerdesign.version import __version__, versions
 
 if TYPE_CHECKING:
@@ -48,26 +52,10 @@ KIND = "a study of unlike fingers"  # of journals
 NONE, EVERY = "none", "all"  # the model itself; every fault together
 
 
-@dataclass(frozen=True)
-class Lift:
-    """One object: a row of unlike.csv; truths are 1 and 0, what a failure has no value of is empty.
-
-    As plain values in the journal and between processes.
-    """
-
-    fault: str
-    plant: int
-    controller: str
-    friction_coefficient: float
-    object_mass_g: float
-    success: int = 0
-    lifted: int = 0
-    gross_slip: int | None = None
-    crushed: int | None = None
-    safety_margin: float | None = None
-    unsure: int | None = None
-    ending: str = "failed"
-    reason: str = ""
+# Columns of unlike.csv after fault and plant, as of grips.csv.
+_FIELDS = "controller friction mass_g success lifted dropped crushed margin_at_lift unsure ending"
+_FIELDS += " reason"
+_COLUMNS = {name: field for name, field in COLUMNS.items() if field in _FIELDS.split()}
 
 
 @closed
@@ -125,10 +113,10 @@ def chosen_faults(names: Sequence[str]) -> list[Chosen]:
 
 @dataclass(frozen=True)
 class UnlikeStudy:
-    """The record, and every lift."""
+    """The record, and every lift: the label of its fault, its plant's number, what came of it."""
 
     data: UnlikeData
-    lifts: tuple[Lift, ...]
+    lifts: tuple[tuple[str, int, JudgedGrip], ...]
 
 
 @dataclass(frozen=True)
@@ -161,7 +149,8 @@ def study_unlike(
 
     lifts: objects a plant, friction and weight drawn from the grid's ranges. Gages' noise is that
     of a good amplifier. The file ``journal`` keeps what is done, so that an interruption costs one
-    plant. Raises DesignError for wrong input, SolverError where a process died.
+    plant. Raises DesignError for wrong input, ResultError for a journal of something else,
+    SolverError where a process died.
     """
     names = tuple(dict.fromkeys(controllers))
     refuse(ControlGrid(seed=seed), names)
@@ -170,35 +159,35 @@ def study_unlike(
     if estimator is not None and (wrong := estimator_faults(design, estimator, fidelity)):
         raise DesignError(wrong)
     if any(map(needs_training, names)) and estimator is None:
-        found = training_result_for(
+        estimator = training_result_for(
             design, None, lambda message: report(message, 0.0), workers, fidelity
-        )
-        estimator = found.estimator
+        ).estimator
     shared = _Shared(design, names, estimator, fidelity, lifts, seed)
     jobs = [(label, chosen, plant) for label, chosen in faults for plant in range(plants)]
     with one_thread(), Journal(journal, KIND, _digest(shared, faults)) as kept:
-        done = dict(kept)
+        done = kept_records(kept, list[JudgedGrip], "the lifts of a study of unlike fingers")
         left = [job for job in jobs if _key(job) not in done]
-        for job, rows in in_processes(lift_plant, shared, left, workers):
-            kept.add({_key(job): rows})
-            done[_key(job)] = rows
+        for job, found in in_processes(lift_plant, shared, left, workers):
+            kept.add({_key(job): [asdict(each) for each in found]})
+            done[_key(job)] = found
             report(f"gripping: {job[0]}", len(done) / len(jobs))
-    every = tuple(Lift(**row) for job in jobs for row in done[_key(job)])
+    every = tuple((job[0], job[2], each) for job in jobs for each in done[_key(job)])
     return UnlikeStudy(_data(shared, faults, plants, every), every)
 
 
 def write_unlike(study: UnlikeStudy, folder: Path) -> None:
     """The record and every lift into a folder that exists."""
-    columns = [field.name for field in fields(Lift)]
-    table = csv_text(columns, (vars(each).values() for each in study.lifts))
+    fields = _COLUMNS.values()
+    rows = ([label, plant, *grip_cells(each, fields)] for label, plant, each in study.lifts)
+    table = csv_text(["fault", "plant", *_COLUMNS], rows)
     (folder / CSV_FILE).write_text(table, encoding="utf-8")
     text = json_text(study.data, indent=1)
     (folder / RECORD_FILE).write_text(text, encoding="utf-8")
 
 
-def lift_plant(shared: _Shared, job: Job) -> tuple[Job, list[dict[str, Any]]]:
+def lift_plant(shared: _Shared, job: Job) -> tuple[Job, list[JudgedGrip]]:
     """All controllers on one plant; one whose model or bench fails is a failure of each."""
-    label, faults, plant = job
+    _, faults, plant = job
     seed = int(np.random.SeedSequence([shared.seed, 1, plant]).generate_state(1)[0])
     rng = np.random.default_rng(seed)
     friction = rng.uniform(min(FRICTIONS), max(FRICTIONS), shared.lifts)
@@ -208,12 +197,11 @@ def lift_plant(shared: _Shared, job: Job) -> tuple[Job, list[dict[str, Any]]]:
         for name in shared.controllers
         for mu, grams in zip(friction, mass, strict=True)
     ]
-    lifts = [Lift(label, plant, each.controller, each.friction, each.mass_g) for each in cells]
     try:
         found = unlike(shared.design, faults, seed)
         bench, held = unlike_problems(found, shared.fidelity)
     except FingerDesignError as error:
-        return job, [vars(replace(lift, reason=str(error))) for lift in lifts]
+        return job, [failed_grip(each, seed_of(each, shared.seed), str(error)) for each in cells]
     rig = GripBench(
         bench,
         found.design.gages.face,
@@ -223,22 +211,7 @@ def lift_plant(shared: _Shared, job: Job) -> tuple[Job, list[dict[str, Any]]]:
         shared.estimator,
         held=held,
     )
-    rows = []
-    for cell, lift in zip(cells, lifts, strict=True):
-        (each,) = rig.run_batch([replace(cell, tug=found.tug)])
-        done = replace(
-            lift,
-            success=int(each.success),
-            lifted=int(each.lifted),
-            gross_slip=int(each.dropped),
-            crushed=int(each.crushed),
-            safety_margin=each.margin_at_lift,
-            unsure=None if each.unsure is None else int(each.unsure),
-            ending=each.ending,
-            reason=each.reason,
-        )
-        rows.append(vars(done))
-    return job, rows
+    return job, [rig.run_cell(replace(each, tug=found.tug), Memory()) for each in cells]
 
 
 def _key(job: Job) -> str:
@@ -253,12 +226,15 @@ def _digest(shared: _Shared, faults: Sequence[Chosen]) -> str:
 
 
 def _data(
-    shared: _Shared, faults: Sequence[Chosen], plants: int, lifts: Sequence[Lift]
+    shared: _Shared,
+    faults: Sequence[Chosen],
+    plants: int,
+    lifts: Sequence[tuple[str, int, JudgedGrip]],
 ) -> UnlikeData:
     """Shares with Wilson's intervals, spreads of the margin at the lift."""
     summaries = {
         label: {
-            name: _summary([x for x in lifts if (x.fault, x.controller) == (label, name)])
+            name: _summary([x for of, _, x in lifts if (of, x.controller) == (label, name)])
             for name in shared.controllers
         }
         for label, _ in faults
@@ -278,14 +254,15 @@ def _data(
     )
 
 
-def _summary(lifts: Sequence[Lift]) -> UnlikeSummary:
+def _summary(lifts: Sequence[JudgedGrip]) -> UnlikeSummary:
+    every = summarise(lifts)
     return UnlikeSummary(
-        success=share_of(sum(each.success for each in lifts), len(lifts)),
-        gross_slip=sum(each.gross_slip or 0 for each in lifts),
-        crushed=sum(each.crushed or 0 for each in lifts),
-        not_lifted=sum(not each.lifted for each in lifts),
-        failed=sum(each.ending == "failed" for each in lifts),
-        safety_margin=spread_of(each.safety_margin for each in lifts if each.success),
-        unannounced=unannounced(lifts),
-        unsure=unsure(lifts),
+        success=every.success,
+        gross_slip=every.dropped,
+        crushed=every.crushed,
+        not_lifted=every.not_lifted,
+        failed=every.failed,
+        safety_margin=spread_of(each.margin_at_lift for each in lifts if each.success),
+        unannounced=every.unannounced,
+        unsure=every.unsure,
     )

@@ -14,17 +14,26 @@ from fingerdesign_cli.main import main
 from fingerdesign import parse_design
 from fingerdesign.checks.starter import find_design
 from fingerdesign.control import metrics
+from fingerdesign.control.metrics import JudgedGrip
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import Memory
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.runtime.journal import Journal
+from fingerdesign.sensing.training import settings_of, training_key
 from fingerdesign.trials import bench as control_bench
 from fingerdesign.trials import run as control_study
 from fingerdesign.trials.bench import Cell, ControlGrid, GripBench, Tug, refuse, seed_of
 from fingerdesign.trials.record import COLUMNS, share_of, summarise, unannounced, unsure
-from fingerdesign.trials.run import KIND, journal_beside, kept_grips, run_batches
+from fingerdesign.trials.run import (
+    KIND,
+    journal_beside,
+    kept_records,
+    run_batches,
+    study_control,
+)
+from fingerdesign.trials.tune import tune_controllers
 from tests.support.grips import judged
 from tests.trials.conftest import GRID
 
@@ -106,10 +115,10 @@ def test_processes_change_nothing(bench, tmp_path):
 def test_a_journal_with_an_invalid_value_is_refused(tmp_path, key, value):
     with Journal(tmp_path / "j.sqlite", KIND, "d") as journal:
         journal.add({"a": asdict(judged())})
-        assert list(kept_grips(journal).values()) == [judged()]
+        assert kept_records(journal, JudgedGrip, "a grip") == {"a": judged()}
         journal.add({"b": asdict(judged()) | {key: value}})
         with pytest.raises(ResultError, match="not a grip"):
-            kept_grips(journal)
+            kept_records(journal, JudgedGrip, "a grip")
 
 
 @pytest.fixture
@@ -207,6 +216,22 @@ def test_wrong_input_is_refused_before_any_work(quick_model, design_file, tmp_pa
         assert main([*arguments, *wrong]) == 2
         assert said in capsys.readouterr().err
     assert not list((tmp_path).glob("out/*"))
+
+
+@pytest.mark.parametrize("work", [study_control, tune_controllers])
+def test_an_estimator_of_another_finger_or_fidelity_is_refused(work, design, tmp_path):
+    """Before any model is made: grip_problem is not replaced here."""
+
+    def refused(taught, said, **more):
+        estimator = SimpleNamespace(gages=11, design=taught)
+        grid = (GRID,) if work is study_control else ()
+        with pytest.raises(DesignError, match=said):
+            work(design, ("paper",), *grid, tmp_path / "j", estimator=estimator, **more)
+
+    own = {each: training_key(design, settings_of(design), each) for each in ("plane-strain", "3d")}
+    refused("f" * 64, "one taught on ffffffffffff: must be one taught on this design")
+    refused(own["3d"], "taught in 3d: must be one taught in plane-strain")
+    refused(own["plane-strain"], "taught in plane-strain: must be one taught in 3d", fidelity="3d")
 
 
 def test_plates_are_needed(tmp_path):

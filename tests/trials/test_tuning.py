@@ -20,6 +20,7 @@ from fingerdesign.trials import run as control_study
 from fingerdesign.trials import tune as tune_study
 from fingerdesign.trials.bench import FRICTIONS, MASSES_G, Cell, GripBench, seed_of
 from fingerdesign.trials.tune import (
+    KIND,
     Kept,
     best_values,
     default_values,
@@ -264,9 +265,9 @@ def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
 
         return judged
 
-    with pytest.raises(KeyboardInterrupt):
-        tuned(Kept(path, "d").judge(judge(6)), budget=SMALL)
-    kept = Kept(path, "d")
+    with pytest.raises(KeyboardInterrupt), Journal(path, KIND, "d") as journal:
+        tuned(Kept(journal).judge(judge(6)), budget=SMALL)
+    kept = Kept(Journal(path, KIND, "d"))
     assert kept.grips == sum(len(cells) for _, cells in requested) > 4 * 3
     found = tuned(kept.judge(judge(None), lambda *each: reported.append(each)), budget=SMALL)
     assert found == tuned(Judge(), budget=SMALL)
@@ -275,7 +276,7 @@ def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
     assert reported[0] == (12, 12)
     assert reported[-1][0] == reported[-1][1]
     with pytest.raises(JournalError, match="of another design"):
-        Kept(path, "e")
+        Journal(path, KIND, "e")
 
 
 GRIP = asdict(judged())
@@ -283,12 +284,12 @@ GRIP = asdict(judged())
 
 @pytest.mark.parametrize("record", [{}, [{}], [GRIP | {"steps": "many"}]])
 def test_a_journal_with_an_invalid_record_is_refused(tmp_path, record):
-    with Journal(tmp_path / "j.sqlite", "a tuning", "d") as journal:
+    with Journal(tmp_path / "j.sqlite", KIND, "d") as journal:
         journal.add({"trial 1": [GRIP]})
-        assert Kept(journal.path, "d").grips == 1
+        assert Kept(journal).grips == 1
         journal.add({"trial x": record})
-    with pytest.raises(ResultError, match=r"j\.sqlite: not a record of a tuning; move it away"):
-        Kept(journal.path, "d")
+        with pytest.raises(ResultError, match=r"j\.sqlite: not a record of a tuning; move it away"):
+            Kept(journal)
 
 
 def test_the_command(quick, design_file, tmp_path, capsys):

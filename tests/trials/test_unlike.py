@@ -2,6 +2,7 @@
 
 import csv
 import json
+import sqlite3
 
 import numpy as np
 import pytest
@@ -14,10 +15,12 @@ from fingerdesign.checks.starter import find_design
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import plate_frames
-from fingerdesign.records.base import plain
+from fingerdesign.records.base import ResultError, plain
 from fingerdesign.sensing.model import unlike_problems
 from fingerdesign.sensing.unlike import ALL, TAUGHT, refuse_unlike, taught_faults, unlike
-from fingerdesign.trials.unlike import UnlikeData
+from fingerdesign.trials import unlike as trials
+from fingerdesign.trials.unlike import UnlikeData, study_unlike
+from tests.support.grips import judged
 
 COARSE = """
 [design]
@@ -129,6 +132,24 @@ def test_patches_are_the_objects_own():
     assert np.abs(np.diff(shares)).max() < 0.4 * 0.0101  # 1 mm from one value to the next
     np.testing.assert_array_equal(held.friction_share, found.friction_shares(held.model.points))
     assert unlike(parse_design(COARSE), [], 3).friction_shares(points) is None
+
+
+def test_a_journal_with_an_invalid_record_is_refused(tmp_path, monkeypatch):
+    given = (
+        parse_design(COARSE),
+        ("fixed_ratio",),
+        [("gains", ("gains",))],
+        1,
+        tmp_path / "j.sqlite",
+    )
+    lift = judged(controller="fixed_ratio")
+    monkeypatch.setattr(trials, "lift_plant", lambda _, job: (job, [lift]))
+    found = study_unlike(*given)
+    assert found == study_unlike(*given)
+    with sqlite3.connect(given[-1]) as base:
+        base.execute("update records set record = replace(record, 'lifted', 'raised')")
+    with pytest.raises(ResultError, match="not the lifts of a study of unlike fingers"):
+        study_unlike(*given)
 
 
 def test_all_controllers_meet_the_same_fingers(tmp_path, capsys):
