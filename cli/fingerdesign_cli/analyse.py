@@ -20,7 +20,7 @@ from fingerdesign.design.faults import undexed
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.folder import RESULTS
-from fingerdesign_cli.inputs import read_case, read_estimator, refuse_foreign
+from fingerdesign_cli.inputs import estimator_for, read_case, refuse_foreign
 from fingerdesign_cli.terminal import (
     number,
     print_json,
@@ -207,8 +207,7 @@ def grip(
         remedy = "add plates: without gages there is nothing to feel"
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
 
-    estimator = None if estimator_file is None else read_estimator(estimator_file)
-
+    estimator = estimator_for(design, estimator_file, fidelity)
     with progress(design.design.name, quiet) as show:
         case = Case(design, None, fidelity, go_on=go_on, estimator=estimator)
         result = answer_of(case, out, show, page, cad, fresh)

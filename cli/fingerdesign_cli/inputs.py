@@ -65,24 +65,24 @@ def judged_design(
     return found, both if both.faults else None
 
 
-def read_estimator(path: Path) -> GripEstimator:
-    """The estimator in a file that ``fingerdesign teach`` wrote; DesignError for any other."""
-    try:
-        return GripEstimator.from_json(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, EstimatorError) as error:
-        fault = Fault("--estimator", str(path), "an estimator's JSON file", str(error))
-        raise DesignError([fault]) from error
+def estimator_for(
+    design: Design, path: Path | None, fidelity: str | None = None
+) -> GripEstimator | None:
+    """The estimator in a file that ``fingerdesign teach`` wrote.
 
-
-def estimator_for(design: Design, path: Path | None) -> GripEstimator | None:
-    """As :func:`read_estimator`; DesignError too for one that was taught on another design."""
+    DesignError for any other file, and for one that was taught on another design or at another
+    fidelity (None: any).
+    """
     if path is None:
         return None
     from fingerdesign.sensing.training import estimator_faults
 
-    estimator = read_estimator(path)
-    faults = estimator_faults(design, estimator)
-    if faults:
+    try:
+        estimator = GripEstimator.from_json(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, EstimatorError) as error:
+        fault = Fault("--estimator", str(path), "an estimator's JSON file", str(error))
+        raise DesignError([fault]) from error
+    if faults := estimator_faults(design, estimator, fidelity):
         raise DesignError(faults, str(path))
     return estimator
 

@@ -146,12 +146,12 @@ def test_an_estimator_taught_on_another_is_refused(folder, tmp_path, replay, est
         said("export-c", path, own, "--out", out, code=2).err,
     ):
         assert "taught on another: must be one taught on this design" in reported
-    assert not out.exists()
     design = load_design(own)
     estimator(training_key(design, settings_of(design)))
     solid = ["grip", own, "--controller", "regulator", "--fidelity", "3d"]
     refused = said(*solid, *given, code=2).err
     assert "--estimator = taught in plane-strain: must be one taught in 3d" in refused
+    assert not out.exists()
 
 
 def test_an_estimator_reports_is_exported_and_the_regulator_asks(
