@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.case import Case, fundamental_scene
@@ -89,24 +90,19 @@ def unlike_problems(
         max_approach_mm=grip.max_approach_mm,
         bench_friction_coefficient=grip.bench_friction_coefficient,
     )
-    key = (design.model_copy(update={"grip": stage}).digest(), found.held, fidelity)
-    if key not in _LAST:
-        _LAST.clear()
-        _LAST[key] = bench_problem(design, [found.held], fidelity)
-    held = against(_LAST[key], found.held, design)
+    bench = _last_bench(design.model_copy(update={"grip": stage}), (found.held,), fidelity)
+    held = against(bench, found.held, design)
     shares = found.friction_shares(held.model.points)
-    return _LAST[key], held if shares is None else held.patchy(shares)
+    return bench, held if shares is None else held.patchy(shares)
 
 
-_LAST: dict[tuple[str, SceneObject, str], ContactProblem] = {}
-
-
-def bench_problem(
-    design: Design, held: Iterable[SceneObject], fidelity: str = "plane-strain"
-) -> ContactProblem:
+def bench_problem(design: Design, held: Iterable[SceneObject], fidelity: str) -> ContactProblem:
     """A finger against the plane of its bench, with room for what it is to grip."""
     case = _case(design, fidelity)
     return _condensed(case, case.gage_array, lambda message: None, held)
+
+
+_last_bench = lru_cache(maxsize=1)(bench_problem)
 
 
 def against(bench: ContactProblem, held: SceneObject, design: Design) -> ContactProblem:

@@ -286,11 +286,6 @@ def observe_grips(
     """The same of a model and grips that have been made; plates are numbered from 0."""
     from threadpoolctl import threadpool_limits
 
-    faults = option_faults(noise, len(grips))
-    if len(problem.model.gage_x) < 2:
-        faults.append(Fault("gages", len(problem.model.gage_x), "at least 2", "add gages"))
-    if faults:
-        raise DesignError(faults)
     start = time.perf_counter()
     report(f"hearing {len(grips)} grips")
     curves = finger_curves(problem, settings.face, settings.bounds)

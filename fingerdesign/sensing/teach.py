@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -276,13 +276,9 @@ def random_grip_paths(
     """The grips, each from its own seed: the same whatever the number of worker processes."""
     parts = [range(k, min(k + _PART, settings.grips)) for k in range(0, settings.grips, _PART)]
     found: list[RandomGripPath] = []
-    if workers <= 1:
-        for part in parts:
-            found += _wander(problem, settings, part)
-            report(f"grips: {len(found)} of {settings.grips}")
-        return found
-    with Pool(workers, shared=(problem, settings)) as pool:
-        for each in pool.in_order(_wander, [(part,) for part in parts]):
+    with Pool(workers, shared=(problem, settings)) if workers > 1 else nullcontext() as pool:
+        here = (_wander(problem, settings, part) for part in parts)
+        for each in pool.in_order(_wander, [(part,) for part in parts]) if pool else here:
             found += each
             report(f"grips: {len(found)} of {settings.grips}")
     return found

@@ -102,12 +102,9 @@ class PlaneStrainMap:
 
 def _place(axis: Array, value: float) -> list[tuple[int, float]]:
     """Neighbours of a value on an ascending axis, and their shares."""
-    value = float(np.clip(value, axis[0], axis[-1]))
-    low = int(np.clip(np.searchsorted(axis, value, side="right") - 1, 0, max(len(axis) - 2, 0)))
-    if len(axis) == 1:
-        return [(0, 1.0)]
-    share = (value - float(axis[low])) / float(axis[low + 1] - axis[low])
-    return [(low, 1.0 - share), (low + 1, share)]
+    place = float(np.interp(value, axis, np.arange(len(axis))))
+    low = int(place)
+    return [(low, low + 1.0 - place), (low + 1, place - low)]
 
 
 def map_of(table: Table) -> PlaneStrainMap:

@@ -10,6 +10,7 @@ import pytest
 from cadquery import Workplane
 
 from fingerdesign import load_design
+from fingerdesign.analysis.page.picture import gage_quads
 from fingerdesign.layout.frames import crest_height, plate_frames, surface_height
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.volume import outline_volume
@@ -25,9 +26,9 @@ from fingerdesign.search.compare.geometry import (
     SHARP_DEG,
     body_triangles,
     fans,
+    hole_rims,
     outline_of,
     packed_geometry,
-    plate_marks,
 )
 from fingerdesign.search.compare.page import detail
 from tests.support.any_outcomes import any_outcomes
@@ -55,8 +56,9 @@ def test_a_shipped_design_is_packed_small_and_whole(path):
     assert points(packed["body"])[:, 1].max() == pytest.approx(packed["size"][1], abs=1e-3)
     assert (packed["plates"] is None) == (not plate_frames(design))
     for frame in plate_frames(design):  # gages and holes are marked on the plates' faces
-        gages, holes = map(fans, plate_marks(frame, (0.4, 0.4, 0.0), (1,)))
-        assert len(gages.triangles) == 2
+        upper = design.gages.model_copy(update={"face": "upper"})
+        gages, holes = fans(gage_quads((frame,), upper)), fans(hole_rims(frame))
+        assert len(gages.triangles) == (2 if frame.bend_radius is None else 12)
         above = frame.local(gages.vertices.mean(axis=0, keepdims=True))[0, 1]
         assert above > 0.5 * frame.thickness - 1e-9
         assert len(holes.triangles) == 2 * 14 * len(frame.holes)

@@ -27,7 +27,7 @@ from fingerdesign.runtime.isolate import ProcessError, beside
 if TYPE_CHECKING:  # the drawing process starts without it
     from fingerdesign.analysis.analysis import Analysis
 
-_LIFT = 0.02  # mm: gages lie above their faces, or the two would flicker into each other
+LIFT = 0.02  # mm: gages lie above their faces, or the two would flicker into each other
 _BENT_PIECES = 6
 
 
@@ -43,7 +43,7 @@ def gage_quads(plates: tuple[PlateFrame, ...], gages: Gages) -> Array:
         along = np.linspace(-0.5, 0.5, pieces + 1) * gages.length_mm
         low, high = (plate.middle + gages.z_mm + sign * 0.5 * gages.width_mm for sign in (-1, 1))
         for side in sides:
-            line = plate.from_local(along, side * (0.5 * plate.thickness + _LIFT))
+            line = plate.from_local(along, side * (0.5 * plate.thickness + LIFT))
             near, far = plate.to_space(line, low), plate.to_space(line, high)
             quads += [[near[k], near[k + 1], far[k + 1], far[k]] for k in range(pieces)]
     return np.array(quads, dtype=float).reshape(-1, 4, 3)

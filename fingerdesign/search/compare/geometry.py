@@ -5,7 +5,7 @@ No CAD is made.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.analysis.analysis import parameters
 from fingerdesign.analysis.case import fundamental_scene
+from fingerdesign.analysis.page.picture import LIFT, gage_quads
 from fingerdesign.analysis.page.words import finger_words
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Design
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 
 AROUND = 36  # facets of a turned body
 SHARP_DEG = 14.0  # facets of one surface meet at under 7 degrees
-LIFT = 0.02  # mm, of gages and holes above their plate's face: neither hides the other
 _HOLE_CORNERS = 16
 
 
@@ -60,7 +60,7 @@ class Triangles:
         np.add.at(both, number.ravel(), np.tile(normal, (3, 1)))
         return np.asarray(ends), np.where(count == 2, 0.5 * (both**2).sum(axis=1) - 1.0, np.nan)
 
-    def sharp_edges(self, angle_deg: float = SHARP_DEG) -> IntArray:
+    def sharp_edges(self, angle_deg: float) -> IntArray:
         """Ends (k, 2) of the edges whose facets meet at more than an angle, or that have one."""
         ends, cosine = self.edges()
         return np.asarray(ends[~(cosine >= np.cos(np.radians(angle_deg)))])
@@ -90,26 +90,16 @@ def grid_body(x: Array, z: Array, heights: Array) -> Triangles:
     return Triangles(np.concatenate([top, top * (1.0, 0.0, 1.0)]), halves)
 
 
-def plate_marks(
-    frame: PlateFrame, gage: tuple[float, float, float], faces: Sequence[int]
-) -> tuple[list[Array], list[Array]]:
-    """Polygons (n, 3) just above a plate's faces (+1 upper, -1 lower): its gage, and its holes on
-    both. gage: length, width and place along z."""
-    length, width, z = gage
+def hole_rims(frame: PlateFrame) -> list[Array]:
+    """Polygons (n, 3) just above both faces of a plate: its holes."""
     angle = 2.0 * np.pi * np.arange(_HOLE_CORNERS) / _HOLE_CORNERS
-    low = max(frame.low, frame.middle + z - 0.5 * width)
-    high = min(frame.high, frame.middle + z + 0.5 * width)
-    s = 0.5 * length * np.array([-1.0, 1.0, 1.0, -1.0])
-    gages, holes = [], []
+    rims = []
     for face in (1, -1):
         above = face * (0.5 * frame.thickness + LIFT)
         for hole in frame.holes:
             plane = frame.from_local(hole.s + hole.radius * np.cos(angle), above)
-            holes.append(frame.to_space(plane, hole.w + hole.radius * np.sin(angle)))
-        if face in faces:
-            plane = frame.from_local(s, above)
-            gages.append(frame.to_space(plane, np.array([low, low, high, high])))
-    return gages, holes
+            rims.append(frame.to_space(plane, hole.w + hole.radius * np.sin(angle)))
+    return rims
 
 
 def triangles_of(solids: Iterable[Any]) -> Triangles:
@@ -254,10 +244,6 @@ def _packed(design: Design, words: str, traces: Traces) -> Packed:
     if len(frames) > MOST_PLATES:
         notes.append(f"Of {len(frames)} plates the first {MOST_PLATES} are drawn.")
         frames = frames[:MOST_PLATES]
-    own = design.gages
-    gage = (own.length_mm, own.width_mm, own.z_mm)
-    faces = {"upper": (1,), "lower": (-1,)}.get(own.face, (1, -1))
-    marks = [plate_marks(frame, gage, faces) for frame in frames]
     ends = solid.sharp_edges(_STEP_SHARP_DEG if body.step is not None else SHARP_DEG)
     lines = np.full((len(ends), 3, 3), np.nan)
     lines[:, :2] = solid.vertices[ends]
@@ -269,8 +255,8 @@ def _packed(design: Design, words: str, traces: Traces) -> Packed:
         "edges": _places(lines.reshape(-1, 3)),
         "core": core and _triangles(triangles_of([core_solid(core, core.depth_mm or depth)])),
         "plates": _triangles(triangles_of(solids_of(tuple(frames)))),
-        "gages": _triangles(fans(each for gages, _ in marks for each in gages)),
-        "holes": _triangles(fans(each for _, holes in marks for each in holes)),
+        "gages": _triangles(fans(gage_quads(tuple(frames), design.gages))),
+        "holes": _triangles(fans(rim for frame in frames for rim in hole_rims(frame))),
         "touch": _touched(body, depth, traces),
     }
 

@@ -11,7 +11,6 @@ design is made, so an interrupted run goes on.
 
 from __future__ import annotations
 
-import re
 import shutil
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -93,12 +92,13 @@ Report = Callable[[Made, int], None]  # with how many are done
 
 def folder_of(study: Study) -> RecordFolder:
     """The kind of folder that a study's variants are generated into."""
-    lists = (RECORD, VARIANTS, INVALID, _LOCK, *_UNFINISHED)
-    digits = ["[0-9]" * number for number in (4, 5, 6)]
-    children = tuple(f"{stem}-{each}" for stem in stems(study.name) for each in digits)
-    return RecordFolder(
-        f"folder of variants of {study.name}", RECORD, (*lists, *children), filled=True
-    )
+    products = (RECORD, VARIANTS, INVALID, _LOCK, *_UNFINISHED, *_children(study))
+    return RecordFolder(f"folder of variants of {study.name}", RECORD, products, filled=True)
+
+
+def _children(study: Study) -> list[str]:
+    """Patterns of the names of the variants' folders."""
+    return [f"{stem}-{'[0-9]' * count}" for stem in stems(study.name) for count in (4, 5, 6)]
 
 
 def refuse_foreign(study: Study, target: Path) -> None:
@@ -243,11 +243,7 @@ def _variant_folder(name: str) -> RecordFolder:
 
 
 def _variant_folders(study: Study, target: Path) -> list[Path]:
-    names = "|".join(re.escape(stem) for stem in stems(study.name))
-    pattern = re.compile(rf"({names})-\d{{4,6}}")
-    if not target.is_dir():
-        return []
-    return sorted(each for each in target.iterdir() if pattern.fullmatch(each.name))
+    return sorted(place for pattern in _children(study) for place in target.glob(pattern))
 
 
 def _record(study: Study, found: Sequence[Made]) -> dict[str, object]:
