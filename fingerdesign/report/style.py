@@ -98,7 +98,7 @@ def canvas(width: float = 7.2, height: float = 3.0) -> Canvas:
 def points(
     colour: Any, marker: str, size: float, label: str | None = None, **more: Any
 ) -> dict[str, Any]:
-    """What ``plot`` is told of points that no line joins."""
+    """What ``plot`` is given for points that no line joins."""
     return {"color": colour, "marker": marker, "ms": size, "label": label, "ls": "none", **more}
 
 

@@ -152,14 +152,14 @@ class Worker:
             return
         self.end()
         if self._killed:
-            raise ProcessError("crashed", "it was told to end")
+            raise ProcessError("crashed", "it was asked to end")
         environment = os.environ | self._environment
         self._process = _Process(self._load, self._idle_s, environment, self._folder)
         if self._shared:
             self._process.send(self._shared)
         if self._killed:  # meanwhile
             self.end()
-            raise ProcessError("crashed", "it was told to end")
+            raise ProcessError("crashed", "it was asked to end")
 
     def call(
         self,

@@ -152,7 +152,7 @@ class Validation:
     scene: str
     digest: str
     status: Annotated[Literal["ok", "failed"], Field(description="failed: see failure")]
-    failure: Annotated[str | None, Field(description="a model failed and no row was told")]
+    failure: Annotated[str | None, Field(description="a model failed and no row was reported")]
     deep: bool
     gages: Count
     thresholds: Thresholds

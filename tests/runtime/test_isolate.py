@@ -192,7 +192,7 @@ def test_another_thread_ends_it(tmp_path):
     thread.join(10.0)
     assert [each.kind for each in failures] == ["crashed"]
     assert gone(found)
-    with pytest.raises(ProcessError, match="told to end"):
+    with pytest.raises(ProcessError, match="asked to end"):
         worker.call(calls.who, time_s=20.0)
 
 

@@ -164,7 +164,7 @@ def _order_checks(name: str, sizes: tuple[float, ...], cases: list[Pressed]) -> 
     """Fitted orders, as how much they fall below the expected ones.
 
     1 for pressure and traction in L2 and for the borders, 2 for the peak: see
-    tests/verification/test_round_contact.py.
+    benchmarks/tests/test_round_contact.py.
     """
     errors = {
         ("pressure, L2", 1.0): [[pressure_error(c, s) for s in c.pressed] for c in cases],

@@ -66,7 +66,7 @@ class ImperfectPlant:
         self._axes = [_Axis(hardware.stage_step_mm, hardware.backlash_mm) for _ in range(2)]
 
     def move(self, dx: float, dy: float) -> Sample:
-        """Move as far as the stage does, hear what the sensors say; see :class:`Plant`."""
+        """Move as far as the stage does, read what the sensors say; see :class:`Plant`."""
         true = self._plant.move(self._axes[0].moved(dx), self._axes[1].moved(dy))
         self._time += 1.0 / self._hardware.sample_rate_Hz
         felt = self._felt(true)
@@ -181,7 +181,7 @@ class Rig:
         return calibrated(bench, self.face, self.grip.hardware, rng, bounds, self.plates)
 
     def plant(self, friction_coefficient: float, object_mass_g: float, number: int = 0) -> Plant:
-        """A fresh plant; grips of the same ``number`` hear the same noise."""
+        """A fresh plant; grips of the same ``number`` meet the same noise."""
         rng = np.random.default_rng([self.grip.seed, _GRIP, number])
         inner: Plant
         if self.grip.plant == "finger":
