@@ -10,7 +10,7 @@ margin that it keeps) while both forces grow:
 1. *Probe.* Pressed to ``probe_force_N`` it pulls without closing until ``used`` comes near the
    target: now the edge of the contact slips, and that tells of the friction. On a straight climb
    nothing would; so it probes again where F_n has doubled, and what it knew then counts for a
-   third: gages drown in noise at small forces. A hand whose samples come late pulls the more slowly.
+   third: gages drown in noise at small forces. Where samples come late it pulls the more slowly.
 2. *Climb.* What each step says of the friction, mu = F_t / (F_n used), is averaged by how sure it
    is, the past fading slowly: mu does not change, but errors that last do less harm so. Steps of
    the climb count for a fifth: there the network says what is usual, and the hand would follow
