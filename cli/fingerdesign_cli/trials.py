@@ -249,7 +249,7 @@ def _show(found: ControlStudy, folder: Path) -> None:
             [_answers(name, found.summary(name, tugged=True), rate) for name in names],
         )
     for each in answers(data):
-        click.echo(f"{each.question} {each.answer}: {each.words}")
+        click.echo(f"{each.question} {each.answer}: {each.detail}")
     for warning in data["warnings"]:
         click.echo(f"mind: {warning}")
     click.echo(f"{data['seconds']['whole']:.0f} s; report: {folder / 'control.html'}")

@@ -224,21 +224,14 @@ def refuse(design: Design, noise: float, grips: int) -> None:
     if gages < 2:
         remedy = "add plates along x: with fewer there is no choice to judge"
         faults.append(Fault("gages in the array along x", gages, "at least 2", remedy))
-    faults += option_faults(noise, grips)
-    if faults:
-        raise DesignError(faults, design.design.name)
-
-
-def option_faults(noise: float, grips: int) -> list[Fault]:
-    """What is wrong with a noise (microstrain) and a number of grips."""
-    faults = []
     if not 0.0 <= noise <= MOST_NOISE:  # NaN too
         bound = f"from 0 to {MOST_NOISE:g} microstrain"
         faults.append(Fault("noise", noise, bound, "give the deviation of one sample of a gage"))
     if not LEAST_GRIPS <= grips <= MOST_GRIPS:
         bound = f"from {LEAST_GRIPS} to {MOST_GRIPS}"
         faults.append(Fault("grips", grips, bound, f"{GRIPS} are enough"))
-    return faults
+    if faults:
+        raise DesignError(faults, design.design.name)
 
 
 def observe(

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fingerdesign.analysis.page.words import Question
 from fingerdesign.control.roster import ControllerKind
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.report import style
@@ -38,16 +38,7 @@ _MARKS = {  # why a grip did not succeed -> marker, colour
 }
 
 
-@dataclass(frozen=True)
-class Answer:
-    """answer: "yes", "no", "partly" or "best" (the class of its look); words: the evidence."""
-
-    answer: str
-    question: str
-    words: str
-
-
-def answers(data: ControlData) -> list[Answer]:
+def answers(data: ControlData) -> list[Question]:
     """Answers to the study's questions that it can give; none for a lone rival."""
     rows = {
         (each["controller"], row.noise_microstrain): row
@@ -57,7 +48,7 @@ def answers(data: ControlData) -> list[Answer]:
     said = sentences(WORDS, "answers", data, rows, HELD_SHARE)
     if not said and len(data["controllers"]) > 1:
         said = sentences(WORDS, "best_of", data["controllers"])
-    return [Answer(*line.split("\t")) for line in said]
+    return [Question(*line.split("\t")) for line in said]
 
 
 def control_html(

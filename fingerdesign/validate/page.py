@@ -9,10 +9,10 @@ import numpy as np
 from fingerdesign.report import style
 from fingerdesign.report.page import captioned, rendered
 from fingerdesign.report.table import Table
-from fingerdesign.validate.advice import NONE, TEMPLATES, WORDS, percent_cell, spread_cell
+from fingerdesign.validate.advice import GROUPS, NONE, TEMPLATES, WORDS, percent_cell, spread_cell
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
@@ -20,11 +20,6 @@ if TYPE_CHECKING:
 
     from fingerdesign.validate.record import Row, Thresholds, Validation
 
-GROUPS = {
-    "forces": ("normal_force", "tangential_force"),
-    "contact: width, stick ratio": ("contact_width", "stick_ratio"),
-    "gages": ("gage",),
-}
 FLOOR = 1e-4  # of one: smaller errors are drawn there
 _BESIDE = 1.16
 _TICKS = {1e-4: "≤0.01 %", 1e-3: "0.1 %", 1e-2: "1 %", 0.1: "10 %", 1.0: "100 %", 10.0: "×10"}
@@ -46,6 +41,10 @@ QUANTITIES = {
 Tested = list[tuple[int, "Row"]]
 
 
+def _title(group: str) -> str:
+    return f"{group}: width, stick ratio" if group == "contact" else group
+
+
 def _tested(of: Validation) -> Tested:
     return [(number, row) for number, row in enumerate(of.assumptions, start=1) if row.tested]
 
@@ -53,7 +52,7 @@ def _tested(of: Validation) -> Tested:
 def chart_figure(of: Validation) -> style.ReportFigure:
     """Error against cost, log-log: one panel a group of readings, one number an assumption."""
     rows = [
-        (number, row, {group: _greatest(row, tuple(SIDES), GROUPS[group]) for group in GROUPS})
+        (number, row, {_title(group): _greatest(row, SIDES, GROUPS[group]) for group in GROUPS})
         for number, row in _tested(of)
     ]
     with style.house_style():
@@ -93,7 +92,7 @@ def _chart(of: Validation) -> Canvas:
     panels = style.small_multiples(figure, len(GROUPS), len(GROUPS), sharex=True, sharey=True)
     for axes, (group, quantities) in zip(panels, GROUPS.items(), strict=True):
         _panel(axes, tested, quantities, of.thresholds)
-        axes.set_title(group)
+        axes.set_title(_title(group))
         axes.set_xlabel("seconds")
     panels[0].set_ylabel("greatest error")
     _error_axis(panels[0])
@@ -105,7 +104,7 @@ def _chart(of: Validation) -> Canvas:
 def _panel(
     axes: Axes,
     tested: Tested,
-    quantities: tuple[str, ...],
+    quantities: Iterable[str],
     thresholds: Thresholds,
 ) -> None:
     axes.set_xscale("log")
@@ -198,7 +197,7 @@ def _legend(figure: Canvas, tested: Tested) -> None:
         figure.legend(handles=handles, loc="outside lower center", ncols=3)
 
 
-def _greatest(row: Row, sides: Sequence[str], quantities: Sequence[str]) -> float | None:
+def _greatest(row: Row, sides: Iterable[str], quantities: Iterable[str]) -> float | None:
     """The greatest error of the quantities at the sides; None where there is none."""
     every = (row.greatest(side, quantity) for side in sides for quantity in quantities)
     return max((error for error in every if error is not None), default=None)

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from fingerdesign_cli.main import main
 
+from fingerdesign import parse_design
 from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.estimator import FingerCurves, Moment, feature_count, features
 from fingerdesign.control.signals import Sample
-from fingerdesign.errors import SolverError
+from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError
 from fingerdesign.sensing import learners
 from fingerdesign.sensing import model as grip_model
@@ -23,7 +24,7 @@ from fingerdesign.sensing.observability import (
     floors,
     layouts,
     observe_grips,
-    option_faults,
+    refuse,
 )
 from fingerdesign.sensing.record import FOLDER, write_observability
 from fingerdesign.sensing.teach import Settings, finger_curves, random_grip_paths
@@ -254,12 +255,11 @@ def test_bad_input_is_refused_before_work(tmp_path, capsys, monkeypatch):
     keys = [line.split(" = ")[0].split(": ")[-1] for line in reported]
     assert keys == ["gages in the array along x", "noise", "grips"]
     assert not (tmp_path / "out").exists()
-    for noise, grips, faults in (
-        (float("nan"), 20, ["noise"]),
-        (0.5, 100_000_000, ["grips"]),
-        (0.5, 100_000, []),
-    ):
-        assert [fault.key for fault in option_faults(noise, grips)] == faults
+    design = parse_design(DESIGN)
+    refuse(design, 0.5, 100_000)
+    for noise, grips, key in ((float("nan"), 20, "noise"), (0.5, 100_000_000, "grips")):
+        with pytest.raises(DesignError, match=f": {key} = "):
+            refuse(design, noise, grips)
 
 
 PAGE = (Path(__file__).parents[2] / "docs/gages.md").read_text("utf-8")

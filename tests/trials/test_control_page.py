@@ -67,7 +67,7 @@ def test_all_is_well():
     oracle = {"oracle_1.2": ({"peak_ratio": 1.2}, {})}
     made = study(paper=({"peak_ratio": 2.0}, {}), regulator=({"peak_ratio": 1.4}, {}), **oracle)
     assert kinds(made) == ["yes"] * 4
-    best = answers(made.data)[-1].words
+    best = answers(made.data)[-1].detail
     assert "paper, success 100.0 %, median peak 2.00 times" in best  # no oracle: it is given
 
 
@@ -96,7 +96,7 @@ def test_without_paper_and_regulator_the_best_is_named_that_is_given_nothing():
     ):
         (only,) = answers(study(**hands).data)
         assert only.answer == "best"
-        assert only.words.startswith(best)
+        assert only.detail.startswith(best)
     assert answers(study(reactive=({}, {})).data) == []
 
 

@@ -157,9 +157,10 @@ def slip_grows_with_shear(found: Sequence[IncrementResult]) -> bool:
 
 @dataclass(frozen=True)
 class Question:
-    """One question of the verdict, its answer and the numbers behind it."""
+    """One question of a verdict and the numbers behind its answer, the class of its look: an
+    :data:`Answer`, or "best" of several."""
 
-    answer: Answer
+    answer: str
     question: str
     detail: str
 
