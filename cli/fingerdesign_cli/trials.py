@@ -69,7 +69,7 @@ class _Trial:
         from fingerdesign.trials.run import journal_beside
 
         refuse_foreign(kind, self.target)
-        more["estimator"] = estimator_for(self.design, self.estimator_file)
+        more["estimator"] = estimator_for(self.design, self.estimator_file, self.fidelity)
         more |= {"workers": self.workers or usable_cores(), "fidelity": self.fidelity}
         journal = journal_beside(self.target.absolute())
         with recorded(kind, self.target, self.quiet, journal) as (folder, show):
@@ -137,7 +137,7 @@ def replay(
     name = design.design.name
     kind = RecordFolder("replay", "replay.json", ("replay.json", "replay.csv"))
     refuse_foreign(kind, out / name)
-    estimator = estimator_for(design, estimator_file)
+    estimator = estimator_for(design, estimator_file, fidelity)
     chosen = controller or design.grip.controller
     if estimator is None and needs_training(chosen):
         bound = "a controller that needs no estimator, where none is given"
