@@ -120,7 +120,7 @@ def analyse_into(
     that is kept from an earlier run is taken, unless ``fresh``. Raises DesignError for wrong input
     (nothing is written), ResultError where the folder cannot be.
     """
-    if not fresh and (found := kept_answer(case, out)) is not None:
+    if not fresh and (found := kept_answer(case, out, page, cad)) is not None:
         complete_answer(case, out, page, cad)
         return found
     refuse(case, case.path_scene)

@@ -71,7 +71,7 @@ def answer_of(
     case: Case, out: Path, report: Report, page: bool | None, cad: bool | None, fresh: bool
 ) -> Result:
     """OUT/NAME from the answer that is kept, without loading what works, or by that."""
-    found = None if fresh else kept_answer(case, out)
+    found = None if fresh else kept_answer(case, out, page, cad)
     if found is not None:
         report("analysed before: its answer is taken (--fresh works it anew)")
         if any(missing(case, out, page, cad)):

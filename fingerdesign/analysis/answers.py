@@ -31,6 +31,7 @@ from fingerdesign.runtime.registry import has_plugins
 from fingerdesign.version import versions
 
 PAGE, ARRAYS, DESIGN, CAD = "report.html", "arrays.npz", "design.toml", "finger.step"
+_CAD = (".step", ".stl")
 _KINDS = (ContactHistory, FieldHistory, GripTrace, SlipStudy, Mesh, Gages, Hole, PlateFrame)
 _HOME = Path(__file__).resolve().parents[1]
 _MOST = 30  # answers; one in 3-D takes 10 to 20 MB
@@ -78,9 +79,11 @@ def keep_answer(case: Case, folder: Path) -> None:
         return
 
 
-def kept_answer(case: Case, out: Path) -> Result | None:
-    """Write the answer that is kept as OUT/NAME; None where there is none. ResultError where OUT
-    will not do."""
+def kept_answer(
+    case: Case, out: Path, page: bool | None = None, cad: bool | None = None
+) -> Result | None:
+    """Write the answer that is kept as OUT/NAME, without page and CAD files that are not wanted;
+    None where there is none. ResultError where OUT will not do."""
     if not is_kept(case):
         return None
     try:
@@ -88,9 +91,11 @@ def kept_answer(case: Case, out: Path) -> Result | None:
             contents = {Path(name).name: archive.read(name) for name in archive.namelist()}
     except GARBLED:
         return None
+    with_page, with_cad = extras(case, page, cad)
     with RESULTS.written(out / case.design.design.name) as folder:
         for name, content in contents.items():
-            (folder / name).write_bytes(content)
+            if with_cad if name.endswith(_CAD) else with_page or name != PAGE:
+                (folder / name).write_bytes(content)
         return read_result(folder)
 
 

@@ -6,6 +6,8 @@ computed remedy. Everything is in closed form; nothing here loads a CAD kernel.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fingerdesign.checks.body import body_faults, sound_outline
@@ -67,11 +69,12 @@ def _lift_faults(grip: Grip) -> list[Fault]:
     return faults
 
 
-def _dead_gage_faults(design: Design) -> list[Fault]:
-    dead, plates = list(design.grip.hardware.dead_gages), design.plates.number
+def _dead_gage_faults(design: Design, name: str, before: Sequence[int] = ()) -> list[Fault]:
+    """Of one list of gages that fail; ``before``: those that have failed already."""
+    dead, plates = list(getattr(design.grip.hardware, name)), design.plates.number
     pairs = design.gages.grid == "double_axial"
     bridges = plates // 2 if pairs else plates
-    key, most = "grip.hardware.dead_gages", max(bridges - _LEAST_GAGES, 0)
+    key, most = f"grip.hardware.{name}", max(bridges - _LEAST_GAGES - len(set(before)), 0)
     if len(set(dead)) < len(dead):
         return [Fault(key, dead, "each once", "say a plate once")]
     if wrong := [plate for plate in dead if plate >= plates]:
@@ -80,9 +83,12 @@ def _dead_gage_faults(design: Design) -> list[Fault]:
     if seconds := [plate for plate in dead if pairs and plate % 2]:
         bound = "even: the bridge of two plates goes by the first"
         return [Fault(key, seconds, bound, "name the plate before")]
+    if both := sorted(set(dead) & set(before)):
+        return [Fault(key, both, "other than grip.hardware.dead_gages", "say a plate once")]
     if len(dead) > most:
         remedy = f"leave {_LEAST_GAGES} gages that answer: a rig is calibrated by them"
-        return [Fault(key, dead, f"at most {most} of the design's {bridges}", remedy)]
+        bound = f"at most {most} of the design's {bridges}"
+        return [Fault(key, dead, f"{bound}, dead ones counted" if before else bound, remedy)]
     return []
 
 
@@ -369,7 +375,13 @@ def _grip_faults(design: Design) -> list[Fault]:
     """Faults of what is gripped and with what, of the stage's motions against each other and
     against the body."""
     grip = design.grip
-    faults = [*_lift_faults(grip), *_dead_gage_faults(design), *_stage_faults(grip)]
+    dead = grip.hardware.dead_gages
+    faults = [
+        *_lift_faults(grip),
+        *_dead_gage_faults(design, "dead_gages"),
+        *_dead_gage_faults(design, "dying_gages", dead),
+        *_stage_faults(grip),
+    ]
     if grip.opposite == "bare" and design.mesh.mesher == "file":
         remedy = "the mesh's file holds the plates: take the mirror image"
         faults.append(Fault("grip.opposite", "bare", "'mirror' with mesh.mesher = 'file'", remedy))

@@ -51,6 +51,7 @@ _CURVES = {  # key of the file: field of FingerCurves
     "stiffness_N_per_mm": "stiffness",
 }
 _LEAST_RESPONSE = 1e-6  # microstrain/N
+_MOST_NOISE = 1000.0  # microstrain; more than any amplifier has
 OUTLIER = 5.0  # standard deviations of the features: farther the network was never taught
 
 
@@ -250,27 +251,38 @@ def _faults(found: GripEstimator) -> list[str]:
     count, points = feature_count(gages), len(curves.normal_force)
     if not isinstance(found.design, str):
         wrong.append("design is no text")
-    if not (math.isfinite(found.noise) and found.noise >= 0.0):
-        wrong.append("the noise is not a number from 0 on")
-    if points < 2 or curves.normal_force.ndim != 1 or not (np.diff(curves.normal_force) > 0).all():
-        wrong.append("the curves' normal forces do not rise")
+    if not 0.0 <= found.noise <= _MOST_NOISE:
+        wrong.append(f"the noise is not a number from 0 to {_MOST_NOISE:g} microstrain")
+    force, single = curves.normal_force, np.finfo(np.float32)
+    if points < 2 or force.ndim != 1 or not (force[0] >= 0.0 and (np.diff(force) > 0).all()):
+        wrong.append("the curves' normal forces do not rise from 0 or more")
     if not curves.pressed.shape == curves.sticking.shape == (points, gages):
         wrong.append("the curves are not of one shape")
     if not curves.approach.shape == curves.stiffness.shape == (points,):
         wrong.append("the curves are not of one shape")
+    elif (np.diff(curves.approach) < 0.0).any() or (curves.stiffness <= 0.0).any():
+        wrong.append("the curves' approaches fall, or a stiffness is not above 0")
+    if not curves.sticking.any():
+        wrong.append("no gage responds where all sticks")
     limits = np.array([band.most_noise for band in found.bands])
     if not len(limits) or not np.isfinite(limits).all() or not (np.diff(limits) > 0.0).all():
         wrong.append("the bands' noises do not rise")
     for band in found.bands:
         if band.center.shape != (count,) or band.scale.shape != (count,):
             wrong.append(f"a band is not of {count} features")
-        elif not (band.scale > 0.0).all():
-            wrong.append("a feature's scale is not above 0")
+        elif not (band.scale >= single.tiny).all():
+            wrong.append("a feature's scale is not above 0 in single precision")
+        elif any(np.abs(each).max(initial=0.0) > single.max for each in _numbers(band)):
+            wrong.append("a network's numbers do not fit single precision")
         elif band.spread.ndim != 2 or band.spread.shape[1] != 2 or not (band.spread > 0.0).all():
             wrong.append("a spread is not a table of two columns above 0")
         elif band.evaluate(np.zeros((1, count))).shape != (1, 2):
             wrong.append("a network does not give two numbers")
     return wrong
+
+
+def _numbers(band: Band) -> list[Array]:
+    return [band.center, band.scale, *(x for each in band.layers for x in (each.weight, each.bias))]
 
 
 def _band(record: dict[str, Any]) -> Band:

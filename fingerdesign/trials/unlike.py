@@ -164,7 +164,7 @@ def study_unlike(
         ).estimator
     shared = _Shared(design, names, estimator, fidelity, lifts, seed)
     jobs = [(label, chosen, plant) for label, chosen in faults for plant in range(plants)]
-    with one_thread(), Journal(journal, KIND, _digest(shared, faults)) as kept:
+    with one_thread(), Journal(journal, KIND, _digest(shared, faults, plants)) as kept:
         done = kept_records(kept, list[JudgedGrip], "the lifts of a study of unlike fingers")
         left = [job for job in jobs if _key(job) not in done]
         for job, found in in_processes(lift_plant, shared, left, workers):
@@ -218,11 +218,12 @@ def _key(job: Job) -> str:
     return f"{job[0]} {job[2]}"
 
 
-def _digest(shared: _Shared, faults: Sequence[Chosen]) -> str:
+def _digest(shared: _Shared, faults: Sequence[Chosen], plants: int) -> str:
     taught = None if shared.estimator is None else shared.estimator.to_json()
     plain = [shared.design.digest(), shared.controllers, shared.fidelity, shared.lifts, shared.seed]
     model = [CONTACT_SIZE_MM[shared.fidelity], MESHED, __version__]
-    return hashlib.sha256(json.dumps([*plain, *model, taught, list(faults)]).encode()).hexdigest()
+    text = json.dumps([*plain, *model, taught, list(faults), plants])
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _data(

@@ -64,10 +64,12 @@ def test_an_answer_is_taken_as_it_was_and_drawn_on_demand(case, tmp_path, own_ca
     analyse_into(case, tmp_path / "c", cad=True)
     assert {CAD, "finger.stl"} < set(contents(tmp_path / "c/narrow"))
     assert CAD in set(contents_of_kept(case, tmp_path / "d"))
+    analyse_into(case, tmp_path / "e", page=False, cad=False)
+    assert not {CAD, "finger.stl", PAGE} & set(contents(tmp_path / "e/narrow"))
 
 
 def contents_of_kept(case, out):
-    assert kept_answer(case, out) is not None
+    assert kept_answer(case, out, cad=True) is not None
     return contents(out / case.design.design.name)
 
 

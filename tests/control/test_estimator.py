@@ -76,7 +76,11 @@ def test_what_is_no_estimator_is_refused(text):
         (("noise_microstrain",), float("nan")),
         (("noise_microstrain",), 10**400),
         (("design",), [1]),
+        (("noise_microstrain",), 1e9),
         (("curves", "normal_force_N"), [0.0, 1.0, 1.0]),
+        (("curves", "normal_force_N"), [-2.0, -1.0, 1.0]),
+        (("curves", "approach_mm"), [3.0, 2.0, 1.0]),
+        (("curves", "stiffness_N_per_mm"), [-1.0, 1.0, 1.0]),
         (("curves", "sticking_microstrain_per_N"), [[1.0], [1.0], [1.0]]),
         (("bands",), []),
         (("bands", 0, "most_noise_microstrain"), 20.0),
@@ -84,6 +88,8 @@ def test_what_is_no_estimator_is_refused(text):
         (("bands", 0, "spread"), [1.0, 2.0]),
         (("bands", 1, "scale"), [0.0] * feature_count(GAGES)),
         (("bands", 1, "center"), [0.0]),
+        (("bands", 1, "scale"), [1e-300] * feature_count(GAGES)),
+        (("bands", 1, "layers", 0, "bias", 0), 1e300),
     ],
 )
 def test_an_invalid_estimator_is_refused(where, value):

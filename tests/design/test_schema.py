@@ -75,6 +75,11 @@ CHANGE = "[[grip.weight_changes]]\nobject_mass_g = 100.0\nstep_after_lift = "
                 ("[grip.hardware]\nstage_step_mm = 0.0021", "grip.hardware.stage_step_mm"),
                 ("[grip.hardware]\ndead_gages = [15]", "grip.hardware.dead_gages"),
                 ("[grip.hardware]\ndead_gages = [3, 3]", "grip.hardware.dead_gages"),
+                ("[grip.hardware]\ndying_gages = [15]", "grip.hardware.dying_gages"),
+                (
+                    "[grip.hardware]\ndead_gages = [3]\ndying_gages = [3]",
+                    "grip.hardware.dying_gages",
+                ),
                 (f"[grip.hardware]\ndead_gages = {list(range(14))}", "grip.hardware.dead_gages"),
                 ("preload_mm = 0.2\nmax_approach_mm = 0.2", "grip.preload_mm"),
                 ("preload_mm = 0.5\nmax_approach_mm = 0.3", "grip.preload_mm"),
