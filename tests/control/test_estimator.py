@@ -153,7 +153,7 @@ def test_a_delay_that_the_bench_knows_changes_no_move():
             sample = plant.move(command.dx, command.dy)
         ratios.append(plant.now.tangential_force / plant.now.normal_force)
         assert moves[:delay] == [(0.0, 0.0)] * delay
-    assert ratios == pytest.approx([0.5 * RegulatorTable().target] * 2, rel=0.02)
+    assert ratios == pytest.approx([0.5 * RegulatorTable().target] * 2, rel=0.03)
 
 
 class Teller:

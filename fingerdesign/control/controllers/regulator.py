@@ -16,7 +16,7 @@ margin that it keeps) while both forces grow:
    the climb count for a fifth: there the network says what is usual, and the hand would follow
    its own belief from step to step. Each step
    closes by ``approach_step``, less where that would raise F_n by more than ``press_share`` of it,
-   and shears toward F_t = target mu F_n, mu less its standard deviation.
+   and shears toward F_t = target mu F_n, mu less two of its standard deviations.
 3. *Guard.* Where the stick ratio falls under ``least_stick``, or ``used`` over ``most_used``, it
    closes without pulling until both are well again, and trusts the lower friction.
 4. *Hold.* Once the object hangs it pulls no more, and learns no more: gages that do not move tell
@@ -51,7 +51,9 @@ _STIFFNESS_FADES = 0.7  # share of dF_t/dx that stays as it was
 _LEAST_CLOSING = 0.1  # of a step: by less, a noisy force cell would make it ever stiffer
 _NEAR = 0.9  # of the target: where a probe ends
 _NEWS = 0.5  # share of the last sample in what is believed of the friction in use
-_CAUTION = 1.0  # standard deviations of the friction by which it leans to the safe side
+# Standard deviations of the friction by which it leans to the safe side. In 3-D, of 200 lifts with
+# all faults at once, 2 lifts 170, 1 lifts 158 and 2.5, which crushes more, 160.
+_CAUTION = 2.0
 _AGAIN = 2.0  # F_n over the last probe's, where it probes again
 _KEPT = 0.3  # of the weight of what it knew before
 _CLIMBING = 0.2  # what a step that closes too tells of the friction, as part of a pull alone
@@ -200,7 +202,7 @@ class Regulator:
         return self._shear(aim - sample.tangential_force), closing
 
     def _surely(self, friction: float) -> float:
-        """Less its standard deviation."""
+        """Less so many of its standard deviations."""
         return friction * max(1.0 - _CAUTION / sqrt(self._weight), 0.5)
 
     def _probe_ends(self, pressed: float) -> None:
