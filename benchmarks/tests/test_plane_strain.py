@@ -37,21 +37,13 @@ from fingerdesign_bench.studies.plane_strain_table import (
     table_of,
 )
 
-from fingerdesign import parse_design, parse_scene, with_values
+from fingerdesign import parse_scene, with_values
+from fingerdesign.checks.starter import find_design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.gaps import layered
 from fingerdesign.validate.plane_strain import QUANTITIES, map_of, plane_strain_error
 
-FINGER = parse_design(
-    """
-    design.name = "known"
-    body.width_mm = 20.0
-    body.base_height_mm = 10.0
-    body.arc_radius_mm = 20.0
-    plates.count = 0
-    materials.silicone.poissons_ratio = 0.49
-    """
-)
+FINGER = find_design("homogeneous")
 
 
 def readings(force, width, gages):

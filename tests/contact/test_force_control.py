@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from fingerdesign_bench.accuracy.analytic import cattaneo_mindlin_line
 
 from fingerdesign.contact import balance
 from fingerdesign.contact.balance import (
@@ -297,3 +298,17 @@ def test_a_search_that_fails_in_haste_is_tried_with_patience(strip, monkeypatch)
     increment = solve_forces(strip, ContactState.untouched(strip), Forces(1.0, 0.3))
     assert whole(strip, increment) == pytest.approx((1.0, 0.3), abs=1e-8)
     assert False in asked
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+def test_the_stick_zone_is_cattaneos(strip, share):
+    *_, step = follow(strip, [Forces(1.0, 0.0), Forces(1.0, share * 0.5)])
+    m = step.measures
+    exact = cattaneo_mindlin_line(share * 0.5, 1.0, 0.5)
+    assert m.stick_width / m.contact_width == pytest.approx(exact, abs=0.03)
+
+
+def test_just_below_complete_slip_there_is_one(strip):
+    *_, step = follow(strip, [Forces(1.0, 0.0), Forces(1.0, 0.4995)])
+    assert step.measures.tangential_force == pytest.approx(0.4995)
+    assert 0.0 < step.measures.stick_ratio < 0.1

@@ -11,9 +11,11 @@ from fingerdesign.control.plants.plant import (
     Truth,
     is_lifted,
     minimum_stick_ratio,
+    press,
     safety_margin,
 )
 from fingerdesign.control.roster import Command
+from fingerdesign.control.signals import Sample
 from fingerdesign.errors import SolverError
 
 BOUNDS = Bounds(preload=0.04, approach_step=0.01, max_approach=0.3, max_steps=40)
@@ -137,3 +139,17 @@ def test_the_rule_on_the_half_plane(half_plane, design):
         if result.friction_coefficient <= 0.3:
             assert result.holds >= 1
             assert result.slips_without_rule is True
+
+
+def test_the_plant_feels_what_the_model_says(half_plane):
+    plant = CondensedPlant(half_plane, "upper")
+    *_, sample = press(plant, 0.05, 0.02)
+    assert plant.truth().approach == pytest.approx(0.05)
+    assert isinstance(sample, Sample)
+    assert sample.normal_force == plant.truth().normal_force > 0.0
+    assert sample.tangential_force == pytest.approx(0.0, abs=1e-9)
+    # Pure pressing on a symmetric finger: gages at +-45 degrees mirror each other in sign.
+    assert sample.readings == pytest.approx(-sample.readings[::-1], abs=1e-6)
+    repeated = CondensedPlant(half_plane, "upper")
+    *_, again = press(repeated, 0.05, 0.02)
+    assert np.array_equal(again.readings, sample.readings)

@@ -146,7 +146,10 @@ def test_two_writers_are_kept_apart(tmp_path):
         with pytest.raises(ResultError, match="by another process"):
             made(tmp_path / "few", cad=False)
 
+    (tmp_path / "few").mkdir()
+    (tmp_path / "few" / ".few-0004.lock").touch()  # as while a worker writes, or was killed
     assert len(made(tmp_path / "few", cad=False, report=second)) == 6
+    assert not list((tmp_path / "few").glob(".*.lock"))
 
 
 def test_killed_and_run_again_it_ends_as_if_undisturbed(tmp_path, fake_cad):

@@ -6,7 +6,7 @@ from fingerdesign_bench.studies.plane_strain_bench import beyond_the_grid, judge
 from fingerdesign_bench.studies.plane_strain_file import points_of, read_study, shipped_study
 from fingerdesign_bench.studies.plane_strain_rule import Rule
 
-from fingerdesign import parse_design, parse_scene, with_values
+from fingerdesign import parse_scene, with_values
 from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.checks.starter import find_design
 from fingerdesign.validate.plane_strain import (
@@ -17,16 +17,7 @@ from fingerdesign.validate.plane_strain import (
     shipped_map,
 )
 
-FINGER = parse_design(
-    """
-    design.name = "known"
-    body.width_mm = 20.0
-    body.base_height_mm = 10.0
-    body.arc_radius_mm = 20.0
-    plates.count = 0
-    materials.silicone.poissons_ratio = 0.49
-    """
-)
+FINGER = find_design("homogeneous")
 
 
 @pytest.mark.parametrize(("depth", "known"), [(10.0, 0.31), (40.0, 0.12)])

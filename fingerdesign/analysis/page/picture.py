@@ -245,9 +245,11 @@ def surface(scene: dict[str, Any], chosen: Any = slice(None)) -> Any:
     flat = points.shape[1] == 2
     kind = pyvista.CellType.TRIANGLE if flat else pyvista.CellType.TETRA
     places = np.column_stack([points, np.full(len(points), -0.5 * scene["depth"])][: 1 + flat])
+    places[np.abs(places) < 1e-9] = 0.0  # nodes a rounding off the cut would keep its facets
     halves = []
     for side in (1.0, -1.0) if scene["half"] else (1.0,):
-        grid = pyvista.UnstructuredGrid({kind: cells}, places * [1.0, 1.0, side])
+        own = cells if side > 0.0 else np.roll(cells, 1, axis=1)  # or inside out: a seam shows
+        grid = pyvista.UnstructuredGrid({kind: own}, places * [1.0, 1.0, side])
         if "moved" in scene:
             grid["moved"] = scene["moved"] * [1.0, 1.0, side]
         halves.append(grid)

@@ -14,9 +14,9 @@ margin that it keeps) while both forces grow:
 2. *Climb.* What each step says of the friction, mu = F_t / (F_n used), is averaged by how sure it
    is, the past fading slowly: mu does not change, but errors that last do less harm so. Steps of
    the climb count for a fifth: there the network says what is usual, and the hand would follow
-   its own belief from step to step. Each step
-   closes by ``approach_step``, less where that would raise F_n by more than ``press_share`` of it,
-   and shears toward F_t = target mu F_n, mu less two of its standard deviations.
+   its own belief from step to step. Each step closes by ``approach_step``, less where that would
+   raise F_n by more than ``press_share`` of it, and shears toward F_t = target mu F_n, mu less two
+   of its standard deviations.
 3. *Guard.* Where the stick ratio falls under ``least_stick``, or ``used`` over ``most_used``, it
    closes without pulling until both are well again, and trusts the lower friction.
 4. *Hold.* Once the object hangs it pulls no more, and learns no more: gages that do not move tell

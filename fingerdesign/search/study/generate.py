@@ -68,7 +68,7 @@ BUILD = "fingerdesign.cad.export:build_and_write"
 RECYCLED_AFTER, READY_S = 100, 120.0  # designs that one process builds; seconds to start it
 CHORD_TOLERANCE_MM = 0.01
 LEFT_OUT, WRITTEN = "left out", "written"  # of a variant's CAD, beside the reason of a failure
-_UNFINISHED = (".*.partial-*", ".*.older-*", ".????????????-*")
+_UNFINISHED = (".*.lock", ".*.partial-*", ".*.older-*", ".????????????-*")
 _LOCK = ".lock"
 
 
