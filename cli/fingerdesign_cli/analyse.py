@@ -246,7 +246,7 @@ def _report_grips(result: Result, out: Path, quiet: bool, as_json: bool) -> None
         )
     elif not quiet and result.status == "ok":
         headings = ["friction", "ends", "F_n N", "F_t N", "margin", "least stick", "holds"]
-        headings += ["without the rule", "steps"]
+        headings += ["without the rule", "steps", "slip warned of", "false alarms", "stick error"]
         first = result.grips[0]
         title = f"{result.design}: {first.object_mass_g:g} g, {first.controller}, {result.fidelity}"
         print_table(title, headings, [_row(grip) for grip in result.grips])
@@ -268,4 +268,14 @@ def _row(grip: GripResult) -> list[str]:
         f"{grip.holds}",
         free,
         f"{grip.steps}",
+        _warned(grip),
+        "-" if grip.alarms is None else f"{grip.false_alarms} of {grip.alarms}",
+        number(grip.stick_error, 3),
     ]
+
+
+def _warned(grip: GripResult) -> str:
+    if grip.lead_s is not None:
+        share = number(grip.lead_force_share, 0, 100.0)
+        return f"{grip.lead_s:.2f} s before, at {share} % of F_t"
+    return {"withdrawn": "withdrawn", "none": "no"}.get(grip.slip_warning or "", "-")

@@ -67,8 +67,19 @@ def _show_errors(result: TrainingResult, name: str, folder: Path) -> None:
         )
     ]
     columns = ["noise, microstrain", "stick ratio", "friction in use"]
-    print_table(f"{name}: errors (RMS) on grips that were not taught", columns, rows)
+    print_table(f"{name}: errors (RMS) on {_held_out(result)}", columns, rows)
     click.echo(f"{result.samples} samples were taught; {folder / 'estimator.json'} is for a rig")
+
+
+def _held_out(result: TrainingResult) -> str:
+    """What the errors are of: other fingers, or other grips of the one that was taught."""
+    grips, fingers = result.judged_grips, result.judged_fingers
+    if grips is None or fingers is None:
+        return "held-out grips (taught by an earlier version: of which fingers was not recorded)"
+    if fingers:
+        words = f"{grips} grips of {fingers} other fingers, drawn as those taught were"
+        return f"{words}; nothing of them was taught"
+    return f"{grips} other grips of the same finger or fingers: on another one it is not judged"
 
 
 # ``fingerdesign export-c``, ``export-onnx``: the regulator, or its network, for a hand's computer.
@@ -153,7 +164,8 @@ def _show(found: Observability, folder: Path) -> None:
         ]
         for each in found.confirmed
     ]
-    title = f"{found.design} at {found.noise:g} microstrain: errors (RMS) on grips not taught"
+    what = "errors (RMS) on other grips of the same finger"
+    title = f"{found.design} at {found.noise:g} microstrain: {what}"
     print_table(title, ["gages", "stick ratio", "friction in use", "at x, mm"], rows)
     rows = [
         [

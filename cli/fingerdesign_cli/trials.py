@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -26,7 +26,8 @@ from fingerdesign_cli.terminal import number, print_json, print_table
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.trials.record import ControlStudy, Summary
+    from fingerdesign.records.statistics import Rms, Share
+    from fingerdesign.trials.record import ControlStudy, Foreseen, Summary
     from fingerdesign.trials.replay import Replay
     from fingerdesign.trials.tune import TuningRecord
     from fingerdesign.trials.unlike import UnlikeSummary
@@ -214,8 +215,25 @@ def study_unlike(faults: tuple[str, ...], plants: int, lifts: int, **given: Any)
         rows = [[label, *map(_of_unlike, by.values())] for label, by in summaries.items()]
         title = f"{found.data.design}: success in % (95 %), margin; {plants} fingers a row"
         print_table(title, ["fault", *next(iter(summaries.values()))], rows)
+        _show_unlike_foreseen(summaries)
         click.echo(f"every lift: {trial.target / 'unlike.csv'}")
     return 0
+
+
+def _show_unlike_foreseen(summaries: Mapping[str, Mapping[str, UnlikeSummary]]) -> None:
+    """What was said of slip before it came, a column each for those that say anything."""
+    names = [
+        name
+        for name in next(iter(summaries.values()))
+        if any(by[name].foreseen.false_alarms is not None for by in summaries.values())
+    ]
+    if names:
+        rows = [
+            [label, *("; ".join(_foreseen(by[name].foreseen)) for name in names)]
+            for label, by in summaries.items()
+        ]
+        title = "complete slips warned of (95 %); lead, s; lifts with a false alarm, %; error, RMS"
+        print_table(title, ["fault", *names], rows)
 
 
 def _of_unlike(summary: UnlikeSummary) -> str:
@@ -237,9 +255,10 @@ def _show(found: ControlStudy, folder: Path) -> None:
     )
     print_table(
         "medians; margin and peak: force over the least that holds",
-        ["controller", "margin", "peak", "least stick", "slip, mm", "steps"],
+        ["controller", "lifted", "margin", "peak", "least stick", "slip, mm", "steps"],
         [_medians(name, reported) for name, reported in summaries.items()],
     )
+    _show_foreseen(found, noise)
     if conditions["tug"] is not None:
         rate = data["hardware"]["sample_rate_Hz"]
         assert isinstance(rate, float)
@@ -276,8 +295,39 @@ def _medians(name: str, reported: Summary) -> list[str]:
     )
     return [
         name,
+        str(reported.grips - reported.not_lifted),
         *(number(None if s is None else s.median, digits, none=NONE) for s, digits in spreads),
     ]
+
+
+def _show_foreseen(found: ControlStudy, noise: float) -> None:
+    """What was said of slip before it came, by those that say anything."""
+    rows = []
+    for each in found.data["controllers"]:
+        saw = found.summary(each["controller"], noise).foreseen
+        if saw.false_alarms is not None or saw.stick_error is not None:
+            rows.append([each["controller"], *_foreseen(saw)])
+    if rows:
+        title = "slip seen before it came; 95 % in brackets; error of the reported stick ratio"
+        headings = ["controller", "slips warned of", "lead, s", "falsely, %", "error, RMS"]
+        print_table(title, headings, rows)
+
+
+def _foreseen(saw: Foreseen) -> list[str]:
+    warned, false, error = saw.warned, saw.falsely_alarmed, saw.stick_error
+    return [
+        NONE if warned is None else f"{warned.count} of {warned.of}{_brackets(warned, 100.0, 0)}",
+        number(None if saw.lead_s is None else saw.lead_s.median, 2, none=NONE),
+        NONE if false is None else f"{number(false.rate, 0, 100.0)}{_brackets(false, 100.0, 0)}",
+        NONE if error is None else f"{error.value:.3f}{_brackets(error)}",
+    ]
+
+
+def _brackets(found: Share | Rms, factor: float = 1.0, digits: int = 2) -> str:
+    """The interval."""
+    if found.low is None or found.high is None:
+        return ""
+    return f" ({factor * found.low:.{digits}f}–{factor * found.high:.{digits}f})"
 
 
 def _answers(name: str, reported: Summary, rate_hz: float) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -13,6 +13,7 @@ from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds, Calibration
 from fingerdesign.control.controllers.flow_chart import PaperController
+from fingerdesign.control.foresight import Foresight, foresight
 from fingerdesign.control.plants.plant import (
     Plant,
     Truth,
@@ -30,6 +31,7 @@ from fingerdesign.records.result import GripResult
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
+    from fingerdesign.design.grip import Grip
     from fingerdesign.design.schema import Design
 
 Ending = Literal["lifted", "complete slip", "stage travel", "steps", "failed"]
@@ -162,6 +164,8 @@ def _grip(
 def _trace(record: _Record, result: GripResult, gages: int) -> GripTrace:
     truths, commands = record.truths, record.commands
     supported = any(truth.lifted is not None for truth in truths)
+    reports = any(command.stick_ratio is not None for command in commands)
+    warns = any(command.warns is not None for command in commands)
 
     def numbers(of: Sequence[Truth | Command], name: str) -> Array:
         values = [getattr(each, name) for each in of]
@@ -182,6 +186,8 @@ def _trace(record: _Record, result: GripResult, gages: int) -> GripTrace:
         lift_step=record.lift,
         rise=numbers(truths, "rise") if supported else None,
         unsure=_unsure(commands),
+        reported_stick_ratio=numbers(commands, "stick_ratio") if reports else None,
+        warns=np.array([bool(command.warns) for command in commands]) if warns else None,
     )
 
 
@@ -190,6 +196,18 @@ def _unsure(commands: Sequence[Command]) -> BoolArray | None:
     if all(each.unsure is None for each in commands):
         return None
     return np.array([each.unsure is not False for each in commands])
+
+
+def foreseen(episode: Episode, grip: Grip) -> Foresight:
+    """What the controller said of slip, by the rate and the threshold of a ``[grip]`` table."""
+    result, trace = episode.result, episode.trace
+    return foresight(
+        trace,
+        len(trace.dx) - result.steps,
+        result.gross_slip,
+        grip.hardware.sample_rate_Hz,
+        grip.warning_stick_ratio,
+    )
 
 
 def run_episodes(
@@ -220,7 +238,11 @@ def run_episodes(
     def run(number: int, friction: float, hand: Controller) -> Episode:
         plant = rig.plant(friction, object_mass_g, number)
         after = grip.hold_steps
-        return run_episode(plant, hand, calibration, bounds, friction, object_mass_g, after)
+        episode = run_episode(plant, hand, calibration, bounds, friction, object_mass_g, after)
+        seen = vars(foreseen(episode, grip))
+        own = {field.name for field in fields(GripResult)}
+        told = {name: value for name, value in seen.items() if name in own}
+        return replace(episode, result=replace(episode.result, **told))
 
     episodes = []
     for number, friction in enumerate(friction_coefficients):

@@ -122,7 +122,8 @@ class FingerCurves:
 class Estimated:
     """Stick area / contact area, and F_t / (mu F_n), both within 0 and 1.
 
-    spread: standard deviation that ``used`` was found to have on grips that it was not taught on.
+    spread: standard deviation that ``used`` was found to have on held-out grips (sensing/teach.py:
+    of other fingers, where many are taught).
     """
 
     stick_ratio: float

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.control.foresight import Foresight, SlipWarning
 from fingerdesign.design.grip import weight_per_finger
 
 if TYPE_CHECKING:
@@ -32,7 +33,8 @@ class JudgedGrip:
     m g / 2 mu. minimum_stick_ratio: over the steps with F_t > 0. steps: to the lift, or to the end
     where there is none. reaction_steps: from the tug to the hand's answer, None without one.
     unsure: what the controller said of itself as it dropped or crushed the object, or lifted it;
-    None where it never tells.
+    None where it never tells. From slip_warning to samples: see
+    :class:`fingerdesign.control.foresight.Foresight`.
     ending: "lifted", "complete slip", "stage travel", "steps" or "failed"; reason: a sentence.
     """
 
@@ -54,6 +56,14 @@ class JudgedGrip:
     tug: float = 0.0
     reaction_steps: int | None = None
     unsure: bool | None = None
+    slip_warning: SlipWarning | None = None
+    lead_s: float | None = None
+    lead_force_share: float | None = None
+    alarms: int | None = None
+    false_alarms: int | None = None
+    stick_error: float | None = None
+    stick_error_samples: int = 0
+    samples: int = 0
 
     @property
     def held(self) -> bool:
@@ -78,8 +88,9 @@ def outcome(
     tug: float = 0.0,
     tug_step: int | None = None,
     least_answer: float = 0.0,
+    seen: Foresight | None = None,
 ) -> JudgedGrip:
-    """The outcome of an episode.
+    """The outcome of an episode. seen: what its controller said of slip, where that is judged.
 
     tug_step: steps from the lift to the one at which the tug begins; least_answer: see
     :func:`reaction_steps`.
@@ -110,6 +121,7 @@ def outcome(
         tug=tug,
         reaction_steps=answered,
         unsure=_unsure(trace, result.gross_slip, MOST_FORCE * least),
+        **vars(seen or Foresight()),
     )
 
 

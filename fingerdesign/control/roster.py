@@ -41,6 +41,9 @@ class Command:
 
     hold: the rule has set dx to zero. area: the gage area (mm) behind it, None where none is known.
     unsure: the controller knows too little to trust what it does; None where it cannot tell.
+    stick_ratio: stick area over contact area, 0 to 1, as it believes it to be at the sample that
+    this answers; None where it estimates none. warns: of a controller that reports no stick ratio,
+    that slip is near; None where it never tells.
     """
 
     dx: float
@@ -48,6 +51,8 @@ class Command:
     hold: bool
     area: float | None = None
     unsure: bool | None = None
+    stick_ratio: float | None = None
+    warns: bool | None = None
 
 
 def holds(commands: Sequence[Command]) -> int:

@@ -32,6 +32,7 @@ LATER: dict[str, Any] = {
     "force_gain_spread": 0.0,
     "force_cross_talk": 0.0,
     "relaxation_per_minute": 0.0,
+    "warning_stick_ratio": 0.3,
 }
 
 

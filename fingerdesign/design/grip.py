@@ -244,6 +244,9 @@ class Grip(Table):
     bench_friction_coefficient: float = positive(
         0.5, 5, "of the surface that the rig is calibrated on, not of the object"
     )
+    warning_stick_ratio: float = bounded(
+        0.3, 0, 1, "for reports: a controller that reports a stick ratio below it warns of slip"
+    )
     seed: int = bounded(0, 0, 2**32 - 1, "seeds whatever noise is asked")
 
 

@@ -144,6 +144,8 @@ class GripTrace:
     without_rule        the same grip with the rule switched off, if it was tried
     rise                of the object above its support, mm; None where there is no support
     unsure              the controller said that it knows too little; None where it never tells
+    reported_stick_ratio, warns  what the command that led to the step said of the sample before it:
+                        stick ratio (NaN: none), that slip is near; None where it never tells
     """
 
     controller: str
@@ -163,12 +165,15 @@ class GripTrace:
     without_rule: GripTrace | None = None
     rise: Array | None = None
     unsure: BoolArray | None = None
+    reported_stick_ratio: Array | None = None
+    warns: BoolArray | None = None
 
     def __post_init__(self) -> None:
         steps = len(self.approach)
         forces = ("shear", "normal_force", "tangential_force")
-        rise = () if self.rise is None else ("rise",)
-        names = (*forces, "stick_ratio", "gage_area_mm", "dx", "dy", "hold", *rise)
+        told = ("rise", "unsure", "reported_stick_ratio", "warns")
+        there = (name for name in told if getattr(self, name) is not None)
+        names = (*forces, "stick_ratio", "gage_area_mm", "dx", "dy", "hold", *there)
         gages = self.gage_readings.shape[1:]
         _require_shapes(self, **dict.fromkeys(names, (steps,)), gage_readings=(steps, *gages))
 

@@ -160,6 +160,10 @@ def write_grip_csv(path: Path, trace: GripTrace) -> None:
         columns["rise_mm"] = trace.rise
     if trace.unsure is not None:
         columns["unsure"] = trace.unsure.astype(int)
+    if trace.reported_stick_ratio is not None:
+        columns["reported_stick_ratio"] = trace.reported_stick_ratio
+    if trace.warns is not None:
+        columns["warns"] = trace.warns.astype(int)
     gages = trace.gage_readings
     for plate in range(gages.shape[1]):
         columns[f"gage_{plate}_reading_microstrain"] = gages[:, plate]

@@ -122,6 +122,13 @@ class GripResult:
     holds: how often the rule set dx to zero. slips_without_rule: whether the same path without the
     rule slips completely; None if that was not tried. steps: control steps after the
     preload. ending: a sentence, why the grip ended.
+    slip_warning: what the controller said as the whole contact slipped (standing: it had warned,
+    and did not take it back); None where it did not slip, or where the controller never warns.
+    lead_s, lead_force_share: of a standing one, time from the warning to complete slip, F_t at the
+    warning over F_t at complete slip. alarms: warnings that were given, false_alarms: those given
+    while clearly more stuck; None where it never warns. stick_error: root mean square of the
+    reported less the true stick ratio over stick_error_samples, the samples with F_t > 0; None
+    where none is reported. samples: that the controller answered. (control/foresight.py)
     """
 
     controller: str
@@ -139,6 +146,14 @@ class GripResult:
     holds: int = 0
     slips_without_rule: bool | None = None
     ending: str = ""
+    slip_warning: Literal["standing", "withdrawn", "none"] | None = None
+    lead_s: float | None = None
+    lead_force_share: float | None = None
+    alarms: int | None = None
+    false_alarms: int | None = None
+    stick_error: float | None = None
+    stick_error_samples: int = 0
+    samples: int = 0
 
 
 @strict

@@ -5,7 +5,7 @@
 A few seeded grips press and pull on the condensed model, each with a friction coefficient of its
 own. A small learner (ridge regression on random rectified sums of the features; Rahimi and Recht,
 "Random features for large-scale kernel machines", NIPS 2007) is taught the stick ratio from gages
-and forces and judged on grips that it was not taught: on frictions unknown to it. It hears one
+and forces and judged on other grips of the same finger, on frictions unknown to it. It hears one
 instant, with neither the past nor the hand's moves, so it errs more than the network of
 sensing/observability.py, which takes fifty times as long. Where gages say nothing it errs by 0.23,
 about the spread of the stick ratio itself.
@@ -88,7 +88,7 @@ def stick_error(
     listening: Listening | None = None,
     seed: int = 0,
 ) -> float:
-    """RMS error of the stick ratio on grips, and frictions, that were not taught.
+    """RMS error of the stick ratio on other grips, and frictions, of the same finger.
 
     problem: a finger and an object, with the gages that are sampled; max_approach: mm, of the
     grips. Raises SolverError where the finger has no gages, or no grips worth the name are found.

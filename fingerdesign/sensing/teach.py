@@ -5,8 +5,9 @@
 
 The network is scikit-learn's multilayer perceptron (a well-kept trainer; what it learns is run by
 numpy alone, control/estimator.py). Every random grip path is sampled at several noises, so that one
-network serves all amplifiers. Errors are on random grip paths, and so on frictions, that were not
-taught.
+network serves all amplifiers. Errors are on grips, and so on frictions, that are held out of it:
+where many fingers are taught, on grips of other fingers, of which nothing is taught; where one is,
+on other grips of that same finger.
 """
 
 from __future__ import annotations
@@ -164,7 +165,7 @@ BANDS = ((0.25, 1.6), (1.6, 15.0))
 NOISES = (0.5, 1.0, 2.0, 5.0, 10.0)  # that training results are judged at
 REFERENCE_NOISE = 0.5  # microstrain, of a good strain amplifier at 100 Hz
 _STEPS = 60
-_HELD_OUT = 0.15  # of the random grip paths, judged by and not taught
+_HELD_OUT = 0.15  # of the random grip paths: these, of whole fingers where there are many
 _HIDDEN = (128, 64)
 _TEACHING = ((2e-3, 40), (5e-4, 20), (1e-4, 15))  # learning rate, epochs; each from the last's end
 # Of more samples, and where fingers are unlike, fewer epochs: else they are learnt by heart.
@@ -192,13 +193,20 @@ class Settings:
 
 @dataclass(frozen=True)
 class TrainingResult:
-    """The estimator and its errors (root mean square) on held-out grips, by noise."""
+    """The estimator and its errors (root mean square) on held-out grips, by noise.
+
+    judged_grips: how many those are; judged_fingers: of how many fingers of which nothing was
+    taught, 0 where they are other grips of what was. None: not recorded (an estimator of an earlier
+    version).
+    """
 
     estimator: GripEstimator
     noises: tuple[float, ...]
     stick_errors: tuple[float, ...]
     used_errors: tuple[float, ...]
     samples: int
+    judged_grips: int | None = None
+    judged_fingers: int | None = None
 
     def stick_error(self, noise: float = REFERENCE_NOISE) -> float:
         """Of the stick ratio at a noise that was judged. ValueError for another."""
@@ -215,8 +223,9 @@ def teach(
     bands: Sequence[tuple[float, float]] = BANDS,
 ) -> TrainingResult:
     """Teach the network. design: the content digest that it is for; grips: instead of random grip
-    paths on the problem; the first are held out, so that of many fingers' whole fingers are. bands:
-    of noise, a network each.
+    paths on the problem, those of one finger together and sharing their curves; the first are held
+    out. Of a finger that is held out in part nothing is judged, unless there is no other. bands: of
+    noise, a network each.
 
     Raises SolverError where the model gives too few grips to teach anything.
     """
@@ -236,7 +245,10 @@ def teach(
         taught.append(fit(inputs, outputs, noises[1], settings.seed, settings.fingers))
         samples += len(inputs)
     estimator = GripEstimator(design, curves, REFERENCE_NOISE, tuple(taught))
-    return judge(estimator, grips[:held], settings, samples)
+    known = {id(each.curves) for each in grips[held:]}
+    others = [each for each in grips[:held] if id(each.curves) not in known]
+    fingers = len({id(each.curves) for each in others})
+    return judge(estimator, others or grips[:held], settings, samples, fingers)
 
 
 def _sampled(
@@ -406,9 +418,14 @@ def trained(
 
 
 def judge(
-    estimator: GripEstimator, grips: Sequence[RandomGripPath], settings: Settings, samples: int = 0
+    estimator: GripEstimator,
+    grips: Sequence[RandomGripPath],
+    settings: Settings,
+    samples: int = 0,
+    fingers: int = 0,
 ) -> TrainingResult:
-    """Errors on grips that were not taught, by noise; each band is given its spread."""
+    """Errors on held-out grips, of so many other fingers (0: of the same one), by noise; each band
+    is given its spread."""
     stick, used = [], []
     for noise in NOISES:
         rng = np.random.default_rng([settings.seed, 2])
@@ -422,7 +439,8 @@ def judge(
         known = replace(band, spread=_spread(said[:, 1], off[:, 1]))
         bands = tuple(known if each is band else each for each in estimator.bands)
         estimator = replace(estimator, bands=bands)
-    return TrainingResult(estimator, NOISES, tuple(stick), tuple(used), samples)
+    errors = tuple(stick), tuple(used)
+    return TrainingResult(estimator, NOISES, *errors, samples, len(grips), fingers)
 
 
 def _spread(said: Array, off: Array) -> Array:

@@ -289,6 +289,8 @@ def training_text(result: TrainingResult) -> str:
         "stick_errors": result.stick_errors,
         "used_errors": result.used_errors,
         "samples": result.samples,
+        "judged_grips": result.judged_grips,
+        "judged_fingers": result.judged_fingers,
     }
     return json.dumps(record, allow_nan=False) + "\n"
 
@@ -296,9 +298,10 @@ def training_text(result: TrainingResult) -> str:
 def _read(text: str | None) -> TrainingResult | None:
     """What is kept; None where there is nothing, or something of another format."""
     try:
-        estimator, noises, stick, used, samples = json.loads(text or "").values()
+        estimator, noises, stick, used, samples, *judged = json.loads(text or "").values()
         known = GripEstimator.from_json(json.dumps(estimator))
-        return TrainingResult(known, tuple(noises), tuple(stick), tuple(used), int(samples))
+        errors = tuple(stick), tuple(used)
+        return TrainingResult(known, tuple(noises), *errors, int(samples), *judged)
     except (ValueError, TypeError, AttributeError, EstimatorError):
         return None
 

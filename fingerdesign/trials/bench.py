@@ -15,7 +15,7 @@ import numpy as np
 
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds, Calibration
-from fingerdesign.control.episode import Episode, run_episode
+from fingerdesign.control.episode import Episode, foreseen, run_episode
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.metrics import JudgedGrip, outcome
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Relaxation
@@ -247,6 +247,7 @@ class GripBench:
             cell.tug,
             self._held + 1 if cell.tug > 0.0 else None,
             _ANSWER * self.bounds.approach_step,
+            foreseen(episode, self.grip),
         )
 
     def episode(self, cell: Cell, memory: Memory | None = None) -> Episode:

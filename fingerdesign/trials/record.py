@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import numpy as np
 from pydantic import Field
 from typing_extensions import TypedDict
 
+from fingerdesign.control.foresight import CLEARLY
 from fingerdesign.control.metrics import MOST_FORCE, JudgedGrip
 from fingerdesign.records.base import Count, Size, closed, csv_text
+from fingerdesign.records.statistics import (
+    Rms,
+    Share,
+    Spread,
+    clustered_share,
+    rms_of,
+    share_of,
+    spread_of,
+)
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.bench import GOOD_AMPLIFIER, ControlGrid
 
@@ -20,13 +28,15 @@ if TYPE_CHECKING:
     from fingerdesign.records.arrays import GripTrace
 
 RECORD_FILE, CSV_FILE = "control.json", "grips.csv"
-_Z = 1.959964  # of the normal distribution, for 95 %
 BAND = (1.2, 1.5)  # times the least force: how people grip (Johansson and Westling 1984)
 
 # Columns of grips.csv are fields of JudgedGrip, by the names of the result's grips where alike.
 _FIELDS = "controller friction mass_g noise tug seed success lifted dropped crushed margin_at_lift"
 _FIELDS += " peak_ratio peak_normal_force_N minimum_stick_ratio slip_distance_mm steps"
-_FIELDS += " reaction_steps unsure ending reason"
+_FIELDS += " reaction_steps unsure"
+FORESEEN = "slip_warning lead_s lead_force_share alarms false_alarms stick_error"
+FORESEEN += " stick_error_samples samples"  # what is judged of warnings and reports
+_FIELDS += f" {FORESEEN} ending reason"
 _NAMES = {
     "friction": "friction_coefficient",
     "mass_g": "object_mass_g",
@@ -38,62 +48,50 @@ _NAMES = {
 COLUMNS = {_NAMES.get(field, field): field for field in _FIELDS.split()}
 
 
-Rate = Annotated[float, Field(ge=0.0, le=1.0)]
-
-
 @closed
 @dataclass(frozen=True)
-class Share:
-    """``count`` of ``of``; low, high: Wilson's 95 % interval, as if trials were independent; null
-    of nothing.
+class Foreseen:
+    """What a controller said of slip over many grips (control/foresight.py says what each is).
 
-    >>> share_of(99, 100).rate
-    0.99
+    warned: of the grips that ended in complete slip, those at whose end a warning stood; withdrawn:
+    those with an earlier one alone. lead_s, lead_force_share: of standing warnings, time to
+    complete slip and F_t at the warning over F_t then. falsely_alarmed: of all grips, those with a
+    false warning; false_alarms: of all samples answered, those that began one (a hundred times its
+    rate: per 100 steps), its interval by grips as clusters. All null where it never warns.
+    stick_error: of the reported stick ratio, over all samples with F_t > 0; stick_error_of_grips:
+    of each grip; null where none is reported.
     """
 
-    count: Count
-    of: Count
-    rate: Rate | None
-    low: Rate | None
-    high: Rate | None
+    warned: Share | None
+    withdrawn: Count | None
+    lead_s: Spread | None
+    lead_force_share: Spread | None
+    falsely_alarmed: Share | None
+    false_alarms: Share | None
+    stick_error: Rms | None
+    stick_error_of_grips: Spread | None
 
 
-def share_of(count: int, of: int) -> Share:
-    """With the score interval of a rate, good near 0 and 1 too.
-
-    (p + z^2/2n -+ z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n)
-
-    (Wilson, J. Am. Stat. Assoc. 22 (1927) 209.)
-    """
-    if not of:
-        return Share(count, of, None, None, None)
-    p, share = count / of, _Z * _Z / of
-    middle = p + 0.5 * share
-    half = _Z * math.sqrt(p * (1.0 - p) / of + 0.25 * share / of)
-    low = (middle - half) / (1.0 + share) if count else 0.0
-    high = (middle + half) / (1.0 + share) if count < of else 1.0
-    return Share(count, of, p, low, high)
-
-
-@closed
-@dataclass(frozen=True)
-class Spread:
-    """Of what has the value; low, high: quartiles."""
-
-    count: Count
-    least: Size
-    low: Size
-    median: Size
-    high: Size
-    most: Size
-
-
-def spread_of(values: Iterable[float | None]) -> Spread | None:
-    """The spread of those values that are there; None where none is."""
-    found = [value for value in values if value is not None]
-    if not found:
-        return None
-    return Spread(len(found), *np.quantile(found, [0.0, 0.25, 0.5, 0.75, 1.0]).tolist())
+def foreseen_of(grips: Sequence[JudgedGrip]) -> Foreseen:
+    """What these grips amount to."""
+    false = [(each, each.false_alarms) for each in grips if each.false_alarms is not None]
+    ends = [each.slip_warning for each, _ in false if each.slip_warning is not None]
+    errors = [each for each in grips if each.stick_error is not None]
+    return Foreseen(
+        warned=share_of(ends.count("standing"), len(ends)) if false else None,
+        withdrawn=ends.count("withdrawn") if false else None,
+        lead_s=spread_of(each.lead_s for each in grips),
+        lead_force_share=spread_of(each.lead_force_share for each in grips),
+        falsely_alarmed=share_of(sum(n > 0 for _, n in false), len(false)) if false else None,
+        false_alarms=clustered_share([n for _, n in false], [each.samples for each, _ in false])
+        if false
+        else None,
+        stick_error=rms_of(
+            [each.stick_error or 0.0 for each in errors],
+            [each.stick_error_samples for each in errors],
+        ),
+        stick_error_of_grips=spread_of(each.stick_error for each in grips),
+    )
 
 
 @closed
@@ -105,7 +103,8 @@ class Summary:
     succeed; a grip may be in more than one. margin_at_lift, peaks, steps: of lifted ones;
     slip_distance_mm: of held ones. reaction_steps: of those tugged that answered. unannounced:
     dropped or crushed by a controller that had not said before that it was unsure; null: it never
-    says. unsure: of those that succeeded, how often it was as they were lifted.
+    says. unsure: of those that succeeded, how often it was as they were lifted. foreseen: what it
+    said of slip.
     """
 
     grips: Count
@@ -125,6 +124,7 @@ class Summary:
     reaction_steps: Spread | None
     unannounced: Count | None
     unsure: Share | None
+    foreseen: Foreseen
 
 
 def summarise(outcomes: Sequence[JudgedGrip]) -> Summary:
@@ -150,6 +150,7 @@ def summarise(outcomes: Sequence[JudgedGrip]) -> Summary:
         reaction_steps=spread_of(each.reaction_steps for each in tugged),
         unannounced=unannounced(outcomes),
         unsure=unsure(outcomes),
+        foreseen=foreseen_of(outcomes),
     )
 
 
@@ -204,6 +205,8 @@ class CriteriaData(TypedDict):
     most_force_ratio: Size
     human_margin: Annotated[list[Size], Field(min_length=2, max_length=2)]
     good_amplifier_microstrain: Size
+    warning_stick_ratio: Annotated[Size, Field(description="reported below it: a warning")]
+    false_alarm_stick_ratio: Annotated[Size, Field(description="true above it: a false one")]
 
 
 @closed
@@ -292,6 +295,8 @@ def control_data(
             "most_force_ratio": MOST_FORCE,
             "human_margin": list(BAND),
             "good_amplifier_microstrain": GOOD_AMPLIFIER,
+            "warning_stick_ratio": facts["warning_stick_ratio"],
+            "false_alarm_stick_ratio": facts["warning_stick_ratio"] + CLEARLY,
         },
         "conditions": conditions_data(grid),
         "hardware": facts["hardware"],

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -68,6 +68,7 @@ def key_of(cell: Cell | JudgedGrip) -> str:
 
 
 KIND = "a control study"  # of journals
+KEPT = [field.name for field in fields(JudgedGrip)]  # of a grip, in a journal
 
 
 def kept_records(journal: Journal, kind: Any, what: str) -> dict[str, Any]:
@@ -181,6 +182,7 @@ def study_control(
         digest=digest,
         model=_model_data(bench),
         hardware=design.grip.hardware.model_dump(exclude=VARIED),
+        warning_stick_ratio=design.grip.warning_stick_ratio,
         seconds={**clock.seconds, "whole": whole},
         workers=workers,
         versions=versions(),
@@ -233,7 +235,7 @@ def study_digest(
     shared = {"seed": grid.seed, "hold_s": grid.hold_s, "tug": conditions_data(grid)["tug"]}
     taught = None if estimator is None else estimator.to_json()
     model = [fidelity, CONTACT_SIZE_MM[fidelity], MESHED]
-    parts = [design.digest(), __version__, shared, model, taught]
+    parts = [design.digest(), __version__, shared, model, taught, KEPT]
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 

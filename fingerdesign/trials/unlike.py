@@ -17,12 +17,14 @@ import numpy as np
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
+from fingerdesign.control.foresight import CLEARLY
 from fingerdesign.control.metrics import JudgedGrip
 from fingerdesign.control.plants.plant import Memory
 from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.records.base import Count, Size, closed, csv_text, json_text
 from fingerdesign.records.folder import RecordFolder
+from fingerdesign.records.statistics import Share, Spread, spread_of
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, MESHED, gripped_case, unlike_problems
 from fingerdesign.sensing.training import estimator_faults, training_result_for
@@ -39,8 +41,8 @@ from fingerdesign.trials.bench import (
     refuse,
     seed_of,
 )
-from fingerdesign.trials.record import COLUMNS, Share, Spread, grip_cells, spread_of, summarise
-from fingerdesign.trials.run import in_processes, kept_records
+from fingerdesign.trials.record import COLUMNS, FORESEEN, Foreseen, grip_cells, summarise
+from fingerdesign.trials.run import KEPT, in_processes, kept_records
 from fingerdesign.version import __version__, versions
 
 if TYPE_CHECKING:
@@ -54,7 +56,7 @@ NONE, EVERY = "none", "all"  # the model itself; every fault together
 
 # Columns of unlike.csv after fault and plant, as of grips.csv.
 _FIELDS = "controller friction mass_g success lifted dropped crushed margin_at_lift unsure ending"
-_FIELDS += " reason"
+_FIELDS += f" reason {FORESEEN}"
 _COLUMNS = {name: field for name, field in COLUMNS.items() if field in _FIELDS.split()}
 
 
@@ -62,7 +64,7 @@ _COLUMNS = {name: field for name, field in COLUMNS.items() if field in _FIELDS.s
 @dataclass(frozen=True)
 class UnlikeSummary:
     """The lifts of one controller on the fingers of one label; safety_margin: of its successes;
-    unannounced, unsure: see Summary of control.json."""
+    unannounced, unsure, foreseen: see Summary of control.json."""
 
     success: Share
     gross_slip: Count
@@ -72,6 +74,7 @@ class UnlikeSummary:
     safety_margin: Spread | None
     unannounced: Count | None
     unsure: Share | None
+    foreseen: Foreseen
 
 
 @closed
@@ -84,6 +87,8 @@ class UnlikeData:
     fidelity: Literal["plane-strain", "3d"]
     taught_on: str | None
     noise_microstrain: Size
+    warning_stick_ratio: Size
+    false_alarm_stick_ratio: Size
     plants: Count
     lifts_a_plant: Count
     seed: Count
@@ -222,7 +227,7 @@ def _digest(shared: _Shared, faults: Sequence[Chosen], plants: int) -> str:
     taught = None if shared.estimator is None else shared.estimator.to_json()
     plain = [shared.design.digest(), shared.controllers, shared.fidelity, shared.lifts, shared.seed]
     model = [CONTACT_SIZE_MM[shared.fidelity], MESHED, __version__]
-    text = json.dumps([*plain, *model, taught, list(faults), plants])
+    text = json.dumps([*plain, *model, taught, list(faults), plants, KEPT])
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -246,6 +251,8 @@ def _data(
         fidelity=shared.fidelity,
         taught_on=None if shared.estimator is None else shared.estimator.design,
         noise_microstrain=GOOD_AMPLIFIER,
+        warning_stick_ratio=shared.design.grip.warning_stick_ratio,
+        false_alarm_stick_ratio=shared.design.grip.warning_stick_ratio + CLEARLY,
         plants=plants,
         lifts_a_plant=shared.lifts,
         seed=shared.seed,
@@ -266,4 +273,5 @@ def _summary(lifts: Sequence[JudgedGrip]) -> UnlikeSummary:
         safety_margin=spread_of(each.margin_at_lift for each in lifts if each.success),
         unannounced=every.unannounced,
         unsure=every.unsure,
+        foreseen=every.foreseen,
     )

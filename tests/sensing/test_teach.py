@@ -98,6 +98,18 @@ def test_a_pilots_own_grips_are_of_their_seed_and_true(problem, grips, monkeypat
         assert pulled > 0.0
 
 
+def test_errors_are_of_other_fingers_where_there_are_some(problem, grips, monkeypatch):
+    """Sixty grips, of one finger or of so many; the first nine are held out."""
+    monkeypatch.setattr("fingerdesign.sensing.teach._TEACHING", ((2e-3, 1),))
+    curves = [finger_curves(problem, "upper", BOUNDS) for _ in range(20)]
+    # So many grips a finger: by one of which some are taught nothing is judged.
+    for each, fingers, judged in ((60, 0, 9), (3, 3, 9), (4, 2, 8), (20, 0, 9)):
+        made = [replace(grip, curves=curves[k // each]) for k, grip in enumerate(grips)]
+        made = grips if each == 60 else made
+        found = teach(problem, "key", SETTINGS, grips=made, bands=BANDS[:1])
+        assert (found.judged_fingers, found.judged_grips) == (fingers, judged)
+
+
 def test_too_few_grips_are_refused(problem, grips):
     with pytest.raises(SolverError, match="more grips"):
         teach(problem, "key", SETTINGS, grips=grips[:4])

@@ -13,25 +13,20 @@ from scipy.stats import binomtest
 from fingerdesign.control.episode import Episode
 from fingerdesign.control.metrics import outcome, reaction_steps
 from fingerdesign.records.result import GripResult
+from fingerdesign.records.statistics import Share, clustered_share, rms_of, share_of, spread_of
 from fingerdesign.report.style import canvas
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.bench import ControlGrid, Tug
 from fingerdesign.trials.page import (
     _draw_paths,
     answers,
+    control_html,
     force_figure,
     look_of,
     map_figure,
     success_figure,
 )
-from fingerdesign.trials.record import (
-    ControlStudy,
-    Share,
-    control_data,
-    share_of,
-    spread_of,
-    summarise,
-)
+from fingerdesign.trials.record import ControlStudy, control_data, summarise
 from tests.support.grips import judged, path_of
 
 GRID = ControlGrid((0.3, 0.6), (100.0, 200.0), (0.0, 0.5), tug=None)
@@ -51,10 +46,18 @@ def study(**controllers):
 
 def recorded(outcomes, names, grid):
     facts = {key: {} for key in ("model", "versions")}
-    numbers = {"workers": 1, "peak_memory_MB": 0.0, "seconds": {"whole": 1.0}}
+    numbers = {"workers": 1, "peak_memory_MB": 0.0, "seconds": {"whole": 1.0, "grips": 1.0}}
     hardware = {"sample_rate_Hz": 100.0}
     data = control_data(
-        outcomes, names, grid, design="made up", digest="0", hardware=hardware, **facts, **numbers
+        outcomes,
+        names,
+        grid,
+        design="made up",
+        digest="0",
+        hardware=hardware,
+        warning_stick_ratio=0.3,
+        **facts,
+        **numbers,
     )
     return ControlStudy(data, tuple(outcomes))
 
@@ -127,6 +130,20 @@ def test_the_tables_on_the_terminal_fit_80_columns(capsys):
     assert sum("7 of 7" in row for row in rows) == len(
         CONTROLLERS.names()
     )  # the eighth is not lifted
+
+
+def test_the_terminal_says_what_was_said_of_slip_in_80_columns(capsys):
+    error = {"stick_error": 0.1, "stick_error_samples": 40}
+    warned = DROPPED | {"slip_warning": "standing", "lead_s": 0.05, "lead_force_share": 0.9}
+    made = study(regulator=(SAID | error, warned), paper=(SAID, {}), fixed_force=({}, {}))
+    _show(made, Path("judged"))
+    lines = capsys.readouterr().out.splitlines()
+    rows = [line for line in lines if line[:1] in "┏┃│└"]
+    assert max(map(len, rows)) <= 80
+    assert len(rows) == 2 * (3 + 3) + 3 + 2  # the fixed force says nothing
+    at = next(k for k, line in enumerate(rows) if "slips warned of" in line)
+    cells = [cell.strip() for cell in rows[at + 1].strip("│").split("│")]
+    assert cells == ["regulator", "1 of 1 (21–100)", "0.05", "0 (0–49)", "0.100 (0.10–0.10)"]
 
 
 def test_every_path_is_within_its_axes_and_every_hand_has_its_look():
@@ -231,6 +248,91 @@ def test_a_summary_counts_each_reason():
     assert (reported.margin_at_lift.count, reported.margin_at_lift.most) == (5, 1.5)
     assert (reported.answered.count, reported.answered.of) == (1, 2)
     assert reported.reaction_steps.median == 6
+
+
+SAID = {"alarms": 2, "false_alarms": 0, "samples": 50}
+
+
+def test_what_was_said_of_slip_is_summed_up_over_grips():
+    error = {"stick_error": 0.1, "stick_error_samples": 40}
+    slip = {**DROPPED, "slip_warning": "standing", "lead_s": 0.05, "lead_force_share": 0.9}
+    every = [
+        judged(**SAID, **error),
+        judged(**SAID | {"false_alarms": 2}, stick_error=0.2, stick_error_samples=10),
+        judged(**SAID, **slip),
+        judged(**SAID, **slip | {"lead_s": 0.11, "lead_force_share": 0.7}),
+        judged(**SAID, **DROPPED, slip_warning="withdrawn"),
+        judged(**SAID, **DROPPED, slip_warning="none"),
+        judged(**DROPPED),  # of a hand that never warns
+    ]
+    found = summarise(every).foreseen
+    assert found.warned == share_of(2, 4)
+    assert found.withdrawn == 1
+    assert (found.lead_s.count, found.lead_s.median) == (2, pytest.approx(0.08))
+    assert found.lead_force_share.median == pytest.approx(0.8)
+    assert found.falsely_alarmed == share_of(1, 6)
+    assert (found.false_alarms.count, found.false_alarms.of) == (2, 300)
+    # Both were of one grip: the interval is wider than of two in 300.
+    assert found.false_alarms.high > share_of(2, 300).high
+    mean = (40 * 0.1**2 + 10 * 0.2**2) / 50
+    assert (found.stick_error.count, found.stick_error.samples) == (2, 50)
+    assert found.stick_error.value == pytest.approx(np.sqrt(mean))
+    assert found.stick_error.low < found.stick_error.value < found.stick_error.high
+    assert found.stick_error_of_grips.most == 0.2
+    nothing = vars(summarise([judged(), judged(**DROPPED)]).foreseen)
+    assert set(nothing.values()) == {None}
+
+
+def test_intervals_cover_what_they_say():
+    """Of medians and root mean squares drawn anew 400 times; of shares in grips that are alike."""
+    rng = np.random.default_rng(5)
+    inside = {"median": 0, "rms": 0, "share": 0}
+    for _ in range(400):
+        spread = spread_of(rng.exponential(1.0, 15).tolist())
+        inside["median"] += spread.median_low <= np.log(2.0) <= spread.median_high
+        sizes = rng.uniform(0.5, 1.5, 20)  # grips differ
+        own = [np.sqrt((size**2 * rng.standard_normal(30) ** 2).mean()) for size in sizes]
+        found = rms_of(own, [30] * 20)
+        inside["rms"] += found.low <= np.sqrt(13.0 / 12.0) <= found.high
+        rates = rng.beta(1.0, 9.0, 30)
+        share = clustered_share(rng.binomial(40, rates).tolist(), [40] * 30)
+        inside["share"] += share.low <= 0.1 <= share.high
+    assert all(0.92 <= count / 400 <= 0.99 for count in inside.values()), inside
+    few = spread_of([1.0, 2.0, 3.0, 4.0, 5.0])
+    assert (few.median_low, few.median_high) == (None, None)
+    six = spread_of([3.0, 1.0, 2.0, 6.0, 5.0, 4.0])
+    assert (six.median_low, six.median_high) == (1.0, 6.0)
+    assert rms_of([], []) is None
+    assert (rms_of([0.1], [5]).low, rms_of([0.0, 0.0], [5, 5]).high) == (None, 0.0)
+    none = clustered_share([0] * 16, [60] * 16)
+    assert (none.rate, none.high) == (0.0, pytest.approx(share_of(0, 16).high / 60))
+    assert clustered_share([0, 3], [0, 9]) == share_of(3, 9, 1.0)
+
+
+def test_the_page_says_what_was_said_of_slip_with_cases_and_intervals():
+    said = SAID | {"stick_error": 0.1, "stick_error_samples": 40, "false_alarms": 1}
+    warned = DROPPED | {"slip_warning": "standing", "lead_s": 0.05, "lead_force_share": 0.9}
+    made = study(regulator=(said, warned), paper=(SAID, {}), fixed_force=({}, DROPPED))
+    rows = [{**asdict(each), "crushed": each.crushed} for each in made.outcomes]
+    text = control_html(made.data, rows, [trace([0.1, 0.2, 0.3], lift=2)], 0.5)
+    table = text[text.index('id="table-foreseen"') : text.index('id="table-foreseen-all"')]
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", table)
+    assert cells[:5] == [
+        "regulator",
+        "100.0<small>20.7 to 100.0, of 1</small>",
+        "0",
+        "0.05<small>of 1</small>",
+        "90<small>of 1</small>",
+    ]
+    assert cells[5] == "100.0<small>51.0 to 100.0, of 4</small>"
+    assert cells[6].startswith("2.00<small>")
+    assert cells[7] == "0.100<small>0.100 to 0.100, of 4</small>"
+    assert cells[10:12] == ["paper", "–"]
+    assert cells[20:] == ["fixed force", *["–"] * 9]
+    for key in ("controllers", "forces", "noise", "held", "margins", "foreseen-all"):
+        table = text[text.index(f'id="table-{key}"') :]
+        cases = "<small>" if key != "controllers" else "grips</th>"
+        assert cases in table[: table.index("</table>")]
 
 
 TEXT = (Path(__file__).parents[2] / "docs/control.md").read_text("utf-8")

@@ -103,9 +103,10 @@ def teach() -> None:
     """Teach the estimator that the regulator grips by, on DESIGN's own model.
 
     OUT/NAME/estimator.json runs on a rig with numpy alone (fingerdesign.control.estimator);
-    lesson.json tells its errors on grips that it was not taught on. The first time a quarter of an
-    hour of one core, half an hour in 3-D; what has been taught is kept, and changes of the [grip]
-    table's controllers teach nothing anew.
+    lesson.json tells its errors on held-out grips: of other fingers, of which nothing was taught
+    (judged_fingers of them), or, with grip.regulator.taught_fingers = 1, of the same one. The first
+    time a quarter of an hour of one core, half an hour in 3-D; what has been taught is kept, and
+    changes of the [grip] table's controllers teach nothing anew.
     """
 
 
@@ -168,7 +169,7 @@ def gages() -> None:
 
     OUT/NAME then holds observability.json (all numbers), counts.csv (error by number of gages),
     gages.csv (each gage: its rank, and what it costs dead) and observability.png. Errors are of
-    learners on grips that they were not taught on. A minute or two.
+    learners on other grips of the same finger. A minute or two.
     """
 
 

@@ -56,6 +56,9 @@ def rule_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
             axes.set_xlim(0.5, len(step) + 0.5)
         upper, lower = panels[0], panels[-1]
         upper.plot(step, trace.stick_ratio, color=style.BLUE, label="stick ratio (the judge's)")
+        if trace.reported_stick_ratio is not None:  # of the sample before the step
+            reported = trace.reported_stick_ratio
+            upper.plot(step - 1, reported, color=style.VERMILION, ls=(0, (3, 2)), lw=1.0)
         upper.set_ylim(-0.04, 1.04)
         upper.set_title(f"μ = {trace.friction_coefficient:g}, {trace.object_mass_g:g} g")
         if sampled:
@@ -69,9 +72,12 @@ def rule_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
             upper.set_ylabel("true stick ratio")
             if sampled:
                 lower.set_ylabel("gage area (mm)")
+    reporting = any(trace.reported_stick_ratio is not None for trace in traces)
     ratios = [trace.stick_ratio[np.isfinite(trace.stick_ratio)] for trace in traces]
     least = [ratio.min() if len(ratio) else None for ratio in ratios]
-    return captioned(figure, FIGURES, "rule", traces=traces, sampled=sampled, least=least)
+    return captioned(
+        figure, FIGURES, "rule", traces=traces, sampled=sampled, reporting=reporting, least=least
+    )
 
 
 def _draw_path(axes: Axes, trace: GripTrace) -> None:

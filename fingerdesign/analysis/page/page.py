@@ -8,6 +8,7 @@ from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.page import gage, tables, words
 from fingerdesign.analysis.page.contact import force_figure, status_figure, traction_figure
 from fingerdesign.analysis.page.picture import Picture, pictures_of
+from fingerdesign.control.foresight import CLEARLY
 from fingerdesign.errors import PictureError
 from fingerdesign.mesh.measures import cell_angles
 from fingerdesign.mesh.types import Mesh
@@ -118,6 +119,9 @@ def report_html(analysis: Analysis, picture: bool = True) -> str:
         assumed=tables.assumed_values(result),
         increments=tables.increment_table(result),
         grips=tables.grip_table(result),
+        foreseen=tables.foreseen_tables(result),
+        warning=result.parameters.get("grip.warning_stick_ratio", 0.3),
+        clearly=CLEARLY,
         model=tables.model_table(result),
         work=tables.work_table(result),
         ladder=tables.ladder_table(result),

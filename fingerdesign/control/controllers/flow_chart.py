@@ -87,7 +87,7 @@ class PaperController:
     def command(self, sample: Sample) -> Command:
         """The next move; see :class:`Controller`."""
         if sample.lifted:
-            return Command(0.0, 0.0, False, self._area)
+            return Command(0.0, 0.0, False, self._area, warns=self._warns(False))
         self._learn_stiffness(sample)
         rise = sample.normal_force - self._last.normal_force
         self._last = sample
@@ -97,7 +97,12 @@ class PaperController:
             self._held_until = sample.normal_force + self._hold_force
         holding = self._held_until is not None
         self._dx = 0.0 if holding else self._shear_to_curve(sample, rise)
-        return Command(self._dx, self._approach_step, holding, self._area)
+        warns = self._warns(holding)
+        return Command(self._dx, self._approach_step, holding, self._area, warns=warns)
+
+    def _warns(self, holding: bool) -> bool | None:
+        """The rule says that slip is near by holding; switched off, it says nothing."""
+        return holding if self._rule else None
 
     def _rule_fires(self, sample: Sample) -> bool:
         """Whether A has fallen below its largest value since the hold, beyond the dead band."""

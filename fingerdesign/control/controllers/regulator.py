@@ -146,7 +146,7 @@ class Regulator:
             self._settling -= 1
             self._history = [Moment(sample, 0.0, 0.0)]
             stick_ratio = self.estimator.estimate(self._history).stick_ratio
-            return Command(0.0, 0.0, False, stick_ratio, unsure=True)
+            return Command(0.0, 0.0, False, unsure=True, stick_ratio=stick_ratio)
         before = self._history[-1].sample
         felt = Moment(sample, *self._unfelt.popleft())
         self._history.append(felt)
@@ -158,7 +158,7 @@ class Regulator:
         dx, dy = self._next(self._ahead(sample), reported)
         self._unfelt.append((dx, dy))
         hold, unsure = dx == 0.0 and not sample.lifted, self._weight < _SURE
-        return Command(dx, dy, hold, reported.stick_ratio, unsure)
+        return Command(dx, dy, hold, unsure=unsure, stick_ratio=reported.stick_ratio)
 
     def _ahead(self, sample: Sample) -> Sample:
         """Forces as they are once the moves on their way are felt."""

@@ -133,7 +133,8 @@ class _Hand:
         wanted = self._wanted(sample)
         dx = 0.0 if sample.lifted else self._pull(sample, wanted)
         self._moved(sample, dx)
-        return Command(dx, self._closing(sample.normal_force, wanted), self._waits())
+        closing = self._closing(sample.normal_force, wanted)
+        return Command(dx, closing, self._waits(), warns=self._warns(sample))
 
     def _begin(self, sample: Sample) -> None:
         """A new grip: forget the last one."""
@@ -153,6 +154,10 @@ class _Hand:
     def _waits(self) -> bool:
         """Whether a pull is held back by what was felt."""
         return False
+
+    def _warns(self, sample: Sample) -> bool | None:
+        """Whether slip was felt; None of a hand that does not feel for it."""
+        return None
 
     def _largest_pull(self, sample: Sample) -> float:
         rise = float(self._own.pull_share) * max(sample.normal_force, 0.0)
@@ -295,6 +300,9 @@ class ReactiveHand(_Hand):
 
     def _waits(self) -> bool:
         return self._waiting
+
+    def _warns(self, sample: Sample) -> bool | None:
+        return self._waiting and not sample.lifted
 
 
 class OracleHand(_Hand):
