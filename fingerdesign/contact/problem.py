@@ -113,13 +113,14 @@ class ContactProblem:
         return replace(self, friction_coefficient=friction_coefficient)
 
     def patchy(self, share: Array) -> ContactProblem:
-        """The same with ``share`` (m,) > 0 times the friction coefficient at each node.
+        """The same with ``share`` (m,) > 0 times the friction coefficient at each node, or times
+        the share that it has already.
 
         In the tangent plane, forces are counted over the share and slips times it: their product
         is as before, the compliance stays symmetric, and one coefficient bounds all of them.
         """
-        if self.friction_share is not None or not (np.isfinite(share) & (share > 0.0)).all():
-            raise ValueError("shares of the friction coefficient are given once, finite and > 0")
+        if not (np.isfinite(share) & (share > 0.0)).all():
+            raise ValueError("shares of the friction coefficient must be finite and > 0")
         scale = np.ones(self.shape)
         scale[:, 1:] = share[:, None]
         flat = scale.ravel()
@@ -128,7 +129,7 @@ class ContactProblem:
             compliance=flat[:, None] * self.compliance * flat,
             frames=self.frames * scale[:, :, None],
             modes=self.modes * scale,
-            friction_share=share,
+            friction_share=share if self.friction_share is None else share * self.friction_share,
         )
 
 

@@ -33,6 +33,7 @@ LATER: dict[str, Any] = {
     "force_cross_talk": 0.0,
     "relaxation_per_minute": 0.0,
     "warning_stick_ratio": 0.3,
+    "kinetic_share": 1.0,
 }
 
 

@@ -186,6 +186,12 @@ class Grip(Table):
         max_length=100,
         description="one lift each; the controller is not given it",
     )
+    kinetic_share: float = Field(
+        default=1.0,
+        gt=0,
+        le=1,
+        description="of the friction coefficient, what is left of it where the contact slides",
+    )
     object_mass_g: float = positive(500.0, 1e5, "two fingers carry half the weight each")
     plant: PlantName = Field(
         default="finger",

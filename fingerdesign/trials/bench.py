@@ -259,9 +259,9 @@ class GripBench:
             after += tug.steps(rate) if cell.tug > 0.0 else 0
         problem, other = (self.held or self.problem).with_friction(cell.friction), self.opposite
         other = None if other is None else other.with_friction(cell.friction)
-        relaxation = Relaxation.of(self.grip)
+        own = Relaxation.of(self.grip), self.grip.kinetic_share
         remembered = RememberedPlant(
-            lambda: LiftPlant(problem, self.face, cell.mass_g, other, pulls, relaxation),
+            lambda: LiftPlant(problem, self.face, cell.mass_g, other, pulls, *own),
             Memory() if memory is None else memory,
         )
         rng = np.random.default_rng(seed_of(cell, self.grid.seed))

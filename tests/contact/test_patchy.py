@@ -53,12 +53,11 @@ def test_the_same_share_everywhere_is_another_coefficient(name, request):
         assert first.slip_distance == pytest.approx(second.slip_distance, rel=1e-6, abs=1e-12)
 
 
-def test_shares_are_positive_and_given_once(strip):
-    share = np.ones(strip.shape[0])
-    for problem, given in (
-        (strip, 0.0 * share),
-        (strip, np.nan * share),
-        (strip.patchy(share), share),
-    ):
-        with pytest.raises(ValueError, match="given once"):
-            problem.patchy(given)
+def test_shares_are_positive_and_multiply(strip):
+    share = np.random.default_rng(2).uniform(0.8, 1.2, strip.shape[0])
+    for given in (0.0 * share, np.nan * share):
+        with pytest.raises(ValueError, match="finite and > 0"):
+            strip.patchy(given)
+    twice, once = strip.patchy(share).patchy(0.5 * share), strip.patchy(0.5 * share**2)
+    for name in ("compliance", "frames", "modes", "friction_share"):
+        np.testing.assert_allclose(getattr(twice, name), getattr(once, name), rtol=1e-14)

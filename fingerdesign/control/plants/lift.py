@@ -35,9 +35,10 @@ from fingerdesign.contact.balance import (
     rising_root,
     solve_shear,
 )
-from fingerdesign.contact.increment import Increment, Workspace, solve_increment
+from fingerdesign.contact.history import FrictionHistory
+from fingerdesign.contact.increment import Increment, solve_increment
 from fingerdesign.contact.path import NoEquilibrium
-from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
+from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.plants.plant import Truth, felt
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import Grip, Tug, WeightChange, lifting_tugs, pull_at
@@ -82,16 +83,24 @@ class MirrorPair:
     Of this pair and the other ``accept`` alone moves the friction history on.
     """
 
-    def __init__(self, problem: ContactProblem) -> None:
-        self._problem = problem
-        self._state = ContactState.untouched(problem)
-        self._workspace = Workspace()
-        self._before: Increment | None = None
+    def __init__(self, problem: ContactProblem, kinetic_share: float = 1.0) -> None:
+        self._history = FrictionHistory(problem, kinetic_share)
+
+    @property
+    def problem(self) -> ContactProblem:
+        """What the finger's next increment is solved on."""
+        return self._history.problem
+
+    @property
+    def settled(self) -> bool:
+        """Whether the same motion once more would leave all forces as they are."""
+        return self._history.settled
 
     def stand(self, closing: float, shear: float) -> Held:
         """Both moved to ``closing`` and ``shear``, mm in all."""
-        motion = Motion(closing, shear)
-        return self._held(solve_increment(self._problem, self._state, motion, self._workspace))
+        history, motion = self._history, Motion(closing, shear)
+        found = solve_increment(history.problem, history.state, motion, history.workspace)
+        return self._held(found)
 
     def hang(self, closing: float, weight: float, most: float = inf) -> Held:
         """Closed by ``closing`` mm in all, together carrying ``weight`` N: the shear is found.
@@ -99,31 +108,42 @@ class MirrorPair:
         most: a shear at which they are known to carry more. Raises NoEquilibrium where friction
         cannot carry it.
         """
-        start, half = None, 0.5 * weight
-        if self._before is not None:
-            start = predicted_shear(self._problem, self._before, closing, half, self._workspace)
+        start, half, history = None, 0.5 * weight, self._history
+        problem, workspace = history.problem, history.workspace
+        if history.last is not None:
+            start = predicted_shear(problem, history.last, closing, half, workspace)
         return self._held(
-            solve_shear(self._problem, self._state, closing, half, self._workspace, start, most)
+            solve_shear(problem, history.state, closing, half, workspace, start, most)
         )
 
     def accept(self, held: Held) -> None:
         """Go on from ``held``."""
-        self._state = held.increment.state
-        self._before = held.increment
+        self._history.accept(held.increment)
 
     def _held(self, increment: Increment) -> Held:
-        carried = 2.0 * float(self._problem.model.total_force(increment.force)[0])
+        carried = 2.0 * float(self.problem.model.total_force(increment.force)[0])
         return Held(increment, increment, carried)
 
 
 class UnlikePair:
     """Two different fingers; the object floats between them."""
 
-    def __init__(self, problem: ContactProblem, opposite: ContactProblem) -> None:
-        self._problems = (problem, opposite)
-        self._states = (ContactState.untouched(problem), ContactState.untouched(opposite))
-        self._workspaces = (Workspace(), Workspace())
+    def __init__(
+        self, problem: ContactProblem, opposite: ContactProblem, kinetic_share: float = 1.0
+    ) -> None:
+        self._histories = tuple(
+            FrictionHistory(each, kinetic_share) for each in (problem, opposite)
+        )
         self._shear = self._drift = 0.0
+
+    @property
+    def problem(self) -> ContactProblem:
+        """What the next increment of the finger with gages is solved on."""
+        return self._histories[0].problem
+
+    @property
+    def settled(self) -> bool:
+        return all(each.settled for each in self._histories)
 
     def stand(self, closing: float, shear: float) -> Held:
         return self._between(closing).at(shear)
@@ -146,17 +166,13 @@ class UnlikePair:
         return between.held()
 
     def accept(self, held: Held) -> None:
-        for workspace, state, increment in zip(
-            self._workspaces, self._states, (held.increment, held.other), strict=True
-        ):
-            workspace.passed(state, increment.state)
-        self._states = (held.increment.state, held.other.state)
+        for history, increment in zip(self._histories, (held.increment, held.other), strict=True):
+            history.accept(increment)
         self._shear, self._drift = held.shear, held.drift
 
     def _between(self, closing: float) -> _Between:
         first, second = (
-            Attempts(*each)
-            for each in zip(self._problems, self._states, self._workspaces, strict=True)
+            Attempts(each.problem, each.state, each.workspace) for each in self._histories
         )
         return _Between(first, second, closing, self._drift)
 
@@ -240,6 +256,7 @@ class LiftPlant:
     dx is the hand's move away from the support, dy what each finger closes by, both mm; a step is
     one move. Forces and truth are those of the finger with gages. opposite: another finger's
     problem, without it a mirror image. The support is where the object is first touched.
+    kinetic_share: of either finger's friction, what is left where it slides (contact/history.py).
 
     Raises ValueError where a tug upward exceeds the weight: nothing would hold the object then.
     """
@@ -252,13 +269,16 @@ class LiftPlant:
         opposite: ContactProblem | None = None,
         disturbances: Sequence[Tug | WeightChange] = (),
         relaxation: Relaxation | None = None,
+        kinetic_share: float = 1.0,
     ) -> None:
         if not (isfinite(object_mass_g) and object_mass_g > 0.0):
             raise ValueError(f"a mass of {object_mass_g} g must be over 0")
-        self._problem, self._face = problem, face
-        self._fingers: MirrorPair | UnlikePair = MirrorPair(problem)
-        if opposite is not None:
-            self._fingers = UnlikePair(problem, opposite)
+        self._face = face
+        self._fingers: MirrorPair | UnlikePair
+        if opposite is None:
+            self._fingers = MirrorPair(problem, kinetic_share)
+        else:
+            self._fingers = UnlikePair(problem, opposite, kinetic_share)
         self._mass = object_mass_g
         self._tugs = [each for each in disturbances if isinstance(each, Tug)]
         self._changes = [each for each in disturbances if isinstance(each, WeightChange)]
@@ -293,6 +313,7 @@ class LiftPlant:
             None if opposite is None else opposite.with_friction(friction_coefficient),
             [*grip.tugs, *grip.weight_changes],
             Relaxation.of(grip),
+            grip.kinetic_share,
         )
 
     def move(self, dx: float, dy: float) -> Sample:
@@ -303,19 +324,19 @@ class LiftPlant:
         left = 1.0 if self._relaxation is None else self._relaxation.left(self._moves)
         closing, hand = self._closing + dy, self._hand + dx
         weight = self.weight(self._since_lift or 0) / left  # of a finger that has not relaxed
-        same = (closing, weight) == (self._closing, self._weight)
+        same = (closing, weight) == (self._closing, self._weight) and self._fingers.settled
         if same and self._lifted and hand > self._truth.shear:  # but for the height
             self._hand = hand
             self._truth = replace(self._truth, rise=hand - self._truth.shear)
             return self._sample
         held, lifted, dropped = self._find(closing, hand, weight)
+        truth, sample = felt(self._fingers.problem, held.increment, self._face)
         self._fingers.accept(held)
         self.held = held
         self._closing, self._hand, self._lifted = closing, hand, lifted
         self._weight = weight
         if lifted and self._since_lift is None:
             self._since_lift = 0
-        truth, sample = felt(self._problem, held.increment, self._face)
         forces = {
             "normal_force": left * truth.normal_force,
             "tangential_force": left * truth.tangential_force,

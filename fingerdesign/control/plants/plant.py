@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from fingerdesign.contact.increment import Increment, Workspace, solve_increment
+from fingerdesign.contact.history import FrictionHistory
+from fingerdesign.contact.increment import Increment, solve_increment
 from fingerdesign.contact.measures import completely_slips, measure
-from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
+from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.signals import Sample, gage_readings
 from fingerdesign.design.grip import weight_per_finger
 
@@ -72,23 +73,22 @@ def felt(problem: ContactProblem, increment: Increment, face: str) -> tuple[Trut
 class CondensedPlant:
     """A finger's condensed model against a rigid object, friction history and all.
 
-    Motions are those of the object relative to the finger's base, from touch.
+    Motions are those of the object relative to the finger's base, from touch. kinetic_share: of the
+    friction coefficient, what is left of it where the contact slides (contact/history.py).
     """
 
-    def __init__(self, problem: ContactProblem, face: str) -> None:
-        self._problem = problem
+    def __init__(self, problem: ContactProblem, face: str, kinetic_share: float = 1.0) -> None:
         self._face = face
-        self._state = ContactState.untouched(problem)
-        self._workspace = Workspace()
+        self._history = FrictionHistory(problem, kinetic_share)
         self._truth = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False)
 
     def move(self, dx: float, dy: float) -> Sample:
         """Move the object by (dx, dy) mm and read gages and forces; see :class:`Plant`."""
-        now = self._state.motion
+        history, now = self._history, self._history.state.motion
         motion = Motion(now.approach + dy, now.shear + dx)
-        increment = solve_increment(self._problem, self._state, motion, self._workspace)
-        self._state = increment.state
-        self._truth, sample = felt(self._problem, increment, self._face)
+        increment = solve_increment(history.problem, history.state, motion, history.workspace)
+        self._truth, sample = felt(history.problem, increment, self._face)
+        history.accept(increment)
         return sample
 
     def truth(self) -> Truth:

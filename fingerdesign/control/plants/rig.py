@@ -185,7 +185,8 @@ class Rig:
         rng = np.random.default_rng([self.grip.seed, _GRIP, number])
         inner: Plant
         if self.grip.plant == "finger":
-            inner = CondensedPlant(self.problem.with_friction(friction_coefficient), self.face)
+            problem = self.problem.with_friction(friction_coefficient)
+            inner = CondensedPlant(problem, self.face, self.grip.kinetic_share)
         else:
             own = (friction_coefficient, object_mass_g, self.opposite)
             inner = LiftPlant.of(self.grip, self.problem, self.face, *own)

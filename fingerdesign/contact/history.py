@@ -1,0 +1,96 @@
+"""The friction history of a contact, and friction that is larger at rest than in motion (numpy).
+
+A node that slipped in the last accepted increment meets the kinetic coefficient in the next one,
+mu_k = share mu; one that stuck, or was open, meets the static one, mu. So within an increment every
+node has one coefficient, and laws, certificate and solvers are Coulomb's as ever; friction changes
+between increments alone, by the shares of :meth:`ContactProblem.patchy`, with which it multiplies.
+
+The rule knows no rate and lags by one increment: a node that begins to slip carries the static
+limit to the end of that increment and falls to the kinetic one in the next, where its neighbours
+take over what it drops. That is right for a quasi-static path whose increments are small against
+the slip of the zone that slides: slip then lasts many increments, and the one that it lags by is
+nothing. In one large increment the whole contact would slide at the static limit. A node that came
+to rest, also for a single increment, is as strong as ever: rubber heals at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.contact.increment import Increment, Workspace
+from fingerdesign.contact.laws import SLIP, lengths
+from fingerdesign.contact.problem import ContactProblem, ContactState
+
+_STILL = 1e-9  # of a node's yielding to its own force: a slip shorter than this is rounding
+
+
+class FrictionHistory:
+    """What a path of increments has left: ``problem`` and ``state`` to solve the next one from.
+
+    last: the last accepted increment, in the problem's components; workspace: to solve with.
+    settled: whether the same motion once more would leave all forces as they are.
+    """
+
+    def __init__(self, problem: ContactProblem, kinetic_share: float = 1.0) -> None:
+        """kinetic_share: the kinetic coefficient over the static one, which is the problem's; 1:
+        one friction. Raises ValueError unless it is over 0 and at most 1."""
+        if not 0.0 < kinetic_share <= 1.0:
+            raise ValueError(f"a kinetic share of {kinetic_share} must be over 0 and at most 1")
+        self.problem = self._at_rest = problem
+        self.state = ContactState.untouched(problem)
+        self.last: Increment | None = None
+        self.workspace = Workspace()
+        self.settled = True
+        self._share = kinetic_share
+        self._slid = np.zeros(problem.shape[0], dtype=bool)
+
+    def accept(self, increment: Increment) -> None:
+        """Go on from an increment that was solved from ``problem`` and ``state``."""
+        self.workspace.passed(self.state, increment.state)
+        before, self.state, self.last = self.state, increment.state, increment
+        if self._share == 1.0:
+            return
+        slid = _slipped(self.problem, increment)
+        self.settled = not (slid & ~self._slid).any()
+        if (slid == self._slid).all():
+            return
+        scale = self._shares(slid) / self._shares(self._slid)
+        self._slid = slid
+        self.problem = self._at_rest
+        if slid.any():
+            self.problem = self._at_rest.patchy(self._shares(slid))
+        self.state = _rescaled_state(increment.state, scale)
+        self.last = replace(
+            increment,
+            multiplier=self.state.multiplier,
+            slip_increment=scale[:, None] * increment.slip_increment,
+            state=self.state,
+        )
+        self.workspace = Workspace(self.workspace.follows)
+        self.workspace.passed(_rescaled_state(before, scale), self.state)
+
+    def _shares(self, slid: BoolArray) -> Array:
+        return np.where(slid, self._share, 1.0)
+
+
+def _slipped(problem: ContactProblem, increment: Increment) -> BoolArray:
+    """Nodes (m,) that slid in an increment; those that stay on their limit unmoved did not."""
+    length = lengths(increment.slip_increment)
+    least = _STILL * problem.self_compliance * increment.multiplier[:, 0]
+    return np.asarray((increment.status == SLIP) & (length > least))
+
+
+def _rescaled_state(state: ContactState, scale: Array) -> ContactState:
+    """A state where nodes' shares of the friction coefficient are ``scale`` (m,) times as large."""
+    multiplier = state.multiplier.copy()
+    multiplier[:, 1:] /= scale[:, None]
+    return ContactState(
+        scale[:, None] * state.slip,
+        multiplier,
+        state.motion,
+        scale * state.travelled,
+        scale * state.sliding,
+    )
