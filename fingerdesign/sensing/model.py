@@ -24,7 +24,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.case import Case, fundamental_scene
@@ -33,14 +32,12 @@ from fingerdesign.analysis.path import object_at_touch, touch_point
 from fingerdesign.analysis.stages import condense, make_mesh
 from fingerdesign.checks.load import with_values, without_plates
 from fingerdesign.contact.problem import ContactProblem, contact_problem
-from fingerdesign.design.grip import Grip
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.zone import candidate_zone
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import SceneObject
     from fingerdesign.design.schema import Design
-    from fingerdesign.sensing.unlike import Unlike
 
 CONTACT_SIZE_MM = {"plane-strain": 0.1, "3d": 0.4}
 GRADATION = 0.4
@@ -78,31 +75,13 @@ def gripped_case(
     return case
 
 
-def unlike_problems(
-    found: Unlike, fidelity: str = "plane-strain"
-) -> tuple[ContactProblem, ContactProblem]:
-    """A finger against the plane of its bench, and against what it grips; condensed once.
-
-    The last finger is kept: where only hardware differs, draws share it.
-    """
-    design, grip = found.design, found.design.grip
-    stage = Grip(
-        max_approach_mm=grip.max_approach_mm,
-        bench_friction_coefficient=grip.bench_friction_coefficient,
-    )
-    bench = _last_bench(design.model_copy(update={"grip": stage}), (found.held,), fidelity)
-    held = against(bench, found.held, design)
-    shares = found.friction_shares(held.model.points)
-    return bench, held if shares is None else held.patchy(shares)
-
-
-def bench_problem(design: Design, held: Iterable[SceneObject], fidelity: str) -> ContactProblem:
-    """A finger against the plane of its bench, with room for what it is to grip."""
-    case = _case(design, fidelity)
+def bench_problem(
+    design: Design, held: Iterable[SceneObject], fidelity: str, said: Collection[str] = ()
+) -> ContactProblem:
+    """A finger against the plane of its bench, with room for what it is to grip; said: see
+    meshed_for_grips."""
+    case = _case(design, fidelity, said=said)
     return _condensed(case, case.gage_array, lambda message: None, held)
-
-
-_last_bench = lru_cache(maxsize=1)(bench_problem)
 
 
 def against(bench: ContactProblem, held: SceneObject, design: Design) -> ContactProblem:
@@ -157,8 +136,13 @@ def meshed_for_grips(
     return with_values(design, {key: v for key, v in coarse.items() if key not in said})
 
 
-def _case(design: Design, fidelity: str, contact_size_mm: float | None = None) -> Case:
-    design = meshed_for_grips(design, fidelity, contact_size_mm)
+def _case(
+    design: Design,
+    fidelity: str,
+    contact_size_mm: float | None = None,
+    said: Collection[str] = (),
+) -> Case:
+    design = meshed_for_grips(design, fidelity, contact_size_mm, said)
     return Case(design, None, fidelity, fields=False, go_on=True)
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -18,13 +19,17 @@ from scipy.ndimage import map_coordinates
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.arrays import Array
+from fingerdesign.checks.design import tetwild_faults
 from fingerdesign.checks.load import with_values
-from fingerdesign.design.grip import GRAVITY
+from fingerdesign.design.grip import GRAVITY, Grip
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import plate_frames
+from fingerdesign.mesh.make import mesher_name
+from fingerdesign.sensing.model import CONTACT_SIZE_MM, against, bench_problem, meshed_for_grips
 
 if TYPE_CHECKING:
+    from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.design.schema import Design
 
 Keys = dict[str, object]
@@ -36,12 +41,14 @@ _PATCHES = 64  # along each side, then again
 class Unlike:
     """A finger with its hardware, and the object that it grips. tug: share of the object's weight
     by which it is pulled at once it hangs; 0.3 is an arm that accelerates by 3 m/s^2. patches: the
-    seed of its surface's patches, None: friction is everywhere the same."""
+    seed of its surface's patches, None: friction is everywhere the same. said: keys of its mesh
+    that grips, which mesh coarser and in layers, leave as they are."""
 
     design: Design
     held: SceneObject
     tug: float = 0.0
     patches: int | None = None
+    said: tuple[str, ...] = ()
 
     def friction_shares(self, points: Array) -> Array | None:
         """Of the mean friction coefficient at ``points`` (m, 2 | 3) mm: 1 +- PATCHINESS, drawn anew
@@ -128,6 +135,10 @@ def _patchy(design: Design, rng: np.random.Generator, draw: Draw) -> None:
     draw.own["patches"] = int(rng.integers(2**31))
 
 
+def _kinetic(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+    draw.design["grip.kinetic_share"] = 1.0 - rng.uniform(0.05, 0.2)
+
+
 def _tilted(design: Design, rng: np.random.Generator, draw: Draw) -> None:
     draw.held["tilt_deg"] = 2.0 * rng.uniform(-1.0, 1.0)
 
@@ -147,6 +158,20 @@ def _meshed(design: Design, rng: np.random.Generator, draw: Draw) -> None:
         draw.design[f"{table}.plate_size_mm"] = factor * sizes.plate_size_mm
         if design.plates.model == "sheet":  # lines, which their size hardly changes
             draw.design[f"{table}.contact_size_mm"] = factor * sizes.contact_size_mm
+
+
+def _other_mesher(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+    """fTetWild in 3-D, in sizes at which it takes a minute and no two meshes are alike.
+
+    Its facets are as long along z as across, where layers are longer: as fine as those it would
+    have three times as many contact nodes.
+    """
+    factor = rng.uniform(1.6, 2.0)
+    contact = factor * max(CONTACT_SIZE_MM["3d"], design.mesh.contact_size_mm)
+    own = {"mesher": "tetwild", "contact_size_mm": contact}
+    own["plate_size_mm"] = factor * design.mesh.plate_size_mm
+    draw.design.update({f"mesh.{key}": value for key, value in own.items()})
+    draw.own["said"] = ("mesh.mesher",)
 
 
 # Each with its size; drawn evenly between both signs.
@@ -172,8 +197,11 @@ FAULTS: Mapping[str, Drawn] = {
     "relaxation": _relaxed,
     "arm": _accelerated,
     "patches": _patchy,  # friction +-20 % over 1 mm
+    "kinetic": _kinetic,  # friction 5 to 20 % less in motion
+    "mesher": _other_mesher,  # in 3-D
 }
-ALL = tuple(FAULTS)
+APART = frozenset({"mesher"})  # each of its fingers takes a minute: only where it is asked for
+ALL = tuple(name for name in FAULTS if name not in APART)
 OF_OBJECTS = frozenset({"tilt", "radius"})  # no finger's own
 _ATTEMPTS = 20
 _MOVING = {"plates", "row", "cover", "angle"}
@@ -190,7 +218,7 @@ def unlike(design: Design, faults: Iterable[str], seed: int) -> Unlike:
     wanted = set(faults)
     if found := _undrawable(design, wanted):
         raise DesignError(found, design.design.name)
-    chosen = tuple(name for name in ALL if name in wanted)
+    chosen = tuple(name for name in FAULTS if name in wanted)
     for attempt in range(_ATTEMPTS):
         with suppress(DesignError):
             return _drawn(design, chosen, (seed, attempt))
@@ -201,9 +229,10 @@ def _drawn(design: Design, faults: tuple[str, ...], seed: tuple[int, int]) -> Un
     frames = plate_frames(design)
     before = np.array([[*frame.centre, frame.angle_deg] for frame in frames]).reshape(-1, 3)
     draw = Draw(before.copy(), {}, {}, {})
+    numbers = {name: number for number, name in enumerate(FAULTS)}
     for name in faults:
         again = [seed[1]] if seed[1] else []
-        FAULTS[name](design, np.random.default_rng([seed[0], ALL.index(name), *again]), draw)
+        FAULTS[name](design, np.random.default_rng([seed[0], numbers[name], *again]), draw)
     if not np.array_equal(draw.plates, before):
         places = draw.plates
         if any(frame.middle for frame in frames):
@@ -215,15 +244,41 @@ def _drawn(design: Design, faults: tuple[str, ...], seed: tuple[int, int]) -> Un
     return Unlike(with_values(design, draw.design), held, **draw.own)
 
 
+def unlike_problems(
+    found: Unlike, fidelity: str = "plane-strain"
+) -> tuple[ContactProblem, ContactProblem]:
+    """A finger against the plane of its bench, and against what it grips; condensed once.
+
+    The last finger is kept: where only hardware differs, draws share it.
+    """
+    design, grip = found.design, found.design.grip
+    stage = Grip(
+        max_approach_mm=grip.max_approach_mm,
+        bench_friction_coefficient=grip.bench_friction_coefficient,
+    )
+    bench = _last_bench(
+        design.model_copy(update={"grip": stage}), (found.held,), fidelity, found.said
+    )
+    held = against(bench, found.held, design)
+    shares = found.friction_shares(held.model.points)
+    return bench, held if shares is None else held.patchy(shares)
+
+
+_last_bench = lru_cache(maxsize=1)(bench_problem)
+
+
 def taught_faults(design: Design) -> tuple[str, ...]:
     """Those of TAUGHT that can be drawn on a design."""
     return tuple(name for name in TAUGHT if not _undrawable(design, [name]))
 
 
-def refuse_unlike(design: Design, names: Iterable[str]) -> None:
-    """DesignError, with every fault: unknown names; what cannot be drawn on this design; a bare
-    opposite finger."""
-    found = _undrawable(design, names)
+def refuse_unlike(design: Design, names: Iterable[str], fidelity: str = "plane-strain") -> None:
+    """DesignError, with every fault: unknown names; what cannot be drawn on this design or in this
+    fidelity; a bare opposite finger."""
+    chosen = set(names)
+    found = _undrawable(design, chosen)
+    if "mesher" in chosen:
+        found += _no_other_mesher(design, fidelity)
     if design.grip.opposite != "mirror":
         bound = "'mirror' on unlike fingers: both are alike"
         found.append(Fault("grip.opposite", design.grip.opposite, bound, "set it to 'mirror'"))
@@ -231,11 +286,21 @@ def refuse_unlike(design: Design, names: Iterable[str]) -> None:
         raise DesignError(found, design.design.name)
 
 
+def _no_other_mesher(design: Design, fidelity: str) -> list[Fault]:
+    if fidelity != "3d":
+        bound = "another fault in plane strain: netgen alone meshes sections"
+        return [Fault("--fault", "mesher", bound, "take --fidelity 3d, or leave it out")]
+    if mesher_name(meshed_for_grips(design, fidelity)) == "tetwild":
+        bound = "another fault on this finger: no layers sweep it, so fTetWild meshes it anyway"
+        return [Fault("--fault", "mesher", bound, "leave it out")]
+    return tetwild_faults(design, symmetric=True)
+
+
 def _undrawable(design: Design, names: Iterable[str]) -> list[Fault]:
     chosen, plates = set(names), design.plates
     found = [
-        Fault("--fault", name, f"one of {', '.join(ALL)}", "correct it")
-        for name in sorted(chosen - set(ALL))
+        Fault("--fault", name, f"one of {', '.join(FAULTS)}", "correct it")
+        for name in sorted(chosen - set(FAULTS))
     ]
     moved = ", ".join(sorted(chosen & _MOVING))
     if moved and (plates.rows or plates.along != "x" or plates.follow != "level"):

@@ -26,9 +26,9 @@ from fingerdesign.records.base import Count, Size, closed, csv_text, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.statistics import Share, Spread, spread_of
 from fingerdesign.runtime.journal import Journal
-from fingerdesign.sensing.model import CONTACT_SIZE_MM, MESHED, gripped_case, unlike_problems
+from fingerdesign.sensing.model import CONTACT_SIZE_MM, MESHED, gripped_case
 from fingerdesign.sensing.training import estimator_faults, training_result_for
-from fingerdesign.sensing.unlike import ALL, refuse_unlike, unlike
+from fingerdesign.sensing.unlike import ALL, FAULTS, refuse_unlike, unlike, unlike_problems
 from fingerdesign.trials.bench import (
     FRICTIONS,
     GOOD_AMPLIFIER,
@@ -103,9 +103,9 @@ Job = tuple[str, tuple[str, ...], int]  # and the number of a plant
 
 
 def chosen_faults(names: Sequence[str]) -> list[Chosen]:
-    """The labels' faults; of no name every one alone, none of them, and all at once. Raises
-    DesignError for an unknown one."""
-    known: dict[str, tuple[str, ...]] = {NONE: (), **{name: (name,) for name in ALL}, EVERY: ALL}
+    """The labels' faults; of no name none of them, every one of ALL alone, and all those at once.
+    Raises DesignError for an unknown one."""
+    known = {NONE: (), **{name: (name,) for name in FAULTS}, EVERY: ALL}
     wrong = [
         Fault("--fault", name, f"one of {', '.join(known)}", "correct it")
         for name in names
@@ -113,7 +113,7 @@ def chosen_faults(names: Sequence[str]) -> list[Chosen]:
     ]
     if wrong:
         raise DesignError(wrong)
-    return [(name, known[name]) for name in dict.fromkeys(names or known)]
+    return [(name, known[name]) for name in dict.fromkeys(names or (NONE, *ALL, EVERY))]
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ def study_unlike(
     """
     names = tuple(dict.fromkeys(controllers))
     refuse(ControlGrid(seed=seed), names)
-    refuse_unlike(design, {name for _, chosen in faults for name in chosen})
+    refuse_unlike(design, {name for _, chosen in faults for name in chosen}, fidelity)
     gripped_case(design, fidelity)
     if estimator is not None and (wrong := estimator_faults(design, estimator, fidelity)):
         raise DesignError(wrong)

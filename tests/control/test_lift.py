@@ -255,3 +255,29 @@ def test_a_tug_and_a_landing_are_still_felt(half_plane):
     forces = np.array([plant.move(0.01, 0.0).tangential_force for _ in range(30)])
     assert np.ptp(forces) == pytest.approx(0.05, abs=1e-6)  # half of the tug each
     assert plant.move(-plant.truth().rise - 0.01, 0.0).lifted is False
+
+
+@pytest.mark.parametrize("like", [True, False])
+@pytest.mark.parametrize(
+    ("use", "share", "kept"), [(0.7, 0.8, True), (0.9, 1.0, True), (0.9, 0.8, False)]
+)
+def test_what_static_friction_alone_would_carry_slides_away(half_plane, like, use, share, kept):
+    """Held still, nodes that begin to slide weaken from step to step, until the object drops."""
+    opposite = None if like else half_plane
+
+    def plant_of(*tugs):
+        return raised(LiftPlant(half_plane, "upper", MASS, opposite, tugs, kinetic_share=share))
+
+    extra = 2.0 * (use * 0.5 * plant_of().truth().normal_force - HALF)
+    plant = plant_of(Disturbance(2, extra, 100))
+    plant.move(0.2, 0.0)
+    plant.move(0.0, 0.0)
+    assert plant.truth().lifted  # at first by static friction
+    assert plant.truth().tangential_force == pytest.approx(HALF + 0.5 * extra, rel=1e-6)
+    for _ in range(20):
+        plant.move(0.0, 0.0)
+    now = plant.truth()
+    assert now.lifted is kept
+    if not kept:  # onto its support, where it slid: mu_k F_n at the most
+        assert now.rise == 0.0
+        assert now.tangential_force <= share * 0.5 * now.normal_force * (1.0 + 1e-6)

@@ -12,14 +12,26 @@ from pydantic import TypeAdapter
 from fingerdesign import parse_design
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
+from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import plate_frames
+from fingerdesign.mesh.make import mesher_name
 from fingerdesign.records.base import ResultError, plain
-from fingerdesign.sensing.model import unlike_problems
-from fingerdesign.sensing.unlike import ALL, TAUGHT, refuse_unlike, taught_faults, unlike
+from fingerdesign.sensing import model
+from fingerdesign.sensing.model import meshed_for_grips
+from fingerdesign.sensing.unlike import (
+    ALL,
+    APART,
+    FAULTS,
+    TAUGHT,
+    refuse_unlike,
+    taught_faults,
+    unlike,
+    unlike_problems,
+)
 from fingerdesign.trials import unlike as trials
-from fingerdesign.trials.unlike import UnlikeData, study_unlike
+from fingerdesign.trials.unlike import UnlikeData, chosen_faults, study_unlike
 from tests.support.grips import judged
 
 COARSE = """
@@ -132,6 +144,56 @@ def test_patches_are_the_objects_own():
     assert np.abs(np.diff(shares)).max() < 0.4 * 0.0101  # 1 mm from one value to the next
     np.testing.assert_array_equal(held.friction_share, found.friction_shares(held.model.points))
     assert unlike(parse_design(COARSE), [], 3).friction_shares(points) is None
+
+
+def test_friction_in_motion_is_5_to_20_per_cent_less():
+    found = [unlike(parse_design(COARSE), ["kinetic"], seed) for seed in range(40)]
+    shares = [each.design.grip.kinetic_share for each in found]
+    assert 0.8 <= min(shares) < 0.82
+    assert 0.93 < max(shares) <= 0.95
+    bench, held = unlike_problems(found[0])
+    assert bench.friction_share is held.friction_share is None  # the plant's, step by step
+
+
+def test_another_mesher_is_asked_for_by_name_in_three_dimensions(monkeypatch):
+    assert set(FAULTS) - set(ALL) == APART == {"mesher"}
+    assert [label for label, _ in chosen_faults(())] == ["none", *ALL, "all"]
+    assert chosen_faults(["mesher", "all"]) == [("mesher", ("mesher",)), ("all", ALL)]
+    design = find_design("sensitive")
+    refuse_unlike(design, ["mesher"], "3d")
+    with pytest.raises(DesignError, match="netgen alone meshes sections"):
+        refuse_unlike(design, ["mesher"], "plane-strain")
+    with pytest.raises(DesignError, match="fTetWild meshes it anyway"):
+        refuse_unlike(find_design("both_ways"), ["mesher"], "3d")
+    meshed = []
+    monkeypatch.setattr(model, "_condensed", lambda case, *given: meshed.append(case.design))
+    for fault in ("gains", "mesher"):
+        found = unlike(design, [fault], 3)
+        model.bench_problem(found.design, (found.held,), "3d", found.said)
+    swept, other = meshed
+    assert (mesher_name(swept), mesher_name(other)) == ("extrude", "tetwild")
+    assert 1.6 <= other.mesh.contact_size_mm / swept.mesh.contact_size_mm <= 2.0
+    assert 1.6 <= other.mesh.plate_size_mm / swept.mesh.plate_size_mm <= 2.0
+    assert meshed_for_grips(found.design, "3d").mesh.mesher == "auto"  # but for what is said
+
+
+@pytest.mark.slow  # fTetWild's mesh of a finger, and two models in 3-D
+def test_by_another_mesher_a_finger_is_much_the_same(monkeypatch, tmp_path):
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+    design = parse_design(COARSE + "[mesh]\ncontact_size_mm = 0.8\nplate_size_mm = 0.6")
+    felt = []
+    for fault in ("gains", "mesher"):
+        bench, held = unlike_problems(unlike(design, [fault], 3), "3d")
+        assert held.model is bench.model
+        plant = CondensedPlant(held, "both")
+        samples = [plant.move(dx, dy) for dx, dy in [(0.0, 0.1), (0.0, 0.1), (0.03, 0.0)]]
+        felt.append((held.model.points, samples[-1]))
+    (swept, one), (other, two) = felt
+    assert len(swept) != len(other)
+    assert two.normal_force == pytest.approx(one.normal_force, rel=0.03)
+    assert two.tangential_force == pytest.approx(one.tangential_force, rel=0.03)
+    worst = np.abs(two.readings - one.readings).max()
+    assert 0.0 < worst < 0.2 * np.abs(one.readings).max()
 
 
 def test_a_journal_with_an_invalid_record_is_refused(tmp_path, monkeypatch):

@@ -43,7 +43,7 @@ class _Recorded(CondensedPlant):
 
     def move(self, dx: float, dy: float) -> Sample:
         sample = super().move(dx, dy)
-        self.motions.append(self._state.motion)
+        self.motions.append(self._history.state.motion)
         return sample
 
 
