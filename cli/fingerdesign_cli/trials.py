@@ -308,7 +308,7 @@ def _show_foreseen(found: ControlStudy, noise: float) -> None:
         if saw.false_alarms is not None or saw.stick_error is not None:
             rows.append([each["controller"], *_foreseen(saw)])
     if rows:
-        title = "slip seen before it came; 95 % in brackets; error of the reported stick ratio"
+        title = "slip seen before it came (95 %); error of the stick ratio"
         headings = ["controller", "slips warned of", "lead, s", "falsely, %", "error, RMS"]
         print_table(title, headings, rows)
 

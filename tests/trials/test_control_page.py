@@ -326,10 +326,17 @@ def test_the_page_says_what_was_said_of_slip_with_cases_and_intervals():
     ]
     assert cells[5] == "100.0<small>51.0 to 100.0, of 4</small>"
     assert cells[6].startswith("2.00<small>")
-    assert cells[7] == "0.100<small>0.100 to 0.100, of 4</small>"
-    assert cells[10:12] == ["paper", "–"]
-    assert cells[20:] == ["fixed force", *["–"] * 9]
-    for key in ("controllers", "forces", "noise", "held", "margins", "foreseen-all"):
+    assert cells[7:9] == ["paper", "–"]
+    assert cells[14:] == ["fixed force", *["–"] * 6]
+    table = text[text.index('id="table-errors"') :]
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", table[: table.index("</table>")])
+    assert cells[:3] == ["regulator", *["0.100<small>0.100 to 0.100, of 4</small>"] * 2]
+    assert cells[3:] == [
+        "0.100<small>0.100 to 0.100, of 8</small>",
+        "0.100<small>0.100 to 0.100, of 8</small>",
+        "0.100 to 0.100",
+    ]
+    for key in ("controllers", "forces", "noise", "held", "margins", "foreseen-all", "errors"):
         table = text[text.index(f'id="table-{key}"') :]
         cases = "<small>" if key != "controllers" else "grips</th>"
         assert cases in table[: table.index("</table>")]
