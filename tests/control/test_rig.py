@@ -46,6 +46,24 @@ def test_by_default_it_is_the_finger_alone_and_perfect(half_plane, design):
     assert np.array_equal(bench.full_stick, rig.calibration().full_stick)
 
 
+@pytest.mark.parametrize("plant", ["finger", "lift"])
+def test_what_slides_has_the_kinetic_share_of_its_friction(half_plane, design, plant):
+    keys = {"grip.plant": plant, "grip.kinetic_share": 0.8}
+    rig = Rig(half_plane, "both", with_values(design, keys).grip)
+    own = rig.plant(0.3, 5000.0)  # too heavy to lift: the support carries the rest
+    own.move(0.0, 0.1)
+    uses = []
+    for _ in range(40):
+        own.move(0.01, 0.0)
+        truth = own.truth()
+        uses.append(truth.tangential_force / (0.3 * truth.normal_force))
+    assert truth.complete_slip
+    assert 0.8 < max(uses) <= 1.0
+    assert uses[-1] == pytest.approx(0.8, rel=1e-6)
+    plain = Rig(half_plane, "both", design.grip).calibration()
+    assert np.array_equal(rig.calibration().full_stick, plain.full_stick)  # it is the object's
+
+
 def test_a_lifted_object_is_held_on_at_its_weight(half_plane, design, tmp_path):
     (episode,) = run_episodes(half_plane, lifting(design), [0.4], MASS)
     result, trace = episode.result, episode.trace
