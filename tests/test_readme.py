@@ -31,6 +31,7 @@ PAGES = (
     "docs/controllers.md",
     "docs/plugins.md",
     "docs/control.md",
+    "docs/calibrate.md",
     "docs/gages.md",
     "docs/three_d.md",
     "docs/paper.md",

@@ -111,11 +111,11 @@ def calibrate(
     delay = 0
     if make_moving is not None:
         force = float(np.interp(bounds.preload, approach, forces))
-        delay = _delay(make_moving(), bounds.preload, force)
+        delay = delay_of(make_moving(), bounds.preload, force)
     return Calibration(x, normal, full_stick, rise / shear, sticking, stiffness, approach, delay)
 
 
-def _delay(plant: Plant, preload: float, force: float) -> int:
+def delay_of(plant: Plant, preload: float, force: float) -> int:
     """Samples from a quick press until ``force`` (N) is felt: the likeliest step in noise.
 
     Raises SolverError where it never is.

@@ -46,6 +46,10 @@ SCHEMAS = {
         "fingerdesign.trials.unlike:UnlikeData",
         "Controllers on fingers unlike the model (fingerdesign study-unlike)",
     ),
+    "calibration": (
+        "fingerdesign.sensing.calibrate:CalibrationData",
+        "One finger as its bench measured it (fingerdesign calibrate)",
+    ),
     "mold": ("fingerdesign.mold.record:MoldData", "A finger's mold (fingerdesign mold)"),
 }
 closed = with_config(ConfigDict(extra="forbid"))  # all keys of the type, and no others

@@ -33,7 +33,9 @@ from fingerdesign.analysis.stages import condense, make_mesh
 from fingerdesign.checks.load import with_values, without_plates
 from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.zone import candidate_zone
+from fingerdesign.mesh.moved import with_plates_moved
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import SceneObject
@@ -76,12 +78,21 @@ def gripped_case(
 
 
 def bench_problem(
-    design: Design, held: Iterable[SceneObject], fidelity: str, said: Collection[str] = ()
+    design: Design,
+    held: Iterable[SceneObject],
+    fidelity: str,
+    said: Collection[str] = (),
+    beside: Design | None = None,
 ) -> ContactProblem:
     """A finger against the plane of its bench, with room for what it is to grip; said: see
-    meshed_for_grips."""
+    meshed_for_grips.
+
+    beside: a finger of the same body with other places of its flat plates; its mesh is taken, its
+    plates moved, so that answers of both compare without two meshes' difference.
+    """
     case = _case(design, fidelity, said=said)
-    return _condensed(case, case.gage_array, lambda message: None, held)
+    near = None if beside is None else _case(beside, fidelity, said=said)
+    return _condensed(case, case.gage_array, lambda message: None, held, near)
 
 
 def against(bench: ContactProblem, held: SceneObject, design: Design) -> ContactProblem:
@@ -151,6 +162,7 @@ def _condensed(
     gages: tuple[int, ...],
     report: Callable[[str], None],
     held: Iterable[SceneObject] = (),
+    beside: Case | None = None,
 ) -> ContactProblem:
     """Against the fundamental scene's plane; the zone has room for each of ``held`` too."""
     design, scene = case.design, fundamental_scene()
@@ -159,7 +171,12 @@ def _condensed(
     zones += [candidate_zone(design, o, reach, touch_point(o, design.body)) for o in held]
     zone = max(zones, key=lambda each: each.half_width).widened(_ROOM, design)
     report("meshing")
-    mesh = make_mesh(design, case.fidelity, zone, case.symmetric)
+    mesh = None
+    if beside is not None:
+        mesh = make_mesh(beside.design, beside.fidelity, zone, beside.symmetric)
+        mesh = with_plates_moved(mesh, plate_frames(beside.design), plate_frames(design))
+    if mesh is None:
+        mesh = make_mesh(design, case.fidelity, zone, case.symmetric)
     report(f"condensing {len(mesh.cells)} elements")
     model = condense(design, mesh, zone, scene).reduced.with_gages(gages)
     rigid = object_at_touch(scene.object, design.body)

@@ -20,6 +20,7 @@ from fingerdesign_cli.options import (
     result_options,
     trial_options,
     two_workers_option,
+    workers_option,
 )
 
 
@@ -107,6 +108,47 @@ def teach() -> None:
     (judged_fingers of them), or, with grip.regulator.taught_fingers = 1, of the same one. The first
     time a quarter of an hour of one core, half an hour in 3-D; what has been taught is kept, and
     changes of the [grip] table's controllers teach nothing anew.
+    """
+
+
+@command("calibrate", "This very finger's estimator, from its bench.")
+@design_and_out("Files go to OUT/NAME of the design.")
+@click.option(
+    "--measured",
+    metavar="FOLDER",
+    type=FILE,
+    help="What the bench recorded: phases.csv and the traces it names, or that table itself.",
+)
+@click.option("--simulate", is_flag=True, help="Play the bench on a finger unlike DESIGN instead.")
+@estimator_option("What `fingerdesign teach` wrote for DESIGN: it is given this finger's curves.")
+@click.option(
+    "--fault",
+    "faults",
+    multiple=True,
+    metavar="NAME",
+    help="Of the simulated finger, as docs/control.md names them; may be given again. "
+    "[default: plates, modulus, gains]",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(0, 2**31 - 1),
+    default=0,
+    show_default=True,
+    help="Of the simulated finger.",
+)
+@workers_option
+@model_option
+@output_options
+def calibrate() -> None:
+    """Make the estimator of the one finger that was cast by DESIGN, from what its bench measured.
+
+    A press, small shears, a slide and a tilted press, recorded by hand or by a rig
+    (docs/calibrate.md), give the finger's own curves: OUT/NAME/estimator.json. The same fit the
+    model's hidden values (plates' places, moduli, gains): calibration.json says each with its
+    standard deviation before and after, fitted.toml is the finger as fitted.
+
+    The first finger of a design takes minutes (sensitivities, which are kept), others seconds.
+    --simulate writes such a folder of measurements, of a finger drawn from --seed.
     """
 
 

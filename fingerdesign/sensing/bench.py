@@ -1,0 +1,176 @@
+"""A finger's bench on its model: the protocol of docs/calibrate.md, with noise and without."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.analysis.case import gage_array
+from fingerdesign.analysis.stages import one_thread
+from fingerdesign.arrays import Array
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.plants.measured import (
+    BenchCurves,
+    Kind,
+    Phase,
+    Points,
+    bench_curves,
+    points_of,
+)
+from fingerdesign.control.plants.plant import CondensedPlant, Plant
+from fingerdesign.control.plants.recorded import trace_of
+from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
+from fingerdesign.design.scene import SceneObject
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.sensing.model import against, bench_problem
+from fingerdesign.sensing.unlike import ALL, unlike
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+TILT_DEG = 2.0  # of the surface in the tilt phase, as the protocol has it
+MOST_LEAN_DEG = 3.0  # of the bench itself; the contact's zone has room for it
+OF_GRIPS = frozenset({"radius", "dying", "relaxation", "arm", "patches"})  # nothing on a bench
+_SHEARS, _SHEAR = 6, 0.2  # depths; of the depth, as control/calibration.py has them
+_SLIDE_DEPTH, _SLIDE, _SLIDES = 0.5, 6.0, 15  # of the stage; of friction x depth; moves
+_TILT_DEPTH, _TILTS = 0.6, 20  # of the stage; moves
+_QUICK = 40  # samples beyond the hardware's delay
+AT_REST, _POINTS_A_SECOND = 100, 1.0  # samples a point is the mean of
+
+
+def protocol(design: Design, tilts: Sequence[float] = (TILT_DEG,)) -> tuple[Phase, ...]:
+    """The phases of a bench by the design's ``[grip]`` table: their moves; forces are all 0."""
+    grip = design.grip
+    most, step, friction = (
+        grip.max_approach_mm,
+        grip.approach_step_mm,
+        grip.bench_friction_coefficient,
+    )
+
+    def phase(name: str, kind: Kind, approach: Array, shear: Array, tilt: float = 0.0) -> Phase:
+        none = np.zeros(len(approach))
+        points = Points(approach, shear, none, none, none[:, None], none)
+        return Phase(f"{name}.csv", kind, friction, tilt, points)
+
+    def closing(depth: float, moves: int) -> Array:
+        return np.linspace(0.0, depth, moves + 1)[1:]
+
+    def sheared(name: str, kind: Kind, depth: float, shear: Array) -> Phase:
+        down = closing(depth, max(1, int(np.ceil(depth / max(step, 0.2 * depth) - 1e-9))))
+        approach = np.concatenate([down, np.full(len(shear), depth)])
+        return phase(name, kind, approach, np.concatenate([np.zeros(len(down)), shear]))
+
+    press = closing(most, max(1, int(np.ceil(most / step - 1e-9))))
+    found = [phase("press", "press", press, np.zeros(len(press)))]
+    for number, depth in enumerate(np.geomspace(grip.preload_mm, most, _SHEARS), 1):
+        shear = np.array([_SHEAR * float(depth)])
+        found.append(sheared(f"shear_{number}", "shear", float(depth), shear))
+    depth = _SLIDE_DEPTH * most
+    found.append(sheared("slide", "slide", depth, closing(_SLIDE * friction * depth, _SLIDES)))
+    for number, tilt in enumerate(tilts, 1):
+        down = closing(_TILT_DEPTH * most, _TILTS)
+        found.append(phase(f"tilt_{number}", "tilt", down, np.zeros(len(down)), tilt))
+    return tuple(found)
+
+
+def phase_problems(
+    design: Design,
+    phases: Sequence[Phase],
+    fidelity: str,
+    lean_deg: float = 0.0,
+    beside: Design | None = None,
+) -> list[ContactProblem]:
+    """The finger against each phase's surface, the bench itself leaning; condensed once.
+
+    The zone, and so the mesh, does not depend on the lean. beside: see bench_problem.
+    """
+    tilts = [abs(phase.tilt_deg) for phase in phases if phase.kind == "tilt"]
+    room = [SceneObject(tilt_deg=max(tilts) + MOST_LEAN_DEG)] if tilts else []
+    bench = bench_problem(design, room, fidelity, beside)
+
+    def facing(phase: Phase) -> ContactProblem:
+        tilt = phase.tilt_deg + lean_deg
+        met = against(bench, SceneObject(tilt_deg=tilt), design) if tilt else bench
+        return met.with_friction(phase.friction_coefficient)
+
+    return [facing(phase) for phase in phases]
+
+
+def model_curves(
+    design: Design,
+    phases: Sequence[Phase],
+    fidelity: str,
+    lean_deg: float = 0.0,
+    beside: Design | None = None,
+) -> BenchCurves:
+    """What the design's model does in the phases' moves. Raises SolverError where it has no answer,
+    DesignError for a design that is not sound."""
+    moved = [phase for phase in phases if phase.kind != "quick"]
+    problems = phase_problems(design, moved, fidelity, lean_deg, beside)
+    face = design.gages.face
+    with one_thread():
+        played = [
+            phase.played(CondensedPlant(problem, face))
+            for phase, problem in zip(moved, problems, strict=True)
+        ]
+    return bench_curves(played, problems[0].model.gage_x)
+
+
+@dataclass(frozen=True)
+class SimulatedBench:
+    """What a rig would have measured: phases with their traces, the finger drawn, the bench's
+    lean (degrees)."""
+
+    phases: tuple[Phase, ...]
+    design: Design
+    lean_deg: float
+
+
+def simulated_bench(
+    design: Design,
+    faults: Iterable[str],
+    seed: int,
+    fidelity: str = "plane-strain",
+    averaged: int = AT_REST,
+) -> SimulatedBench:
+    """The protocol on a finger that came out unlike the design, by its ``[grip.hardware]``.
+
+    Every point is the mean of so many samples at rest; the quick press is sampled as it goes.
+    Raises DesignError for faults that are unknown, or of grips alone.
+    """
+    chosen = set(faults)
+    known = [name for name in ALL if name not in OF_GRIPS]
+    if wrong := sorted(chosen - set(known)):
+        bound = f"one of {', '.join(known)}"
+        raise DesignError([Fault("--fault", name, bound, "correct it") for name in wrong])
+    drawn = unlike(design, chosen, seed)
+    own, rng = drawn.design, np.random.default_rng([seed, 7])
+    hardware, plates = own.rig.hardware, gage_array(own)
+    plan = protocol(design)
+    problems = phase_problems(own, plan, fidelity, drawn.held.tilt_deg)
+
+    def imperfect(problem: ContactProblem, of: Hardware) -> Plant:
+        return ImperfectPlant(CondensedPlant(problem, own.gages.face), of, rng, plates)
+
+    phases = [
+        _recorded(phase, imperfect(problem, hardware.at_rest(averaged)), averaged)
+        for phase, problem in zip(plan, problems, strict=True)
+    ]
+    moves = [(0.0, design.grip.preload_mm)] + [(0.0, 0.0)] * (_QUICK + hardware.delay_samples)
+    plant = imperfect(problems[0], hardware)
+    trace = trace_of([plant.move(*each) for each in moves], moves, hardware.sample_rate_Hz)
+    quick = replace(plan[0], name="quick.csv", kind="quick", points=points_of(trace), trace=trace)
+    return SimulatedBench((*phases, quick), own, drawn.held.tilt_deg)
+
+
+def _recorded(phase: Phase, plant: Plant, averaged: int) -> Phase:
+    at = phase.points
+    moves = np.diff(np.array([at.shear, at.approach]), axis=1, prepend=0.0).T
+    pairs = [(float(dx), float(dy)) for dx, dy in moves]
+    trace = trace_of([plant.move(*each) for each in pairs], pairs, _POINTS_A_SECOND)
+    trace = replace(trace, lifted=None)
+    points = points_of(trace, averaged)
+    return replace(phase, points=points, samples=float(averaged), trace=trace)

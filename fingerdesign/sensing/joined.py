@@ -1,0 +1,115 @@
+"""A finger's curves from its bench and its fitted model together: as good as the better of both.
+
+Measured curves are noisy where points are single samples, and end where the bench did. The fitted
+model's (sensing/latents.py) are smooth, go on to the end of the stage, and are wrong by what meshes
+differ by, or by what the fit leaves. With m measured and f fitted, of deviations s and e,
+
+    curve(F) = f(F) + w (m - f)(F),     w = e^2 / (e^2 + s^2),
+
+and past either end of what was measured its last difference goes on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.control.calibration import Calibration
+from fingerdesign.control.plants.measured import Phase
+from fingerdesign.control.signals import NormalCalibration
+from fingerdesign.sensing.bench import model_curves, protocol
+from fingerdesign.sensing.latents import (
+    MESH_FORCE,
+    MESH_MICROSTRAIN,
+    MESH_MICROSTRAIN_PER_N,
+    LatentFit,
+    Noise,
+    small_pulls,
+)
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+
+_SPARSE = 0.02  # of the largest force: no measured one is nearer
+
+
+def joined_calibration(
+    design: Design,
+    phases: Sequence[Phase],
+    measured: Calibration,
+    fit: LatentFit,
+    noise: Noise,
+    fidelity: str,
+) -> Calibration:
+    """The measured curves, mended by the fitted finger's; gains and dead gages are the finger's.
+
+    Raises SolverError where the fitted model has no answer in the bench's moves.
+    """
+    plan = [each for each in protocol(design, ()) if each.kind in ("press", "shear")]
+    lean = float(fit.of("lean")[0].sum())
+    model = model_curves(fit.design, plan, fidelity, lean, design).calibration
+    alive = ~np.isin(np.arange(1, len(fit.gages_after) + 1), fit.dead)
+    gains = np.where(alive, 1.0 + fit.of("gain")[0], 0.0)
+    touch = float(fit.of("touch")[0].sum())
+    (press,) = (each for each in phases if each.kind == "press")
+    mean = float(np.median(press.points.samples)) ** 0.5
+    gage, force, wide = noise.gage / mean, noise.force / mean, max(1.0, fit.misfit) ** 0.5
+    pulls, shears = small_pulls(phases, len(measured.stiffness))
+
+    own, other = measured.normal, model.normal
+    forces = _reaching(own.normal_force, other.normal_force)
+    fitted = NormalCalibration(other.normal_force, gains * other.readings)
+    weight = _weight(wide * MESH_MICROSTRAIN, np.full(len(own.normal_force), gage))
+    pressed = _joined(forces, own, fitted, weight)
+    approach = _column(other.normal_force, model.approach - touch)
+    closed = _joined(forces, _column(own.normal_force, measured.approach), approach)
+    closed = np.maximum.accumulate(closed, axis=0)
+
+    own, other = measured.sticking, model.sticking
+    sheared = _reaching(own.normal_force, other.normal_force)
+    weight = _weight(wide * MESH_MICROSTRAIN_PER_N, 2.0**0.5 * gage / pulls)
+    fitted = NormalCalibration(other.normal_force, gains * other.readings)
+    sticking = _joined(sheared, own, fitted, weight)
+    weight = _weight(wide * MESH_FORCE * measured.stiffness, 2.0**0.5 * force / shears)
+    stiff = _column(own.normal_force, measured.stiffness)
+    stiffness = _joined(sheared, stiff, _column(other.normal_force, model.stiffness), weight)[:, 0]
+    return replace(
+        measured,
+        normal=NormalCalibration(forces, pressed),
+        approach=closed[:, 0],
+        sticking=NormalCalibration(sheared, sticking),
+        stiffness=stiffness,
+        full_stick=np.abs(sticking[0]),
+        tangential_stiffness=float(stiffness[0]),
+    )
+
+
+def _reaching(own: Array, other: Array) -> Array:
+    """Forces measured, and the model's beyond them and where they are sparse."""
+    away = np.abs(other[:, None] - own).min(axis=1)
+    return np.asarray(np.sort(np.concatenate([own, other[away > _SPARSE * other[-1]]])))
+
+
+def _column(force: Array, values: Array) -> NormalCalibration:
+    return NormalCalibration(force, values[:, None])
+
+
+def _weight(model: float | Array, noise: Array) -> Array:
+    """Of what was measured (k,), by the deviations of both."""
+    return np.asarray(model**2 / (model**2 + noise**2))
+
+
+def _joined(
+    forces: Array, own: NormalCalibration, other: NormalCalibration, weight: Array | float = 1.0
+) -> Array:
+    """Both curves (n, columns) at ``forces``; weight (k,) of own's points."""
+    difference = own.readings - np.array([other.at(float(force)) for force in own.normal_force])
+    difference = np.broadcast_to(weight, (len(difference),))[:, None] * difference
+    columns = [np.interp(forces, own.normal_force, each) for each in difference.T]
+    fitted = np.array([other.at(float(force)) for force in forces])
+    return np.asarray(fitted + np.column_stack(columns))

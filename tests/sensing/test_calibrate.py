@@ -1,0 +1,288 @@
+"""``fingerdesign calibrate``: a bench's files, this finger's curves, its hidden values."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fingerdesign_cli.main import main
+
+from fingerdesign import load_design, parse_design
+from fingerdesign.checks.load import with_values
+from fingerdesign.control.calibration import Bounds, calibrate
+from fingerdesign.control.estimator import (
+    Band,
+    FingerCurves,
+    GripEstimator,
+    Layer,
+    feature_count,
+)
+from fingerdesign.control.plants.measured import bench_curves, points_of, read_bench
+from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.control.plants.recorded import Trace
+from fingerdesign.errors import DesignError
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.mesh.moved import with_plates_moved
+from fingerdesign.mesh.section.section import mesh_section
+from fingerdesign.sensing import latents
+from fingerdesign.sensing.bench import phase_problems, protocol, simulated_bench
+from fingerdesign.sensing.calibrate import calibrated_finger, write_measured
+from fingerdesign.sensing.latents import Noise, fit_latents
+from fingerdesign.sensing.training import settings_of, training_key
+
+SOFT = """
+[design]
+name = "mine"
+[body]
+depth_mm = 8.0
+[plates]
+count = 4
+length_mm = 0.9
+pitch_mm = 1.2
+cover_mm = 0.9
+material = "polyimide"
+[gages]
+length_mm = 0.5
+face = "upper"
+[grip]
+max_approach_mm = 0.25
+preload_mm = 0.02
+[grip.hardware]
+gage_noise_microstrain = 0.5
+force_noise_N = 0.005
+[mesh.section]
+contact_size_mm = 0.2
+plate_size_mm = 0.3
+"""
+GAGES = 4
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def design():
+    return parse_design(SOFT)
+
+
+@pytest.fixture(scope="module")
+def measured(design, tmp_path_factory):
+    """The folder that a bench has left of a finger whose plate 2 lies 0.15 mm off along x."""
+    folder = tmp_path_factory.mktemp("bench")
+    (folder / "mine.toml").write_text(SOFT)
+    bench = simulated_bench(moved(design, 2, 0.15), ["gains"], 1)
+    write_measured(bench, folder)
+    return folder
+
+
+def moved(design, plate, way):
+    rows = [[*each.centre, each.angle_deg] for each in plate_frames(design)]
+    rows[plate][0] += way
+    return with_values(design, {"plates.placement": [[float(v) for v in row] for row in rows]})
+
+
+def estimator_file(design, folder):
+    """Of one that was taught nothing: its numbers mean nothing."""
+    forces, ones = np.array([0.0, 5.0]), np.ones((2, GAGES))
+    curves = FingerCurves(forces, 0.0 * ones, ones, 0.01 * forces, np.full(2, 10.0))
+    count = feature_count(GAGES)
+    layer = Layer(np.zeros((count, 2)), np.array([0.7, 0.4]))
+    band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))
+    key = training_key(design, settings_of(design))
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "estimator.json").write_text(GripEstimator(key, curves, 0.5, (band,)).to_json())
+    return folder / "estimator.json"
+
+
+def test_traces_give_the_calibration_that_the_rig_makes_of_the_same_plant(design, tmp_path):
+    quiet = with_values(
+        design,
+        {
+            "grip.hardware.gage_noise_microstrain": 0.0,
+            "grip.hardware.force_noise_N": 0.0,
+            "grip.hardware.delay_samples": 3,
+        },
+    )
+    bench = simulated_bench(quiet, [], 0)
+    write_measured(bench, tmp_path)
+    problem = phase_problems(quiet, protocol(quiet), "plane-strain")[0]
+    x = problem.model.gage_x
+    own = bench_curves(read_bench(tmp_path, GAGES), x)
+    rig = calibrate(lambda: CondensedPlant(problem, "upper"), x, Bounds.of(quiet.grip))
+    assert own.calibration.delay == 3
+    for name in ("normal", "sticking"):
+        found, known = getattr(own.calibration, name), getattr(rig, name)
+        assert found.normal_force == pytest.approx(known.normal_force, rel=1e-5)
+        assert found.readings == pytest.approx(known.readings, rel=1e-3, abs=1e-3)
+    assert own.calibration.stiffness == pytest.approx(rig.stiffness, rel=1e-5)
+    assert own.slid == pytest.approx(quiet.grip.bench_friction_coefficient, rel=1e-3)
+    assert [tilt for tilt, _ in own.tilted] == [2.0]
+
+
+def test_points_are_means_at_rest_without_what_is_stale():
+    """A zero of 1 before touch; then two moves, each followed by rest, felt one sample late."""
+    dy = np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.1, 0.0, 0.0])
+    felt = np.array([1.0, 1.0, 1.0, 3.0, 3.0, 3.0, 6.0, 6.0])
+    time, none = np.arange(1.0, 9.0), np.zeros(8)
+    trace = Trace(time, none, dy, felt, none, felt[:, None], np.arange(2, 10))
+    points = points_of(trace, samples=10.0, delay=1)
+    assert points.normal_force == pytest.approx([2.0, 5.0])
+    assert points.readings[:, 0] == pytest.approx([2.0, 5.0])
+    assert points.approach == pytest.approx([0.1, 0.2])
+    assert points.samples.tolist() == [20.0, 20.0]
+
+
+def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
+    design, measured, tmp_path, said
+):
+    taught = estimator_file(design, tmp_path / "taught")
+    given = (measured / "mine.toml", "--measured", measured, "--out", tmp_path / "out")
+    record = json.loads(said("calibrate", *given, "--estimator", taught, "--json").out)
+    assert record == json.loads((tmp_path / "out/mine/calibration.json").read_text())
+    by_name = {each["name"]: each for each in record["latents"]}
+    off = by_name["plate_2.x"]
+    assert off["value"] == pytest.approx(0.15, abs=3.0 * off["deviation"])
+    assert off["determined"]
+    assert off["deviation"] < 0.4 * off["deviation_before"]
+    # The row as a whole is all but one with the bench's lean; plates among each other are not.
+    others = [v["value"] for k, v in by_name.items() if k.endswith(".x") and k != off["name"]]
+    assert off["value"] - np.mean(others) == pytest.approx(0.15, abs=0.015)
+    assert np.ptp(others) < 0.03
+    assert record["fit"]["after_microstrain"] < 0.2 * record["fit"]["before_microstrain"]
+    gains = simulated_bench(design, ["gains"], 1).design.grip.hardware.gains(range(GAGES))
+    found = [by_name[f"gage_{k + 1}.gain"] for k in range(GAGES)]
+    off_by = [
+        (each["value"] - gain + 1.0) / each["deviation"]
+        for each, gain in zip(found, gains, strict=True)
+    ]
+    assert np.abs(off_by).max() < 3.0
+    fitted = load_design(tmp_path / "out/mine/fitted.toml")
+    assert plate_frames(fitted)[2].x == pytest.approx(plate_frames(design)[2].x + off["value"])
+    # The estimator is what was taught, with this finger's curves; a rig and `replay` load it.
+    own = GripEstimator.from_json((tmp_path / "out/mine/estimator.json").read_text())
+    assert own.design == training_key(design, settings_of(design))
+    curves = np.array(record["curves"]["pressed_microstrain"])
+    assert own.curves.pressed == pytest.approx(curves, rel=1e-4, abs=1e-4)
+    exported = (tmp_path / "out/mine/estimator.json", measured / "mine.toml", "--out", tmp_path)
+    said("export-c", *exported)
+    shown = said("calibrate", *given, "--measured", measured / "phases.csv").out
+    assert "plates along x, mm" in shown
+    assert "fitted.toml is this finger" in shown
+
+
+def test_sensitivities_are_kept_and_a_dead_gage_is_named(design, measured, monkeypatch):
+    phases = read_bench(measured, GAGES)
+    x = [each.x for each in plate_frames(design)]
+    fit_latents(design, phases, bench_curves(phases, np.array(x)), Noise(0.5, 0.005))
+    monkeypatch.setattr(latents, "Pool", None)  # no process any more
+    dead = []
+    for each in phases:
+        readings = each.points.readings.copy()
+        readings[:, 1] = 0.0
+        dead.append(replace(each, points=replace(each.points, readings=readings)))
+    fit = fit_latents(design, dead, bench_curves(dead, np.array(x)), Noise(0.5, 0.005))
+    assert fit.dead == (2,)
+    values, deviations = fit.of("gain")
+    assert (values[1], deviations[1]) == pytest.approx((0.0, 0.03))
+    moved_by, deviation = (each[2] for each in fit.of("x"))
+    assert 0.07 < moved_by < 0.15 + 2.0 * deviation < 0.22
+
+
+def test_a_mesh_is_moved_with_its_plates_and_nothing_else(design):
+    mesh, before = mesh_section(design, 5.0), plate_frames(design)
+    after = plate_frames(moved(design, 2, 0.05))
+    same = with_plates_moved(mesh, before, before)
+    assert np.array_equal(same.points, mesh.points)
+    found = with_plates_moved(mesh, before, after)
+    way = found.points - mesh.points
+    plates = [np.unique(mesh.cells[mesh.regions == k + 1]) for k in range(4)]
+    assert way[plates[2]] == pytest.approx(np.tile([0.05, 0.0], (len(plates[2]), 1)), abs=1e-9)
+    still = [*plates[:2], plates[3], *(mesh.facets[k].ravel() for k in ("contact", "base"))]
+    assert not way[np.concatenate(still)].any()
+    assert with_plates_moved(mesh, before, plate_frames(moved(design, 2, 0.6))) is None
+
+
+def rewritten(folder, file, change):
+    path = folder / file
+    path.write_text(change(path.read_text()))
+
+
+def without_column(text, name):
+    rows = [line.split(",") for line in text.splitlines()]
+    k = rows[0].index(name)
+    return "\n".join(",".join(row[:k] + row[k + 1 :]) for row in rows) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("file", "change", "named"),
+    [
+        ("phases.csv", lambda t: without_column(t, "friction_coefficient"), "friction_coefficient"),
+        ("phases.csv", lambda t: t.replace("press,0.5", "press,"), "column friction_coefficient"),
+        (
+            "phases.csv",
+            lambda t: t.replace("slide,0.5", "slide,0.9"),
+            "slide.csv: tangential_force",
+        ),
+        ("phases.csv", lambda t: t.replace(",tilt,0.5,2,", ",tilt,0.5,,"), "column tilt_deg"),
+        ("phases.csv", lambda t: t.replace("press.csv,press", "press.csv,pres"), "one of press"),
+        ("phases.csv", lambda t: t.replace("quick.csv", "quik.csv"), "quik.csv"),
+        ("press.csv", lambda t: without_column(t, "gage_3"), "gage"),
+        ("press.csv", lambda t: re.sub(r",[^,\n]*$", ",nan", t), "column gage_4 = nan"),
+        ("press.csv", lambda t: "\n".join(t.splitlines()[:6]), "at least 8 points"),
+        ("press.csv", lambda t: t.replace(",0,0.0", ",0,0.01"), "0.25"),
+        ("shear_1.csv", lambda t: "\n".join(t.splitlines()[:-1]), "shear_1.csv: dx_mm"),
+    ],
+)
+def test_bad_measurements_are_refused_before_any_work(
+    measured, tmp_path, said, file, change, named
+):
+    folder = tmp_path / "bench"
+    folder.mkdir()
+    for each in measured.glob("*.csv"):
+        (folder / each.name).write_text(each.read_text())
+    rewritten(folder, file, change)
+    given = (measured / "mine.toml", "--measured", folder, "--out", tmp_path / "out")
+    assert named in said("calibrate", *given, code=2).err
+    assert not (tmp_path / "out").exists()
+
+
+def test_every_fault_of_all_traces_is_said_at_once(design, measured, tmp_path):
+    write_measured(simulated_bench(design, [], 0), tmp_path)
+    for name in ("press.csv", "slide.csv"):
+        rewritten(tmp_path, name, lambda t: without_column(t, "dx_mm"))
+    with pytest.raises(DesignError) as caught:
+        calibrated_finger(design, tmp_path)
+    assert {"press.csv", "slide.csv"} <= set(re.findall(r"\w+\.csv", str(caught.value)))
+
+
+def test_wrong_options_and_foreign_estimators_are_refused(design, measured, tmp_path, said):
+    out = ("--out", tmp_path / "out")
+    other = estimator_file(with_values(design, {"body.depth_mm": 9.0}), tmp_path / "other")
+    own = measured / "mine.toml"
+    for given, named in (
+        ((), "--measured FOLDER or --simulate"),
+        (("--measured", measured, "--simulate"), "either"),
+        (("--measured", measured, "--fault", "gains"), "--fault"),
+        (("--simulate", "--fault", "radius"), "one of modulus"),
+        (("--simulate", "--fault", "magic"), "magic"),
+        (("--measured", tmp_path / "none"), "a folder with phases.csv"),
+        (("--measured", measured, "--estimator", other), "one taught on this design"),
+    ):
+        assert named in said("calibrate", own, *out, *given, code=2).err
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_pages_commands_run(design, tmp_path, monkeypatch, capsys):
+    text = (ROOT / "docs/calibrate.md").read_text("utf-8")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text(SOFT)
+    estimator_file(design, tmp_path / "taught/mine")
+    for block in re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL):
+        for line in block.splitlines():
+            assert main(line.partition("#")[0].split()[1:]) == 0, capsys.readouterr()
+    (code,) = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+    capsys.readouterr()
+    exec(compile(code, "docs/calibrate.md", "exec"), {})
+    assert "plate_" in capsys.readouterr().out
+    shown = re.search(r"```\n(trace,phase,.*?)```", text, flags=re.DOTALL).group(1)
+    assert (tmp_path / "bench/mine/phases.csv").read_text() == shown
