@@ -61,23 +61,26 @@ def joined_calibration(
     gage, force, wide = noise.gage / mean, noise.force / mean, max(1.0, fit.misfit) ** 0.5
     pulls, shears = small_pulls(phases, len(measured.stiffness))
 
-    own, other = measured.normal, model.normal
+    played = fit.curves.calibration  # the same finger in the bench's own moves
+    own, other = measured.normal, _merged(played.normal, model.normal, gains)
     forces = _reaching(own.normal_force, other.normal_force)
-    fitted = NormalCalibration(other.normal_force, gains * other.readings)
     weight = _weight(wide * MESH_MICROSTRAIN, np.full(len(own.normal_force), gage))
-    pressed = _joined(forces, own, fitted, weight)
-    approach = _column(other.normal_force, model.approach - touch)
+    pressed = _joined(forces, own, other, weight)
+    approach = _column(model.normal.normal_force, model.approach - touch)
     closed = _joined(forces, _column(own.normal_force, measured.approach), approach)
     closed = np.maximum.accumulate(closed, axis=0)
 
-    own, other = measured.sticking, model.sticking
+    own, other = measured.sticking, _merged(played.sticking, model.sticking, gains)
     sheared = _reaching(own.normal_force, other.normal_force)
     weight = _weight(wide * MESH_MICROSTRAIN_PER_N, 2.0**0.5 * gage / pulls)
-    fitted = NormalCalibration(other.normal_force, gains * other.readings)
-    sticking = _joined(sheared, own, fitted, weight)
+    sticking = _joined(sheared, own, other, weight)
     weight = _weight(wide * MESH_FORCE * measured.stiffness, 2.0**0.5 * force / shears)
-    stiff = _column(own.normal_force, measured.stiffness)
-    stiffness = _joined(sheared, stiff, _column(other.normal_force, model.stiffness), weight)[:, 0]
+    stiff = _merged(
+        _column(played.sticking.normal_force, played.stiffness),
+        _column(model.sticking.normal_force, model.stiffness),
+    )
+    own = _column(own.normal_force, measured.stiffness)
+    stiffness = _joined(sheared, own, stiff, weight)[:, 0]
     return replace(
         measured,
         normal=NormalCalibration(forces, pressed),
@@ -89,8 +92,18 @@ def joined_calibration(
     )
 
 
+def _merged(
+    first: NormalCalibration, second: NormalCalibration, gains: Array | float = 1.0
+) -> NormalCalibration:
+    """Two curves of one finger as one, the second's points where the first has none near."""
+    forces = _reaching(first.normal_force, second.normal_force)
+    own = np.isin(forces, first.normal_force)
+    rows = [(first if mine else second).at(float(f)) for f, mine in zip(forces, own, strict=True)]
+    return NormalCalibration(forces, gains * np.array(rows))
+
+
 def _reaching(own: Array, other: Array) -> Array:
-    """Forces measured, and the model's beyond them and where they are sparse."""
+    """``own`` forces, and ``other`` ones beyond them and where they are sparse."""
     away = np.abs(other[:, None] - own).min(axis=1)
     return np.asarray(np.sort(np.concatenate([own, other[away > _SPARSE * other[-1]]])))
 
