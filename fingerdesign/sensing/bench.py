@@ -33,7 +33,9 @@ if TYPE_CHECKING:
 
 TILT_DEG = 2.0  # of the surface in the tilt phase, as the protocol has it
 MOST_LEAN_DEG = 3.0  # of the bench itself; the contact's zone has room for it
-OF_GRIPS = frozenset({"radius", "dying", "relaxation", "arm", "patches"})  # nothing on a bench
+OF_GRIPS = frozenset(
+    {"radius", "dying", "relaxation", "arm", "patches", "kinetic"}
+)  # nothing on a bench
 _SHEARS, _SHEAR = 6, 0.2  # depths; of the depth, as control/calibration.py has them
 _SLIDE_DEPTH, _SLIDE, _SLIDES = 0.5, 6.0, 15  # of the stage; of friction x depth; moves
 _TILT_DEPTH, _TILTS = 0.6, 20  # of the stage; moves
@@ -89,7 +91,7 @@ def phase_problems(
     """
     tilts = [abs(phase.tilt_deg) for phase in phases if phase.kind == "tilt"]
     room = [SceneObject(tilt_deg=max(tilts) + MOST_LEAN_DEG)] if tilts else []
-    bench = bench_problem(design, room, fidelity, beside)
+    bench = bench_problem(design, room, fidelity, beside=beside)
 
     def facing(phase: Phase) -> ContactProblem:
         tilt = phase.tilt_deg + lean_deg
