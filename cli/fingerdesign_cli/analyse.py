@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -17,9 +17,12 @@ from fingerdesign.analysis.page.words import verdict
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design, find_scene
 from fingerdesign.design.faults import undexed
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.folder import RESULTS
+from fingerdesign.records.result import GripResult, Result
+from fingerdesign.runtime.progress import Report
 from fingerdesign_cli.inputs import estimator_for, read_case, refuse_foreign
 from fingerdesign_cli.terminal import (
     number,
@@ -29,11 +32,6 @@ from fingerdesign_cli.terminal import (
     say_verdict,
     where_report,
 )
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.records.result import GripResult, Result
-    from fingerdesign.runtime.progress import Report
 
 
 def analyse(

@@ -13,18 +13,16 @@ import click
 
 from fingerdesign.cad.step_rules import check_mirror
 from fingerdesign.checks.design import plane_strain_faults
-from fingerdesign.design.step import step_facts
+from fingerdesign.design.schema import Design
+from fingerdesign.design.step import StepFacts, step_facts
 from fingerdesign.errors import DesignError, printable
 from fingerdesign.layout.frames import plate_frames
-from fingerdesign.layout.zone import summarise
+from fingerdesign.layout.zone import Summary, summarise
 from fingerdesign_cli.inputs import judged_design, judged_scene
 from fingerdesign_cli.terminal import number, print_json, print_table
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.forecast.forecast import Forecast
-    from fingerdesign.design.schema import Design
-    from fingerdesign.design.step import StepFacts
-    from fingerdesign.layout.zone import Summary
 
 _MANY_FACES = 60  # a question of all faces to all edges: below a second
 _NUMBERS_WIDE = 63  # characters of the table without its first column's words

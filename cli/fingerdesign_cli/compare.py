@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -13,17 +13,11 @@ from fingerdesign.records.outcome import designs_csv
 from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.registry import unknown_name
 from fingerdesign.search.compare.page import compare_html
-from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, read_comparison
-from fingerdesign.search.compare.recommend import GOALS, Wanted, recommend, why_not
+from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, Comparison, read_comparison
+from fingerdesign.search.compare.recommend import GOALS, Recommendation, Wanted, recommend, why_not
 from fingerdesign.search.compare.words import summary
 from fingerdesign.search.study.metrics import METRICS
 from fingerdesign_cli.terminal import print_json, print_table
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from fingerdesign.search.compare.read import Comparison
-    from fingerdesign.search.compare.recommend import Recommendation
 
 
 def compare(

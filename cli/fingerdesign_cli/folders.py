@@ -6,27 +6,22 @@ import re
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 from jinja2 import TemplateError
 
 from fingerdesign.analysis.answers import ARRAYS, PAGE, read_arrays
 from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
-from fingerdesign.analysis.page.words import verdict
+from fingerdesign.analysis.page.words import Question, verdict
 from fingerdesign.checks import starter
 from fingerdesign.design.schema import schema_text
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RESULT_FILE, read_result
+from fingerdesign.records.result import Result
+from fingerdesign.report.table import Table
 from fingerdesign.runtime.files import write_whole
 from fingerdesign_cli.terminal import print_json, print_table, say, say_verdict
-
-if TYPE_CHECKING:
-    from fingerdesign.analysis.page.words import Question
-    from fingerdesign.records.result import Result
-    from fingerdesign.report.table import Table
-
 
 _VALIDATION = "validate.json"  # validate.record.RECORD_FILE
 _WRONG = (ValueError, TypeError, AttributeError, LookupError, ArithmeticError, RecursionError)

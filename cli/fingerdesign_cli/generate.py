@@ -5,22 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from fingerdesign.runtime.machine import usable_cores
-from fingerdesign.search.study.file import read_study
+from fingerdesign.search.study.file import Study, read_study
+from fingerdesign.search.study.generate import Made, reasons, refuse_foreign
 from fingerdesign.search.study.generate import generate as write_variants
-from fingerdesign.search.study.generate import reasons, refuse_foreign
 from fingerdesign.search.study.variants import base_design, number_of_points, points, variant_of
 from fingerdesign_cli.inputs import naming_out
 from fingerdesign_cli.search import line
 from fingerdesign_cli.terminal import print_table, progress
-
-if TYPE_CHECKING:
-    from fingerdesign.search.study.file import Study
-    from fingerdesign.search.study.generate import Made
 
 _SHOWN = 20  # invalid variants, and kinds of reasons, that are shown one by one
 

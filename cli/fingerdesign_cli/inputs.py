@@ -5,22 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fingerdesign.checks.design import scene_faults
-from fingerdesign.checks.load import judge_design, judge_scene
+from fingerdesign.checks.load import Judged, judge_design, judge_scene
 from fingerdesign.checks.starter import file_text
 from fingerdesign.control.estimator import EstimatorError, GripEstimator
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError
+from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.journal import held
 from fingerdesign_cli.terminal import Progress, progress
-
-if TYPE_CHECKING:
-    from fingerdesign.checks.load import Judged
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
-    from fingerdesign.records.folder import RecordFolder
 
 
 def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design, Scene | None]:

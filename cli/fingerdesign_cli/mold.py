@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from fingerdesign.mold.make import FOLDER, older_passed, write_mold
 from fingerdesign.mold.part import axis_name
+from fingerdesign.mold.record import MoldData, PartData
 from fingerdesign_cli.inputs import read_case, refuse_foreign
 from fingerdesign_cli.terminal import print_json, print_table, progress
-
-if TYPE_CHECKING:
-    from fingerdesign.mold.record import MoldData, PartData
 
 _INTERRUPTED = 130
 _SHOWN = 10  # failing checks that are shown one by one

@@ -10,11 +10,13 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from fingerdesign.checks.starter import file_text
+from fingerdesign.records.outcome import Outcome
+from fingerdesign.search.compare.read import Comparison
 from fingerdesign.search.compare.recommend import recommend
 from fingerdesign.search.compare.words import summary
 from fingerdesign.search.optimise.confirm import confirm
@@ -28,18 +30,19 @@ from fingerdesign.search.optimise.page import (
 )
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.folder import FOLDER, write_study
-from fingerdesign.search.run.run import TRANSIENT, Store, planned, run_jobs, study_scenes
-from fingerdesign.search.study.file import parse_study
+from fingerdesign.search.run.run import (
+    TRANSIENT,
+    Planned,
+    Standing,
+    Store,
+    planned,
+    run_jobs,
+    study_scenes,
+)
+from fingerdesign.search.study.file import Study, parse_study
 from fingerdesign.search.study.variants import base_design, variants
 from fingerdesign_cli.inputs import refuse_foreign
 from fingerdesign_cli.terminal import Progress, print_table, progress
-
-if TYPE_CHECKING:
-    from fingerdesign.records.outcome import Outcome
-    from fingerdesign.search.compare.read import Comparison
-    from fingerdesign.search.run.run import Planned, Standing
-    from fingerdesign.search.study.file import Study
-
 
 # What commands on studies share: where they run, progress with time left and failures.
 

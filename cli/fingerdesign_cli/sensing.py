@@ -6,26 +6,22 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from fingerdesign.control.c_code import c_files
+from fingerdesign.control.estimator import GripEstimator
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import write_whole
 from fingerdesign.sensing.observability import observe, refuse
 from fingerdesign.sensing.onnx_file import ONNX_FILE, onnx_file
-from fingerdesign.sensing.record import FOLDER, write_observability
+from fingerdesign.sensing.record import FOLDER, Observability, write_observability
+from fingerdesign.sensing.teach import TrainingResult
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded
 from fingerdesign_cli.terminal import print_json, print_table
-
-if TYPE_CHECKING:
-    from fingerdesign.control.estimator import GripEstimator
-    from fingerdesign.design.schema import Design
-    from fingerdesign.sensing.record import Observability
-    from fingerdesign.sensing.teach import TrainingResult
-
 
 # ``fingerdesign teach``: an estimator of the stick ratio for a design's gages, for a rig too.
 

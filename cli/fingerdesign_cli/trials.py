@@ -7,19 +7,22 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import click
 
 from fingerdesign.control.roster import needs_training
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import plain
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.trials.bench import ControlGrid, refuse
 from fingerdesign.trials.page import answers
-from fingerdesign.trials.replay import replay_trace
-from fingerdesign.trials.tune import RECORD_FILE
+from fingerdesign.trials.record import ControlStudy, Summary
+from fingerdesign.trials.replay import Replay, replay_trace
+from fingerdesign.trials.tune import RECORD_FILE, TuningRecord
+from fingerdesign.trials.unlike import UnlikeSummary
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import CONTROLLER_NAMES
 from fingerdesign_cli.terminal import number, print_json, print_table

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from fingerdesign.analysis.fidelity.readings import QUANTITIES
 from fingerdesign.validate.advice import NONE, spread_cell
+from fingerdesign.validate.record import Row, Validation
 from fingerdesign_cli.inputs import read_case, recorded
 from fingerdesign_cli.terminal import number, print_json, print_table
-
-if TYPE_CHECKING:
-    from fingerdesign.validate.record import Row, Validation
 
 
 def validate(

@@ -16,7 +16,6 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,9 +24,10 @@ from fingerdesign.arrays import Array
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.path import Forces, follow, solve_forces
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
-from fingerdesign.control.estimator import LAGS
+from fingerdesign.control.estimator import LAGS, FingerCurves
 from fingerdesign.control.signals import gage_readings
 from fingerdesign.design.digest import content_digest
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.learners import (
@@ -58,11 +58,6 @@ from fingerdesign.sensing.teach import (
     finger_curves,
     random_grip_paths,
 )
-
-if TYPE_CHECKING:
-    from fingerdesign.control.estimator import FingerCurves
-    from fingerdesign.design.schema import Design
-
 
 # The least error that any unbiased estimate can have from the gages: Cramér and Rao's bound.
 #

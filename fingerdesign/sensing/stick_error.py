@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,11 +27,8 @@ from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.control.signals import NormalCalibration, gage_readings
 from fingerdesign.control.slip_study import normal_calibration
+from fingerdesign.design.grip import HardwareTable
 from fingerdesign.errors import SolverError
-
-if TYPE_CHECKING:
-    from fingerdesign.design.grip import HardwareTable
-
 
 NOISE, FORCE_NOISE_N, GAIN_SPREAD = 0.5, 0.005, 0.01  # as sensing/teach.py has them
 FRICTIONS = (0.15, 1.0)

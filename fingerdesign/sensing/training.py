@@ -14,7 +14,6 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,6 +30,9 @@ from fingerdesign.control.plants.rig import ImperfectPlant
 from fingerdesign.control.roster import Object, needs_training
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.digest import content_digest
+from fingerdesign.design.grip import Grip
+from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.pool import Pool
@@ -56,11 +58,6 @@ from fingerdesign.sensing.teach import (
 )
 from fingerdesign.sensing.unlike import OF_OBJECTS, taught_faults, unlike
 from fingerdesign.version import __version__
-
-if TYPE_CHECKING:
-    from fingerdesign.design.grip import Grip
-    from fingerdesign.design.scene import SceneObject
-    from fingerdesign.design.schema import Design
 
 # Grips by the regulator's own hand, to be taught on: what it meets is not what random paths meet.
 #

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import isfinite, log
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,11 +23,9 @@ from fingerdesign.control.plants.plant import Truth, press, safety_margin
 from fingerdesign.control.plants.rig import ImperfectPlant
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import weight_per_finger
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.sensing.model import grip_problem, model_data, opposite_problem
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 try:
     from gymnasium import Env

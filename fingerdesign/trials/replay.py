@@ -9,19 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fingerdesign.analysis.case import gage_array
+from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.plants.recorded import RecordedPlant, Replayed, replay
 from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.roster import holds, make_controller
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import csv_text
 from fingerdesign.runtime.registry import CONTROLLERS
-
-if TYPE_CHECKING:
-    from fingerdesign.control.estimator import GripEstimator
-    from fingerdesign.design.schema import Design
 
 
 @dataclass(frozen=True)

@@ -11,17 +11,20 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import TypeAdapter
 
 from fingerdesign.analysis.case import Clock, gage_array
 from fingerdesign.analysis.stages import one_thread
+from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.metrics import MOST_FORCE, JudgedGrip
 from fingerdesign.control.roster import needs_training
 from fingerdesign.design.grip import weight_per_finger
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, SolverError
+from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.base import ResultError, closed, json_text
 from fingerdesign.records.folder import RecordFolder, write_grip_csv
 from fingerdesign.runtime.isolate import ProcessError
@@ -48,11 +51,6 @@ from fingerdesign.trials.record import (
 )
 from fingerdesign.trials.tuning import Report
 from fingerdesign.version import __version__, versions
-
-if TYPE_CHECKING:
-    from fingerdesign.control.estimator import GripEstimator
-    from fingerdesign.design.schema import Design
-    from fingerdesign.records.arrays import GripTrace
 
 Shared = TypeVar("Shared")
 Job = TypeVar("Job")

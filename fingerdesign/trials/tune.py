@@ -13,12 +13,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fingerdesign.analysis.case import Clock
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.checks.load import dump_design, with_values
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.metrics import JudgedGrip
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import json_text
 from fingerdesign.report.page import sentences
@@ -41,12 +44,6 @@ from fingerdesign.trials.tuning import (
     tuning_cells,
 )
 from fingerdesign.version import versions
-
-if TYPE_CHECKING:
-    from fingerdesign.contact.problem import ContactProblem
-    from fingerdesign.control.estimator import GripEstimator
-    from fingerdesign.design.schema import Design
-
 
 FORMAT = "fingerdesign tuning, 1"
 KIND = "a tuning"  # of journals

@@ -7,17 +7,13 @@ and bad above LIMIT.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fingerdesign.report.page import said
-from fingerdesign.validate.record import THRESHOLDS
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from fingerdesign.validate.record import ComparisonData, Kind, Place, Spread, Verdict
+from fingerdesign.validate.record import THRESHOLDS, ComparisonData, Kind, Place, Spread, Verdict
 
 TEMPLATES = Path(__file__).parent / "templates"
 WORDS = TEMPLATES / "words.txt.j2"

@@ -8,24 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.analysis.fidelity.models import Plates, Solved
 from fingerdesign.analysis.fidelity.rungs import can_be_sheets, can_extrude
 from fingerdesign.analysis.path import steps_sideways
 from fingerdesign.checks.design import plane_strain_faults
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.section.section import sheet_room_faults
 from fingerdesign.validate.comparison import Answer, answer_of, compare, compare_gages, side_of
 from fingerdesign.validate.record import ComparisonData, Kind, Place
 from fingerdesign.validate.solves import FINER_SECTION, FINER_SPACE, Reader, Solves
-
-if TYPE_CHECKING:
-    from fingerdesign.analysis.fidelity.models import Plates, Solved
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
 
 Pairs = list[ComparisonData]
 PairsOf = Callable[["Solves", bool], Pairs]

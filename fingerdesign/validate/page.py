@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,15 +11,12 @@ from fingerdesign.report import style
 from fingerdesign.report.page import captioned, rendered
 from fingerdesign.report.table import Table
 from fingerdesign.validate.advice import GROUPS, NONE, TEMPLATES, WORDS, percent_cell, spread_cell
+from fingerdesign.validate.record import Row, Thresholds, Validation
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure as Canvas
-
-    from fingerdesign.validate.record import Row, Thresholds, Validation
 
 FLOOR = 1e-4  # of one: smaller errors are drawn there
 _BESIDE = 1.16

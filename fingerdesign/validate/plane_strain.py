@@ -9,20 +9,17 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.layout.zone import contact_reach, greatest_approach
 from fingerdesign.report.page import said
-
-if TYPE_CHECKING:
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
-
 
 # All errors are plane strain against 3-D at the mid-plane: forces and contact width relative
 # (signed: > 0 where plane strain says more), stick ratio absolute, gage strains relative to the

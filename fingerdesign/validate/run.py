@@ -7,14 +7,15 @@ validation.row("plane_strain").advice
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.case import Case, fundamental_scene, result_digest
 from fingerdesign.analysis.forecast.limits import refuse
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.report.page import said
@@ -38,12 +39,6 @@ from fingerdesign.validate.record import (
 )
 from fingerdesign.validate.solves import Solves, warm
 from fingerdesign.version import versions
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
 
 Report = Callable[[str, float], None]
 

@@ -10,12 +10,14 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.fidelity.models import (
+    Dimension,
+    Plates,
     Solved,
     design_for,
     section_sizes,
@@ -26,17 +28,14 @@ from fingerdesign.analysis.fidelity.rungs import can_extrude, rung
 from fingerdesign.analysis.stages import zone_of
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design, Gages
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.report.page import said
 from fingerdesign.runtime.progress import Report
 from fingerdesign.validate.advice import WORDS
 from fingerdesign.validate.comparison import Answer
-
-if TYPE_CHECKING:
-    from fingerdesign.analysis.fidelity.models import Dimension, Plates
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design, Gages
 
 Values = Mapping[str, object]
 Made = TypeVar("Made", "Solved", "Answer")

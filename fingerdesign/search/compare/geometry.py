@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,18 +18,14 @@ from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.page.picture import LIFT, gage_quads
 from fingerdesign.analysis.page.words import finger_words
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.body import Body
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import content_of
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import PlateFrame, plate_frames, surface_height
 from fingerdesign.layout.gaps import core_solid, solids_of, turned_solid
-from fingerdesign.layout.profile import profile_of
+from fingerdesign.layout.profile import Profile, profile_of
 from fingerdesign.records.outcome import Traces
-
-if TYPE_CHECKING:
-    from fingerdesign.design.body import Body
-    from fingerdesign.layout.profile import Profile
-
 
 # A finger's body, core and plates as triangles, for the comparison page's view in space.
 #

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -29,10 +29,7 @@ from fingerdesign.search.optimise.optimise import (
 )
 from fingerdesign.search.optimise.sensitivity import Sensitivity, sensitivities
 from fingerdesign.search.run.evaluate import Job
-
-if TYPE_CHECKING:
-    from fingerdesign.search.study.file import Study
-
+from fingerdesign.search.study.file import Study
 
 # How much better one set of fingers is than another: dominance and hypervolume.
 #

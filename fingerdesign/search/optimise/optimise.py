@@ -18,9 +18,11 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from fingerdesign.checks.load import with_values
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.runtime.journal import JournalError, held
@@ -31,11 +33,6 @@ from fingerdesign.search.study.metrics import METRICS_VERSION
 from fingerdesign.search.study.values import Choice, Parameter, Range, value_of
 from fingerdesign.search.study.variants import Variant, variant_of
 from fingerdesign.version import __version__
-
-if TYPE_CHECKING:
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
-
 
 # Trials on disk: Optuna's study in a journal, which an interrupted optimisation goes on from.
 #

@@ -15,15 +15,13 @@ from fingerdesign.report.style import BLUE, GREEN, INK, MUTED, PAPER, VERMILION,
 from fingerdesign.report.table import Table
 from fingerdesign.search.compare.read import STUDY_FILE
 from fingerdesign.search.compare.table import name_and_unit
-from fingerdesign.search.optimise.confirm import WORDS, Optimised
+from fingerdesign.search.optimise.confirm import WORDS, Judged, Optimised
 from fingerdesign.search.optimise.sensitivity import LEAST
 from fingerdesign.search.run.folder import FILES, write_study
 from fingerdesign.search.study.metrics import METRICS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from fingerdesign.search.optimise.confirm import Judged
 
 
 # Tables of an optimisation: what stood by the thorough model, and what each objective hangs on.

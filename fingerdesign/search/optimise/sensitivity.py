@@ -16,17 +16,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
+from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.study.file import Study
 from fingerdesign.search.study.values import Choice, all_numbers
-
-if TYPE_CHECKING:
-    from fingerdesign.records.outcome import Outcome
 
 LEAST = 20  # trials: below, nothing is reported
 TREES, FOLDS, SHUFFLES = 60, 5, 4

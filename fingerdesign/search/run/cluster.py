@@ -21,19 +21,15 @@ from contextlib import ExitStack
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.records.outcome import Failure, Outcome, OutcomeError
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.runtime.pool import Pool
-from fingerdesign.search.run.evaluate import EVALUATE, failed
-
-if TYPE_CHECKING:
-    from fingerdesign.search.run.evaluate import Job
-    from fingerdesign.search.study.file import Limits
-
+from fingerdesign.search.run.evaluate import EVALUATE, Job, failed
+from fingerdesign.search.study.file import Limits
 
 # What a Dask worker does with a job: hand it to a child process, and hand back what comes of it.
 #

@@ -11,18 +11,15 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.outcome import Outcome, cells_csv, designs_csv
 from fingerdesign.search.compare.page import compare_html
-from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, read_comparison
+from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, Comparison, read_comparison
+from fingerdesign.search.study.file import Study
 from fingerdesign.version import versions
-
-if TYPE_CHECKING:
-    from fingerdesign.search.compare.read import Comparison
-    from fingerdesign.search.study.file import Study
 
 REPORT_FILE = "report.html"
 FILES = (STUDY_FILE, "study.toml", OUTCOMES_FILE, "outcomes.csv", "failures.csv", REPORT_FILE)

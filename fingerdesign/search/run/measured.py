@@ -6,13 +6,15 @@ import math
 import statistics
 from collections.abc import Sequence
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.design.grip import weight_per_finger
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
@@ -20,12 +22,8 @@ from fingerdesign.records.arrays import OPEN, SLIP, ContactHistory
 from fingerdesign.records.outcome import GripOutcome, Numbers, Traces, bounded
 from fingerdesign.records.result import GripResult, IncrementResult
 from fingerdesign.report.style import spread
+from fingerdesign.search.study.file import Cost
 from fingerdesign.sensing.stick_error import Listening, stick_error
-
-if TYPE_CHECKING:
-    from fingerdesign.analysis.case import Case
-    from fingerdesign.design.schema import Design
-    from fingerdesign.search.study.file import Cost
 
 MOST_INCREMENTS, MOST_CONTACT, MOST_STEPS = 40, 120, 60
 _PULLED = 0.01  # of the normal force: what pressing an uneven finger gives is no pull

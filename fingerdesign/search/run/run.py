@@ -16,21 +16,17 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fingerdesign.checks.starter import find_scene
+from fingerdesign.design.scene import Scene
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.records.outcome import Failure, Outcome, OutcomeError
 from fingerdesign.runtime.cache import Cache
+from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.evaluate import Job, relabelled
+from fingerdesign.search.study.file import Limits, Study
+from fingerdesign.search.study.variants import Variant
 from fingerdesign.version import versions
-
-if TYPE_CHECKING:
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.search.run.cluster import Cluster
-    from fingerdesign.search.study.file import Limits, Study
-    from fingerdesign.search.study.variants import Variant
-
 
 # Outcomes on disk by digest: whole or absent, shared by all studies of a user.
 #

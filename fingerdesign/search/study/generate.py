@@ -16,7 +16,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fingerdesign.checks.load import dump_design
 from fingerdesign.errors import DesignError, Fault, GeometryError
@@ -26,13 +26,9 @@ from fingerdesign.records.outcome import cells_csv
 from fingerdesign.runtime.files import BusyError, locked, write_whole
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.pool import Pool
-from fingerdesign.search.study.variants import stems
+from fingerdesign.search.study.file import Study
+from fingerdesign.search.study.variants import Variant, stems
 from fingerdesign.version import versions
-
-if TYPE_CHECKING:
-    from fingerdesign.search.study.file import Study
-    from fingerdesign.search.study.variants import Variant
-
 
 # The lists of generated variants: those that are, and those that cannot be with every reason.
 

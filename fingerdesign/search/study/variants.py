@@ -9,7 +9,7 @@ from copy import deepcopy
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -18,6 +18,7 @@ from fingerdesign.checks.starter import find_design, shipped_designs
 from fingerdesign.design.faults import dotted, fault_of, parts_of, set_value, shown, undexed
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.search.study.file import Study
 from fingerdesign.search.study.values import (
     Choice,
     Parameter,
@@ -27,10 +28,6 @@ from fingerdesign.search.study.values import (
     split_share,
     value_of,
 )
-
-if TYPE_CHECKING:
-    from fingerdesign.search.study.file import Study
-
 
 # Points of a study: every combination of a grid, a Latin hypercube or a Sobol sequence; seeded.
 
