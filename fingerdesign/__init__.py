@@ -9,8 +9,6 @@ Importing this package loads no numerics, CAD kernel, VTK or mesher; each public
 it needs when it is first used.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.version import __version__ as __version__

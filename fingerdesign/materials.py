@@ -8,8 +8,6 @@ Poisson's ratio of an elastomer is below 0.5 by about E / (6 K), K = 1 to 2 GPa:
 0.49 is what displacement elements carry without locking and what the literature usually assumes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -8,8 +8,6 @@ Refuse what cannot be; make the model; follow the path; lift; write down what wa
 are those of analysis/stages.py, the path analysis/path.py, the record analysis/analysis.py.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A number that was asked for, what was measured, and whether it holds."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, dataclass
 from importlib import resources

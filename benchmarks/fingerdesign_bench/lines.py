@@ -1,7 +1,5 @@
 """Records of long runs, a line of JSON each: what an interrupted run has done is not done again."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed

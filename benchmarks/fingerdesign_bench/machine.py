@@ -1,7 +1,5 @@
 """What a measured time depends on: the machine, its load, versions and thread settings."""
 
-from __future__ import annotations
-
 import os
 import platform
 from importlib import metadata

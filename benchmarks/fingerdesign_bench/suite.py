@@ -1,7 +1,5 @@
 """``fingerdesign bench --out``: precision, speed and stability into one folder."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """``fingerdesign analyse``: from design files to results and reports."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, replace

@@ -1,7 +1,5 @@
 """``fingerdesign compare``: which finger is better at what, and why, on one page."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

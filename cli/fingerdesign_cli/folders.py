@@ -1,7 +1,5 @@
 """``fingerdesign view``: a result in the terminal, and where its report is."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """``fingerdesign generate``: the variants of a study as files."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import islice
 from pathlib import Path

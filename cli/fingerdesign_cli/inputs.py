@@ -1,7 +1,5 @@
 """What subcommands share: files or shipped names, estimators, folders that are written whole."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path

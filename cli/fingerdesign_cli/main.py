@@ -3,8 +3,6 @@
 0 done; 1 the work failed; 2 the input is wrong (one line a fault); 130 interrupted.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

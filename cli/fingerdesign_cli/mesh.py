@@ -1,7 +1,5 @@
 """``fingerdesign mesh``: the mesh that an analysis would use, its quality, and a picture of it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """``fingerdesign mold``: what a finger is cast in, as files that can be made, checked."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

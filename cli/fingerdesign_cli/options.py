@@ -4,8 +4,6 @@ A command's options and words stand in commands/; what it does is the function o
 module beside this one, which imports what it needs at its top and is loaded when the command runs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path

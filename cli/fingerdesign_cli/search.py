@@ -1,7 +1,5 @@
 """``fingerdesign sweep``: all variants of a study, on the cores at hand or on a cluster."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

@@ -1,7 +1,5 @@
 """``fingerdesign gages``: what a design's gages tell of the stick ratio, and how few suffice."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """``study-control``, ``study-unlike``, ``tune`` and ``replay``: controllers tried on one design."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """``fingerdesign validate``: what each modelling assumption costs for this finger, and saves."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """An analysis with the arrays that its report needs, beside the record of it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

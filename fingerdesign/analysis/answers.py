@@ -4,8 +4,6 @@ An answer is the whole folder of a result. It is kept under the digest of all th
 numbers: design, scene, fidelity, the program's own code and the versions of what it computes with.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 import json

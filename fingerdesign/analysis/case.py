@@ -1,7 +1,5 @@
 """One analysis as it is asked for: design, scene and fidelity; and the clock that times it."""
 
-from __future__ import annotations
-
 import hashlib
 import time
 from collections.abc import Iterator, Mapping

@@ -5,8 +5,6 @@ rubber's law (fem.finite.body), that equilibrium holds on the deformed body, and
 areas are those of the deformed body.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 

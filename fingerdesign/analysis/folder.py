@@ -1,7 +1,5 @@
 """The folder of one analysis: its record and arrays, and what is drawn from them on demand."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """The scene's path, followed row by row; what is solved is kept where a row has no answer."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

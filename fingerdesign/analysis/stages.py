@@ -1,7 +1,5 @@
 """The stages between a design and what was found: zone, mesh, condensed model, grips, fields."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import replace

@@ -9,8 +9,6 @@ through the thickness; a bent one is an annular sector drawn along its span, out
 round holes are cut along the normal at their middle. Importing this module loads the CAD kernel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache

@@ -4,8 +4,6 @@ Every file is written aside and renamed, after its content has been checked. Imp
 loads the CAD kernel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path

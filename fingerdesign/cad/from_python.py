@@ -4,8 +4,6 @@ The function's solid is written as a STEP file beside the cache, named by its co
 way of every other STEP body. Importing this module loads no CAD kernel; calling it does.
 """
 
-from __future__ import annotations
-
 import hashlib
 import re
 from collections.abc import Callable

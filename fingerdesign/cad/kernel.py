@@ -4,8 +4,6 @@ CadQuery's own arcs go through three points, which loses digits where an arc is 
 keeps its centre and radius. Lengths in mm. Importing this module loads the CAD kernel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import cadquery as cq

@@ -7,8 +7,6 @@ triangles and the CAD files of a run come from a process with a time limit (soli
 Importing this module loads the CAD kernel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Set
 from dataclasses import dataclass
 

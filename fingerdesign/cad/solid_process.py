@@ -6,8 +6,6 @@ where it can harm nobody. (Whoever holds the CadQuery solid itself calls ``solid
 Importing this module loads no CAD kernel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path

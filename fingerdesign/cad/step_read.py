@@ -4,8 +4,6 @@ Planes, cylinders, cones and spheres keep their closed form; every other surface
 surface, held against the kernel's own. Importing this module loads the CAD kernel.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -3,8 +3,6 @@
 Numpy only; runs in a process of its own. Faults are DesignErrors that say what the rules met.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

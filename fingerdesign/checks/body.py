@@ -1,7 +1,5 @@
 """Whether a body can exist by itself: its arc, its dome, its edge, the core bonded into it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fingerdesign.checks.placing import greatest

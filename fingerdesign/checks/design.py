@@ -4,8 +4,6 @@ One fault for one cause, with the worst value, the plates (numbered from 0, row 
 computed remedy. Everything is in closed form; nothing here loads a CAD kernel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

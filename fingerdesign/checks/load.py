@@ -4,8 +4,6 @@ Stages: the keys, each by itself and, where those of its table are sound, with e
 a design whose keys are sound, the geometry.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

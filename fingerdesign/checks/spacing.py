@@ -1,7 +1,5 @@
 """Whether plates lie clear of each other, of other rows' plates, and of the core."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from fingerdesign.checks.placing import (

@@ -1,7 +1,5 @@
 """Starter files of designs and scenes: every key, its default and meaning; or a shipped one."""
 
-from __future__ import annotations
-
 import re
 import textwrap
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """What every table of a design or scene file has in common: frozen, strict, no unknown keys."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import fields
 from functools import cache

@@ -1,7 +1,5 @@
 """Content digests: the same for two files that mean the same."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from typing import Any

@@ -1,7 +1,5 @@
 """Wording faults: from pydantic's errors to key, value, bound and remedy; bounds rounded safely."""
 
-from __future__ import annotations
-
 import difflib
 import json
 import math

@@ -11,8 +11,6 @@ and face = "both" is the mean of the two faces'. A grid of transverse sensitivit
 factor its maker found in a bar with nu = 0.285, reads (e + k e_across) / (1 - 0.285 k) for e.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Literal

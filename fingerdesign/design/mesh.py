@@ -1,7 +1,5 @@
 """The ``[mesh]`` table: the mesher, element sizes and limits, or a mesh made elsewhere."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterator
 from pathlib import Path

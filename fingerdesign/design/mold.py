@@ -4,8 +4,6 @@ Lengths in mm, angles in degrees. Keys that are absent are computed from the pro
 (mold/plan/plan.py), the bolts and the plates.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field

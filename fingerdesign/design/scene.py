@@ -1,7 +1,5 @@
 """A scene: the object that touches the finger, the path it is moved along, what is read out."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 

@@ -3,8 +3,6 @@
 Lengths in mm, moduli in MPa, angles in degrees. Every key but ``design.name`` has a default.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re

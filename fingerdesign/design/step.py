@@ -6,8 +6,6 @@ is read once by the CAD kernel in a process of its own, then kept in the cache u
 content and the rules of ``[body.step]``; this process computes with numpy alone.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """Triangles and tetrahedra: scikit-fem's reference bases, mapped isoparametrically."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

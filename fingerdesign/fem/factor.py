@@ -12,8 +12,6 @@ off afterwards. The factors stay for displacement fields. Where MKL has no wheel
 SuperLU does the same work with one solve per row, many times slower, and says so.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import sys

@@ -1,7 +1,5 @@
 """Design + mesh -> ReducedModel: the finger as one body, with its gages and readout points."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Linear functionals of the displacement: strains at points, and what the gages read."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -20,8 +20,6 @@ What they cost against solid plates stands in docs/benchmarks.md. Faces are read
 of both: gages end near the plate's square ends, where sections warp.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

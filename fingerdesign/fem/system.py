@@ -5,8 +5,6 @@ displacements linear between the corners; "mixed", quadratic with a pressure of 
 material is nearly incompressible (:func:`pressure_coupling`), P2 elsewhere.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal

@@ -9,8 +9,6 @@ and its transpose spreads a nodal force f_i as the traction f_i phi_i / a_i. Sou
 quadratic/linear pair of mortar contact (Puso, Laursen, Solberg, CMAME 197 (2008) 555).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

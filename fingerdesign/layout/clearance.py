@@ -4,8 +4,6 @@ The space below a parametric body's contact surface and between its sides is con
 nearest to the surface at a corner; above a STEP body's faces it is sampled.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -4,8 +4,6 @@ Axes: x tangential, y normal (base at y = 0, crest toward +y), z along the plate
 Lengths in mm, angles anticlockwise from the row's axis (+x, or +z for rows along z).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

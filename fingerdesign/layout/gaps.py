@@ -3,8 +3,6 @@
 A plate is its section polygon drawn straight across its section plane, a bent one with chords.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from functools import cache

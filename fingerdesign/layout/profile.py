@@ -7,8 +7,6 @@ body is this outline drawn straight along z, revolved about a line along x (dome
 (x, y), those asked of a body also (n, 3).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Areas and volumes of the body in closed form (numpy only)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray

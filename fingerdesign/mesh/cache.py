@@ -5,8 +5,6 @@ The name of a mesh is the digest of all that it depends on: geometry, sizes, zon
 the materials.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from dataclasses import asdict

@@ -6,8 +6,6 @@ class MyMesher(Mesher):
         return Mesh(...)
 """
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 from fingerdesign.design.schema import Design

@@ -1,7 +1,5 @@
 """Measures of simplices: angles, aspects, edges, straight and curved volumes (numpy only)."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Plates are bronze, a core purple, and a legend says so. VTK is native code that 
 graphics drivers are odd: it draws in a process of its own.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

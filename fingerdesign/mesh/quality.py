@@ -1,7 +1,5 @@
 """How good a mesh is: angles, sizes, volumes and areas against the CAD, distance to its faces."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path

@@ -8,8 +8,6 @@ the rubber has its true shape, and the plate is the slot, which structural eleme
 (fem/sheet.py).
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

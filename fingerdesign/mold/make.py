@@ -6,8 +6,6 @@ design ─▶ plan ─▶ exact parts (STEP, STL) ─▶ checks ─▶ 3MF, DXF,
 report = write_mold(design, out / name)
 """
 
-from __future__ import annotations
-
 import errno
 import json
 import os

@@ -12,8 +12,6 @@ each change. Changes of a reading are relative to the largest one of their row, 
 together as the root of the sum of their squares.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from dataclasses import replace

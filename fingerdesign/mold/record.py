@@ -1,7 +1,5 @@
 """What mold_report.json holds: the mold as made, its checks, its files."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

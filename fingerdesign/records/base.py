@@ -11,8 +11,6 @@ order, each with its bound and meaning:
 ``python -m fingerdesign.records.base`` writes the shipped schemas anew.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json

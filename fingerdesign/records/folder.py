@@ -1,7 +1,5 @@
 """Result folders: written aside and renamed, so that each is there whole or not at all."""
 
-from __future__ import annotations
-
 import dataclasses
 import fnmatch
 from collections.abc import Iterable, Iterator

@@ -1,7 +1,5 @@
 """A table as text, the same for a page and a terminal: caption, columns, rows of cells."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

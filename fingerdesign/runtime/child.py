@@ -6,8 +6,6 @@ call an empty message when it is taken, and then ("done", value), ("raised", err
 (words, machine)).
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import pickle

@@ -7,8 +7,6 @@
 And what goes with it: hidden names, locks, temporary folders, the leavings of killed processes.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import os

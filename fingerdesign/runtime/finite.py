@@ -1,7 +1,5 @@
 """JSON of finite numbers alone: Python reads 1e400 as infinite, and NaN as a number."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any

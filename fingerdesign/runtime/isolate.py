@@ -13,8 +13,6 @@ Our own and no library's: pebble and loky limit the time of a call, but neither 
 that it started nor the life of a process whose parent was killed.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import pickle

@@ -9,8 +9,6 @@ library). identity: the digest of all that decides the records beside their keys
 another one, or a file that is none, is refused: it is somebody's work.
 """
 
-from __future__ import annotations
-
 import json
 import sqlite3
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """What this machine can do: arithmetic a second, cores, memory that is free."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import hashlib

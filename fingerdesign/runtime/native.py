@@ -6,8 +6,6 @@ Where there is no compiler, or FINGERDESIGN_NATIVE is 0, there is no library: wh
 in Python as well, and its callers go that way.
 """
 
-from __future__ import annotations
-
 import ctypes
 import hashlib
 import os

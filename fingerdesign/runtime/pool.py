@@ -7,8 +7,6 @@ Each thread of the pool has a process of its own (:class:`isolate.Worker`), kept
 the next, with one thread of BLAS. With one worker the calls may be made in this process instead.
 """
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait

@@ -15,8 +15,6 @@ or by any module that is imported before a file is read. Files that ship kinds a
 registry is first used, entry points when a design is first read; importing this is light.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 import warnings

@@ -7,8 +7,6 @@ subsets differ by their gages and not by luck. It errs by half as much again as 
 orders subsets alike; the network is the one of teach.py, taught for fewer epochs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -20,8 +20,6 @@ and 5.7 %, ``sensitive`` (85k; plates 54 times softer) 1.8 and 1.9, ``narrow`` 2
 that coarsens by 0.2, leave 1.4 and 10 % of ``maeno2000`` with 186k equations.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Iterable
 from typing import TYPE_CHECKING, Any

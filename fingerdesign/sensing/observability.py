@@ -10,8 +10,6 @@ or chosen by. What forces and moves tell without any gage stands beside it: gage
 they take off that. Errors are of stick ratio and of ``used`` = F_t / (mu F_n), root mean squares.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor

@@ -11,8 +11,6 @@ What the features are, numpy says (estimator.py), or C (c_code.py); the regulato
 remembers, is no network and leaves as C alone.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

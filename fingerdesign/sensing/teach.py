@@ -10,8 +10,6 @@ where many fingers are taught, on grips of other fingers, of which nothing is ta
 on other grips of that same finger.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Iterable, Iterator, Sequence

@@ -7,8 +7,6 @@ What it is taught on is the model that grips run on (model.py). It is kept in th
 what it depends on: finger, gages, stage travel, fidelity, number of grips and seed.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Sequence

@@ -5,8 +5,6 @@ Tiller, The NURBS Book, 2nd ed., eq. 4.15). Nearest points by Newton's method on
 distance, from the nearest of many samples. Lengths in mm.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

@@ -8,8 +8,6 @@ What a scene's ``[object]`` table says of one is answered by its :class:`SceneSh
 with ``@scene_object("name")``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ The closed forms behind a STEP body's faces. Lengths in mm, points (n, 3), unit 
 are those of each form's own outside; a face whose solid lies there is turned by its ``sign``.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol
 

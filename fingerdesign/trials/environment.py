@@ -5,8 +5,6 @@ and mass are drawn, the fingers press to the preload, and from there on each ste
 Needs the extra ``gym`` (``pip install fingerdesign[gym]``).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import isfinite, log
 from typing import Any, ClassVar

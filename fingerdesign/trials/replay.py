@@ -4,8 +4,6 @@ The rig's own bench moves are not in the trace, so the controller is calibrated 
 model in plane strain, at rest, with its ``[grip.hardware]``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

@@ -4,8 +4,6 @@ study = study_control(design, ("paper", "oracle_1.2"), ControlGrid.quick(), jour
 study.summary("paper", noise=0.5).success.rate
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence

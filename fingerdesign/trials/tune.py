@@ -4,8 +4,6 @@ record = tune_controllers(design, ("paper", "reactive"), journal)
 tuned = tuned_design(design, record.to_json())
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import time

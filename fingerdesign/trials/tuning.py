@@ -13,8 +13,6 @@ The same seed gives the same trials, whatever the number of processes. A control
 parameters of its own would still be given every round; an oracle has one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace

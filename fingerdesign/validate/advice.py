@@ -5,8 +5,6 @@ good where its greatest error over the path, at equal motion and at equal force,
 and bad above LIMIT.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -4,8 +4,6 @@ Each assumption is a function of the shared solves that returns its comparisons,
 NotTestable with the reason why this design and scene cannot tell.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

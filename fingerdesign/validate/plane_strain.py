@@ -1,7 +1,5 @@
 """What plane strain will get wrong for a finger in a scene, before anything is run (numpy only)."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import math

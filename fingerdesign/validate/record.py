@@ -1,7 +1,5 @@
 """What validate.json and validate.csv hold. Errors are parts of one."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from typing import Annotated, Any, Literal
 

@@ -4,8 +4,6 @@ validation = validate(design, scene)
 validation.row("plane_strain").advice
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress

@@ -5,8 +5,6 @@ each); against a rigid plane R and E / (1 - nu^2) are the body's own. Units are 
 consistent (mm, N, MPa here). Source, unless said: K. L. Johnson, Contact Mechanics, Cambridge 1985.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -7,8 +7,6 @@ contact widths deep costs little more than a shallow one. Names of the facets: "
 box). No CAD and no mesher: numpy only.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise, permutations
 
 import numpy as np

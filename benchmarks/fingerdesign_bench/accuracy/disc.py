@@ -5,8 +5,6 @@ they meet in the centre (0, -radius). Every node that belongs on the arc, mid-ed
 on it to rounding. Names of the facets: "contact" (the whole arc) and, of a half, "base" (its flat).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray

@@ -3,8 +3,6 @@
 Its compliance, at the finger's contact nodes, is added to the finger's (contact_problem).
 """
 
-from __future__ import annotations
-
 import numpy as np
 import scipy.sparse as sp
 

@@ -6,8 +6,6 @@ a section is cut into three quadrilaterals about its middle, and these are swept
 fastest. Equal to scikit-fem's ElementHex2 to rounding (tested).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The cases whose answers two other codes agree on, solved by the pipeline's own stages."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

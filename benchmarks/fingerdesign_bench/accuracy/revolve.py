@@ -5,8 +5,6 @@ their circles. Rings follow a round contact, so that a fine contact costs few no
 steps carry cos(angle) to 1e-3. Facets keep their names; z = 0 is "symmetry".
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -4,8 +4,6 @@ Every check is an error (relative unless said) and the most that is asked of it.
 half spaces or large deformations and the case is not, the check's name says so.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from fingerdesign_bench.accuracy import analytic

@@ -5,8 +5,6 @@ contact alone holds a body against a motion, a support takes that motion in the 
 finds it, and the support must come out without force.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Literal
 

@@ -5,8 +5,6 @@ control, sheared to near the friction limit, brought back and sheared the other 
 half-widths of the last normal load (mm here), E = 1 MPa.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Literal
 

@@ -5,8 +5,6 @@ with force control; the contact's radius of 1.2 mm is a ninth of its height. Her
 Cattaneo-Mindlin are compared at the force.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

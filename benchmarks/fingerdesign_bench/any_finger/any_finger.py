@@ -4,8 +4,6 @@ Each design's record is one line of any_finger.jsonl, written when it is done: a
 goes on where it stopped. Records of another version of the code are left as they are and redone.
 """
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Sequence

@@ -5,8 +5,6 @@ median of fresh browsers, by the clock and in processor time of the page's main 
 machine only the latter tells of the page.
 """
 
-from __future__ import annotations
-
 import json
 import statistics
 import tempfile

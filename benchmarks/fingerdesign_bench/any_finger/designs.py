@@ -4,8 +4,6 @@ A design is drawn from ``RANGES``, judged, and drawn again from the same generat
 sound. Kinds go with the seed, so that of any 200 in a row each is at least a tenth.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """``fingerdesign bench forecast``: what was predicted of dofs, memory and time, and what it was."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -3,8 +3,6 @@
 In a process of its own and with an empty mesh cache, so that peak memory and time are its own.
 """
 
-from __future__ import annotations
-
 import os
 import tempfile
 import time

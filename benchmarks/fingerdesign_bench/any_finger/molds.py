@@ -5,8 +5,6 @@ where it stopped. Records of other code (any file of fingerdesign/mold) are left
 made again.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import time

@@ -4,8 +4,6 @@ Each is a finger in our axes: base in y = 0, contact surface toward +y, its own 
 x = 0 and z = 0. The file's name holds the shape and the sizes, so each is made once.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """One random design meshed, in a process of its own: whatever happens happens to one design."""
 
-from __future__ import annotations
-
 import time
 from typing import Any
 

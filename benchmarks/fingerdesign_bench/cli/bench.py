@@ -3,8 +3,6 @@
 Called without a subcommand it measures precision, speed and stability, and writes it all.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

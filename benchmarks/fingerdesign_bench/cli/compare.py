@@ -1,7 +1,5 @@
 """``fingerdesign bench compare``: the comparison page of 500 designs in a real browser."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

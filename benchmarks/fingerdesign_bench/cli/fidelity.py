@@ -1,7 +1,5 @@
 """``fingerdesign bench fidelity``: the ladder of --fidelity auto against one model for all."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """``fingerdesign bench forecast``: the forecasts of `check` against whole analyses."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """``fingerdesign bench molds``: molds of every shipped design and of random ones."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """``fingerdesign bench peers``: Siconos and GetFEM beside us in the same run."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """``fingerdesign bench plane-strain``: where plane strain holds, as a study."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """``fingerdesign bench paper-finger`` and ``grids``: gage areas that follow the stick area."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
 

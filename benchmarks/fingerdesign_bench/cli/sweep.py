@@ -1,7 +1,5 @@
 """``fingerdesign bench sweep``: a study's variants an hour on one worker and on two."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

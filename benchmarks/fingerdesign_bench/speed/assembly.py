@@ -1,7 +1,5 @@
 """The stiffness of about 100,000 dofs by scikit-fem's own assembly and by ours, from one mesh."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Steps a second of the Gymnasium environment on one core, by a random and by a scripted hand."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass

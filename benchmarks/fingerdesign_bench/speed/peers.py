@@ -6,8 +6,6 @@ system's own Python (peers_worker.py), in turn with ours; times are processor ti
 repeats, so a busy machine matters little.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -7,8 +7,6 @@ Debian installs both for its own Python, so this file imports numpy and them, no
 are processor seconds of one thread; imports and reading files are not in them.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import time

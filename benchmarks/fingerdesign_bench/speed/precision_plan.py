@@ -6,8 +6,6 @@ different kinds are made for each group of lines; how far they disagree is drawn
 it means much.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from fingerdesign_bench.speed.precision_run import Method

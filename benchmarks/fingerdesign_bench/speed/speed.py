@@ -5,8 +5,6 @@ the least of the runs after it. Whole runs go from the design to the last increm
 condensed compliance (mesh, assembly, condensation).
 """
 
-from __future__ import annotations
-
 import csv
 import json
 import time

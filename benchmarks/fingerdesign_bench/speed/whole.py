@@ -1,7 +1,5 @@
 """The whole of ``analyse`` on the reference finger, in a process of its own, from a cold cache."""
 
-from __future__ import annotations
-
 import json
 import os
 import resource

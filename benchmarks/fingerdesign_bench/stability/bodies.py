@@ -1,7 +1,5 @@
 """The bodies of the stability map: small models that make contact hard in different ways."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

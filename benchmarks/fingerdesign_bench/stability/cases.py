@@ -1,7 +1,5 @@
 """The cases of the stability map: body, object, friction coefficient and path of motions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 

@@ -11,8 +11,6 @@ Its violation is the least, over the three, of the worst term, with forces relat
 nodal force and lengths to what that force moves its own node by.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

@@ -5,8 +5,6 @@ all candidate nodes, and raises SolverError where its own test does not pass wit
 or its seconds. None is crippled: parameters are those that did best over the map's cases.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass

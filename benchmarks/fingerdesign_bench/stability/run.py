@@ -1,7 +1,5 @@
 """One case of the stability map through each method, increment by increment, and its verdict."""
 
-from __future__ import annotations
-
 import signal
 import threading
 import time

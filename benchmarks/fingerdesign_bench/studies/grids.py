@@ -6,8 +6,6 @@ stands its size: at full stick, in the increment in which the last spot that sti
 in those in which nothing sticks any more.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The study of grids drawn: the gage area beside the length that sticks, a panel each row."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Run the search for the paper's finger (study/paper_finger.py) and write what it found."""
 
-from __future__ import annotations
-
 import csv
 import math
 from collections import Counter

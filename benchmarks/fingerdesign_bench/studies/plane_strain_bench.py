@@ -3,8 +3,6 @@
 Records go to plane_strain.jsonl, a line a model: an interrupted run goes on where it stopped.
 """
 
-from __future__ import annotations
-
 import csv
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -7,8 +7,6 @@ part by which plane strain is stiffer than plane stress to a power. For D << H t
 plate (plane stress), for D >> H the error is that of the two free ends: it falls as H / D.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from typing import Any
 

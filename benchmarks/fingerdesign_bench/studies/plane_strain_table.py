@@ -1,7 +1,5 @@
 """What plane strain gets wrong, from the records of plane_strain.py: the table that ships."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Commands about the hand: grips, recorded grips, what the gages tell, controllers."""
 
-from __future__ import annotations
-
 import math
 
 import click

@@ -7,8 +7,6 @@ A model is a dimension, element sizes and what stands for the plates. What has b
 so further paths (another friction, forces instead of motions) cost their increments alone.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, field
 from typing import Literal

@@ -16,8 +16,6 @@ five plates, 8 mm deep, against 300k equations; a homogeneous finger, 3.5 mm dee
   (10k equations and 6 % in the gages for 14k and 8 %); fine, they are not.
 """
 
-from __future__ import annotations
-
 import math
 
 from fingerdesign.analysis.fidelity.models import Dimension, Model, Sizes

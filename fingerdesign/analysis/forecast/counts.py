@@ -1,7 +1,5 @@
 """How large a model will be, before it is meshed: elements, nodes, dofs, contact nodes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -6,8 +6,6 @@ Counts of elements come from the same size fields that the meshers are given (co
 they cost from fitted laws and this machine's measured speed (runtime/machine.py).
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass, replace

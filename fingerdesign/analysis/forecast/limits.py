@@ -1,7 +1,5 @@
 """What this machine cannot hold: refused before the work starts, with what to make coarser."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 

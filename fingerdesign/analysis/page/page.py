@@ -1,7 +1,5 @@
 """report.html: one file that opens offline, with no script and nothing fetched."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fingerdesign.analysis.analysis import Analysis

@@ -1,7 +1,5 @@
 """What a report says in sentences (templates/words.txt.j2): the finger, the object, the verdict."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

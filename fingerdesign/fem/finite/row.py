@@ -7,8 +7,6 @@ that is Newton's method. Where an iteration fails, half of the way is gone first
 the iterate alone: friction history moves once a row.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

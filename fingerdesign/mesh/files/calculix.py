@@ -5,8 +5,6 @@ an NSET (with mid-nodes) and an element-face SURFACE for each named boundary, ea
 that it has here. Node and element numbers are ours plus one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO

@@ -6,8 +6,6 @@ The file's tetrahedra, linear or quadratic, in mm and in the design's axes, carr
 where the finger and its scene mirror in z = 0.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path

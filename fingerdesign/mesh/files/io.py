@@ -6,8 +6,6 @@ Named facets are cells of one dimension less that carry their name's number in "
 inside). Gmsh and CalculiX files carry both as groups and sets with names instead.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A mesh as files hold it: linear or quadratic simplices, regions and boundaries by name."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

@@ -7,8 +7,6 @@ Tetrahedra, because all that reads a mesh (readouts, sheets, quality, files) is 
 with triquadratic hexahedra, or better; the strains of gages are not, by a factor of five or more.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -8,8 +8,6 @@ another. Each thread has its own: a process ends with the thread that started it
 imports netgen.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import threading

@@ -3,8 +3,6 @@
 The body's own outline (layout/profile.py) and its core; section.py adds the plates.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from itertools import pairwise
 

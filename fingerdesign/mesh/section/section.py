@@ -4,8 +4,6 @@ Netgen makes the same mesh every time, at 30 to 70 microseconds a triangle; its 
 a library that is imported, unlike gmsh's (GPL) and Triangle's (no commercial use).
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Which region a cell lies in, which facets bound it, and which CAD face carries each facet."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

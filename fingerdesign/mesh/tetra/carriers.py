@@ -3,8 +3,6 @@
 Faces that join without an edge (under 12 degrees) are one carrier: a mesher keeps no edge there.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

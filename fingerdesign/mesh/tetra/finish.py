@@ -1,7 +1,5 @@
 """From fTetWild's tetrahedra to a finger's mesh: inside, tagged, snapped, quadratic, named."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cutting a tetrahedral mesh along a plate's mid-surface: what is to be cut, by nodes alone."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

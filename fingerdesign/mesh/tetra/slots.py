@@ -10,8 +10,6 @@ Measured on maeno2000 against a fine extruded mesh: plates cut in, readings with
 130k to 190k dofs; resolved by fTetWild itself, 10 to 14 % on 230k.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -5,8 +5,6 @@ node takes the faces of the facets around it: one on a face moves to it, one on 
 faces, one at a corner to all three.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray

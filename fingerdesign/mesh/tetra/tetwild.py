@@ -4,8 +4,6 @@ fTetWild takes triangles and keeps them within an envelope of ``epsilon``. It is
 so its answer must pass the gate (``Gate``) or is made again, and what passed is kept.
 """
 
-from __future__ import annotations
-
 import io
 import shutil
 from dataclasses import dataclass, replace

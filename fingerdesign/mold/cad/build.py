@@ -5,8 +5,6 @@ The outline is the body's own solid, scaled: its surfaces keep their kinds. Impo
 loads the CAD kernel.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -4,8 +4,6 @@ Pins and keys are added to one part and, larger by their clearance, cut out of t
 slots, windows and the base's holes are cut. Importing this module loads the CAD kernel.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace

@@ -6,8 +6,6 @@ lowest place (``plan.rim``): end walls beyond |z| = ``plan.corner``, side walls 
 narrows the insert; the walls of its axis take what is beyond. Importing this loads the CAD kernel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

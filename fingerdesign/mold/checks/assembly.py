@@ -4,8 +4,6 @@ First what triangles say of themselves (numpy, scipy), then points on them and r
 Solids are manifold3d's, in double precision (its Mesh64; Mesh would round to single). Lengths mm.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

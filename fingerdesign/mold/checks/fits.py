@@ -4,8 +4,6 @@ Parts' triangles; the least slot, hole, pin, wall and web of the plan against wh
 hold; planned openings, pins, keys and plates in the triangles as they are made.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

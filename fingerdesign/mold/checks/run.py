@@ -1,7 +1,5 @@
 """Checks of a built mold on its triangles: each with a measured number, a bound and a sentence."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import combinations
 

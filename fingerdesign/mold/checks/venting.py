@@ -5,8 +5,6 @@ few degrees, one opening highest; air then runs along every face to the local hi
 rubber, tilted as the casting notes say.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -7,8 +7,6 @@ corner for the way back. Gate, riser and locks are placed where there is most ro
 it down to the least hole. Gate, riser and locks are wider outside: cured, they hold the finger.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import product
 

@@ -1,7 +1,5 @@
 """How far a finger reaches in mold space, and how high its walls may be: numbers only, mm."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache

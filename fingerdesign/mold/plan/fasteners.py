@@ -9,8 +9,6 @@ the finger. One pin and one side's keys differ in size: parts fit one way only. 
 trying: the nearest to the middle that leaves the process's wall.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from itertools import product

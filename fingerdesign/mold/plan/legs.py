@@ -6,8 +6,6 @@ plates, and their slots keep the webs; what cannot be had is a fault of planning
 only.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cached_property
 

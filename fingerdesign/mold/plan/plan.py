@@ -9,8 +9,6 @@ Parts: the contact insert above the contact surface (drawn along +y), two end wa
 a flat face, and the base plate below y = 0, which stays on the finger.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace

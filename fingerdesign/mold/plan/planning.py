@@ -1,7 +1,5 @@
 """Design -> MoldPlan: every number of a mold, or every reason why there is none."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace

@@ -3,8 +3,6 @@
 Numbers only; mm.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -5,8 +5,6 @@ mid-surface), w across it, along +z or +x, from the middle of its span. Layers o
 HOLES, GAGES, BEND and TEXT; ezdxf loads when a file is written. Lengths in mm.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import count, groupby, product

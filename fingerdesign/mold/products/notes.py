@@ -3,8 +3,6 @@
 The words stand in ``templates``; here are the numbers that they are made from.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence

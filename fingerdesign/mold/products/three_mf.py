@@ -3,8 +3,6 @@
 Importing this module is light; lib3mf (the format's own library) loads when a file is written.
 """
 
-from __future__ import annotations
-
 import locale
 import zipfile
 from collections.abc import Iterator, Sequence

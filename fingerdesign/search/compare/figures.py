@@ -7,8 +7,6 @@ status changes with the increment. Numbers alone stand in
 figures: no text of an outcome, which Plotly might take for markup.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

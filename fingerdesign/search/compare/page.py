@@ -1,7 +1,5 @@
 """compare.html: many designs on one page that opens offline, with the scripts inside."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence

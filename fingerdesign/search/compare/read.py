@@ -1,7 +1,5 @@
 """Outcomes to compare, read from wherever they are: studies, lists of outcomes, analyses."""
 
-from __future__ import annotations
-
 import csv
 import json
 from collections.abc import Sequence

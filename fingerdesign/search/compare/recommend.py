@@ -8,8 +8,6 @@ by the range over all that were compared. No objective weighs more than another;
 otherwise reads the front.
 """
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Iterable, Sequence

@@ -1,7 +1,5 @@
 """The comparison page's tables: every design, every failure; as text, before any script runs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The comparison in sentences: which finger, why, what is given up, and what to mind."""
 
-from __future__ import annotations
-
 import statistics
 from collections import Counter
 from collections.abc import Sequence

@@ -7,8 +7,6 @@ drawn ``batch`` at a time and reported only when all of them are done: what is d
 on which worker is quicker, nor on interruptions.
 """
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import os

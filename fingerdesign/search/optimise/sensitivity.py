@@ -12,8 +12,6 @@ Trials of a search lie thick where fingers are good: what decides there is repor
 decides everywhere. ``explained`` says how far to believe it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

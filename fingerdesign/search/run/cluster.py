@@ -5,8 +5,6 @@ limits and the crashes. So the local workers are threads of this process: no por
 nothing is left when it ends.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import logging

@@ -5,8 +5,6 @@ outcomes.jsonl  an outcome a line, all of it      outcomes.csv, failures.csv    
 report.html  the designs compared
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """From an analysis to what an outcome keeps of it: metrics, thinned traces, grips."""
 
-from __future__ import annotations
-
 import math
 import statistics
 from collections.abc import Sequence

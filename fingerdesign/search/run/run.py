@@ -7,8 +7,6 @@ The driver alone writes the store. Killed, interrupted or out of disk, it loses 
 no more: run again, it goes on.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

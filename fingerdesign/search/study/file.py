@@ -5,8 +5,6 @@
 [[objectives]] metric, goal      [constraints] metric = { at_least, at_most }      [optimise]
 """
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Mapping

@@ -9,8 +9,6 @@ A variant's folder is there whole or not at all. Run again, only what is missing
 design is made, so an interrupted run goes on.
 """
 
-from __future__ import annotations
-
 import shutil
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence

@@ -4,8 +4,6 @@ What computes them is search/run/evaluate.py. A change of a meaning raises ``MET
 which is part of every outcome's digest. The standard library only.
 """
 
-from __future__ import annotations
-
 import difflib
 from dataclasses import dataclass
 from typing import Literal

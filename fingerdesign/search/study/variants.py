@@ -1,7 +1,5 @@
 """Variants of a study: its base with the studied keys set; those that cannot exist with reasons."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping
