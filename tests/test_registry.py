@@ -7,13 +7,7 @@ import jsonschema
 import pytest
 
 from fingerdesign.errors import DesignError
-from fingerdesign.runtime.registry import (
-    BODIES,
-    CONTROLLERS,
-    MESHERS,
-    PLATE_LAYOUTS,
-    SCENE_OBJECTS,
-)
+from fingerdesign.runtime.registry import BODIES, CONTROLLERS, MESHERS, PLATE_LAYOUTS, SCENE_OBJECTS
 from tests.support.plugins import installed
 
 DESIGN = """

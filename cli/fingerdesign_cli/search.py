@@ -20,12 +20,7 @@ from fingerdesign.search.compare.words import summary
 from fingerdesign.search.optimise.confirm import confirm
 from fingerdesign.search.optimise.optimise import BATCH, Search, Trials, refuse_aimless, searched
 from fingerdesign.search.optimise.page import FOLDER as SEARCH_FOLDER
-from fingerdesign.search.optimise.page import (
-    journal_beside,
-    tables,
-    verdict,
-    write_optimised,
-)
+from fingerdesign.search.optimise.page import journal_beside, tables, verdict, write_optimised
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.folder import FOLDER, write_study
 from fingerdesign.search.run.run import (

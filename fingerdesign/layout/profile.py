@@ -441,9 +441,6 @@ class Cad(BodyKind):
     def lowest(self, body: Body) -> float:
         return self._facts(body).lowest
 
-    def row_radius(self, body: Body, along: str, middle: float) -> float | None:
-        return None
-
     def volume(self, body: Body) -> float:
         return self._facts(body).volume
 

@@ -13,13 +13,7 @@ import numpy as np
 from fingerdesign.design.scene import Scene, SceneObject
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.layout import clearance
-from fingerdesign.layout.frames import (
-    PlateFrame,
-    PlateRow,
-    crest_height,
-    plate_frames,
-    plate_rows,
-)
+from fingerdesign.layout.frames import PlateFrame, PlateRow, crest_height, plate_frames, plate_rows
 from fingerdesign.layout.gaps import least_gap
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.volume import outline_volume, plate_volume

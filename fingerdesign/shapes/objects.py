@@ -30,11 +30,9 @@ class Indenter(Protocol):
 
     def distance(self, points: Array) -> Array:
         """Distance (q,) mm of points (q, dim) from the object, > 0 outside."""
-        ...
 
     def normal(self, points: Array) -> Array:
         """Outward unit normals (q, dim) of the object at the facing points."""
-        ...
 
 
 class RigidObject(Indenter, Protocol):
@@ -42,11 +40,9 @@ class RigidObject(Indenter, Protocol):
 
     def underside(self, x: Array, z: Array) -> Array:
         """Height y of the lower face over (x, z); infinite beside the object."""
-        ...
 
     def at_height(self, height: float) -> Self:
         """The same object with its reference point at ``height``."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -20,12 +20,7 @@ from fingerdesign.report.page import said
 from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.runtime.registry import unknown_name
 from fingerdesign.validate.advice import TEMPLATES, advise, off_middle
-from fingerdesign.validate.assumptions import (
-    ASSUMPTIONS,
-    Assumption,
-    NotTestable,
-    profile_along_z,
-)
+from fingerdesign.validate.assumptions import ASSUMPTIONS, Assumption, NotTestable, profile_along_z
 from fingerdesign.validate.page import chart_png, validate_html
 from fingerdesign.validate.record import (
     CSV_FILE,

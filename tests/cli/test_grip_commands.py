@@ -12,13 +12,7 @@ import pytest
 
 from fingerdesign import load_design
 from fingerdesign.control.c_code import c_files
-from fingerdesign.control.estimator import (
-    Band,
-    FingerCurves,
-    GripEstimator,
-    Layer,
-    feature_count,
-)
+from fingerdesign.control.estimator import Band, FingerCurves, GripEstimator, Layer, feature_count
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.recorded import trace_of
 from fingerdesign.control.plants.rig import Hardware, ImperfectPlant

@@ -8,11 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerdesign.contact.increment import (
-    ContactState,
-    Workspace,
-    solve_increment,
-)
+from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
 from fingerdesign.contact.laws import OPEN, SLIP, Certificate, certify
 from fingerdesign.contact.measures import completely_slips
 from fingerdesign.contact.newton import NewtonResult

@@ -12,13 +12,7 @@ from fingerdesign.contact.increment import (
     solve_task,
 )
 from fingerdesign.contact.laws import natural_residual
-from fingerdesign.contact.newton import (
-    ActiveInverse,
-    NewtonResult,
-    Rooms,
-    dofs_of,
-    inverse_of,
-)
+from fingerdesign.contact.newton import ActiveInverse, NewtonResult, Rooms, dofs_of, inverse_of
 from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.contact.uniqueness import other_solutions

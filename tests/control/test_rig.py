@@ -12,12 +12,7 @@ from fingerdesign import parse_design
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.episode import run_episodes
-from fingerdesign.control.plants.plant import (
-    CondensedPlant,
-    Memory,
-    RememberedPlant,
-    Truth,
-)
+from fingerdesign.control.plants.plant import CondensedPlant, Memory, RememberedPlant, Truth
 from fingerdesign.control.plants.rig import Hardware, ImperfectPlant, Rig
 from fingerdesign.control.signals import Sample
 from fingerdesign.records.folder import write_grip_csv

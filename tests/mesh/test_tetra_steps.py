@@ -12,11 +12,7 @@ from fingerdesign.mesh.tetra.boundary import enclosed
 from fingerdesign.mesh.tetra.carriers import Chain, carriers_of
 from fingerdesign.mesh.tetra.finish import TOO_LONG, refine
 from fingerdesign.mesh.tetra.snap import least_dihedral, snap_to_carriers
-from fingerdesign.mesh.types import (
-    TETRA_EDGES,
-    TETRA_FACETS,
-    boundary_facets,
-)
+from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, boundary_facets
 from tests.support.boxes import simplices
 
 CUBE, KUHN = simplices(*[np.array([0.0, 1.0])] * 3)

@@ -11,13 +11,7 @@ import fingerdesign.analysis.page.picture as picture_module
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.folder import centroid_strain, write_fields
 from fingerdesign.analysis.page.gage import plate_rows, strain_figure
-from fingerdesign.analysis.page.picture import (
-    cast,
-    drawing_of,
-    gage_quads,
-    pictures_of,
-    surface,
-)
+from fingerdesign.analysis.page.picture import cast, drawing_of, gage_quads, pictures_of, surface
 from fingerdesign.analysis.page.words import finger_words
 from fingerdesign.design.schema import Gages
 from fingerdesign.errors import PictureError

@@ -19,13 +19,7 @@ from fingerdesign.records.base import ResultError
 from fingerdesign.sensing import learners
 from fingerdesign.sensing import model as grip_model
 from fingerdesign.sensing.learners import QuickLearner, Samples, errors_of, gage_columns, sample_all
-from fingerdesign.sensing.observability import (
-    eliminate,
-    floors,
-    layouts,
-    observe_grips,
-    refuse,
-)
+from fingerdesign.sensing.observability import eliminate, floors, layouts, observe_grips, refuse
 from fingerdesign.sensing.record import FOLDER, write_observability
 from fingerdesign.sensing.teach import Settings, finger_curves, random_grip_paths
 

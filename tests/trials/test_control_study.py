@@ -26,13 +26,7 @@ from fingerdesign.trials import bench as control_bench
 from fingerdesign.trials import run as control_study
 from fingerdesign.trials.bench import Cell, ControlGrid, GripBench, Tug, refuse, seed_of
 from fingerdesign.trials.record import COLUMNS, share_of, summarise, unannounced, unsure
-from fingerdesign.trials.run import (
-    KIND,
-    journal_beside,
-    kept_records,
-    run_batches,
-    study_control,
-)
+from fingerdesign.trials.run import KIND, journal_beside, kept_records, run_batches, study_control
 from fingerdesign.trials.tune import tune_controllers
 from tests.support.grips import judged
 from tests.trials.conftest import GRID

@@ -35,16 +35,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.cad.features import BEYOND_MM, Features, cut_plates, features_of
 from fingerdesign.mold.cad.parting import FlatSide, parted, seam, sides_followed
-from fingerdesign.mold.part import (
-    BASE,
-    CORE,
-    INSERT,
-    RUBBER,
-    Made,
-    MoldMeshes,
-    MoldParts,
-    PartMesh,
-)
+from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, Made, MoldMeshes, MoldParts, PartMesh
 from fingerdesign.mold.plan.base import core_box
 from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side, direction, wall_name
 from fingerdesign.mold.products.drawing import flat_patterns

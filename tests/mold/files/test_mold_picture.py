@@ -9,14 +9,7 @@ import pytest
 from fingerdesign.analysis.page.picture import FILLED, VIEW_ANGLE, camera_at
 from fingerdesign.errors import PictureError
 from fingerdesign.mold import page as mold_picture
-from fingerdesign.mold.page import (
-    AXES,
-    SIZE,
-    exploded_job,
-    exploded_of,
-    exploded_parts,
-    numbered,
-)
+from fingerdesign.mold.page import AXES, SIZE, exploded_job, exploded_of, exploded_parts, numbered
 from tests.support.molds import box
 
 
