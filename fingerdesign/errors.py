@@ -4,12 +4,10 @@ A failure says what went wrong and what to do about it. Bad input is a :class:`D
 carries *all* faults found; everything else is the failure of one stage of the work.
 """
 
-from __future__ import annotations
-
 import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 # Text of strangers made fit to be shown: names of designs, reasons of failures, values.
 
@@ -100,7 +98,7 @@ class DesignError(FingerDesignError):
         return DesignError, (self.faults, self.source)
 
     @classmethod
-    def together(cls, errors: Sequence[DesignError]) -> DesignError:
+    def together(cls, errors: Sequence[Self]) -> Self:
         """One error with the faults of several, each said with its own source."""
         every = cls([fault for each in errors for fault in each.faults])
         every.args = ("\n".join(str(each) for each in errors if each.faults),)

@@ -15,11 +15,10 @@ Forces are those of the modelled part: the whole depth in plane strain, half the
 mirrors in z = 0 (``symmetry_factor`` 2).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,7 +102,7 @@ class ReducedModel:
         """Axes (dim,) along which no component is locked: forces there balance the base's."""
         return np.asarray(~self.locked.any(axis=0))
 
-    def with_gages(self, plates: Sequence[int]) -> ReducedModel:
+    def with_gages(self, plates: Sequence[int]) -> Self:
         """The same finger with the gages of some plates only, in the order given."""
         chosen = np.asarray(plates, dtype=np.int64)
         rows = (2 * chosen[:, None] + np.arange(2)).reshape(-1)

@@ -4,10 +4,9 @@ Each fault names the worst plate (numbered from 0, row by row) and remedies that
 wrong remedy is worse than a general one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -33,7 +32,7 @@ class Change:
     value: float = 0.0
 
     @classmethod
-    def to(cls, words: str, key: str, value: str) -> Change:
+    def to(cls, words: str, key: str, value: str) -> Self:
         """``words`` to ``value``: "raise plates.cover_mm to at least 2.1"."""
         if words in ("lower", "set"):
             words = f"{words} {key} to" + (" at most" if words == "lower" else "")

@@ -5,9 +5,8 @@ its kind. A STEP body's is that of its CAD faces, closed forms and NURBS: distan
 those of the true surface, not of a tessellation.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -116,7 +115,7 @@ class ContactSurface(Surface):
     pieces: tuple[Piece, ...]
 
     @classmethod
-    def of(cls, body: Body) -> ContactSurface:
+    def of(cls, body: Body) -> Self:
         """The contact surface of a parametric body; GeometryError for others."""
         if not body.kind.closed_form:
             shape = f'body.shape = "{body.shape}"'

@@ -5,11 +5,10 @@ interpolation in a background tetrahedral grid. A grid coarser than the field bl
 the grid is fine where the field is steep.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import permutations, product
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +71,7 @@ class MeshSizes:
                 raise MeshError(f"mesh size {name} = {value} must be a finite number above 0")
 
     @classmethod
-    def of(cls, design: Design, zone: Zone) -> MeshSizes:
+    def of(cls, design: Design, zone: Zone) -> Self:
         """The sizes a design asks for in its ``[mesh]`` table, no coarser than its contact needs.
 
         ``zone``: of the contact that its scene will produce.
@@ -86,7 +85,7 @@ class MeshSizes:
         contact = contact_size(mesh.contact_size_mm, zone.half_width, zone.half_depth)
         return cls(contact, mesh.plate_size_mm, mesh.far_size_mm, mesh.gradation, stretch)
 
-    def scaled(self, factor: float) -> MeshSizes:
+    def scaled(self, factor: float) -> Self:
         """The same field with every length multiplied by ``factor``."""
         return replace(
             self,

@@ -1,8 +1,7 @@
 """The mesh that every mesher makes and everything after it reads (numpy only)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 
@@ -175,7 +174,7 @@ class Stars:
     tets: IntArray
 
     @classmethod
-    def of(cls, cells: IntArray, count: int) -> Stars:
+    def of(cls, cells: IntArray, count: int) -> Self:
         flat = cells.ravel()
         order = np.argsort(flat, kind="stable")
         start = np.searchsorted(flat[order], np.arange(count + 1))

@@ -4,13 +4,11 @@ Units stand in the names; forces are those on the finger, strains microstrain. J
 never written. The standard library only.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, is_dataclass
 from itertools import islice, zip_longest
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from fingerdesign.errors import FingerDesignError, cell_text
 from fingerdesign.records.base import csv_text
@@ -123,13 +121,13 @@ class Outcome:
         return json.dumps(asdict(self), allow_nan=False, separators=(",", ":"))
 
     @classmethod
-    def from_json(cls, text: str) -> Outcome:
+    def from_json(cls, text: str) -> Self:
         """Read back, strictly; :class:`OutcomeError` for what is no whole outcome."""
         from pydantic import ConfigDict, TypeAdapter, ValidationError, with_config
 
         try:
             adapter = TypeAdapter(with_config(ConfigDict(extra="forbid"))(cls))
-            found: Outcome = adapter.validate_json(text)
+            found: Self = adapter.validate_json(text)
         except (ValidationError, RecursionError, ValueError) as error:
             why = error.errors()[0]["msg"] if isinstance(error, ValidationError) else str(error)
             raise OutcomeError(f"no outcome: {why}") from error

@@ -3,11 +3,9 @@
 Units stand in the names: mm, N, MPa, s; strains are microstrain (1e-6), tension positive. Forces
 are those on the finger: normal > 0 in compression, tangential > 0 toward +x."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import json_text, strict
@@ -256,7 +254,7 @@ class Result:
         return json_text(dataclasses.asdict(self), indent=1, ascii_only=False)
 
     @classmethod
-    def from_json(cls, text: str, source: str = "result.json") -> Result:
+    def from_json(cls, text: str, source: str = "result.json") -> Self:
         """The result that ``to_json`` wrote. Raises DesignError with every fault found."""
         from pydantic import TypeAdapter, ValidationError
 
@@ -271,7 +269,7 @@ class Result:
             fault = Fault("schema_version", version, f"{SCHEMA_VERSION}", remedy)
             raise DesignError([fault], source)
         try:
-            result: Result = TypeAdapter(cls).validate_json(text)
+            result: Self = TypeAdapter(cls).validate_json(text)
         except ValidationError as error:
             raise DesignError([_fault(item) for item in error.errors()], source) from error
         return result

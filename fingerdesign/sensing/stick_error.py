@@ -13,10 +13,9 @@ about the spread of the stick ratio itself.
 0.02; designs of one study share theirs. numpy only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +54,7 @@ class Listening:
     gain_spread: float = GAIN_SPREAD
 
     @classmethod
-    def of(cls, hardware: HardwareTable) -> Listening:
+    def of(cls, hardware: HardwareTable) -> Self:
         """As ``[grip.hardware]`` says; what it leaves perfect is that of a good amplifier."""
         step = hardware.quantisation_microstrain / 12.0**0.5
         noise = hardware.gage_noise_microstrain or NOISE

@@ -5,12 +5,10 @@ with, once for a file and its rules. Heights, distances and snapping are compute
 in mm, points (n, 3).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -250,7 +248,7 @@ class Smooth(Carrier):
     faces: tuple[CadFace, ...]
 
     @classmethod
-    def of(cls, faces: Sequence[CadFace]) -> Smooth:
+    def of(cls, faces: Sequence[CadFace]) -> Self:
         """The carrier of all faces of one group."""
         names = [face.name for face in faces]
         largest = max(faces, key=lambda face: face.area).name

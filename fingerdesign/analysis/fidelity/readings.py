@@ -5,11 +5,9 @@ width relative to the path's largest (F_t to a hundredth of F_n's where nothing 
 absolute, gage strains relative to the largest reading of their row.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -50,7 +48,7 @@ class Readings:
         flat = gage_readings(self.gages.reshape(-1, 2) / MICRO, self.face)
         return np.asarray(flat).reshape(shape)
 
-    def part(self, rows: slice | list[int]) -> Readings:
+    def part(self, rows: slice | list[int]) -> Self:
         """Some of the rows."""
         every = {name: value[rows] for name, value in vars(self).items() if name != "face"}
         return replace(self, **every)

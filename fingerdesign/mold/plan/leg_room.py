@@ -4,12 +4,11 @@ Legs leave outside the contact zone, beyond the insert. What cannot be held is a
 planning.py.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from manifold3d import Manifold
@@ -76,7 +75,7 @@ class Room:
     draft: float
 
     @classmethod
-    def of(cls, design: Design, scale: float, limits: Limits) -> Room:
+    def of(cls, design: Design, scale: float, limits: Limits) -> Self:
         """That of a design: its contact zone under a plane at the grip's greatest approach."""
         zone = candidate_zone(design, SceneObject(), design.grip.max_approach_mm)
         body, margin = design.body, design.mold.contact_margin_mm

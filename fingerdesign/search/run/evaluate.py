@@ -1,11 +1,9 @@
 """One variant, analysed: a job in, an outcome out. What fails is an outcome that says how."""
 
-from __future__ import annotations
-
 import hashlib
 import time
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 from pydantic import TypeAdapter
 
@@ -113,9 +111,9 @@ class Job:
         return found
 
     @classmethod
-    def from_data(cls, data: dict[str, Any]) -> Job:
+    def from_data(cls, data: dict[str, Any]) -> Self:
         """The job of :meth:`to_data`."""
-        return TypeAdapter(Job).validate_python(data)
+        return TypeAdapter(cls).validate_python(data)
 
     @property
     def own(self) -> dict[str, Any]:
