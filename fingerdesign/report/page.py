@@ -1,20 +1,14 @@
 """Pages as one file of HTML that opens offline: a feature's template, the common parts."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import hashlib
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.report.style import ReportFigure, png_element, to_svg
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
-
+from fingerdesign.report.style import Canvas, ReportFigure, png_element, to_svg
 
 COMMON = Path(__file__).parent / "templates"  # parts.html.j2 and report.css, for every page
 

@@ -5,8 +5,6 @@ meaning is also carried by a line style, a marker, a hatch or a word. In the SVG
 a CSS variable with the print colour as its fallback, so one figure serves light, dark and paper.
 """
 
-from __future__ import annotations
-
 import base64
 import io
 import re
@@ -20,9 +18,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
-    from matplotlib.ticker import Locator
+    from matplotlib import axes, axis, figure, ticker
+
+    Axes = axes.Axes
+    Axis = axis.Axis
+    Canvas = figure.Figure
+    Locator = ticker.Locator
+else:  # only annotations name them, and matplotlib takes a third of a second to load
+    Axes = Axis = Canvas = Locator = Any
 
 # CSS variable -> print colour. The templates give the dark values of the same names.
 COLOURS = {

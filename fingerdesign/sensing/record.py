@@ -1,10 +1,8 @@
 """What a study of gages writes: observability.json, gages.csv, counts.csv, and their chart."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,15 +17,12 @@ from fingerdesign.report.style import (
     OPEN_COLOUR,
     PAPER,
     VERMILION,
+    Axes,
     canvas,
     house_style,
     to_png,
     whole_numbers,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 RECORD_FILE, GAGES_FILE, COUNTS_FILE = "observability.json", "gages.csv", "counts.csv"
 CHART_FILE = "observability.png"

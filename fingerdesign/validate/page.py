@@ -1,22 +1,15 @@
 """validate.html: table, chart and advice on one page that opens offline."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.report import style
 from fingerdesign.report.page import captioned, rendered
+from fingerdesign.report.style import Axes, Axis, Canvas
 from fingerdesign.report.table import Table
 from fingerdesign.validate.advice import GROUPS, NONE, TEMPLATES, WORDS, percent_cell, spread_cell
 from fingerdesign.validate.record import Row, Thresholds, Validation
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
-    from matplotlib.figure import Figure as Canvas
 
 FLOOR = 1e-4  # of one: smaller errors are drawn there
 _BESIDE = 1.16
@@ -36,7 +29,7 @@ QUANTITIES = {
     "stick_ratio": "stick ratio",
     "gage": "gages %",
 }
-Tested = list[tuple[int, "Row"]]
+Tested = list[tuple[int, Row]]
 
 
 def _title(group: str) -> str:

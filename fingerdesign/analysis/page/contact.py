@@ -1,9 +1,6 @@
 """Figures of the contact: forces and stick ratio by increment, tractions (paper, Fig. 6)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +12,8 @@ from fingerdesign.records.arrays import OPEN, SLIP, STICK, ContactHistory
 from fingerdesign.records.result import Result
 from fingerdesign.report import style
 from fingerdesign.report.page import captioned
+from fingerdesign.report.style import Axes, Canvas, Locator
 from fingerdesign.report.table import cleaned
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
-    from matplotlib.ticker import Locator
 
 
 def force_figure(result: Result) -> style.ReportFigure:

@@ -1,9 +1,6 @@
 """Figures of the gages: strain profiles, response and gage area beside stick area (Fig. 8)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +11,8 @@ from fingerdesign.records.arrays import GripTrace, SlipStudy
 from fingerdesign.records.result import Result
 from fingerdesign.report import style
 from fingerdesign.report.page import captioned
+from fingerdesign.report.style import Axes
 from fingerdesign.report.table import cleaned, under_load
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 # Figures of the grips: force paths against the friction limit, and what the rule saw (Fig. 10).
 

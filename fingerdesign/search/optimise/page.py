@@ -1,17 +1,25 @@
 """An optimisation's answer in sentences: who beats the reference, by how much, and what decides."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fingerdesign.errors import shown
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.report.page import sentences
-from fingerdesign.report.style import BLUE, GREEN, INK, MUTED, PAPER, VERMILION, canvas, house_style
+from fingerdesign.report.style import (
+    BLUE,
+    GREEN,
+    INK,
+    MUTED,
+    PAPER,
+    VERMILION,
+    Axes,
+    canvas,
+    house_style,
+)
 from fingerdesign.report.table import Table
 from fingerdesign.search.compare.read import STUDY_FILE
 from fingerdesign.search.compare.table import name_and_unit
@@ -19,10 +27,6 @@ from fingerdesign.search.optimise.confirm import WORDS, Judged, Optimised
 from fingerdesign.search.optimise.sensitivity import LEAST
 from fingerdesign.search.run.folder import FILES, write_study
 from fingerdesign.search.study.metrics import METRICS
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 # Tables of an optimisation: what stood by the thorough model, and what each objective hangs on.
 
