@@ -7,14 +7,13 @@ rounding is compared with nothing), gages where there are none, all but gages wh
 read in two ways.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 
+from fingerdesign.analysis.fidelity.models import Solved
 from fingerdesign.analysis.fidelity.readings import QUANTITIES, Readings, errors
 from fingerdesign.analysis.path import PathStopped
 from fingerdesign.arrays import Array
@@ -23,10 +22,6 @@ from fingerdesign.contact.problem import Motion
 from fingerdesign.design.scene import LEAST_FORCE_N, Scene, ScenePath
 from fingerdesign.errors import SolverError
 from fingerdesign.validate.record import AnswerData, ComparisonData, Errors, Side, Spread
-
-if TYPE_CHECKING:
-    from fingerdesign.analysis.fidelity.models import Solved
-
 
 FULL_SLIP = 0.95  # of mu F_n: from there on a given F_t has no unique motion, or none
 # Of the largest F_n: less F_t than that is no pull. Pressed and twisted alone, a block with plates

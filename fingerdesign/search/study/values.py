@@ -5,18 +5,15 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 from pydantic import PlainValidator as Plain
 
 from fingerdesign.design.base import Many, Table, refuse
 from fingerdesign.design.faults import dotted, parts_of, shown
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-
 
 MOST = 1e12  # of any number's size: no key of a design takes more
 MOST_CHOICES = 200
