@@ -14,24 +14,17 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import plain
 from fingerdesign.records.folder import RecordFolder
+from fingerdesign.records.statistics import Rms, Share
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.trials.bench import ControlGrid, refuse
 from fingerdesign.trials.page import answers
-from fingerdesign.trials.record import ControlStudy, Summary
+from fingerdesign.trials.record import ControlStudy, Foreseen, Summary
 from fingerdesign.trials.replay import Replay, replay_trace
 from fingerdesign.trials.tune import RECORD_FILE, TuningRecord
 from fingerdesign.trials.unlike import UnlikeSummary
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import CONTROLLER_NAMES
 from fingerdesign_cli.terminal import number, print_json, print_table
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.records.statistics import Rms, Share
-    from fingerdesign.trials.record import ControlStudy, Foreseen, Summary
-    from fingerdesign.trials.replay import Replay
-    from fingerdesign.trials.tune import TuningRecord
-    from fingerdesign.trials.unlike import UnlikeSummary
 
 NONE = "–"  # in a cell of the study
 Found = TypeVar("Found")

@@ -1,7 +1,5 @@
 """Numbers of many cases as records hold them: each with its count and a 95 % interval."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

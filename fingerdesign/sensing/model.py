@@ -22,7 +22,7 @@ that coarsens by 0.2, leave 1.4 and 10 % of ``maeno2000`` with 186k equations.
 
 import math
 from collections.abc import Callable, Collection, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.forecast.limits import refuse
@@ -30,14 +30,12 @@ from fingerdesign.analysis.path import object_at_touch, touch_point
 from fingerdesign.analysis.stages import condense, make_mesh
 from fingerdesign.checks.load import with_values, without_plates
 from fingerdesign.contact.problem import ContactProblem, contact_problem
+from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.mesh.moved import with_plates_moved
-
-if TYPE_CHECKING:
-    from fingerdesign.design.scene import SceneObject
-    from fingerdesign.design.schema import Design
 
 CONTACT_SIZE_MM = {"plane-strain": 0.1, "3d": 0.4}
 GRADATION = 0.4

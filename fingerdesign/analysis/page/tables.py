@@ -1,7 +1,5 @@
 """The report's tables, as text: captions, column names with units, rows of formatted cells."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
