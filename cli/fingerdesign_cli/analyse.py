@@ -246,13 +246,36 @@ def _report_grips(result: Result, out: Path, quiet: bool, as_json: bool) -> None
         first = result.grips[0]
         title = f"{result.design}: {first.object_mass_g:g} g, {first.controller}, {result.fidelity}"
         print_table(title, headings, [_row(grip) for grip in result.grips])
+        for grip in result.grips:
+            if words := _in_time(grip, result):
+                click.echo(words)
         click.echo(where_report(folder))
     if result.failure:
         click.echo(f"{result.design} failed: {result.failure}", err=True)
 
 
+def _in_time(grip: GripResult, result: Result) -> str:
+    """What an object with inertia did, and how fast it would swing; empty of one without."""
+    if grip.swing_Hz is None:
+        return ""
+    rate = float(result.parameters.get("grip.hardware.sample_rate_Hz", 0.0))
+    words = f"friction {grip.friction_coefficient:g}: {grip.ending}; held, it swings at "
+    words += f"{grip.swing_Hz:.0f} Hz, sampled at {rate:g} Hz"
+    if grip.swing_Hz < 0.5 * rate:
+        words += ": what comes at once would overshoot for some samples"
+    return words
+
+
 def _row(grip: GripResult) -> list[str]:
-    ends = "slips" if grip.gross_slip else "lifted" if grip.lifted else "not lifted"
+    ends = (
+        "caught"
+        if grip.caught
+        else "slips"
+        if grip.gross_slip
+        else "lifted"
+        if grip.lifted
+        else "not lifted"
+    )
     free = {True: "slips", False: "does not slip", None: "-"}[grip.slips_without_rule]
     return [
         f"{grip.friction_coefficient:g}",

@@ -275,7 +275,8 @@ def _shares(name: str, reported: Summary) -> list[str]:
         number(reported.success.rate, 1, 100.0, NONE),
         f"{100 * low:.1f}–{100 * high:.1f}",
         number(reported.held.rate, 1, 100.0, NONE),
-        *(str(count) for count in (reported.dropped, reported.crushed, reported.not_lifted)),
+        f"{reported.dropped}" + (f", {reported.caught} caught" if reported.caught else ""),
+        *(str(count) for count in (reported.crushed, reported.not_lifted)),
     ]
 
 

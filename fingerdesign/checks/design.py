@@ -48,11 +48,18 @@ def _lift_faults(grip: Grip) -> list[Fault]:
             faults.append(Fault("grip.hold_steps", grip.hold_steps, "0", remedy))
         if share := grip.relaxation_per_minute:
             faults.append(Fault("grip.relaxation_per_minute", share, "0", remedy))
+        if grip.rubber_memory:
+            faults.append(Fault("grip.rubber_memory", "given", "left out", remedy))
+        if grip.inertia:
+            faults.append(Fault("grip.inertia", "true", "false", remedy))
         return faults
     bound, seen = f"at most grip.hold_steps = {grip.hold_steps}", set[int]()
     remedy = "hold the object on for longer, or begin sooner"
     late = [each for each in events if each[1] > grip.hold_steps]
     faults = [Fault(f"{key}.step_after_lift", step, bound, remedy) for key, step in late]
+    if (share := grip.relaxation_per_minute) and grip.rubber_memory:
+        both, one = "0 where grip.rubber_memory is given", "say either: both are the same rubber"
+        faults.append(Fault("grip.relaxation_per_minute", share, both, one))
     for k, each in enumerate(grip.weight_changes):
         if (step := each.step_after_lift) in seen:
             key = f"grip.weight_changes[{k}].step_after_lift"

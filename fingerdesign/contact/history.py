@@ -72,8 +72,30 @@ class FrictionHistory:
         self.workspace = Workspace(self.workspace.follows)
         self.workspace.passed(_rescaled_state(before, scale), self.state)
 
+    def displace(self, lag: Array) -> None:
+        """Solve the next increments on a surface displaced by ``lag`` (m, dim) mm, in the first
+        problem's components, instead of the body's own loads (contact/memory.py)."""
+        scale = np.ones(lag.shape)
+        scale[:, 1:] = self._shares(self._slid)[:, None]
+        self._at_rest = _displaced(self._at_rest, lag)
+        self.problem = _displaced(self.problem, scale * lag)
+        if self.state.motion.load != 1.0:
+            self.state = replace(self.state, motion=replace(self.state.motion, load=1.0))
+
+    def at_rest(self, multiplier: Array) -> Array:
+        """Forces (m, dim) in the problem's components, in those of the first problem."""
+        own = multiplier.copy()
+        own[:, 1:] *= self._shares(self._slid)[:, None]
+        return own
+
     def _shares(self, slid: BoolArray) -> Array:
         return np.where(slid, self._share, 1.0)
+
+
+def _displaced(problem: ContactProblem, lag: Array) -> ContactProblem:
+    modes = problem.modes.copy()
+    modes[4] = lag
+    return replace(problem, modes=modes)
 
 
 def _slipped(problem: ContactProblem, increment: Increment) -> BoolArray:

@@ -18,6 +18,7 @@ from fingerdesign.control.plants.plant import (
     Plant,
     Truth,
     is_lifted,
+    may_be_caught,
     minimum_stick_ratio,
     press,
     safety_margin,
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.grip import Grip
     from fingerdesign.design.schema import Design
 
-Ending = Literal["lifted", "complete slip", "stage travel", "steps", "failed"]
+Ending = Literal["lifted", "caught", "complete slip", "stage travel", "steps", "failed"]
 
 
 _RAISE = 0.03  # mm a step: a tug at an object that barely hangs would only set it down
@@ -42,12 +43,19 @@ _RAISE = 0.03  # mm a step: a tug at an object that barely hangs would only set 
 
 @dataclass(frozen=True)
 class Episode:
-    """One grip. ``reason`` is a sentence: why it ended as it did."""
+    """One grip. ``reason`` is a sentence: why it ended as it did. slip_step: the first of the trace
+    in which the whole contact has slipped, None where none is."""
 
     result: GripResult
     trace: GripTrace
     ending: Ending
     reason: str
+    slip_step: int | None = None
+
+    @property
+    def to_slip(self) -> GripTrace:
+        """The trace up to the first complete slip, whatever came of it; whole where none is."""
+        return self.trace if self.slip_step is None else self.trace.until(self.slip_step + 1)
 
 
 @dataclass
@@ -68,6 +76,11 @@ class _Record:
     def approach(self) -> float:
         return self.truths[-1].approach if self.truths else 0.0
 
+    @property
+    def slip(self) -> int | None:
+        """The first step in which the whole contact has slipped."""
+        return next((k for k, truth in enumerate(self.truths) if truth.complete_slip), None)
+
 
 def run_episode(
     plant: Plant,
@@ -81,8 +94,9 @@ def run_episode(
     """Press to the preload, then move as the controller says until something ends the grip.
 
     after_lift: steps for which the lifted object is held on, while the arm raises it clear of its
-    support; it can still slip then, and the result says lifted as well as gross_slip. Friction and
-    mass are for the judge alone. A SolverError of the plant ends the grip as failed, with the
+    support; it can still slip then, and the result says lifted as well as gross_slip. An object
+    with inertia that slides is held on until it is caught or dropped: both are gross_slip. Friction
+    and mass are for the judge alone. A SolverError of the plant ends the grip as failed, with the
     plant's sentence as its reason; ZoneExhausted is raised on: a model with a wider zone of contact
     candidates is needed, the grip has not failed.
     """
@@ -109,7 +123,7 @@ def run_episode(
         friction_coefficient=friction_coefficient,
         object_mass_g=object_mass_g,
         lifted=lifted,
-        gross_slip=ending == "complete slip",
+        gross_slip=ending in ("complete slip", "caught"),
         final_normal_force_N=last.normal_force if last else 0.0,
         final_tangential_force_N=last.tangential_force if last else 0.0,
         safety_margin=safety_margin(at_lift, friction_coefficient) if at_lift else None,
@@ -119,9 +133,13 @@ def run_episode(
         steps=len(gripping),
         holds=holds(record.commands),
         ending=reason,
+        slid_mm=last.slid if last else 0.0,
+        caught=last.caught if last else None,
+        catch_s=last.catch_time if last else None,
+        swing_Hz=last.frequency if last else None,
     )
     trace = _trace(record, result, len(calibration.gage_x))
-    return Episode(result, trace, ending, reason)
+    return Episode(result, trace, ending, reason, record.slip)
 
 
 def _grip(
@@ -147,18 +165,35 @@ def _grip(
         sample = plant.move(command.dx + raising, command.dy)
         truth = plant.truth()
         record.add(sample, truth, command)
-        if truth.complete_slip:
+        if truth.complete_slip and not may_be_caught(truth):
             what = "the whole contact slips" if record.lift is None else "the object drops"
+            if truth.caught is False:
+                what = f"the object slides {truth.slid:.2f} mm and drops"
             return "complete slip", f"{what} at F_n = {truth.normal_force:.2f} N"
         if record.lift is None and is_lifted(truth, object_mass_g):
             record.lift = len(record.truths) - 1
         if record.lift is not None:
-            if held == after_lift:
+            if held >= after_lift + bounds.max_steps:  # as good as ever
+                return (
+                    "complete slip",
+                    f"the object still slides at F_n = {truth.normal_force:.2f} N",
+                )
+            if held >= after_lift and not truth.sliding:
                 force = record.truths[record.lift].normal_force
+                if record.slip is not None:
+                    return "caught", _caught(truth)
                 why = "2 F_t is over the weight" if truth.lifted is None else "the object hangs"
                 return "lifted", f"{why} at F_n = {force:.2f} N"
             held += 1
     return "steps", f"not lifted in {bounds.max_steps} steps"
+
+
+def _caught(truth: Truth) -> str:
+    """A sentence: how much slid until when; measured slip of an object that stayed where it was."""
+    if not truth.caught:
+        return "the object hangs, but its whole contact has slipped"
+    ms = 1e3 * (truth.catch_time or 0.0)
+    return f"the object slid {truth.slid:.2f} mm and was caught, within {ms:.0f} ms at the longest"
 
 
 def _trace(record: _Record, result: GripResult, gages: int) -> GripTrace:
@@ -200,10 +235,10 @@ def _unsure(commands: Sequence[Command]) -> BoolArray | None:
 
 def foreseen(episode: Episode, grip: Grip) -> Foresight:
     """What the controller said of slip, by the rate and the threshold of a ``[grip]`` table."""
-    result, trace = episode.result, episode.trace
+    result = episode.result
     return foresight(
-        trace,
-        len(trace.dx) - result.steps,
+        episode.to_slip,
+        len(episode.trace.dx) - result.steps,
         result.gross_slip,
         grip.hardware.sample_rate_Hz,
         grip.warning_stick_ratio,

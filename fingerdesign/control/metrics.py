@@ -35,7 +35,10 @@ class JudgedGrip:
     unsure: what the controller said of itself as it dropped or crushed the object, or lifted it;
     None where it never tells. From slip_warning to samples: see
     :class:`fingerdesign.control.foresight.Foresight`.
-    ending: "lifted", "complete slip", "stage travel", "steps" or "failed"; reason: a sentence.
+    slid_mm, caught, catch_s: of an object with inertia, as in the result; what was caught has
+    dropped all the same, for it slipped completely.
+    ending: "lifted", "caught", "complete slip", "stage travel", "steps" or "failed"; reason: a
+    sentence.
     """
 
     controller: str
@@ -64,6 +67,9 @@ class JudgedGrip:
     stick_error: float | None = None
     stick_error_samples: int = 0
     samples: int = 0
+    slid_mm: float = 0.0
+    caught: bool | None = None
+    catch_s: float | None = None
 
     @property
     def held(self) -> bool:
@@ -120,8 +126,11 @@ def outcome(
         reason=episode.reason,
         tug=tug,
         reaction_steps=answered,
-        unsure=_unsure(trace, result.gross_slip, MOST_FORCE * least),
+        unsure=_unsure(episode.to_slip, result.gross_slip, MOST_FORCE * least),
         **vars(seen or Foresight()),
+        slid_mm=result.slid_mm,
+        caught=result.caught,
+        catch_s=result.catch_s,
     )
 
 

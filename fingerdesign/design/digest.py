@@ -32,6 +32,10 @@ LATER: dict[str, Any] = {
     "relaxation_per_minute": 0.0,
     "warning_stick_ratio": 0.3,
     "kinetic_share": 1.0,
+    "rubber_memory": [],
+    "inertia": False,
+    "drop_mm": 10.0,
+    "actuator_lag_s": 0.0,
 }
 
 

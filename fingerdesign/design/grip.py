@@ -7,9 +7,19 @@ from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
+from pydantic_core import PydanticCustomError
 
 from fingerdesign.arrays import Array
-from fingerdesign.design.base import Many, Named, Table, bounded, positive, table_fields
+from fingerdesign.design.base import (
+    Many,
+    Named,
+    Row2,
+    Table,
+    bounded,
+    positive,
+    refuse_key,
+    table_fields,
+)
 from fingerdesign.runtime.registry import CONTROLLERS
 
 # ``[grip]`` tables of what is gripped with: hardware, and what happens to a lifted object.
@@ -50,14 +60,19 @@ def weight_per_finger(object_mass_g: float) -> float:
     return 0.5e-3 * GRAVITY * object_mass_g
 
 
+def mass_at(step: int, mass_g: float, changes: Iterable[WeightChange]) -> float:
+    """The object's mass ``step`` control steps after the lift, g; changes in their order in
+    time."""
+    for change in sorted(changes, key=lambda each: each.step_after_lift):
+        mass_g = change.object_mass_g if change.step_after_lift <= step else mass_g
+    return mass_g
+
+
 def pull_at(
     step: int, mass_g: float, tugs: Iterable[Tug], changes: Iterable[WeightChange]
 ) -> float:
-    """What pulls at the object ``step`` control steps after the lift, N; a weight's changes in
-    their order in time."""
-    extra = 0.0
-    for change in sorted(changes, key=lambda each: each.step_after_lift):
-        mass_g = change.object_mass_g if change.step_after_lift <= step else mass_g
+    """What pulls at the object ``step`` control steps after the lift, N."""
+    extra, mass_g = 0.0, mass_at(step, mass_g, changes)
     for tug in tugs:
         if 0 <= step - tug.step_after_lift < tug.duration_steps:
             extra += tug.extra_force_N
@@ -125,6 +140,9 @@ class HardwareTable(Table):
     )
     sample_rate_Hz: float = positive(100.0, 1e6, "samples, and control steps, a second")
     delay_samples: int = bounded(0, 0, 1000, "the controller hears everything so late")
+    actuator_lag_s: float = bounded(
+        0.0, 0, 10, "time constant with which each axis of the stage follows where it is sent"
+    )
     backlash_mm: float = bounded(0.0, 0, 5, "what each axis of the stage loses at a turn")
     stage_step_mm: float = bounded(0.0, 0, 5, "the stage moves in whole steps of this; 0: any way")
     specimen: int = bounded(
@@ -135,7 +153,8 @@ class HardwareTable(Table):
         """The same rig while it stands still for ``samples`` at each point and takes their mean.
 
         Noise falls with the square root of their number; no delay is left, no drift and no warming,
-        the gages being zeroed between, and none dies. Gains, cross-talk, dead gages and the stage
+        no lag of the stage, the gages being zeroed
+        between, and none dies. Gains, cross-talk, dead gages and the stage
         stay what they are.
         """
         fall = 1.0 / np.sqrt(samples)
@@ -147,6 +166,7 @@ class HardwareTable(Table):
             "warming_microstrain": 0.0,
             "dying_gages": (),
             "delay_samples": 0,
+            "actuator_lag_s": 0.0,
         }
         return self.model_copy(update=rested)
 
@@ -209,6 +229,21 @@ class Grip(Table):
     relaxation_per_minute: float = bounded(
         0.0, 0, 0.9, "lift: of the forces of a finger held still, what its rubber loses in a minute"
     )
+    rubber_memory: Many[Row2] = Field(
+        default=(),
+        max_length=20,
+        description="lift: a Prony series of the rubber, [share, time in s] each: of a force held "
+        "at the same motions the share that is lost with that time constant",
+        examples=[[[0.1, 0.05], [0.1, 2.0]]],
+    )
+    inertia: bool = Field(
+        default=False,
+        description="lift: an object that friction cannot carry slides by its mass, and is caught "
+        "or dropped; else it has dropped at once",
+    )
+    drop_mm: float = positive(
+        10.0, 1e4, "with inertia: an object that slides farther than this has dropped"
+    )
     tugs: Many[Tug] = Field(
         default=(), max_length=1000, description="lift: what pulls at the object while it hangs"
     )
@@ -254,6 +289,14 @@ class Grip(Table):
         0.3, 0, 1, "for reports: a controller that reports a stick ratio below it warns of slip"
     )
     seed: int = bounded(0, 0, 2**32 - 1, "seeds whatever noise is asked")
+
+    def _misfits(self) -> Iterable[PydanticCustomError]:
+        """Rubber keeps some of its force at all times."""
+        key, shares = "grip.rubber_memory", [share for share, _ in self.rubber_memory]
+        if any(not (share > 0.0 and time > 0.0) for share, time in self.rubber_memory):
+            yield refuse_key(self, key, "pairs of a share and a time over 0", "correct it")
+        elif sum(shares) >= 1.0:
+            yield refuse_key(self, key, "shares of less than 1 together", "lose less")
 
 
 # The tables of the controllers, ``[grip.NAME]``, each from the file that holds its controller.

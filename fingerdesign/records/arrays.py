@@ -6,7 +6,7 @@ Every class checks its shapes when made: a report from mismatched arrays would m
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -176,6 +176,14 @@ class GripTrace:
         names = (*forces, "stick_ratio", "gage_area_mm", "dx", "dy", "hold", *there)
         gages = self.gage_readings.shape[1:]
         _require_shapes(self, **dict.fromkeys(names, (steps,)), gage_readings=(steps, *gages))
+
+    def until(self, steps: int) -> GripTrace:
+        """The first ``steps`` of it."""
+        whole = len(self.approach)
+        values = ((each.name, getattr(self, each.name)) for each in fields(self))
+        arrays = {name: value for name, value in values if isinstance(value, np.ndarray)}
+        assert all(len(value) == whole for value in arrays.values())
+        return replace(self, **{name: value[:steps] for name, value in arrays.items()})
 
     @property
     def limit(self) -> Array:

@@ -127,6 +127,9 @@ class GripResult:
     while clearly more stuck; None where it never warns. stick_error: root mean square of the
     reported less the true stick ratio over stick_error_samples, the samples with F_t > 0; None
     where none is reported. samples: that the controller answered. (control/foresight.py)
+    Of an object with inertia: slid_mm through the fingers while it hung; caught: the last slide
+    ended by sticking, None where nothing slid; catch_s: the longest that a catch took; swing_Hz:
+    of the object on the fingers, as it was lifted. gross_slip is true of what was caught too.
     """
 
     controller: str
@@ -152,6 +155,10 @@ class GripResult:
     stick_error: float | None = None
     stick_error_samples: int = 0
     samples: int = 0
+    slid_mm: float = 0.0
+    caught: bool | None = None
+    catch_s: float | None = None
+    swing_Hz: float | None = None
 
 
 @strict

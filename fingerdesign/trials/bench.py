@@ -18,7 +18,7 @@ from fingerdesign.control.calibration import Bounds, Calibration
 from fingerdesign.control.episode import Episode, foreseen, run_episode
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.metrics import JudgedGrip, outcome
-from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Relaxation
+from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Timed
 from fingerdesign.control.plants.plant import Memory, RememberedPlant
 from fingerdesign.control.plants.rig import Hardware, ImperfectPlant, calibrated
 from fingerdesign.control.roster import Controller, make_controller
@@ -259,7 +259,7 @@ class GripBench:
             after += tug.steps(rate) if cell.tug > 0.0 else 0
         problem, other = (self.held or self.problem).with_friction(cell.friction), self.opposite
         other = None if other is None else other.with_friction(cell.friction)
-        own = Relaxation.of(self.grip), self.grip.kinetic_share
+        own = Timed.of(self.grip), self.grip.kinetic_share
         remembered = RememberedPlant(
             lambda: LiftPlant(problem, self.face, cell.mass_g, other, pulls, *own),
             Memory() if memory is None else memory,

@@ -36,7 +36,7 @@ _FIELDS += " peak_ratio peak_normal_force_N minimum_stick_ratio slip_distance_mm
 _FIELDS += " reaction_steps unsure"
 FORESEEN = "slip_warning lead_s lead_force_share alarms false_alarms stick_error"
 FORESEEN += " stick_error_samples samples"  # what is judged of warnings and reports
-_FIELDS += f" {FORESEEN} ending reason"
+_FIELDS += f" {FORESEEN} slid_mm caught catch_s ending reason"
 _NAMES = {
     "friction": "friction_coefficient",
     "mass_g": "object_mass_g",
@@ -100,7 +100,8 @@ class Summary:
     """Many grips: shares of all of them, spreads (null: no grip has the value).
 
     held: lifted without complete slip. dropped, crushed, not_lifted, failed say why others did not
-    succeed; a grip may be in more than one. margin_at_lift, peaks, steps: of lifted ones;
+    succeed; a grip may be in more than one. caught: of those dropped, where objects have inertia,
+    how many hung on after all. margin_at_lift, peaks, steps: of lifted ones;
     slip_distance_mm: of held ones. reaction_steps: of those tugged that answered. unannounced:
     dropped or crushed by a controller that had not said before that it was unsure; null: it never
     says. unsure: of those that succeeded, how often it was as they were lifted. foreseen: what it
@@ -111,6 +112,7 @@ class Summary:
     success: Share
     held: Share
     dropped: Count
+    caught: Count
     crushed: Count
     not_lifted: Count
     failed: Count
@@ -137,6 +139,7 @@ def summarise(outcomes: Sequence[JudgedGrip]) -> Summary:
         success=share_of(sum(each.success for each in outcomes), count),
         held=share_of(sum(each.held for each in outcomes), count),
         dropped=sum(each.dropped for each in outcomes),
+        caught=sum(each.caught is True for each in outcomes),
         crushed=sum(each.crushed for each in outcomes),
         not_lifted=count - len(lifted),
         failed=sum(each.ending == "failed" for each in outcomes),
@@ -157,7 +160,7 @@ def summarise(outcomes: Sequence[JudgedGrip]) -> Summary:
 def unannounced(grips: Sequence[JudgedGrip]) -> int | None:
     """Grips that were dropped or crushed, and nothing was said; None where nothing is ever said."""
     telling = [each for each in grips if each.unsure is not None]
-    wrong = [each for each in telling if each.crushed or each.ending == "complete slip"]
+    wrong = [each for each in telling if each.crushed or each.ending in ("complete slip", "caught")]
     return sum(not each.unsure for each in wrong) if telling else None
 
 

@@ -64,10 +64,11 @@ _COLUMNS = {name: field for name, field in COLUMNS.items() if field in _FIELDS.s
 @dataclass(frozen=True)
 class UnlikeSummary:
     """The lifts of one controller on the fingers of one label; safety_margin: of its successes;
-    unannounced, unsure, foreseen: see Summary of control.json."""
+    caught, unannounced, unsure, foreseen: see Summary of control.json."""
 
     success: Share
     gross_slip: Count
+    caught: Count
     crushed: Count
     not_lifted: Count
     failed: Count
@@ -267,6 +268,7 @@ def _summary(lifts: Sequence[JudgedGrip]) -> UnlikeSummary:
     return UnlikeSummary(
         success=every.success,
         gross_slip=every.dropped,
+        caught=every.caught,
         crushed=every.crushed,
         not_lifted=every.not_lifted,
         failed=every.failed,

@@ -56,7 +56,7 @@ def test_rubber_that_relaxes_loses_its_share_in_a_minute():
 
 
 def test_held_still_the_grip_weakens_and_the_weight_is_carried_on(half_plane):
-    plant = raised(LiftPlant(half_plane, "upper", MASS, relaxation=Relaxation(0.3, 100.0)))
+    plant = raised(LiftPlant(half_plane, "upper", MASS, timed=Relaxation(0.3, 100.0)))
     plant.move(0.2, 0.0)  # clear of the support, which its creep would bring back
     before = plant.truth()
     samples = [plant.move(0.0, 0.0) for _ in range(300)]
@@ -72,8 +72,7 @@ def test_held_still_the_grip_weakens_and_the_weight_is_carried_on(half_plane):
 
 def test_a_relaxed_stand_has_less_of_the_same_forces(half_plane):
     fresh, soft = (
-        LiftPlant(half_plane, "upper", MASS, relaxation=each)
-        for each in (None, Relaxation(0.2, 100.0))
+        LiftPlant(half_plane, "upper", MASS, timed=each) for each in (None, Relaxation(0.2, 100.0))
     )
     for k, move in enumerate([(0.0, 0.05), (0.004, 0.01), (0.004, 0.0)], start=1):
         full, less = fresh.move(*move), soft.move(*move)

@@ -12,10 +12,12 @@ from fingerdesign import parse_design
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.episode import run_episodes
+from fingerdesign.control.metrics import outcome
 from fingerdesign.control.plants.plant import CondensedPlant, Memory, RememberedPlant, Truth
 from fingerdesign.control.plants.rig import Hardware, ImperfectPlant, Rig
 from fingerdesign.control.signals import Sample
 from fingerdesign.records.folder import write_grip_csv
+from fingerdesign.trials.record import summarise
 
 MASS = 300.0
 
@@ -330,13 +332,24 @@ def test_a_turn_of_the_stage_loses_the_backlash_once():
     assert ways == pytest.approx([0.1, 0.2, 0.2, 0.19, 0.09, 0.09, 0.18])
 
 
+def test_a_stage_that_lags_comes_after_exponentially():
+    plant = imperfect(actuator_lag_s=0.03, sample_rate_Hz=100.0)
+    plant.move(0.0, 0.06)
+    ways = [plant.truth().approach]
+    for _ in range(4):
+        plant.move(0.0, 0.0)
+        ways.append(plant.truth().approach)
+    assert ways == pytest.approx(0.06 * -np.expm1(-np.arange(1, 6) / 3.0), rel=1e-12)
+
+
 def test_at_rest_the_mean_of_many_samples_is_left():
     noisy = {"gage_noise_microstrain": 2.0, "force_noise_N": 0.5, "drift_microstrain_per_s": 1.0}
     lasting = {"gain_spread": 0.05, "backlash_mm": 0.01, "stage_step_mm": 0.001}
-    hardware = Hardware(**noisy, **lasting, dead_gages=(3,), delay_samples=4)
+    hardware = Hardware(**noisy, **lasting, dead_gages=(3,), delay_samples=4, actuator_lag_s=0.1)
     rest = hardware.at_rest(100)
     assert (rest.gage_noise_microstrain, rest.force_noise_N) == pytest.approx((0.2, 0.05))
     assert (rest.drift_microstrain_per_s, rest.delay_samples) == (0.0, 0)
+    assert rest.actuator_lag_s == 0.0
     assert np.array_equal(rest.gains(range(5)), hardware.gains(range(5)))
     assert (rest.stage_step_mm, rest.backlash_mm) == (0.001, 0.01)
 
@@ -372,3 +385,41 @@ def test_a_hand_of_ones_own_grips(capsys):
     lifted, margin, *reason = capsys.readouterr().out.split()
     assert (lifted, float(margin)) == ("True", pytest.approx(2.4, abs=0.3))
     assert "hangs" in " ".join(reason)
+
+
+@pytest.mark.parametrize(
+    ("share", "controller", "caught"),
+    [(1.2, "reactive", None), (1.6, "reactive", True), (2.2, "fixed_force", False)],
+)
+def test_a_weight_that_grows_is_carried_caught_or_dropped(
+    half_plane, design, share, controller, caught
+):
+    """By a hand that answers, and by one that holds what it held."""
+    heavier = {"step_after_lift": 100, "object_mass_g": share * MASS}
+    found = lifting(
+        design,
+        **{
+            "grip.controller": controller,
+            "grip.inertia": True,
+            "grip.hold_steps": 200,
+            "grip.approach_step_mm": 0.01,
+            "grip.weight_changes": [heavier],
+            "grip.fixed_force.force_N": 4.5,
+        },
+    )
+    (episode,) = run_episodes(half_plane, found, [0.6], MASS)
+    result = episode.result
+    assert result.lifted
+    assert (result.caught, result.gross_slip) == (caught, caught is not None)
+    assert episode.ending == {None: "lifted", True: "caught", False: "complete slip"}[caught]
+    assert (result.slid_mm > 0.0, result.catch_s is not None) == (caught is not None, bool(caught))
+    assert 20.0 < result.swing_Hz < 500.0
+    slipped = episode.trace.stick_ratio[100:] == 0.0
+    assert slipped.any() == (caught is not None)
+    if caught is not None:  # what is judged of warnings ends where the slip begins
+        assert len(episode.to_slip.dx) == 101 + int(np.argmax(slipped))
+        assert slipped[-1] == (caught is False)
+    judged = outcome(episode)
+    assert (judged.success, judged.held) == (caught is None, caught is None)
+    assert (judged.caught, judged.slid_mm) == (caught, result.slid_mm)
+    assert summarise([judged]).caught == (caught is True)

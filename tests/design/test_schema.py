@@ -64,6 +64,17 @@ CHANGE = "[[grip.weight_changes]]\nobject_mass_g = 100.0\nstep_after_lift = "
                 ("hold_steps = 5", "grip.hold_steps"),
                 ("[[grip.tugs]]\nstep_after_lift = 1\nextra_force_N = 1.0", "grip.tugs[0]"),
                 ('plant = "hand"', "grip.plant"),
+                ("inertia = true", "grip.inertia"),
+                ("rubber_memory = [[0.1, 1.0]]", "grip.rubber_memory"),
+                (
+                    'plant = "lift"\nrubber_memory = [[0.5, 1.0], [0.5, 2.0]]',
+                    "grip.rubber_memory",
+                ),
+                ('plant = "lift"\nrubber_memory = [[0.5, 0.0]]', "grip.rubber_memory"),
+                (
+                    'plant = "lift"\nrubber_memory = [[0.1, 1]]\nrelaxation_per_minute = 0.1',
+                    "grip.relaxation_per_minute",
+                ),
                 ('opposite = "bare"', "grip.opposite"),
                 ('plant = "lift"\nopposite = "like"', "grip.opposite"),
                 (

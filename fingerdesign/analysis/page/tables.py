@@ -77,7 +77,7 @@ def grip_table(result: Result) -> Table:
         "μ": [value_text(grip.friction_coefficient) for grip in grips],
         "mass (g)": [value_text(grip.object_mass_g) for grip in grips],
         "lifted": [_yes(grip.lifted) for grip in grips],
-        "complete slip": [_yes(grip.gross_slip) for grip in grips],
+        "complete slip": [_yes(grip.gross_slip) + _caught(grip) for grip in grips],
         "holds": [str(grip.holds) for grip in grips],
         "slips without the rule": [_yes(grip.slips_without_rule) for grip in grips],
         "safety margin": [number_text(grip.safety_margin, 2) for grip in grips],
@@ -165,6 +165,14 @@ def _hundred(share: float | None) -> float | None:
 
 def _whole(count: int | None) -> str:
     return "–" if count is None else str(count)
+
+
+def _caught(grip: GripResult) -> str:
+    """Of an object that slid and was caught, how far and how long; else nothing."""
+    if not grip.caught:
+        return ""
+    ms = "" if grip.catch_s is None else f" within {1e3 * grip.catch_s:.0f} ms"
+    return f", caught after {number_text(grip.slid_mm, 2)} mm{ms}"
 
 
 def _yes(value: bool | None) -> str:

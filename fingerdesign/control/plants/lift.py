@@ -25,195 +25,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite
+from math import isfinite
 
-from fingerdesign.contact.balance import (
-    Attempts,
-    ForceSlope,
-    OutOfReach,
-    predicted_shear,
-    rising_root,
-    solve_shear,
-)
-from fingerdesign.contact.history import FrictionHistory
-from fingerdesign.contact.increment import Increment, solve_increment
+from fingerdesign.contact.memory import Rubber
 from fingerdesign.contact.path import NoEquilibrium
-from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.plants.fingers import Held, MirrorPair, UnlikePair
 from fingerdesign.control.plants.plant import Truth, felt
+from fingerdesign.control.plants.slide import Inertia, frequency, slide
 from fingerdesign.control.signals import Sample
-from fingerdesign.design.grip import Grip, Tug, WeightChange, lifting_tugs, pull_at
+from fingerdesign.design.grip import Grip, Tug, WeightChange, lifting_tugs, mass_at, pull_at
 
 _RELAXES_s = 0.1  # T
-
-# Two fingers that hold one rigid object between them, moved alike (numpy only).
-#
-# Both bases close by the same way and are sheared alike against the object. Where the opposite
-# finger is a mirror image, the object stays in the middle and each finger has exactly half of all
-# forces: one model serves both. Where it is another finger, the object floats to where both press
-# alike,
-#
-#     approach = closing + drift   of the finger with gages,   closing - drift   of the other,
-#     F_n (closing + drift, shear) = F_n' (closing - drift, shear)
-#
-# The object keeps its direction: its tilting under unlike tangential forces is left out.
-
-
-@dataclass(frozen=True)
-class Held:
-    """What two fingers do at some closing and shear; forces N, mm.
-
-    increment: of the finger with gages, other: of the opposite one (the same where it is a mirror
-    image). carried: F_t of both together. drift: the object's way off the middle.
-    """
-
-    increment: Increment
-    other: Increment
-    carried: float
-    drift: float = 0.0
-
-    @property
-    def shear(self) -> float:
-        """Of both, mm in all."""
-        return self.increment.motion.shear
-
-
-class MirrorPair:
-    """A finger and its mirror image: half of all forces each, exactly.
-
-    Of this pair and the other ``accept`` alone moves the friction history on.
-    """
-
-    def __init__(self, problem: ContactProblem, kinetic_share: float = 1.0) -> None:
-        self._history = FrictionHistory(problem, kinetic_share)
-
-    @property
-    def problem(self) -> ContactProblem:
-        """What the finger's next increment is solved on."""
-        return self._history.problem
-
-    @property
-    def settled(self) -> bool:
-        """Whether the same motion once more would leave all forces as they are."""
-        return self._history.settled
-
-    def stand(self, closing: float, shear: float) -> Held:
-        """Both moved to ``closing`` and ``shear``, mm in all."""
-        history, motion = self._history, Motion(closing, shear)
-        found = solve_increment(history.problem, history.state, motion, history.workspace)
-        return self._held(found)
-
-    def hang(self, closing: float, weight: float, most: float = inf) -> Held:
-        """Closed by ``closing`` mm in all, together carrying ``weight`` N: the shear is found.
-
-        most: a shear at which they are known to carry more. Raises NoEquilibrium where friction
-        cannot carry it.
-        """
-        start, half, history = None, 0.5 * weight, self._history
-        problem, workspace = history.problem, history.workspace
-        if history.last is not None:
-            start = predicted_shear(problem, history.last, closing, half, workspace)
-        return self._held(
-            solve_shear(problem, history.state, closing, half, workspace, start, most)
-        )
-
-    def accept(self, held: Held) -> None:
-        """Go on from ``held``."""
-        self._history.accept(held.increment)
-
-    def _held(self, increment: Increment) -> Held:
-        carried = 2.0 * float(self.problem.model.total_force(increment.force)[0])
-        return Held(increment, increment, carried)
-
-
-class UnlikePair:
-    """Two different fingers; the object floats between them."""
-
-    def __init__(
-        self, problem: ContactProblem, opposite: ContactProblem, kinetic_share: float = 1.0
-    ) -> None:
-        self._histories = tuple(
-            FrictionHistory(each, kinetic_share) for each in (problem, opposite)
-        )
-        self._shear = self._drift = 0.0
-
-    @property
-    def problem(self) -> ContactProblem:
-        """What the next increment of the finger with gages is solved on."""
-        return self._histories[0].problem
-
-    @property
-    def settled(self) -> bool:
-        return all(each.settled for each in self._histories)
-
-    def stand(self, closing: float, shear: float) -> Held:
-        return self._between(closing).at(shear)
-
-    def hang(self, closing: float, weight: float, most: float = inf) -> Held:
-        between = self._between(closing)
-
-        def evaluate(shear: float) -> ForceSlope:
-            between.at(shear)
-            return between.carried()
-
-        try:
-            here = self._shear
-            rising_root(evaluate, weight, here, here, between.softest, most)
-        except OutOfReach as reached:
-            raise NoEquilibrium(
-                f"no shear makes the two fingers carry {weight:g} N, closed by {closing:g} mm: "
-                f"complete slip at {reached.most:.4g} N"
-            ) from None
-        return between.held()
-
-    def accept(self, held: Held) -> None:
-        for history, increment in zip(self._histories, (held.increment, held.other), strict=True):
-            history.accept(increment)
-        self._shear, self._drift = held.shear, held.drift
-
-    def _between(self, closing: float) -> _Between:
-        first, second = (
-            Attempts(each.problem, each.state, each.workspace) for each in self._histories
-        )
-        return _Between(first, second, closing, self._drift)
-
-
-class _Between:
-    """The drift at which both fingers press alike, for one closing and any shear."""
-
-    def __init__(self, first: Attempts, second: Attempts, closing: float, drift: float) -> None:
-        self._first, self._second = first, second
-        self._closing, self._drift = closing, drift
-        self.softest = max(first.softest, second.softest)
-
-    def at(self, shear: float) -> Held:
-        def evaluate(drift: float) -> ForceSlope | None:
-            found = self._first.at(self._closing + drift, shear)
-            other = self._second.at(self._closing - drift, shear)
-            if found is None or other is None:
-                return None
-            pressed, against = self._first.forces()[0], self._second.forces()[0]
-            slope = self._first.stiffness()[0, 0] + self._second.stiffness()[0, 0]
-            return ForceSlope(float(pressed - against), float(slope), float(max(pressed, against)))
-
-        self._drift = rising_root(evaluate, 0.0, self._drift, self._drift, self.softest)
-        return self.held()
-
-    def held(self) -> Held:
-        """The last balance."""
-        carried = float(self._first.forces()[1] + self._second.forces()[1])
-        return Held(self._first.last, self._second.last, carried, self._drift)
-
-    def carried(self) -> ForceSlope:
-        """F_t of both against the shear, the drift following it."""
-        (normal, pulled), (against, opposed) = self._first.forces(), self._second.forces()
-        if not (normal > 0.0 and against > 0.0):
-            raise OutOfReach(0.0)
-        here, there = self._first.stiffness(), self._second.stiffness()
-        follows = (there[0, 1] - here[0, 1]) / (here[0, 0] + there[0, 0])
-        slope = here[1, 1] + there[1, 1] + (here[1, 0] - there[1, 0]) * follows
-        limits = {self._first.limit(), self._second.limit()}
-        limit = limits.pop() if len(limits) == 1 else 0
-        return ForceSlope(float(pulled + opposed), float(slope), float(normal), limit)
+_BEGUN = 1e-6  # mm: so far the last node has slid that begins to
 
 
 class Disturbance(Tug):
@@ -250,13 +74,70 @@ class Relaxation:
         return Relaxation(share, grip.hardware.sample_rate_Hz) if share > 0.0 else None
 
 
+@dataclass(frozen=True)
+class Timed:
+    """What takes time in a lift, None where it takes none.
+
+    relaxation, rubber: of all forces alike, or of each as it came (contact/memory.py); of both
+    their product. inertia: of the object.
+    """
+
+    relaxation: Relaxation | None = None
+    rubber: Rubber | None = None
+    inertia: Inertia | None = None
+
+    @staticmethod
+    def of(grip: Grip) -> Timed:
+        """As a design's ``[grip]`` table says."""
+        rubber = None
+        if grip.rubber_memory:
+            shares, times = zip(*grip.rubber_memory, strict=True)
+            rubber = Rubber(shares, times, 1.0 / grip.hardware.sample_rate_Hz)
+        return Timed(Relaxation.of(grip), rubber, Inertia.of(grip))
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Where a move leads to. slid: the whole contact has slid with the object hanging; sliding: it
+    still does."""
+
+    held: Held
+    lifted: bool
+    dropped: bool = False
+    slid: bool = False
+    sliding: bool = False
+
+
+@dataclass(frozen=True)
+class _Move:
+    """closing, hand: mm in all; speed of the hand (mm/s); pull (N) at the object of mass_g; left:
+    of the rubber's forces."""
+
+    closing: float
+    hand: float
+    speed: float
+    pull: float
+    mass_g: float
+    left: float
+
+    @property
+    def weight(self) -> float:
+        """Pull at fingers that have not relaxed."""
+        return self.pull / self.left
+
+    def acceleration(self, friction: float) -> float:
+        """mm/s^2 down, of an object that friction holds with so much, before relaxing."""
+        return 1e6 * self.left * (self.weight - friction) / self.mass_g
+
+
 class LiftPlant:
     """A finger with gages and an opposite one, an object between them on a support.
 
     dx is the hand's move away from the support, dy what each finger closes by, both mm; a step is
     one move. Forces and truth are those of the finger with gages. opposite: another finger's
-    problem, without it a mirror image. The support is where the object is first touched.
-    kinetic_share: of either finger's friction, what is left where it slides (contact/history.py).
+    problem, without it a mirror image. timed: a :class:`Timed`, or its relaxation alone. The
+    support is where the object is first touched. kinetic_share: of either finger's friction, what
+    is left where it slides (contact/history.py).
 
     Raises ValueError where a tug upward exceeds the weight: nothing would hold the object then.
     """
@@ -268,17 +149,17 @@ class LiftPlant:
         object_mass_g: float,
         opposite: ContactProblem | None = None,
         disturbances: Sequence[Tug | WeightChange] = (),
-        relaxation: Relaxation | None = None,
+        timed: Timed | Relaxation | None = None,
         kinetic_share: float = 1.0,
     ) -> None:
         if not (isfinite(object_mass_g) and object_mass_g > 0.0):
             raise ValueError(f"a mass of {object_mass_g} g must be over 0")
-        self._face = face
-        self._fingers: MirrorPair | UnlikePair
-        if opposite is None:
-            self._fingers = MirrorPair(problem, kinetic_share)
-        else:
-            self._fingers = UnlikePair(problem, opposite, kinetic_share)
+        timed = timed if isinstance(timed, Timed) else Timed(timed)
+        self._timed = timed
+        self._face, own = face, (timed.rubber, kinetic_share)
+        self._fingers: MirrorPair | UnlikePair = MirrorPair(problem, *own)
+        if opposite is not None:
+            self._fingers = UnlikePair(problem, opposite, *own)
         self._mass = object_mass_g
         self._tugs = [each for each in disturbances if isinstance(each, Tug)]
         self._changes = [each for each in disturbances if isinstance(each, WeightChange)]
@@ -287,13 +168,18 @@ class LiftPlant:
                 f"a tug of {self._tugs[number].extra_force_N:g} N lifts the object out of the "
                 "fingers; tug less, or use a heavier object"
             )
-        self._relaxation, self._moves = relaxation, 0
+        self._moves = 0
         self._closing = self._hand = 0.0
         self._since_lift: int | None = None  # moves since the first lift
         self._lifted = False
-        self._truth = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False, lifted=False)
+        sliding = None if timed.inertia is None else False
+        self._truth = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False, lifted=False, sliding=sliding)
         self.held: Held | None = None  # what both fingers do after the last move, for the judge
         self._weight = 0.0  # at the last move
+        self._speed = 0.0  # of the object, upward, mm/s
+        self._friction = 0.0  # on an object that slides, N before relaxing
+        self._slide_way = self._slide_time = 0.0  # since this slide began; mm, s
+        self._slid_before = 0.0  # in slides that are over, mm
         self._sample: Sample
 
     @staticmethod
@@ -312,7 +198,7 @@ class LiftPlant:
             object_mass_g,
             None if opposite is None else opposite.with_friction(friction_coefficient),
             [*grip.tugs, *grip.weight_changes],
-            Relaxation.of(grip),
+            Timed.of(grip),
             grip.kinetic_share,
         )
 
@@ -321,41 +207,70 @@ class LiftPlant:
         if self._since_lift is not None:
             self._since_lift += 1
         self._moves += 1
-        left = 1.0 if self._relaxation is None else self._relaxation.left(self._moves)
-        closing, hand = self._closing + dy, self._hand + dx
-        weight = self.weight(self._since_lift or 0) / left  # of a finger that has not relaxed
-        same = (closing, weight) == (self._closing, self._weight) and self._fingers.settled
-        if same and self._lifted and hand > self._truth.shear:  # but for the height
-            self._hand = hand
-            self._truth = replace(self._truth, rise=hand - self._truth.shear)
+        move = self._asked(dx, dy)
+        same = (move.closing, move.weight) == (self._closing, self._weight)
+        moved = self._truth.sliding is not None and self._truth.complete_slip
+        calm = same and not moved and self._fingers.settled
+        if calm and self._lifted and move.hand > self._truth.shear:  # but for the height
+            self._hand, self._speed = move.hand, move.speed
+            self._truth = replace(self._truth, rise=move.hand - self._truth.shear)
             return self._sample
-        held, lifted, dropped = self._find(closing, hand, weight)
-        truth, sample = felt(self._fingers.problem, held.increment, self._face)
-        self._fingers.accept(held)
-        self.held = held
-        self._closing, self._hand, self._lifted = closing, hand, lifted
-        self._weight = weight
-        if lifted and self._since_lift is None:
+        found = self._slide_on(move) if self._truth.sliding else self._find(move)
+        seen = felt(self._fingers.problem, found.held.increment, self._face)
+        self._fingers.accept(found.held)
+        self._fingers.passed()
+        self.held = found.held
+        begins = found.lifted and not self._lifted
+        self._closing, self._hand, self._lifted = move.closing, move.hand, found.lifted
+        self._weight = move.weight
+        if found.lifted and self._since_lift is None:
             self._since_lift = 0
+        self._report(move, found, *seen)
+        if self._timed.inertia is not None:
+            self._note_motion(move, found, begins)
+        return self._sample
+
+    def _asked(self, dx: float, dy: float) -> _Move:
+        """What a move asks of the fingers; of a hanging object its inertia too."""
+        relaxation, inertia = self._timed.relaxation, self._timed.inertia
+        left = 1.0 if relaxation is None else relaxation.left(self._moves)
+        after = self._since_lift or 0
+        mass, pull = mass_at(after, self._mass, self._changes), self.weight(after)
+        speed = 0.0
+        if inertia is not None:
+            speed = dx * inertia.rate
+            if self._lifted and not self._truth.sliding:
+                pull += 1e-6 * mass * (speed - self._speed) * inertia.rate
+        return _Move(self._closing + dy, self._hand + dx, speed, pull, mass, left)
+
+    def _report(self, move: _Move, found: _Found, truth: Truth, sample: Sample) -> None:
+        """Truth and sample of where a move has led to, from what the increment alone tells."""
+        share = found.held.fresh * move.left
         forces = {
-            "normal_force": left * truth.normal_force,
-            "tangential_force": left * truth.tangential_force,
+            "normal_force": share * truth.normal_force,
+            "tangential_force": share * truth.tangential_force,
         }
+        before, all_slid = self._truth, found.dropped or found.slid
         self._truth = replace(
             truth,
             **forces,
-            stick_ratio=0.0 if dropped else truth.stick_ratio,  # it all slid as it dropped
-            complete_slip=truth.complete_slip or dropped,
-            lifted=lifted,
-            rise=hand - truth.shear if lifted else 0.0,
+            stick_ratio=0.0 if all_slid else truth.stick_ratio,  # it all slid as it dropped
+            complete_slip=truth.complete_slip or all_slid,
+            lifted=found.lifted,
+            rise=move.hand - truth.shear if found.lifted else 0.0,
+            sliding=None if before.sliding is None else found.sliding,
+            slid=before.slid,
+            caught=before.caught,
+            catch_time=before.catch_time,
+            frequency=before.frequency,
         )
         self._sample = replace(
             sample,
-            normal_force=left * sample.normal_force,
-            tangential_force=left * sample.tangential_force,
-            lifted=lifted,
+            readings=found.held.fresh * sample.readings,
+            normal_force=share * sample.normal_force,
+            tangential_force=share * sample.tangential_force,
+            lifted=found.lifted,
         )
-        return self._sample
 
     def truth(self) -> Truth:
         """The state after the last move, for the judge."""
@@ -365,20 +280,89 @@ class LiftPlant:
         """What pulls at the object toward +x that many moves after the lift, N."""
         return pull_at(step_after_lift, self._mass, self._tugs, self._changes)
 
-    def _find(self, closing: float, hand: float, weight: float) -> tuple[Held, bool, bool]:
-        """What the fingers do now, whether the object hangs, whether it has dropped."""
+    def _find(self, move: _Move) -> _Found:
+        """Where an object that does not slide is after a move."""
+        closing, hand, weight = move.closing, move.hand, move.weight
         if self._lifted:
             try:
                 hanging = self._fingers.hang(closing, weight)
             except NoEquilibrium:
+                if self._timed.inertia is not None:
+                    return self._slide_from(move)
                 standing = self._fingers.stand(closing, hand)
                 if standing.carried <= weight:
-                    return standing, False, True
-                return self._fingers.hang(closing, weight, hand), True, False
+                    return _Found(standing, lifted=False, dropped=True)
+                return _Found(self._fingers.hang(closing, weight, hand), lifted=True)
             if hanging.shear < hand:
-                return hanging, True, False
-            return self._fingers.stand(closing, hand), False, False  # the hand has set it down
+                return _Found(hanging, lifted=True)
+            # The hand has set it down.
+            return _Found(self._fingers.stand(closing, hand), lifted=False)
         standing = self._fingers.stand(closing, hand)
         if standing.carried <= weight:
-            return standing, False, False
-        return self._fingers.hang(closing, weight, hand), True, False
+            return _Found(standing, lifted=False)
+        return _Found(self._fingers.hang(closing, weight, hand), lifted=True)
+
+    def _slide_from(self, move: _Move) -> _Found:
+        """A slide begins: what friction carried before this move's closing it carries first. The
+        hand's jerk is no pull any more: the object keeps its speed."""
+        fingers = self._fingers
+        verge = fingers.slide(self._closing)
+        at = max(self._truth.shear, verge.shear - verge.slid) + _BEGUN
+        fingers.accept(fingers.stand(self._closing, at))  # now friction in motion holds
+        self._friction = fingers.slide(self._closing).carried
+        self._slide_way = self._slide_time = 0.0
+        inertia = self._timed.inertia
+        assert inertia is not None
+        jerk = 1e-6 * move.mass_g * (move.speed - self._speed) * inertia.rate
+        return self._slide_on(replace(move, pull=move.pull - jerk), at)
+
+    def _slide_on(self, move: _Move, begun: float | None = None) -> _Found:
+        """A control step of an object that slides: caught in it, dropped, or sliding still.
+
+        begun: the shear at which it begins to.
+        """
+        inertia = self._timed.inertia
+        assert inertia is not None
+        all_slides = self._fingers.slide(move.closing)
+        at = self._truth.shear if begun is None else begun
+        first, last = (move.acceleration(each) for each in (self._friction, all_slides.carried))
+        slid = slide(move.speed - self._speed, first, last, 1.0 / inertia.rate)
+        way = max(min(slid.way, move.hand - at), 0.0)  # the support ends it
+        at += slid.way
+        self._friction, self._speed = all_slides.carried, move.speed - slid.speed
+        self._slide_way += way
+        until = 1.0 / inertia.rate if slid.caught is None else slid.caught
+        self._slide_time += until - slid.waited
+        if at >= move.hand or self._slide_way > inertia.drop:
+            landed = self._fingers.stand(move.closing, move.hand)
+            return _Found(landed, lifted=False, dropped=True)
+        held = self._fingers.stand(move.closing, at)
+        if slid.caught is None:
+            return _Found(held, lifted=True, slid=True, sliding=True)
+        self._fingers.accept(held)
+        try:
+            held = self._fingers.hang(move.closing, move.weight)
+        except NoEquilibrium:  # held for a part of the step alone
+            return _Found(held, lifted=True, slid=True, sliding=True)
+        return _Found(held, lifted=True, slid=True)
+
+    def _note_motion(self, move: _Move, found: _Found, begins: bool) -> None:
+        """The object's speed from here on, and what is told of its slides."""
+        if not found.sliding:
+            self._speed = move.speed if found.lifted else 0.0
+        inertia, truth = self._timed.inertia, self._truth
+        assert inertia is not None
+        if begins:
+            self._speed = truth.rise * inertia.rate
+            swing = frequency(move.left * self._fingers.stiffness(), move.mass_g)
+            self._truth = replace(truth, frequency=swing)
+        if not (found.slid or found.dropped):
+            return
+        caught = found.lifted and not found.sliding
+        times = [truth.catch_time, self._slide_time if caught else None]
+        longest = max((time for time in times if time is not None), default=None)
+        self._truth = replace(
+            truth, slid=self._slid_before + self._slide_way, caught=caught, catch_time=longest
+        )
+        if not found.sliding:
+            self._slid_before, self._slide_time = self._truth.slid, 0.0

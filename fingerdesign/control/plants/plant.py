@@ -23,6 +23,11 @@ class Truth:
     slip over the points in contact. complete_slip: loaded, and (nearly) nothing sticks. lifted:
     the object hangs free of its support; None where the plant holds no object with a weight. rise:
     of the object above its support, mm.
+
+    Of an object with inertia (plants/slide.py), else None or 0. sliding: it slides through the
+    fingers at the end of the move. slid: how far it has in all its slides, mm. caught: the last of
+    them has ended by sticking; None before the first. catch_time: the longest from the first motion
+    of a slide to the catch, s. frequency: Hz at which it swings on the fingers as it was lifted.
     """
 
     approach: float
@@ -34,6 +39,11 @@ class Truth:
     complete_slip: bool
     lifted: bool | None = None
     rise: float = 0.0
+    sliding: bool | None = None
+    slid: float = 0.0
+    caught: bool | None = None
+    catch_time: float | None = None
+    frequency: float | None = None
 
 
 class Plant(Protocol):
@@ -175,6 +185,11 @@ def is_lifted(truth: Truth, object_mass_g: float) -> bool:
     if truth.lifted is not None:
         return truth.lifted and not truth.complete_slip
     return not truth.complete_slip and truth.tangential_force > weight_per_finger(object_mass_g)
+
+
+def may_be_caught(truth: Truth) -> bool:
+    """An object with inertia that slips as a whole is in the fingers yet."""
+    return truth.sliding is not None and bool(truth.lifted)
 
 
 def safety_margin(truth: Truth, friction_coefficient: float) -> float | None:

@@ -22,8 +22,8 @@ from fingerdesign.design.grip import Grip, HardwareTable
 
 # Imperfect hardware around any plant: gages, amplifier, force cell, stage (numpy only).
 #
-# The stage goes where it is sent in whole steps and loses its play at each turn; the sensors add
-# what is below, in this order, and say it some samples late:
+# The stage goes where it is sent in whole steps, with a lag, and loses its play at each turn; the
+# sensors add what is below, in this order, and say it some samples late:
 #
 #     gage = round_q( gain * (strain + c neighbours) + drift t + w (1 - exp(-t / T)) + noise )
 #     F_n = gain F_n + noise,   F_t = gain (F_t + c F_n) + noise
@@ -63,7 +63,11 @@ class ImperfectPlant:
         self._dying = np.empty(0, dtype=bool)
         self._time = 0.0
         self._late: deque[Sample] = deque()
-        self._axes = [_Axis(hardware.stage_step_mm, hardware.backlash_mm) for _ in range(2)]
+        fade = 0.0  # what is left of the way to where the stage is sent, after a sample's time
+        if hardware.actuator_lag_s > 0.0:
+            fade = float(np.exp(-1.0 / (hardware.sample_rate_Hz * hardware.actuator_lag_s)))
+        own = (hardware.stage_step_mm, hardware.backlash_mm, fade)
+        self._axes = [_Axis(*own) for _ in range(2)]
 
     def move(self, dx: float, dy: float) -> Sample:
         """Move as far as the stage does, read what the sensors say; see :class:`Plant`."""
@@ -109,22 +113,25 @@ class ImperfectPlant:
 class _Axis:
     """One axis of a stage: whole steps, and play that a turn of the direction has to take up.
 
+    Its drive follows where it is sent with a first-order lag, ``fade`` of what is missing being
+    left after a move: x <- goal + fade (x - goal), exact for a goal that is set at once.
     The play lies behind at the start: the stage came up to touch in the positive direction.
     """
 
-    def __init__(self, step: float, backlash: float) -> None:
-        self._step, self._backlash = step, backlash
+    def __init__(self, step: float, backlash: float, fade: float = 0.0) -> None:
+        self._step, self._backlash, self._fade = step, backlash, fade
         self._wanted = self._drive = 0.0
         self._play = 0.0  # way ahead of the drive, in the positive direction, until it pushes
 
     def moved(self, way: float) -> float:
         """How far the stage goes, mm, when sent ``way``; steps left over are remembered."""
-        if self._step == 0.0 and self._backlash == 0.0:
+        if self._step == 0.0 and self._backlash == 0.0 and self._fade == 0.0:
             return way
         self._wanted += way
         goal = self._wanted
         if self._step > 0.0:
             goal = self._step * round(self._wanted / self._step)
+        goal += self._fade * (self._drive - goal)
         turned, self._drive = goal - self._drive, goal
         if turned >= 0.0:
             lost = min(self._play, turned)

@@ -1,0 +1,310 @@
+"""Two fingers that hold one rigid object between them, moved alike (numpy only).
+
+Both bases close by the same way and are sheared alike against the object. Where the opposite
+finger is a mirror image, the object stays in the middle and each finger has exactly half of all
+forces: one model serves both. Where it is another finger, the object floats to where both press
+alike,
+
+    approach = closing + drift   of the finger with gages,   closing - drift   of the other,
+    F_n (closing + drift, shear) = F_n' (closing - drift, shear)
+
+The object keeps its direction: its tilting under unlike tangential forces is left out. A pair may
+be asked for any number of answers from where it stands: ``accept`` alone moves the friction history
+on, ``passed`` what the rubber remembers (contact/memory.py), once a control step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from math import inf
+
+from fingerdesign.contact.balance import (
+    Attempts,
+    ForceSlope,
+    OutOfReach,
+    predicted_shear,
+    rising_root,
+    solve_shear,
+)
+from fingerdesign.contact.history import FrictionHistory
+from fingerdesign.contact.increment import Increment, solve_increment
+from fingerdesign.contact.memory import Rubber, RubberHistory
+from fingerdesign.contact.path import NoEquilibrium, stiffness
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.errors import SolverError
+
+_REACH = 4.0  # times (1 + mu) F_n: more than friction carries on any slope that a finger touches
+
+
+@dataclass(frozen=True)
+class Held:
+    """What two fingers do at some closing and shear; forces N, mm.
+
+    increment: of the finger with gages, other: of the opposite one (the same where it is a mirror
+    image). carried: F_t of both together. drift: the object's way off the middle. fresh: what the
+    increments' forces are to be multiplied by (contact/memory.py); 1 of rubber without a memory.
+    slid: how far the whole contact has slid in it, mm: the way of the nodes that began last.
+    """
+
+    increment: Increment
+    other: Increment
+    carried: float
+    drift: float = 0.0
+    fresh: float = 1.0
+    slid: float = 0.0
+
+    @property
+    def shear(self) -> float:
+        """Of both, mm in all."""
+        return self.increment.motion.shear
+
+
+class _Finger:
+    """One finger's friction history, and what its rubber remembers."""
+
+    def __init__(
+        self, problem: ContactProblem, rubber: Rubber | None, kinetic_share: float
+    ) -> None:
+        self.history = FrictionHistory(problem, kinetic_share)
+        self._memory = None if rubber is None else RubberHistory(rubber, problem)
+        if self._memory is not None:
+            self.history.displace(self._memory.lag)
+
+    @property
+    def settled(self) -> bool:
+        return self.history.settled and self._memory is None
+
+    def solve(self, approach: float, shear: float) -> Increment:
+        history = self.history
+        motion = replace(history.state.motion, approach=approach, shear=shear)
+        return solve_increment(history.problem, history.state, motion, history.workspace)
+
+    def attempts(self) -> Attempts:
+        history = self.history
+        return Attempts(history.problem, history.state, history.workspace)
+
+    def start(self, approach: float, tangential: float) -> float | None:
+        """A shear that may well carry ``tangential`` N over ``Held.fresh``."""
+        history, before = self.history, self.history.last
+        if before is None:
+            return None
+        if self._memory is not None:
+            before = replace(before, force=self._memory.rest_force)
+        own = (approach, tangential, history.workspace)
+        return predicted_shear(history.problem, before, *own)
+
+    def stiffness(self) -> float:
+        """Against shear at the last increment, what slides taken to stick, N/mm over ``fresh``."""
+        history = self.history
+        if history.last is None:
+            return 0.0
+        found = stiffness(history.problem, history.last, history.workspace, held=True)
+        return float(found[1, 1])
+
+    def slid(self, increment: Increment) -> float:
+        """The shortest slip of those that touch and slide in an increment, mm; 0 if one sticks."""
+        touching = increment.multiplier[:, 0] > 0.0
+        share = self.history.problem.friction_share
+        ways = increment.state.sliding / (1.0 if share is None else share)
+        return float(ways[touching].min()) if touching.any() else 0.0
+
+    def passed(self) -> None:
+        """A control step is over."""
+        last = self.history.last
+        if self._memory is not None and last is not None:
+            self._memory.passed(self.history.at_rest(last.multiplier))
+            self.history.displace(self._memory.lag)
+
+
+class MirrorPair:
+    """A finger and its mirror image: half of all forces each, exactly."""
+
+    def __init__(
+        self, problem: ContactProblem, rubber: Rubber | None = None, kinetic_share: float = 1.0
+    ) -> None:
+        self._finger = _Finger(problem, rubber, kinetic_share)
+        self._fresh = 1.0 if rubber is None else rubber.fresh
+
+    @property
+    def problem(self) -> ContactProblem:
+        """What the finger's next increment is solved on."""
+        return self._finger.history.problem
+
+    @property
+    def settled(self) -> bool:
+        """Whether the same motion once more would leave all forces as they are."""
+        return self._finger.settled
+
+    def stand(self, closing: float, shear: float) -> Held:
+        """Both moved to ``closing`` and ``shear``, mm in all."""
+        return self._held(self._finger.solve(closing, shear))
+
+    def hang(self, closing: float, weight: float, most: float = inf) -> Held:
+        """Closed by ``closing`` mm in all, together carrying ``weight`` N: the shear is found.
+
+        most: a shear at which they are known to carry more. Raises NoEquilibrium where friction
+        cannot carry it.
+        """
+        history, half = self._finger.history, 0.5 * weight / self._fresh
+        start = self._finger.start(closing, half)
+        own = (closing, half, history.workspace, start, most)
+        return self._held(solve_shear(history.problem, history.state, *own))
+
+    def slide(self, closing: float) -> Held:
+        """Sheared until the whole contact slides; ``carried`` is then what friction carries."""
+        trials = self._finger.attempts()
+
+        def evaluate(shear: float) -> ForceSlope | None:
+            if trials.at(closing, shear) is None:
+                return None
+            normal, carried = (float(force) for force in trials.forces())
+            if not normal > 0.0:
+                raise OutOfReach(0.0)
+            return ForceSlope(carried, float(trials.stiffness()[1, 1]), normal, trials.limit())
+
+        here, friction = trials.state.motion.shear, trials.problem.friction_coefficient
+        _until_sliding(evaluate, here, trials.softest, friction)
+        return self._held(trials.last)
+
+    def stiffness(self) -> float:
+        """Of both against shear as last accepted, as if nothing more slid, N/mm."""
+        return 2.0 * self._fresh * self._finger.stiffness()
+
+    def accept(self, held: Held) -> None:
+        """Go on from ``held``."""
+        self._finger.history.accept(held.increment)
+
+    def passed(self) -> None:
+        """A control step is over."""
+        self._finger.passed()
+
+    def _held(self, increment: Increment) -> Held:
+        carried = 2.0 * self._fresh * float(self.problem.model.total_force(increment.force)[0])
+        slid = self._finger.slid(increment)
+        return Held(increment, increment, carried, fresh=self._fresh, slid=slid)
+
+
+class UnlikePair:
+    """Two different fingers of one rubber; the object floats between them."""
+
+    def __init__(
+        self,
+        problem: ContactProblem,
+        opposite: ContactProblem,
+        rubber: Rubber | None = None,
+        kinetic_share: float = 1.0,
+    ) -> None:
+        self._both = tuple(_Finger(each, rubber, kinetic_share) for each in (problem, opposite))
+        self._fresh = 1.0 if rubber is None else rubber.fresh
+        self._shear = self._drift = 0.0
+
+    @property
+    def problem(self) -> ContactProblem:
+        """What the next increment of the finger with gages is solved on."""
+        return self._both[0].history.problem
+
+    @property
+    def settled(self) -> bool:
+        return all(finger.settled for finger in self._both)
+
+    def stand(self, closing: float, shear: float) -> Held:
+        return self._held(self._between(closing).at(shear))
+
+    def hang(self, closing: float, weight: float, most: float = inf) -> Held:
+        between = self._between(closing)
+        try:
+            here = self._shear
+            target = weight / self._fresh
+            rising_root(between.carried_at, target, here, here, between.softest, most)
+        except OutOfReach as reached:
+            raise NoEquilibrium(
+                f"no shear makes the two fingers carry {weight:g} N, closed by {closing:g} mm: "
+                f"complete slip at {reached.most * self._fresh:.4g} N"
+            ) from None
+        return self._held(between.held())
+
+    def slide(self, closing: float) -> Held:
+        between = self._between(closing)
+        friction = self.problem.friction_coefficient
+        _until_sliding(between.carried_at, self._shear, between.softest, friction)
+        return self._held(between.held())
+
+    def stiffness(self) -> float:
+        return self._fresh * sum(finger.stiffness() for finger in self._both)
+
+    def accept(self, held: Held) -> None:
+        for finger, increment in zip(self._both, (held.increment, held.other), strict=True):
+            finger.history.accept(increment)
+        self._shear, self._drift = held.shear, held.drift
+
+    def passed(self) -> None:
+        for finger in self._both:
+            finger.passed()
+
+    def _between(self, closing: float) -> _Between:
+        first, second = (finger.attempts() for finger in self._both)
+        return _Between(first, second, closing, self._drift, self._fresh)
+
+    def _held(self, held: Held) -> Held:
+        both = zip(self._both, (held.increment, held.other), strict=True)
+        return replace(held, slid=min(finger.slid(increment) for finger, increment in both))
+
+
+class _Between:
+    """The drift at which both fingers press alike, for one closing and any shear."""
+
+    def __init__(
+        self, first: Attempts, second: Attempts, closing: float, drift: float, fresh: float
+    ) -> None:
+        self._first, self._second = first, second
+        self._closing, self._drift, self._fresh = closing, drift, fresh
+        self.softest = max(first.softest, second.softest)
+
+    def at(self, shear: float) -> Held:
+        def evaluate(drift: float) -> ForceSlope | None:
+            found = self._first.at(self._closing + drift, shear)
+            other = self._second.at(self._closing - drift, shear)
+            if found is None or other is None:
+                return None
+            pressed, against = self._first.forces()[0], self._second.forces()[0]
+            slope = self._first.stiffness()[0, 0] + self._second.stiffness()[0, 0]
+            return ForceSlope(float(pressed - against), float(slope), float(max(pressed, against)))
+
+        self._drift = rising_root(evaluate, 0.0, self._drift, self._drift, self.softest)
+        return self.held()
+
+    def held(self) -> Held:
+        """The last balance."""
+        carried = self._fresh * float(self._first.forces()[1] + self._second.forces()[1])
+        return Held(self._first.last, self._second.last, carried, self._drift, self._fresh)
+
+    def carried_at(self, shear: float) -> ForceSlope:
+        """F_t of both, over ``fresh``, against the shear, the drift following it."""
+        self.at(shear)
+        (normal, pulled), (against, opposed) = self._first.forces(), self._second.forces()
+        if not (normal > 0.0 and against > 0.0):
+            raise OutOfReach(0.0)
+        here, there = self._first.stiffness(), self._second.stiffness()
+        follows = (there[0, 1] - here[0, 1]) / (here[0, 0] + there[0, 0])
+        slope = here[1, 1] + there[1, 1] + (here[1, 0] - there[1, 0]) * follows
+        limits = {self._first.limit(), self._second.limit()}
+        limit = limits.pop() if len(limits) == 1 else 0
+        return ForceSlope(float(pulled + opposed), float(slope), float(normal), limit)
+
+
+def _until_sliding(
+    evaluate: Callable[[float], ForceSlope | None],
+    here: float,
+    softest: float,
+    friction_coefficient: float,
+) -> None:
+    """Shear on from ``here`` until all slides toward +x, or nothing is touched: the last trial."""
+    with suppress(OutOfReach):
+        first = evaluate(here)
+        if first is None:
+            raise SolverError("the fingers' answer to a closing was not found: close less a step")
+        most = _REACH * (1.0 + friction_coefficient) * first.scale
+        rising_root(evaluate, most, here, here, softest)
+        raise SolverError(f"friction carries {most:.4g} N and more: no slide can be followed")
