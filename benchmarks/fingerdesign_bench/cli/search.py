@@ -1,7 +1,9 @@
-"""``fingerdesign bench paper-finger`` and ``grids``: gage areas that follow the stick area."""
+"""``fingerdesign bench paper-finger``, ``grids``: gage areas that follow the stick area;
+``slides``: what hands make of an object that grows heavier."""
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import Literal
 
 import click
 from fingerdesign_cli.options import output_options
@@ -143,4 +145,63 @@ def grids(
         print_table(title, headings, cells)
 
 
-COMMANDS = (paper_finger, grids)
+@click.command("slides", short_help="A weight that grows: held, caught, dropped? (half a minute).")
+@click.argument("design", default="sensitive")
+@click.option("--controller", "controllers", multiple=True, help="Repeat it for more.")
+@click.option("--friction", "frictions", multiple=True, type=click.FloatRange(0.01, 5.0))
+@click.option("--share", "shares", multiple=True, type=click.FloatRange(0.0, 10.0))
+@click.option(
+    "--fidelity",
+    default="plane-strain",
+    show_default=True,
+    type=click.Choice(["plane-strain", "3d"]),
+)
+@output_options
+def slides(
+    design: str,
+    controllers: tuple[str, ...],
+    frictions: tuple[float, ...],
+    shares: tuple[float, ...],
+    fidelity: Literal["plane-strain", "3d"],
+    quiet: bool,
+    as_json: bool,
+) -> None:
+    """A hanging object's weight grows at once by a share of it; it slides, is caught, or drops.
+
+    DESIGN is a file or a shipped name. Without options a reactive hand and one of a fixed ratio, at
+    friction 0.3 and 0.6, and 30 and 60 % more weight.
+    """
+    from fingerdesign.checks.starter import find_design
+    from fingerdesign_bench.studies.slides import CONTROLLERS, FRICTIONS, SHARES, measure_slides
+
+    with progress("bench slides", quiet or as_json) as report:
+        found = measure_slides(
+            find_design(design),
+            controllers or CONTROLLERS,
+            frictions or FRICTIONS,
+            shares or SHARES,
+            fidelity,
+            report,
+        )
+    if as_json:
+        print_json({"rows": [asdict(row) for row in found]})
+    elif not quiet:
+        headings = ["controller", "friction", "heavier %", "margin", "outcome", "slid mm"]
+        headings += ["catch ms", "swings Hz"]
+        cells = [
+            [
+                row.controller,
+                f"{row.friction_coefficient:g}",
+                f"{100 * row.share:g}",
+                "-" if row.safety_margin is None else f"{row.safety_margin:.2f}",
+                row.outcome,
+                f"{row.slid_mm:.2f}",
+                "-" if row.catch_s is None else f"{1e3 * row.catch_s:.0f}",
+                "-" if row.swing_Hz is None else f"{row.swing_Hz:.0f}",
+            ]
+            for row in found
+        ]
+        print_table(f"{design}: what becomes of an object that grows heavier", headings, cells)
+
+
+COMMANDS = (paper_finger, grids, slides)
