@@ -183,7 +183,8 @@ class GripTrace:
         values = ((each.name, getattr(self, each.name)) for each in fields(self))
         arrays = {name: value for name, value in values if isinstance(value, np.ndarray)}
         assert all(len(value) == whole for value in arrays.values())
-        return replace(self, **{name: value[:steps] for name, value in arrays.items()})
+        cut: dict[str, Any] = {name: value[:steps] for name, value in arrays.items()}
+        return replace(self, **cut)
 
     @property
     def limit(self) -> Array:

@@ -1,9 +1,8 @@
 """An object that slides through the fingers: with what speed, how far, until when (numpy only).
 
 Friction cannot carry the object, so the whole of both contacts slides. Over a control step the hand
-moves evenly, and closes evenly, so that friction 2 mu_k F_n
-changes evenly; relative to the fingers
-the object, of mass m, moves down by
+moves evenly, and closes evenly, so that friction, 2 mu_k F_n, changes evenly; relative to the
+fingers the object, of mass m, moves down by
 
     m a = W - friction,      a(t) = a_0 + (a_1 - a_0) t / T,
     v(t) = v_0 + a_0 t + (a_1 - a_0) t^2 / 2T,
