@@ -22,8 +22,6 @@ the factor A. No growing of the contact is asked for: where it shrinks, the dent
 recovers in time. What is approximate is the step: the laws hold at its end.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 
