@@ -22,14 +22,7 @@ from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.plants.measured import Phase
 from fingerdesign.control.signals import NormalCalibration
 from fingerdesign.sensing.bench import model_curves, protocol
-from fingerdesign.sensing.latents import (
-    MESH_FORCE,
-    MESH_MICROSTRAIN,
-    MESH_MICROSTRAIN_PER_N,
-    LatentFit,
-    Noise,
-    small_pulls,
-)
+from fingerdesign.sensing.latents import MESH, LatentFit, Noise, small_pulls
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -58,13 +51,14 @@ def joined_calibration(
     touch = float(fit.of("touch")[0].sum())
     (press,) = (each for each in phases if each.kind == "press")
     mean = float(np.median(press.points.samples)) ** 0.5
-    gage, force, wide = noise.gage / mean, noise.force / mean, max(1.0, fit.misfit) ** 0.5
+    gage, force = noise.gage / mean, noise.force / mean
+    mesh = max(1.0, fit.misfit) ** 0.5 * np.array(MESH[fidelity])
     pulls, shears = small_pulls(phases, len(measured.stiffness))
 
     played = fit.curves.calibration  # the same finger in the bench's own moves
     own, other = measured.normal, _merged(played.normal, model.normal, gains)
     forces = _reaching(own.normal_force, other.normal_force)
-    weight = _weight(wide * MESH_MICROSTRAIN, np.full(len(own.normal_force), gage))
+    weight = _weight(mesh[0], np.full(len(own.normal_force), gage))
     pressed = _joined(forces, own, other, weight)
     approach = _column(model.normal.normal_force, model.approach - touch)
     closed = _joined(forces, _column(own.normal_force, measured.approach), approach)
@@ -72,9 +66,9 @@ def joined_calibration(
 
     own, other = measured.sticking, _merged(played.sticking, model.sticking, gains)
     sheared = _reaching(own.normal_force, other.normal_force)
-    weight = _weight(wide * MESH_MICROSTRAIN_PER_N, 2.0**0.5 * gage / pulls)
+    weight = _weight(mesh[1], 2.0**0.5 * gage / pulls)
     sticking = _joined(sheared, own, other, weight)
-    weight = _weight(wide * MESH_FORCE * measured.stiffness, 2.0**0.5 * force / shears)
+    weight = _weight(mesh[2] * measured.stiffness, 2.0**0.5 * force / shears)
     stiff = _merged(
         _column(played.sticking.normal_force, played.stiffness),
         _column(model.sticking.normal_force, model.stiffness),

@@ -10,7 +10,7 @@ standard deviation d (a careful workshop's tolerances, sensing/unlike.py), minim
 
 y: readings pressed and tilted at a few normal forces, responses to F_t where all sticks and where
 all slips, F_n by approach, dF_t/dx; m: the same of the condensed model in the phases' own moves. s:
-the sensors' noise and, in squares, what meshes of one finger differ by (``MESH_*``).
+the sensors' noise and, in squares, what meshes of one finger differ by (``MESH``).
 
 Sensitivities are central differences on the design, condensed anew on either side in worker
 processes and kept in the user's cache: they serve every finger of the design. Plates move in one
@@ -18,7 +18,9 @@ mesh (mesh/moved.py): the difference of two would look like information. Reading
 linear in them (of what 0.1 mm changes a few per cent are not), so they are not made anew at the
 answer; gains are exact. The covariance is the inverse of J^T J / c + I in units of d,
 with c = max(1, what the fit leaves over its degrees of freedom): a model that does not fit tells
-less.
+less. A bench that leans moves the contact by plates: its lean is looked for first, and
+sensitivities are those there. Cross-talk and the force cells' gains are not fitted: they end up in
+the values (docs/calibrate.md).
 """
 
 from __future__ import annotations
@@ -70,10 +72,16 @@ AXES = ("x", "y", "angle")
 TOLERANCE = {"x": 0.1, "y": 0.1, "angle": 1.0}  # of a plate's place, mm and degrees
 # Twice what two meshes of `sensitive` differ by (standard deviations): along a gage's curve they
 # differ alike, so that its points say less than as many would that were wrong each for itself.
-MESH_MICROSTRAIN, MESH_MICROSTRAIN_PER_N, MESH_FORCE = 1.8, 0.6, 0.004
+# Readings, microstrain; responses, microstrain/N; forces, a share.
+MESH = {"plane-strain": (1.8, 0.6, 0.004), "3d": (6.0, 2.0, 0.01)}
+# What ten drawn fingers show beyond the covariance: the row as a whole and the bench's lean imitate
+# each other (8 micrometres at the crest are a hundredth of a degree), and mesh decides between them.
+ROW = {"x": 0.008, "lean": 0.01}
 _STEPS = {"lean": 0.5}  # standard deviations to either side
 _STEP = 0.25  # of the others
 _FORCES = 12  # points of a press that are compared
+_LEANS = np.linspace(-2.5, 2.5, 21)  # degrees
+_LEANS_ANYHOW = 0.7  # of what a level bench leaves, what one that leans has to leave
 _MOST_POISSON = 0.4999
 _REACH, _ROUNDS = 4.0, 8  # standard deviations; evaluations of the model
 _FORMAT = 1
@@ -189,13 +197,15 @@ def sensitivities(
     fidelity: str,
     workers: int,
     report: Report,
+    lean_deg: float = 0.0,
 ) -> list[tuple[BenchCurves, BenchCurves, float]]:
     """Curves of each latent below and above the design's value, and how far apart the two lie.
 
-    A side on which there is no sound finger is the design's own.
+    A side on which there is no sound finger is the design's own. lean_deg: of the bench, about
+    which the lean's own lies.
     """
     kept = Cache("sensitivities", most=40)
-    name = f"{_key(design, plan, latents, fidelity)}.npz"
+    name = f"{_key(design, plan, latents, fidelity, lean_deg)}.npz"
     sides = [(latent, side * latent.step) for latent in latents for side in (-1.0, 1.0)]
     found: list[BenchCurves | None] = []
     if stored := kept.arrays(name):
@@ -205,7 +215,9 @@ def sensitivities(
             found = []
     if len(found) != 1 + len(sides):
         jobs = [(None, 0.0), *sides]
-        with Pool(min(workers, len(jobs)), shared=(design, tuple(plan), fidelity)) as pool:
+        with Pool(
+            min(workers, len(jobs)), shared=(design, tuple(plan), fidelity, lean_deg)
+        ) as pool:
             found = []
             for each in pool.in_order(_curves_beside, jobs):
                 found.append(each)
@@ -226,21 +238,32 @@ def sensitivities(
 
 
 def _curves_beside(
-    design: Design, plan: tuple[Phase, ...], fidelity: str, latent: Latent | None, off: float
+    design: Design,
+    plan: tuple[Phase, ...],
+    fidelity: str,
+    lean_deg: float,
+    latent: Latent | None,
+    off: float,
 ) -> BenchCurves | None:
     """Those of one finger beside the design; None where it is not sound."""
     try:
         if latent is None:
-            return model_curves(design, plan, fidelity)
+            return model_curves(design, plan, fidelity, lean_deg, design)
         if latent.kind == "lean":
-            return model_curves(design, plan, fidelity, off, design)
+            return model_curves(design, plan, fidelity, lean_deg + off, design)
         beside = with_latents(design, [latent], np.array([off]))
-        return model_curves(beside, plan, fidelity, 0.0, design)
+        return model_curves(beside, plan, fidelity, lean_deg, design)
     except (DesignError, SolverError):
         return None
 
 
-def _key(design: Design, plan: Sequence[Phase], latents: Sequence[Latent], fidelity: str) -> str:
+def _key(
+    design: Design,
+    plan: Sequence[Phase],
+    latents: Sequence[Latent],
+    fidelity: str,
+    lean_deg: float,
+) -> str:
     moves = [
         (
             p.kind,
@@ -257,6 +280,7 @@ def _key(design: Design, plan: Sequence[Phase], latents: Sequence[Latent], fidel
         [content_digest(each) for each in tables],
         sorted(design.materials),
         [(each.name, each.step) for each in latents],
+        *([lean_deg] if lean_deg else []),
     ]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
@@ -305,7 +329,13 @@ class _Data:
     scalar_deviation: Array
 
 
-def _data(phases: Sequence[Phase], curves: BenchCurves, noise: Noise, alive: BoolArray) -> _Data:
+def _data(
+    phases: Sequence[Phase],
+    curves: BenchCurves,
+    noise: Noise,
+    alive: BoolArray,
+    fidelity: str,
+) -> _Data:
     """The measured values; deviations of gages that are dead are infinite."""
     own = curves.calibration
     (press,) = (each for each in phases if each.kind == "press")
@@ -324,11 +354,12 @@ def _data(phases: Sequence[Phase], curves: BenchCurves, noise: Noise, alive: Boo
     pulls, shears = small_pulls(phases, len(where.sheared))
     slides = [float(p.points.tangential_force[-1]) for p in phases if p.kind == "slide"]
     apart = 2.0**0.5 * reading / np.array([*pulls, *slides])
-    rows = [np.full(where.readings, np.hypot(reading, MESH_MICROSTRAIN))]
-    rows.append(np.hypot(apart, MESH_MICROSTRAIN_PER_N))
+    mesh = MESH[fidelity]
+    rows = [np.full(where.readings, np.hypot(reading, mesh[0]))]
+    rows.append(np.hypot(apart, mesh[1]))
     deviation = np.concatenate(rows)[:, None] * np.where(alive, 1.0, np.inf)
     jitter = np.concatenate([np.full(len(some), force), 2.0**0.5 * force / shears])
-    return _Data(where, strain, deviation, scalar, np.hypot(jitter, MESH_FORCE * scalar))
+    return _Data(where, strain, deviation, scalar, np.hypot(jitter, mesh[2] * scalar))
 
 
 def _some(points: int, count: int) -> IntArray:
@@ -433,6 +464,25 @@ def _columns(
     return found
 
 
+def _about_lean(
+    design: Design, phases: Sequence[Phase], data: _Data, fidelity: str, report: Report
+) -> float:
+    """The bench's lean, degrees, to the next of ``_LEANS``, at which the design's own model fits
+    best: sensitivities depend on where the contact lies, which a degree moves by plates."""
+    left: list[float] = []
+    for lean in _LEANS:
+        report("looking for the bench's lean")
+        try:
+            curves = model_curves(design, phases, fidelity, float(lean), design)
+        except SolverError:
+            left.append(np.inf)
+            continue
+        strain = (data.where.of(curves)[0] - data.strain) / data.strain_deviation
+        left.append(float(np.sum(strain**2)))
+    level = left[len(_LEANS) // 2]
+    return float(_LEANS[int(np.argmin(left))]) if min(left) < _LEANS_ANYHOW * level else 0.0
+
+
 def fit_latents(
     design: Design,
     phases: Sequence[Phase],
@@ -451,14 +501,15 @@ def fit_latents(
     latents = latents_of(design, gages, bool(tilts))
     dead = dead_gages(curves, noise.gage)
     alive = ~np.isin(np.arange(1, gages + 1), dead)
-    data = _data(phases, curves, noise, alive)
+    data = _data(phases, curves, noise, alive, fidelity)
     (friction,) = {each.friction_coefficient for each in phases if each.kind == "press"}
     plan = [
         type(each)(each.name, each.kind, friction, each.tilt_deg, each.points)
         for each in protocol(design, tilts)
     ]
     shaped = [each for each in latents if each.kind not in ("gain", "touch")]
-    pairs = sensitivities(design, plan, shaped, fidelity, workers, report)
+    about = _about_lean(design, phases, data, fidelity, report) if tilts else 0.0
+    pairs = sensitivities(design, plan, shaped, fidelity, workers, report, about)
     problem = _Problem(design, phases, fidelity, data, latents, _columns(data, latents, pairs))
     most = np.full(len(latents), _REACH)
     least = -most.copy()
@@ -469,7 +520,7 @@ def fit_latents(
         if each.kind == "lean":
             most[k], least[k] = MOST_LEAN_DEG / each.deviation, -MOST_LEAN_DEG / each.deviation
     report("fitting")
-    start = np.zeros(len(latents))
+    start = np.array([about / each.deviation * (each.kind == "lean") for each in latents])
     found = least_squares(
         problem.residual,
         start,
@@ -495,10 +546,12 @@ def _fitted(problem: _Problem, x: Array, dead: tuple[int, ...], alive: BoolArray
 
     before, after = (rms(problem.off(at)[0]) for at in (np.zeros(len(x)), x))
     values = x * problem.scale
+    row = np.array([ROW.get(each.kind, 0.0) for each in problem.latents])
+    deviations = np.hypot(np.sqrt(np.diag(covariance)) * problem.scale, row)
     return LatentFit(
         latents=tuple(problem.latents),
         values=values,
-        deviations=np.sqrt(np.diag(covariance)) * problem.scale,
+        deviations=np.minimum(deviations, problem.scale),
         before=float(np.sqrt(np.mean(before[alive] ** 2))),
         after=float(np.sqrt(np.mean(after[alive] ** 2))),
         gages_after=after,

@@ -108,6 +108,23 @@ def environment(folder: Path | None, quiet: bool, as_json: bool) -> int:
     return _show("environment", "Gymnasium environment", checks, folder, quiet, as_json)
 
 
+@click.command("latents", short_help="Hidden values of ten fingers from their benches (15 min).")
+@click.option("--fingers", type=click.IntRange(1, 1000), default=10, show_default=True)
+@_table_option
+@output_options
+def latents(fingers: int, folder: Path | None, quiet: bool, as_json: bool) -> int:
+    """What `fingerdesign calibrate` fits of drawn fingers beside what was drawn, in plane strain.
+
+    Plates, modulus and gains of `sensitive`, 0.5 microstrain of noise: RMS errors, and how often
+    the deviations that the fit states cover them.
+    """
+    from fingerdesign_bench.studies.latents import latent_checks
+
+    with progress("bench latents", quiet or as_json) as report:
+        checks = latent_checks(fingers, report=report)
+    return _show("latents", "Hidden values of drawn fingers", checks, folder, quiet, as_json)
+
+
 @click.command("smoothness", short_help="Ripple of the pressure on the meshes used (2 min).")
 @_table_option
 @output_options
@@ -202,6 +219,7 @@ COMMANDS = (
     assembly,
     steps,
     environment,
+    latents,
     verification,
     agreement,
     whole,
