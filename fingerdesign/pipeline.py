@@ -4,8 +4,8 @@
     result = analyse(design, scene, "plane-strain")
     result = analyse_into(Case(design), out)     # and the folder that a user opens
 
-Refuse what cannot be; make the model; follow the path; lift; write down what was found. The stages
-are those of analysis/stages.py, the path analysis/path.py, the record analysis/analysis.py.
+Refuse what cannot be; make the model (analysis/stages.py); follow the path (path.py); lift; write
+down what was found (analysis.py).
 """
 
 from dataclasses import replace
@@ -86,6 +86,7 @@ def _run_in_zone(
         clock.add(model.timings)
         chosen = Choice(requested, model, zone, notes)
     case, zone = chosen.case, chosen.zone
+    chosen.model.condensed.prepare_fields(wanted=case.fields)
     problem = problem_at_touch(chosen.model.reduced, scene.object, case.design.body)
     report("loading")
     with clock.stage("increments"), one_thread():

@@ -13,9 +13,11 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from threading import Lock, Thread
 from typing import Any
 
 import numpy as np
@@ -130,6 +132,17 @@ class CondensedBody:
     timings: dict[str, float]
     load_displacement: Array | None = None
 
+    def prepare_fields(self, wanted: bool) -> None:
+        """Begin to factor, beside other work, where answers were kept and fields are ``wanted``;
+        what fails is raised by :meth:`displacement_fields`."""
+
+        def begin() -> None:
+            with suppress(SolverError):
+                self.factors()
+
+        if wanted:
+            Thread(target=begin, daemon=True).start()
+
     def displacement_fields(self, forces: Array, loads: Array | float = 0.0) -> Array:
         """Nodal displacements (k, n, dim) mm for contact forces (k, m, dim) N and nodal forces of
         the body's own, (n dim, 1) N."""
@@ -165,7 +178,7 @@ def condense_body(
         if keep:
             keep_answers(key, modulus, answers, dofs)
     else:
-        (answers, dofs), factors = kept, cache(lambda: _factored(body))
+        (answers, dofs), factors = kept, _once(lambda: _factored(body))
         timings = {"assemble": 0.0, "condense": time.perf_counter() - start}
     ends = np.cumsum([part.shape[0] for part in readouts])
     return CondensedBody(
@@ -203,6 +216,19 @@ def _key(body: Body, modulus: float, rows: Sequence[sp.csr_matrix]) -> str:
     words = f"{body.element} {body.thickness}"
     relative = body.youngs_modulus / modulus
     return key_of(words, relative, [*parts, body.pressure_cells, body.attached, *rows])
+
+
+def _once(
+    make: Callable[[], tuple[System, Condensation]],
+) -> Callable[[], tuple[System, Condensation]]:
+    """The same, made by whichever thread asks first; others wait for it."""
+    kept, lock = cache(make), Lock()
+
+    def once() -> tuple[System, Condensation]:
+        with lock:
+            return kept()
+
+    return once
 
 
 def _factored(body: Body) -> tuple[System, Condensation]:
