@@ -74,9 +74,9 @@ TOLERANCE = {"x": 0.1, "y": 0.1, "angle": 1.0}  # of a plate's place, mm and deg
 # differ alike, so that its points say less than as many would that were wrong each for itself.
 # Readings, microstrain; responses, microstrain/N; forces, a share.
 MESH = {"plane-strain": (1.8, 0.6, 0.004), "3d": (6.0, 2.0, 0.01)}
-# What ten drawn fingers show beyond the covariance: the row as a whole and the bench's lean are
+# What fifteen drawn fingers show beyond the covariance: the row as a whole and the bench's lean are
 # hard to tell apart (8 micrometres at the crest are a hundredth of a degree): the mesh decides.
-ROW = {"x": 0.008, "lean": 0.01}
+ROW = {"x": 0.015, "lean": 0.02}
 _STEPS = {"lean": 0.5}  # standard deviations to either side
 _STEP = 0.25  # of the others
 _FORCES = 12  # points of a press that are compared
