@@ -14,8 +14,10 @@ handed the recent path as well as the present: gages over F_n, and the change of
 over the last steps. From both, what F_n alone would cause is taken out first, and they are reported
 in parts of what a shear causes where all sticks (:class:`FingerCurves`): without that, errors on
 the same 1250 grips were a sixth larger. So is what the forces rise by beyond what the moves cause
-where all sticks: on fingers that are not the taught one, that takes a tenth off the errors. Last
-stands what the object does to the gages before it is pulled: it may lean, or be round.
+where all sticks: on fingers that are not the taught one, that takes a tenth off the errors. What
+has changed since the first pull, and the largest F_t / F_n so far, below which no friction can be,
+take off another sixth. Last stands what the object does to the gages before it is pulled: it may
+lean, or be round.
 """
 
 from __future__ import annotations
@@ -35,7 +37,7 @@ from fingerdesign.errors import FingerDesignError
 if TYPE_CHECKING:
     from fingerdesign.control.calibration import Calibration
 
-FORMAT = "fingerdesign grip estimator, 3"
+FORMAT = "fingerdesign grip estimator, 4"
 LAGS = (1, 4, 12)  # steps back
 LEAST_FORCE = 0.05  # N: below it there is hardly a contact
 _LEAST_MOTION = 1e-4  # mm
@@ -298,57 +300,75 @@ def _band(record: dict[str, Any]) -> Band:
 
 def feature_count(gages: int) -> int:
     """How many features ``gages`` readings make."""
-    return 2 * gages + 3 + len(LAGS) * (gages + 7)
+    return 2 * gages + 4 + (len(LAGS) + 1) * (gages + 7)
 
 
 def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> Array:
-    """Features (f,) of the last moment: the present, the change over the last steps, the touch."""
+    """Features (f,) of the last moment: the present, the changes over the last steps and since the
+    first pull, the touch."""
     now = history[-1].sample
     pressed = max(now.normal_force, LEAST_FORCE)
-    alone, sticking = curves.at(pressed)
-    scale = max(float(np.abs(sticking).max()), _LEAST_RESPONSE)
+    scale, alone = _scale(curves, pressed)
+    last, start = len(history) - 1, _before_pull(history)
+    touch = history[start].sample
+    before = max(touch.normal_force, LEAST_FORCE)
+    scale_then, alone_then = _scale(curves, before)
     parts: list[Any] = [
         (now.readings - alone) / (scale * pressed),
         [math.log(pressed), now.tangential_force / pressed, math.log(noise + 0.1)],
+        [max(0.0, *(_ratio(each.sample) for each in history))],
+        *(
+            _changes(history[first:], curves, scale)
+            for first in (*(max(last - lag, 0) for lag in LAGS), start)
+        ),
+        # How the object lies, leans and bends: what a plane would not cause.
+        (touch.readings - alone_then) / (scale_then * before),
     ]
-    last = len(history) - 1
-    for lag in LAGS:
-        first = max(last - lag, 0)
-        before = history[first].sample
-        moved = history[first + 1 :]
-        dx, dy = sum(each.dx for each in moved), sum(each.dy for each in moved)
-        rising, pulling = curves.expected(before.normal_force, dx, dy)
-        along = sum(abs(each.dx) for each in moved)
-        way = max(along + sum(abs(each.dy) for each in moved), _LEAST_MOTION)
-        rise = now.normal_force - before.normal_force
-        pull = now.tangential_force - before.tangential_force
-        size = abs(pull) + _NORMAL_SHARE * abs(rise) + _LEAST_CHANGE
-        change = now.readings - before.readings - (alone - curves.at(before.normal_force)[0])
-        parts += [
-            change / (scale * size),
-            [
-                rise / size,
-                pull / size,
-                (rise - rising) / size,
-                (pull - pulling) / size,
-                dx / way,
-                math.log(way),
-                math.log(size / pressed),
-            ],
-        ]
-    parts.append(_touch(history, curves))
     return np.concatenate([np.asarray(part, dtype=float) for part in parts])
 
 
-def _touch(history: Sequence[Moment], curves: FingerCurves) -> Array:
-    """What the gages say (g,) before the first pull that a plane would not cause: how the object
-    lies, leans and bends."""
-    pulled = next((k for k, each in enumerate(history) if each.dx != 0.0), len(history))
-    sample = history[max(pulled - 1, 0)].sample
-    pressed = max(sample.normal_force, LEAST_FORCE)
+def _ratio(sample: Sample) -> float:
+    """F_t / F_n: the friction coefficient is at least the largest that there was."""
+    return sample.tangential_force / max(sample.normal_force, LEAST_FORCE)
+
+
+def _scale(curves: FingerCurves, pressed: float) -> tuple[float, Array]:
+    """The strongest gage's response to a shear where all sticks, microstrain/N, and the readings
+    under a normal force alone."""
     alone, sticking = curves.at(pressed)
-    scale = max(float(np.abs(sticking).max()), _LEAST_RESPONSE)
-    return np.asarray((sample.readings - alone) / (scale * pressed))
+    return max(float(np.abs(sticking).max()), _LEAST_RESPONSE), alone
+
+
+def _before_pull(history: Sequence[Moment]) -> int:
+    """The last moment before the first pull; without one the last of all."""
+    pulled = next((k for k, each in enumerate(history) if each.dx != 0.0), len(history))
+    return max(pulled - 1, 0)
+
+
+def _changes(history: Sequence[Moment], curves: FingerCurves, scale: float) -> Array:
+    """What changed from the first to the last of these moments: gages, then seven of the forces and
+    moves."""
+    before, now, moved = history[0].sample, history[-1].sample, history[1:]
+    dx, dy = sum(each.dx for each in moved), sum(each.dy for each in moved)
+    rising, pulling = curves.expected(before.normal_force, dx, dy)
+    along = sum(abs(each.dx) for each in moved)
+    way = max(along + sum(abs(each.dy) for each in moved), _LEAST_MOTION)
+    rise = now.normal_force - before.normal_force
+    pull = now.tangential_force - before.tangential_force
+    size = abs(pull) + _NORMAL_SHARE * abs(rise) + _LEAST_CHANGE
+    pressed = max(now.normal_force, LEAST_FORCE)
+    change = now.readings - before.readings
+    change = change - (curves.at(pressed)[0] - curves.at(before.normal_force)[0])
+    forces = [
+        rise / size,
+        pull / size,
+        (rise - rising) / size,
+        (pull - pulling) / size,
+        dx / way,
+        math.log(way),
+        math.log(size / pressed),
+    ]
+    return np.concatenate([change / (scale * size), forces])
 
 
 def _array(values: Any) -> Array:

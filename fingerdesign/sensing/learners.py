@@ -34,7 +34,7 @@ from fingerdesign.sensing.teach import (
 
 JUDGED, CHOSEN_BY = 0.15, 0.15  # of the grips; the rest is taught
 LEAST_GRIPS = 20  # fewer make no third part
-_PER_FORCES, _PER_LAG = 3, 7  # features that hold no gage (estimator.features)
+_PER_FORCES, _PER_LAG = 4, 7  # features that hold no gage (estimator.features)
 
 
 @dataclass(frozen=True)
@@ -73,9 +73,10 @@ class Samples:
 
 
 def gage_columns(gage: int, gages: int) -> IntArray:
-    """Columns of the features that gage ``gage`` of ``gages`` makes: now, by lag, at touch."""
+    """Columns of the features that gage ``gage`` of ``gages`` makes: now, by lag, since the pull,
+    at touch."""
     first, each = gages + _PER_FORCES, gages + _PER_LAG
-    return gage + np.array([0, *(first + each * np.arange(len(LAGS) + 1))])
+    return gage + np.array([0, *(first + each * np.arange(len(LAGS) + 2))])
 
 
 def columns(kept: Sequence[int], gages: int) -> IntArray:

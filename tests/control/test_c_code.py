@@ -87,9 +87,8 @@ class Single:
         k = min(max(int(np.searchsorted(xs, x)) - 1, 0), len(xs) - 2)
         return ys[k] + (x - xs[k]) / (xs[k + 1] - xs[k]) * (ys[k + 1] - ys[k])
 
-    def changes(self, lag, alone, scale, pressed):
+    def changes(self, first, alone, scale, pressed):
         (readings, normal, tangential, *_), n = self.history[-1], self.n
-        first = max(len(self.history) - 1 - lag, 0)
         before = self.history[first]
         dx = dy = along = closed = S(0.0)
         for *_, x, y in self.history[first + 1 :]:
@@ -112,12 +111,14 @@ class Single:
         sticking = self.at(pressed, self.force, self.sticking)
         scale = max(abs(sticking).max(), n.LEAST_RESPONSE)
         present = (readings - alone) / (scale * pressed)
-        found = [*present, self.log(pressed), tangential / pressed, n.LOG_NOISE]
-        for lag in LAGS:
-            found += self.changes(lag, alone, scale, pressed)
+        most = max(S(0.0), *(e[2] / max(e[1], n.LEAST_FORCE) for e in self.history))
+        found = [*present, self.log(pressed), tangential / pressed, n.LOG_NOISE, most]
+        last = len(self.history) - 1
         self.pulled = self.pulled or dx != 0.0
         if not self.pulled:
-            self.touch = present
+            self.touch, self.start = present, last
+        for first in (*(max(last - lag, 0) for lag in LAGS), self.start):
+            found += self.changes(first, alone, scale, pressed)
         values = (S([*found, *self.touch]) - S(self.band.center)) / S(self.band.scale)
         values = np.clip(values, -n.OUTLIER, n.OUTLIER)
         for k, (weight, scale, bias) in enumerate(self.layers):

@@ -109,22 +109,35 @@ def test_features_of_known_samples():
         found = features([moment(share, 0.0, readings=share * np.arange(1, 4))], CURVES, 0.5)
         assert found[:GAGES] == pytest.approx(0.0)
     pulled = moment(1.0, 0.2, readings=[3.0, 4.0, 5.0])  # 10 microstrain/N times 0.2 N more
-    change = features([moment(1.0, 0.0), pulled], CURVES, 0.5)[GAGES + 3 : 2 * GAGES + 3]
+    change = features([moment(1.0, 0.0), pulled], CURVES, 0.5)[GAGES + 4 : 2 * GAGES + 4]
     assert change == pytest.approx(0.2 / 0.22)  # 0.02 N are added to every change of force
     for force, missing in ((0.2, 0.0), (0.1, -0.1 / 0.12)):
         found = features([moment(1.0, 0.0), moment(1.0, force, dx=0.02)], CURVES, 0.5)
-        assert found[2 * GAGES + 3 + 3] == pytest.approx(missing, abs=1e-12)
+        assert found[2 * GAGES + 4 + 3] == pytest.approx(missing, abs=1e-12)
         assert len(found) == feature_count(GAGES)
 
 
-def test_features_are_of_the_first_touch_and_the_longest_lag():
-    history = [moment(1.0 + 0.01 * k, 0.01 * k) for k in range(40)]
-    short = [history[0], *history[-max(LAGS) - 1 :]]
-    assert np.array_equal(features(history, CURVES, 0.5), features(short, CURVES, 0.5))
-    leaning = [moment(1.0, 0.01, dx=0.0, readings=[2.0, 1.0, 3.0]), *history]
-    changed = features(leaning, CURVES, 0.5) != features(history, CURVES, 0.5)
+def test_features_are_of_the_touch_the_lags_and_the_way_since_the_pull():
+    """What lies between the first pull and the longest lag counts by its way and its largest F_t /
+    F_n alone."""
+    history = [moment(1.0 + 0.01 * k, 0.01 * k, dx=0.01 * (k > 0)) for k in range(40)]
+    kept = history[-max(LAGS) - 1 :]
+    between = replace(history[20], dx=0.01 * (40 - len(kept) - 1))
+    short = [history[0], between, *kept]
+    assert features(short, CURVES, 0.5) == pytest.approx(features(history, CURVES, 0.5))
+    leaning = replace(history[0].sample, readings=np.array([2.0, 1.0, 3.0]))
+    changed = features(history, CURVES, 0.5) != features(
+        [replace(history[0], sample=leaning), *history[1:]], CURVES, 0.5
+    )
     assert changed[-GAGES:-1].all()
-    assert not changed[:-GAGES].any()
+    assert not changed[: -2 * GAGES - 7].any()
+
+
+def test_the_largest_ratio_of_forces_is_remembered():
+    high, low = moment(1.0, 0.5), moment(1.0, 0.2)
+    assert features([high, low], CURVES, 0.5)[GAGES + 3] == 0.5
+    assert features([low], CURVES, 0.5)[GAGES + 3] == 0.2
+    assert features([moment(1.0, -0.1)], CURVES, 0.5)[GAGES + 3] == 0.0
 
 
 class Late:

@@ -74,27 +74,28 @@ static void row_at(const regulator_curves *c, const float *table, float force, f
         row[g] = between(table + k * GAGES + g, share, GAGES);
 }
 
-/* Features of a change over lag samples: the gages', then seven of the forces and moves. */
-static float *changes(const regulator *r, int lag, const float *alone, float scale, float pressed,
-                      float *out) {
+/* Adds a move to a way: along x, closing, and the lengths of both. */
+static void go(float *way, const regulator_moment *move) {
+    way[0] += move->dx;
+    way[1] += move->dy;
+    way[2] += fabsf(move->dx);
+    way[3] += fabsf(move->dy);
+}
+
+/* Features of the change since a moment, and the way since: the gages', then seven of the forces
+   and moves. */
+static float *changes(const regulator *r, const regulator_moment *before, const float *moved,
+                      const float *alone, float scale, float pressed, float *out) {
     const regulator_curves *c = &r->curves;
     const regulator_moment *now = r->history;
-    int first = lag < r->moments - 1 ? lag : r->moments - 1, k, g;
-    const regulator_moment *before = now + first;
-    float dx = 0.0f, dy = 0.0f, along = 0.0f, closed = 0.0f, from[GAGES];
-    float way, rise, pull, size, after, rising, pulling;
-    for (k = first - 1; k >= 0; k--) {
-        dx += now[k].dx;
-        dy += now[k].dy;
-        along += fabsf(now[k].dx);
-        closed += fabsf(now[k].dy);
-    }
-    way = larger(along + closed, LEAST_MOTION);
-    after = interpolated(before->normal_force, c->normal_force, c->approach, c->points) + dy;
+    float way = larger(moved[2] + moved[3], LEAST_MOTION), from[GAGES];
+    float rise, pull, size, after, rising, pulling;
+    int g;
+    after = interpolated(before->normal_force, c->normal_force, c->approach, c->points) + moved[1];
     after = interpolated(after, c->approach, c->normal_force, c->points);
     rising = after - before->normal_force;
     pulling = interpolated(0.5f * (before->normal_force + after), c->normal_force, c->stiffness,
-                           c->points) * dx;
+                           c->points) * moved[0];
     rise = now->normal_force - before->normal_force;
     pull = now->tangential_force - before->tangential_force;
     size = fabsf(pull) + NORMAL_SHARE * fabsf(rise) + LEAST_CHANGE;
@@ -105,13 +106,14 @@ static float *changes(const regulator *r, int lag, const float *alone, float sca
     *out++ = pull / size;
     *out++ = (rise - rising) / size;
     *out++ = (pull - pulling) / size;
-    *out++ = dx / way;
+    *out++ = moved[0] / way;
     *out++ = logarithm(way);
     *out++ = logarithm(size / pressed);
     return out;
 }
 
-/* FEATURES numbers of the last moment: the present, the changes, the touch. */
+/* FEATURES numbers of the last moment: the present, the changes over the last steps and since the
+   first pull, the touch. */
 static void features(regulator *r, float *out) {
     const regulator_moment *now = r->history;
     float pressed = larger(now->normal_force, LEAST_FORCE), scale = 0.0f;
@@ -127,11 +129,23 @@ static void features(regulator *r, float *out) {
     *out++ = logarithm(pressed);
     *out++ = now->tangential_force / pressed;
     *out++ = LOG_NOISE;
-    for (k = 0; k < COUNT(LAGS); k++)
-        out = changes(r, LAGS[k], alone, scale, pressed, out);
+    r->most = larger(r->most, now->tangential_force / pressed);
+    *out++ = r->most;
+    for (k = 0; k < COUNT(LAGS); k++) {
+        int first = LAGS[k] < r->moments - 1 ? LAGS[k] : r->moments - 1, i;
+        float moved[4] = {0.0f, 0.0f, 0.0f, 0.0f};
+        for (i = first - 1; i >= 0; i--)
+            go(moved, now + i);
+        out = changes(r, now + first, moved, alone, scale, pressed, out);
+    }
     r->pulled = r->pulled || now->dx != 0.0f;
-    if (!r->pulled)
+    if (r->pulled)
+        go(r->since, now);
+    else {
+        r->start = *now;
         memcpy(r->touch, present, sizeof r->touch);
+    }
+    out = changes(r, &r->start, r->since, alone, scale, pressed, out);
     memcpy(out, r->touch, sizeof r->touch);
 }
 
@@ -335,6 +349,7 @@ int regulator_step(regulator *r, const float readings[GAGES], float normal_force
         r->moments = 0;
         remember(r, readings, normal_force, tangential_force, 0.0f, 0.0f);
         r->begun = 1;
+        r->most = 0.0f;
     }
     if (settles)
         r->settling--;

@@ -37,10 +37,11 @@ typedef struct {
     regulator_curves curves;
     regulator_moment history[REGULATOR_LOOKS_BACK + 1]; /* the last one first */
     int moments, begun, pulled;
-    float touch[REGULATOR_GAGES];
+    regulator_moment start; /* the last before the first pull */
+    float touch[REGULATOR_GAGES], since[4];
     float unfelt_dx[REGULATOR_MOST_DELAY + 1], unfelt_dy[REGULATOR_MOST_DELAY + 1];
     int delay, settling;
-    float stiffness, pressing, weight, sum, used, probed;
+    float stiffness, pressing, weight, sum, used, probed, most;
 } regulator;
 
 /* Begin a grip at its preload. delay: samples from a move until it is felt; stiffness: dF_t/dx at
