@@ -30,6 +30,8 @@ from fingerdesign.runtime.registry import MESHERS
 # Faults between the keys of ``[grip]`` that say what is gripped, and with what hardware.
 
 _LEAST_GAGES = 2
+_FOLLOWED = 2.0  # time constants in which a press that lags is felt at its depth
+_FELT_WITHIN = 1050  # samples that the bench's quick press is waited for (control/calibration.py)
 _BENCH_SHEAR = 0.05  # of the preload: what the bench shears by (control/calibration.py)
 
 
@@ -98,14 +100,23 @@ def _dead_gage_faults(design: Design, name: str, before: Sequence[int] = ()) -> 
 
 
 def _stage_faults(grip: Grip) -> list[Fault]:
-    """A stage too coarse for the moves that calibrate the finger: some would be no move at all."""
-    step = grip.hardware.stage_step_mm
+    """A stage that the finger cannot be calibrated with: so coarse that some of the bench's moves
+    would be no move at all, or so slow that its quick press is not felt in time."""
+    hardware, faults = grip.hardware, []
+    step = hardware.stage_step_mm
     least = min(0.5 * grip.approach_step_mm, _BENCH_SHEAR * grip.preload_mm)
-    if step <= least:
-        return []
-    bound = f"at most {least:.4g}: half of grip.approach_step_mm, {_BENCH_SHEAR:g} grip.preload_mm"
-    remedy = "take a finer stage, or longer moves"
-    return [Fault("grip.hardware.stage_step_mm", step, bound, remedy)]
+    if step > least:
+        half = f"half of grip.approach_step_mm, {_BENCH_SHEAR:g} grip.preload_mm"
+        remedy = "take a finer stage, or longer moves"
+        bound = f"at most {least:.4g}: {half}"
+        faults.append(Fault("grip.hardware.stage_step_mm", step, bound, remedy))
+    samples = (_FELT_WITHIN - hardware.delay_samples) / _FOLLOWED
+    if hardware.actuator_lag_s * hardware.sample_rate_Hz > samples:
+        most = samples / hardware.sample_rate_Hz
+        bound = f"at most {most:.4g}, {samples:g} samples: the bench's press is felt by then"
+        remedy = "take a faster stage, a lower sample_rate_Hz or a shorter delay"
+        faults.append(Fault("grip.hardware.actuator_lag_s", hardware.actuator_lag_s, bound, remedy))
+    return faults
 
 
 # Whether a scene suits a design: motions that the body can take, readout points inside it.

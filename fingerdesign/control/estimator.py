@@ -257,13 +257,17 @@ def _faults(found: GripEstimator) -> list[str]:
     if not 0.0 <= found.noise <= _MOST_NOISE:
         wrong.append(f"the noise is not a number from 0 to {_MOST_NOISE:g} microstrain")
     force, single = curves.normal_force, np.finfo(np.float32)
-    if points < 2 or force.ndim != 1 or not (force[0] >= 0.0 and (np.diff(force) > 0).all()):
+    most = float(single.max)
+    if any(np.abs(each).max(initial=0.0) > most for each in vars(curves).values()):
+        return [*wrong, "the curves' numbers do not fit single precision"]
+    rising = np.diff(force.astype(np.float32)) > 0.0
+    if points < 2 or force.ndim != 1 or not (force[0] >= 0.0 and rising.all()):
         wrong.append("the curves' normal forces do not rise from 0 or more")
     if not curves.pressed.shape == curves.sticking.shape == (points, gages):
         wrong.append("the curves are not of one shape")
     if not curves.approach.shape == curves.stiffness.shape == (points,):
         wrong.append("the curves are not of one shape")
-    elif (np.diff(curves.approach) < 0.0).any() or (curves.stiffness <= 0.0).any():
+    elif (np.diff(curves.approach) < 0.0).any() or (curves.stiffness < single.tiny).any():
         wrong.append("the curves' approaches fall, or a stiffness is not above 0")
     if not curves.sticking.any():
         wrong.append("no gage responds where all sticks")
@@ -275,7 +279,7 @@ def _faults(found: GripEstimator) -> list[str]:
             wrong.append(f"a band is not of {count} features")
         elif not (band.scale >= single.tiny).all():
             wrong.append("a feature's scale is not above 0 in single precision")
-        elif any(np.abs(each).max(initial=0.0) > single.max for each in _numbers(band)):
+        elif not _most(band) <= most:
             wrong.append("a network's numbers do not fit single precision")
         elif band.spread.ndim != 2 or band.spread.shape[1] != 2 or not (band.spread > 0.0).all():
             wrong.append("a spread is not a table of two columns above 0")
@@ -284,8 +288,15 @@ def _faults(found: GripEstimator) -> list[str]:
     return wrong
 
 
-def _numbers(band: Band) -> list[Array]:
-    return [band.center, band.scale, *(x for each in band.layers for x in (each.weight, each.bias))]
+def _most(band: Band) -> float:
+    """No number of a band, nor any that it computes from features, is larger than this."""
+    own = [np.abs(each).max(initial=0.0) for each in (band.center, band.scale, band.spread)]
+    reached = np.full(len(band.center), OUTLIER)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for layer in band.layers:
+            reached = reached @ np.abs(layer.weight) + np.abs(layer.bias)
+            own.append(reached.max(initial=0.0))
+    return float(np.max(own))  # NaN if one is
 
 
 def _band(record: dict[str, Any]) -> Band:

@@ -90,6 +90,9 @@ def test_what_is_no_estimator_is_refused(text):
         (("bands", 1, "center"), [0.0]),
         (("bands", 1, "scale"), [1e-300] * feature_count(GAGES)),
         (("bands", 1, "layers", 0, "bias", 0), 1e300),
+        (("bands", 1, "spread"), [[1.0, 1e300]]),
+        (("curves", "approach_mm"), [0.0, 1.0, 1e300]),
+        (("curves", "normal_force_N"), [0.0, 1e-300, 1.0]),
     ],
 )
 def test_an_invalid_estimator_is_refused(where, value):

@@ -70,7 +70,9 @@ CHANGE = "[[grip.weight_changes]]\nobject_mass_g = 100.0\nstep_after_lift = "
                     'plant = "lift"\nrubber_memory = [[0.5, 1.0], [0.5, 2.0]]',
                     "grip.rubber_memory",
                 ),
-                ('plant = "lift"\nrubber_memory = [[0.5, 0.0]]', "grip.rubber_memory"),
+                ('plant = "lift"\nrubber_memory = [[0.5, 0.0]]', "grip.rubber_memory[0][1]"),
+                ('plant = "lift"\nrubber_memory = [[-0.5, 1.0]]', "grip.rubber_memory[0][0]"),
+                ("[grip.hardware]\nactuator_lag_s = 6.0", "grip.hardware.actuator_lag_s"),
                 (
                     'plant = "lift"\nrubber_memory = [[0.1, 1]]\nrelaxation_per_minute = 0.1',
                     "grip.relaxation_per_minute",

@@ -213,6 +213,22 @@ def without_column(text, name):
     return "\n".join(",".join(row[:k] + row[k + 1 :]) for row in rows) + "\n"
 
 
+def with_closing(text, share):
+    rows = [line.split(",") for line in text.splitlines()]
+    k = rows[0].index("dy_mm")
+    for row in rows[1:]:
+        row[k] = f"{share * float(row[k]):.9g}"
+    return "\n".join(map(",".join, rows)) + "\n"
+
+
+def opened(text):
+    return with_closing(text, -1.0)
+
+
+def still(text):
+    return with_closing(text, 0.0)
+
+
 @pytest.mark.parametrize(
     ("file", "change", "named"),
     [
@@ -226,6 +242,12 @@ def without_column(text, name):
         ("phases.csv", lambda t: t.replace(",tilt,0.5,2,", ",tilt,0.5,,"), "column tilt_deg"),
         ("phases.csv", lambda t: t.replace("press.csv,press", "press.csv,pres"), "one of press"),
         ("phases.csv", lambda t: t.replace("quick.csv", "quik.csv"), "quik.csv"),
+        ("phases.csv", lambda t: t.replace("quick.csv", "qui\0ck.csv"), "column trace"),
+        ("phases.csv", lambda t: t.replace("quick.csv", "/dev/zero"), "an ordinary file"),
+        ("phases.csv", lambda t: t.replace(",100", ",1e300"), "must be 1 to 1e+06"),
+        ("press.csv", opened, "closing positive"),
+        ("tilt_1.csv", still, "tilt_1.csv: normal_force_N = 0 points"),
+        ("quick.csv", lambda t: t.replace(",0,0.02,", ",0,0.2,"), "quick.csv, the quick press"),
         ("press.csv", lambda t: without_column(t, "gage_3"), "gage"),
         ("press.csv", lambda t: re.sub(r",[^,\n]*$", ",nan", t), "column gage_4 = nan"),
         ("press.csv", lambda t: "\n".join(t.splitlines()[:6]), "at least 8 points"),

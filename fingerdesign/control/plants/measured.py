@@ -18,12 +18,14 @@ The surface is one plane of known friction coefficient in all phases.
 from __future__ import annotations
 
 import csv
+import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.control.calibration import Calibration, delay_of
@@ -100,13 +102,13 @@ class BenchCurves:
 def points_of(trace: Trace, samples: float = 1.0, delay: int = 0) -> Points:
     """Where a trace stood still; see the module. ``samples``: of how many each row is the mean."""
     moved = (trace.dx != 0.0) | (trace.dy != 0.0)
-    group = np.cumsum(moved)
     values = np.column_stack([trace.normal_force, trace.tangential_force, trace.readings])
-    at_rest = np.flatnonzero(group == 0)
+    at_rest = np.flatnonzero(np.cumsum(moved) == 0)
     zero = values[at_rest].mean(axis=0) if len(at_rest) else np.zeros(values.shape[1])
     found, counts = [], []
-    for number in range(1, int(group[-1]) + 1):
-        rows = np.flatnonzero(group == number)
+    starts = np.flatnonzero(moved)
+    for start, end in zip(starts, np.append(starts, len(moved))[1:], strict=True):
+        rows = np.arange(start, end)
         rows = rows[delay:] if len(rows) > delay else rows[-1:]
         found.append(values[rows].mean(axis=0) - zero)
         counts.append(samples * len(rows))
@@ -118,13 +120,18 @@ def points_of(trace: Trace, samples: float = 1.0, delay: int = 0) -> Points:
 def pressed(points: Points) -> tuple[NormalCalibration, Array]:
     """Readings under F_n alone, from none on, and the approaches (c,) mm of their points.
 
-    Points whose force noise has put below an earlier one's are left out.
+    Points whose force noise has put below an earlier one's are left out, and so are those that lie
+    no deeper than an earlier one.
     """
-    before = np.maximum.accumulate(np.concatenate([[0.0], points.normal_force[:-1]]))
-    rising = points.normal_force > before
+    rising = _highest(points.normal_force) & _highest(points.approach)
     force = np.concatenate([[0.0], points.normal_force[rising]])
     readings = np.concatenate([np.zeros((1, points.readings.shape[1])), points.readings[rising]])
     return NormalCalibration(force, readings), np.concatenate([[0.0], points.approach[rising]])
+
+
+def _highest(values: Array) -> NDArray[np.bool_]:
+    """Which values are above 0 and above all that come before them."""
+    return np.asarray(values > np.maximum.accumulate(np.concatenate([[0.0], values[:-1]])))
 
 
 def bench_curves(phases: Sequence[Phase], gage_x: Array) -> BenchCurves:
@@ -147,7 +154,12 @@ def bench_curves(phases: Sequence[Phase], gage_x: Array) -> BenchCurves:
         if quick.trace is not None:
             depth = float(quick.trace.dy.sum())
             felt = RecordedPlant(_from_the_press(quick.trace))
-            delay = delay_of(felt, depth, float(np.interp(depth, approach, normal.normal_force)))
+            pressing = float(np.interp(depth, approach, normal.normal_force))
+            try:
+                delay = delay_of(felt, depth, pressing)
+            except SolverError as error:
+                due = f"75 % of the {pressing:.3g} N that the press has at its depth"
+                raise SolverError(f"{quick.name}, the quick press, never reaches {due}") from error
     first = np.abs(sticking.readings[0])
     x = np.asarray(gage_x, dtype=float)
     found = Calibration(x, normal, first, float(stiffness[0]), sticking, stiffness, approach, delay)
@@ -204,6 +216,7 @@ def read_bench(source: Path, gages: int) -> tuple[Phase, ...]:
     traces: list[Trace] = []
     for row in rows:
         try:
+            _refuse_endless(table.parent / row.name)
             traces.append(read_trace(table.parent / row.name, gages))
         except DesignError as error:
             errors.append(DesignError(error.faults, error.source or row.name))
@@ -220,7 +233,7 @@ def read_bench(source: Path, gages: int) -> tuple[Phase, ...]:
     try:
         delay = bench_curves(phases, np.arange(float(gages))).calibration.delay
     except SolverError as error:
-        bound = "such that each shear gives a force, and a quick press is felt"
+        bound = "such that each shear gives a force, and the quick press is felt"
         raise DesignError([Fault("traces", str(table), bound, str(error))]) from error
     return tuple(_phase(row, trace, delay) for row, trace in zip(rows, traces, strict=True))
 
@@ -231,7 +244,14 @@ def _phase(row: _Row, trace: Trace, delay: int = 0) -> Phase:
     return Phase(*own, points, row.samples, trace)
 
 
+def _refuse_endless(path: Path) -> None:
+    if os.path.exists(path) and not (os.path.isfile(path) or os.path.isdir(path)):
+        why = "a device or pipe may never end"
+        raise DesignError([Fault("trace", str(path), "an ordinary file", why)])
+
+
 def _table_of(path: Path) -> list[_Row]:
+    _refuse_endless(path)
     try:
         lines = list(csv.reader(path.read_text("utf-8-sig").splitlines(), strict=True))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
@@ -282,7 +302,7 @@ def _row_faults(number: int, row: dict[str, str], whole: bool) -> list[Fault]:
         value = row.get(name) or "empty"
         found.append(Fault(f"row {number}, column {name}", value, bound, remedy))
 
-    if not row["trace"]:
+    if not row["trace"] or "\0" in row["trace"]:
         wrong("trace", "a CSV file beside this table", "name the recorded trace")
     if row["phase"] not in KINDS:
         wrong("phase", f"one of {', '.join(KINDS)}", "say what was done")
@@ -295,7 +315,8 @@ def _row_faults(number: int, row: dict[str, str], whole: bool) -> list[Fault]:
     elif (float(leant) != 0.0) != (row["phase"] == "tilt"):
         wrong("tilt_deg", "other than 0 for phase tilt, and 0 or empty else", "say how it leant")
     if not _within(row.get("samples") or "1", 1.0, _MOST_SAMPLES):
-        wrong("samples", "1 or more", "say of how many samples a row is the mean")
+        bound = f"1 to {_MOST_SAMPLES:g}"
+        wrong("samples", bound, "say of how many samples a row is the mean")
     return found
 
 
@@ -326,8 +347,9 @@ def _press_faults(phase: Phase) -> Iterator[Fault]:
         yield Fault("dx_mm", "moves along x", "0 in every row", "press without shear")
     rising = len(pressed(at)[0].normal_force) - 1
     if rising < LEAST_POINTS:
-        bound = f"at least {LEAST_POINTS} points at which the normal force has risen"
-        yield Fault("normal_force_N", f"{rising} points", bound, "press on, in smaller steps")
+        bound = f"at least {LEAST_POINTS} points, each deeper and with more force than all before"
+        remedy = "press on, in smaller steps, closing positive (dy_mm)"
+        yield Fault("normal_force_N", f"{rising} points", bound, remedy)
 
 
 def _shear_faults(phase: Phase) -> Iterator[Fault]:

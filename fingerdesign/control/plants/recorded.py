@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import difflib
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -312,9 +313,12 @@ def _numbers(
             remedy = "mend the row; decimals take a point"
             faults.append(_cell(row, place, f"{len(cells)} cells in the row", bound, remedy))
             continue
+        if (whole := _sound_row(cells)) is not None:
+            table[k] = whole
+            continue
         for j, (name, cell) in enumerate(zip(header, cells, strict=True)):
             try:
-                table[k, j] = float(cell.replace("_", "?"))  # Python would read 1_0 as 10
+                table[k, j] = float(cell.replace("_", "?"))
             except ValueError:
                 what = f"'{cell}'" if cell else "empty"
                 remedy = "record it, or cut the trace there"
@@ -324,6 +328,17 @@ def _numbers(
                 remedy = "the sensor gave nothing: cut the trace there"
                 faults.append(_cell(row, name, cell, "a finite number", remedy))
     return table, faults
+
+
+def _sound_row(cells: Sequence[str]) -> list[float] | None:
+    """The numbers of a row, None where a cell of it holds no finite number."""
+    if any("_" in cell for cell in cells):  # Python would read 1_0 as 10
+        return None
+    try:
+        numbers = list(map(float, cells))
+    except ValueError:
+        return None
+    return numbers if all(map(math.isfinite, numbers)) else None
 
 
 def _cell(row: int, column: str, value: object, bound: str, remedy: str) -> Fault:
