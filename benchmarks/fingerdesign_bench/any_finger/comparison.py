@@ -142,7 +142,8 @@ def _measured(text: str, designs: int, kind: str, times: int) -> PageMeasured:
     seen: list[PageTimes] = []
     requests: list[str] = []
     console: list[str] = []
-    with tempfile.TemporaryDirectory() as folder:
+    # Helpers of a browser that has been closed may still write into its profile.
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         page = Path(folder) / "compare.html"
         page.write_text(text, encoding="utf-8")
         for number in range(times):
