@@ -158,7 +158,8 @@ def test_an_estimator_reports_is_exported_and_the_regulator_asks(
     said("export-c", *given, tmp_path / "c")
     written = {file.name: file.read_text() for file in (tmp_path / "c/coarse").iterdir()}
     assert written == c_files(louder, design.grip)
-    assert "15 gages, 198 weights" in said("export-onnx", *given, tmp_path / "onnx").out
+    weights = 2 * feature_count(15)
+    assert f"15 gages, {weights} weights" in said("export-onnx", *given, tmp_path / "onnx").out
     assert (tmp_path / "onnx/coarse/estimator.onnx").read_bytes() == onnx_file(louder)
     replay("--estimator", path, "--controller", "regulator", "--quiet")
     record, rows = replayed(tmp_path)
