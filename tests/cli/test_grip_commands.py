@@ -120,7 +120,7 @@ def estimator(tmp_path):
     forces, ones = np.array([0.0, 5.0]), np.full((2, gages), 1.0)
     curves = FingerCurves(forces, np.zeros((2, gages)), ones, 0.01 * forces, np.full(2, 10.0))
     count = feature_count(gages)
-    layer = Layer(0.01 * rng.standard_normal((count, 2)), np.array([0.7, 0.4]))
+    layer = Layer(0.003 * rng.standard_normal((count, 2)), np.array([0.7, 0.4]))
     band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))
 
     def write(key):
