@@ -43,6 +43,5 @@ def test_what_falls_short_is_reported():
 def test_a_page_is_measured(tmp_path):
     found = measure_comparison(quick=True)
     assert [each.requests + each.console for each in found.pages] == [(), ()]
-    assert all(each.median(name) > 0.0 for each in found.pages for name in ("open_s", "sort_s"))
     (path,) = write_comparison(found, tmp_path)
     assert len(json.loads(path.read_text("utf-8"))["checks"]) == 14

@@ -190,11 +190,11 @@ def test_by_another_mesher_a_finger_is_much_the_same(monkeypatch, tmp_path):
         felt.append((held.model.points, samples[-1]))
     (swept, one), (other, two) = felt
     assert len(swept) != len(other)
-    # Coarse, and by chance: fTetWild's meshes differed by 1 to 3.2 %.
-    assert two.normal_force == pytest.approx(one.normal_force, rel=0.08)
-    assert two.tangential_force == pytest.approx(one.tangential_force, rel=0.08)
+    # Both are coarse, and fTetWild's differs from run to run: 1 to 3.2 % were seen.
+    assert two.normal_force == pytest.approx(one.normal_force, rel=0.05)
+    assert two.tangential_force == pytest.approx(one.tangential_force, rel=0.05)
     worst = np.abs(two.readings - one.readings).max()
-    assert 0.0 < worst < 0.3 * np.abs(one.readings).max()
+    assert 0.0 < worst < 0.2 * np.abs(one.readings).max()
 
 
 def test_a_journal_with_an_invalid_record_is_refused(tmp_path, monkeypatch):
