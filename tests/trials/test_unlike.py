@@ -190,11 +190,12 @@ def test_by_another_mesher_a_finger_is_much_the_same(monkeypatch, tmp_path):
         felt.append((held.model.points, samples[-1]))
     (swept, one), (other, two) = felt
     assert len(swept) != len(other)
-    # Both are coarse, and fTetWild's differs from run to run: 1 to 3.2 % were seen.
-    assert two.normal_force == pytest.approx(one.normal_force, rel=0.05)
+    # Both are coarse, and fTetWild's differs from run to run: on three F_n by 0.3 %, F_t by 2.2 to
+    # 3.4 %, readings by 0.7 to 2.1 % of the largest.
+    assert two.normal_force == pytest.approx(one.normal_force, rel=0.02)
     assert two.tangential_force == pytest.approx(one.tangential_force, rel=0.05)
     worst = np.abs(two.readings - one.readings).max()
-    assert 0.0 < worst < 0.2 * np.abs(one.readings).max()
+    assert 0.0 < worst < 0.1 * np.abs(one.readings).max()
 
 
 def test_a_journal_with_an_invalid_record_is_refused(tmp_path, monkeypatch):
