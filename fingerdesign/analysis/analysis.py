@@ -8,6 +8,7 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case, Clock, result_digest
 from fingerdesign.analysis.fidelity.ladder import Choice
+from fingerdesign.analysis.measurable import measurability
 from fingerdesign.analysis.path import PathStopped, contact_history, increment_result
 from fingerdesign.analysis.stages import recover_fields
 from fingerdesign.arrays import Array, BoolArray
@@ -170,6 +171,7 @@ def analysis_of(
     case, design, mesh = chosen.case, chosen.case.design, chosen.model.mesh
     with clock.stage("report"):
         fields = recover_fields(chosen.model, steps) if case.fields else None
+        measurable = measurability(case, scene, array, steps)
     result = Result(
         **_identity(requested, clock),
         warnings=caveats(chosen, scene, problem, steps),
@@ -179,6 +181,7 @@ def analysis_of(
         grips=tuple(grip for grip, _ in grips),
         slip_studies=tuple(study_summary(study) for study in studies),
         ladder=chosen.summary,
+        measurability=measurable,
     )
     return Analysis(
         result=result,

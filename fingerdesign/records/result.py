@@ -186,6 +186,66 @@ class SlipStudySummary:
 
 @strict
 @dataclass(frozen=True)
+class MeasuredState:
+    """What gages see of slip while an object is held at one friction with a margin of 1.5.
+
+    response_microstrain_per_N: the strongest gage's to F_t while all sticks.
+    stick_change_microstrain: of the readings together (length of the vector) per unit of stick
+    ratio at the same forces. smallest_...: what one sample shows, three standard deviations of the
+    amplifier: of the stick ratio from all gages, forces known; of F_t from the strongest gage.
+    """
+
+    friction_coefficient: float
+    normal_force_N: float
+    tangential_force_N: float
+    response_microstrain_per_N: float
+    stick_change_microstrain: float
+    smallest_stick_change: float
+    smallest_force_change_N: float
+
+
+@strict
+@dataclass(frozen=True)
+class GageRemedy:
+    """One key changed until the gages answer enough, or as far as it goes: worked with the model.
+
+    gain: of the readings' change with the stick ratio, at the worst state; enough: smallest change
+    of the stick ratio then within what is wanted. known: materials of such plates.
+    """
+
+    key: str
+    value: float
+    changed: float
+    gain: float
+    enough: bool
+    known: tuple[str, ...] = ()
+
+
+@strict
+@dataclass(frozen=True)
+class Measurability:
+    """Whether the gages' answer to slip stands above an amplifier's noise (control/measurable.py).
+
+    noise_microstrain: of one sample; noise_stated: by the design's [grip.hardware], else the
+    reference amplifier's. wanted_stick_change: what a hand that steers by the stick ratio must see.
+    remedies: worked in plane strain where the gages see too little and a section tells; a quieter
+    amplifier helps in proportion.
+    """
+
+    noise_microstrain: float
+    noise_stated: bool
+    wanted_stick_change: float
+    states: tuple[MeasuredState, ...]
+    remedies: tuple[GageRemedy, ...] = ()
+
+    @property
+    def smallest_stick_change(self) -> float:
+        """At the worst of the states."""
+        return max(state.smallest_stick_change for state in self.states)
+
+
+@strict
+@dataclass(frozen=True)
 class TriedModel:
     """A rung of the fidelity ladder. error_estimates: by quantity, parts of one; None where nothing
     stood to judge it by (normal_force, tangential_force, stick_ratio, gage)."""
@@ -224,7 +284,8 @@ class Result:
     design, scene: names. digest: of the design, the scene and what else decides the numbers.
     parameters: the design's keys in dotted form with their values; assumed: those of them that the
     source did not give. timings_s: seconds by stage, 0 for a stage that was not run. ladder: with
-    --fidelity auto only; fidelity is then that of the model chosen.
+    --fidelity auto only; fidelity is then that of the model chosen. measurability: of the gages in
+    the array along x; None where there is none, or no load is reached at which they answer.
     """
 
     design: str
@@ -247,6 +308,7 @@ class Result:
     parameters: dict[str, Any] = field(default_factory=dict)
     assumed: tuple[str, ...] = ()
     ladder: LadderSummary | None = None
+    measurability: Measurability | None = None
 
     def __post_init__(self) -> None:
         if (self.status == "failed") != bool(self.failure):

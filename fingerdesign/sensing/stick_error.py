@@ -24,12 +24,13 @@ from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import Workspace, solve_increment
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
+from fingerdesign.control.measurable import REFERENCE_NOISE, amplifier_noise
 from fingerdesign.control.signals import NormalCalibration, gage_readings
 from fingerdesign.control.slip_study import normal_calibration
 from fingerdesign.design.grip import HardwareTable
 from fingerdesign.errors import SolverError
 
-NOISE, FORCE_NOISE_N, GAIN_SPREAD = 0.5, 0.005, 0.01  # as sensing/teach.py has them
+FORCE_NOISE_N, GAIN_SPREAD = 0.005, 0.01  # as sensing/teach.py has them
 FRICTIONS = (0.15, 1.0)
 GRIPS, FOLDS = 18, 9
 _PRESSED = (0.07, 0.9)  # of the greatest approach, where a grip begins and ends to pull
@@ -49,17 +50,15 @@ _PRESSED_POINTS = 8
 class Listening:
     """What readings suffer: noise of a sample (microstrain), of a force (N); spread of gains."""
 
-    noise: float = NOISE
+    noise: float = REFERENCE_NOISE
     force_noise_N: float = FORCE_NOISE_N
     gain_spread: float = GAIN_SPREAD
 
     @classmethod
     def of(cls, hardware: HardwareTable) -> Self:
         """As ``[grip.hardware]`` says; what it leaves perfect is that of a good amplifier."""
-        step = hardware.quantisation_microstrain / 12.0**0.5
-        noise = hardware.gage_noise_microstrain or NOISE
         return cls(
-            float(np.hypot(noise, step)),
+            amplifier_noise(hardware),
             hardware.force_noise_N or FORCE_NOISE_N,
             hardware.gain_spread or GAIN_SPREAD,
         )

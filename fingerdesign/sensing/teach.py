@@ -34,6 +34,7 @@ from fingerdesign.control.estimator import (
     feature_count,
     features,
 )
+from fingerdesign.control.measurable import REFERENCE_NOISE
 from fingerdesign.control.plants.plant import CondensedPlant, Truth
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.pool import Pool
@@ -161,7 +162,6 @@ class _Stiffness:
 # Of a gage's sample, microstrain. One network for both errs by a sixth more in the quieter band.
 BANDS = ((0.25, 1.6), (1.6, 15.0))
 NOISES = (0.5, 1.0, 2.0, 5.0, 10.0)  # that training results are judged at
-REFERENCE_NOISE = 0.5  # microstrain, of a good strain amplifier at 100 Hz
 _STEPS = 60
 _HELD_OUT = 0.15  # of the random grip paths: these, of whole fingers where there are many
 _HIDDEN = (128, 64)

@@ -8,7 +8,13 @@ from typing import Any, Literal
 import numpy as np
 
 from fingerdesign.records.arrays import GripTrace
-from fingerdesign.records.result import GripResult, IncrementResult, Result, SlipStudySummary
+from fingerdesign.records.result import (
+    GripResult,
+    IncrementResult,
+    Measurability,
+    Result,
+    SlipStudySummary,
+)
 from fingerdesign.report.page import said
 from fingerdesign.report.table import NOISE, cleaned, under_load, value_text
 from fingerdesign.runtime.registry import BODIES, SCENE_OBJECTS, Kind
@@ -176,8 +182,13 @@ def verdict(result: Result, traces: Sequence[GripTrace] = ()) -> list[Question]:
     if result.status == "failed":
         return [_question("failed", "no", failure=result.failure)]
     if result.increments and not result.slip_studies and not result.grips:
-        return [_touches(result.increments)]
-    found = [_follows(result), _lifts(result.grips), *_needed(result.grips, traces)]
+        return [_touches(result.increments), *_measurable(result.measurability)]
+    found = [
+        _follows(result),
+        _lifts(result.grips),
+        *_needed(result.grips, traces),
+        *_measurable(result.measurability),
+    ]
     if result.parameters.get("plates.model") == "none":
         return [Question("open", each.question, NOT_JUDGED) for each in found]
     return found
@@ -235,6 +246,31 @@ def _lifts(grips: Sequence[GripResult]) -> Question:
     margins = [grip.safety_margin for grip in good if grip.safety_margin is not None]
     answer = _graded(len(good), len(grips)) if grips else "open"
     return _question("lifts", answer, grips=grips, good=good, margins=margins, human=HUMAN_MARGIN)
+
+
+def _measurable(found: Measurability | None) -> list[Question]:
+    """Whether what the gages answer to slip stands above the amplifier's noise."""
+    if found is None:
+        return []
+    wanted, states = found.wanted_stick_change, found.states
+    good = sum(state.smallest_stick_change <= wanted for state in states)
+    worst = max(states, key=lambda state: state.smallest_stick_change)
+    responses = [state.response_microstrain_per_N for state in states]
+    changes = [state.smallest_stick_change for state in states]
+    forces = [state.smallest_force_change_N for state in states]
+    return [
+        _question(
+            "measurable",
+            _graded(good, len(states)),
+            found=found,
+            good=good,
+            worst=worst,
+            response=(min(responses), max(responses)),
+            change=(min(changes), max(changes)),
+            force=(min(forces), max(forces)),
+            gain=worst.smallest_stick_change / wanted,
+        )
+    ]
 
 
 def _needed(grips: Sequence[GripResult], traces: Sequence[GripTrace]) -> list[Question]:

@@ -35,6 +35,7 @@ def metrics_of(design: Design, cost: Cost, analysis: Analysis) -> dict[str, floa
     rows = analysis.result.increments
     deepest = max(rows, key=lambda row: row.approach_mm)
     pressed = deepest.approach_mm > 0.0
+    measured = analysis.result.measurability
     return {
         **grip_metrics(analysis.result.grips),
         "normal_force_N": rows[-1].normal_force_N,
@@ -43,6 +44,7 @@ def metrics_of(design: Design, cost: Cost, analysis: Analysis) -> dict[str, floa
         "peak_pressure_MPa": max(row.peak_pressure_MPa for row in rows),
         "first_slip_N": _first_slip(rows),
         "gage_response": _gage_response(analysis),
+        "smallest_stick_change": None if measured is None else measured.smallest_stick_change,
         **own_metrics(design, cost),
     }
 

@@ -39,6 +39,12 @@ _ALL = (
     ),
     Metric("stick_error", "", "min", "RMS error of the stick ratio as estimated from noisy gages"),
     Metric("gage_response", "microstrain/N", "max", "greatest reading per tangential force"),
+    Metric(
+        "smallest_stick_change",
+        "",
+        "min",
+        "smallest change of the stick ratio that gages show above the noise of one sample",
+    ),
     Metric("normal_force_N", "N", None, "F_n at the end of the scene's path"),
     Metric("tangential_force_N", "N", None, "F_t at the end of the scene's path"),
     Metric("stiffness_N_per_mm", "N/mm", None, "F_n over approach at the deepest approach"),

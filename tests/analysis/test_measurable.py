@@ -1,0 +1,87 @@
+"""Whether gages answer enough for their amplifier: what is said, and what would help."""
+
+import pytest
+
+from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.page.words import verdict
+from fingerdesign.checks.load import with_values
+from fingerdesign.checks.starter import find_design
+from fingerdesign.control.measurable import SEEN, amplifier_noise, measured_states
+from fingerdesign.design.grip import HardwareTable
+from fingerdesign.pipeline import run
+from fingerdesign.search.run.measured import metrics_of
+from fingerdesign.search.study.file import Cost
+
+
+def analysed(fidelity="plane-strain", **values):
+    """The demo's finger with other values, without grips."""
+    design = with_values(find_design("maeno2000"), values)
+    return design, run(Case(design, None, fidelity, grips=False, fields=False))
+
+
+@pytest.fixture(scope="module")
+def demo():
+    return analysed()
+
+
+def test_the_demo_s_gages_answer_too_little(demo):
+    design, found = demo
+    measured = found.result.measurability
+    assert (measured.noise_microstrain, measured.noise_stated) == (0.5, False)
+    assert all(0.4 < state.response_microstrain_per_N < 2.0 for state in measured.states)
+    said = verdict(found.result)[-1]
+    assert said.answer == "no"
+    assert "too little for an amplifier of 0.5 microstrain" in said.detail
+    assert metrics_of(design, Cost(), found)["smallest_stick_change"] == pytest.approx(
+        measured.smallest_stick_change
+    )
+
+
+def test_what_would_help_helps(demo):
+    _, found = demo
+    softer, thinner = found.result.measurability.remedies
+    assert softer.enough
+    assert "polyimide" in softer.known
+    assert softer.changed < 0.3 * softer.value
+    assert not thinner.enough
+    assert thinner.gain > 2.0
+    said = verdict(found.result)[-1].detail
+    for words in (softer.key, thinner.key, "polyimide", "Softer plates are enough"):
+        assert words in said
+    _, other = analysed(**{softer.key: softer.changed})
+    assert other.result.measurability.smallest_stick_change <= 0.1
+    assert not other.result.measurability.remedies
+    assert verdict(other.result)[-1].answer == "yes"
+
+
+def test_what_is_seen_goes_with_the_stated_noise(demo):
+    _, found = demo
+    by_state = {"grip.hardware.gage_noise_microstrain": 0.04}
+    quiet = analysed(**by_state)[1].result.measurability
+    assert quiet.noise_stated
+    assert not quiet.remedies
+    loud = found.result.measurability
+    assert quiet.smallest_stick_change == pytest.approx(0.08 * loud.smallest_stick_change)
+    for state in loud.states:
+        assert state.smallest_stick_change * state.stick_change_microstrain == pytest.approx(
+            SEEN * loud.noise_microstrain
+        )
+
+
+def test_a_converter_s_step_counts_as_noise():
+    stepped = HardwareTable(gage_noise_microstrain=3.0, quantisation_microstrain=4.0 * 12.0**0.5)
+    assert amplifier_noise(stepped) == pytest.approx(5.0)
+
+
+def test_loads_out_of_reach_are_left_out(demo):
+    _, found = demo
+    assert measured_states(found.problem, "both", [(0.5, 1e4)], 0.5) == ()
+
+
+@pytest.mark.slow
+def test_the_demo_s_page_says_so_in_3d_too():
+    _, found = analysed("3d")
+    said = verdict(found.result)[-1]
+    assert said.answer == "no"
+    assert "too little for an amplifier of 0.5 microstrain" in said.detail
+    assert "Softer plates are enough" in said.detail
