@@ -6,6 +6,9 @@
    the gages to F_t is the design's own scale, and dF_t/dx the first guess of the stiffness.
 3. The same at a few depths more, up to all of the stage's: the response grows as the contact does.
 4. One quick press: how many samples it takes until it is felt.
+5. Slide one way, then the other, until F_t rises no more. Friction is the same both ways, so the
+   mean of both F_t / F_n is what the cell of F_t feels of F_n: a hundredth of F_n is a twentieth
+   of what a slippery object is held by.
 
 The press takes the same steps as a grip: coarser ones, with straight lines between, put kinks into
 what is taken out, and a kink looks like a fall of A (steps growing by 4 % of the depth were tried:
@@ -17,14 +20,14 @@ without shear, the finger hardly tells one friction from another.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.control.plants.plant import Plant, PlantMaker, press
-from fingerdesign.control.signals import NormalCalibration, response
+from fingerdesign.control.signals import NormalCalibration, Sample, response
 from fingerdesign.errors import SolverError
 
 if TYPE_CHECKING:
@@ -33,6 +36,8 @@ if TYPE_CHECKING:
 _SMALL_SHEAR = 0.05  # of the preload: F_t is then 2 % of F_n, far from slip at any usual friction
 _STICKING_SHEAR = 0.2  # of the depth: 8 % of F_n, which noise at rest drowns by some per cent only
 _DEPTHS = 6
+_SLIDE_DEPTH, _SLIDE_STEP = 0.5, 0.4  # of the stage; of the depth
+_RISES, _MOST_SLIDES = 0.01, 40  # of F_t in a step, less is none; steps each way
 _MEAN, _PATIENCE = 10, 1100  # samples: averaged; waited for, longer than any hardware's delay
 
 
@@ -43,7 +48,8 @@ class Calibration:
     gage_x (g,) mm; normal: readings under F_n alone; full_stick (g,) microstrain/N: response to a
     small shear where all sticks; tangential_stiffness: dF_t/dx then, N/mm. sticking: the like
     responses with their signs by F_n, at a few depths; stiffness (k,) dF_t/dx there. approach (c,)
-    mm, of the press. delay: samples from a move until it is felt.
+    mm, of the press. delay: samples from a move until it is felt. cross_talk: what is felt as F_t
+    of each newton of F_n.
     """
 
     gage_x: Array
@@ -54,6 +60,12 @@ class Calibration:
     stiffness: Array
     approach: Array
     delay: int = 0
+    cross_talk: float = 0.0
+
+    def felt(self, sample: Sample) -> Sample:
+        """A sample without what its F_t owes to F_n."""
+        pulled = sample.tangential_force - self.cross_talk * sample.normal_force
+        return replace(sample, tangential_force=pulled)
 
     @property
     def scale(self) -> float:
@@ -112,7 +124,33 @@ def calibrate(
     if make_moving is not None:
         force = float(np.interp(bounds.preload, approach, forces))
         delay = delay_of(make_moving(), bounds.preload, force)
-    return Calibration(x, normal, full_stick, rise / shear, sticking, stiffness, approach, delay)
+    measured = normal, full_stick, rise / shear, sticking, stiffness, approach, delay
+    return Calibration(x, *measured, _cross_talk(make_plant, bounds))
+
+
+def _cross_talk(make_plant: PlantMaker, bounds: Bounds) -> float:
+    """Half the sum of F_t / F_n as it slides to either side; 0 where friction holds it to the end.
+
+    Of two gains g and a cross-talk c, F_t = g_t (+-mu F_n + c F_n), and F_n = g_n F_n.
+    """
+    ratios = [_slid(make_plant(), bounds, way) for way in (1.0, -1.0)]
+    return 0.5 * (ratios[0] + ratios[1]) if None not in ratios else 0.0
+
+
+def _slid(plant: Plant, bounds: Bounds, way: float) -> float | None:
+    """F_t / F_n once it rises no more, twice as far as that was seen; None where it always does."""
+    depth = _SLIDE_DEPTH * bounds.max_approach
+    for sample in press(plant, depth, max(bounds.approach_step, 0.2 * depth)):
+        before = sample
+    for steps in range(1, _MOST_SLIDES):
+        now = plant.move(way * _SLIDE_STEP * depth, 0.0)
+        if way * (now.tangential_force - before.tangential_force) < _RISES * abs(
+            now.tangential_force
+        ):
+            now = plant.move(way * steps * _SLIDE_STEP * depth, 0.0)
+            return now.tangential_force / now.normal_force
+        before = now
+    return None
 
 
 def delay_of(plant: Plant, preload: float, force: float) -> int:

@@ -108,8 +108,9 @@ def run_episode(
             closed = truth.approach - record.approach
             record.add(sample, truth, Command(0.0, closed, False))
         preload_moves = len(record.samples)
-        controller.start(calibration, sample)
-        ending, reason = _grip(plant, controller, record, sample, bounds, object_mass_g, after_lift)
+        controller.start(calibration, calibration.felt(sample))
+        felt = plant, controller, calibration, record, sample
+        ending, reason = _grip(*felt, bounds, object_mass_g, after_lift)
     except ZoneExhausted:
         raise
     except SolverError as error:
@@ -145,6 +146,7 @@ def run_episode(
 def _grip(
     plant: Plant,
     controller: Controller,
+    calibration: Calibration,
     record: _Record,
     sample: Sample,
     bounds: Bounds,
@@ -154,7 +156,7 @@ def _grip(
     held = steps = 0
     while record.lift is not None or steps < bounds.max_steps:
         steps += 1
-        command = controller.command(sample)
+        command = controller.command(calibration.felt(sample))
         left = bounds.max_approach - record.approach
         raising = 0.0
         if record.lift is not None:  # a hand at the end of its stage goes on holding

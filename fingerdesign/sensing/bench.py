@@ -71,7 +71,9 @@ def protocol(design: Design, tilts: Sequence[float] = (TILT_DEG,)) -> tuple[Phas
         shear = np.array([_SHEAR * float(depth)])
         found.append(sheared(f"shear_{number}", "shear", float(depth), shear))
     depth = _SLIDE_DEPTH * most
-    found.append(sheared("slide", "slide", depth, closing(_SLIDE * friction * depth, _SLIDES)))
+    way = closing(_SLIDE * friction * depth, _SLIDES)
+    found.append(sheared("slide", "slide", depth, way))
+    found.append(sheared("slide_back", "slide", depth, -way))
     for number, tilt in enumerate(tilts, 1):
         down = closing(_TILT_DEPTH * most, _TILTS)
         found.append(phase(f"tilt_{number}", "tilt", down, np.zeros(len(down)), tilt))

@@ -111,7 +111,8 @@ class FitData:
 @dataclass(frozen=True)
 class CalibrationData:
     """The content of calibration.json; taught_on: key of the estimator's design, null without one;
-    slid_ratio: F_t / F_n at the end of the slide."""
+    slid_ratio: F_t / F_n at the end of the slide; force_cross_talk: what is felt as F_t of each
+    newton of F_n, 0 where it was not slid to both sides."""
 
     design: str
     digest: str
@@ -123,6 +124,7 @@ class CalibrationData:
     curves: CurvesData
     delay_samples: Count
     slid_ratio: float | None
+    force_cross_talk: float
     dead_gages: tuple[int, ...]
     latents: tuple[LatentData, ...]
     fit: FitData
@@ -226,6 +228,7 @@ def _data(
         ),
         delay_samples=own.delay,
         slid_ratio=curves.slid,
+        force_cross_talk=own.cross_talk,
         dead_gages=fit.dead,
         latents=tuple(
             LatentData(

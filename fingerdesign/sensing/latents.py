@@ -352,8 +352,8 @@ def _data(
     )
     strain, scalar = where.of(curves)
     pulls, shears = small_pulls(phases, len(where.sheared))
-    slides = [float(p.points.tangential_force[-1]) for p in phases if p.kind == "slide"]
-    apart = 2.0**0.5 * reading / np.array([*pulls, *slides])
+    slides = [p.points for p in phases if p.kind == "slide" and p.points.shear[-1] > 0.0]
+    apart = 2.0**0.5 * reading / np.array([*pulls, *(at.tangential_force[-1] for at in slides[:1])])
     mesh = MESH[fidelity]
     rows = [np.full(where.readings, np.hypot(reading, mesh[0]))]
     rows.append(np.hypot(apart, mesh[1]))

@@ -31,7 +31,7 @@ from fingerdesign.design.grip import Grip
 COMPILER = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
 FLAGS = ["-std=c99", "-O2", "-ffp-contract=off", "-fno-fast-math", "-Wall", "-Wextra", "-Werror"]
 PAGE = Path(__file__).parents[2] / "docs" / "controllers.md"
-GAGES = 11
+GAGES, CROSS_TALK = 11, 0.02
 GRIP = Grip(approach_step_mm=0.002)
 S = np.float32
 
@@ -142,7 +142,8 @@ class Single:
         if lifted or not self.pulled or used < n.LEAST_USED or normal < S(2.0) * n.LEAST_FORCE:
             return
         friction = min(max(tangential / (normal * used), n.LEAST_FRICTION), n.MOST_FRICTION)
-        sure, memory = (used / max(spread, S(1e-3))) ** 2, n.MEMORY
+        sure, memory = used / max(spread, S(1e-3)), n.MEMORY
+        sure = sure * sure  # not a power, which the C library may round otherwise
         if dy > 0.0:
             sure, memory = n.CLIMBING * sure, S(1.0) - n.CLIMBING * (S(1.0) - memory)
         self.weight = memory * self.weight + sure
@@ -191,7 +192,8 @@ class Single:
         return self.shear(aim - tangential), dy
 
     def step(self, readings, normal, tangential, lifted):
-        felt, nothing = (S(readings), S(normal), S(tangential)), S(0.0)
+        pulled = S(tangential) - S(CROSS_TALK) * S(normal)
+        felt, nothing = (S(readings), S(normal), pulled), S(0.0)
         settles = self.settling > 0
         if settles or not self.history:
             self.history = [(*felt, nothing, nothing)]
@@ -223,7 +225,11 @@ NAMES = "normal_force", "pressed", "sticking", "approach", "stiffness"
 
 
 class Curves(ctypes.Structure):
-    _fields_ = (("points", ctypes.c_int), *((name, ctypes.c_void_p) for name in NAMES))
+    _fields_ = (
+        ("points", ctypes.c_int),
+        *((name, ctypes.c_void_p) for name in NAMES),
+        ("cross_talk", ctypes.c_float),
+    )
 
 
 class Compiled:
@@ -238,9 +244,9 @@ class Compiled:
         self._library = ctypes.CDLL(str(library))
         self._state = ctypes.create_string_buffer(1 << 16)
 
-    def init(self, curves, delay, stiffness):
+    def init(self, curves, delay, stiffness, cross_talk=CROSS_TALK):
         self._kept = [np.ascontiguousarray(getattr(curves, name), dtype=S) for name in NAMES]
-        table = Curves(len(curves.approach), *(each.ctypes.data for each in self._kept))
+        table = Curves(len(curves.approach), *(each.ctypes.data for each in self._kept), cross_talk)
         given = ctypes.byref(table), delay, ctypes.c_float(stiffness)
         return self._library.regulator_init(self._state, *given)
 
@@ -267,7 +273,7 @@ def begun(compiled, bench, delay):
     assert compiled.init(curves, delay, bench.tangential_stiffness) == 0
     single = Single(taught, GRIP, curves, delay, bench.tangential_stiffness)
     double = Regulator(GRIP, RegulatorTable(), Object(estimator=taught))
-    return single, double, replace(bench, delay=delay)
+    return single, double, replace(bench, delay=delay, cross_talk=CROSS_TALK)
 
 
 def same_bits(one, other):
@@ -280,14 +286,14 @@ def test_a_grip_goes_the_same_way(half_plane, compiled, bench, delay):
     single, double, calibration = begun(compiled, bench, delay)
     plant, rng = CondensedPlant(half_plane, "both"), np.random.default_rng(1)
     *_, sample = press(plant, 0.04, 0.01)
-    double.start(calibration, sample)
+    double.start(calibration, calibration.felt(sample))
     late, moved, most = [sample] * delay, [], 0.0
     for k in range(130):
         noisy = sample.readings + 0.5 * rng.standard_normal(GAGES)
         pull = sample.tangential_force * (1.3 if k > 110 else 1.0)
         felt = Sample(S(noisy).astype(float), sample.normal_force, pull, k > 100)
         given = felt.readings, felt.normal_force, felt.tangential_force, felt.lifted
-        found, command = compiled.step(*given), double.command(felt)
+        found, command = compiled.step(*given), double.command(calibration.felt(felt))
         assert compiled.status == 0
         assert same_bits(found, single.step(*given)), k
         told = double.estimator.estimate(double._history)

@@ -118,7 +118,7 @@ def test_the_error_is_taken_where_the_finger_is_pulled():
 
 
 # Of the rig, all that the episode asks for; one move of press.
-RIG = SimpleNamespace(gage_x=np.zeros(2)), Bounds(0.01, 0.01, 1.0, 50)
+RIG = SimpleNamespace(gage_x=np.zeros(2), felt=lambda sample: sample), Bounds(0.01, 0.01, 1.0, 50)
 
 
 class Slipping:

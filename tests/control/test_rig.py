@@ -43,6 +43,37 @@ def test_by_default_it_is_the_finger_alone_and_perfect(half_plane, design):
     assert np.array_equal(bench.full_stick, rig.calibration().full_stick)
 
 
+@pytest.mark.parametrize("kinetic", [1.0, 0.8])
+def test_the_bench_measures_what_the_tangential_cell_feels_of_the_normal_force(
+    half_plane, design, kinetic
+):
+    """To rounding without noise, whatever the cells' gains; nothing where there is nothing."""
+    keys = {"grip.kinetic_share": kinetic, "grip.hardware.force_gain_spread": 0.01}
+    for cross_talk in (0.0, 0.02):
+        grip = with_values(design, {**keys, "grip.hardware.force_cross_talk": cross_talk}).grip
+        rig = Rig(half_plane, "both", grip)
+        bench = rig.calibration()
+        normal_gain, tangential_gain = grip.hardware.force_gains()
+        expected = cross_talk * tangential_gain / normal_gain
+        assert bench.cross_talk == pytest.approx(expected, abs=1e-7)
+        plant, clean = rig.plant(0.3, MASS), Rig(half_plane, "both", design.grip).plant(0.3, MASS)
+        for move in ((0.0, 0.1), (0.005, 0.0)):
+            told, true = bench.felt(plant.move(*move)), clean.move(*move)
+        assert told.tangential_force == pytest.approx(
+            tangential_gain * true.tangential_force, rel=1e-6
+        )
+
+
+def test_every_controller_is_told_forces_without_cross_talk(half_plane, design):
+    """A hand that grips by forces alone makes the same moves with it and without."""
+    paths = []
+    for cross_talk in (0.0, 0.05):
+        keys = {"grip.controller": "fixed_ratio", "grip.hardware.force_cross_talk": cross_talk}
+        (episode,) = run_episodes(half_plane, with_values(design, keys), [0.5], MASS)
+        paths.append(episode.trace)
+    assert paths[0].dx == pytest.approx(paths[1].dx, rel=1e-6)
+
+
 @pytest.mark.parametrize("plant", ["finger", "lift"])
 def test_what_slides_has_the_kinetic_share_of_its_friction(half_plane, design, plant):
     keys = {"grip.plant": plant, "grip.kinetic_share": 0.8}

@@ -21,6 +21,7 @@ from fingerdesign.control.estimator import (
 )
 from fingerdesign.control.plants.measured import bench_curves, points_of, read_bench
 from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.control.plants.rig import ImperfectPlant
 from fingerdesign.control.plants.recorded import Trace
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import plate_frames
@@ -101,20 +102,29 @@ def test_traces_give_the_calibration_that_the_rig_makes_of_the_same_plant(design
             "grip.hardware.gage_noise_microstrain": 0.0,
             "grip.hardware.force_noise_N": 0.0,
             "grip.hardware.delay_samples": 3,
+            "grip.hardware.force_cross_talk": 0.01,
         },
     )
     bench = simulated_bench(quiet, [], 0)
     write_measured(bench, tmp_path)
     problem = phase_problems(quiet, protocol(quiet), "plane-strain")[0]
     x = problem.model.gage_x
+    hardware = quiet.grip.hardware
     own = bench_curves(read_bench(tmp_path, GAGES), x)
-    rig = calibrate(lambda: CondensedPlant(problem, "upper"), x, Bounds.of(quiet.grip))
+
+    def felt():
+        rng = np.random.default_rng(0)
+        return ImperfectPlant(CondensedPlant(problem, "upper"), hardware.at_rest(), rng)
+
+    rig = calibrate(felt, x, Bounds.of(quiet.grip))
     assert own.calibration.delay == 3
     for name in ("normal", "sticking"):
         found, known = getattr(own.calibration, name), getattr(rig, name)
         assert found.normal_force == pytest.approx(known.normal_force, rel=1e-5)
         assert found.readings == pytest.approx(known.readings, rel=1e-3, abs=1e-3)
     assert own.calibration.stiffness == pytest.approx(rig.stiffness, rel=1e-5)
+    assert own.calibration.cross_talk == pytest.approx(0.01, rel=1e-3)
+    assert rig.cross_talk == pytest.approx(0.01, rel=1e-3)
     assert own.slid == pytest.approx(quiet.grip.bench_friction_coefficient, rel=1e-3)
     assert [tilt for tilt, _ in own.tilted] == [2.0]
 

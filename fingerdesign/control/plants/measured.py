@@ -8,7 +8,8 @@ before any move are the zero that is taken off. ``samples``: whose mean a row is
 
     press  closing alone, as far as the stage goes     readings against F_n
     shear  closed to a depth, then sheared a little    response to F_t where all sticks; dF_t/dx
-    slide  closed, then sheared until all slips        response to F_t at the limit of friction
+    slide  closed, then sheared until all slips        response to F_t at the limit of friction;
+                                                       cross-talk, where there is one to either side
     tilt   a press against the surface leant by tilt_deg
     quick  one quick press, every sample a row         the delay
 
@@ -137,6 +138,7 @@ def _highest(values: Array) -> NDArray[np.bool_]:
 def bench_curves(phases: Sequence[Phase], gage_x: Array) -> BenchCurves:
     """The curves of a bench's phases. Raises SolverError where the shears give none."""
     (press,) = _of_kind(phases, "press")
+    cross_talk = _cross_talk(phases)
     normal, approach = pressed(press.points)
     sheared = [(f, r, k) for f, r, k in (_sheared(p, normal) for p in _of_kind(phases, "shear"))]
     kept: list[tuple[float, Array, float]] = []
@@ -162,13 +164,26 @@ def bench_curves(phases: Sequence[Phase], gage_x: Array) -> BenchCurves:
                 raise SolverError(f"{quick.name}, the quick press, never reaches {due}") from error
     first = np.abs(sticking.readings[0])
     x = np.asarray(gage_x, dtype=float)
-    found = Calibration(x, normal, first, float(stiffness[0]), sticking, stiffness, approach, delay)
+    measured = normal, first, float(stiffness[0]), sticking, stiffness, approach, delay
+    found = Calibration(x, *measured, cross_talk)
     tilted = tuple((p.tilt_deg, pressed(p.points)[0]) for p in _of_kind(phases, "tilt"))
-    for slide in _of_kind(phases, "slide"):
+    for slide in (each for each in _of_kind(phases, "slide") if each.points.shear[-1] > 0.0):
         at, force = slide.points, float(slide.points.normal_force[-1])
-        pull = float(at.tangential_force[-1])
+        pull = float(at.tangential_force[-1]) - cross_talk * force
         return BenchCurves(found, tilted, (at.readings[-1] - normal.at(force)) / pull, pull / force)
     return BenchCurves(found, tilted)
+
+
+def _cross_talk(phases: Sequence[Phase]) -> float:
+    """What is felt as F_t of each newton of F_n: half the sum of F_t / F_n as it slides to either
+    side; 0 where it was not slid to both."""
+    ends = [(at.shear[-1], at.tangential_force[-1] / at.normal_force[-1]) for at in _slides(phases)]
+    ratios = dict((way > 0.0, float(ratio)) for way, ratio in ends)
+    return 0.5 * sum(ratios.values()) if len(ratios) == 2 else 0.0
+
+
+def _slides(phases: Sequence[Phase]) -> list[Points]:
+    return [each.points for each in _of_kind(phases, "slide")]
 
 
 def _of_kind(phases: Sequence[Phase], kind: Kind) -> list[Phase]:
@@ -332,7 +347,7 @@ def _count_faults(kinds: Sequence[str]) -> Iterator[Fault]:
     asked: tuple[tuple[Kind, bool, str], ...] = (
         ("press", counts["press"] == 1, "exactly one row"),
         ("shear", counts["shear"] >= LEAST_SHEARS, f"at least {LEAST_SHEARS} rows"),
-        ("slide", counts["slide"] <= 1, "at most one row"),
+        ("slide", counts["slide"] <= 2, "at most two rows, one to either side"),
         ("quick", counts["quick"] <= 1, "at most one row"),
     )
     for kind, right, bound in asked:
@@ -357,6 +372,9 @@ def _shear_faults(phase: Phase) -> Iterator[Fault]:
         yield from found
         return
     at = phase.points
+    if not at.shear[-1] > 0.0:
+        yield Fault("dx_mm", f"{at.shear[-1]:g} mm in all", "toward +x", "mind the sign")
+        return
     ratio = float(at.tangential_force[-1] / at.normal_force[-1])
     most = _STUCK * phase.friction_coefficient
     if not 0.0 < ratio <= most:
@@ -369,7 +387,7 @@ def _slide_faults(phase: Phase) -> Iterator[Fault]:
         yield from found
         return
     at = phase.points
-    ratio = float(at.tangential_force[-1] / at.normal_force[-1])
+    ratio = float(np.sign(at.shear[-1]) * at.tangential_force[-1] / at.normal_force[-1])
     least, most = (share * phase.friction_coefficient for share in _SLID)
     if not least <= ratio <= most:
         bound = f"such that F_t / F_n ends at about the friction, {least:.3g} to {most:.3g}"
@@ -381,10 +399,10 @@ def _pull_faults(phase: Phase) -> Iterator[Fault]:
     at = phase.points
     closed, pulled = np.flatnonzero(at.shear == 0.0), np.flatnonzero(at.shear != 0.0)
     if not len(closed) or not len(pulled) or pulled[0] < closed[-1]:
-        bound = "0 while it closes, then moves along +x to the end"
+        bound = "0 while it closes, then moves along x to the end"
         yield Fault("dx_mm", f"{len(pulled)} of {len(at.shear)} points", bound, "record both")
-    elif not at.shear[-1] > 0.0:
-        yield Fault("dx_mm", f"{at.shear[-1]:g} mm in all", "toward +x", "mind the sign")
+    elif at.shear[-1] == 0.0:
+        yield Fault("dx_mm", "0 mm in all", "off to one side", "record the way there alone")
     elif not at.normal_force[-1] > 0.0:
         value = f"{at.normal_force[-1]:g} at the end"
         yield Fault("normal_force_N", value, "above 0", "close first")

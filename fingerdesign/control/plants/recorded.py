@@ -438,7 +438,7 @@ def replay(
     history: list[Moment] = []
     started, first = False, None
     for k in range(len(trace)):
-        sample = plant.move(0.0, 0.0)
+        sample = calibration.felt(plant.move(0.0, 0.0))
         dx, dy = float(trace.dx[k]), float(trace.dy[k])
         history.append(Moment(sample, dx, dy))
         if started:

@@ -288,7 +288,7 @@ static void remember(regulator *r, const float *readings, float normal, float ta
 }
 
 int regulator_init(regulator *r, const regulator_curves *curves, int delay, float stiffness) {
-    float finite = stiffness - stiffness;
+    float finite = stiffness - stiffness + (curves->cross_talk - curves->cross_talk);
     int k;
     if (curves->points < 2 || delay < 0 || delay > REGULATOR_MOST_DELAY || !(stiffness > 0.0f))
         return 1;
@@ -345,6 +345,7 @@ int regulator_step(regulator *r, const float readings[GAGES], float normal_force
         miss(r);
         return 1;
     }
+    tangential_force -= r->curves.cross_talk * normal_force;
     if (settles || !r->begun) { /* all before was of the press */
         r->moments = 0;
         remember(r, readings, normal_force, tangential_force, 0.0f, 0.0f);

@@ -16,6 +16,7 @@ typedef struct {
     const float *sticking;     /* readings per N of F_t, where nothing slips */
     const float *approach;     /* of the press, rising */
     const float *stiffness;    /* dF_t/dx where nothing slips, N/mm */
+    float cross_talk;          /* what is felt as F_t of each newton of F_n; 0 where unknown */
 } regulator_curves;
 
 typedef struct {
