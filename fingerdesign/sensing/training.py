@@ -22,14 +22,13 @@ from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.controllers.regulator import Regulator, RegulatorTable
 from fingerdesign.control.episode import run_episode
 from fingerdesign.control.estimator import FORMAT, EstimatorError, GripEstimator, Moment
-from fingerdesign.control.plants.lift import LiftPlant
+from fingerdesign.control.plants.lift import LiftPlant, Relaxation
 from fingerdesign.control.plants.plant import CondensedPlant, Plant, Truth
 from fingerdesign.control.plants.rig import ImperfectPlant
 from fingerdesign.control.roster import Object, needs_training
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.grip import Grip
-from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.runtime.cache import Cache
@@ -40,7 +39,6 @@ from fingerdesign.sensing.model import (
     CONTACT_SIZE_MM,
     FIDELITIES,
     MESHED,
-    against,
     bench_problem,
     grip_problem,
 )
@@ -54,7 +52,7 @@ from fingerdesign.sensing.teach import (
     teach,
     wandering,
 )
-from fingerdesign.sensing.unlike import OF_OBJECTS, taught_faults, unlike
+from fingerdesign.sensing.unlike import OF_OBJECTS, Unlike, facing, taught_faults, unlike
 from fingerdesign.version import __version__
 
 # Grips by the regulator's own hand, to be taught on: what it meets is not what random paths meet.
@@ -68,9 +66,12 @@ from fingerdesign.version import __version__
 
 _MASSES_G = (80.0, 1200.0)
 _HANGS = 2  # steps that a lifted object is held for
+# Of what grips, in every second of its lifts: how much less friction is in motion, and forces that
+# relax in a minute. Of every lift: samples that come late. A hand that pulls more slowly, that a
+# creeping finger leads astray or that feels more slip than Coulomb's meets other moments.
+_KINETIC, _RELAXES, _LATE = 0.2, 0.15, 2
 _LEAST = 3  # moments, of a grip that teaches anything
 # Of the hand that grips, drawn evenly, so that what is taught suits whatever the design chooses.
-_AT_ONCE = {"delay_samples": 0, "gage_noise_microvolt_per_V": 0.0}
 _TARGET, _PROBE, _PULL = (0.6, 0.85), (0.6, 1.8), (0.015, 0.05)
 
 
@@ -103,8 +104,8 @@ def own_grips(
     """Lifts by a regulator that believes ``pilot``; without noise, as random paths are.
 
     bench: the finger against its bench's plane; held: against what it grips, a lift each. Friction,
-    weight, the gages' noise and the hand's own settings are drawn from the seed. Raises SolverError
-    where the bench fails.
+    weight, the gages' noise, what comes late, relaxes or slides more easily, and the hand's own
+    settings are drawn from the seed. Raises SolverError where the bench fails.
     """
     bounds = Bounds.of(grip)
     known = calibrate(lambda: CondensedPlant(bench, face), bench.model.gage_x, bounds)
@@ -113,23 +114,33 @@ def own_grips(
     def drawn(low: float, high: float) -> float:
         return float(np.exp(rng.uniform(*np.log((low, high)))))
 
-    for facing in held:
+    for met in held:
         friction, mass, noise = drawn(*FRICTIONS), drawn(*_MASSES_G), drawn(*BANDS[0])
         table = RegulatorTable(
             target=rng.uniform(*_TARGET), probe_force_N=drawn(*_PROBE), pull_share=drawn(*_PULL)
         )
         hand = Regulator(grip, table, Object(estimator=pilot.at_noise(noise)))
-        plant = _Written(LiftPlant(facing.with_friction(friction), face, mass))
-        hardware = grip.hardware.model_copy(update={**_AT_ONCE, "gage_noise_microstrain": noise})
+        relaxes, slides = rng.uniform(0.0, (_RELAXES, _KINETIC)) * rng.integers(0, 2, 2)
+        creep = Relaxation(float(relaxes), grip.hardware.sample_rate_Hz) if relaxes else None
+        own = met.with_friction(friction), face, mass, None, (), creep, 1.0 - float(slides)
+        plant, delay = _Written(LiftPlant(*own)), int(rng.integers(0, _LATE + 1))
+        hardware = grip.hardware.model_copy(
+            update={
+                "delay_samples": delay,
+                "gage_noise_microstrain": noise,
+                "gage_noise_microvolt_per_V": 0.0,
+            }
+        )
         with suppress(SolverError):  # what came before the model's end stands
             imperfect = ImperfectPlant(plant, hardware, rng)
-            run_episode(imperfect, hand, known, bounds, friction, mass, _HANGS)
+            bench_says = replace(known, delay=delay)
+            run_episode(imperfect, hand, bench_says, bounds, friction, mass, _HANGS)
         if len(plant.moments) > _LEAST:
             found.append(RandomGripPath(friction, tuple(plant.moments), tuple(plant.truths)))
     return found
 
 
-TEACHING = 7  # raise it when what is taught, or how, changes
+TEACHING = 8  # raise it when what is taught, or how, changes
 
 _PILOTS = 3  # of so many fingers one teaches the pilot
 
@@ -215,12 +226,16 @@ def _grips_of(
         finger = unlike(design, faults, int(seed)).design
     except DesignError:
         return []
-    drawn = [unlike(finger, OF_OBJECTS & set(faults), int(each)).held for each in others]
-    bench = bench_problem(finger, drawn, fidelity)
+    kinds = OF_OBJECTS & set(faults)
+    drawn = [
+        unlike(finger, kinds | {"patches"} if number % 2 else kinds, int(each))
+        for number, each in enumerate(others)
+    ]
+    bench = bench_problem(finger, [each.held for each in drawn], fidelity)
     own = 0 if pilot is None else count // 2
 
-    def held(objects: Sequence[SceneObject]) -> Iterator[ContactProblem]:
-        return (against(bench, each, finger) for each in objects)  # one at a time: they are large
+    def held(objects: Sequence[Unlike]) -> Iterator[ContactProblem]:
+        return (facing(bench, each) for each in objects)  # one at a time: they are large
 
     curves = finger_curves(bench, settings.face, settings.bounds)
     with one_thread():

@@ -259,9 +259,14 @@ def unlike_problems(
     bench = _last_bench(
         design.model_copy(update={"grip": stage}), (found.held,), fidelity, found.said
     )
-    held = against(bench, found.held, design)
+    return bench, facing(bench, found)
+
+
+def facing(bench: ContactProblem, found: Unlike) -> ContactProblem:
+    """A bench's finger against what it grips, patches and all: nothing is condensed anew."""
+    held = against(bench, found.held, found.design)
     shares = found.friction_shares(held.model.points)
-    return bench, held if shares is None else held.patchy(shares)
+    return held if shares is None else held.patchy(shares)
 
 
 _last_bench = lru_cache(maxsize=1)(bench_problem)

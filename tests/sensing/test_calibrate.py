@@ -21,8 +21,8 @@ from fingerdesign.control.estimator import (
 )
 from fingerdesign.control.plants.measured import bench_curves, points_of, read_bench
 from fingerdesign.control.plants.plant import CondensedPlant
-from fingerdesign.control.plants.rig import ImperfectPlant
 from fingerdesign.control.plants.recorded import Trace
+from fingerdesign.control.plants.rig import ImperfectPlant
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.moved import with_plates_moved

@@ -178,7 +178,7 @@ def _cross_talk(phases: Sequence[Phase]) -> float:
     """What is felt as F_t of each newton of F_n: half the sum of F_t / F_n as it slides to either
     side; 0 where it was not slid to both."""
     ends = [(at.shear[-1], at.tangential_force[-1] / at.normal_force[-1]) for at in _slides(phases)]
-    ratios = dict((way > 0.0, float(ratio)) for way, ratio in ends)
+    ratios = {way > 0.0: float(ratio) for way, ratio in ends}
     return 0.5 * sum(ratios.values()) if len(ratios) == 2 else 0.0
 
 
