@@ -133,8 +133,8 @@ def _cross_talk(make_plant: PlantMaker, bounds: Bounds) -> float:
 
     Of two gains g and a cross-talk c, F_t = g_t (+-mu F_n + c F_n), and F_n = g_n F_n.
     """
-    ratios = [_slid(make_plant(), bounds, way) for way in (1.0, -1.0)]
-    return 0.5 * (ratios[0] + ratios[1]) if None not in ratios else 0.0
+    right, left = (_slid(make_plant(), bounds, way) for way in (1.0, -1.0))
+    return 0.0 if right is None or left is None else 0.5 * (right + left)
 
 
 def _slid(plant: Plant, bounds: Bounds, way: float) -> float | None:
