@@ -33,6 +33,7 @@ KERNELS = {
     "optuna": {"search"},
     "distributed": {"search"},
     "gymnasium": {"trials"},
+    "trame": {"studio"},
 }
 NAMES_INSIDE_FUNCTIONS = 80  # each for a heavy library or a light start
 MOST_LINES, MOST_FILES = 600, 20
@@ -96,7 +97,7 @@ def test_processes_locks_and_renames_are_the_runtimes():
 
 
 def test_importing_the_package_is_light():
-    names = "numpy pydantic cadquery pyvista netgen skfem matplotlib gymnasium"
+    names = "numpy pydantic cadquery pyvista netgen skfem matplotlib gymnasium trame"
     heavy = set(names.split())
     code = f"import sys, fingerdesign; sys.exit(bool({heavy} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -37,6 +37,7 @@ PAGES = (
     "docs/paper.md",
     "docs/molds.md",
     "docs/studies.md",
+    "docs/studio.md",
 )
 
 

@@ -53,7 +53,7 @@ def cli(debug: bool) -> None:
 
 
 for _each in (
-    *(finger.new, finger.check, finger.mesh, finger.analyse),
+    *(finger.new, finger.check, finger.studio, finger.mesh, finger.analyse),
     *(hand.grip, hand.replay, finger.validate, hand.teach, hand.calibrate),
     *(hand.export_c, hand.export_onnx),
     *(hand.gages, hand.tune, hand.study_control, hand.study_unlike, finger.mold),

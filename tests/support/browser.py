@@ -45,7 +45,7 @@ def chromium():
 
 
 class Browser:
-    """One page, open while the block lasts.
+    """One page, a file or a local server's address, open while the block lasts.
 
     console: what the page said there, and what it threw. requests: addresses that it asked for,
     other than its own and data:. opened_s: from asking for the page to its load event. Downloads go
@@ -70,7 +70,11 @@ class Browser:
             [
                 *(program, "--headless=new", "--no-sandbox", "--remote-debugging-port=0"),
                 *("--disable-background-networking", "--disable-component-update"),
-                *("--no-first-run", "--host-resolver-rules=MAP * ~NOTFOUND", "--mute-audio"),
+                *(
+                    "--no-first-run",
+                    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
+                    "--mute-audio",
+                ),
                 *(f"--user-data-dir={profile}", f"--window-size={width},{height}"),
                 *("--disable-gpu", "--enable-unsafe-swiftshader"),  # WebGL without a card
                 "about:blank",
@@ -99,7 +103,7 @@ class Browser:
         self.console.clear()
         self.requests.clear()
         begin = time.monotonic()
-        self.call("Page.navigate", url=page.absolute().as_uri())
+        self.call("Page.navigate", url=self._page_address())
         while not self._loaded:
             if time.monotonic() - begin > ANSWER_S:
                 raise BrowserError(f"{page} did not open in {ANSWER_S:g} s")
@@ -273,9 +277,21 @@ class Browser:
             self.console.append(f"{reported['entry']['level']}: {reported['entry']['text']}")
         elif event == "Network.requestWillBeSent":
             address = reported["request"]["url"]
-            own = address.split("#")[0] == self.page.absolute().as_uri()
+            own = address.split("#")[0] == self._page_address()
+            own = own or address.startswith(self._own_server())
             if not own and not address.startswith(("data:", "blob:", "about:")):
                 self.requests.append(address)
+
+    def _page_address(self):
+        return self.page if isinstance(self.page, str) else self.page.absolute().as_uri()
+
+    def _own_server(self):
+        """What addresses of the page's own server begin with; of a file's page none do."""
+        if not isinstance(self.page, str):
+            return ()
+        scheme, _, rest = self.page.partition("://")
+        host = rest.partition("/")[0]
+        return (f"{scheme}://{host}/", f"ws://{host}/")
 
     def _run(self, work):
         return self._loop.run_until_complete(work)

@@ -25,7 +25,7 @@ FLOORS = (
     ("analysis",),
     ("sensing",),
     ("pipeline", "trials", "validate", "mold"),
-    ("search",),
+    ("search", "studio"),
     ("fingerdesign_cli", "fingerdesign_bench"),
 )
 FUNCTION = ast.FunctionDef | ast.AsyncFunctionDef

@@ -132,6 +132,24 @@ def analyse() -> None:
     """
 
 
+@command("studio", "See a finger follow its sliders, in the browser.")
+@click.argument("design_file", metavar="[DESIGN]", required=False, type=FILE)
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=0, help="Of the page; without it a free one."
+)
+@click.option("--open/--no-open", "open_browser", default=True, help="Open the browser.")
+@click.option("--quiet", "-q", is_flag=True, help="Print only failures.")
+def studio() -> None:
+    """Serve a page on this machine alone, on which DESIGN's numbers follow its sliders.
+
+    DESIGN is a file or a shipped design's name; without it, maeno2000. The page shows the section
+    with its dimensions, the finger in space, contact, tractions, gages and a verdict: at once in
+    plane strain, by a section coarser than an analysis's, and in 3-D where it is asked for. It
+    follows the file; Save writes it with its comments kept. The address holds a token, without
+    which nothing is answered. Needs: pip install 'fingerdesign[studio]'. Ctrl-C ends it.
+    """
+
+
 @command("validate", "What each modelling assumption costs, and saves.")
 @design_and_out("The record goes to OUT/NAME of the design.")
 @scene_option(

@@ -67,7 +67,7 @@ def traction_figure(contact: ContactHistory) -> style.ReportFigure:
     Along x, signed; its magnitude where it has a part along z.
     """
     line = contact.mid_line()
-    x, normal, tangential = _middle_tractions(contact, line)
+    x, normal, tangential = middle_tractions(contact, line)
     pressure = cleaned(normal)
     both = cleaned(tangential, scale=float(pressure.max(initial=0.0)))
     size = np.linalg.norm(both, axis=2)
@@ -106,7 +106,7 @@ def traction_figure(contact: ContactHistory) -> style.ReportFigure:
     )
 
 
-def _middle_tractions(contact: ContactHistory, line: IntArray) -> tuple[Array, Array, Array]:
+def middle_tractions(contact: ContactHistory, line: IntArray) -> tuple[Array, Array, Array]:
     """Places (l,) along ``line``, normal (k, l) and tangential (k, l, 1 | 2) tractions there: in
     3-D recovered from the nodes around."""
     x = contact.points[line, 0]

@@ -1,0 +1,81 @@
+"""What the page says of the numbers: three questions, a table, and what the sketch shows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fingerdesign.report.page import said
+from fingerdesign.studio.numbers import NOISE_MICROSTRAIN, Numbers
+
+WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
+# As the report has it for "follows"; a partial answer is one that beats the number of the step
+# (0.44 in 3-D) clearly.
+GOOD, FAIR = 0.9, 0.6
+# A tenth of the signal in noise tells ten levels of stick apart; a third tells stick from slip.
+CLEAR, VISIBLE = 10.0, 3.0
+_LITTLE = 0.2  # of a contact that sticks: it is about to slip
+
+
+def verdict(now: Numbers) -> list[dict[str, str]]:
+    """Questions, answers ("yes", "partly", "no", "open") and their reasons."""
+    most = float(np.abs(now.signals).max(initial=0.0))
+    force = float(now.tangential[-1])
+    per_newton = most / force if force > 0.0 else 0.0
+    given = {"most": most, "noise": NOISE_MICROSTRAIN, "per_newton": per_newton}
+    return [
+        _finding("holds", _holds(now), now=now),
+        _finding("follows", _graded(now.correlation, GOOD, FAIR), now=now),
+        _finding(
+            "measurable",
+            _graded(most / NOISE_MICROSTRAIN if per_newton else None, CLEAR, VISIBLE),
+            **given,
+        ),
+    ]
+
+
+def _holds(now: Numbers) -> str:
+    if not now.touches:
+        return "open"
+    if now.slips:
+        return "no"
+    return "yes" if now.ratio[-1] >= _LITTLE else "partly"
+
+
+def _graded(value: float | None, good: float, fair: float) -> str:
+    if value is None:
+        return "open"
+    return "yes" if value >= good else "partly" if value >= fair else "no"
+
+
+def _finding(name: str, answer: str, **values: Any) -> dict[str, str]:
+    question, detail = said(WORDS, name, answer=answer, **values)
+    return {"answer": answer, "question": question, "detail": detail}
+
+
+def table(now: Numbers, before: Numbers | None = None) -> list[list[str]]:
+    """Rows of the numbers: name, unit, of the pinned state (if any), now."""
+    sides = ([before] if before is not None else []) + [now]
+    columns = [_cells(each) for each in sides]
+    heads = [(name, unit) for name, unit, _ in columns[0]]
+    return [
+        [name, unit, *(cells[row][2] for cells in columns)]
+        for row, (name, unit) in enumerate(heads)
+    ]
+
+
+def _cells(now: Numbers) -> list[tuple[str, str, str]]:
+    ratio = f"{now.ratio[-1]:.2f}" if now.touches else "–"
+    most = float(np.abs(now.signals).max(initial=0.0))
+    follows = "–" if now.correlation is None else f"{now.correlation:.2f}"
+    return [
+        ("normal force", "N", f"{now.normal[-1]:.3g}"),
+        ("tangential force", "N", f"{now.tangential[-1]:.3g}"),
+        ("contact width", "mm", f"{now.width:.2f}"),
+        ("stick ratio", "", ratio),
+        ("peak pressure", "MPa", f"{now.peak:.3g}"),
+        ("best gage, by shear", "µε", f"{most:.3g}"),
+        ("area follows stick", "", follows),
+    ]

@@ -1,0 +1,79 @@
+"""The TOML file behind the sliders: what is unsaved, saved with its comments, changed by others."""
+
+from pathlib import Path
+
+import pytest
+
+from fingerdesign.checks.starter import starter_text
+from fingerdesign.errors import DesignError
+from fingerdesign.studio.document import Document, with_keys
+from fingerdesign.studio.sliders import sliders_of
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(starter_text("mine", "maeno2000"), encoding="utf-8")
+    return path
+
+
+def test_save_keeps_comments_and_everything_else(file):
+    before = file.read_text("utf-8")
+    document = Document.of(file)
+    document.put({"plates.angle_deg": 30.0, "body.width_mm": 22.0})
+    assert document.unsaved == {"plates.angle_deg": 30.0}  # the width is the file's own
+    assert document.save() == file
+    lines = zip(before.splitlines(), file.read_text("utf-8").splitlines(), strict=True)
+    changed = [(old, new) for old, new in lines if old != new]
+    assert changed == [("angle_deg = 45.0", "angle_deg = 30.0")]
+    assert document.unsaved == {}
+
+
+def test_a_new_key_joins_its_table():
+    text = "[design]\nname = 'a'  # mine\n\n[plates]\ncount = 3\n"
+    found = with_keys(text, {"plates.angle_deg": 20.0, "body.width_mm": 21.0})
+    assert found.startswith("[design]\nname = 'a'  # mine\n")
+    assert "count = 3\nangle_deg = 20.0\n" in found
+    assert "[body]\nwidth_mm = 21.0" in found
+
+
+def test_what_an_editor_writes_is_taken_over_and_wins(file):
+    document = Document.of(file)
+    document.put({"plates.angle_deg": 30.0, "plates.cover_mm": 0.8})
+    assert not document.changed()
+    file.write_text(with_keys(file.read_text("utf-8"), {"plates.angle_deg": 60.0}), "utf-8")
+    assert document.changed()
+    assert document.unsaved == {"plates.cover_mm": 0.8}
+    assert document.design().plates.angle_deg == 60.0
+    assert not document.changed()
+
+
+def test_a_faulty_file_leaves_the_last_sound_text(file):
+    document = Document.of(file)
+    sound = file.read_text("utf-8")
+    file.write_text("[plates]\ncount = -1\n", encoding="utf-8")
+    with pytest.raises(DesignError, match="count"):
+        document.changed()
+    assert document.design().plates.count == 15
+    file.write_text(sound + "# more\n", encoding="utf-8")
+    assert document.changed()
+
+
+def test_a_shipped_design_is_saved_as_a_file_of_ones_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    document = Document.of(None)
+    document.put({"plates.angle_deg": 30.0})
+    assert document.save() == Path("maeno2000.toml")
+    assert Document.of(Path("maeno2000.toml")).design().plates.angle_deg == 30.0
+    again = Document.of(Path("sensitive"))
+    (tmp_path / "sensitive.toml").write_text("mine", encoding="utf-8")
+    with pytest.raises(DesignError, match="a new file"):
+        again.save()
+
+
+def test_sliders_of_every_kind_stay_within_their_ends():
+    for name in ("maeno2000", "domed", "pin", "block", "homogeneous"):
+        sliders = sliders_of(Document.of(Path(name)).design())
+        assert [each.key for each in sliders[:3]] == ["approach", "shear", "friction"]
+        assert all(each.low <= each.value <= each.high and each.step > 0 for each in sliders)
+    assert not any(each.key.startswith("plates.") for each in sliders)  # it has none

@@ -1,0 +1,108 @@
+"""The page's server: loopback alone, refused without its token, moves answered, newest first."""
+
+import asyncio
+import subprocess
+import sys
+
+import pytest
+from fingerdesign_cli.main import main
+
+from fingerdesign.studio.serve import MISSING, new_token, serve
+from fingerdesign.studio.session import Session
+from tests.support.house import ROOT
+
+WHY = "trame is missing: pip install 'fingerdesign[studio]'"
+
+
+def test_without_trame_it_is_said_in_one_line_how_to_get_it(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "trame.app", None)
+    assert main(["studio", "homogeneous", "--no-open"]) == 1
+    assert capsys.readouterr().err.strip() == f"failed: {MISSING}"
+
+
+def test_the_library_is_not_loaded_before_it_is_needed():
+    code = (
+        "import sys, fingerdesign_cli.main, fingerdesign.studio.serve; "
+        "sys.exit(bool({'trame', 'aiohttp', 'wslink'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False, cwd=ROOT).returncode == 0
+
+
+def test_a_design_that_is_faulty_is_refused(tmp_path, capsys):
+    path = tmp_path / "bad.toml"
+    path.write_text("[design]\nname = 'bad'\n[plates]\ncount = -1\n", encoding="utf-8")
+    assert main(["studio", str(path), "--no-open"]) == 2
+    assert "plates.count" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def answers():
+    """What a running studio answers to requests, by name: (status, text, headers)."""
+    pytest.importorskip("trame", reason=WHY)
+    return asyncio.run(_asked())
+
+
+async def _asked():
+    import aiohttp
+
+    token, address = new_token(), asyncio.get_running_loop().create_future()
+    running = asyncio.create_task(serve(Session(), token, ready=address.set_result))
+    page = await asyncio.wait_for(address, 60)
+    base = page.partition("?")[0]
+    found = {"page": page, "token": token}
+
+    async def ask(name, path="", given=(), headers=(), jar=None):
+        async with (
+            aiohttp.ClientSession(cookie_jar=jar) as client,
+            client.get(base + path, params=given, headers=headers) as answer,
+        ):
+            found[name] = (answer.status, await answer.text(), answer.headers)
+
+    try:
+        await ask("none")
+        await ask("wrong", given={"token": new_token()})
+        await ask("script", "plotly/plotly.min.js")
+        await ask("socket", "ws", headers={"Connection": "Upgrade", "Upgrade": "websocket"})
+        await ask("name", given={"token": token}, headers={"Host": "elsewhere.example"})
+        await ask("site", given={"token": token}, headers={"Origin": "http://elsewhere.example"})
+        jar = aiohttp.CookieJar(unsafe=True)
+        await ask("right", given={"token": token}, jar=jar)
+        await ask("after", "studio/chart.js", jar=jar)
+        found["bound"] = [each.laddr.ip for each in _listening() if str(each.laddr.port) in base]
+    finally:
+        running.cancel()
+        await asyncio.gather(running, return_exceptions=True)
+    return found
+
+
+def _listening():
+    import psutil
+
+    return [each for each in psutil.Process().net_connections() if each.status == "LISTEN"]
+
+
+def test_it_listens_to_this_machine_alone(answers):
+    assert answers["page"].startswith("http://127.0.0.1:")
+    assert set(answers["bound"]) == {"127.0.0.1"}
+
+
+@pytest.mark.parametrize("name", ["none", "wrong", "script", "socket", "name", "site"])
+def test_without_the_token_or_from_elsewhere_nothing_is_answered(answers, name):
+    status, text, _ = answers[name]
+    assert status == 403
+    assert answers["token"] not in text
+    assert len(text) < 200
+
+
+def test_with_the_token_the_page_and_its_scripts_are_there(answers):
+    status, text, headers = answers["right"]
+    assert status == 200
+    assert "<html" in text
+    assert "connect-src 'self'" in headers["Content-Security-Policy"]
+    assert answers["after"][0] == 200
+    assert "finger-chart" in answers["after"][1]
+
+
+def test_scripts_by_hand_stay_few():
+    folder = ROOT / "fingerdesign"
+    assert sum(len(path.read_text("utf-8").splitlines()) for path in folder.rglob("*.js")) <= 600

@@ -1,0 +1,154 @@
+"""From sliders to numbers: one answer a move, condensed anew for the finger alone."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fingerdesign.checks.load import with_values
+from fingerdesign.checks.starter import find_design, starter_text
+from fingerdesign.studio.engine import coarse, flat_scene
+from fingerdesign.studio.numbers import PRESSES, SHEARS, motions
+from fingerdesign.studio.session import DEEP, FLAT, Session
+from fingerdesign.studio.sliders import Press
+from fingerdesign.studio.verdict import verdict
+
+
+@pytest.fixture(scope="module")
+def session():
+    found = Session()
+    found.start()
+    return found
+
+
+@pytest.fixture
+def numbers(session):
+    return session.numbers
+
+
+def test_friction_approach_and_shear_do_not_condense_anew(session):
+    session.move({})
+    before = session.engine.condensed
+    shown = [
+        session.move(values)
+        for values in ({"friction": 0.3}, {"approach": 0.2}, {"shear": 0.02}, {"approach": 0.41})
+    ]
+    assert session.engine.condensed == before
+    tables = [{row[0]: row[2] for row in each["table"]} for each in shown]
+    assert len({each["normal force"] for each in tables}) > 2
+    assert all(not each["faults"] for each in shown)
+    session.move({"plates.angle_deg": 40.0})
+    assert session.engine.condensed == before + 1
+    session.move({"plates.angle_deg": 45.0, "approach": 0.1, "shear": 0.05, "friction": 0.5})
+    assert session.engine.condensed == before + 1  # kept
+
+
+def test_numbers_obey_the_laws(numbers):
+    assert len(numbers.normal) == PRESSES + SHEARS
+    assert (np.diff(numbers.normal[:PRESSES]) > 0.0).all()
+    limit = numbers.friction * numbers.pressure
+    assert (np.abs(numbers.shear) <= limit + 1e-9).all()
+    assert (np.diff(numbers.ratio[PRESSES:]) <= 1e-9).all()
+    assert numbers.readings.shape == (PRESSES + SHEARS, 15)
+
+
+def test_the_coarse_section_is_near_the_fine_one(numbers):
+    """docs/studio.md: 0.3 and 0.7 % of the forces, 0.003 of the ratio, 0.8 % of readings."""
+    from fingerdesign import analyse
+
+    press = Press(0.1, 0.05, 0.5)
+    design = find_design("maeno2000")
+    rows = [[each.approach, each.shear] for each in motions(press)]
+    scene = flat_scene(press).model_copy(
+        update={"path": type(flat_scene(press).path)(increments_mm=rows)}
+    )
+    fine = analyse(design, scene, "plane-strain").increments
+    assert numbers.normal[-1] == pytest.approx(fine[-1].normal_force_N, rel=0.01)
+    assert numbers.tangential[-1] == pytest.approx(fine[-1].tangential_force_N, rel=0.02)
+    assert numbers.ratio[-1] == pytest.approx(fine[-1].stick_ratio, abs=0.03)
+    readings = np.array([[gage.reading for gage in row.gages] for row in fine])
+    signals = readings[-1] - readings[PRESSES - 1]
+    worst = np.abs(numbers.signals - signals).max() / np.abs(signals).max()
+    assert worst < 0.05
+
+
+def test_verdict_answers_with_numbers(session):
+    found = {each["question"]: each for each in verdict(session.numbers)}
+    assert found["Does the contact hold?"]["answer"] == "yes"
+    assert found["Can an amplifier see it?"]["answer"] == "no"  # bronze answers too little
+    assert "0.5 microstrain" in found["Can an amplifier see it?"]["detail"]
+    slipping = session.move({"shear": 0.41})
+    assert slipping["verdict"][0]["answer"] == "no"
+    nothing = session.move({"approach": 0.0, "shear": 0.0})
+    assert nothing["verdict"][0]["answer"] == "open"
+    session.move({"approach": 0.1, "shear": 0.05})
+
+
+def test_what_cannot_be_is_said_and_the_picture_stays(session):
+    before = session.shown()["table"]
+    shown = session.move({"plates.pitch_mm": 0.38, "plates.angle_deg": 0.0})
+    assert "plates" in shown["faults"][0]
+    assert shown["table"] == before
+    assert session.move({"plates.pitch_mm": 0.75, "plates.angle_deg": 45.0})["faults"] == []
+
+
+def test_a_pinned_state_stands_beside_the_new_one(session):
+    shown = session.pin()
+    assert "nothing" in shown["pinned"]
+    shown = session.move({"plates.angle_deg": 60.0})
+    assert "plate angle 45 → 60" in shown["pinned"]
+    assert shown["sketch_before"] != shown["sketch"]
+    assert shown["shape_before"] != shown["shape"]
+    assert all(len(row) == 4 for row in shown["table"])
+    assert len(shown["bars"]["data"]) == 2
+    shown = session.pin()
+    assert shown["pinned"] == ""
+    assert shown["shape_before"] is None
+    session.move({"plates.angle_deg": 45.0})
+
+
+def test_a_clicked_gage_shows_its_trace(session):
+    shown = session.pick(3)
+    drawn = shown["trace"]["data"][-1]["y"]
+    assert drawn == pytest.approx(session.numbers.readings[:, 3], rel=1e-3)
+    assert 'class="gage picked" data-gage="3"' in shown["sketch"]
+    assert session.pick(99)["picked"] == 3
+
+
+def test_the_badge_says_which_model_spoke(session, numbers):
+    assert session.deep(numbers)["model"] == DEEP
+    assert session.move({"friction": 0.49})["model"] == FLAT
+
+
+def test_a_finger_without_plates_has_no_gages_and_no_failure():
+    session = Session(Path("homogeneous"))
+    shown = session.start()
+    assert shown["faults"] == []
+    assert shown["verdict"][1]["answer"] == "open"
+    assert shown["picked"] is None
+
+
+def test_the_file_is_watched(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(starter_text("mine", "maeno2000"), encoding="utf-8")
+    session = Session(path)
+    session.start()
+    assert session.look() == {}
+    path.write_text(path.read_text("utf-8").replace("angle_deg = 45.0", "angle_deg = 30.0"))
+    shown = session.look()
+    assert shown["values"]["plates.angle_deg"] == 30.0
+    assert session.design.plates.angle_deg == 30.0
+    assert session.save()["note"].startswith("saved")
+    sound = path.read_text("utf-8")
+    path.write_text("[plates]\ncount = -1\n")
+    assert "plates.count" in " ".join(session.look()["faults"])
+    assert session.look() == {}
+    path.write_text(sound)
+    assert session.look()["faults"] == []
+
+
+def test_coarse_sizes_stay_within_the_schema():
+    design = find_design("maeno2000")
+    section = {"mesh.section.gradation": 1.9, "mesh.section.far_size_mm": 90.0}
+    found = coarse(with_values(design, section)).mesh.section
+    assert (found.gradation, found.far_size_mm) == (2.0, 100.0)

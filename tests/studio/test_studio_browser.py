@@ -1,0 +1,92 @@
+"""The studio in a real Chromium: moves are answered in time, the view stays, all is local."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.checks.starter import starter_text
+from tests.support.browser import Browser, chromium
+from tests.support.studio import FINGER, OBJECT, READY, memory_MB, moved, running
+
+pytest.importorskip("trame", reason="trame is missing: pip install 'fingerdesign[studio]'")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(chromium() is None, reason="no chromium on this machine"),
+]
+NUMBERS = "document.getElementById('numbers').innerText"
+EYE = "JSON.stringify(document.getElementById('shape')._fullLayout.scene._scene.getCamera().eye)"
+BUSY_S = 0.5  # of processors from a slider to its picture, 95th percentile
+# trame asks once whether a launcher started it; it is told no.
+USUAL = ("405 (Method Not Allowed)", "Vue.use")
+
+
+@pytest.fixture(scope="module")
+def studio(tmp_path_factory):
+    """A studio of a file, and a browser on its page."""
+    work = tmp_path_factory.mktemp("studio")
+    path = work / "mine.toml"
+    path.write_text(starter_text("mine", "maeno2000"), encoding="utf-8")
+    with (
+        running(str(path), folder=work) as (process, address),
+        Browser(address, work) as browser,
+    ):
+        browser.wait(READY, 120)
+        yield process, browser, path
+
+
+def test_moves_are_answered_in_time(studio):
+    process, browser, _ = studio
+    before = browser.evaluate(NUMBERS)
+    moved(browser, process, OBJECT[:1])
+    assert browser.evaluate(NUMBERS) != before
+    for moves in (OBJECT, FINGER):
+        times = moved(browser, process, moves)
+        assert len(times.clock) == 20
+        assert np.quantile(times.busy, 0.95) < BUSY_S, times
+    assert memory_MB(process) < 1000
+
+
+def test_the_view_stays_where_the_hand_left_it(studio):
+    process, browser, _ = studio
+    browser.show("shape")
+    x, y = browser.evaluate(
+        "(() => { const r = document.getElementById('shape').getBoundingClientRect();"
+        "return [r.x + r.width / 2, r.y + r.height / 2]; })()"
+    )
+    start = browser.evaluate(EYE)
+    browser.press_at(x, y, to=(x + 60, y - 20))
+    turned = browser.evaluate(EYE)
+    assert turned != start
+    moved(browser, process, [("plates.angle_deg", 50.0)])
+    assert browser.evaluate(EYE) == turned
+
+
+def test_a_click_on_a_gage_shows_its_trace(studio):
+    _, browser, _ = studio
+    browser.click('[data-gage="3"] .target')
+    title = "document.getElementById('trace').innerText.includes('Gage of plate 3')"
+    browser.wait(title)
+    assert browser.evaluate("document.getElementById('gage').value") == "3"
+
+
+def test_pin_save_and_watch(studio):
+    process, browser, path = studio
+    browser.click("#pin")
+    browser.wait("document.querySelectorAll('.pair.two').length === 2")
+    moved(browser, process, [("plates.angle_deg", 33.0)])
+    assert "→ 33" in browser.evaluate("document.querySelector('.pinned').innerText")
+    browser.click("#save")
+    browser.wait("document.querySelector('.note')?.innerText.startsWith('saved')")
+    assert "angle_deg = 33.0" in path.read_text("utf-8")
+    path.write_text(path.read_text("utf-8").replace("angle_deg = 33.0", "angle_deg = 21.0"))
+    browser.wait("document.querySelector('[data-key=\"plates.angle_deg\"]').value === '21'")
+    browser.click("#pin")
+    browser.wait("!document.querySelector('.pinned')")
+
+
+def test_nothing_is_wider_than_a_telephone_and_nothing_is_fetched(studio):
+    _, browser, _ = studio
+    screen = {"width": 360, "height": 800, "deviceScaleFactor": 1, "mobile": False}
+    browser.call("Emulation.setDeviceMetricsOverride", **screen)
+    assert browser.evaluate("document.documentElement.scrollWidth") <= 360
+    assert browser.requests == []
+    assert [each for each in browser.console if not any(word in each for word in USUAL)] == []
