@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import signal
 import webbrowser
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import click
@@ -23,5 +26,21 @@ def studio(design_file: Path | None, port: int, open_browser: bool, quiet: bool)
         if open_browser:
             webbrowser.open(address)
 
-    asyncio.run(serve(session, new_token(), port, ready))
+    asyncio.run(_until_interrupted(session, port, ready))
     return 0
+
+
+async def _until_interrupted(session: Session, port: int, ready: Callable[[str], None]) -> None:
+    """Serve; a signal ends it between two pieces of the server's work, and not inside one.
+
+    Raises KeyboardInterrupt where it was ended.
+    """
+    loop, task = asyncio.get_running_loop(), asyncio.current_task()
+    assert task is not None
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with suppress(NotImplementedError, RuntimeError, ValueError):  # not on this system
+            loop.add_signal_handler(number, task.cancel)
+    try:
+        await serve(session, new_token(), port, ready)
+    except asyncio.CancelledError:
+        raise KeyboardInterrupt from None
