@@ -24,11 +24,18 @@ from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.materials import MATERIALS
 from fingerdesign.records.result import GageRemedy, Measurability, MeasuredState
 
-_MOST_STATES = 3  # of the frictions of the grips: the ends and the middle
-_FIRST = 1.0 / 8.0  # of a key's value, the first trial: the slope that the second is drawn from
+_FIRST = 1.0 / 8.0  # of a key's value, the trial that the power law goes through
 _LEAST_PLATE_MM = 0.02  # the thinnest foil that is sold and handled
 _LEAST_STIFF = 20.0  # times the rubber's modulus: a softer plate is rubber itself
 _SPARE = 1.1  # what is proposed reaches a little more than is wanted
+# The section's element edges, times the design's: gains are ratios of two such models.
+_COARSER = {
+    "contact_size_mm": 4.0,
+    "plate_size_mm": 4.0,
+    "plate_end_size_mm": 8.0,
+    "far_size_mm": 2.0,
+}
+_GRADATION = 0.6
 
 
 def measurability(
@@ -71,13 +78,13 @@ def measurability(
 
 
 def held_loads(design: Design) -> list[tuple[float, float]]:
-    """(friction, F_n in N) at which the object of the grips is held with a margin of 1.5."""
+    """(friction, F_n in N) at which the object of the grips is held with a margin of 1.5, at the
+    least and the greatest of their frictions."""
     grip = design.grip
     frictions = sorted(set(grip.friction_coefficients))
-    if len(frictions) > _MOST_STATES:
-        frictions = [frictions[0], frictions[len(frictions) // 2], frictions[-1]]
     weight = weight_per_finger(grip.object_mass_g)
-    return [(friction, weight / (HELD_USED * friction)) for friction in frictions]
+    ends = dict.fromkeys((frictions[0], frictions[-1]))
+    return [(friction, weight / (HELD_USED * friction)) for friction in ends]
 
 
 def _remedies(design: Design, found: Measurability) -> tuple[GageRemedy, ...]:
@@ -110,26 +117,24 @@ def _search(
     gain: Callable[[float], float], value: float, least: float, wanted: float
 ) -> tuple[float, float]:
     """The value, and its gain, at which the gain is ``wanted``, or the least value: by a power law
-    through the last trial, worked again."""
+    through one trial."""
     trial = max(_FIRST * value, least)
     gained = gain(trial)
-    for _ in range(2):
-        slope = math.log(gained) / math.log(value / trial) if gained > 1.0 else 0.0
-        if slope <= 0.0:
-            break
-        aim = float(f"{max(value * wanted ** (-1.0 / slope), least):.2g}")
-        if abs(math.log(aim / trial)) < 0.05:
-            break
-        trial, gained = aim, gain(aim)
-        if gained >= wanted / _SPARE:
-            break
-    return trial, gained
+    slope = math.log(gained) / math.log(value / trial)
+    if slope <= 0.0:
+        return trial, gained
+    aim = float(f"{max(value * wanted ** (-1.0 / slope), least):.2g}")
+    return aim, (value / aim) ** slope
 
 
 def _answer(design: Design, worst: MeasuredState, noise: float) -> float:
-    """Microstrain per unit of stick ratio in the section, at the state's load; FingerDesignError
-    where there is no section or no answer."""
-    scene = Case(design).path_scene
+    """Microstrain per newton in the section where all sticks, at the state's load, which what is
+    seen of slip goes with and which meshes hardly change; FingerDesignError where there is no
+    section or no answer."""
+    scene, section = Case(design).path_scene, design.mesh.section
+    sizes = {f"mesh.section.{key}": by * getattr(section, key) for key, by in _COARSER.items()}
+    gradation = max(_GRADATION, section.gradation)
+    design = with_values(design, {**sizes, "mesh.section.gradation": gradation})
     # The section may press deeper than the finger does: the zone is that of its own stage.
     zone = candidate_zone(design, scene.object, design.grip.max_approach_mm)
     mesh = make_mesh(design, "plane-strain", zone)
@@ -140,7 +145,7 @@ def _answer(design: Design, worst: MeasuredState, noise: float) -> float:
         states = measured_states(problem, design.gages.face, [load], noise)
     if not states:
         raise SolverError("the section does not reach the load")
-    return states[0].stick_change_microstrain
+    return states[0].response_microstrain_per_N
 
 
 def _known(modulus: float, least: float) -> tuple[str, ...]:
