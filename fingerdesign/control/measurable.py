@@ -115,7 +115,7 @@ def measured_states(
 
 
 def _stick_change(problem: ContactProblem, state: ContactState, held: Forces, face: str) -> float:
-    """|de/dS|, microstrain, from a pressed state to the forces it is held with: of two frictions."""
+    """|de/dS|, microstrain, from a pressed state to what it is held with, of two frictions."""
     rougher = problem.with_friction(problem.friction_coefficient * _APART)
     (one, less), (other, more) = (
         (gage_readings(told.gages, face), told.stick_ratio or 0.0)
