@@ -71,7 +71,7 @@ def test_pin_save_and_watch(studio):
     moved(browser, process, [("plates.angle_deg", 33.0)])
     assert "→ 33" in browser.evaluate("document.querySelector('.pinned').innerText")
     browser.click("#save")
-    browser.wait("document.querySelector('.note')?.innerText.startsWith('saved')")
+    browser.wait("document.querySelector('p.note')?.innerText.startsWith('saved')")
     assert "angle_deg = 33.0" in path.read_text("utf-8")
     path.write_text(path.read_text("utf-8").replace("angle_deg = 33.0", "angle_deg = 21.0"))
     browser.wait("document.querySelector('[data-key=\"plates.angle_deg\"]').value === '21'")

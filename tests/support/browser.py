@@ -296,10 +296,13 @@ class Browser:
     def _run(self, work):
         return self._loop.run_until_complete(work)
 
+    async def _closed(self):
+        self._socket.close()  # needs a running loop: another test's asyncio.run has left none
+        await asyncio.sleep(0.05)
+
     def _end(self):
         if hasattr(self, "_socket"):
-            self._socket.close()
-            self._run(asyncio.sleep(0.05))
+            self._run(self._closed())
         self._process.terminate()
         try:
             self._process.wait(10)
