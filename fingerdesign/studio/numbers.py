@@ -14,14 +14,15 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.control.measurable import amplifier_noise, measured_states
 from fingerdesign.control.signals import gage_readings
 from fingerdesign.control.slip_study import rank_correlation, slip_studies
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
+from fingerdesign.records.result import MeasuredState
 from fingerdesign.studio.sliders import Press
 
 PRESSES, SHEARS = 8, 12  # increments of each leg
-NOISE_MICROSTRAIN = 0.5  # of the amplifier that the verdict speaks of, one sample
 _PIECES = 1
 
 
@@ -35,6 +36,8 @@ class Numbers:
     status_x, status    (s,) open, stick, slip at the last increment
     readings            (k, gages) microstrain; gage_x (gages,) mm
     correlation         of gage area and stick area over the shear; None where it has none
+    noise               of the design's amplifier, microstrain, one sample (0.5 where it says none)
+    measured            what such a sample sees of slip under this normal force; None: nothing
     """
 
     dimension: int
@@ -54,6 +57,8 @@ class Numbers:
     readings: Array
     gage_x: Array
     correlation: float | None
+    noise: float
+    measured: MeasuredState | None
 
     @property
     def slips(self) -> bool:
@@ -110,7 +115,21 @@ def numbers_of(design: Design, problem: ContactProblem, press: Press) -> Numbers
         readings=np.array([gage_readings(each.gages, face) for each in measures]),
         gage_x=problem.model.gage_x,
         correlation=_correlation(design, problem, steps),
+        noise=amplifier_noise(design.rig.hardware),
+        measured=_measured(design, problem, measures[-1].normal_force),
     )
+
+
+def _measured(design: Design, problem: ContactProblem, normal: float) -> MeasuredState | None:
+    """What one sample of the array's gages sees of slip under ``normal`` N."""
+    array = gage_array(design)
+    if not array or not normal > 0.0:
+        return None
+    chosen = replace(problem, model=problem.model.with_gages(array))
+    loads = [(problem.friction_coefficient, normal)]
+    noise = amplifier_noise(design.rig.hardware)
+    states = measured_states(chosen, design.gages.face, loads, noise)
+    return states[0] if states else None
 
 
 def _correlation(design: Design, problem: ContactProblem, steps: Sequence[Step]) -> float | None:

@@ -7,33 +7,34 @@ from typing import Any
 
 import numpy as np
 
+from fingerdesign.control.measurable import WANTED_STICK_CHANGE
 from fingerdesign.report.page import said
-from fingerdesign.studio.numbers import NOISE_MICROSTRAIN, Numbers
+from fingerdesign.studio.numbers import Numbers
 
 WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
 # As the report has it for "follows"; a partial answer is one that beats the number of the step
 # (0.44 in 3-D) clearly.
 GOOD, FAIR = 0.9, 0.6
-# A tenth of the signal in noise tells ten levels of stick apart; a third tells stick from slip.
-CLEAR, VISIBLE = 10.0, 3.0
+# Of the stick ratio: where a hand that steers by it starts to hold. A change of so much is seen
+# before all is lost.
+ROUGH = 0.3
 _LITTLE = 0.2  # of a contact that sticks: it is about to slip
 
 
 def verdict(now: Numbers) -> list[dict[str, str]]:
     """Questions, answers ("yes", "partly", "no", "open") and their reasons."""
-    most = float(np.abs(now.signals).max(initial=0.0))
-    force = float(now.tangential[-1])
-    per_newton = most / force if force > 0.0 else 0.0
-    given = {"most": most, "noise": NOISE_MICROSTRAIN, "per_newton": per_newton}
     return [
         _finding("holds", _holds(now), now=now),
         _finding("follows", _graded(now.correlation, GOOD, FAIR), now=now),
-        _finding(
-            "measurable",
-            _graded(most / NOISE_MICROSTRAIN if per_newton else None, CLEAR, VISIBLE),
-            **given,
-        ),
+        _finding("measurable", _seen(now), now=now, wanted=WANTED_STICK_CHANGE),
     ]
+
+
+def _seen(now: Numbers) -> str:
+    if now.measured is None:
+        return "open"
+    change = now.measured.smallest_stick_change
+    return "yes" if change <= WANTED_STICK_CHANGE else "partly" if change <= ROUGH else "no"
 
 
 def _holds(now: Numbers) -> str:
@@ -70,6 +71,7 @@ def _cells(now: Numbers) -> list[tuple[str, str, str]]:
     ratio = f"{now.ratio[-1]:.2f}" if now.touches else "–"
     most = float(np.abs(now.signals).max(initial=0.0))
     follows = "–" if now.correlation is None else f"{now.correlation:.2f}"
+    seen = "–" if now.measured is None else f"{now.measured.smallest_stick_change:.2g}"
     return [
         ("normal force", "N", f"{now.normal[-1]:.3g}"),
         ("tangential force", "N", f"{now.tangential[-1]:.3g}"),
@@ -78,4 +80,5 @@ def _cells(now: Numbers) -> list[tuple[str, str, str]]:
         ("peak pressure", "MPa", f"{now.peak:.3g}"),
         ("best gage, by shear", "µε", f"{most:.3g}"),
         ("area follows stick", "", follows),
+        ("smallest change of stick seen", "", seen),
     ]

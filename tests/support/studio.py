@@ -103,7 +103,7 @@ def _show(arguments, work):
         Browser(address, work) as browser,
     ):
         browser.wait(READY, 120)
-        moved(browser, process, OBJECT[:2])
+        moved(browser, process, [("friction", 0.9), ("friction", 0.8)])
         print(moved(browser, process, OBJECT).words("approach, shear, friction"))
         print(moved(browser, process, FINGER).words("the finger"))
         print(f"memory of the studio: {memory_MB(process):.0f} MB")
