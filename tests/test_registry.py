@@ -15,6 +15,7 @@ design.name = "toy"
 [plates]
 count = 5
 [grip]
+defaults = "fixed"
 controller = "steady"
 friction_coefficients = [0.8]
 object_mass_g = 100.0

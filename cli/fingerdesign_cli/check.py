@@ -23,6 +23,7 @@ from fingerdesign_cli.terminal import number, print_json, print_table
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.forecast.forecast import Forecast
+    from fingerdesign.analysis.forecast.lift import Lift
 
 _MANY_FACES = 60  # a question of all faces to all edges: below a second
 _NUMBERS_WIDE = 63  # characters of the table without its first column's words
@@ -31,11 +32,13 @@ _NUMBERS_WIDE = 63  # characters of the table without its first column's words
 def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_json: bool) -> int:
     """Name every fault of every DESIGN at once, each as key, value, bound and remedy."""
     from fingerdesign.analysis.forecast.forecast import forecasts
+    from fingerdesign.analysis.forecast.lift import lifts
     from fingerdesign.analysis.forecast.limits import too_large
 
     reports: list[dict[str, object]] = []
     summaries: list[Summary] = []
     costs: list[tuple[str, Forecast]] = []
+    held_by: list[tuple[str, Lift]] = []
     notes: list[str] = []
     scene, wrong = judged_scene(scene_file) if scene_file is not None else (None, None)
     if scene_file is not None and wrong is not None:
@@ -53,12 +56,16 @@ def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_js
             doubts = _notes(found.value)
             ahead = forecasts(found.value, sound_scene) if wrong is None else []
             costs += [(summary.name, each) for each in ahead]
+            held = lifts(found.value) if scene_file is None else []
+            held_by += [(summary.name, each) for each in held]
+            doubts += list(dict.fromkeys(words for each in held for words in each.remedies))
             doubts += [words for each in ahead if (words := too_large(each))]
             notes += [f"{path}: {note}" for note in doubts]
             report: dict[str, object] = {"file": str(path), "sound": True, "faults": []}
             report |= {"notes": doubts, **known}
             if wrong is None:
                 report["forecast"] = [each.as_dict() for each in ahead]
+                report["lifts"] = [each.as_dict() for each in held]
             reports.append(report)
     sound = all(report["sound"] for report in reports)
     if as_json:
@@ -68,6 +75,7 @@ def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_js
             name = scene_file.stem if sound_scene is not None and scene_file else ""
             _show(summaries, name)
             _show_costs(costs, name)
+            _show_lifts(held_by)
         for note in notes:
             click.echo(f"note: {note}")
     return 0 if sound else 2
@@ -173,3 +181,26 @@ def _show_costs(costs: list[tuple[str, Forecast]], scene: str) -> None:
     case = f"--scene {scene}" if scene else "the fundamental case and the grips"
     print_table(f"What analyse will take (forecast): {case}", headings, rows)
     click.echo(f"on {costs[0][1].machine_words}")
+
+
+def _show_lifts(held: list[tuple[str, Lift]]) -> None:
+    """What the object of the grips will take at each friction."""
+    if not held:
+        return
+    rows = [
+        [
+            name,
+            f"{each.object_mass_g:g}",
+            f"{each.friction_coefficient:g}",
+            number(each.normal_force_N),
+            number(each.tangential_force_N),
+            number(each.approach_mm),
+            number(each.contact_half_width_mm, 1),
+            " / ".join(f"{count}" for count in each.contact_nodes.values()),
+            {True: "yes", False: "no", None: "open"}[each.measurable],
+        ]
+        for name, each in held
+    ]
+    headings = ["design", "g", "friction", "F_n N", "F_t N", "approach", "half-width"]
+    headings += ["nodes flat / 3d", "gages"]
+    print_table("What a lift will take, held with a margin of 1.5 (forecast)", headings, rows)

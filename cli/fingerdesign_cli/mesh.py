@@ -36,7 +36,7 @@ def mesh(
         if ending not in ENDINGS:
             raise click.UsageError(f"--format = {ending}: must be one of {', '.join(ENDINGS)}")
     finger, scene = read_case(design_file, scene_file)
-    run_scene = scene or fundamental_scene()
+    run_scene = scene or fundamental_scene(finger)
     refuse(Case(finger, scene, fidelity), run_scene)
     with progress(finger.design.name, quiet) as report:
         report(f"meshing ({fidelity})")

@@ -43,8 +43,8 @@ from fingerdesign.version import versions
 TEMPLATES = Path(__file__).parent / "templates"
 CAVEATS, MODEL = TEMPLATES / "caveats.txt.j2", TEMPLATES / "model.txt.j2"
 ELEMENT_WORDS = {"P1": "P1", "P2": "P2", "mixed": "P2 displacement, P1 pressure"}
-_SMALL_STRAIN = 0.1  # approach over height where the paper's linearity has gone by any measure
-_ENOUGH_NODES = {2: 10, 3: 40}  # in contact: about five facets across half of it
+SMALL_STRAIN = 0.1  # approach over height where the paper's linearity has gone by any measure
+ENOUGH_NODES = {2: 10, 3: 40}  # in contact: about five facets across half of it
 # Searched for other answers above it: on the shipped finger none was found even at 5.
 _UNUSUAL_FRICTION = 1.0
 _LOCKING = 0.4  # Poisson's ratio from which linear elements are too stiff to be believed
@@ -74,7 +74,7 @@ def _of_path(case: Case, problem: ContactProblem, steps: list[Step]) -> Facts:
         found["no_row" if design.plates.number else "no_plates"] = {}
     height = crest_height(design.body)
     deepest = max(step.increment.motion.approach for step in steps)
-    if deepest > _SMALL_STRAIN * height:
+    if deepest > SMALL_STRAIN * height:
         found["large_strain"] = {"deepest": deepest, "height": height}
     closed = np.array([step.increment.status != OPEN for step in steps])
     if closed[:, _at_side(design, model.points)].any():
@@ -85,7 +85,7 @@ def _of_path(case: Case, problem: ContactProblem, steps: list[Step]) -> Facts:
     if pressed:
         found["not_felt"] = {"rows": len(pressed), "first": pressed[0] + 1}
     most = int(closed.sum(axis=1).max())
-    if 0 < most < _ENOUGH_NODES[model.dimension]:
+    if 0 < most < ENOUGH_NODES[model.dimension]:
         table = "mesh.section" if model.dimension == 2 else "mesh"
         found["few_nodes"] = {"most": most, "table": table}
     last = steps[-1].measures

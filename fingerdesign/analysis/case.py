@@ -43,7 +43,7 @@ class Case:
     @property
     def path_scene(self) -> Scene:
         """The scene whose path is followed."""
-        return self.scene or fundamental_scene()
+        return self.scene or fundamental_scene(self.design)
 
     @property
     def requested(self) -> str:
@@ -86,9 +86,17 @@ class Clock:
             self.seconds[name] = self.seconds.get(name, 0.0) + more
 
 
-def fundamental_scene() -> Scene:
-    """The shipped scene of paper 3.1."""
-    return parse_scene(shipped_text("fundamental", "scene"), "fundamental")
+def fundamental_scene(design: Design | None = None) -> Scene:
+    """The shipped scene of paper 3.1; as deep as the design's ``grip.fundamental_approach_mm``
+    says, its shears in proportion."""
+    scene = parse_scene(shipped_text("fundamental", "scene"), "fundamental")
+    deep = None if design is None else design.grip.fundamental_approach_mm
+    if deep is None:
+        return scene
+    scale = deep / max(row[0] for row in scene.path.increments_mm)
+    rows = tuple((scale * row[0], scale * row[1]) for row in scene.path.increments_mm)
+    path = scene.path.model_copy(update={"increments_mm": rows})
+    return scene.model_copy(update={"path": path})
 
 
 def gage_array(design: Design) -> tuple[int, ...]:

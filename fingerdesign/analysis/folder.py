@@ -193,7 +193,7 @@ def complete_answer(case: Case, out: Path, page: bool | None, cad: bool | None) 
 def _analysed_design(folder: Path) -> Design:
     """The design that was analysed; ResultError where its file has been changed since."""
     design, known = load_design(folder / DESIGN), read_result(folder).parameters
-    now = parameters(design, fundamental_scene())
+    now = parameters(design, fundamental_scene(design))
     changed = [key for key in now if not key.startswith("scene.") and now[key] != known.get(key)]
     if changed:
         why = f"{changed[0]} is {now[changed[0]]} there and was {known.get(changed[0])}"

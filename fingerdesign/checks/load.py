@@ -14,7 +14,9 @@ from typing import Any, Generic, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from fingerdesign.checks.body import body_faults
 from fingerdesign.checks.design import design_faults
+from fingerdesign.checks.follow import followed
 from fingerdesign.design.faults import fault_of, leaves, set_value, shown
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, unknown_materials
@@ -93,13 +95,22 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
     A further row's keys are written ``plates.rows[0].cover_mm``. None takes a key's value away.
     Raises :class:`DesignError` with every fault.
     """
-    data = design.model_dump(mode="json", exclude_none=True)
+    data = design_data(design)
     if design.body.step is not None:  # its file, which may change, decides its sizes
         for key in ("width_mm", "depth_mm", "base_height_mm"):
             del data["body"][key]
     for key, value in values.items():
         set_value(data, key, value)
     return judge_data(data).sound(design.design.name)
+
+
+def design_data(design: Design) -> dict[str, Any]:
+    """A design's tables as a file gives them; keys that followed the finger are left out, so that
+    they follow it anew where another value is set."""
+    data = design.model_dump(mode="json", exclude_none=True)
+    for key in set(design.grip.FOLLOWING) - design.grip.model_fields_set:
+        data["grip"].pop(key, None)
+    return data
 
 
 def dump_design(design: Design) -> str:
@@ -182,7 +193,8 @@ def judge_data(data: dict[str, Any], folder: Path | None = None) -> Judged[Desig
     keys = _distinct([*faults, *found.faults])
     if keys or found.value is None:
         return Judged(None, keys)
-    return Judged(found.value, _distinct(design_faults(found.value) + _assumed_faults(found.value)))
+    design = found.value if body_faults(found.value.body) else followed(found.value)
+    return Judged(design, _distinct(design_faults(design) + _assumed_faults(design)))
 
 
 def _assumed_faults(design: Design) -> list[Fault]:

@@ -167,6 +167,8 @@ def _table(
         value, meaning = getattr(table, key), described(info)
         if key in without:
             continue
+        if key in getattr(table, "FOLLOWING", ()):
+            value = "auto"
         optional = next(iter(tables_in(info.annotation)), None)
         if hasattr(value, "model_fields_set"):
             inner.append(_table(f"{title}.{key}", value))

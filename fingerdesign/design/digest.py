@@ -9,7 +9,8 @@ from pydantic import BaseModel
 from fingerdesign.design.mesh import mesh_file_digest
 from fingerdesign.design.step import content_of
 
-UNSEEN = {"mold"}  # tables that no analysis depends on
+# What no analysis depends on: how it is cast; where the grip's values, which count, come from.
+UNSEEN: Any = {"mold": True, "grip": {"defaults"}}
 # Keys that came after digests were first written down; their defaults leave digests as they were.
 LATER: dict[str, Any] = {
     "alternate": False,

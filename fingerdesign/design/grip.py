@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Annotated, Literal
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from fingerdesign.arrays import Array
@@ -195,12 +195,45 @@ class HardwareTable(Table):
 Friction = Annotated[float, Field(gt=0, le=5)]
 
 
+def _or_auto(schema: dict[str, Any]) -> None:
+    """In a key's JSON schema: its number, or "auto"."""
+    number = {key: schema.pop(key) for key in list(schema) if key not in ("default", "title")}
+    words = number.pop("description")
+    both = [number, {"const": "auto"}]
+    schema |= {"anyOf": both, "default": "auto", "description": words}
+
+
+def _followed(default: float | None, least: float, most: float, description: str) -> Any:
+    """A number's key that follows finger and object where it is absent or "auto"."""
+    said = f'{description}; absent or "auto": follows finger and object'
+    bounds = {"gt": 0} if least == 0 else {"ge": least}
+    return Field(default=default, le=most, description=said, json_schema_extra=_or_auto, **bounds)
+
+
 class Grip(Table):
     """How two like fingers lift an object; the object moves relative to each finger's base.
 
     One set of controller parameters serves every friction coefficient: the controller is given
     neither the friction nor the mass.
     """
+
+    # Left out or "auto" they follow the finger (checks/follow.py); model_fields_set holds the rest.
+    FOLLOWING: ClassVar[tuple[str, ...]] = (
+        "max_approach_mm",
+        "preload_mm",
+        "approach_step_mm",
+        "shear_step_mm",
+        "max_steps",
+        "curve_per_N",
+        "force_floor_N",
+        "hold_force_N",
+        "fundamental_approach_mm",
+    )
+    defaults: Literal["follow", "fixed"] = Field(
+        default="follow",
+        description="follow: keys left out follow finger and object; fixed: they are those of a "
+        "rubber of 5 MPa and 500 g",
+    )
 
     friction_coefficients: Many[Friction] = Field(
         default=(0.3, 0.5, 0.8),
@@ -258,13 +291,13 @@ class Grip(Table):
         description="paper: the flow chart of Maeno et al. 2000, Fig. 9; oracles are given "
         "friction and mass and hold 1.2 or 1.5 times the least force",
     )
-    preload_mm: float = positive(0.03, 50, "approach before the first tangential move")
-    approach_step_mm: float = positive(0.004, 5, "normal move of one control step")
-    shear_step_mm: float = positive(0.03, 5, "largest tangential move of one control step")
-    max_steps: int = bounded(200, 1, 100_000, "give up after so many")
-    max_approach_mm: float = positive(0.4, 50, "stage travel; the contact zone must hold it")
-    curve_per_N: float = positive(
-        0.1, 1e3, "F_t rises by this times the square of F_n's rise since the last hold"
+    preload_mm: float = _followed(0.03, 0, 50, "approach before the first tangential move")
+    approach_step_mm: float = _followed(0.004, 0, 5, "normal move of one control step")
+    shear_step_mm: float = _followed(0.03, 0, 5, "largest tangential move of one control step")
+    max_steps: int = _followed(200, 1, 100_000, "give up after so many")
+    max_approach_mm: float = _followed(0.4, 0, 50, "stage travel; the contact zone must hold it")
+    curve_per_N: float = _followed(
+        0.1, 0, 1e3, "F_t rises by this times the square of F_n's rise since the last hold"
     )
     threshold_share: float = Field(
         default=0.4,
@@ -273,7 +306,7 @@ class Grip(Table):
         description="a gage counts as over stick where its response to F_t exceeds this share of "
         "the strongest gage's at full stick (the rig measures that itself)",
     )
-    force_floor_N: float = positive(0.1, 1e3, "change of F_t that a response is made from")
+    force_floor_N: float = _followed(0.1, 0, 1e3, "change of F_t that a response is made from")
     dead_band_mm: float = bounded(
         0.05,
         0,
@@ -281,8 +314,15 @@ class Grip(Table):
         "the stick region shrinks once the gage area is this far below its largest "
         "value since the last hold",
     )
-    hold_force_N: float = positive(
-        0.5, 1e3, "a hold (dx = 0) lasts until F_n has risen by this; at least one step"
+    hold_force_N: float = _followed(
+        0.5, 0, 1e3, "a hold (dx = 0) lasts until F_n has risen by this; at least one step"
+    )
+    fundamental_approach_mm: float | None = _followed(
+        None,
+        0,
+        50,
+        "how deep the fundamental case presses, its shears in proportion; with fixed defaults: as "
+        "the shipped scene says",
     )
     bench_friction_coefficient: float = positive(
         0.5, 5, "of the surface that the rig is calibrated on, not of the object"
@@ -291,6 +331,14 @@ class Grip(Table):
         0.3, 0, 1, "for reports: a controller that reports a stick ratio below it warns of slip"
     )
     seed: int = bounded(0, 0, 2**32 - 1, "seeds whatever noise is asked")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_auto(cls, data: Any) -> Any:
+        """A key that is "auto" is left out."""
+        if not isinstance(data, Mapping):
+            return data
+        return {k: v for k, v in data.items() if not (v == "auto" and k in cls.FOLLOWING)}
 
     def _misfits(self) -> Iterable[PydanticCustomError]:
         """Rubber keeps some of its force at all times."""

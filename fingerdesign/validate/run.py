@@ -60,7 +60,7 @@ def validate(
         raise DesignError(faults)
     chosen = [each for each in ASSUMPTIONS if not keys or each.key in keys]
     name = scene_name or ("fundamental" if scene is None else "scene")
-    scene = fundamental_scene() if scene is None else scene
+    scene = fundamental_scene(design) if scene is None else scene
     # The models here are of their own sizes: that the design's mesh asks for more is no fault.
     refuse(Case(design, scene, grips=False, fields=False, go_on=True), scene)
     start = time.perf_counter()

@@ -32,6 +32,8 @@ length_mm = 0.6
 contact_size_mm = 0.3
 plate_size_mm = 0.3
 plate_end_size_mm = 0.1
+[grip]
+defaults = "fixed"
 """
 MOVES = [(0.0, 0.004)] * 10 + [(0.004, 0.004)] * 20
 
@@ -42,7 +44,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("replay")
     (folder / "coarse.toml").write_text(DESIGN)
     fine = DESIGN.replace("contact_size_mm = 0.3", "contact_size_mm = 0.1")
-    (folder / "fine.toml").write_text(f"{fine}[grip]\nmax_steps = 12\n")
+    (folder / "fine.toml").write_text(f"{fine}max_steps = 12\n")
     problem = grip_problem(load_design(folder / "coarse.toml"), contact_size_mm=0.3)
     lift = LiftPlant(problem.with_friction(0.3), "both", 500.0)
     rig = ImperfectPlant(lift, Hardware(gage_noise_microstrain=0.5), np.random.default_rng(0))
@@ -206,17 +208,17 @@ contact_size_mm = 0.7
 plate_size_mm = 1.0
 far_size_mm = 3.0
 layers = 2
-[grip]
-max_approach_mm = 0.2
-max_steps = 20
 """
+
+
+LIMITS = "max_approach_mm = 0.2\nmax_steps = 20\n"  # of the design's last table, [grip]
 
 
 def test_every_decision_on_grips_can_be_taken_in_3d(tmp_path, said):
     """On a short finger swept through two layers: another model, said so, and taken by each."""
     short = DESIGN.replace("[plates]", "[body]\ndepth_mm = 4.0\n[plates]\ncount = 5\nspan_mm = 4.0")
     path = tmp_path / "short.toml"
-    path.write_text(short.replace("[mesh.section]", f"{SOLID}[mesh.section]"))
+    path.write_text(short.replace("[mesh.section]", f"{SOLID}[mesh.section]") + LIMITS)
     study = ["study-control", path, "--controller", "fixed_ratio", "--quiet", "--friction", "0.6"]
     study += ["--mass-g", "30", "--noise", "0", "--workers", "1", "--no-tug"]
     peaks, design = [], load_design(path)

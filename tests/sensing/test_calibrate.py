@@ -48,6 +48,7 @@ material = "polyimide"
 length_mm = 0.5
 face = "upper"
 [grip]
+defaults = "fixed"
 max_approach_mm = 0.25
 preload_mm = 0.02
 [grip.hardware]

@@ -221,7 +221,15 @@ def short_teaching(monkeypatch):
     monkeypatch.setattr(learners, "_TEACHING", ((2e-3, 4),))
 
 
-DESIGN = '[design]\nname = "small"\n[plates]\ncount = 5\n[grip]\nmax_approach_mm = 0.15\n'
+DESIGN = """
+[design]
+name = "small"
+[plates]
+count = 5
+[grip]
+defaults = "fixed"
+max_approach_mm = 0.15
+"""
 
 
 @pytest.mark.usefixtures("short_teaching")

@@ -10,6 +10,7 @@ name = "half-plane"
 [plates]
 count = 11
 [grip]
+defaults = "fixed"
 preload_mm = 0.03
 approach_step_mm = 0.01
 max_approach_mm = 0.25

@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from fingerdesign.checks.load import with_values
+from fingerdesign.checks.load import design_data, with_values
 from fingerdesign.checks.starter import find_design, shipped_designs
 from fingerdesign.design.faults import dotted, fault_of, parts_of, set_value, shown, undexed
 from fingerdesign.design.schema import Design
@@ -217,7 +217,7 @@ def _stands_in(key: str, owner: str) -> bool:
 
 def _set(base: Design, setting: Mapping[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
     """The base's data with keys set, and faults of those that lead nowhere."""
-    data = base.model_dump(mode="json", exclude_none=True)
+    data = design_data(base)
     refused: list[Fault] = []
     for key, value in setting.items():
         try:
@@ -299,7 +299,7 @@ def _found(base: str, folder: Path) -> Design:
 
 def _bare(base: Design, values: Mapping[str, Any]) -> Design | None:
     """The base with keys set, its geometry unjudged; None where the keys contradict each other."""
-    data = base.model_dump(mode="json", exclude_none=True)
+    data = design_data(base)
     for key, value in values.items():
         set_value(data, key, value)
     try:

@@ -1,0 +1,177 @@
+"""What a lift will take, before any model is built: force, approach, contact nodes, gages.
+
+Forecasts, no results; how far off they were against the models of the shipped fingers stands in
+docs/fingers.md and is held by tests/analysis/test_lift_forecast.py.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+
+from fingerdesign.analysis.analysis import ENOUGH_NODES, SMALL_STRAIN
+from fingerdesign.analysis.case import gage_array
+from fingerdesign.checks.follow import lift_approach
+from fingerdesign.control.measurable import (
+    HELD_USED,
+    SEEN,
+    WANTED_STICK_CHANGE,
+    amplifier_noise,
+)
+from fingerdesign.design.grip import weight_per_finger
+from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.schema import Design
+from fingerdesign.layout.frames import crest_height, mirrors_in_z, plate_frames
+from fingerdesign.layout.zone import approach_for, contact_reach
+
+# Strain of a plate over that of the rubber around it: 1 / (1 + c E_p t / (E_r L)), shear lag in a
+# short fibre; with the change of all gages per unit of stick ratio over that strain per N times
+# F_n, fitted to the gages of the shipped straight fingers, where it is off by a factor of 5.
+_SHEAR_LAG = 2.0
+_CHANGE = 0.4
+_GAGES_OFF = 5.0  # within this factor of what is wanted it is open
+_FACET = 0.87  # area to a node of a mesh of triangles, over the square of their size
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lift:
+    """The object of the grips held with a margin of 1.5 at one friction; forecasts.
+
+    contact_nodes: by fidelity. smallest_stick_change: that gages show above noise; None without
+    gages; measurable: it is clearly under what is wanted, clearly over, or open (None).
+    remedies: sentences, each with key, value, bound and remedy.
+    """
+
+    friction_coefficient: float
+    object_mass_g: float
+    normal_force_N: float
+    tangential_force_N: float
+    approach_mm: float
+    contact_half_width_mm: float
+    contact_nodes: dict[str, int]
+    smallest_stick_change: float | None
+    measurable: bool | None
+    remedies: tuple[str, ...] = ()
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain values, units in the keys."""
+        return asdict(self)
+
+
+def lifts(design: Design) -> list[Lift]:
+    """The forecast at each friction of the grips; none of a finger that is not gripped with."""
+    if len(gage_array(design)) < 2:
+        return []
+    return [_lift(design, friction) for friction in sorted(design.grip.friction_coefficients)]
+
+
+def _lift(design: Design, friction: float) -> Lift:
+    weight = weight_per_finger(design.grip.object_mass_g)
+    force = weight / (HELD_USED * friction)
+    approach = lift_approach(design, friction, 1.0 / HELD_USED)
+    body = design.body
+    wide, deep = (
+        min(reach, 0.5 * most)
+        for reach, most in zip(
+            contact_reach(design, SceneObject(), approach),
+            (body.width_mm, body.depth_mm),
+            strict=True,
+        )
+    )
+    straight = deep >= 0.5 * body.depth_mm
+    area = 4.0 * wide * deep if straight else math.pi * wide * deep
+    size = design.mesh.contact_size_mm
+    half = 0.5 if mirrors_in_z(design) else 1.0
+    nodes = {
+        "plane-strain": round(2.0 * wide / design.mesh.section.contact_size_mm) + 1,
+        "3d": round(half * area / (_FACET * size * size)),
+    }
+    change = _stick_change(design, force, wide, area)
+    found = Lift(
+        friction_coefficient=friction,
+        object_mass_g=design.grip.object_mass_g,
+        normal_force_N=force,
+        tangential_force_N=weight,
+        approach_mm=approach,
+        contact_half_width_mm=wide,
+        contact_nodes=nodes,
+        smallest_stick_change=change,
+        measurable=_measurable(change),
+    )
+    return Lift(**{**vars(found), "remedies": tuple(_remedies(design, found))})
+
+
+def _stick_change(design: Design, normal: float, wide: float, area: float) -> float | None:
+    """Smallest change of the stick ratio that gages show: the rubber under the contact shears by
+    F_t / (G area), less below half of the contact's width; a plate at an angle takes
+    sin(2 angle) / 2 of that as far as it is not too stiff."""
+    plates, frames = design.plates, plate_frames(design)
+    if plates.model == "none":
+        return None
+    rubber, metal = design.material_of("body"), design.material_of("plates")
+    shear = 2.0 * (1.0 + rubber.poissons_ratio) / (rubber.youngs_modulus_MPa * area)
+    slope = max(abs(math.sin(math.radians(2.0 * each.angle_deg))) for each in frames)
+    deep = 1.0 / (1.0 + (plates.cover_mm / wide) ** 2)
+    stiff = metal.youngs_modulus_MPa * plates.thickness_mm
+    stiff /= rubber.youngs_modulus_MPa * plates.length_mm
+    response = 1e6 * 0.5 * slope * deep * shear / (1.0 + _SHEAR_LAG * stiff)
+    if not response > 0.0:
+        return None
+    return SEEN * amplifier_noise(design.rig.hardware) / (_CHANGE * response * normal)
+
+
+def _measurable(change: float | None) -> bool | None:
+    if change is None or 1.0 / _GAGES_OFF < change / WANTED_STICK_CHANGE < _GAGES_OFF:
+        return None
+    return change < WANTED_STICK_CHANGE
+
+
+def _remedies(design: Design, lift: Lift) -> Iterator[str]:
+    grip, mesh = design.grip, design.mesh
+    what = f"a lift of {lift.object_mass_g:g} g at a friction of {lift.friction_coefficient:g}"
+    takes = f"{what} takes about {lift.normal_force_N:.3g} N and {lift.approach_mm:.2g} mm"
+    height = float(crest_height(design.body))
+    if lift.approach_mm > grip.max_approach_mm:
+        yield (
+            f"{takes}, more than grip.max_approach_mm = {grip.max_approach_mm:g}: raise it to at "
+            f"least {1.5 * lift.approach_mm:.2g}, or set it to 'auto'"
+        )
+    if lift.approach_mm > SMALL_STRAIN * height:
+        spare = _force_at(design, SMALL_STRAIN * height) / lift.normal_force_N
+        name, stiff = design.body.material, design.material_of("body").youngs_modulus_MPa
+        light = float(f"{lift.object_mass_g * spare:.2g}")
+        yield (
+            f"{takes}, {lift.approach_mm / height:.0%} of the finger's height, where small strains "
+            f"end ({SMALL_STRAIN:.0%}): raise materials.{name}.youngs_modulus_MPa from {stiff:g} "
+            f"to {stiff / spare:.2g}, or lower grip.object_mass_g to {light:g}"
+        )
+    for fidelity, count in lift.contact_nodes.items():
+        least = ENOUGH_NODES[2 if fidelity == "plane-strain" else 3]
+        if count < least:
+            flat = fidelity == "plane-strain"
+            table = mesh.section if flat else mesh
+            size = table.contact_size_mm * (count / least if flat else math.sqrt(count / least))
+            yield (
+                f"{what} will have about {count} contact nodes in {fidelity}, {least} are enough: "
+                f"lower mesh.{'section.' if flat else ''}contact_size_mm to {size:.2g}"
+            )
+    if lift.measurable is False and lift.smallest_stick_change is not None:
+        gain = lift.smallest_stick_change / WANTED_STICK_CHANGE
+        noise = amplifier_noise(design.rig.hardware)
+        yield (
+            f"at a friction of {lift.friction_coefficient:g} gages on plates of "
+            f"{design.plates.material} will hardly be measurable: about {gain:.2g} times too "
+            f"little for {noise:g} microstrain of noise; take softer or thinner plates, or a "
+            "quieter amplifier"
+        )
+
+
+def _force_at(design: Design, approach: float) -> float:
+    """The normal force, N, that is forecast to press ``approach`` mm: approach_for turned round."""
+    low, high = 0.0, 1.0
+    while approach_for(design, SceneObject(), high) < approach and high < 1e9:
+        high *= 2.0
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        less = approach_for(design, SceneObject(), middle) < approach
+        low, high = (middle, high) if less else (low, middle)
+    return high

@@ -1,0 +1,77 @@
+"""Defaults that follow finger and object: how far, how fast and how hard a lift moves.
+
+With w = m g / 2 the weight that a finger carries and mu the least friction of the grips, a hand
+that keeps twice the least force presses with F = 2 w / mu. ``approach_for`` forecasts how deep
+that is; the forces are parts of w. Moves are parts of that depth in plane strain, where a domed
+finger is stiffer than it is: they are small enough for both. At 500 g on a rubber of 5 MPa all are
+near the values that stand in ``[grip]``.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from fingerdesign.design.grip import Grip, weight_per_finger
+from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.schema import Design
+from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.zone import approach_for
+
+_MARGIN = 2.0  # what the paper's rule keeps at the most
+_TRAVEL = 1.5  # over the forecast, which is up to a third short (docs/fingers.md)
+MOST_TRAVEL = 0.25  # of the finger's height: small strains tell nothing beyond
+_FUNDAMENTAL = 4.0 / 3.0, 0.5  # of w over this friction: how hard the fundamental case presses
+
+
+def lift_approach(design: Design, friction: float, margin: float) -> float:
+    """Forecast of the approach, mm, at which the object of the grips is held with ``margin``."""
+    force = margin * weight_per_finger(design.grip.object_mass_g) / friction
+    return approach_for(design, SceneObject(), force)
+
+
+def _section(design: Design) -> Design:
+    """The finger as plane strain draws it: straight along z."""
+    if design.body.straight or design.body.shape == "step":
+        return design
+    changed = {"shape": "arc", "dome_radius_mm": None}
+    return design.model_copy(update={"body": design.body.model_copy(update=changed)})
+
+
+def followed(design: Design) -> Design:
+    """The design with every key of ``Grip.FOLLOWING`` that was not given set to what follows; the
+    body must be sound. ``model_fields_set`` stays: with_values finds them anew."""
+    grip = design.grip
+    missing = set(Grip.FOLLOWING) - grip.model_fields_set
+    if grip.defaults == "fixed" or not missing:
+        return design
+    weight = weight_per_finger(grip.object_mass_g)
+    values: dict[str, Any] = {key: getattr(grip, key) for key in grip.model_fields_set}
+
+    def follow(key: str, value: Callable[[], float], most: float) -> None:
+        if key in missing:
+            values[key] = float(f"{min(value(), most):.3g}")
+
+    def travel(drawn: Design) -> float:
+        needed = lift_approach(drawn, min(grip.friction_coefficients), _MARGIN)
+        return min(
+            _TRAVEL * needed,
+            MOST_TRAVEL * float(crest_height(design.body)),
+            design.body.base_height_mm,
+        )
+
+    share, friction = _FUNDAMENTAL
+    follow("max_approach_mm", lambda: travel(design), 50.0)
+    most = values["max_approach_mm"]
+    drawn = most if design.body.straight else min(most, travel(_section(design)))
+    follow("preload_mm", lambda: 0.05 * drawn, 50.0)
+    follow("approach_step_mm", lambda: drawn / 150.0, 5.0)
+    follow("shear_step_mm", lambda: 7.5 * values["approach_step_mm"], 5.0)
+    follow("curve_per_N", lambda: 0.245 / weight, 1e3)
+    follow("force_floor_N", lambda: 0.04 * weight, 1e3)
+    follow("hold_force_N", lambda: 0.2 * weight, 1e3)
+    follow("fundamental_approach_mm", lambda: lift_approach(design, friction, share), most)
+    if "max_steps" in missing:
+        moves = most / values["approach_step_mm"]
+        values["max_steps"] = int(min(max(4.0 * moves / 3.0, 200.0), 1e5))
+    resolved = grip.model_copy(update={key: values[key] for key in missing})
+    resolved.model_fields_set.difference_update(missing)
+    return design.model_copy(update={"grip": resolved})

@@ -1,0 +1,109 @@
+"""What ``check`` says of a lift beforehand, beside what the model finds."""
+
+import json
+
+import pytest
+
+from fingerdesign.analysis.forecast.lift import lifts
+from fingerdesign.checks.load import parse_design, with_values
+from fingerdesign.checks.starter import find_design
+from fingerdesign.contact.measures import measure
+from fingerdesign.contact.path import Forces, solve_forces
+from fingerdesign.contact.problem import ContactState
+from fingerdesign.control.episode import run_episodes
+from fingerdesign.sensing.model import grip_problem
+
+APPROACH_OFF, WIDTH_OFF = 1.5, 1.25  # factors that the forecasts keep on straight fingers
+SOFT_DOME = """
+[design]
+name = "soft_dome"
+[body]
+shape = "dome"
+width_mm = 20.0
+base_height_mm = 10.0
+arc_radius_mm = 20.0
+depth_mm = 14.0
+dome_radius_mm = 25.0
+material = "soft"
+[plates]
+count = 9
+angle_deg = 30.0
+span_mm = 8.0
+material = "polyimide"
+[materials.soft]
+youngs_modulus_MPa = 0.5
+poissons_ratio = 0.49
+"""
+
+
+def soft_dome(mass_g):
+    return with_values(parse_design(SOFT_DOME), {"grip.object_mass_g": mass_g})
+
+
+def against_the_model(design, fidelity):
+    """(forecast over model) of approach and contact width, friction by friction."""
+    problem = grip_problem(design, fidelity)
+    for lift in lifts(design):
+        force = Forces(lift.normal_force_N, 0.0)
+        found = solve_forces(problem, ContactState.untouched(problem), force)
+        width = measure(problem, found).contact_width
+        yield lift.approach_mm / found.motion.approach, 2.0 * lift.contact_half_width_mm / width
+
+
+@pytest.mark.parametrize("name", ["narrow", "sensitive", "wide"])
+def test_approach_and_width_are_forecast_within_a_factor(name):
+    for approach, width in against_the_model(find_design(name), "plane-strain"):
+        assert 1.0 / APPROACH_OFF < approach < APPROACH_OFF
+        assert 1.0 / WIDTH_OFF < width < WIDTH_OFF
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mass_g", [100.0, 500.0])
+def test_the_soft_dome_s_are_in_3d(mass_g):
+    for approach, width in against_the_model(soft_dome(mass_g), "3d"):
+        assert 1.0 / APPROACH_OFF < approach < APPROACH_OFF
+        assert 1.0 / WIDTH_OFF < width < WIDTH_OFF
+
+
+def test_gages_are_forecast_beside_what_is_wanted():
+    assert all(lift.measurable for lift in lifts(find_design("sensitive")))
+    assert any(lift.measurable is False for lift in lifts(find_design("maeno2000")))
+    assert not any(lift.measurable for lift in lifts(find_design("maeno2000")))
+
+
+def test_what_the_small_strains_do_not_bear_is_said_with_a_remedy():
+    heavy = soft_dome(500.0)
+    said = [words for lift in lifts(heavy) for words in lift.remedies]
+    assert any("materials.soft.youngs_modulus_MPa" in words for words in said)
+    assert not [words for lift in lifts(soft_dome(100.0)) for words in lift.remedies]
+    short = with_values(heavy, {"grip.max_approach_mm": 0.4, "grip.preload_mm": 0.03})
+    said = [words for lift in lifts(short) for words in lift.remedies]
+    assert any("grip.max_approach_mm = 0.4" in words for words in said)
+
+
+def test_check_tells_the_lifts(said, tmp_path):
+    file = tmp_path / "dome.toml"
+    file.write_text(SOFT_DOME)
+    (report,) = json.loads(said("check", file, "--json").out)
+    assert [lift["friction_coefficient"] for lift in report["lifts"]] == [0.3, 0.5, 0.8]
+    assert any("small strains end" in note for note in report["notes"])
+    assert "What a lift will take" in said("check", file).out
+
+
+@pytest.mark.parametrize(
+    ("mass_g", "values", "carried"),
+    [
+        (100.0, {}, (0.3, 0.5, 0.8)),
+        # At 0.3 all nine gages answer over the threshold: the rule sees no area that shrinks.
+        (500.0, {}, (0.5, 0.8)),
+        (500.0, {"grip.threshold_share": 0.6}, (0.3, 0.5, 0.8)),
+    ],
+)
+def test_the_soft_dome_lifts_by_defaults(mass_g, values, carried):
+    design = with_values(soft_dome(mass_g), values)
+    problem = grip_problem(design, "plane-strain")
+    found = run_episodes(problem, design, design.grip.friction_coefficients, mass_g)
+    lifted = [each.result for each in found if each.result.lifted and not each.result.gross_slip]
+    assert tuple(each.friction_coefficient for each in lifted) == carried
+    beforehand = {each.friction_coefficient: each.remedies for each in lifts(design)}
+    assert all(beforehand[friction] for friction in {0.3, 0.5, 0.8} - set(carried))

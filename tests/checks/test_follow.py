@@ -1,0 +1,62 @@
+"""Defaults that follow finger and object: which do, when they stay, what is written."""
+
+import pytest
+
+from fingerdesign.checks.load import design_data, dump_design, parse_design, with_values
+from fingerdesign.checks.starter import find_design, shipped_designs, starter_text
+from fingerdesign.design.grip import Grip
+from fingerdesign.errors import DesignError
+
+TEXT = 'design.name = "a"\n'
+
+
+def follows(**values):
+    return with_values(parse_design(TEXT), values).grip
+
+
+@pytest.mark.parametrize("name", shipped_designs())
+def test_shipped_designs_keep_their_values(name):
+    grip = find_design(name).grip
+    assert grip.defaults == "fixed"
+    assert {grip.approach_step_mm, grip.shear_step_mm} == {0.004, 0.03}
+    assert grip.fundamental_approach_mm is None
+
+
+def test_travel_and_steps_follow_stiffness_and_object():
+    stiff, soft = follows(), follows(**{"materials.silicone.youngs_modulus_MPa": 0.5})
+    heavy = follows(**{"grip.object_mass_g": 1000.0})
+    for key in ("max_approach_mm", "preload_mm", "approach_step_mm", "shear_step_mm"):
+        assert getattr(soft, key) > 3.0 * getattr(stiff, key)
+        assert getattr(heavy, key) > 1.2 * getattr(stiff, key)
+    assert soft.fundamental_approach_mm > 3.0 * stiff.fundamental_approach_mm
+    assert heavy.hold_force_N == pytest.approx(2.0 * stiff.hold_force_N, rel=0.01)
+    assert heavy.curve_per_N == pytest.approx(0.5 * stiff.curve_per_N, rel=0.01)
+    assert stiff.max_steps * stiff.approach_step_mm > stiff.max_approach_mm
+
+
+def test_a_value_that_is_given_stays_and_others_follow_it():
+    given = follows(**{"grip.max_approach_mm": 0.3, "grip.max_steps": 77})
+    assert (given.max_approach_mm, given.max_steps) == (0.3, 77)
+    assert given.approach_step_mm == pytest.approx(0.002)
+    again = follows(**{"grip.max_approach_mm": "auto"})
+    assert again.max_approach_mm == follows().max_approach_mm
+
+
+def test_fixed_defaults_are_those_of_the_table():
+    fixed = follows(**{"grip.defaults": "fixed"})
+    assert fixed.max_approach_mm == Grip.model_fields["max_approach_mm"].default
+    assert fixed.preload_mm == Grip.model_fields["preload_mm"].default
+
+
+def test_what_followed_is_written_and_reads_back():
+    design = parse_design(TEXT)
+    written = parse_design(dump_design(design))
+    assert written.digest() == design.digest()
+    assert written.grip.max_approach_mm == design.grip.max_approach_mm
+    assert "max_approach_mm" not in design_data(design)["grip"]
+    assert 'max_approach_mm = "auto"' in starter_text("a")
+
+
+def test_another_word_than_auto_is_a_fault():
+    with pytest.raises(DesignError, match=r"grip\.max_approach_mm"):
+        follows(**{"grip.max_approach_mm": "some"})
