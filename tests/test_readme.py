@@ -21,6 +21,7 @@ ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "README.md").read_text("utf-8")
 PAGES = (
     "README.md",
+    "docs/cli.md",
     "docs/method.md",
     "docs/benchmarks.md",
     "docs/fingers.md",
@@ -93,6 +94,14 @@ def test_a_step_of_the_tour_runs(toured, commands, capsys):
         assert main(arguments) == 0, capsys.readouterr()
         out = Path(arguments[arguments.index("--out") + 1]) if "--out" in arguments else Path()
         assert (toured / out).is_dir()
+
+
+def test_the_commands_of_the_page_on_the_command_line_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for block in blocks("sh", "docs/cli.md"):
+        for command in block.splitlines():
+            assert main(command.split()[1:]) == 0, (command, capsys.readouterr())
+    assert (tmp_path / "out/first.svg").is_file()
 
 
 def test_python_of_the_tour_runs(toured, capsys):

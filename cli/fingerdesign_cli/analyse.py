@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from fingerdesign.analysis.answers import is_kept, kept_answer, missing, read_arrays
+from fingerdesign.analysis.answers import PAGE, is_kept, kept_answer, missing, read_arrays
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.page.words import verdict
 from fingerdesign.checks.load import with_values
@@ -24,6 +24,8 @@ from fingerdesign.runtime.progress import Report
 from fingerdesign_cli.inputs import estimator_for, read_case, refuse_foreign
 from fingerdesign_cli.terminal import (
     number,
+    open_page,
+    opens,
     print_json,
     print_table,
     progress,
@@ -60,6 +62,8 @@ def analyse(
             report = partial(show, fraction=done / len(cases))
             results.append(answer_of(case, out, report, page, cad, fresh))
     _report(results, out, quiet, as_json)
+    for result in results:
+        open_page(out / result.design / PAGE)
     return 0 if all(result.status == "ok" for result in results) else 1
 
 
@@ -67,6 +71,7 @@ def answer_of(
     case: Case, out: Path, report: Report, page: bool | None, cad: bool | None, fresh: bool
 ) -> Result:
     """OUT/NAME from the answer that is kept, without loading what works, or by that."""
+    page = page or (True if opens() else page)
     found = None if fresh else kept_answer(case, out, page, cad)
     if found is not None:
         report("analysed before: its answer is taken (--fresh works it anew)")
@@ -166,10 +171,14 @@ def _report(results: list[Result], out: Path, quiet: bool, as_json: bool) -> Non
             click.echo(f"{r.design} failed: {r.failure}", err=True)
         if r.ladder:
             click.echo(f"{r.design}: {r.ladder.chosen}; {r.ladder.models[-1].why}")
-        for warning in r.warnings if r.ladder and not r.ladder.reached else ():
+        missed = "--tolerance" if r.ladder and not r.ladder.reached else None
+        for warning in r.warnings if missed else ():
             if warning.startswith("--tolerance"):
                 click.echo(f"{r.design}: {warning}", err=True)
-        say_verdict(verdict(r, read_arrays(out / r.design).get("grip_traces", ())))
+        say_verdict(
+            verdict(r, read_arrays(out / r.design).get("grip_traces", ())),
+            [each for each in r.warnings if not (missed and each.startswith(missed))],
+        )
         click.echo(where_report(out / r.design))
 
 
@@ -208,6 +217,7 @@ def grip(
         case = Case(design, None, fidelity, go_on=go_on, estimator=estimator)
         result = answer_of(case, out, show, page, cad, fresh)
     _report_grips(result, out, quiet, as_json)
+    open_page(out / result.design / PAGE)
     return 0 if result.status == "ok" else 1
 
 
@@ -249,6 +259,7 @@ def _report_grips(result: Result, out: Path, quiet: bool, as_json: bool) -> None
         for grip in result.grips:
             if words := _in_time(grip, result):
                 click.echo(words)
+        say_verdict((), result.warnings)
         click.echo(where_report(folder))
     if result.failure:
         click.echo(f"{result.design} failed: {result.failure}", err=True)

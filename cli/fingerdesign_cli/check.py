@@ -13,13 +13,14 @@ import click
 
 from fingerdesign.cad.step_rules import check_mirror
 from fingerdesign.checks.design import plane_strain_faults
+from fingerdesign.checks.starter import file_text, kind_of
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import StepFacts, step_facts
 from fingerdesign.errors import DesignError, printable
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.zone import Summary, summarise
 from fingerdesign_cli.inputs import judged_design, judged_scene
-from fingerdesign_cli.terminal import number, print_json, print_table
+from fingerdesign_cli.terminal import number, print_json, print_table, say
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.forecast.forecast import Forecast
@@ -30,7 +31,7 @@ _NUMBERS_WIDE = 63  # characters of the table without its first column's words
 
 
 def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_json: bool) -> int:
-    """Name every fault of every DESIGN at once, each as key, value, bound and remedy."""
+    """Name every fault of every FILE at once, each as key, value, bound and remedy."""
     from fingerdesign.analysis.forecast.forecast import forecasts
     from fingerdesign.analysis.forecast.lift import lifts
     from fingerdesign.analysis.forecast.limits import too_large
@@ -45,6 +46,10 @@ def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_js
         reports.append(_faulty(scene_file, wrong))
     sound_scene = scene.value if scene is not None and wrong is None else None
     for path in designs:
+        kind = kind_of(path)
+        if kind != "design":
+            reports.append(_other(path, kind, quiet or as_json))
+            continue
         found, error = judged_design(path, scene)
         if error is not None or found is None or found.value is None:
             assert error is not None
@@ -79,6 +84,59 @@ def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_js
         for note in notes:
             click.echo(f"note: {note}")
     return 0 if sound else 2
+
+
+def _other(path: Path, kind: str, silent: bool) -> dict[str, object]:
+    """What is known of a scene or a study; every fault of it, of its base and of its scenes."""
+    facts, error = _scene_facts(path) if kind == "scene" else _study_facts(path)
+    if error is not None:
+        return _faulty(path, error)
+    if not silent:
+        words = "; ".join(f"{name.replace('_', ' ')} {value}" for name, value in facts.items())
+        say(f"sound {kind} {path}: {words}")
+    return {"file": str(path), "kind": kind, "sound": True, "faults": [], **facts}
+
+
+def _scene_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
+    found, error = judged_scene(path)
+    if error is not None or found is None or found.value is None:
+        return {}, error
+    scene = found.value
+    facts = {
+        "object": scene.object.shape,
+        "friction": scene.object.friction_coefficient,
+        "rows": len(scene.path.increments_mm or scene.path.increments_N or ()),
+    }
+    return facts, None
+
+
+def _study_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
+    from fingerdesign.search.run.run import study_scenes
+    from fingerdesign.search.study.file import parse_study
+    from fingerdesign.search.study.variants import base_design, number_of_points
+
+    errors: list[DesignError] = []
+    try:
+        study = parse_study(file_text(path, "study"), str(path))
+    except DesignError as error:
+        return {}, error
+    for judge in (base_design, study_scenes):
+        try:
+            judge(study, path.parent)
+        except DesignError as error:
+            errors.append(error)
+    if errors:
+        return {}, DesignError.together(errors)
+    scenes = ", ".join(study.study.scenes) or "the fundamental case and the grips"
+    facts: dict[str, object] = {
+        "base": study.study.base,
+        "variants": number_of_points(study),
+        "parameters": len(study.parameters),
+        "scenes": scenes,
+        "fidelity": study.study.fidelity,
+        "objectives": ", ".join(f"{each.direction} {each.metric}" for each in study.objectives),
+    }
+    return facts, None
 
 
 def _notes(design: Design) -> list[str]:

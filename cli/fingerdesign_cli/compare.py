@@ -15,21 +15,21 @@ from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, Comparis
 from fingerdesign.search.compare.recommend import GOALS, Recommendation, Wanted, recommend, why_not
 from fingerdesign.search.compare.words import summary
 from fingerdesign.search.study.metrics import METRICS
-from fingerdesign_cli.terminal import print_json, print_table
+from fingerdesign_cli.terminal import open_page, print_json, print_table
 
 
 def compare(
     results: tuple[Path, ...],
     out: Path,
     csv_file: Path | None,
-    json_file: Path | None,
+    outcomes_file: Path | None,
     requested: tuple[str, ...],
     name: str,
     quiet: bool,
+    as_json: bool,
 ) -> int:
     """Compare the designs of every RESULT on one page that opens offline."""
-    to_stdout = str(json_file) == "-"
-    _refuse_places({"--out": out, "--csv": csv_file, "--json": json_file}, results)
+    _refuse_places({"--out": out, "--csv": csv_file, "--outcomes": outcomes_file}, results)
     found = read_comparison(results, _objectives(requested), name)
     _refuse_unknown(found)
     outcomes, facts = found.outcomes, found.facts
@@ -37,16 +37,17 @@ def compare(
     if csv_file is not None:
         texts[csv_file] = designs_csv(outcomes)
     best = recommend(outcomes, facts.objectives, facts.constraints)
-    if json_file is not None and not to_stdout:
-        texts[json_file] = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
+    if outcomes_file is not None:
+        texts[outcomes_file] = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
     for path, text in texts.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, text)
-    if to_stdout:
+    if as_json:
         print_json(_reported(found, best, out))
     elif not quiet:
         _show(found, best)
         click.echo(f"report: {out}")
+    open_page(out)
     return 0
 
 
@@ -55,7 +56,7 @@ def _refuse_places(places: dict[str, Path | None], results: Sequence[Path]) -> N
     read = {path.resolve() for path in results}
     taken: set[Path] = set()
     for option, given in places.items():
-        if given is None or str(given) == "-":
+        if given is None:
             continue
         path = given.resolve()
         above = next((each for each in path.parents if each.exists()), path)

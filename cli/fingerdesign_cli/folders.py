@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import textwrap
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,17 +20,30 @@ from fingerdesign.records.folder import RESULT_FILE, read_result
 from fingerdesign.records.result import Result
 from fingerdesign.report.table import Table
 from fingerdesign.runtime.files import write_whole
-from fingerdesign_cli.terminal import print_json, print_table, say, say_verdict
+from fingerdesign_cli.looks import Kind, Look, kind_of, look_at, said
+from fingerdesign_cli.terminal import (
+    WIDTH,
+    open_page,
+    opens,
+    print_json,
+    print_table,
+    say,
+    say_marked,
+    say_verdict,
+)
 
-_VALIDATION = "validate.json"  # validate.record.RECORD_FILE
 _WRONG = (ValueError, TypeError, AttributeError, LookupError, ArithmeticError, RecursionError)
 
 
 # ``fingerdesign new``: a commented starter design or scene.
 
 
-def new(file: Path, source: str | None, scene: bool, force: bool, quiet: bool) -> None:
-    """Write a commented starter design to FILE.toml, its name taken from FILE; or a scene."""
+def new(
+    file: Path, source: str | None, scene: bool, study: bool, short: bool, force: bool, quiet: bool
+) -> None:
+    """Write a commented starter design to FILE.toml, its name taken from FILE; or another file."""
+    if scene + study + short + (short and source is not None) > 1:
+        raise click.UsageError("give one of --scene, --study, --short; --short goes without --from")
     if file.suffix != ".toml":
         other = file.with_suffix(".toml") if file.name else Path("finger.toml")
         raise click.UsageError(f"FILE = {file}: must end in .toml; try {other}")
@@ -37,37 +51,40 @@ def new(file: Path, source: str | None, scene: bool, force: bool, quiet: bool) -
         raise click.UsageError(f"FILE = {file}: must be a regular file; choose another name")
     if file.exists() and not force:
         raise click.UsageError(f"FILE = {file}: must not exist; choose another name or --force")
+    name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
+    kind = "scene" if scene else "study" if study else "design"
     if scene:
-        text, kind = starter.starter_scene_text(source), "scene"
+        text = starter.starter_scene_text(source)
+    elif study:
+        text = starter.starter_study_text(name, source)
     else:
-        name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
-        text, kind = starter.starter_text(name, source), "design"
+        text = starter.starter_short_text(name) if short else starter.starter_text(name, source)
     file.parent.mkdir(parents=True, exist_ok=True)
     write_whole(file, text)
     schema = file.parent / f"{kind}.schema.json"
-    if force or not schema.exists():
+    if not study and (force or not schema.exists()):
         write_whole(schema, schema_text(kind))
     if not quiet:
         design = "DESIGN --scene " if scene else ""
         click.echo(f"{file} written; next: fingerdesign check {design}{shlex.quote(str(file))}")
 
 
-def view(folder: Path, open_browser: bool, cad: bool, quiet: bool, as_json: bool) -> None:
+def view(folder: Path, cad: bool, quiet: bool, as_json: bool) -> None:
     """Show the result in DIR, or each result in the folders of DIR, and where its report is."""
     places = _places(folder)
     views = [_view(place) for place in places]
-    page = open_browser or not (quiet or as_json)
-    for place in places:
-        _complete(place, page, cad)
+    page = opens() or not (quiet or as_json)
+    for each in views:
+        if isinstance(each, _View):
+            _complete(each.place, page, cad)
     if as_json:
         print_json([_summary(each) for each in views])
     elif not quiet:
         for each in views:
             _show(each)
-    if open_browser:
-        for place in places:
-            if (place / PAGE).is_file():
-                click.launch((place / PAGE).absolute().as_uri())
+    for each in views:
+        if each.report is not None:
+            open_page(Path(each.report))
 
 
 def _complete(place: Path, page: bool, cad: bool) -> None:
@@ -83,22 +100,19 @@ def _complete(place: Path, page: bool, cad: bool) -> None:
 
 
 def _places(folder: Path) -> list[Path]:
-    """DIR itself, or the folders right inside that hold a result."""
-    if (folder / RESULT_FILE).is_file():
+    """DIR itself, or what is known right inside it."""
+    if _known(folder):
         return [folder]
-    if inside := _inside(folder, RESULT_FILE):
-        return inside
-    validated = [folder] if (folder / _VALIDATION).is_file() else _inside(folder, _VALIDATION)
-    bound, remedy = "a folder that analyse wrote", "give what analyse got as --out"
-    if validated:
-        page, numbers = validated[0] / "validate.html", validated[0] / _VALIDATION
-        remedy = f"validate wrote this one: open {page}, or read {numbers}"
+    inside = sorted(folder.iterdir()) if folder.is_dir() else []
+    if found := [each for each in inside if not each.name.startswith(".") and _known(each)]:
+        return found
+    remedy = "give DIR/NAME of what was written, or the DIR that it got as --out"
+    bound = "a folder that a command wrote, or that holds such folders"
     raise DesignError([Fault("DIR", folder, bound, remedy)])
 
 
-def _inside(folder: Path, name: str) -> list[Path]:
-    places = sorted(path.parent for path in folder.glob(f"*/{name}"))
-    return [place for place in places if not place.name.startswith(".")]
+def _known(place: Path) -> bool:
+    return (place / RESULT_FILE).is_file() or kind_of(place) is not None
 
 
 @dataclass(frozen=True)
@@ -115,20 +129,43 @@ class _View:
         return str(report) if report.is_file() else None
 
 
-def _view(place: Path) -> _View:
-    """What is shown of a result; DesignError where its values are none that can be shown."""
+@dataclass(frozen=True)
+class _Other:
+    """A folder, or a page, that is no result."""
+
+    place: Path
+    kind: Kind
+    look: Look
+
+    @property
+    def report(self) -> str | None:
+        """The page or picture that shows it, if it is there."""
+        page = self.place if self.place.is_file() else self.place / self.kind.page
+        return str(page) if page.is_file() else None
+
+
+def _view(place: Path) -> _View | _Other:
+    """What is shown of a folder; DesignError where its values are none that can be shown."""
     makers = (model_table, increment_table, grip_table)
-    result = read_result(place)
     try:
+        if not (place / RESULT_FILE).is_file():
+            kind = kind_of(place)
+            assert kind is not None
+            return _Other(place, kind, look_at(kind, place))
+        result = read_result(place)
         found = verdict(result, read_arrays(place).get("grip_traces", ()))
         return _View(place, result, found, tuple(make(result) for make in makers))
     except (*_WRONG, TemplateError) as error:
         why = f"{type(error).__name__}: {error}"[:200]
         bound = "a result whose values can be shown"
-        raise DesignError([Fault("RESULT", place, bound, f"{why}; run analyse again")]) from error
+        remedy = f"{why}; run its command again"
+        raise DesignError([Fault("RESULT", place, bound, remedy)]) from error
 
 
-def _summary(view: _View) -> dict[str, object]:
+def _summary(view: _View | _Other) -> dict[str, object]:
+    if isinstance(view, _Other):
+        place = {"folder": str(view.place), "report": view.report}
+        return {**place, "record": view.kind.record, **view.look.data()}
     facts = ("design", "scene", "fidelity", "status", "failure")
     return {
         "folder": str(view.place),
@@ -142,13 +179,21 @@ def _summary(view: _View) -> dict[str, object]:
     }
 
 
-def _show(view: _View) -> None:
+def _show(view: _View | _Other) -> None:
+    if isinstance(view, _Other):
+        look = view.look
+        say("\n".join(textwrap.wrap(look.what, WIDTH - 6)), bold=True)
+        for mark, sentence in said(look):
+            say_marked(mark, sentence)
+        if look.rows:
+            print_table("", look.headings, look.rows, WIDTH)
+        if view.report:
+            say(f"report: {view.report}")
+        return
     result = view.result
     say(f"{result.design} ({result.scene}, {result.fidelity})", bold=True)
-    say_verdict(view.findings)
-    for warning in result.warnings:
-        say(f"  warning: {warning}")
+    say_verdict(view.findings, result.warnings)
     for table in view.tables:
         if table.rows:
-            print_table(table.caption, table.columns, table.rows)
+            print_table(table.caption, table.columns, table.rows, WIDTH)
     say(f"report: {view.report or f'none in {view.place}'}")

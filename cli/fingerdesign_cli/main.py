@@ -22,6 +22,7 @@ import fingerdesign
 from fingerdesign.errors import DesignError, FingerDesignError, PluginWarning, printable
 from fingerdesign.runtime.files import is_full
 from fingerdesign_cli.commands import finger, hand
+from fingerdesign_cli.options import Group
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -31,15 +32,8 @@ _ending: list[float] = []  # when the first of them was obeyed, s
 _PATIENCE_S = 2.0  # a second signal within it is the first one's echo
 
 
-class _InOrder(click.Group):
-    """A group that lists its commands as they were added."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(self.commands)
-
-
 @click.group(
-    cls=_InOrder,
+    cls=Group,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Exit codes: 0 done; 1 the work failed; 2 the input is wrong; 130 interrupted.",
 )
@@ -48,16 +42,17 @@ class _InOrder(click.Group):
 def cli(debug: bool) -> None:
     """Design, simulate and compare elastic tactile fingers that feel incipient slip.
 
-    Start with `fingerdesign new mine.toml` and `fingerdesign analyse mine.toml --out results`.
+    Start with `fingerdesign new mine.toml --short`, `fingerdesign sketch mine.toml --open` and
+    `fingerdesign analyse mine.toml --open`. What is written goes to out/NAME, or below --out.
     """
 
 
 for _each in (
-    *(finger.new, finger.check, finger.studio, finger.mesh, finger.analyse),
+    *(finger.new, finger.check, finger.sketch, finger.studio, finger.mesh, finger.analyse),
     *(hand.grip, hand.replay, finger.validate, hand.teach, hand.calibrate),
     *(hand.export_c, hand.export_onnx),
     *(hand.gages, hand.tune, hand.study_control, hand.study_unlike, finger.mold),
-    *(finger.generate, finger.sweep, finger.optimise, finger.compare, finger.view),
+    *(finger.generate, finger.sweep, finger.optimise, finger.compare, finger.view, finger.list_),
 ):
     cli.add_command(_each)
 if find_spec("fingerdesign_bench") is not None:  # benchmarks/ is in a checkout, not in the wheel

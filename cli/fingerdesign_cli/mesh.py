@@ -12,8 +12,10 @@ from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.pictures import draw_mesh, draw_quality
 from fingerdesign.mesh.quality import assess, requested_sizes
 from fingerdesign.records.base import json_text
+from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import write_whole
-from fingerdesign_cli.inputs import read_case
+from fingerdesign_cli.inputs import read_case, refuse_foreign
+from fingerdesign_cli.options import OUT
 from fingerdesign_cli.terminal import print_json, progress
 
 # Those that keep quadratic cells of both dimensions.
@@ -22,7 +24,7 @@ ENDINGS = ("vtu", "vtk", "msh", "inp", "mdpa")
 
 def mesh(
     design_file: Path,
-    out: Path,
+    folder: Path | None,
     fidelity: str,
     scene_file: Path | None,
     formats: tuple[str, ...],
@@ -37,6 +39,9 @@ def mesh(
             raise click.UsageError(f"--format = {ending}: must be one of {', '.join(ENDINGS)}")
     finger, scene = read_case(design_file, scene_file)
     run_scene = scene or fundamental_scene(finger)
+    out = folder or OUT / finger.design.name
+    if folder is None:  # beside no other record, which would then be nobody's
+        refuse_foreign(RecordFolder("mesh", "quality.json", ("mesh.*", "quality.*")), out)
     refuse(Case(finger, scene, fidelity), run_scene)
     with progress(finger.design.name, quiet) as report:
         report(f"meshing ({fidelity})")

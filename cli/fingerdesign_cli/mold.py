@@ -8,7 +8,7 @@ from fingerdesign.mold.make import FOLDER, older_passed, write_mold
 from fingerdesign.mold.part import axis_name
 from fingerdesign.mold.record import MoldData, PartData
 from fingerdesign_cli.inputs import read_case, refuse_foreign
-from fingerdesign_cli.terminal import print_json, print_table, progress
+from fingerdesign_cli.terminal import open_page, print_json, print_table, progress
 
 _INTERRUPTED = 130
 _SHOWN = 10  # failing checks that are shown one by one
@@ -40,6 +40,7 @@ def mold(
         print_json(report)
     elif not quiet:
         _show(report, out / name)
+    open_page(out / name / "report.html")
     if report["failure"] is not None:
         click.echo(f"{name}: {report['failure']}", err=True)
         for check in [check for check in report["checks"] if not check["ok"]][:_SHOWN]:

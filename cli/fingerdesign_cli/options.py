@@ -5,17 +5,65 @@ module beside this one, which imports what it needs at its top and is loaded whe
 """
 
 from collections.abc import Callable
+from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
 from fingerdesign.runtime.registry import CONTROLLERS
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 FILE = click.Path(path_type=Path)
+
+
+class ShippedOrFile(click.Path):
+    """A file, or the name of what is shipped; shells complete both. kinds: of which."""
+
+    def __init__(self, *kinds: str) -> None:
+        super().__init__(path_type=Path)
+        self.kinds = kinds
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Shipped names that begin alike, then the shell's own files."""
+        from fingerdesign.checks.starter import shipped_names
+
+        names = [name for kind in self.kinds for name in shipped_names(kind)]
+        found = [CompletionItem(name) for name in names if name.startswith(incomplete)]
+        return found + super().shell_complete(ctx, param, incomplete)
+
+
+DESIGN, SCENE, STUDY = (ShippedOrFile(kind) for kind in ("design", "scene", "study"))
+
+
+class Group(click.Group):
+    """A group that lists its commands as they were added, and knows what was nearly typed."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """In the order of their work, not of the alphabet."""
+        return list(self.commands)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command; a UsageError names the nearest: "optimize" is optimise, "gauges" gages."""
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            near = get_close_matches(args[0].lower(), self.list_commands(ctx), 1, 0.5)
+            if near and not getattr(error, "possibilities", None):  # newer clicks name it
+                words = f"{error.message} Did you mean '{near[0]}'?"
+                raise click.UsageError(words, ctx) from error
+            raise
+
+
+OPEN = "fingerdesign.open"  # where a command's context keeps --open
+OUT = Path("out")  # where commands write that are told no other place
 
 
 def command(module: str, short: str) -> Callable[[Callable[[], None]], click.Command]:
@@ -28,16 +76,20 @@ def command(module: str, short: str) -> Callable[[Callable[[], None]], click.Com
             code: int | None = found(**given)
             return code
 
-        found = click.command(function.__name__.replace("_", "-"), short_help=short)(function)
+        found = click.command(function.__name__.strip("_").replace("_", "-"), short_help=short)(
+            function
+        )
         found.callback = work
         return found
 
     return made
 
 
-def output_folder(_context: click.Context, parameter: click.Parameter, value: Path) -> Path:
+def output_folder(
+    _context: click.Context, parameter: click.Parameter, value: Path | None
+) -> Path | None:
     """Refuse an option's folder that cannot become one: it or a folder above it is a file."""
-    for path in (value, *value.parents):
+    for path in () if value is None else (value, *value.parents):
         if path.exists() and not path.is_dir():
             above = "" if path == value else f"; {path} is a file"
             wrong = f"{parameter.opts[0]} = {value}: must be a folder, not a file{above}"
@@ -45,19 +97,39 @@ def output_folder(_context: click.Context, parameter: click.Parameter, value: Pa
     return value
 
 
-def out_option(about: str) -> Callable[[_Command], _Command]:
-    """``--out`` (``out``): a folder, or what can become one."""
-    return click.option("--out", required=True, type=FILE, callback=output_folder, help=about)
+def out_option(function: _Command) -> _Command:
+    """``--out`` (``out``): the folder that holds the folder of the design or study, OUT/NAME."""
+    return click.option(
+        "--out",
+        metavar="DIR",
+        type=FILE,
+        default=OUT,
+        show_default=True,
+        callback=output_folder,
+        help="Where to write: DIR/NAME, the name that of the design or study.",
+    )(function)
 
 
-def design_and_out(about: str) -> Callable[[_Command], _Command]:
+def folder_option(name: str = "") -> Callable[[_Command], _Command]:
+    """``--out`` (``folder``): the very folder that is written into, without it OUT/name.
+
+    name: empty where it is the design's; ``folder`` is then None unless it is given.
+    """
+    return click.option(
+        "--out",
+        "folder",
+        metavar="DIR",
+        type=FILE,
+        default=OUT / name if name else None,
+        show_default=True if name else str(OUT / "NAME"),
+        callback=output_folder,
+        help="Where to write: into this very folder.",
+    )
+
+
+def design_and_out(function: _Command) -> _Command:
     """The argument DESIGN (``design_file``) and ``--out`` (``out``)."""
-
-    def given(function: _Command) -> _Command:
-        function = out_option(about)(function)
-        return click.argument("design_file", metavar="DESIGN", type=FILE)(function)
-
-    return given
+    return click.argument("design_file", metavar="DESIGN", type=DESIGN)(out_option(function))
 
 
 def estimator_option(about: str) -> Callable[[_Command], _Command]:
@@ -67,7 +139,7 @@ def estimator_option(about: str) -> Callable[[_Command], _Command]:
 
 def scene_option(about: str) -> Callable[[_Command], _Command]:
     """``--scene`` (``scene_file``): a scene's file, or a shipped one's name."""
-    return click.option("--scene", "scene_file", metavar="SCENE", type=FILE, help=about)
+    return click.option("--scene", "scene_file", metavar="SCENE", type=SCENE, help=about)
 
 
 def numbers_option(
@@ -78,29 +150,57 @@ def numbers_option(
     return click.option(option, name, **kept, **more, help=about)
 
 
-model_option = click.option(
-    "--fidelity",
-    type=click.Choice(["plane-strain", "3d"]),
-    default="plane-strain",
-    show_default=True,
-    help="Of the model that grips are run on; 3d takes three to four times as long.",
-)
+SHELVES = ("designs", "scenes", "studies", "materials", "metrics", "controllers")
+FIDELITIES = {
+    "plane-strain": "the section alone, in seconds",
+    "3d": "the finger in tetrahedra, three to ten times as long",
+    "auto": "the cheapest model whose estimated error is under the tolerance",
+}
+
+
+def fidelity_option(
+    default: str | None, *, auto: bool = False, unset: str = ""
+) -> Callable[[_Command], _Command]:
+    """``--fidelity`` (``fidelity``): which model. unset: what holds where ``default`` is None."""
+    models = [each for each in FIDELITIES if auto or each != "auto"]
+    return click.option(
+        "--fidelity",
+        type=click.Choice(models),
+        default=default,
+        show_default=unset or True,
+        help=f"Which model. {'; '.join(f'{each}: {FIDELITIES[each]}' for each in models)}.",
+    )
+
+
+model_option = fidelity_option("plane-strain")  # of commands that run hundreds of grips
 workers_option = click.option(
     "--workers",
-    type=click.IntRange(1, 256),
-    help="Processes; without it as many as there are cores.",
+    type=click.IntRange(1, 1024),
+    show_default="as many as there are cores; 1 where seconds are measured",
+    is_eager=True,
+    help="Processes on this machine.",
 )
-two_workers_option = click.option(
-    "--workers", type=click.IntRange(1, 64), default=2, show_default=True, help="Processes."
-)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
+quiet_option = click.option("--quiet", "-q", is_flag=True, help="Print only failures.")
 
 
 def output_options(function: _Command) -> _Command:
     """Give a command the flags ``--quiet`` (``quiet``) and ``--json`` (``as_json``)."""
-    function = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")(
-        function
-    )
-    return click.option("--quiet", "-q", is_flag=True, help="Print only failures.")(function)
+    return quiet_option(json_option(function))
+
+
+def _keep(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
+    context.meta[OPEN] = value
+
+
+# The page itself is opened by terminal.open_page; no command needs to pass the flag on.
+open_option = click.option(
+    "--open",
+    is_flag=True,
+    expose_value=False,
+    callback=_keep,
+    help="Open what was made in the browser.",
+)
 
 
 def result_options(function: _Command) -> _Command:
@@ -121,11 +221,27 @@ go_on_option = click.option(
     "--go-on", is_flag=True, help="Even where the forecast exceeds the memory that is free."
 )
 CONTROLLER_NAMES = CONTROLLERS.shipped_names()
+
+
+def complete_controller(
+    _context: click.Context, _parameter: click.Parameter, incomplete: str
+) -> list[str]:
+    """Controllers that are shipped and begin alike, for shells."""
+    return [name for name in CONTROLLER_NAMES if name.startswith(incomplete)]
+
+
+controller_option = click.option(
+    "--controller",
+    metavar="NAME",
+    shell_complete=complete_controller,
+    help="Instead of grip.controller.",
+)
 controllers_option = click.option(
     "--controller",
     "controllers",
     metavar="NAME",
     multiple=True,
+    shell_complete=complete_controller,
     help="This controller alone; may be given again. "
     f"One of: {', '.join(CONTROLLER_NAMES)}; or a plug-in's.",
 )
@@ -159,12 +275,7 @@ def scheduler_options(function: _Command) -> _Command:
         callback=_alone,
         help="Run on the workers of this Dask scheduler: tcp://host:8786 for one, or its file.",
     )(function)
-    return click.option(
-        "--workers",
-        type=click.IntRange(1, 1024),
-        is_eager=True,
-        help="Processes on this machine; without it as many as there are cores.",
-    )(function)
+    return workers_option(function)
 
 
 def _alone(context: click.Context, _parameter: click.Parameter, value: str | None) -> str | None:

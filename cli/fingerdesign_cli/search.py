@@ -35,7 +35,7 @@ from fingerdesign.search.run.run import (
 from fingerdesign.search.study.file import Study, parse_study
 from fingerdesign.search.study.variants import base_design, variants
 from fingerdesign_cli.inputs import refuse_foreign
-from fingerdesign_cli.terminal import Progress, print_table, progress
+from fingerdesign_cli.terminal import Progress, open_page, print_table, progress
 
 # What commands on studies share: where they run, progress with time left and failures.
 
@@ -220,6 +220,7 @@ def optimise(
     else:
         every = [o for each in tried for o in each.outcomes] + list(found.again)
         say_failures(every, target / "failures.csv")
+    open_page(target / "report.html")
     return 0 if any(o.status == "ok" for each in tried for o in each.outcomes) else 1
 
 
@@ -297,6 +298,7 @@ def sweep(
         _show(compared, outcomes, reported.last, target)
     else:
         say_failures(outcomes, target / "failures.csv")
+    open_page(target / "report.html")
     return 0 if any(outcome.status == "ok" for outcome in outcomes) else 1
 
 

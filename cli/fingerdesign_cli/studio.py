@@ -15,7 +15,7 @@ from fingerdesign.studio.serve import new_token, serve
 from fingerdesign.studio.session import Session
 
 
-def studio(design_file: Path | None, port: int, open_browser: bool, quiet: bool) -> int:
+def studio(design_file: Path | None, port: int, no_open: bool, quiet: bool) -> int:
     """Serve the studio until it is interrupted."""
     session = Session(design_file)
 
@@ -23,7 +23,7 @@ def studio(design_file: Path | None, port: int, open_browser: bool, quiet: bool)
         if not quiet:
             click.echo(f"studio: {address}")
             click.echo("open it in a browser on this machine; Ctrl-C ends it")
-        if open_browser:
+        if not no_open:
             webbrowser.open(address)
 
     asyncio.run(_until_interrupted(session, port, ready))

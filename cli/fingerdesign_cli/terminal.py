@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 import sys
+import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,9 +14,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 import click
 
 from fingerdesign.errors import printable
+from fingerdesign_cli.options import OPEN
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from fingerdesign.analysis.page.words import Question
+
+WIDTH = 80  # characters of a line of what `view` and `list` show
 
 
 class Progress(Protocol):
@@ -83,10 +89,33 @@ def say(text: str, **style: Any) -> None:
     click.secho(printable(text).replace("\n", "\n      "), **style)
 
 
-def say_verdict(findings: Sequence[Question]) -> None:
-    """The questions of a report and their answers, a line each."""
+def say_marked(mark: str, text: str) -> None:
+    """A sentence behind a mark, in lines of at most 80 characters but for longer words (paths)."""
+    lines = textwrap.wrap(
+        printable(text), WIDTH - 9, break_long_words=False, break_on_hyphens=False
+    )
+    for place, words in enumerate(lines):
+        click.echo(f"  {mark if place == 0 else '':6} {words}".rstrip())
+
+
+def say_verdict(findings: Sequence[Question], warnings: Sequence[str] = ()) -> None:
+    """The questions of a report with their answers, then what is to be minded."""
     for item in findings:
-        say(f"  {item.answer.upper():6} {item.question} {item.detail}")
+        say_marked(item.answer.upper(), f"{item.question} {item.detail}")
+    for warning in warnings:
+        say_marked("MIND", f"warning: {warning}")
+
+
+def opens() -> bool:
+    """Whether the command that runs was given ``--open``."""
+    context = click.get_current_context(silent=True)
+    return context is not None and bool(context.meta.get(OPEN))
+
+
+def open_page(page: Path) -> None:
+    """Open a page or a picture in the browser where ``--open`` wants it and it is there."""
+    if opens() and page.is_file():
+        click.launch(page.absolute().as_uri())
 
 
 def where_report(folder: Path) -> str:
@@ -102,21 +131,56 @@ def number(value: float | None, digits: int = 2, factor: float = 1.0, none: str 
     return none if value is None else f"{factor * value:.{digits}f}"
 
 
-def print_table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table on stdout, as wide as it needs where stdout is not a terminal."""
+def print_table(
+    title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], width: int = 200
+) -> None:
+    """Print a table on stdout, as wide as it needs, up to ``width``, where it is no terminal.
+
+    In ``WIDTH`` characters a column of words stands to the left; columns that do not fit go on in
+    another table, behind the first column again.
+    """
     from rich.console import Console
+    from rich.text import Text
+
+    console = Console(file=sys.stdout)
+    console.width = min(console.width, width) if console.is_terminal else width
+    parts = _fitting(headings, rows) if width == WIDTH else [list(range(len(headings)))]
+    for number, columns in enumerate(parts):
+        shown = [headings[each] for each in columns]
+        cells = [[row[each] for each in columns] for row in rows]
+        table = _table(shown, cells, words=width == WIDTH)
+        table.title = Text(printable(title)) if title and number == 0 else None
+        console.print(table)
+
+
+def _table(headings: Sequence[str], rows: Sequence[Sequence[str]], words: bool) -> Table:
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=Text(printable(title)), title_justify="left")
+    table = Table(title_justify="left")
     for index, heading in enumerate(headings):
-        table.add_column(Text(printable(heading)), justify="left" if index == 0 else "right")
+        left = index == 0 or (words and any(" " in row[index] for row in rows))
+        table.add_column(Text(printable(heading)), justify="left" if left else "right")
+        table.columns[-1].overflow = "fold" if words else "ellipsis"
     for row in rows:
         table.add_row(*(Text(printable(cell)) for cell in row))
-    console = Console(file=sys.stdout)
-    if not console.is_terminal:
-        console.width = 200
-    console.print(table)
+    return table
+
+
+def _fitting(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[list[int]]:
+    """Columns by the table that they stand in, none narrower than its longest word."""
+
+    def least(column: int) -> int:
+        cells = [headings[column], *(row[column] for row in rows)]
+        return 3 + max((len(word) for cell in cells for word in cell.split()), default=1)
+
+    parts, used = [[0]], least(0)
+    for column in range(1, len(headings)):
+        if used + least(column) > WIDTH - 1 and len(parts[-1]) > 1:
+            parts, used = [*parts, [0]], least(0)
+        parts[-1].append(column)
+        used += least(column)
+    return parts
 
 
 def print_json(value: object) -> None:

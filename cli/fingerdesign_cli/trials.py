@@ -24,7 +24,7 @@ from fingerdesign.trials.tune import RECORD_FILE, TuningRecord
 from fingerdesign.trials.unlike import UnlikeSummary
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import CONTROLLER_NAMES
-from fingerdesign_cli.terminal import number, print_json, print_table
+from fingerdesign_cli.terminal import number, open_page, print_json, print_table
 
 NONE = "–"  # in a cell of the study
 Found = TypeVar("Found")
@@ -191,6 +191,7 @@ def study_control(
         print_json(plain(found.data))
     elif not trial.quiet:
         _show(found, trial.target)
+    open_page(trial.target / "control.html")
     return 0
 
 

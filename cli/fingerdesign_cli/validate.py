@@ -8,7 +8,7 @@ from fingerdesign.analysis.fidelity.readings import QUANTITIES
 from fingerdesign.validate.advice import NONE, spread_cell
 from fingerdesign.validate.record import Row, Validation
 from fingerdesign_cli.inputs import read_case, recorded
-from fingerdesign_cli.terminal import number, print_json, print_table
+from fingerdesign_cli.terminal import number, open_page, print_json, print_table
 
 
 def validate(
@@ -40,6 +40,7 @@ def validate(
         print_json(found.data())
     elif not quiet:
         _show(found, out / name)
+    open_page(out / name / "validate.html")
     if found.failure is not None:
         click.echo(f"{name}: {found.failure}", err=True)
     return 0 if found.status == "ok" else 1

@@ -2,6 +2,7 @@
 
 import re
 import textwrap
+import tomllib
 from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
 from difflib import get_close_matches
@@ -52,9 +53,38 @@ def _names(kind: str) -> tuple[str, ...]:
     return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
 
 
+def shipped_names(kind: str = "design") -> tuple[str, ...]:
+    """Names of the shipped designs, scenes or studies, in alphabetical order. kind: of which."""
+    return _names(kind)
+
+
 def shipped_designs() -> tuple[str, ...]:
     """Names of the shipped designs, in alphabetical order."""
     return _names("design")
+
+
+def kind_of(file_or_name: str | Path) -> str:
+    """What a file holds, or a shipped name means: a "design", a "scene" or a "study".
+
+    A file is known by its tables; one that cannot be read, and an unknown name that is near to none
+    of another kind, is taken for a design, whose reading says what is wrong.
+    """
+    path, kinds = Path(file_or_name), ("design", "scene", "study")
+    if path.is_file():
+        try:
+            tables = set(tomllib.loads(path.read_text("utf-8")))
+        except (OSError, ValueError):
+            return "design"
+        if "study" in tables and "design" not in tables:
+            return "study"
+        own = {"object", "path", "readout"}
+        return "scene" if tables and tables <= own | {"assumed"} and tables & own else "design"
+    near: list[str] = []
+    for kind in kinds:
+        if str(path) in _names(kind):
+            return kind
+        near += [kind] if get_close_matches(path.stem, _names(kind), 1) else []
+    return near[0] if near else "design"
 
 
 def shipped_text(name: str, kind: str = "design") -> str:
@@ -115,6 +145,92 @@ def starter_scene_text(source: str | None = None) -> str:
         tables = [_table(name, getattr(scene, name), examples=_SCENE_EXAMPLES) for name in names]
         text = "\n".join([_SCENE_HEAD, *tables])
     parse_scene(text)
+    return text
+
+
+_STUDY = """\
+# A study: a base design, the keys that are varied, and what a good finger is. `fingerdesign check
+# FILE` names every fault at once; `generate` writes the variants, `sweep` analyses all of them,
+# `optimise` searches. `fingerdesign list metrics` names what objectives and constraints may be.
+
+[study]
+name = {name}                    # names the folder and the variants
+base = "maeno2000"               # a shipped design, or a file beside this one
+sampling = "sobol"               # sobol | latin_hypercube | grid (every combination; no count)
+count = 32                       # variants
+seed = 0
+fidelity = "plane-strain"        # plane-strain | 3d | auto (keeps to study.tolerance)
+# scenes = ["slope"]             # paths instead of the fundamental case and the design's grips
+
+[fixed]                          # design keys that all variants have in common
+"grip.friction_coefficients" = [0.3, 0.6]
+
+[parameters]                     # a list: choices; a table: a range (log, step are optional)
+"body.arc_radius_mm" = {{ low = 15.0, high = 60.0, log = true }}
+"plates.count" = {{ low = 7, high = 15, step = 2 }}
+"plates.cover_mm" = {{ low = 1.0, high = 2.5 }}
+"plates.material" = ["phosphor_bronze", "polyimide"]
+
+[limits]                         # of each variant
+time_s = 120.0
+memory_MB = 4000.0
+
+[[objectives]]                   # what a finger is wanted for
+metric = "stick_error"
+goal = "min"
+[[objectives]]
+metric = "peak_ratio"
+goal = "min"
+
+[constraints]                    # what it must meet
+grip_success = {{ at_least = 0.99 }}
+
+[optimise]                       # of `fingerdesign optimise` alone
+trials = 50
+"""
+
+
+def starter_study_text(name: str, source: str | None = None) -> str:
+    """Return a commented study file called ``name``; with ``source`` a copy of a shipped study.
+
+    DesignError where ``source`` is unknown.
+    """
+    if source is None:
+        return _STUDY.format(name=_toml(name))
+    text = shipped_text(source, "study")
+    return re.sub(r'(?m)^name = ".*"$', f"name = {_toml(name)}", text, count=1)
+
+
+SHORT = {  # the keys of a first finger
+    "body": ("width_mm", "base_height_mm", "arc_radius_mm", "depth_mm", "material"),
+    "plates": (
+        *("count", "pitch_mm", "thickness_mm", "length_mm"),
+        *("angle_deg", "cover_mm", "material"),
+    ),
+    "grip": ("object_mass_g",),
+}
+_SHORT_HEAD = f"""\
+#:schema ./{SCHEMA_FILE}
+# A first finger in fifteen keys: an arc of rubber with plates that carry gages. Lengths in mm,
+# moduli in MPa, angles in degrees. `fingerdesign sketch FILE` draws it, `fingerdesign check FILE`
+# judges it; other keys take their defaults (`fingerdesign new other.toml` explains them all).
+"""
+
+
+def starter_short_text(name: str) -> str:
+    """Return a design file called ``name`` with the fifteen keys of a first finger."""
+    design = Design.model_validate({"design": {"name": name}})
+    found = [_SHORT_HEAD, "[design]", f"name = {_toml(name)}", ""]
+    for title, keys in SHORT.items():
+        table = getattr(design, title)
+        meanings = type(table).model_fields
+        lines = [_line(key, getattr(table, key), described(meanings[key])) for key in keys]
+        found += [f"[{title}]", *lines, ""]
+    rubber = design.materials[design.body.material]
+    meaning = described(type(rubber).model_fields["youngs_modulus_MPa"])
+    line = _line("youngs_modulus_MPa", rubber.youngs_modulus_MPa, meaning)
+    text = "\n".join([*found, f"[materials.{design.body.material}]", line, ""])
+    parse_design(text)
     return text
 
 

@@ -10,10 +10,7 @@ from fingerdesign_bench.suite import Suite
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["bench"],
-        ["bench", "--quick"],
         ["bench", "--out", "there", "precision", "--out", "there"],
-        ["bench", "precision"],
         ["bench", "speed", "--out"],
         ["bench", "nonsense"],
     ],

@@ -194,14 +194,14 @@ def page(tmp_path):
 
 def test_page_csv_and_outcomes(outcomes, page, tmp_path, said):
     csv, lines = tmp_path / "designs.csv", tmp_path / "all.jsonl"
-    requested = ["compare", outcomes, "--out", page, "--csv", csv, "--json", lines]
+    requested = ["compare", outcomes, "--out", page, "--csv", csv, "--outcomes", lines]
     shown = said(*requested, "--objective", "stick_error", "--objective", "cost:min").out
     assert "recommended: any_" in shown
     assert "<title>study: fingers compared</title>" in page.read_text("utf-8")
     assert len(csv.read_text("utf-8").splitlines()) == 13
     assert read_comparison([lines]).outcomes == MADE
     assert [path.name for path in page.parent.iterdir()] == ["page.html"]
-    reported = json.loads(said("compare", outcomes, "--out", page, "--json", "-").out)
+    reported = json.loads(said("compare", outcomes, "--out", page, "--json").out)
     assert reported["designs"] == 12
     assert reported["recommended"] in reported["front"]
 
@@ -214,12 +214,12 @@ def test_page_csv_and_outcomes(outcomes, page, tmp_path, said):
         (["--objective", "stik"], "did you mean stick_error?"),
         (["nowhere"], "RESULT = nowhere"),
         (["--out", "page.txt"], "must end in .html"),
-        (["--csv", "a", "--json", "a"], "must not be that of another option"),
+        (["--csv", "a", "--outcomes", "a"], "must not be that of another option"),
         # Nothing of the study is written over.
         (["--out", "study"], "choose another"),
         (["--out", "study/outcomes.jsonl"], "choose another"),
         (["--out", "study/outcomes.jsonl/x.html"], "choose another"),
-        *(([option, "pipe.html"], "a regular file") for option in ("--out", "--csv", "--json")),
+        *(([option, "pipe.html"], "a regular file") for option in ("--out", "--csv", "--outcomes")),
     ],
 )
 def test_wrong_input_of_a_comparison_is_named(outcomes, page, said, monkeypatch, more, named):
@@ -238,5 +238,5 @@ def test_what_is_left_out_is_said(outcomes, page, tmp_path, said):
     extra.write_text(f"{plain.to_json()}\n", encoding="utf-8")
     requested = ["compare", outcomes, extra, "--out", page, "--objective", "stick_error"]
     assert "1 design lacks stick_error and was left out (plain)" in said(*requested).out
-    reported = json.loads(said(*requested, "--json", "-").out)
+    reported = json.loads(said(*requested, "--json").out)
     assert reported["not_feasible"] == {"plain": ["no stick_error, an objective"]}

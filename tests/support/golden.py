@@ -187,7 +187,7 @@ CASES: dict[str, tuple[str, ...]] = {
     "sweep": (
         "sweep few.toml --out out --workers 1",
         "sweep few.toml --out out --workers 1 --json",
-        "compare out/few --out compare.html --json -",
+        "compare out/few --out compare.html --json",
     ),
     "optimise": ("optimise few.toml --out out --trials 3 --workers 1",),
     "mold": ("mold maeno2000 --out out", "mold maeno2000 --out slots --fixture slots --json"),

@@ -6,7 +6,8 @@ Called without a subcommand it measures precision, speed and stability, and writ
 from pathlib import Path
 
 import click
-from fingerdesign_cli.options import output_options
+from click.core import ParameterSource
+from fingerdesign_cli.options import Group, folder_option, output_options
 from fingerdesign_cli.terminal import progress
 
 from fingerdesign_bench.cli import charts as bench_charts
@@ -19,45 +20,38 @@ from fingerdesign_bench.cli import peers as bench_peers
 from fingerdesign_bench.cli import plane_strain as bench_plane_strain
 from fingerdesign_bench.cli import search as bench_search
 from fingerdesign_bench.cli import sweep as bench_sweep
-from fingerdesign_bench.cli.charts import optional_folder, say_busy, show_checks
+from fingerdesign_bench.cli.charts import say_busy, show_checks
 
 
 @click.group(
     "bench",
+    cls=Group,
     short_help="Compare with known answers; speed and accuracy.",
     invoke_without_command=True,
 )
-@click.option(
-    "--out",
-    "folder",
-    metavar="DIR",
-    type=click.Path(file_okay=False, path_type=Path),
-    callback=optional_folder,
-    help="Measure precision, speed and stability (these three only); charts and tables go here.",
-)
+@folder_option("bench")
 @click.option("--quick", is_flag=True, help="Coarser and fewer: about a minute in all.")
 @output_options
 @click.pass_context
 def command(
-    context: click.Context, folder: Path | None, quick: bool, quiet: bool, as_json: bool
+    context: click.Context, folder: Path, quick: bool, quiet: bool, as_json: bool
 ) -> int | None:
     """Compare with known answers; measure speed, accuracy and stability.
 
-    `fingerdesign bench --out DIR` runs precision, speed and stability, not the other subcommands
-    (about 14 minutes on two quiet cores, one with --quick), and writes their charts and tables, the
+    `fingerdesign bench` alone runs precision, speed and stability, not the other subcommands (about
+    14 minutes on two quiet cores, one with --quick), and writes their charts and tables, the
     machine and the versions (bench.json). Each subcommand does its part alone. Times mean
     something on a quiet machine only; a busy one is named. Exit code 1 where a number falls short
     of what was asked.
     """
     if context.invoked_subcommand is not None:
-        if folder is not None or quick or quiet or as_json:
+        given = context.get_parameter_source("folder") is not ParameterSource.DEFAULT
+        if given or quick or quiet or as_json:
             raise click.UsageError(
                 f"options come after the subcommand: fingerdesign bench "
                 f"{context.invoked_subcommand} --out DIR"
             )
         return None
-    if folder is None:
-        raise click.UsageError("--out DIR is missing (or name a subcommand; see --help)")
     from fingerdesign_bench.suite import run_suite
 
     with progress("bench", quiet or as_json) as report:

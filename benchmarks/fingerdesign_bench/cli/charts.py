@@ -8,29 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from fingerdesign_cli.options import output_folder, output_options
+from fingerdesign_cli.options import folder_option, output_options
 from fingerdesign_cli.terminal import print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign_bench.check import Check
 
 
-def optional_folder(
-    context: click.Context, parameter: click.Parameter, value: Path | None
-) -> Path | None:
-    """As :func:`output_folder`, where the option may be left out."""
-    return None if value is None else output_folder(context, parameter, value)
-
-
-out_option = click.option(
-    "--out",
-    "folder",
-    metavar="DIR",
-    type=click.Path(file_okay=False, path_type=Path),
-    callback=output_folder,
-    required=True,
-    help="Written here.",
-)
 quick_option = click.option(
     "--quick", is_flag=True, help="Coarser and fewer: about half a minute or less."
 )
@@ -61,7 +45,7 @@ def say_busy(machine: dict[str, Any], quiet: bool) -> None:
 @click.command(
     "precision", short_help="Errors against seconds, a line a method (6 min; --quick 35 s)."
 )
-@out_option
+@folder_option("precision")
 @quick_option
 @output_options
 def precision(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:
@@ -109,7 +93,7 @@ def precision(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:
 @click.command(
     "speed", short_help="Seconds, memory, growth, against what was asked (4 min; --quick 20 s)."
 )
-@out_option
+@folder_option("speed")
 @quick_option
 @output_options
 def speed(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
@@ -129,7 +113,7 @@ def speed(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
 
 
 @click.command("stability", short_help="Hard cases through every method (3.5 min; --quick 5 s).")
-@out_option
+@folder_option("stability")
 @quick_option
 @output_options
 def stability(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
@@ -145,7 +129,7 @@ def stability(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
 @click.command(
     "any-finger", short_help="200 random fingers meshed, 200 faults refused (30 min; --quick 1)."
 )
-@out_option
+@folder_option("any-finger")
 @quick_option
 @click.option("--count", type=click.IntRange(1, 10_000), help="How many of each, instead of 200.")
 @output_options
@@ -177,7 +161,7 @@ def any_finger(folder: Path, quick: bool, count: int | None, quiet: bool, as_jso
 @click.command(
     "hexahedra", short_help="Tetrahedra or hexahedra for extruded fingers (4 min; --quick 30 s)."
 )
-@out_option
+@folder_option("hexahedra")
 @quick_option
 @output_options
 def hexahedra(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:

@@ -8,30 +8,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from fingerdesign_cli.options import output_options
+from fingerdesign_cli.options import fidelity_option, folder_option, output_options
 from fingerdesign_cli.terminal import progress
 
-from fingerdesign_bench.cli.charts import optional_folder, show_checks
+from fingerdesign_bench.cli.charts import show_checks
 
 if TYPE_CHECKING:
     from fingerdesign_bench.check import Check
-
-_table_option = click.option(
-    "--out",
-    "folder",
-    metavar="DIR",
-    type=click.Path(file_okay=False, path_type=Path),
-    callback=optional_folder,
-    help="Also write the numbers here.",
-)
 
 
 @click.command("reference", short_help="Against two other finite-element codes (half a minute).")
 @click.option("--tetwild/--no-tetwild", default=True, show_default=True, help="Also by pytetwild.")
 @click.option("--quick", is_flag=True, help="Plane strain alone: seconds.")
-@_table_option
+@folder_option("reference")
 @output_options
-def reference(tetwild: bool, quick: bool, folder: Path | None, quiet: bool, as_json: bool) -> int:
+def reference(tetwild: bool, quick: bool, folder: Path, quiet: bool, as_json: bool) -> int:
     """The cases whose answers two other finite-element codes agree on.
 
     About 30 s from a cold cache of meshes, 11 s with --no-tetwild.
@@ -53,9 +44,9 @@ def reference(tetwild: bool, quick: bool, folder: Path | None, quiet: bool, as_j
 
 
 @click.command("condensation", short_help="Condensed against full, and its cost (2 min).")
-@_table_option
+@folder_option("condensation")
 @output_options
-def condensation(folder: Path | None, quiet: bool, as_json: bool) -> int:
+def condensation(folder: Path, quiet: bool, as_json: bool) -> int:
     """Condensed against full, and what condensing costs."""
     from fingerdesign_bench.speed.condensation import condensation_checks
 
@@ -66,9 +57,9 @@ def condensation(folder: Path | None, quiet: bool, as_json: bool) -> int:
 
 
 @click.command("assembly", short_help="Our assembly against scikit-fem's own (1 min).")
-@_table_option
+@folder_option("assembly")
 @output_options
-def assembly(folder: Path | None, quiet: bool, as_json: bool) -> int:
+def assembly(folder: Path, quiet: bool, as_json: bool) -> int:
     """Stiffness of 100,000 dofs by scikit-fem's own assembly and by ours."""
     from fingerdesign_bench.speed.assembly import assembly_checks
 
@@ -79,9 +70,9 @@ def assembly(folder: Path | None, quiet: bool, as_json: bool) -> int:
 
 
 @click.command("steps", short_help="Steps of a grip followed, and solved anew (2 min).")
-@_table_option
+@folder_option("steps")
 @output_options
-def steps(folder: Path | None, quiet: bool, as_json: bool) -> int:
+def steps(folder: Path, quiet: bool, as_json: bool) -> int:
     """A grip's increments, each from the one before and each solved anew; a hundred lifts."""
     from fingerdesign_bench.speed.steps import step_checks
 
@@ -92,9 +83,9 @@ def steps(folder: Path | None, quiet: bool, as_json: bool) -> int:
 
 
 @click.command("environment", short_help="Steps a second of the Gymnasium environment (1 min).")
-@_table_option
+@folder_option("environment")
 @output_options
-def environment(folder: Path | None, quiet: bool, as_json: bool) -> int:
+def environment(folder: Path, quiet: bool, as_json: bool) -> int:
     """Steps a second of the Gymnasium environment in 3-D on one core, in processor time.
 
     By a random hand, which slips at once, and by a scripted one; with the resets that press to the
@@ -110,9 +101,9 @@ def environment(folder: Path | None, quiet: bool, as_json: bool) -> int:
 
 @click.command("latents", short_help="Hidden values of ten fingers from their benches (15 min).")
 @click.option("--fingers", type=click.IntRange(1, 1000), default=10, show_default=True)
-@_table_option
+@folder_option("latents")
 @output_options
-def latents(fingers: int, folder: Path | None, quiet: bool, as_json: bool) -> int:
+def latents(fingers: int, folder: Path, quiet: bool, as_json: bool) -> int:
     """What `fingerdesign calibrate` fits of drawn fingers beside what was drawn, in plane strain.
 
     Plates, modulus and gains of `sensitive`, 0.5 microstrain of noise: RMS errors, and how often
@@ -126,9 +117,9 @@ def latents(fingers: int, folder: Path | None, quiet: bool, as_json: bool) -> in
 
 
 @click.command("smoothness", short_help="Ripple of the pressure on the meshes used (2 min).")
-@_table_option
+@folder_option("smoothness")
 @output_options
-def smoothness(folder: Path | None, quiet: bool, as_json: bool) -> int:
+def smoothness(folder: Path, quiet: bool, as_json: bool) -> int:
     """The reference finger's pressure at z = 0 against that on facets of 0.1 mm."""
     from fingerdesign_bench.accuracy.smoothness import smoothness_checks
 
@@ -139,9 +130,9 @@ def smoothness(folder: Path | None, quiet: bool, as_json: bool) -> int:
 
 
 @click.command("verification", short_help="Against analytic solutions (1.5 min).")
-@_table_option
+@folder_option("verification")
 @output_options
-def verification(folder: Path | None, quiet: bool, as_json: bool) -> int:
+def verification(folder: Path, quiet: bool, as_json: bool) -> int:
     """Analytic solutions: Hertz, Cattaneo-Mindlin, punch, layer, two bodies."""
     from fingerdesign_bench.accuracy.verification import verification_checks
 
@@ -152,9 +143,9 @@ def verification(folder: Path | None, quiet: bool, as_json: bool) -> int:
 
 
 @click.command("agreement", short_help="One finger meshed in several ways, one answer (4 min).")
-@_table_option
+@folder_option("agreement")
 @output_options
-def agreement(folder: Path | None, quiet: bool, as_json: bool) -> int:
+def agreement(folder: Path, quiet: bool, as_json: bool) -> int:
     """One finger meshed in several ways gives one answer: what differs, what each mesh costs.
 
     The reference finger extruded and by fTetWild, its plates as solids and as sheets, and fTetWild
@@ -168,22 +159,16 @@ def agreement(folder: Path | None, quiet: bool, as_json: bool) -> int:
 
 
 @click.command("whole", short_help="A whole `analyse` from cold caches (1.5 min).")
-@click.option(
-    "--fidelity",
-    type=click.Choice(["plane-strain", "3d"]),
-    multiple=True,
-    default=("plane-strain", "3d"),
-    show_default=True,
-)
-@_table_option
+@fidelity_option(None, unset="both")
+@folder_option("whole")
 @output_options
-def whole(fidelity: tuple[str, ...], folder: Path | None, quiet: bool, as_json: bool) -> int:
+def whole(fidelity: str | None, folder: Path, quiet: bool, as_json: bool) -> int:
     """Seconds, memory and dofs of `analyse`, from cold caches."""
     from fingerdesign_bench.speed.whole import whole_checks
 
     checks = []
     with progress("bench whole", quiet or as_json) as report:
-        for each in fidelity:
+        for each in (fidelity,) if fidelity else ("plane-strain", "3d"):
             report(each)
             found, stages = whole_checks(each)
             checks += found
@@ -196,20 +181,18 @@ def _show(
     name: str,
     title: str,
     checks: Sequence[Check],
-    folder: Path | None,
+    folder: Path,
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Print the checks and, where a folder is given, write them with the machine to NAME.json."""
-    paths = []
-    if folder is not None:
-        from fingerdesign_bench.machine import machine
+    """Print the checks and write them with the machine to NAME.json."""
+    from fingerdesign_bench.machine import machine
 
-        folder.mkdir(parents=True, exist_ok=True)
-        paths.append(folder / f"{name}.json")
-        record = {"machine": machine(), "checks": [check.as_dict() for check in checks]}
-        paths[0].write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    return show_checks(title, checks, paths, quiet, as_json)
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{name}.json"
+    record = {"machine": machine(), "checks": [check.as_dict() for check in checks]}
+    path.write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    return show_checks(title, checks, [path], quiet, as_json)
 
 
 COMMANDS = (

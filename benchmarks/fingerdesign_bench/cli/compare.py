@@ -3,24 +3,17 @@
 from pathlib import Path
 
 import click
-from fingerdesign_cli.options import output_options
+from fingerdesign_cli.options import folder_option, output_options
 from fingerdesign_cli.terminal import progress
 
-from fingerdesign_bench.cli.charts import optional_folder, say_busy, show_checks
+from fingerdesign_bench.cli.charts import say_busy, show_checks
 
 
 @click.command("compare", short_help="The page of 500 designs: size, opening, sorting (1 min).")
-@click.option(
-    "--out",
-    "folder",
-    metavar="DIR",
-    type=click.Path(file_okay=False, path_type=Path),
-    callback=optional_folder,
-    help="Also write the numbers here.",
-)
+@folder_option("compare")
 @click.option("--quick", is_flag=True, help="50 designs, opened once: seconds.")
 @output_options
-def compare(folder: Path | None, quick: bool, quiet: bool, as_json: bool) -> int:
+def compare(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
     """How large the comparison page of 500 made-up designs is, how fast it opens and sorts.
 
     In headless Chromium, which must be installed, five fresh browsers a page. Times by the clock,
@@ -32,7 +25,7 @@ def compare(folder: Path | None, quick: bool, quiet: bool, as_json: bool) -> int
     with progress("bench compare", quiet or as_json) as report:
         found = measure_comparison(report, quick)
     say_busy(found.machine, quiet)
-    paths = write_comparison(found, folder) if folder is not None else []
+    paths = write_comparison(found, folder)
     return show_checks("The comparison page", found.checks(), paths, quiet, as_json)
 
 

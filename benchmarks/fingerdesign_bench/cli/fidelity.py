@@ -3,15 +3,15 @@
 from pathlib import Path
 
 import click
-from fingerdesign_cli.options import output_options
+from fingerdesign_cli.options import folder_option, output_options, workers_option
 from fingerdesign_cli.terminal import print_table, progress
 
-from fingerdesign_bench.cli.charts import out_option, say_busy, show_checks
+from fingerdesign_bench.cli.charts import say_busy, show_checks
 
 
 @click.command("fidelity", short_help="Does --fidelity auto keep its tolerance? (20 min).")
-@out_option
-@click.option("--workers", default=1, show_default=True, type=click.IntRange(1, 64))
+@folder_option("fidelity")
+@workers_option
 @click.option(
     "--references",
     "anew",
@@ -19,7 +19,7 @@ from fingerdesign_bench.cli.charts import out_option, say_busy, show_checks
     help="Compute the references, into DIR, instead of taking shipped ones (hours).",
 )
 @output_options
-def fidelity(folder: Path, workers: int, anew: bool, quiet: bool, as_json: bool) -> int:
+def fidelity(folder: Path, workers: int | None, anew: bool, quiet: bool, as_json: bool) -> int:
     """Thirty seeded fingers and scenes with tolerances of 1 to 10 %: true errors and costs.
 
     Every rung of each is solved once; the ladder climbs on these, and each rung is also taken as
@@ -30,7 +30,7 @@ def fidelity(folder: Path, workers: int, anew: bool, quiet: bool, as_json: bool)
     from fingerdesign_bench.fidelity.fidelity import measure_fidelity, rows, write_fidelity
 
     with progress("bench fidelity", quiet or as_json) as report:
-        found = measure_fidelity(folder, report, workers, anew=anew)
+        found = measure_fidelity(folder, report, workers or 1, anew=anew)
     say_busy(found.machine, quiet)
     paths = write_fidelity(found, folder)
     if not (quiet or as_json):

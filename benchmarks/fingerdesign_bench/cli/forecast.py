@@ -3,24 +3,17 @@
 from pathlib import Path
 
 import click
-from fingerdesign_cli.options import output_options
+from fingerdesign_cli.options import folder_option, output_options
 from fingerdesign_cli.terminal import print_table, progress
 
-from fingerdesign_bench.cli.charts import optional_folder, say_busy, show_checks
+from fingerdesign_bench.cli.charts import say_busy, show_checks
 
 
 @click.command("forecast", short_help="Predicted dofs, memory, time, and what they were (15 min).")
-@click.option(
-    "--out",
-    "folder",
-    metavar="DIR",
-    type=click.Path(file_okay=False, path_type=Path),
-    callback=optional_folder,
-    help="Also write the numbers here.",
-)
+@folder_option("forecast")
 @click.option("--quick", is_flag=True, help="Three small ones: half a minute.")
 @output_options
-def forecast(folder: Path | None, quick: bool, quiet: bool, as_json: bool) -> int:
+def forecast(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
     """What `check` foretells of dofs, memory and time, against whole analyses.
 
     Each analysis runs in a process of its own, with an empty mesh cache. Its forecast is for the
@@ -32,7 +25,7 @@ def forecast(folder: Path | None, quick: bool, quiet: bool, as_json: bool) -> in
     with progress("bench forecast", quiet or as_json) as report:
         found = measure_forecasts(report, quick)
     say_busy(found.machine, quiet)
-    paths = write_forecasts(found, folder) if folder is not None else []
+    paths = write_forecasts(found, folder)
     if not (quiet or as_json):
         headings = ["analysis", "dofs", "MB", "s", "factors", "GFLOP/s"]
         print_table("Forecast / measured", headings, rows(found.records))

@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from fingerdesign_cli.options import FILE, out_option, output_options
-from fingerdesign_cli.terminal import print_json, print_table, progress
+from fingerdesign_cli.options import FILE, folder_option, open_option, output_options
+from fingerdesign_cli.terminal import open_page, print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign_bench.paper.claims import Remade
 
 
 @click.command("paper", short_help="Remake every figure of the paper.")
-@out_option("The folder that the figures go to.")
+@folder_option("paper")
 @click.option(
     "--design",
     "design_file",
@@ -24,8 +24,9 @@ if TYPE_CHECKING:
     show_default=True,
     help="With this finger: a file, or a shipped design's name.",
 )
+@open_option
 @output_options
-def command(out: Path, design_file: Path, quiet: bool, as_json: bool) -> None:
+def command(folder: Path, design_file: Path, quiet: bool, as_json: bool) -> None:
     """Remake the paper's Figs 2, 3, 6, 7, 8, 10 and 12, and judge its words by them.
 
     OUT then holds paper.html (the paper's words beside what was measured), each figure as PNG and
@@ -40,8 +41,9 @@ def command(out: Path, design_file: Path, quiet: bool, as_json: bool) -> None:
     with progress("paper", quiet) as show:
         found = remake(design, show)
         show("drawing", 0.93)
-        files = write_paper(found, out)
+        files = write_paper(found, folder)
     _report(found, files, quiet, as_json)
+    open_page(files[-1])
 
 
 def _report(found: Remade, files: list[Path], quiet: bool, as_json: bool) -> None:

@@ -4,10 +4,10 @@ import json
 from pathlib import Path
 
 import click
-from fingerdesign_cli.options import output_options
+from fingerdesign_cli.options import folder_option, output_options
 from fingerdesign_cli.terminal import print_json, print_table, progress
 
-from fingerdesign_bench.cli.charts import optional_folder, say_busy
+from fingerdesign_bench.cli.charts import say_busy
 
 _TITLES = {
     "condensed": "Condensed: Siconos beside ours, an increment",
@@ -16,17 +16,10 @@ _TITLES = {
 
 
 @click.command("peers", short_help="Siconos and GetFEM beside us (20 min; --quick 1.5 min).")
-@click.option(
-    "--out",
-    "folder",
-    metavar="DIR",
-    type=click.Path(file_okay=False, path_type=Path),
-    callback=optional_folder,
-    help="Also write the numbers here.",
-)
+@folder_option("peers")
 @click.option("--quick", is_flag=True, help="Plane strain alone, fewer repeats.")
 @output_options
-def peers(folder: Path | None, quick: bool, quiet: bool, as_json: bool) -> int:
+def peers(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
     """Siconos on our condensed problems, GetFEM on our meshes: times, ratios, differences.
 
     They must be installed for /usr/bin/python3 (Debian: python3-siconos, python3-getfem); what is
@@ -54,12 +47,11 @@ def peers(folder: Path | None, quick: bool, quiet: bool, as_json: bool) -> int:
             headings = list(longest)
             cells = [[_cell(row.get(heading)) for heading in headings] for row in rows]
             print_table(_TITLES[name], headings, cells)
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-        path = folder / "peers.json"
-        path.write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-        if not (quiet or as_json):
-            click.echo(str(path))
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "peers.json"
+    path.write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    if not (quiet or as_json):
+        click.echo(str(path))
     return 0
 
 

@@ -3,16 +3,16 @@
 from pathlib import Path
 
 import click
-from fingerdesign_cli.options import output_options
+from fingerdesign_cli.options import folder_option, output_options
 from fingerdesign_cli.terminal import print_table, progress
 
-from fingerdesign_bench.cli.charts import out_option, show_checks
+from fingerdesign_bench.cli.charts import show_checks
 
 
 @click.command(
     "plane-strain", short_help="Where does plane strain hold? The map (20 min; --quick 1)."
 )
-@out_option
+@folder_option("plane-strain")
 @click.option(
     "--study",
     type=click.Path(dir_okay=False, path_type=Path),

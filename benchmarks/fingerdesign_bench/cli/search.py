@@ -6,20 +6,18 @@ from pathlib import Path
 from typing import Literal
 
 import click
-from fingerdesign_cli.options import output_options
+from fingerdesign_cli.options import fidelity_option, folder_option, output_options, workers_option
 from fingerdesign_cli.terminal import print_json, print_table, progress
-
-_FOLDER = click.Path(file_okay=False, path_type=Path)
 
 
 @click.command("paper-finger", short_help="Search the dimensions the paper leaves open (10 min).")
-@click.option("--out", "folder", metavar="DIR", type=_FOLDER, required=True, help="Written here.")
+@folder_option("paper-finger")
 @click.option("--count", default=384, show_default=True, type=click.IntRange(1, 100_000))
 @click.option("--seed", default=2000, show_default=True, type=click.IntRange(0))
-@click.option("--workers", default=2, show_default=True, type=click.IntRange(1, 64))
+@workers_option
 @output_options
 def paper_finger(
-    folder: Path, count: int, seed: int, workers: int, quiet: bool, as_json: bool
+    folder: Path, count: int, seed: int, workers: int | None, quiet: bool, as_json: bool
 ) -> None:
     """Search the dimensions that the paper does not give (minutes).
 
@@ -28,11 +26,12 @@ def paper_finger(
     designs/maeno2000.toml won this search with quadratic elements; with the mixed ones of today
     its score on the fine mesh (0.946) is next to the winner's (0.948).
     """
+    from fingerdesign.runtime.machine import usable_cores
     from fingerdesign_bench.studies.paper_finger import FRICTIONS, Analysed
     from fingerdesign_bench.studies.paper_finger_bench import search, write
 
     with progress("bench paper-finger", quiet or as_json) as report:
-        found = search(count, seed, workers, report)
+        found = search(count, seed, workers or usable_cores(), report)
     paths = write(found, folder)
 
     def numbers(values: tuple[float, ...]) -> str:
@@ -150,12 +149,7 @@ def grids(
 @click.option("--controller", "controllers", multiple=True, help="Repeat it for more.")
 @click.option("--friction", "frictions", multiple=True, type=click.FloatRange(0.01, 5.0))
 @click.option("--share", "shares", multiple=True, type=click.FloatRange(0.0, 10.0))
-@click.option(
-    "--fidelity",
-    default="plane-strain",
-    show_default=True,
-    type=click.Choice(["plane-strain", "3d"]),
-)
+@fidelity_option("plane-strain")
 @output_options
 def slides(
     design: str,

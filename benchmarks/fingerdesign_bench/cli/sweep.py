@@ -3,24 +3,17 @@
 from pathlib import Path
 
 import click
-from fingerdesign_cli.options import output_options
+from fingerdesign_cli.options import folder_option, output_options
 from fingerdesign_cli.terminal import progress
 
-from fingerdesign_bench.cli.charts import optional_folder, say_busy, show_checks
+from fingerdesign_bench.cli.charts import say_busy, show_checks
 
 
 @click.command("sweep", short_help="200 variants on 1 worker and on 2 (6 min; --quick 40 s).")
-@click.option(
-    "--out",
-    "folder",
-    metavar="DIR",
-    type=click.Path(file_okay=False, path_type=Path),
-    callback=optional_folder,
-    help="Also write the numbers here.",
-)
+@folder_option("sweep")
 @click.option("--quick", is_flag=True, help="8 variants: starting up is most of it.")
 @output_options
-def sweep(folder: Path | None, quick: bool, quiet: bool, as_json: bool) -> int:
+def sweep(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
     """How many plane-strain variants with grips are analysed in an hour, and what one costs.
 
     The shipped study of fingers on one worker process and on two, in one run, each time with an
@@ -32,7 +25,7 @@ def sweep(folder: Path | None, quick: bool, quiet: bool, as_json: bool) -> int:
     with progress("bench sweep", quiet or as_json) as report:
         found = measure_throughput(report, quick)
     say_busy(found.machine, quiet)
-    paths = write_throughput(found, folder) if folder is not None else []
+    paths = write_throughput(found, folder)
     if not quiet and not as_json:
         for run in found.runs:
             click.echo(

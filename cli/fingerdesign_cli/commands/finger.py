@@ -6,18 +6,29 @@ from pathlib import Path
 import click
 
 from fingerdesign_cli.options import (
+    DESIGN,
     FILE,
+    OUT,
+    SHELVES,
+    STUDY,
+    ShippedOrFile,
     command,
     design_and_out,
+    fidelity_option,
+    folder_option,
     go_on_option,
+    json_option,
+    open_option,
     out_option,
     output_options,
+    quiet_option,
     result_options,
     scene_option,
     scheduler_options,
     workers_option,
 )
 
+ANY = ShippedOrFile("design", "scene", "study")
 _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
     *("plane_strain", "gage_depth_average", "plate_span", "small_strain", "poissons_ratio"),
     *("youngs_modulus", "sheets", "gage_point", "plates_left_out", "discretisation"),
@@ -26,28 +37,31 @@ _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
 
 @command("folders", "Write a commented starter design.")
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
-@click.option("--from", "source", metavar="NAME", help="Start from this shipped design (or scene).")
+@click.option(
+    "--from", "source", metavar="NAME", help="Start from this shipped design, scene or study."
+)
 @click.option("--scene", is_flag=True, help="Write a scene instead of a design.")
+@click.option("--study", is_flag=True, help="Write a study instead of a design.")
+@click.option("--short", is_flag=True, help="Write only the fifteen keys of a first finger.")
 @click.option("--force", is_flag=True, help="Overwrite FILE.")
-@click.option("--quiet", "-q", is_flag=True, help="Print only failures.")
+@quiet_option
 def new() -> None:
-    """Write a commented starter design to FILE.toml, its name taken from FILE; or a scene.
+    """Write a commented starter design to FILE.toml, its name taken from FILE; a scene; a study.
 
     Beside it goes design.schema.json (scene.schema.json), with which editors complete and explain
-    keys. Nothing is overwritten without --force. Shipped designs: maeno2000, homogeneous, narrow,
-    wide, domed, pin, block, both_ways, boned.
+    keys. Nothing is overwritten without --force. `fingerdesign list designs` names what is shipped.
     """
 
 
-@command("check", "Is a design sound? Every fault at once.")
-@click.argument("designs", metavar="DESIGN...", nargs=-1, required=True, type=FILE)
+@command("check", "Is a design, a scene or a study sound? Every fault.")
+@click.argument("designs", metavar="FILE...", nargs=-1, required=True, type=ANY)
 @scene_option("A scene's file or a shipped one's name; without it, fundamental.")
 @output_options
 def check() -> None:
-    """Name every fault of every DESIGN at once, each as key, value, bound and remedy.
+    """Name every fault of every FILE at once, each as key, value, bound and remedy.
 
-    DESIGN is a file or a shipped design's name. What rests on a faulty key is judged once that is
-    mended.
+    FILE is a design, a scene or a study, its file or the name of a shipped one; check sees which it
+    is. What rests on a faulty key is judged once that is mended.
 
     For sound designs: the plates' clearances, the volume, and forecasts of the contact's
     half-width and of what `analyse` will take: equations, memory and time on this machine. Not
@@ -55,11 +69,21 @@ def check() -> None:
     """
 
 
+@command("sketch", "Draw a design with its dimensions.")
+@design_and_out
+@click.option("--watch", is_flag=True, help="Draw again whenever the file changes, until Ctrl-C.")
+@open_option
+@output_options
+def sketch() -> None:
+    """Draw DESIGN, a file or a shipped design's name, with its dimensions: section, side, one plate
+    enlarged. OUT/NAME.svg and OUT/NAME.png, in a second: nothing is meshed or solved.
+    """
+
+
 @command("mesh", "Mesh a design and report the mesh's quality.")
-@design_and_out("The folder to write into.")
-@click.option(
-    "--fidelity", type=click.Choice(["plane-strain", "3d"]), default="3d", show_default=True
-)
+@click.argument("design_file", metavar="DESIGN", type=DESIGN)
+@folder_option()
+@fidelity_option("3d")
 @scene_option(
     "A scene's file or a shipped one's name: fine where its contact will be; without it, "
     "the fundamental case's."
@@ -93,21 +117,13 @@ def mesh() -> None:
 
 
 @command("analyse", "Analyse designs: contact, gages, grips, report.")
-@click.argument("designs", metavar="DESIGN...", nargs=-1, required=True, type=FILE)
-@out_option("Results go to OUT/NAME of each design.")
+@click.argument("designs", metavar="DESIGN...", nargs=-1, required=True, type=DESIGN)
+@out_option
 @scene_option(
     "Run this scene's path alone (a file, or a shipped scene's name); without it, the "
     "fundamental case and the design's grips."
 )
-@click.option(
-    "--fidelity",
-    type=click.Choice(["plane-strain", "3d", "auto"]),
-    default="3d",
-    show_default=True,
-    help="3d meshes half of the finger where design and scene mirror in z = 0, else all of it; "
-    "with pytetwild unless the design says mesh.mesher. auto takes the cheapest model whose "
-    "estimated error is under --tolerance.",
-)
+@fidelity_option("3d", auto=True)
 @click.option(
     "--tolerance",
     type=float,
@@ -122,6 +138,7 @@ def mesh() -> None:
     help="Recover no displacements: the .vtu file and the pictures show the mesh unmoved.",
 )
 @result_options
+@open_option
 @output_options
 def analyse() -> None:
     """Analyse each DESIGN: contact, gages, grips, and a result in OUT/NAME.
@@ -129,16 +146,19 @@ def analyse() -> None:
     A DESIGN is a file, or the name of a shipped finger. A result is written whole or not at all;
     one failing design does not stop the others. What was analysed before, by the same program, is
     not worked again: its answer is kept.
+
+    3d meshes half of the finger where design and scene mirror in z = 0, else all of it; with
+    pytetwild unless the design says mesh.mesher.
     """
 
 
 @command("studio", "See a finger follow its sliders, in the browser.")
-@click.argument("design_file", metavar="[DESIGN]", required=False, type=FILE)
+@click.argument("design_file", metavar="[DESIGN]", required=False, type=DESIGN)
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=0, help="Of the page; without it a free one."
 )
-@click.option("--open/--no-open", "open_browser", default=True, help="Open the browser.")
-@click.option("--quiet", "-q", is_flag=True, help="Print only failures.")
+@click.option("--no-open", is_flag=True, help="Leave the browser closed; else it is opened.")
+@quiet_option
 def studio() -> None:
     """Serve a page on this machine alone, on which DESIGN's numbers follow its sliders.
 
@@ -151,7 +171,7 @@ def studio() -> None:
 
 
 @command("validate", "What each modelling assumption costs, and saves.")
-@design_and_out("The record goes to OUT/NAME of the design.")
+@design_and_out
 @scene_option(
     "In this scene (a file, or a shipped scene's name); without it, the fundamental case."
 )
@@ -165,6 +185,7 @@ def studio() -> None:
     metavar="ASSUMPTION",
     help=f"This assumption alone; may be given again. One of: {', '.join(_KEYS)}.",
 )
+@open_option
 @output_options
 def validate() -> None:
     """Tell what each modelling assumption costs for DESIGN in a scene, and what it saves.
@@ -178,7 +199,7 @@ def validate() -> None:
 
 
 @command("mold", "Make the mold that a finger is cast in.")
-@design_and_out("The mold goes to OUT/NAME of the design.")
+@design_and_out
 @click.option(
     "--process",
     type=click.Choice(["sla", "fdm", "machined"]),
@@ -189,6 +210,7 @@ def validate() -> None:
     type=click.Choice(["comb", "slots"]),
     help="Instead of mold.plate_fixture: what holds the plates.",
 )
+@open_option
 @output_options
 def mold() -> None:
     """Make the mold that DESIGN is cast in: parts, plate fixture, checks, casting notes.
@@ -202,32 +224,39 @@ def mold() -> None:
     """
 
 
-@command("folders", "Look at a result.")
+@command("shelf", "What there is: designs, materials, metrics ...")
+@click.argument("what", metavar="WHAT...", nargs=-1, type=click.Choice(SHELVES))
+@json_option
+def list_() -> None:
+    """List what there is of WHAT, or of all: designs, scenes, studies, materials, metrics,
+    controllers (those of plug-ins too)."""
+
+
+@command("folders", "What is in a folder, and is it good?")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@click.option("--open", "open_browser", is_flag=True, help="Open the report in the browser.")
+@open_option
 @click.option("--cad", is_flag=True, help="Write STEP and STL files where they are missing.")
 @output_options
 def view() -> None:
-    """Show the result in DIR, or each result in the folders of DIR, and where its report is.
+    """Show what a command wrote to DIR, or to the folders right inside DIR: what is in it, what is
+    good and bad in it, in 80 columns, and where its report is. DIR may be a page of compare.
 
-    A report that is missing is drawn, unless --quiet or --json want no more than what is there.
+    A result's report that is missing is drawn, unless --quiet or --json want no more than what is
+    there.
 
-    Exit code 2 where there is no result. That of a failed analysis is shown like any other.
+    Exit code 2 where there is nothing that a command wrote. A failed analysis is shown like any
+    other.
     """
 
 
 # Many fingers.
 
-study_fidelity_option = click.option(
-    "--fidelity",
-    type=click.Choice(["plane-strain", "3d", "auto"]),
-    help="Instead of study.fidelity: 3-D, or the cheapest model that keeps to study.tolerance.",
-)
+study_fidelity_option = fidelity_option(None, auto=True, unset="study.fidelity")
 
 
 @command("generate", "Write a study's variants as files.")
-@click.argument("study_file", metavar="STUDY", type=FILE)
-@out_option("The variants go to OUT/NAME of the study.")
+@click.argument("study_file", metavar="STUDY", type=STUDY)
+@out_option
 @click.option("--count", type=click.IntRange(min=1), help="Only the first COUNT variants.")
 @click.option(
     "--only",
@@ -255,11 +284,12 @@ def generate() -> None:
 
 
 @command("search", "Analyse every variant of a study.")
-@click.argument("study_file", metavar="STUDY", type=FILE)
-@out_option("Outcomes, tables and report.html go to OUT/NAME of the study.")
+@click.argument("study_file", metavar="STUDY", type=STUDY)
+@out_option
 @scheduler_options
 @click.option("--retry", is_flag=True, help="Run again what failed: for time, memory, a crash.")
 @study_fidelity_option
+@open_option
 @output_options
 def sweep() -> None:
     """Analyse every variant of STUDY, a TOML file or a shipped study, and compare them.
@@ -267,7 +297,7 @@ def sweep() -> None:
     Each variant is analysed in a process of its own under the study's [limits]: one that crashes,
     hangs or takes too much memory is a failure with its cause, and the rest goes on. What is done
     is kept at once, by content: interrupted or run again, a study computes only what is missing,
-    and two studies share what they have in common.
+    and two studies share what they have in common. OUT/NAME holds report.html, outcomes, tables.
 
     With --json a line of JSON an outcome as it comes (number: the variant's; done: how many are),
     and a last one for the folder. With --quiet one line where variants failed. Exit code 1 where no
@@ -276,8 +306,8 @@ def sweep() -> None:
 
 
 @command("search", "Search for better fingers; the best are confirmed in 3-D.")
-@click.argument("study_file", metavar="STUDY", type=FILE)
-@out_option("Outcomes, tables and report.html go to OUT/NAME of the study.")
+@click.argument("study_file", metavar="STUDY", type=STUDY)
+@out_option
 @click.option(
     "--trials",
     type=click.IntRange(1, 100_000),
@@ -286,6 +316,7 @@ def sweep() -> None:
 @scheduler_options
 @click.option("--retry", is_flag=True, help="Run again what failed for time, memory or a crash.")
 @study_fidelity_option
+@open_option
 @output_options
 def optimise() -> None:
     """Search STUDY for fingers that are better in its [[objectives]], within its [constraints].
@@ -303,14 +334,21 @@ def optimise() -> None:
 
 @command("compare", "Which finger is better at what, on one page.")
 @click.argument("results", metavar="RESULT...", nargs=-1, required=True, type=FILE)
-@click.option("--out", required=True, type=FILE, help="The page, FILE.html.")
-@click.option("--csv", "csv_file", metavar="FILE", type=FILE, help="Also a row a design as CSV.")
 @click.option(
-    "--json",
-    "json_file",
+    "--out",
     metavar="FILE",
     type=FILE,
-    help="Also all outcomes, a line of JSON each; `-`: what is recommended, on stdout.",
+    default=OUT / "compare.html",
+    show_default=True,
+    help="Where to write: the page, FILE.html.",
+)
+@click.option("--csv", "csv_file", metavar="FILE", type=FILE, help="Also a row a design as CSV.")
+@click.option(
+    "--outcomes",
+    "outcomes_file",
+    metavar="FILE",
+    type=FILE,
+    help="Also all outcomes, a line of JSON each.",
 )
 @click.option(
     "--objective",
@@ -320,7 +358,8 @@ def optimise() -> None:
     help="What a finger is wanted for, instead of the study's own; may be given again.",
 )
 @click.option("--name", default="", help="To head the page; without it that of the study.")
-@click.option("--quiet", "-q", is_flag=True, help="Print only failures.")
+@open_option
+@output_options
 def compare() -> None:
     """Compare the designs of every RESULT on one page that opens offline.
 
@@ -328,6 +367,8 @@ def compare() -> None:
     folders, or a file of outcomes (outcomes.jsonl). The page recommends a finger and says why;
     its table sorts and filters, its chart shows the Pareto front, two designs stand side by side,
     failures are listed, and every number can be saved.
+
+    With --json what is recommended, and why not the others, on stdout.
 
     Exit code 2 where a RESULT is none. Failed designs are shown with their causes: exit code 0.
     """

@@ -5,19 +5,21 @@ import math
 import click
 
 from fingerdesign_cli.options import (
+    DESIGN,
     FILE,
     command,
+    controller_option,
     controllers_option,
     design_and_out,
     estimator_option,
     go_on_option,
     model_option,
     numbers_option,
+    open_option,
     out_option,
     output_options,
     result_options,
     trial_options,
-    two_workers_option,
     workers_option,
 )
 
@@ -32,8 +34,8 @@ def _finite(
 
 
 @command("analyse", "Lift an object whose weight and friction are unknown.")
-@design_and_out("The result goes to OUT/NAME of the design.")
-@click.option("--controller", metavar="NAME", help="Instead of grip.controller.")
+@design_and_out
+@controller_option
 @numbers_option(
     "--friction",
     "frictions",
@@ -42,23 +44,19 @@ def _finite(
     "Instead of grip.friction_coefficients.",
 )
 @click.option("--mass-g", type=float, help="The object's mass. Instead of grip.object_mass_g.")
-@click.option(
-    "--fidelity",
-    type=click.Choice(["plane-strain", "3d"]),
-    default="plane-strain",
-    show_default=True,
-    help="Unlike analyse, whose default is 3d, grip takes the section: seconds, not minutes.",
-)
+@model_option
 @estimator_option(
     "What the regulator grips by, from `fingerdesign teach`; without it, it is taught first."
 )
 @go_on_option
 @result_options
+@open_option
 @output_options
 def grip() -> None:
     """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient.
 
-    DESIGN is a file or a shipped design's name.
+    DESIGN is a file or a shipped design's name. Unlike analyse, whose default is 3d, grip takes the
+    section: seconds, not minutes.
 
     The controller feels gages and forces only. Exit code 0 also where an object slips or is not
     lifted: that is a finding, and stands in the table and in result.json.
@@ -66,10 +64,10 @@ def grip() -> None:
 
 
 @command("trials", "Ask a controller along a recorded grip.")
-@click.argument("design_file", metavar="DESIGN", type=FILE)
+@click.argument("design_file", metavar="DESIGN", type=DESIGN)
 @click.argument("trace_file", metavar="TRACE", type=FILE)
-@out_option("Files go to OUT/NAME of the design.")
-@click.option("--controller", metavar="NAME", help="Instead of grip.controller.")
+@out_option
+@controller_option
 @estimator_option(
     "An estimator taught on DESIGN (JSON): tells the stick ratio; the regulator needs it."
 )
@@ -86,7 +84,7 @@ def replay() -> None:
 
 
 @command("sensing", "Teach the estimator that the regulator grips by.")
-@design_and_out("Files go to OUT/NAME of the design.")
+@design_and_out
 @click.option(
     "--noise",
     type=click.FloatRange(0.0, 1e3),
@@ -95,7 +93,7 @@ def replay() -> None:
     show_default=True,
     help="Of a sample of your gages, microstrain: written into the file.",
 )
-@two_workers_option
+@workers_option
 @model_option
 @output_options
 def teach() -> None:
@@ -109,8 +107,8 @@ def teach() -> None:
     """
 
 
-@command("calibrate", "This very finger's estimator, from its bench.")
-@design_and_out("Files go to OUT/NAME of the design.")
+@command("sensing", "This very finger's estimator, from its bench.")
+@design_and_out
 @click.option(
     "--measured",
     metavar="FOLDER",
@@ -160,11 +158,13 @@ noise_of_the_rig = click.option(
 
 @command("sensing", "Write the regulator as C for a hand's microcontroller.")
 @click.argument("estimator_file", metavar="ESTIMATOR", type=FILE)
-@design_and_out("regulator.c and regulator.h go to OUT/NAME of the design.")
+@design_and_out
 @noise_of_the_rig
 @output_options
 def export_c() -> None:
     """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99 without dependencies.
+
+    OUT/NAME then holds regulator.c and regulator.h.
 
     ESTIMATOR is what `fingerdesign teach` wrote for DESIGN. The file computes in single precision
     and holds the one network for the noise, with 16-bit weights: some 49 kB for 15 gages. How to
@@ -174,11 +174,13 @@ def export_c() -> None:
 
 @command("sensing", "Write the estimator's network as ONNX.")
 @click.argument("estimator_file", metavar="ESTIMATOR", type=FILE)
-@design_and_out("estimator.onnx goes to OUT/NAME of the design.")
+@design_and_out
 @noise_of_the_rig
 @output_options
 def export_onnx() -> None:
     """Write the network of ESTIMATOR, which `fingerdesign teach` wrote for DESIGN, as ONNX.
+
+    OUT/NAME then holds estimator.onnx.
 
     Features in, stick ratio and friction in use out, in single precision; for one noise. It needs
     the extra "onnx". The regulator around it leaves as C: `fingerdesign export-c`.
@@ -186,7 +188,7 @@ def export_onnx() -> None:
 
 
 @command("sensing", "How few gages tell the stick ratio, and where.")
-@design_and_out("The record goes to OUT/NAME of the design.")
+@design_and_out
 @click.option(
     "--noise",
     type=float,
@@ -201,8 +203,9 @@ def export_onnx() -> None:
     show_default=True,
     help="Grips to learn from; more tell finer differences.",
 )
-@two_workers_option
+@workers_option
 @model_option
+@open_option
 @output_options
 def gages() -> None:
     """Tell how well DESIGN's gages determine the stick ratio, how few suffice and where.
@@ -214,7 +217,7 @@ def gages() -> None:
 
 
 @command("trials", "Tune controllers alike, on grips of their own.")
-@design_and_out("The record goes to OUT/NAME of the design.")
+@design_and_out
 @controllers_option
 @numbers_option(
     "--noise",
@@ -239,7 +242,7 @@ def tune() -> None:
 
 
 @command("trials", "Compare controllers over friction, weight and noise.")
-@design_and_out("The record goes to OUT/NAME of the design.")
+@design_and_out
 @controllers_option
 @numbers_option(
     "--friction",
@@ -262,6 +265,7 @@ def tune() -> None:
 )
 @click.option("--quick", is_flag=True, help="4 frictions, 4 masses, 3 noises: seconds.")
 @click.option("--no-tug", is_flag=True, help="Leave out the grips whose lifted object is tugged.")
+@open_option
 @trial_options("all noise")
 def study_control() -> None:
     """Judge controllers on DESIGN over friction, weight and gage noise.
@@ -277,7 +281,7 @@ def study_control() -> None:
 
 
 @command("trials", "Compare controllers on fingers that came out unlike the model.")
-@design_and_out("The record goes to OUT/NAME of the design.")
+@design_and_out
 @controllers_option
 @click.option(
     "--fault",

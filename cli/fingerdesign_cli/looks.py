@@ -1,0 +1,335 @@
+"""What ``fingerdesign view`` says of each kind of folder that is no result of an analysis.
+
+A kind is known by the file that it always holds. Each function reads that record and says what is
+in the folder, what is good in it, what is bad, and one table at most.
+"""
+
+import csv
+import html
+import json
+import re
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fingerdesign.errors import shown
+from fingerdesign_cli.terminal import number
+
+# Of lifts, or of what a study tried. The regulator reaches nine of ten on its own model, a force
+# that is the same for all objects not one of two (docs/control.md).
+GOOD_SHARE, POOR_SHARE = 0.9, 0.5
+GOOD_STICK_ERROR = 0.1  # RMS: a tenth of the contact; at a warning ratio of 0.3 it is seen in time
+LEAST_ANGLE_DEG = 5.0  # dihedral, below which the mesher does not accept a mesh
+_SHOWN = 8  # sentences of a sort; the record has all
+
+
+@dataclass(frozen=True)
+class Look:
+    """What is said of a folder. what: what is in it; facts: neither good nor bad."""
+
+    what: str
+    good: Sequence[str] = ()
+    bad: Sequence[str] = ()
+    facts: Sequence[str] = ()
+    headings: Sequence[str] = ()
+    rows: Sequence[Sequence[str]] = ()
+
+    def data(self) -> dict[str, Any]:
+        """For scripts."""
+        return {"what": self.what, **{k: list(getattr(self, k)) for k in ("good", "bad", "facts")}}
+
+
+_Data = Mapping[str, Any]
+
+
+def _percent(share: _Data) -> str:
+    return number(share["rate"], 0, 100.0)
+
+
+def _median(spread: _Data | None) -> str:
+    return "-" if spread is None else number(spread["median"])
+
+
+def _judged(rates: Mapping[str, float | None], of: str) -> tuple[list[str], list[str]]:
+    """Who reaches a good share, and who not even a poor one."""
+    known = {name: rate for name, rate in rates.items() if rate is not None}
+    words = {name: f"{name}: {100 * rate:.0f} % {of}" for name, rate in known.items()}
+    good = [words[name] for name, rate in known.items() if rate >= GOOD_SHARE]
+    return good, [words[name] for name, rate in known.items() if rate < POOR_SHARE]
+
+
+def _mold(data: _Data, _: Path) -> Look:
+    failing = [check for check in data["checks"] if not check["ok"]]
+    bad = [*([data["failure"]] if data["failure"] else []), *(c["sentence"] for c in failing)]
+    good = [] if bad else [f"all {len(data['checks'])} checks passed"]
+    facts = [f"mind: {warning}" for warning in data["warnings"]]
+    if data["placement"] is not None:
+        facts += data["placement"]["sentences"][:1]
+    rows = [
+        [part["name"], part["made"], " x ".join(f"{value:.1f}" for value in part["size_mm"])]
+        for part in data["parts"]
+    ]
+    process = data["process"]["name"]
+    what = f"mold of {data['design']} ({process})"
+    return Look(what, good, bad, facts, ("part", "made", "size, mm"), rows)
+
+
+def _control(data: _Data, _: Path) -> Look:
+    noise = data["criteria"]["good_amplifier_microstrain"]
+    rows, rates, used = [], {}, noise
+    for each in data["controllers"]:
+        levels = each["by_noise"]
+        level = min(levels, key=lambda row: abs(row["noise_microstrain"] - noise))
+        used, name = level["noise_microstrain"], each["controller"]
+        rates[name] = level["success"]["rate"]
+        counts = (str(level[key]) for key in ("dropped", "crushed", "not_lifted"))
+        rows.append([name, _percent(level["success"]), *counts, _median(level["margin_at_lift"])])
+    good, bad = _judged(rates, f"success at {used:g} microstrain")
+    model = data["model"]["fidelity"]
+    what = f"controllers on {data['design']} ({model}), {data['grips']} grips"
+    headings = ("controller", "success %", "dropped", "crushed", "unlifted", "margin")
+    return Look(what, good, [*bad, *data["warnings"]], (), headings, rows)
+
+
+def _unlike(data: _Data, _: Path) -> Look:
+    names = list(next(iter(data["summaries"].values())))
+    rows = [
+        [label, *(_percent(by[name]["success"]) for name in names)]
+        for label, by in data["summaries"].items()
+    ]
+    good: list[str] = []
+    bad: list[str] = []
+    for label, by in data["summaries"].items():
+        rates = {f"{name}, {label}": by[name]["success"]["rate"] for name in names}
+        well, ill = _judged(rates, "success")
+        good, bad = [*good, *well], [*bad, *ill]
+    what = f"{data['plants']} fingers unlike the model of {data['design']} ({data['fidelity']})"
+    return Look(what, good, bad, ("the table: success in %",), ("fault", *names), rows)
+
+
+def _tuning(data: _Data, _: Path) -> Look:
+    rows: list[list[str]] = []
+    good: list[str] = []
+    bad: list[str] = []
+    for name, found in data["controllers"].items():
+        before, after = (found[key]["success_rate"] for key in ("default", "best"))
+        rows.append([name, f"{100 * before:.1f}", f"{100 * after:.1f}"])
+        words = f"{name}: success {100 * before:.0f} -> {100 * after:.0f} %"
+        (good if after > before else bad).append(words + ("" if after > before else ": no gain"))
+    what = f"controllers of {data['design']} tuned; tuned.toml is the design with their values"
+    return Look(what, good, bad, (), ("controller", "before %", "tuned %"), rows)
+
+
+def _lesson(data: _Data, folder: Path) -> Look:
+    levels = zip(data["noises_microstrain"], data["stick_errors"], data["used_errors"], strict=True)
+    rows = [[f"{noise:g}", f"{stick:.3f}", f"{used:.3f}"] for noise, stick, used in levels]
+    least = data["stick_errors"][0]
+    words = f"stick ratio with an error of {least:.3f} (RMS) at {rows[0][0]} microstrain"
+    good, bad = ([words], []) if least <= GOOD_STICK_ERROR else ([], [words])
+    if not data.get("judged_fingers"):
+        bad.append("judged on no other finger than the one taught: unlike ones may do worse")
+    what = f"estimator taught on {folder.name}: {data['samples']} samples; estimator.json"
+    return Look(what, good, bad, (), ("noise, microstrain", "stick ratio", "friction used"), rows)
+
+
+def _calibration(data: _Data, _: Path) -> Look:
+    fit, latents = data["fit"], data["latents"]
+    known = sum(each["determined"] for each in latents)
+    before, after = fit["before_microstrain"], fit["after_microstrain"]
+    good = [f"readings off the model by {before:.3g} microstrain, fitted by {after:.3g} (RMS)"]
+    bad = list(data["warnings"])
+    if data["dead_gages"]:
+        bad.append(f"dead gages: {', '.join(map(str, data['dead_gages']))}")
+    facts = [f"{known} of {len(latents)} hidden values are determined by the bench"]
+    return Look(f"calibration of {data['design']} ({data['fidelity']})", good, bad, facts)
+
+
+def _validation(data: _Data, _: Path) -> Look:
+    rows = [[each["title"], each["verdict"]] for each in data["assumptions"]]
+    said: dict[str, list[str]] = defaultdict(list)
+    for each in data["assumptions"]:
+        said[each["verdict"]].append(f"{each['title']}: {each['advice']}")
+    bad = [*([data["failure"]] if data["failure"] else []), *said["drop"], *said["measure"]]
+    what = f"assumptions of models of {data['design']}, scene {data['scene']}"
+    return Look(what, said["keep"], bad, said["limited"], ("assumption", "verdict"), rows)
+
+
+def _gages(data: _Data, _: Path) -> Look:
+    error, target = data["stick_error"], data["target_stick_error"]
+    words = f"stick ratio with an error of {error:.3f} (RMS); {target:g} is asked of a reference"
+    good, bad = ([words], []) if error <= target else ([], [words])
+    if data["too_quiet"]:
+        share = 100 * data["worth_of_gages"]
+        bad.append(f"the gages take only {share:.0f} % off the error of forces and moves alone")
+    enough = f"{data['gages_that_suffice']} of {len(data['gages'])} gages suffice"
+    what = f"gages of {data['design']} at {data['noise_microstrain']:g} microstrain"
+    return Look(what, good, bad, (enough, data["advice"]))
+
+
+def _study(data: _Data, folder: Path) -> Look:
+    from fingerdesign.search.compare.read import read_comparison
+    from fingerdesign.search.compare.recommend import recommend
+    from fingerdesign.search.compare.words import summary
+
+    found = read_comparison([folder])
+    best = recommend(found.outcomes, found.facts.objectives, found.facts.constraints)
+    said = summary(found.outcomes, found.facts, best)
+    failed = {k: v for k, v in data["outcomes"].items() if k not in ("all", "ok")}
+    bad = [f"{count} {kind}: causes in failures.csv" for kind, count in failed.items()]
+    good = [f"recommended: {said.recommended}. {said.why}"] if said.recommended else []
+    bad += [] if said.recommended else [said.why]
+    facts = [said.counts, *(f"better elsewhere: {each}" for each in said.given_up)]
+    facts += [f"mind: {each}" for each in said.mind]
+    table = said.table
+    rows, headings = (table.rows, table.columns) if table else ((), ())
+    return Look(f"study {data['name']} of {data['base']}", good, bad, facts, headings, rows)
+
+
+def _comparison(text: str, page: Path) -> Look:
+    """Of a page that compare wrote: its own head."""
+
+    def said(pattern: str) -> list[str]:
+        found = re.findall(pattern, text, flags=re.DOTALL)
+        return [html.unescape(re.sub(r"<[^>]+>", "", each)).strip() for each in found]
+
+    title, lead = said(r"<h1>(.*?)</h1>"), said(r'<p class="lead">(.*?)</p>')
+    name = said(r'<strong id="recommended-name">(.*?)</strong>')
+    why = said(r'<p class="which">.*?</p>\s*<p>(.*?)</p>')
+    good = [f"recommended: {' '.join([*name, *why])}"] if name else []
+    bad = [] if name else ["no finger is recommended: the page says why"]
+    return Look(title[0] if title else page.name, good, bad, lead)
+
+
+def _variants(data: _Data, folder: Path) -> Look:
+    good = [f"{data['variants']} variants that can exist"] if data["variants"] else []
+    bad = []
+    if data["invalid"]:
+        bad.append(f"{data['invalid']} cannot exist: faults in invalid.csv")
+    if data["cad_failed"]:
+        bad.append(f"{data['cad_failed']} without CAD, which failed: generate again")
+    return Look(f"variants of the study {data['name']}", good, bad)
+
+
+def _replay(data: _Data, _: Path) -> Look:
+    rows = [
+        ["closing, mm", number(data["closed_mm"], 3), number(data["asked_closing_mm"], 3)],
+        ["shear, mm", number(data["sheared_mm"], 3), number(data["asked_shear_mm"], 3)],
+    ]
+    what = f"{data['controller']} asked along {data['trace']}, a grip of {data['design']}"
+    facts = [f"rows {data['first_row']} to {data['last_row']}, holds: {data['holds']}"]
+    if (least := data["least_stick_ratio_told"]) is not None:
+        facts.append(f"stick ratio down to {least:.3g}")
+    return Look(what, (), (), facts, ("", "the rig", data["controller"]), rows)
+
+
+def _mesh(data: _Data, _: Path) -> Look:
+    angle, inverted = data["min_dihedral_deg"], data["inverted_elements"]
+    words = f"least dihedral angle {angle:.1f} degrees, {inverted} inverted elements"
+    sound = inverted == 0 and (data["dimension"] == 2 or angle >= LEAST_ANGLE_DEG)
+    what = f"mesh by {data['mesher']}: {data['elements']} elements, {data['dofs']} equations"
+    facts = [f"body's volume off by {data['body_volume_error']:.1e}"]
+    return Look(what, [words] * sound, [*([] if sound else [words]), *data["remarks"]], facts)
+
+
+def _paper(data: _Data, _: Path) -> Look:
+    claims = data["claims"]
+    rows = [[each["title"], each["where"], each["verdict"]] for each in claims]
+    good = [each["title"] for each in claims if each["verdict"] == "yes"]
+    bad = [f"{each['title']}: {each['measured']}" for each in claims if each["verdict"] == "no"]
+    what = f"the paper's figures remade with {data['design']}"
+    return Look(what, good, bad, (), ("claim", "paper", "holds"), rows)
+
+
+def _checks(data: _Data, folder: Path) -> Look:
+    said = {
+        each["name"]: f"{each['name']}: {each['measured']:.3g} {each['unit']}".strip()
+        + f", asked at most {each['asked']:g}"
+        for each in data["checks"]
+    }
+    good = [said[each["name"]] for each in data["checks"] if each["holds"]]
+    bad = [said[each["name"]] for each in data["checks"] if not each["holds"]]
+    return Look(f"benchmark {folder.name}", good, bad)
+
+
+def _bench(_: str, folder: Path) -> Look:
+    with (folder / "phases.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    names = [[row.get("trace", ""), row.get("phase", "")] for row in rows]
+    what = f"what a bench measured of {folder.name}: {len(rows)} traces"
+    return Look(what, (), (), ("next: fingerdesign calibrate --measured",), ("trace", "is"), names)
+
+
+def _code(text: str, folder: Path) -> Look:
+    return Look(f"regulator of {folder.name} as C99: {len(text.splitlines())} lines")
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of folder: the file that it always holds, what is said of it, the page or picture that
+    shows it."""
+
+    record: str
+    look: Callable[[Any, Path], Look]
+    page: str = ""
+
+
+KINDS = (
+    Kind("mold_report.json", _mold, "report.html"),
+    Kind("control.json", _control, "control.html"),
+    Kind("unlike.json", _unlike),
+    Kind("tuning.json", _tuning),
+    Kind("lesson.json", _lesson),
+    Kind("calibration.json", _calibration),
+    Kind("validate.json", _validation, "validate.html"),
+    Kind("observability.json", _gages, "observability.png"),
+    Kind("study.json", _study, "report.html"),
+    Kind("generate.json", _variants),
+    Kind("replay.json", _replay),
+    Kind("quality.json", _mesh, "mesh.png"),
+    Kind("paper.json", _paper, "paper.html"),
+    Kind("phases.csv", _bench),
+    Kind("regulator.c", _code),
+    Kind("estimator.onnx", lambda _, folder: Look(f"estimator of {folder.name} as ONNX")),
+)
+
+
+def kind_of(place: Path) -> Kind | None:
+    """The kind of a folder, or of a page of compare; None where it is none that is known."""
+    if place.suffix in (".html", ".htm") and place.is_file():
+        return Kind(place.name, _comparison, place.name)
+    for kind in KINDS:
+        if (place / kind.record).is_file():
+            return kind
+    records = sorted(place.glob("*.json")) if place.is_dir() else []
+    for path in records:
+        try:
+            if path.read_text(encoding="utf-8").find('"checks"') >= 0:
+                return Kind(path.name, _checks)
+        except (OSError, UnicodeDecodeError):
+            continue
+    return None
+
+
+def look_at(kind: Kind, place: Path) -> Look:
+    """What is said of a folder of that kind. ValueError and its like where it cannot be read."""
+    path = place if place.is_file() else place / kind.record
+    if path.suffix == ".onnx":
+        return kind.look("", place)
+    text = path.read_text(encoding="utf-8")
+    found = kind.look(json.loads(text) if path.suffix == ".json" else text, place)
+    cut = {key: [shown(each) for each in getattr(found, key)] for key in ("good", "bad", "facts")}
+    rows = [[shown(str(cell)) for cell in row] for row in found.rows]
+    return Look(shown(found.what), **cut, headings=found.headings, rows=rows)
+
+
+def said(look: Look, whole: bool = False) -> list[tuple[str, str]]:
+    """Marks and sentences: what is bad first; not more of a sort than fit a screen."""
+    found: list[tuple[str, str]] = []
+    for mark, sentences in (("BAD", look.bad), ("GOOD", look.good), ("", look.facts)):
+        few = sentences if whole else sentences[:_SHOWN]
+        found += [(mark, each) for each in few]
+        if len(few) < len(sentences):
+            found.append((mark, f"... and {len(sentences) - len(few)} more"))
+    return found

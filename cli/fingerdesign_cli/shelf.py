@@ -1,0 +1,123 @@
+"""``fingerdesign list``: what there is to choose from, in tables of 80 columns or as JSON."""
+
+import inspect
+import re
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from fingerdesign.checks.load import parse_scene
+from fingerdesign.checks.starter import find_design, shipped_names, shipped_text
+from fingerdesign.errors import DesignError
+from fingerdesign.materials import MATERIALS
+from fingerdesign.runtime.registry import CONTROLLERS
+from fingerdesign.search.study.file import parse_study
+from fingerdesign.search.study.metrics import METRICS
+from fingerdesign_cli.options import SHELVES
+from fingerdesign_cli.terminal import WIDTH, print_json, print_table
+
+_Row = dict[str, Any]
+
+
+def _why(text: str) -> str:
+    """The first sentence of a shipped file: why it exists."""
+    comment = " ".join(line[1:].strip() for line in text.splitlines() if line.startswith("# "))
+    return re.split(r"(?<=[.?!]) (?=[A-Z])", comment, maxsplit=1)[0].rstrip(".")
+
+
+def _designs() -> Iterator[_Row]:
+    for name in shipped_names("design"):
+        design = find_design(name)
+        yield {
+            "name": name,
+            "body": design.body.shape,
+            "plates": design.plates.number,
+            "of": design.plates.material if design.plates.number else "-",
+            "why": _why(shipped_text(name)),
+        }
+
+
+def _scenes() -> Iterator[_Row]:
+    for name in shipped_names("scene"):
+        text = shipped_text(name, "scene")
+        scene = parse_scene(text)
+        rows = scene.path.increments_mm or scene.path.increments_N or ()
+        yield {
+            "name": name,
+            "object": scene.object.shape,
+            "friction": scene.object.friction_coefficient,
+            "rows": len(rows),
+            "why": _why(text),
+        }
+
+
+def _studies() -> Iterator[_Row]:
+    for name in shipped_names("study"):
+        text = shipped_text(name, "study")
+        try:
+            searched = "optimise" in parse_study(text).model_fields_set
+            command = "optimise" if searched else "sweep"
+        except DesignError:
+            command = "bench plane-strain"
+        yield {"name": name, "for": command, "why": _why(text)}
+
+
+def _materials() -> Iterator[_Row]:
+    for name, material in MATERIALS.items():
+        yield {
+            "name": name,
+            "youngs_modulus_MPa": material.youngs_modulus_MPa,
+            "poissons_ratio": material.poissons_ratio,
+            "source": material.source,
+        }
+
+
+def _metrics() -> Iterator[_Row]:
+    for metric in METRICS.values():
+        words = {"max": "higher", "min": "lower"}.get(metric.better or "", "-")
+        yield {
+            "name": metric.name,
+            "unit": metric.unit or "-",
+            "better": words,
+            "meaning": metric.words,
+        }
+
+
+def _controllers() -> Iterator[_Row]:
+    for kind in CONTROLLERS.kinds():
+        taught = "an estimator (fingerdesign teach)" if kind.trained else "nothing"
+        doc = inspect.getdoc(kind.make) or ""
+        if doc.startswith("See the module"):
+            doc = getattr(inspect.getmodule(kind.make), "__doc__", "") or ""
+        yield {
+            "name": kind.name,
+            "needs": kind.knows or taught,
+            "tuned in": ", ".join(each.key.rpartition(".")[2] for each in kind.tuned) or "-",
+            "meaning": doc.split("\n\n")[0].replace("\n", " ").replace("``", "`"),
+        }
+
+
+_SHELVES: dict[str, Callable[[], Iterator[_Row]]] = {
+    "designs": _designs,
+    "scenes": _scenes,
+    "studies": _studies,
+    "materials": _materials,
+    "metrics": _metrics,
+    "controllers": _controllers,
+}
+assert tuple(_SHELVES) == SHELVES
+
+
+def list_(what: tuple[str, ...], as_json: bool) -> None:
+    """Show what there is of WHAT, or of everything."""
+    found = {name: list(_SHELVES[name]()) for name in what or SHELVES}
+    if as_json:
+        print_json(found)
+        return
+    for name, rows in found.items():
+        headings = [key.removesuffix("_MPa").replace("_", " ") for key in rows[0]]
+        cells = [[_cell(value) for value in row.values()] for row in rows]
+        print_table(name, headings, cells, WIDTH)
+
+
+def _cell(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,329 @@
+"""One voice: an option of a name means the same in every command, and what writes has a place;
+what is nearly typed is named; shells complete names; view reads every folder that is written."""
+
+import json
+import os
+
+import click
+import pytest
+from fingerdesign_cli import looks
+from fingerdesign_cli.main import cli
+from fingerdesign_cli.options import FIDELITIES, SHELVES
+
+from fingerdesign.checks.starter import shipped_names
+
+WRITES_NOWHERE = {"new", "check", "list", "view", "studio", "bench grids", "bench slides"}
+
+
+def leaves(group, name=""):
+    """Every command by its words, the groups that work by themselves too."""
+    for key, each in group.commands.items():
+        words = f"{name} {key}".strip()
+        if not isinstance(each, click.Group) or each.invoke_without_command:
+            yield words, each
+        if isinstance(each, click.Group):
+            yield from leaves(each, words)
+
+
+def options(name):
+    """Every command with its option of a name."""
+    found = {}
+    for words, command in leaves(cli):
+        for option in command.params:
+            if name in option.opts:
+                found[words] = option
+    return found
+
+
+def test_what_writes_has_a_default_place_of_one_meaning():
+    given = options("--out")
+    assert {words for words, _ in leaves(cli)} - set(given) == WRITES_NOWHERE
+    meanings = {
+        "Where to write: DIR/NAME, the name that of the design or study.": "DIR",
+        "Where to write: into this very folder.": "DIR",
+        "Where to write: the page, FILE.html.": "FILE",
+    }
+    for words, option in given.items():
+        assert meanings[option.help] == option.metavar, words
+        assert not option.required, words
+        shown = option.default if option.default is not None else option.show_default
+        assert str(shown).split("/")[0] == "out", words
+
+
+@pytest.mark.parametrize("name", ["--json", "--quiet", "--open", "--workers"])
+def test_an_option_is_the_same_everywhere(name):
+    found = options(name)
+    facts = {
+        words: (o.help, o.is_flag, o.multiple, o.default, str(o.type), o.opts, o.show_default)
+        for words, o in found.items()
+    }
+    assert len(facts) > 5
+    assert len({str(fact) for fact in facts.values()}) == 1, facts
+
+
+def test_fidelities_are_the_same_words_everywhere():
+    for words, option in options("--fidelity").items():
+        models = tuple(option.type.choices)
+        assert models in (("plane-strain", "3d"), tuple(FIDELITIES)), words
+        for model in models:
+            assert f"{model}: {FIDELITIES[model]}" in option.help, words
+        assert option.default in ("plane-strain", "3d") or isinstance(option.show_default, str)
+
+
+def test_what_shows_a_page_opens_it(monkeypatch, tmp_path, said):
+    """Through the context, whatever the command; not of a page that is not there."""
+    from fingerdesign_cli import terminal
+
+    opened = []
+    monkeypatch.setattr(terminal.click, "launch", opened.append)
+
+    @click.command()
+    @click.pass_context
+    def command(context):
+        terminal.open_page(tmp_path / "absent.html")
+        terminal.open_page(tmp_path)
+        terminal.open_page(page)
+
+    page = tmp_path / "page.html"
+    page.touch()
+    opening = next(iter(options("--open").values()))
+    command.params.append(opening)
+    for arguments, count in (([], 0), (["--open"], 1)):
+        command.main(arguments, standalone_mode=False)
+        assert len(opened) == count
+    assert opened == [page.absolute().as_uri()]
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        (["optimize"], "optimise"),
+        (["analyze"], "analyse"),
+        (["gauges"], "gages"),
+        (["mould"], "mold"),
+        (["bench", "verifcation"], "verification"),
+        (["analyse", "narrow", "--fidelty", "3d"], "--fidelity"),
+        (["check", "narow"], "narrow"),
+        (["check", "fngers"], "fingers"),
+        (["mesh", "narrow", "--scene", "slop"], "slope"),
+    ],
+)
+def test_what_is_nearly_typed_is_named(typed, meant, said):
+    reported = said(*typed, code=2).err
+    assert meant in reported.lower().split("mean")[-1]
+
+
+@pytest.mark.parametrize(
+    ("words", "completed"),
+    [
+        ("fingerdesign opt", {"optimise"}),
+        ("fingerdesign check sl", {"slope"}),
+        ("fingerdesign sweep fin", {"fingers"}),
+        ("fingerdesign analyse narrow --scene tw", {"twist"}),
+        ("fingerdesign grip sensitive --controller reg", {"regulator"}),
+        ("fingerdesign list ma", {"materials"}),
+    ],
+)
+def test_shells_complete_commands_and_shipped_names(words, completed, monkeypatch, capsys):
+    monkeypatch.setenv("_FINGERDESIGN_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", words)
+    monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
+    with pytest.raises(SystemExit):
+        cli.main(prog_name="fingerdesign")
+    lines = (line.split(",", 1) for line in capsys.readouterr().out.splitlines())
+    assert {name for kind, name in lines if kind == "plain"} == completed
+
+
+def test_every_list_fits_80_columns_and_is_there_for_scripts(said):
+    assert set(said("list").out.split()) >= {"silicone", "maeno2000", "slope", "stick_error"}
+    assert max(map(len, said("list").out.splitlines())) <= 80
+    shown = json.loads(said("list", "--json").out)
+    assert tuple(shown) == SHELVES
+    assert [each["name"] for each in shown["designs"]] == list(shipped_names())
+    assert all(each["why"] for kind in ("designs", "scenes", "studies") for each in shown[kind])
+
+
+@pytest.mark.parametrize("option", ["--study", "--scene", "--short"])
+def test_each_new_file_passes_check(option, tmp_path, said):
+    path = tmp_path / "mine.toml"
+    said("new", path, option, "-q")
+    assert "mine" in said("check", path).out
+    if option == "--short":
+        lines = [line.split(" = ") for line in path.read_text().splitlines()]
+        assert len([line for line in lines if len(line) > 1 and line[0].isidentifier()]) == 15
+    assert "give one" in said("new", tmp_path / "b.toml", "--study", "--short", code=2).err
+
+
+def test_check_names_faults_of_studies_and_scenes_together(tmp_path, said):
+    study, scene = tmp_path / "study.toml", tmp_path / "scene.toml"
+    study.write_text(
+        '[study]\nname = "s"\nbase = "maeno2000"\nsampling = "grid"\nscenes = ["slop"]\n'
+        '[parameters]\n"plates.cuont" = [5]\n'
+    )
+    scene.write_text("[object]\nfriction_coefficient = -1\n[path]\nincrements_mm = []\n")
+    reported = said("check", study, scene, "narrow", code=2).err
+    for words in ("did you mean plates.count", "did you mean slope", "friction_coefficient"):
+        assert words in reported
+    (sound,) = json.loads(said("check", "fingers", "--json").out)
+    assert (sound["kind"], sound["variants"], sound["sound"]) == ("study", 200, True)
+
+
+FOLDERS = {  # the record that a command writes, as short as it can be
+    "mold_report.json": {
+        "design": "a",
+        "process": {"name": "sla"},
+        "failure": None,
+        "checks": [{"ok": False, "sentence": "a wall is too thin"}],
+        "warnings": [],
+        "placement": None,
+        "parts": [],
+    },
+    "tuning.json": {
+        "controllers": {"x": {"default": {"success_rate": 0.5}, "best": {"success_rate": 0.4}}},
+        "design": "a",
+    },
+    "lesson.json": {
+        "noises_microstrain": [0.5],
+        "stick_errors": [0.3],
+        "used_errors": [0.2],
+        "samples": 3,
+        "judged_fingers": 0,
+    },
+    "calibration.json": {
+        "design": "a",
+        "fidelity": "3d",
+        "fit": {"before_microstrain": 20.0, "after_microstrain": 0.8},
+        "latents": [{"determined": True}],
+        "warnings": ["lean"],
+        "dead_gages": [3],
+    },
+    "validate.json": {
+        "design": "a",
+        "scene": "s",
+        "failure": None,
+        "assumptions": [{"title": "plane strain", "verdict": "drop", "advice": "use 3-D"}],
+    },
+    "observability.json": {
+        "design": "a",
+        "noise_microstrain": 0.5,
+        "stick_error": 0.3,
+        "target_stick_error": 0.05,
+        "too_quiet": True,
+        "worth_of_gages": 0.1,
+        "gages_that_suffice": 2,
+        "gages": [1, 2, 3],
+        "advice": "softer plates",
+    },
+    "generate.json": {"name": "a", "variants": 3, "invalid": 1, "cad_failed": 0},
+    "paper.json": {
+        "design": "a",
+        "claims": [{"title": "t", "where": "4", "verdict": "no", "measured": "0.2"}],
+    },
+    "quality.json": {
+        "mesher": "tetwild",
+        "dimension": 3,
+        "elements": 9,
+        "dofs": 30,
+        "min_dihedral_deg": 1.0,
+        "inverted_elements": 0,
+        "body_volume_error": 1e-6,
+        "remarks": [],
+    },
+    "control.json": {
+        "criteria": {"good_amplifier_microstrain": 0.5},
+        "controllers": [
+            {
+                "controller": "x",
+                "by_noise": [
+                    {
+                        "noise_microstrain": 0.5,
+                        "success": {"rate": 0.2},
+                        "dropped": 1,
+                        "crushed": 0,
+                        "not_lifted": 3,
+                        "margin_at_lift": None,
+                    }
+                ],
+            }
+        ],
+        "design": "a",
+        "model": {"fidelity": "3d"},
+        "grips": 5,
+        "warnings": [],
+    },
+    "unlike.json": {
+        "plants": 3,
+        "design": "a",
+        "fidelity": "3d",
+        "summaries": {"all": {"x": {"success": {"rate": 0.2}}}},
+    },
+    "speed.json": {
+        "checks": [{"name": "n", "asked": 1.0, "measured": 2.0, "unit": "s", "holds": False}]
+    },
+}
+
+
+@pytest.mark.parametrize("record", FOLDERS)
+def test_view_says_what_is_bad_in_each_kind_of_folder(record, tmp_path, said):
+    folder = tmp_path / "out" / "a"
+    folder.mkdir(parents=True)
+    (folder / record).write_text(json.dumps(FOLDERS[record]))
+    for place in (folder, folder.parent):
+        shown = said("view", place).out
+        assert "BAD" in shown
+        assert max(len(line) for line in shown.splitlines() if "report:" not in line) <= 80
+        (data,) = json.loads(said("view", place, "--json").out)
+        assert (data["record"], bool(data["bad"])) == (record, True)
+
+
+def test_every_kind_of_folder_is_known_by_a_record_of_its_own():
+    records = [kind.record for kind in looks.KINDS]
+    assert len(set(records)) == len(records)
+    others = {"study.json", "replay.json", "phases.csv", "regulator.c", "estimator.onnx"}
+    assert set(records) == {*FOLDERS, *others} - {"speed.json"}
+
+
+def test_what_makes_no_record_is_seen_too(tmp_path, said):
+    for name, text in (("regulator.c", "int a;\n"), ("phases.csv", "trace,phase\np.csv,press\n")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / name).write_text(text)
+    page = tmp_path / "page.html"
+    page.write_text('<h1>a: fingers compared</h1><p class="lead">12 designs &amp; more.</p>')
+    assert "12 designs & more." in said("view", page).out
+    assert {"C99: 1 lines", "1 traces"} <= {
+        words for words in ("C99: 1 lines", "1 traces") if words in said("view", tmp_path).out
+    }
+
+
+@pytest.mark.parametrize("name", ["maeno2000", "both_ways", "homogeneous"])
+def test_a_sketch_names_its_dimensions(name, tmp_path, said):
+    said("sketch", name, "--out", tmp_path)
+    assert (tmp_path / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    svg = (tmp_path / f"{name}.svg").read_text("utf-8")
+    assert svg.startswith("<svg ")
+    for words in ("width ", "depth ", "crest ", *(["cover "] if name != "homogeneous" else [])):
+        assert words in svg
+
+
+def test_a_watched_sketch_is_drawn_again(tmp_path, monkeypatch, said):
+    from fingerdesign_cli import sketch
+
+    assert "--watch needs a file" in said("sketch", "narrow", "--watch", code=2).err
+    path, looks_taken = tmp_path / "mine.toml", []
+    said("new", path, "--short", "-q")
+
+    def sleep(_):
+        looks_taken.append(1)
+        if len(looks_taken) == 1:
+            path.write_text("design.name = 3")
+        elif len(looks_taken) == 2:
+            path.write_text('design.name = "mine"\nbody.width_mm = 24\n')
+        elif len(looks_taken) == 3:
+            raise KeyboardInterrupt
+        os.utime(path, ns=(0, len(looks_taken)))
+
+    monkeypatch.setattr(sketch.time, "sleep", sleep)
+    shown = said("sketch", path, "--watch", "--out", tmp_path, code=130)
+    assert "design.name = 3" in shown.err
+    assert shown.out.count("drawn: ") == 2
+    assert "width 24" in (tmp_path / "mine.svg").read_text("utf-8")
