@@ -36,6 +36,12 @@ def _section(design: Design) -> Design:
     return design.model_copy(update={"body": design.body.model_copy(update=changed)})
 
 
+def grip_values(design: Design) -> dict[str, Any]:
+    """What the design's grip follows with, by key: stated, other materials do not move it."""
+    values = {f"grip.{key}": getattr(design.grip, key) for key in Grip.FOLLOWING}
+    return {key: value for key, value in values.items() if value is not None}
+
+
 def followed(design: Design) -> Design:
     """The design with every key of ``Grip.FOLLOWING`` that was not given set to what follows; the
     body must be sound. ``model_fields_set`` stays: with_values finds them anew."""

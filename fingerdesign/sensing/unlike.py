@@ -20,6 +20,7 @@ from scipy.ndimage import map_coordinates
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.arrays import Array
 from fingerdesign.checks.design import tetwild_faults
+from fingerdesign.checks.follow import grip_values
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.grip import GRAVITY, Grip
 from fingerdesign.design.scene import SceneObject
@@ -228,7 +229,7 @@ def unlike(design: Design, faults: Iterable[str], seed: int) -> Unlike:
 def _drawn(design: Design, faults: tuple[str, ...], seed: tuple[int, int]) -> Unlike:
     frames = plate_frames(design)
     before = np.array([[*frame.centre, frame.angle_deg] for frame in frames]).reshape(-1, 3)
-    draw = Draw(before.copy(), {}, {}, {})
+    draw = Draw(before.copy(), grip_values(design), {}, {})  # the hand knows the model alone
     numbers = {name: number for number, name in enumerate(FAULTS)}
     for name in faults:
         again = [seed[1]] if seed[1] else []

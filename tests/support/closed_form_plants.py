@@ -74,4 +74,4 @@ def bump():
 
 @pytest.fixture(scope="session")
 def design():
-    return parse_design('design.name = "half-plane"')
+    return parse_design('design.name = "half-plane"\ngrip.defaults = "fixed"')

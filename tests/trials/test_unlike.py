@@ -13,6 +13,7 @@ from fingerdesign import parse_design
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
 from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.design.grip import Grip
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import plate_frames
@@ -43,6 +44,8 @@ length_mm = 1.0
 cover_mm = 1.2
 [gages]
 length_mm = 0.6
+[grip]
+defaults = "fixed"
 [mesh.section]
 contact_size_mm = 0.3
 plate_size_mm = 0.4
@@ -52,6 +55,13 @@ plate_end_size_mm = 0.1
 
 def places(design):
     return np.array([[*frame.centre, frame.angle_deg] for frame in plate_frames(design)])
+
+
+def test_a_finger_of_other_rubber_is_gripped_as_its_model_says():
+    design = parse_design(COARSE.replace('"fixed"', '"follow"'))
+    other = unlike(design, ["modulus"], 1).design
+    assert other.materials != design.materials
+    assert all(getattr(other.grip, key) == getattr(design.grip, key) for key in Grip.FOLLOWING)
 
 
 def test_a_draw_is_its_seeds_and_keeps_within_its_bounds():

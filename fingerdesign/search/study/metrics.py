@@ -10,7 +10,7 @@ from typing import Literal
 
 from fingerdesign.design.base import refuse
 
-METRICS_VERSION = 6
+METRICS_VERSION = 7
 Goal = Literal["min", "max"]
 
 
