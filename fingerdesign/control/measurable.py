@@ -91,35 +91,24 @@ def measured_states(
     out."""
     found = []
     for friction, normal in loads:
-        own, pull = problem.with_friction(friction), HELD_USED * friction * normal
+        own = problem.with_friction(friction)
         try:
             pressed = solve_forces(own, ContactState.untouched(own), Forces(normal, 0.0))
             response = float(np.abs(stick_response(own, pressed, face)).max(initial=0.0))
-            change = _stick_change(own, pressed.state, Forces(normal, pull), face)
         except SolverError:
             continue
-        if not change > 0.0 or not response > 0.0:
+        changes = stick_changes(problem, face, normal, friction, (HELD_USED,))
+        if not changes or not changes[0] > 0.0 or not response > 0.0:
             continue
         found.append(
             MeasuredState(
                 friction_coefficient=friction,
                 normal_force_N=normal,
-                tangential_force_N=pull,
+                tangential_force_N=HELD_USED * friction * normal,
                 response_microstrain_per_N=response,
-                stick_change_microstrain=change,
-                smallest_stick_change=SEEN * noise / change,
+                stick_change_microstrain=changes[0],
+                smallest_stick_change=SEEN * noise / changes[0],
                 smallest_force_change_N=SEEN * noise / response,
             )
         )
     return tuple(found)
-
-
-def _stick_change(problem: ContactProblem, state: ContactState, held: Forces, face: str) -> float:
-    """|de/dS|, microstrain, from a pressed state to what it is held with, of two frictions."""
-    rougher = problem.with_friction(problem.friction_coefficient * _APART)
-    (one, less), (other, more) = (
-        (gage_readings(told.gages, face), told.stick_ratio or 0.0)
-        for told in (measure(each, solve_forces(each, state, held)) for each in (problem, rougher))
-    )
-    apart = abs(more - less)
-    return float(np.linalg.norm(other - one)) / apart if apart > _LEAST_CHANGE else 0.0

@@ -6,7 +6,7 @@ docs/fingers.md and is held by tests/analysis/test_lift_forecast.py.
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 from fingerdesign.analysis.analysis import ENOUGH_NODES, SMALL_STRAIN
 from fingerdesign.analysis.case import gage_array
@@ -97,7 +97,7 @@ def _lift(design: Design, friction: float) -> Lift:
         smallest_stick_change=change,
         measurable=_measurable(change),
     )
-    return Lift(**{**vars(found), "remedies": tuple(_remedies(design, found))})
+    return replace(found, remedies=tuple(_remedies(design, found)))
 
 
 def _stick_change(design: Design, normal: float, wide: float, area: float) -> float | None:
