@@ -18,6 +18,7 @@ from fingerdesign.analysis.fidelity.ladder import Choice, choose
 from fingerdesign.analysis.folder import cad_beside, complete_answer, write_analysis
 from fingerdesign.analysis.forecast.forecast import forecast_case
 from fingerdesign.analysis.forecast.limits import refuse
+from fingerdesign.analysis.measurable import Sections, sections_beside
 from fingerdesign.analysis.path import follow_path, problem_at_touch
 from fingerdesign.analysis.stages import (
     bare_opposite,
@@ -58,6 +59,7 @@ def run(case: Case, report: Report = lambda message: None, clock: Clock | None =
     case = with_estimator(case, report)
     if case.fidelity in ("plane-strain", "auto") or mesher_of(case.design).sections:
         start_mesher()  # loads netgen while this process loads the rest
+    sections = sections_beside(case)
     clock = Clock() if clock is None else clock
     zone = zone_of(case, scene)
     notes: list[str] = []
@@ -66,12 +68,18 @@ def run(case: Case, report: Report = lambda message: None, clock: Clock | None =
         notes.append(message)
         report(message)
 
-    given = (clock, notes, report)
+    given = (sections, clock, notes, report)
     return in_wide_zone(case.design, zone, lambda z: _run_in_zone(case, scene, z, *given), note)
 
 
 def _run_in_zone(
-    requested: Case, scene: Scene, zone: Zone, clock: Clock, notes: list[str], report: Report
+    requested: Case,
+    scene: Scene,
+    zone: Zone,
+    sections: Sections | None,
+    clock: Clock,
+    notes: list[str],
+    report: Report,
 ) -> Analysis:
     design = requested.design
     if requested.fidelity == "auto":
@@ -102,7 +110,8 @@ def _run_in_zone(
             given = (grip.friction_coefficients, grip.object_mass_g, plates, bare, case.estimator)
             episodes = run_episodes(array, case.design, *given)
             grips = [(episode.result, episode.trace) for episode in episodes]
-    return analysis_of(requested, scene, chosen, problem, array, steps, studies, grips, clock)
+    worked = (problem, array, steps, studies, grips)
+    return analysis_of(requested, scene, chosen, *worked, sections, clock)
 
 
 def analyse_into(

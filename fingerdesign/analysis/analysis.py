@@ -8,7 +8,7 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case, Clock, result_digest
 from fingerdesign.analysis.fidelity.ladder import Choice
-from fingerdesign.analysis.measurable import measurability
+from fingerdesign.analysis.measurable import Sections, measurability
 from fingerdesign.analysis.path import PathStopped, contact_history, increment_result
 from fingerdesign.analysis.stages import recover_fields
 from fingerdesign.arrays import Array, BoolArray
@@ -161,17 +161,19 @@ def analysis_of(
     steps: list[Step],
     studies: tuple[SlipStudy, ...],
     grips: list[tuple[GripResult, GripTrace]],
+    sections: Sections | None,
     clock: Clock,
 ) -> Analysis:
     """The record of what has been worked, with the arrays beside it.
 
     requested: the case as it was given, chosen: as it was run. problem: the condensed finger and
-    its object; array: the same with the gages of the array alone.
+    its object; array: the same with the gages of the array alone; sections: what remedies of gages
+    that answer too little are found with.
     """
     case, design, mesh = chosen.case, chosen.case.design, chosen.model.mesh
     with clock.stage("report"):
         fields = recover_fields(chosen.model, steps) if case.fields else None
-        measurable = measurability(case, scene, array, steps)
+        measurable = measurability(case, scene, array, steps, sections)
     result = Result(
         **_identity(requested, clock),
         warnings=caveats(chosen, scene, problem, steps),

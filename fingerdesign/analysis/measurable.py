@@ -1,7 +1,8 @@
 """Whether a finger's gages answer enough for their amplifier, and what would make them."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 
 from fingerdesign.analysis.case import Case, gage_array
@@ -23,7 +24,9 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError, SolverError
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.materials import MATERIALS
-from fingerdesign.records.result import GageRemedy, Measurability, MeasuredState
+from fingerdesign.records.result import GageRemedy, Measurability
+
+Sections = Future[list[ContactProblem]]
 
 _FIRST = 1.0 / 8.0  # of a key's value, the trial that the power law goes through
 _LEAST_PLATE_MM = 0.02  # the thinnest foil that is sold and handled
@@ -33,20 +36,37 @@ _SPARE = 1.1  # what is proposed reaches a little more than is wanted
 _COARSER = {
     "contact_size_mm": 4.0,
     "plate_size_mm": 4.0,
-    "plate_end_size_mm": 8.0,
+    "plate_end_size_mm": 5.0,
     "far_size_mm": 2.0,
 }
 _GRADATION = 0.6
 
 
+def sections_beside(case: Case) -> Sections | None:
+    """Begin the models that remedies are found with, beside other work: the mesher of the case
+    leaves a core idle. None where the case proposes none."""
+    design = case.design
+    no_gages = not case.gage_array or design.plates.model == "none"
+    if no_gages or case.scene is not None or not case.studied or plane_strain_faults(design):
+        return None
+    pool = ThreadPoolExecutor(1)
+    sections = pool.submit(_sections, design)
+    pool.shutdown(wait=False)
+    return sections
+
+
 def measurability(
-    case: Case, scene: Scene, array: ContactProblem, steps: Sequence[Step]
+    case: Case,
+    scene: Scene,
+    array: ContactProblem,
+    steps: Sequence[Step],
+    sections: Sections | None,
 ) -> Measurability | None:
     """What the gages of the array see of slip: while the object of the design's grips is held, or,
     with a scene of the user's, under the most that the path presses with.
 
-    Remedies, each with a model of its own, are worked where too little is seen and the case is
-    studied. None without gages, or where no load is reached at which they answer.
+    Remedies are worked with ``sections`` where too little is seen. None without gages, or where no
+    load is reached at which they answer.
     """
     design = case.design
     if not case.gage_array or design.plates.model == "none":
@@ -68,14 +88,12 @@ def measurability(
         wanted_stick_change=WANTED_STICK_CHANGE,
         states=states,
     )
-    seen = found.smallest_stick_change <= WANTED_STICK_CHANGE
-    if case.scene is not None or not case.studied or seen or plane_strain_faults(design):
+    if sections is None or found.smallest_stick_change <= WANTED_STICK_CHANGE:
         return found
     try:
-        remedies = _remedies(design, found)
+        return replace(found, remedies=_remedies(design, found, sections.result()))
     except FingerDesignError:  # none can be made, or does not bear the load: nothing is proposed
         return found
-    return replace(found, remedies=remedies)
 
 
 def held_loads(design: Design) -> list[tuple[float, float]]:
@@ -88,39 +106,47 @@ def held_loads(design: Design) -> list[tuple[float, float]]:
     return [(friction, weight / (HELD_USED * friction)) for friction in ends]
 
 
-def _remedies(design: Design, found: Measurability) -> tuple[GageRemedy, ...]:
-    """Softer plates, thinner plates: by how much, by models of the section."""
+def _remedies(
+    design: Design, found: Measurability, sections: Sequence[ContactProblem]
+) -> tuple[GageRemedy, ...]:
+    """Softer plates, thinner plates: by how much."""
     worst = max(found.states, key=lambda state: state.smallest_stick_change)
-    now = _answer(design, worst, found.noise_microstrain)
+    load = (worst.friction_coefficient, worst.normal_force_N)
     wanted = found.smallest_stick_change / found.wanted_stick_change
-    modulus = design.material_of("plates").youngs_modulus_MPa
-    soft = _LEAST_STIFF * design.material_of("body").youngs_modulus_MPa
-    keys = (
-        (f"materials.{design.plates.material}.youngs_modulus_MPa", modulus, soft),
-        ("plates.thickness_mm", design.plates.thickness_mm, _LEAST_PLATE_MM),
-    )
+    with one_thread():
+        now, *answers = [
+            _answer(section, design.gages.face, load, found.noise_microstrain)
+            for section in sections
+        ]
     remedies = []
-    for key, value, least in keys:
-        if value <= least:
-            continue
-
-        def gain(changed: float, key: str = key) -> float:
-            other = with_values(design, {key: changed})
-            return _answer(other, worst, found.noise_microstrain) / now
-
-        changed, gained = _search(gain, value, least, _SPARE * wanted)
-        known = _known(changed, soft) if key.startswith("materials") and gained >= wanted else ()
-        remedies.append(GageRemedy(key, value, changed, gained, gained >= wanted, known))
+    for (key, value, least), answer in zip(_trials(design), answers, strict=True):
+        trial = max(_FIRST * value, least)
+        changed, gained = _search(value, trial, answer / now, least, _SPARE * wanted)
+        enough = gained >= wanted
+        known = _known(changed, _soft(design)) if key.startswith("materials") and enough else ()
+        remedies.append(GageRemedy(key, value, changed, gained, enough, known))
     return tuple(remedies)
 
 
+def _trials(design: Design) -> list[tuple[str, float, float]]:
+    """Keys that may mend the gages, with their value and the least that they may have."""
+    modulus = design.material_of("plates").youngs_modulus_MPa
+    keys = (
+        (f"materials.{design.plates.material}.youngs_modulus_MPa", modulus, _soft(design)),
+        ("plates.thickness_mm", design.plates.thickness_mm, _LEAST_PLATE_MM),
+    )
+    return [(key, value, least) for key, value, least in keys if value > least]
+
+
+def _soft(design: Design) -> float:
+    return _LEAST_STIFF * design.material_of("body").youngs_modulus_MPa
+
+
 def _search(
-    gain: Callable[[float], float], value: float, least: float, wanted: float
+    value: float, trial: float, gained: float, least: float, wanted: float
 ) -> tuple[float, float]:
     """The value, and its gain, at which the gain is ``wanted``, or the least value: by a power law
-    through one trial."""
-    trial = max(_FIRST * value, least)
-    gained = gain(trial)
+    through the trial."""
     slope = math.log(gained) / math.log(value / trial)
     if slope <= 0.0:
         return trial, gained
@@ -128,10 +154,16 @@ def _search(
     return aim, (value / aim) ** slope
 
 
-def _answer(design: Design, worst: MeasuredState, noise: float) -> float:
-    """Microstrain per newton in the section where all sticks, at the state's load: what is seen of
-    slip goes about with it, and coarse meshes change it by 7 % at most (three fingers), where they
-    change that by half. FingerDesignError where there is no section or no answer."""
+def _sections(design: Design) -> list[ContactProblem]:
+    """Coarse sections of a design, and of the same with the first trial of each remedy.
+
+    Raises FingerDesignError where there is no section.
+    """
+    trials = [{key: max(_FIRST * value, least)} for key, value, least in _trials(design)]
+    return [_section(with_values(design, trial)) for trial in ({}, *trials)]
+
+
+def _section(design: Design) -> ContactProblem:
     scene, section = Case(design).path_scene, design.mesh.section
     sizes = {f"mesh.section.{key}": by * getattr(section, key) for key, by in _COARSER.items()}
     gradation = max(_GRADATION, section.gradation)
@@ -140,10 +172,14 @@ def _answer(design: Design, worst: MeasuredState, noise: float) -> float:
     zone = candidate_zone(design, scene.object, design.grip.max_approach_mm)
     mesh = make_mesh(design, "plane-strain", zone)
     model = condense(design, mesh, zone, scene).reduced.with_gages(gage_array(design))
-    problem = problem_at_touch(model, scene.object, design.body)
-    load = (worst.friction_coefficient, worst.normal_force_N)
-    with one_thread():
-        states = measured_states(problem, design.gages.face, [load], noise)
+    return problem_at_touch(model, scene.object, design.body)
+
+
+def _answer(section: ContactProblem, face: str, load: tuple[float, float], noise: float) -> float:
+    """Microstrain per newton in the section where all sticks, at a load (friction, F_n in N): what
+    is seen of slip goes about with it, and coarse meshes change it by 7 % at most (three fingers),
+    where they change that by half. FingerDesignError where there is no answer."""
+    states = measured_states(section, face, [load], noise)
     if not states:
         raise SolverError("the section does not reach the load")
     return states[0].response_microstrain_per_N

@@ -18,9 +18,9 @@ class SectionMesh(Table):
 
     contact_size_mm: float = bounded(0.05, 1e-3, 50, "at the crest")
     plate_size_mm: float = bounded(0.05, 1e-3, 50, "along the plates")
-    plate_end_size_mm: float = bounded(0.02, 1e-3, 50, "at the plates' square, singular ends")
+    plate_end_size_mm: float = bounded(0.03, 1e-3, 50, "at the plates' square, singular ends")
     far_size_mm: float = bounded(0.5, 1e-2, 100, "largest anywhere")
-    gradation: float = bounded(0.2, 0.02, 2, "growth of the size per distance")
+    gradation: float = bounded(0.3, 0.02, 2, "growth of the size per distance")
 
 
 class MeshOptions(Table):

@@ -34,9 +34,9 @@ TIME_LIMIT_S = 900.0  # of a 3-D answer
 COARSER = {
     "contact_size_mm": 2.0,
     "plate_size_mm": 3.0,
-    "plate_end_size_mm": 4.0,
+    "plate_end_size_mm": 2.7,
     "far_size_mm": 4.0,
-    "gradation": 2.0,
+    "gradation": 1.4,
 }
 _LARGEST = {"far_size_mm": 100.0, "gradation": 2.0}
 

@@ -213,11 +213,11 @@ def test_keys_that_came_later_leave_digests_as_they_were():
 
 
 BEFORE_MOLDS = {
-    "boned": "e01f7c49ebb7a7e82532ae9b1e2f97c552fc74c25bb0c8771395b4a6c2f3b44e",
-    "both_ways": "55f5b7600b45dc03c64d4d0e8503ff0739790021f146ceb5f5291c0861e4f601",
-    "domed": "5ef0be72e82b09d7c39e2cddfb735d823c6d8905fa3f71b8d6c33599391cb414",
-    "maeno2000": "92722205a6be4a860b962fe63dace7990faa5c27e8ac00a885f1c65e956c8617",
-    "sensitive": "039a1adfab97a441e358710fbe516f6535013aa635a7b019b7645bd74f291b83",
+    "boned": "c71e95d46ce0f06a70c40a63f2802d1675b20e344141ce2a10f5ebfe851fe6d8",
+    "both_ways": "487168630a1285b0392c35271a5525ce8f7c827028569365562af559b3a659f8",
+    "domed": "fb43c8482234cd67eb2f61da37bd1aeb881595204dec9d3155256bf3023ec3bb",
+    "maeno2000": "2827b29ed71462f8f2f6dcffaad503d62fe9988ee5980e76fc794dbeda9a2ec1",
+    "sensitive": "190b0fa978a70895daec4ea47dcaaec49c118aebb3a447d28b65f0b464698706",
 }
 
 
