@@ -8,6 +8,7 @@ Refuse what cannot be; make the model (analysis/stages.py); follow the path (pat
 down what was found (analysis.py).
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from fingerdesign.analysis.fidelity.ladder import Choice, choose
 from fingerdesign.analysis.folder import cad_beside, complete_answer, write_analysis
 from fingerdesign.analysis.forecast.forecast import forecast_case
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.measurable import Sections, sections_beside
+from fingerdesign.analysis.measurable import Sections, measurability, sections_beside, states_seen
 from fingerdesign.analysis.path import follow_path, problem_at_touch
 from fingerdesign.analysis.stages import (
     bare_opposite,
@@ -100,18 +101,20 @@ def _run_in_zone(
     with clock.stage("increments"), one_thread():
         steps = follow_path(problem, scene, case.design)
         array = replace(problem, model=problem.model.with_gages(case.gage_array))
-        studies = slip_studies(case, scene, array)
     grips: list[tuple[GripResult, GripTrace]] = []
-    if case.runs_grips:
-        report("gripping")
-        with clock.stage("grips"), one_thread():
+    with clock.stage("grips"), one_thread(), ThreadPoolExecutor(1) as beside:
+        studied = beside.submit(slip_studies, case, scene, array)
+        states = beside.submit(states_seen, case, scene, array, steps)
+        if case.runs_grips:
+            report("gripping")
             bare = bare_opposite(case, zone, scene)
             grip, plates = case.design.grip, case.gage_array
             given = (grip.friction_coefficients, grip.object_mass_g, plates, bare, case.estimator)
             episodes = run_episodes(array, case.design, *given)
             grips = [(episode.result, episode.trace) for episode in episodes]
-    worked = (problem, array, steps, studies, grips)
-    return analysis_of(requested, scene, chosen, *worked, sections, clock)
+        measurable = measurability(case.design, states.result(), sections)
+    worked = (problem, array, steps, studied.result(), grips, measurable)
+    return analysis_of(requested, scene, chosen, *worked, clock)
 
 
 def analyse_into(

@@ -8,7 +8,6 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case, Clock, result_digest
 from fingerdesign.analysis.fidelity.ladder import Choice
-from fingerdesign.analysis.measurable import Sections, measurability
 from fingerdesign.analysis.path import PathStopped, contact_history, increment_result
 from fingerdesign.analysis.stages import recover_fields
 from fingerdesign.arrays import Array, BoolArray
@@ -29,6 +28,7 @@ from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.arrays import ContactHistory, FieldHistory, GripTrace, SlipStudy
 from fingerdesign.records.result import (
     GripResult,
+    Measurability,
     MeshSummary,
     ModelSummary,
     Result,
@@ -161,19 +161,17 @@ def analysis_of(
     steps: list[Step],
     studies: tuple[SlipStudy, ...],
     grips: list[tuple[GripResult, GripTrace]],
-    sections: Sections | None,
+    measurable: Measurability | None,
     clock: Clock,
 ) -> Analysis:
     """The record of what has been worked, with the arrays beside it.
 
     requested: the case as it was given, chosen: as it was run. problem: the condensed finger and
-    its object; array: the same with the gages of the array alone; sections: what remedies of gages
-    that answer too little are found with.
+    its object; array: the same with the gages of the array alone.
     """
     case, design, mesh = chosen.case, chosen.case.design, chosen.model.mesh
     with clock.stage("report"):
         fields = recover_fields(chosen.model, steps) if case.fields else None
-        measurable = measurability(case, scene, array, steps, sections)
     result = Result(
         **_identity(requested, clock),
         warnings=caveats(chosen, scene, problem, steps),

@@ -24,7 +24,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError, SolverError
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.materials import MATERIALS
-from fingerdesign.records.result import GageRemedy, Measurability
+from fingerdesign.records.result import GageRemedy, Measurability, MeasuredState
 
 Sections = Future[list[ContactProblem]]
 
@@ -55,35 +55,33 @@ def sections_beside(case: Case) -> Sections | None:
     return sections
 
 
-def measurability(
-    case: Case,
-    scene: Scene,
-    array: ContactProblem,
-    steps: Sequence[Step],
-    sections: Sections | None,
-) -> Measurability | None:
+def states_seen(
+    case: Case, scene: Scene, array: ContactProblem, steps: Sequence[Step]
+) -> tuple[MeasuredState, ...]:
     """What the gages of the array see of slip: while the object of the design's grips is held, or,
-    with a scene of the user's, under the most that the path presses with.
-
-    Remedies are worked with ``sections`` where too little is seen. None without gages, or where no
-    load is reached at which they answer.
-    """
+    with a scene of the user's, under the most that the path presses with. Empty without gages, or
+    where no load is reached at which they answer."""
     design = case.design
     if not case.gage_array or design.plates.model == "none":
-        return None
+        return ()
     if case.scene is None:
         loads = held_loads(design)
     else:
         most = max(step.measures.normal_force for step in steps)
         loads = [(scene.object.friction_coefficient, most)] if most > 0.0 else []
-    hardware = design.rig.hardware
-    noise = amplifier_noise(hardware)
-    with one_thread():
-        states = measured_states(array, design.gages.face, loads, noise)
+    return measured_states(array, design.gages.face, loads, amplifier_noise(design.rig.hardware))
+
+
+def measurability(
+    design: Design, states: tuple[MeasuredState, ...], sections: Sections | None
+) -> Measurability | None:
+    """Whether what is seen in ``states`` is enough, with remedies, worked with ``sections``, where
+    it is not. None without states."""
     if not states:
         return None
+    hardware = design.rig.hardware
     found = Measurability(
-        noise_microstrain=noise,
+        noise_microstrain=amplifier_noise(hardware),
         noise_stated=hardware.gage_noise_microstrain > 0.0,
         wanted_stick_change=WANTED_STICK_CHANGE,
         states=states,

@@ -21,6 +21,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.increment import Workspace
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.path import Forces, solve_forces
 from fingerdesign.contact.problem import ContactProblem, ContactState
@@ -70,10 +71,12 @@ def _pull(
     problem: ContactProblem, face: str, normal: float, friction: float, used: Sequence[float]
 ) -> list[tuple[Array, float]]:
     """Readings and stick ratio at each share of the friction limit, as far as it is carried."""
-    state, found = ContactState.untouched(problem), []
+    state, found, workspace = ContactState.untouched(problem), [], Workspace()
     for share in (0.0, *used):
         try:
-            increment = solve_forces(problem, state, Forces(normal, share * friction * normal))
+            increment = solve_forces(
+                problem, state, Forces(normal, share * friction * normal), workspace
+            )
         except SolverError:
             break
         state = increment.state

@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import SolverError
@@ -260,7 +261,7 @@ def with_pressures(system: System, part: Pressures, ratio: float) -> System:
     scale = float(np.sqrt(ratio * stiff / soft))
     coupling = scale * part.coupling
     node = np.append(system.lift.nonzero()[0] // system.held.shape[1], part.nodes)
-    place = np.empty(len(node), dtype=np.int64)
+    place = np.empty(len(node), dtype=np.int32)  # as the matrices' own: half to move
     place[np.argsort(node, kind="stable")] = np.arange(len(node))
     blocks = [
         (system.stiffness, 0, 0),
@@ -274,7 +275,7 @@ def with_pressures(system: System, part: Pressures, ratio: float) -> System:
     return System(stiffness, lift[:, back].tocsr(), support[:, back].tocsr(), system.held, count)
 
 
-def _upper(blocks: list[tuple[sp.coo_matrix, int, int]], place: IntArray) -> sp.csr_matrix:
+def _upper(blocks: list[tuple[sp.coo_matrix, int, int]], place: NDArray[np.int32]) -> sp.csr_matrix:
     """Upper triangle of blocks (at row, column) of a symmetric matrix, its dofs moved to place."""
     row = np.concatenate([place[block.row + i] for block, i, _ in blocks])
     column = np.concatenate([place[block.col + j] for block, _, j in blocks])
