@@ -103,13 +103,15 @@ def _refuse_unknown(found: Comparison) -> None:
 
 def _reported(found: Comparison, best: Recommendation, out: Path) -> dict[str, object]:
     outcomes = found.outcomes
-    name = None if best.chosen is None else outcomes[best.chosen].name
+    chosen = None if best.chosen is None else outcomes[best.chosen]
     return {
         "report": str(out),
         "designs": len(outcomes),
         "failed": sum(outcome.status == "failed" for outcome in outcomes),
         "feasible": len(best.feasible),
-        "recommended": name,
+        "recommended": None if chosen is None else chosen.name,
+        "values": {} if chosen is None else chosen.values,
+        "no_difference_shown": [outcomes[number].name for number in best.same],
         "not_feasible": {
             outcome.name: list(causes)
             for outcome in outcomes
@@ -126,8 +128,12 @@ def _show(found: Comparison, best: Recommendation) -> None:
     said = summary(found.outcomes, found.facts, best)
     click.echo(said.counts)
     click.echo(f"recommended: {said.recommended}. {said.why}" if said.recommended else said.why)
+    for key, value in said.values.items():
+        click.echo(f"  {key} = {value}")
     if said.table is not None:
         print_table(said.table.caption, said.table.columns, said.table.rows)
+    for sentence in said.scales:
+        click.echo(f"  {sentence}")
     for sentence in said.given_up:
         click.echo(f"  better elsewhere: {sentence}")
     for sentence in said.mind:

@@ -179,6 +179,7 @@ def _study(data: _Data, folder: Path) -> Look:
     failed = {k: v for k, v in data["outcomes"].items() if k not in ("all", "ok")}
     bad = [f"{count} {kind}: causes in failures.csv" for kind, count in failed.items()]
     good = [f"recommended: {said.recommended}. {said.why}"] if said.recommended else []
+    good += [f"its {key} = {value}" for key, value in said.values.items()]
     bad += [] if said.recommended else [said.why]
     facts = [said.counts, *(f"better elsewhere: {each}" for each in said.given_up)]
     facts += [f"mind: {each}" for each in said.mind]

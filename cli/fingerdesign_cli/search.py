@@ -335,4 +335,6 @@ def _show(
     elif counts["from_store"]:
         click.echo(f"{counts['computed']} computed, {counts['from_store']} were in the store")
     click.echo(f"recommended: {said.recommended}. {said.why}" if said.recommended else said.why)
+    for key, value in said.values.items():
+        click.echo(f"  {key} = {value}")
     click.echo(f"report: {target / 'report.html'}")

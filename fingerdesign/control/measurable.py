@@ -36,6 +36,7 @@ SEEN = 3.0
 # A hand that steers by the stick ratio starts to hold near 0.3 and has lost the object at 0: a
 # third of that way. Gages that say nothing leave an error of 0.23, the spread of the ratio itself.
 WANTED_STICK_CHANGE = 0.1
+UNSEEN_STICK_CHANGE = 0.3  # the whole of that way: such gages cannot be steered by at all
 HELD_USED = 2.0 / 3.0  # of the friction limit: a margin of 1.5, the most that people keep
 _USED = (0.3, 0.6, 0.9)
 _APART = 1.05  # friction above and below

@@ -12,10 +12,16 @@ from dataclasses import replace
 
 import pytest
 
-from fingerdesign.records.outcome import Outcome
+from fingerdesign.records.outcome import GripOutcome, Outcome, Validity
 from fingerdesign.search.compare.page import compare_html, script_json
 from fingerdesign.search.compare.read import facts_of
-from fingerdesign.search.compare.recommend import Bound, Wanted, recommend, why_not
+from fingerdesign.search.compare.recommend import (
+    Bound,
+    Wanted,
+    recommend,
+    uncertainty,
+    why_not,
+)
 from fingerdesign.search.compare.words import summary
 from tests.support.any_outcomes import HOSTILE, any_outcomes
 
@@ -134,7 +140,7 @@ def test_what_is_left_out_and_what_decides_nothing_is_said(good):
     level = [with_metrics(each, cost=7.0) for each in good]
     said = said_of(level)
     assert "All have the same cost, 7: it decides nothing." in said.why
-    assert said.table.rows[1][2] == "the same for all"
+    assert said.table.rows[1][3] == "the same for all"
     both = said_of([with_metrics(each, stick_error=0.1) for each in level])
     assert "nothing decides" in both.why
     made = [with_metrics(each, least_margin=1.0 + k) for k, each in enumerate(good[:3])]
@@ -241,3 +247,87 @@ def test_why_one_is_not_feasible():
     )
     assert why_not(outcome("good", cost=1.0, safety_margin=2.0), [LEAST_COST], bounds) == ()
     assert "no cost" in why_not(outcome("dumb", safety_margin=2.0), [], bounds)[0]
+
+
+@pytest.mark.parametrize(
+    ("flaw", "words"),
+    [
+        ({"grip_success": 0.0}, "lifts nothing"),
+        ({"smallest_stick_change": 1.08}, "cannot be measured"),
+        ({"plates": 0.0}, "no gages"),
+    ],
+)
+def test_nothing_is_recommended_that_fails_its_purpose(flaw, words):
+    plain = {"grip_success": 1.0, "smallest_stick_change": 0.05, "plates": 9.0}
+    sound = outcome("sound", cost=9.0, **plain)
+    cheap = outcome("cheap", cost=1.0, **(plain | flaw))
+    found = recommend([cheap, sound], [LEAST_COST], [])
+    assert (found.chosen, found.feasible) == (1, (1,))
+    assert words in why_not(cheap, [LEAST_COST], [])[0]
+    said = said_of([cheap, sound], [LEAST_COST])
+    assert "1 design fails its purpose" in said.counts
+    none = said_of([cheap], [LEAST_COST])
+    assert (none.recommended, none.values) == ("", {})
+    assert "(1 of 1 miss it)" in none.why
+    # A bound of the study's own on the same number judges in its place.
+    (metric,) = flaw
+    assert recommend([cheap], [LEAST_COST], [Bound(metric, at_most=2.0)]).chosen == 0
+
+
+def noisy(name, lifted, **metrics):
+    """Of three grips, with noisy gages."""
+    grip = GripOutcome("paper", 0.5, 500.0, True, False, 1.5, 5.0, 0.4)
+    design = {"grip": {"hardware": {"gage_noise_microstrain": 0.5, "sample_rate_Hz": 100.0}}}
+    made = outcome(name, grip_success=lifted / 3, **metrics)
+    return replace(made, design=design, grips=(grip, grip, grip))
+
+
+def test_better_is_said_only_beyond_what_chance_changes():
+    near = [outcome("a", stick_error=0.150, cost=1.0), outcome("b", stick_error=0.155, cost=1.0)]
+    found = recommend(near, WANTED, [])
+    assert (found.front, found.same) == ((0, 1), (1,))
+    said = said_of(near)
+    assert "No difference is shown" in said.why
+    assert said.given_up == ()
+    assert said.table.rows[0][3] == "no difference shown"
+    assert "±" in said.table.rows[0][1]
+    far = [near[0], outcome("c", stick_error=0.18, cost=1.0)]
+    found = recommend(far, WANTED, [])
+    assert (found.front, found.same) == ((0,), ())
+
+
+def test_what_is_lost_to_chance_follows_noise_grips_and_mesh():
+    quiet = outcome("quiet", grip_success=1.0, peak_ratio=2.0, cost=3.0)
+    assert uncertainty(quiet, "grip_success") == uncertainty(quiet, "cost") == 0.0
+    assert uncertainty(quiet, "peak_ratio") == pytest.approx(0.06)
+    rough = replace(quiet, validity=Validity(mesh_error=0.04))
+    assert uncertainty(rough, "peak_ratio") == pytest.approx(0.1)
+    assert uncertainty(rough, "cost") == 0.0
+    loud = noisy("loud", 2, peak_ratio=2.0)
+    assert uncertainty(loud, "peak_ratio") == pytest.approx(0.38)
+    # Beta after two of three: sqrt(3 * 2 / 25 / 6).
+    assert uncertainty(loud, "grip_success") == pytest.approx(0.2)
+    wanted = [Wanted("grip_success", "max")]
+    found = recommend([loud, noisy("one more", 3)], wanted, [])
+    assert (found.chosen, found.same) == (1, (0,))
+    steady = [outcome("a", grip_success=2 / 3), outcome("b", grip_success=1.0)]
+    assert recommend(steady, wanted, []).same == ()
+
+
+def test_scales_say_what_is_good_and_poor(good):
+    said = said_of([with_metrics(good[0], stick_error=0.21), good[1]], [LEAST_ERROR])
+    (line,) = said_of([with_metrics(good[0], stick_error=0.21)], [LEAST_ERROR]).scales
+    assert line == "stick error 0.21 is poor: good to 0.1, poor from 0.2."
+    assert said.table.rows[0][2] in ("good", "fair")
+    page = page_of(good)
+    assert "good to 0.1, poor from 0.2" in page
+    # The other end wanted: the scale does not hold.
+    assert said_of(good, [Wanted("peak_ratio", "max")]).scales == ()
+
+
+def test_the_values_of_the_recommended_one_are_there(made, page):
+    chosen = made[recommend(made, WANTED, BOUNDS).chosen]
+    said = said_of(made, bounds=BOUNDS)
+    assert list(said.values) == list(chosen.values)
+    for key, value in said.values.items():
+        assert f"<code>{key} = {value}</code>" in page

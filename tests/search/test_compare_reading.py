@@ -3,10 +3,18 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from fingerdesign.errors import DesignError
-from fingerdesign.records.result import GripResult, MeshSummary, ModelSummary, Result
+from fingerdesign.records.arrays import ContactHistory, write_packed
+from fingerdesign.records.result import (
+    GripResult,
+    IncrementResult,
+    MeshSummary,
+    ModelSummary,
+    Result,
+)
 from fingerdesign.search.compare.read import read_comparison
 from fingerdesign.search.compare.recommend import Bound, Wanted
 from tests.support.any_outcomes import any_outcomes
@@ -85,6 +93,60 @@ def test_analysis_becomes_an_outcome(tmp_path, plain_result):
     assert found.metrics["safety_margin"] == pytest.approx(1.4)
     least = 0.5 * 0.5 * 9.80665 / 0.2
     assert found.metrics["peak_ratio"] == pytest.approx(12.0 / least * (1 + 4) / 2)
+
+
+def test_analyses_beside_a_study_have_the_values_of_what_is_varied(tmp_path, plain_result):
+    narrower = replace(plain_result, parameters={"body.width_mm": 21.0})
+    write_result_folder(tmp_path / "mine", narrower)
+    write_study(tmp_path / "s", MADE)
+    found = read_outcomes([tmp_path / "s", tmp_path / "mine"])
+    mine = found[-1]
+    assert set(MADE[0].values) <= set(mine.values)
+    assert mine.values["plates.angle_deg"] is None  # its record does not say
+    assert mine.values["body.width_mm"] == 21.0
+    first = next(each for each in found if each.design)
+    assert first.values["body.width_mm"] == first.design["body"]["width_mm"]
+    assert MADE[0].values.items() <= found[0].values.items()
+
+
+def test_of_analyses_alone_the_keys_in_which_they_differ_are_varied(tmp_path, plain_result):
+    other = {"body.width_mm": 20.0, "grip.seed": 3, "design.name": "other"}
+    for name, more in (("a", {}), ("b", other), ("c", {"grip.seed": 3})):
+        changed = replace(
+            plain_result, design=name, digest=name * 64, parameters=plain_result.parameters | more
+        )
+        write_result_folder(tmp_path / name, changed)
+    a, b, c = (tmp_path / name for name in "abc")
+    assert [o.values for o in read_outcomes([a, b])] == [
+        {"body.width_mm": 22.0},
+        {"body.width_mm": 20.0},
+    ]
+    # Of one finger: the rest.
+    assert [o.values for o in read_outcomes([a, c])] == [{"grip.seed": None}, {"grip.seed": 3}]
+
+
+def test_contact_is_that_of_the_arrays(tmp_path, plain_result):
+    row = IncrementResult(0.1, 0.0, 1.0, 0.0, 1.0, 1.0, 1, 1, 0, 0.1, 1, 0.0)
+    keys = {"design.name": "mine", "body.width_mm": 20.0, "plates.count": 0}
+    known = replace(plain_result, increments=(row,), parameters=keys, grips=())
+    folder = write_result_folder(tmp_path / "mine", known)
+    assert read_outcomes([folder])[0].traces.status == ()
+    nothing = np.zeros((1, 2, 1))
+    history = ContactHistory(
+        np.array([[-1.0, 12.0], [1.0, 12.0]]),
+        np.ones(2),
+        np.array([[0, 1]]),
+        np.array([[0, 1]]),
+        np.zeros((1, 2)),
+        nothing,
+        nothing,
+    )
+    write_packed(folder / "arrays.npz", {"contact": history})
+    traces = read_outcomes([folder])[0].traces
+    assert traces.status == (".#",)
+    assert traces.contact_x_mm == (-1.0, 1.0)
+    (folder / "arrays.npz").write_bytes(b"no arrays")
+    assert read_outcomes([folder])[0].traces.status == ()
 
 
 def test_failed_analysis_is_a_failed_outcome(tmp_path):

@@ -30,7 +30,14 @@ from fingerdesign.search.compare.figures import (
     shape_figure,
 )
 from fingerdesign.search.compare.geometry import packed_geometry
-from fingerdesign.search.compare.recommend import Recommendation, StudyFacts, recommend, why_not
+from fingerdesign.search.compare.recommend import (
+    SHOWN,
+    Recommendation,
+    StudyFacts,
+    recommend,
+    uncertainty,
+    why_not,
+)
 from fingerdesign.search.compare.table import (
     DIGEST_SHOWN,
     Column,
@@ -84,6 +91,11 @@ def page_data(
             "kind": next((kind for kind, holds in kinds.items() if holds), "in"),
             "marks": [mark for mark, holds in marks.items() if holds],
             "missed": all_shown(missed),
+            "unsure": {
+                name: SHOWN * unsure
+                for name in outcome.metrics
+                if (unsure := uncertainty(outcome, name))
+            },
             "notes": all_shown([*notes, *(f"mind, {warning}" for warning in outcome.warnings)]),
         }
         light = asdict(replace(outcome, **_HEAVY))
@@ -220,6 +232,7 @@ def _column(column: Column, outcomes: Sequence[Outcome]) -> dict[str, Any]:
         title, unit = name_and_unit(column.path[1].rpartition(".")[2])
     heading = f"{column.title} ({column.unit})" if column.unit else column.title
     better = {"min": "   ← better", "max": "   better →"}.get(column.goal or "", "")
+    better += f" ({column.scale})" if column.scale else ""
     found: dict[str, Any] = {
         "path": list(column.path),
         "title": column.title,

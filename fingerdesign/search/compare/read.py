@@ -10,9 +10,12 @@ from typing import Any
 from pydantic import ValidationError
 
 from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.answers import read_arrays
+from fingerdesign.design.faults import leaves, parts_of
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import plate_frames
+from fingerdesign.records.arrays import ContactHistory
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RESULT_FILE, read_result
 from fingerdesign.records.outcome import (
@@ -36,18 +39,22 @@ from fingerdesign.search.compare.recommend import (
 )
 from fingerdesign.search.run.measured import grip_metrics, grip_outcome, metrics_of, traces_of
 from fingerdesign.search.study.file import Cost
+from fingerdesign.search.study.values import is_number
 
 # A result of `analyse` as an outcome, so that single analyses stand beside studies.
 
 _SCENE = "scene."
+_FINGER = ("body.", "plates.", "gages.", "materials.")
+_NO_VALUES = (".content", ".source")  # of a file, of a material: in words elsewhere
 _WRONG = (ValueError, TypeError, AttributeError)
 
 
 def outcome_of_result(folder: Path) -> Outcome:
     """The outcome that a result folder tells of: metrics of its grips and of its path's end.
 
-    What the record does not hold is left out: contact maps, and metrics that ask for the model
-    (the gage error of the stick ratio). Raises DesignError for what is no result.
+    The contact map is that of the folder's arrays, where it holds them. Metrics that ask for the
+    model (the gage error of the stick ratio) or for prices are left out: see
+    :func:`read_comparison`. Raises DesignError for what is no result.
     """
     try:
         result = read_result(folder)
@@ -75,7 +82,7 @@ def _outcome_of(result: Result, folder: Path) -> Outcome:
         design = None
     if result.increments and design is not None:
         plates = plate_frames(design)
-        traces = traces_of(Analysis(result, plates=plates))
+        traces = traces_of(Analysis(result, plates=plates, contact=_contact(result, folder)))
         path = Analysis(replace(result, grips=(), slip_studies=()), plates=plates)
         metrics = metrics_of(design, Cost(), path)
         del metrics["cost"]  # no prices were given
@@ -105,20 +112,37 @@ def _outcome_of(result: Result, folder: Path) -> Outcome:
     )
 
 
+def _contact(result: Result, folder: Path) -> ContactHistory | None:
+    """The contact map of the folder's arrays; None where it holds none, or another one's."""
+    try:
+        found = read_arrays(folder).get("contact")
+    except ResultError:  # of another version: the comparison goes on without
+        return None
+    fits = isinstance(found, ContactHistory) and len(found.status) == len(result.increments)
+    return found if fits else None
+
+
 def _design(result: Result) -> dict[str, Any]:
     """The design's tables from the dotted keys of the record."""
-    design: dict[str, Any] = {}
-    for key, value in result.parameters.items():
-        if key.startswith(_SCENE) or value is None:
-            continue
-        *tables, last = key.split(".")
-        place = design
-        for table in tables:
-            place = place.setdefault(table, {})
-        place[last] = value
+    keys = {k: v for k, v in result.parameters.items() if not k.startswith(_SCENE)}
+    design = _tables(keys)
     if result.assumed:
         design["assumed"] = list(result.assumed)
     return design
+
+
+def _tables(parameters: dict[str, Any]) -> dict[str, Any]:
+    """Dotted keys as tables, those without a value left out."""
+    found: dict[str, Any] = {}
+    for key, value in parameters.items():
+        if value is None:
+            continue
+        *tables, last = key.split(".")
+        place = found
+        for table in tables:
+            place = place.setdefault(table, {})
+        place[last] = value
+    return found
 
 
 def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
@@ -186,7 +210,7 @@ def read_comparison(
         raise DesignError.together(faults)
     every_one = (outcome for source in sources for outcome in source.outcomes)
     outcomes = tuple({(each.digest, each.name): each for each in every_one}.values())
-    outcomes = _distinct(outcomes, sources)
+    outcomes = with_varied(_distinct(outcomes, sources))
     return Comparison(outcomes, _facts(sources, outcomes, objectives, name))
 
 
@@ -224,6 +248,54 @@ def _distinct(outcomes: Sequence[Outcome], sources: Sequence[_Source]) -> tuple[
         for each, mark in zip(many, marks, strict=True):
             names[each.digest, name] = f"{name} ({mark})" if len(many) > 1 else name
     return tuple(replace(each, name=names[each.digest, each.name]) for each in outcomes)
+
+
+def with_varied(outcomes: Sequence[Outcome]) -> tuple[Outcome, ...]:
+    """The outcomes; where some are of no study, all with the values of every key that a study
+    varies or in which their fingers differ, from the designs themselves. Where the fingers are
+    alike, of every other key too: of the controller, the mesh."""
+    if all(outcome.values or not outcome.design for outcome in outcomes):
+        return tuple(outcomes)
+    keys = dict.fromkeys(key for outcome in outcomes for key in outcome.values)
+    flat = [_leaves(outcome.design) for outcome in outcomes if outcome.design]
+    every = dict.fromkeys(key for each in flat for key in each)
+    unlike = [key for key in every if len({each.get(key) for each in flat}) > 1]
+    keys |= dict.fromkeys([key for key in unlike if key.startswith(_FINGER)] or unlike)
+    return tuple(
+        replace(
+            outcome, values={**{k: _value_at(outcome.design, k) for k in keys}, **outcome.values}
+        )
+        if outcome.design
+        else outcome
+        for outcome in outcomes
+    )
+
+
+def _leaves(design: dict[str, Any]) -> dict[str, bool | float | str]:
+    """A design's dotted keys with one value each; files by their names, without their places."""
+    found = {
+        key: Path(str(value)).name if key.endswith(".file") else value
+        for key, value in leaves(design)
+        if isinstance(value, bool | int | float | str) and not key.endswith(_NO_VALUES)
+    }
+    return {key: value for key, value in found.items() if not key.startswith("design.")}
+
+
+def _value_at(design: dict[str, Any], key: str) -> Any:
+    """The value of a dotted key, of "a / b" the share of two keys; None where there is none."""
+    found: list[Any] = []
+    for piece in key.split("/"):
+        place: Any = design
+        for part in parts_of(piece.strip()):
+            try:
+                place = place[part]
+            except (LookupError, TypeError):
+                return None
+        found.append(place)
+    if len(found) == 1:
+        return found[0] if isinstance(found[0], bool | int | float | str) else None
+    above, below = found
+    return above / below if is_number(above) and is_number(below) and below else None
 
 
 def _sources(path: Path) -> list[_Source]:

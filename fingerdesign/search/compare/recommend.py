@@ -6,20 +6,25 @@ the point of the front at the least Euclidean distance from all zeros is recomme
 equally near, as two that are all of a front of two objectives, the one that is nearer when scaled
 by the range over all that were compared. No objective weighs more than another; whoever sees it
 otherwise reads the front.
+
+What fails the purpose of a tactile finger is never recommended, however good its other numbers.
+And one value is better than another only where they differ by more than ``SHOWN`` standard
+deviations of what chance changes in their difference.
 """
 
 import json
+import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 from typing_extensions import TypedDict
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.control.measurable import UNSEEN_STICK_CHANGE
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import closed
 from fingerdesign.records.outcome import Outcome
@@ -31,6 +36,8 @@ GOALS = ("min", "max")
 # Without objectives of the user's, the first of these that the outcomes have, up to three.
 USUAL_OBJECTIVES = ("stick_error", "grip_success", "peak_ratio", "least_margin", "cost")
 MOST_USUAL = 3
+SHOWN = 2.0  # standard deviations: one difference in twenty is that large by chance
+GRIPS_MEASURED = 3  # in the grips that Metric.noisy was measured with
 LEAST_DEEP = 2  # 3-D outcomes that are enough to choose among
 
 
@@ -102,6 +109,7 @@ def known_metrics(outcomes: Iterable[Outcome]) -> tuple[Metric, ...]:
 def usual_objectives(outcomes: Iterable[Outcome]) -> list[Wanted]:
     """What a finger is wanted for where nobody said: of metrics that every good outcome has."""
     good = [outcome for outcome in outcomes if outcome.status == "ok"]
+    good = [outcome for outcome in good if not fails_purpose(outcome)] or good
     found = [
         Wanted(name, better)
         for name in USUAL_OBJECTIVES
@@ -112,10 +120,32 @@ def usual_objectives(outcomes: Iterable[Outcome]) -> list[Wanted]:
     return found[:MOST_USUAL]
 
 
+def fails_purpose(outcome: Outcome, constraints: Iterable[Bound] = ()) -> dict[str, str]:
+    """What a tactile finger is for and the outcome is not: what it lacks -> a sentence.
+
+    A metric that is not known fails nothing, and one that ``constraints`` bound is theirs to judge.
+    """
+    bounded = {bound.metric for bound in constraints}
+    own = {name: value for name, value in outcome.metrics.items() if name not in bounded}
+    found = {}
+    if own.get("grip_success") == 0.0:
+        found["a grip that lifts"] = "it lifts nothing: no grip is without complete slip"
+    change = own.get("smallest_stick_change")
+    if own.get("plates") == 0.0:
+        found["gages"] = "it has no gages, so that it feels nothing"
+    elif change is not None and change >= UNSEEN_STICK_CHANGE:
+        found["gages that can be measured"] = (
+            "its gages cannot be measured: the smallest change of the stick ratio that they show "
+            f"is {change:.2g}, {UNSEEN_STICK_CHANGE:g} is all of it between a hold and a loss"
+        )
+    return found
+
+
 def why_not(
-    outcome: Outcome, objectives: Iterable[Wanted], constraints: Iterable[Bound]
+    outcome: Outcome, objectives: Iterable[Wanted], constraints: Sequence[Bound]
 ) -> tuple[str, ...]:
-    """Why an analysed outcome is not feasible: each objective it lacks, each bound it breaks."""
+    """Why an analysed outcome is not feasible: each objective it lacks, each bound it breaks, each
+    purpose it fails."""
     if outcome.status != "ok":
         return ()
     lacking = [
@@ -123,7 +153,39 @@ def why_not(
         for each in objectives
         if outcome.metrics.get(each.metric) is None
     ]
-    return (*lacking, *filter(None, (bound.broken_by(outcome) for bound in constraints)))
+    broken = filter(None, (bound.broken_by(outcome) for bound in constraints))
+    return (*lacking, *broken, *fails_purpose(outcome, constraints).values())
+
+
+def uncertainty(outcome: Outcome, name: str) -> float:
+    """Standard deviation of what chance changes in a metric of the outcome, in its own unit.
+
+    0 where it is exact (plates, cost), where it has no value, and where nothing is known of it. Of
+    the share of n noisy grips, k of them good, that of a beta distribution after k and n - k
+    (Laplace's rule of succession). An estimated error of the mesh counts beside it, in squares.
+    """
+    metric, value = METRICS.get(name), outcome.metrics.get(name)
+    if metric is None or value is None:
+        return 0.0
+    grips = len(outcome.grips) or GRIPS_MEASURED
+    share, step = metric.share, metric.step
+    if _noisy(outcome):
+        share = metric.noisy * math.sqrt(GRIPS_MEASURED / grips) or share
+        if name == "grip_success":
+            held = value * grips
+            step = math.sqrt((held + 1) * (grips - held + 1) / (grips + 3)) / (grips + 2)
+    if not (share or step):
+        return 0.0
+    mesh = (outcome.validity.mesh_error or 0.0) if share else 0.0
+    return math.hypot(share * value, step, mesh * value)
+
+
+def _noisy(outcome: Outcome) -> bool:
+    """Whether what the controller hears is left to chance, by the design's [grip.hardware]."""
+    grip = outcome.design.get("grip")
+    hardware = grip.get("hardware") if isinstance(grip, dict) else None
+    chances = hardware.items() if isinstance(hardware, dict) else ()
+    return any(value for key, value in chances if "noise" in key or key.endswith("_spread"))
 
 
 @closed
@@ -167,7 +229,8 @@ class Recommendation:
     feasible: meet the constraints and have every objective. group: those that were compared, of one
     scene and fidelity; front: those of the group that none of it dominates; chosen: None where the
     front is empty; best: by objective the front's best, the nearest to ``chosen``'s kind first.
-    alike: others of the front, as near as ``chosen``. runner_up: the next of the front, or of the
+    alike: others of the front, as near as ``chosen``; same: others of the group from which nothing
+    shows it to differ, in any objective. runner_up: the next of the front, or of the
     group where the front has one alone. scene, fidelity: the group's.
     """
 
@@ -177,6 +240,7 @@ class Recommendation:
     chosen: int | None = None
     best: tuple[int, ...] = ()
     alike: tuple[int, ...] = ()
+    same: tuple[int, ...] = ()
     runner_up: int | None = None
     scene: str = ""
     fidelity: str = ""
@@ -199,27 +263,31 @@ def recommend(
         for number in feasible
         if (outcomes[number].scene, outcomes[number].fidelity) == (scene, fidelity)
     )
-    values = losses(outcomes, group, objectives)
-    free = ~dominated(values)
+    values, unsure = losses(outcomes, group, objectives), doubts(outcomes, group, objectives)
+    free = ~dominated(values, unsure)
     front = tuple(number for number, kept in zip(group, free, strict=True) if kept)
-    scaled = _scaled(values[free])
+    scaled = _scaled(values[free], unsure[free])
     distance = np.round(np.sqrt((scaled**2).sum(axis=1)), 9)
-    of_all = np.sqrt((_scaled(values) ** 2).sum(axis=1))
-    ranked = np.lexsort((of_all[free], distance))
+    of_all = np.sqrt((_scaled(values, unsure) ** 2).sum(axis=1))
+    # Where nothing shows a difference, the one with the better numbers as they stand.
+    as_they_stand = (_scaled(values, 0.0 * unsure) ** 2).sum(axis=1)
+    ranked = np.lexsort((as_they_stand[free], of_all[free], distance))
     first = int(ranked[0])
     chosen = front[first]
     near = np.flatnonzero(distance == distance[first])
     alike = tuple(front[k] for k in near if k != first)
-    best = tuple(
-        front[int(np.lexsort((distance, scaled[:, column]))[0])]
-        for column in range(scaled.shape[1])
-    )
+    best = tuple(front[int(np.lexsort((distance, column))[0])] for column in values[free].T)
+    row = group.index(chosen)
+    near_by = ~differs(values, unsure, values[row], unsure[row]).any(axis=1)
+    same = tuple(group[k] for k in np.flatnonzero(near_by) if k != row)
     if len(front) > 1:
         second: int | None = front[int(ranked[1])]
     else:
         others = [number for _, number in sorted(zip(of_all.tolist(), group, strict=True))]
         second = next((number for number in others if number != chosen), None)
-    return Recommendation(feasible, group, front, chosen, best, alike, second, scene, fidelity)
+    return Recommendation(
+        feasible, group, front, chosen, best, alike, same, second, scene, fidelity
+    )
 
 
 def losses(
@@ -238,15 +306,35 @@ def losses(
     )
 
 
-def dominated(values: Array) -> NDArray[np.bool_]:
-    """Which rows another row is nowhere worse than and somewhere better; less is better.
+def doubts(
+    outcomes: Sequence[Outcome], numbers: Sequence[int], objectives: Sequence[Wanted]
+) -> Array:
+    """Standard deviations of the objectives by chance: shape (numbers, objectives)."""
+    rows = [[uncertainty(outcomes[k], each.metric) for each in objectives] for k in numbers]
+    return np.array(rows).reshape(len(numbers), len(objectives))
+
+
+def differs(values: Array, unsure: Array, own: Array, own_unsure: Array) -> BoolArray:
+    """Where values differ from ``own`` by more than chance, all of one shape or broadcast.
+
+    >>> differs(np.array([1.0, 1.3]), np.array([0.1, 0.1]), np.array(1.0), np.array(0.1)).tolist()
+    [False, True]
+    """
+    return np.asarray(np.abs(values - own) > SHOWN * np.hypot(unsure, own_unsure))
+
+
+def dominated(values: Array, unsure: Array | None = None) -> BoolArray:
+    """Which rows another row is nowhere worse than and somewhere shown to be better; less is
+    better. unsure: standard deviations of the values; without them each is exact.
 
     >>> dominated(np.array([[1.0, 2.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]])).tolist()
     [False, False, True, False]
     """
+    unsure = np.zeros_like(values) if unsure is None else unsure
     found = np.zeros(len(values), dtype=bool)
     for row, own in enumerate(values):
-        found[row] = bool(np.any((values <= own).all(axis=1) & (values < own).any(axis=1)))
+        better = (values < own) & differs(values, unsure, own, unsure[row])
+        found[row] = bool(np.any((values <= own).all(axis=1) & better.any(axis=1)))
     return found
 
 
@@ -258,8 +346,10 @@ def _group(outcomes: Sequence[Outcome], feasible: Sequence[int]) -> tuple[str, s
     return max(among, key=lambda key: among[key])
 
 
-def _scaled(values: Array) -> Array:
+def _scaled(values: Array, unsure: Array) -> Array:
+    """By the range of each column, 0 its least; all 0 where its ends are not shown to differ."""
     low, high = values.min(axis=0), values.max(axis=0)
-    width = np.where(high > low, high - low, 1.0)
+    chance = SHOWN * math.sqrt(2.0) * unsure.max(axis=0)
+    width = np.where(high - low > chance, high - low, np.inf)
     scaled: Array = (values - low) / width
     return scaled

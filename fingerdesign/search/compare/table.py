@@ -26,7 +26,8 @@ _UNITS = {"_N_per_mm": "N/mm", **{f"_{unit}": unit for unit in _PLAIN}}
 class Column:
     """A column of the table: where its value stands in a design's data, and how it is headed.
 
-    path: keys into the design's data on the page; help: the heading's explanation.
+    path: keys into the design's data on the page; help: the heading's explanation; scale: what of
+    its values is good, and what poor.
     """
 
     path: tuple[str, ...]
@@ -36,6 +37,7 @@ class Column:
     goal: Literal["min", "max"] | None = None
     wanted: bool = False
     help: str = ""
+    scale: str = ""
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,8 @@ def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
         goal = goals.get(metric.name, metric.better)
         wanted = metric.name in goals
         path = ("metrics", metric.name)
-        found.append(Column(path, title, unit, True, goal, wanted, shown(metric.words)))
+        scale = metric.scale if goal == metric.better else ""
+        found.append(Column(path, title, unit, True, goal, wanted, shown(metric.words), scale))
     named = {metric.name for metric in metrics}
     errors = {"plane_strain_error": "plane-strain error", "mesh_error": "mesh error"}
     for name, title in errors.items():

@@ -7,12 +7,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fingerdesign.errors import shown
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.report.page import sentences
-from fingerdesign.report.table import Table
-from fingerdesign.search.compare.recommend import Recommendation, StudyFacts, Wanted
-from fingerdesign.search.compare.table import name_and_unit
+from fingerdesign.report.table import Table, value_text
+from fingerdesign.search.compare.recommend import (
+    SHOWN,
+    Recommendation,
+    StudyFacts,
+    Wanted,
+    differs,
+    fails_purpose,
+    uncertainty,
+)
+from fingerdesign.search.compare.table import NONE, name_and_unit
+from fingerdesign.search.study.metrics import METRICS, Metric
 
 WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
 LARGE_ERROR = 0.1  # of plane strain: beyond it the order of designs may change
@@ -22,14 +33,20 @@ _FIDELITY = {"plane-strain": "in plane strain", "3d": "in 3-D"}
 
 @dataclass(frozen=True)
 class Summary:
-    """What heads the page. recommended: name, "" where there is none; table: its objectives."""
+    """What heads the page.
+
+    recommended: name, "" where there is none; values: its values of what was varied, by their keys;
+    table: its objectives; scales: each objective's on its scale, what is good and what poor.
+    """
 
     counts: str
     recommended: str
     why: str
+    values: dict[str, str]
     given_up: tuple[str, ...]
     mind: tuple[str, ...]
     table: Table | None
+    scales: tuple[str, ...]
 
 
 def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> Summary:
@@ -37,7 +54,8 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
     of = _counted(outcomes, facts, found)
     counts = " ".join(sentences(WORDS, "counts", of))
     if found.chosen is None:
-        return Summary(counts, "", " ".join(sentences(WORDS, "why_none", of)), (), (), None)
+        why = " ".join(sentences(WORDS, "why_none", of))
+        return Summary(counts, "", why, {}, (), (), None, ())
     chosen = outcomes[found.chosen]
     objectives = [
         _objective(outcomes, facts, found, wanted, best)
@@ -50,9 +68,11 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
         counts,
         shown(chosen.name),
         " ".join(sentences(WORDS, "why", of, objectives)),
+        {shown(k): shown(value_text(v)) for k, v in chosen.values.items() if v is not None},
         sentences(WORDS, "given_up", objectives),
         sentences(WORDS, "mind", of | {"fidelity": chosen.fidelity}, *errors, warnings),
         _table(shown(chosen.name), objectives),
+        sentences(WORDS, "scales", objectives),
     )
 
 
@@ -69,6 +89,7 @@ def _counted(
     for each in good:
         missed.update(shown(b.words) for b in facts.constraints if not b.holds(each))
         missed.update(f"a value of {shown(m)}" for m in lacking if each.metrics.get(m) is None)
+        missed.update(list(fails_purpose(each, facts.constraints)))
     return {
         "all": len(outcomes),
         "failed": len(outcomes) - len(good),
@@ -76,6 +97,7 @@ def _counted(
         "meeting": sum(all(bound.holds(each) for bound in facts.constraints) for each in good),
         "lacking": {shown(metric): names for metric, names in lacking.items()},
         "missed": missed,
+        "purposeless": [shown(o.name) for o in good if fails_purpose(o, facts.constraints)],
         "goals": [_goal(each) for each in facts.objectives],
         "assumed": facts.assumed_objectives,
         "kinds": len({(each.scene, each.fidelity) for each in good}),
@@ -84,6 +106,7 @@ def _counted(
         "scene": shown(found.scene),
         "where": _FIDELITY.get(found.fidelity, found.fidelity),
         "alike": [shown(outcomes[number].name) for number in found.alike],
+        "same": [shown(outcomes[number].name) for number in found.same],
     }
 
 
@@ -96,41 +119,53 @@ def _objective(
 ) -> dict[str, Any]:
     """An objective: the chosen one's value and place, and those of the front's best in it."""
     assert found.chosen is not None
-    own, other = _value(outcomes[found.chosen], wanted), _value(outcomes[best], wanted)
-    values = [_value(outcomes[number], wanted) for number in found.group]
-    ahead = sum(value < own if wanted.goal == "min" else value > own for value in values)
+    numbers = (found.chosen, best, *found.group)
+    (own, other, *rest), doubt = (
+        np.array([of(outcomes[number], wanted.metric) for number in numbers])
+        for of in (_metric, uncertainty)
+    )
+    values, unsure = np.array(rest), doubt[2:]
+    differ = differs(values, unsure, own, doubt[0])
+    ahead = int((differ & (values < own if wanted.goal == "min" else values > own)).sum())
+    metric = METRICS.get(wanted.metric, Metric(wanted.metric))
     return {
         "goal": _goal(wanted),
         "words": _words(wanted),
         "own": own,
-        "place": _place(ahead, values.count(own), len(values)),
+        "unsure": SHOWN * doubt[0],
+        "place": _place(ahead, int((~differ).sum()), len(values), len(set(rest)) == 1),
         "best": other,
+        "better": bool(differs(other, doubt[1], own, doubt[0])),
         "best_name": shown(outcomes[best].name),
-        "rivals": {_words(each): _value(outcomes[best], each) for each in facts.objectives},
-        "median": statistics.median(values),
-        "settled": len(set(values)) == 1,
-        "leads": best == found.chosen and values.count(other) == 1,
+        "rivals": {_words(each): _metric(outcomes[best], each.metric) for each in facts.objectives},
+        "median": statistics.median(rest),
+        "alike": len(set(rest)) == 1,
+        "settled": not differs(values[:, None], unsure[:, None], values, unsure).any(),
+        "leads": best == found.chosen and int((~differ).sum()) == 1,
+        "grade": metric.grade(own) if metric.better == wanted.goal else "",
+        "scale": metric.scale,
     }
 
 
 def _table(name: str, objectives: Sequence[dict[str, Any]]) -> Table:
     def row(each: dict[str, Any]) -> tuple[str, ...]:
         own, best, median = (f"{each[key]:.4g}" for key in ("own", "best", "median"))
-        return each["goal"], own, each["place"], best, median
+        give = f" ± {each['unsure']:.2g}" if each["unsure"] else ""
+        return each["goal"], own + give, each["grade"] or NONE, each["place"], best, median
 
-    columns = ("objective", name, "place", "best", "median of all")
+    columns = ("objective", name, "on its scale", "place", "best", "median of all")
     rows = tuple(map(row, objectives))
     return Table("objectives", "The objectives", columns, rows, frozenset({0}))
 
 
-def _place(ahead: int, level: int, many: int) -> str:
+def _place(ahead: int, level: int, many: int, alike: bool) -> str:
     if level == many > 1:
-        return "the same for all"
+        return "the same for all" if alike else "no difference shown"
     return f"{ahead + 1} of {many}{f', with {level - 1} more' if level > 1 else ''}"
 
 
-def _value(outcome: Outcome, wanted: Wanted) -> float:
-    value = outcome.metrics[wanted.metric]
+def _metric(outcome: Outcome, name: str) -> float:
+    value = outcome.metrics[name]
     assert value is not None  # it is feasible
     return value
 

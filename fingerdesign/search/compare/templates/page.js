@@ -32,6 +32,13 @@ FD.number = (given) => {
 };
 FD.value = (number, { path }) =>
   path.reduce((found, key) => found?.[key], data.designs[number]) ?? null;
+/** Whether two designs' values in a column differ by more than chance changes. */
+FD.differ = (a, b, column) => {
+  const [p, q] = [a, b].map((number) => FD.value(number, column));
+  const [u, v] = [a, b].map((number) => column.path[0] === "metrics"
+    ? data.designs[number].unsure[column.path[1]] ?? 0 : 0);
+  return !FD.near(p, q) && Math.abs(p - q) > Math.hypot(u, v);
+};
 FD.name = (number) => data.designs[number]?.name ?? "none chosen";
 FD.colour = (name) => getComputedStyle(document.body).getPropertyValue(`--${name}`).trim();
 FD.say = (text) => (byId("said").textContent = text);

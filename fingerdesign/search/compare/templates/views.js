@@ -14,12 +14,14 @@ function row(column) {
   const same = both && FD.near(p, q);
   const percent = Number(Math.abs((100 * q) / p - 100).toPrecision(3));
   const share = same ? "equal" : both && p ? `${q > p ? "+" : "−"}${percent} %` : "";
-  const better = both && !same && column.goal ? "AB"[Number((column.goal === "max") === p < q)] : "";
+  const differ = both && FD.differ(...FD.selected, column);
+  const better = differ && column.goal ? "AB"[Number((column.goal === "max") === p < q)] : "";
+  const said = better ? `${better} is better` : both && !same && !differ ? "no difference shown" : "";
   const cell = (className, text) => FD.el("td", { className }, text);
   const word = column.numeric ? "" : "word";
   return FD.el("tr", {}, FD.el("th", { scope: "row", className: "text" }, column.heading),
     ...texts.map((text, k) => cell(better === "AB"[k] ? "better" : word, text)),
-    cell("", share), cell("text", better && `${better} is better`));
+    cell("", share), cell("text", said));
 }
 
 function numbers() {
