@@ -1,10 +1,10 @@
-# Each target does all its own set-up in .venv: `make demo`, `make test`, `make check`.
+# Each target does all its own set-up in .venv: `make demo`, `make test`, `make check`, `make site`.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: demo test slow-test lint types wheel check clean
+.PHONY: demo test slow-test lint types wheel check site clean-site clean
 
 demo: $(VENV)/.runtime
 	$(BIN)/fingerdesign analyse designs/maeno2000.toml --out out
@@ -27,6 +27,14 @@ wheel: $(VENV)/.dev
 
 check: lint types test slow-test wheel
 
+# The documentation with its gallery: warnings, links that lead nowhere among them, are errors.
+site: $(VENV)/.docs
+	$(BIN)/python -m sphinx -n -W --keep-going -q -d out/site-kept -b html docs out/site
+	@echo "out/site/index.html written"
+
+clean-site:
+	rm -rf out/site out/site-kept docs/examples docs/generated
+
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
@@ -38,5 +46,9 @@ $(VENV)/.dev: pyproject.toml constraints.txt | $(VENV)/bin/python
 	$(PIP) install --quiet --constraint constraints.txt --editable ".[dev]"
 	@touch $@ $(VENV)/.runtime
 
-clean:
+$(VENV)/.docs: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(PIP) install --quiet --constraint constraints.txt --editable ".[docs]"
+	@touch $@ $(VENV)/.runtime
+
+clean: clean-site
 	rm -rf $(VENV) out dist

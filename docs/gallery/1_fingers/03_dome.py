@@ -1,0 +1,16 @@
+"""
+A dome
+======
+
+Curved along x and along z, a dome touches in a spot and not in a line, so that it may lean a
+little without standing on an edge. Its plates end inside the rubber: ``span_mm`` is less than the
+depth.
+"""
+
+from fingerdesign.analysis.page.sketch import draw_sketch
+from fingerdesign.checks.starter import find_design
+
+design = find_design("domed")
+drawing = draw_sketch(design)
+
+print(f"the crest is {design.body.base_height_mm:g} mm of straight sides and the dome above them")

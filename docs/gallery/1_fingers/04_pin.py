@@ -1,0 +1,13 @@
+"""
+A pin, turned about its axis
+============================
+
+A ``revolved`` body is round in every direction: a pin with a spherical end. Its width is its
+diameter, and the plates are as long along z as the circle allows.
+"""
+
+from fingerdesign.analysis.page.sketch import draw_sketch
+from fingerdesign.checks.starter import find_design
+
+design = find_design("pin")
+drawing = draw_sketch(design)
