@@ -25,7 +25,7 @@ def named(path):
 
 
 def test_there_are_many_examples():
-    assert len(EXAMPLES) >= 18
+    assert len(EXAMPLES) >= 20
     folders = {path.parent for path in EXAMPLES}
     assert all((folder / "README.rst").is_file() for folder in folders)
 

@@ -1,0 +1,33 @@
+"""
+Where the gages answer to shear
+===============================
+
+The change of each gage's reading per newton of tangential force, as the finger is sheared from full
+stick to complete slip. Where the contact above a plate slips, its gage answers no more: the
+bright band narrows with the stick area, drawn as a line.
+"""
+
+import numpy as np
+from matplotlib import pyplot
+
+from fingerdesign.analysis.case import Case
+from fingerdesign.checks.starter import find_design
+from fingerdesign.pipeline import run
+
+design = find_design("maeno2000")
+found = run(Case(design, fidelity="plane-strain", grips=False))  # the fundamental case
+study = found.slip_studies[2]
+
+figure, axes = pyplot.subplots(figsize=(7.6, 4.2), layout="constrained")
+step = np.arange(1, len(study.stick_ratio) + 1)
+shown = axes.pcolormesh(
+    study.gage_x_mm, step, study.response, cmap="magma", shading="nearest", vmin=0.0
+)
+figure.colorbar(shown, label="response, microstrain per N")
+for side in (-0.5, 0.5):
+    axes.plot(side * study.stick_length_mm, step, color="#7fd4ff", lw=1.6)
+axes.set_xlabel("place of the gage, mm")
+axes.set_ylabel("step")
+axes.grid(False)
+axes.set_title(f"Friction {study.friction_coefficient:g}; blue: as long as what sticks")
+pyplot.show()

@@ -1,0 +1,33 @@
+"""
+What the bench tells a hand
+===========================
+
+Before it grips, a rig presses its finger without shear, shears it a little at a few depths, and
+slides. It keeps the readings by normal force, which are taken out of what a grip feels, and the
+finger's stiffness.
+"""
+
+import numpy as np
+from matplotlib import pyplot
+
+from fingerdesign.checks.starter import find_design
+from fingerdesign.control.calibration import Bounds, calibrate
+from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.sensing.model import grip_problem
+
+design = find_design("sensitive")
+problem, face, bounds = grip_problem(design), design.gages.face, Bounds.of(design.grip)
+known = calibrate(lambda: CondensedPlant(problem, face), problem.model.gage_x, bounds)
+
+figure, (left, right) = pyplot.subplots(1, 2, figsize=(9.0, 3.8), layout="constrained")
+colours = pyplot.colormaps["coolwarm"](np.linspace(0.0, 1.0, len(known.gage_x)))
+for gage, colour in enumerate(colours):
+    left.plot(known.normal.normal_force, known.normal.readings[:, gage], color=colour, lw=1.2)
+left.set_xlabel("normal force, N")
+left.set_ylabel("reading, microstrain")
+left.set_title("pressed without shear")
+right.bar(known.gage_x, known.full_stick, width=0.55, color=colours)
+right.set_xlabel("place of the gage, mm")
+right.set_ylabel("microstrain per N of shear")
+right.set_title("sheared a little, all sticks")
+pyplot.show()
