@@ -3,7 +3,7 @@ Materials that are known by name
 ================================
 
 Each has a Young's modulus and a Poisson's ratio with their source; a design may bring its own. From
-the softest rubber to steel there are six powers of ten: a plate is a stiff thing in a soft one,
+the softest rubber to steel there are five powers of ten: a plate is a stiff thing in a soft one,
 and a plate of polyimide answers fifty times more than one of bronze.
 """
 

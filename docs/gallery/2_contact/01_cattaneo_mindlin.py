@@ -3,8 +3,9 @@ Against Cattaneo and Mindlin
 ============================
 
 A round body that is pressed and then sheared slips at its edges first: the classical answer of
-Cattaneo (1938) and Mindlin (1949). An arc of plain rubber gives the same tractions, although it is
-no half-space: the lines are closed forms for the forces that were found, the points the model's.
+Cattaneo (1938) and Mindlin (1949). An arc of plain rubber gives nearly the same, although it
+is no half-space and leans as it is sheared: the lines are closed forms for the forces that were
+found, the points the model's.
 """
 
 import numpy as np

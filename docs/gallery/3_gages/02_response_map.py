@@ -2,9 +2,9 @@
 Where the gages answer to shear
 ===============================
 
-The change of each gage's reading per newton of tangential force, as the finger is sheared from full
-stick to complete slip. Where the contact above a plate slips, its gage answers no more: the
-bright band narrows with the stick area, drawn as a line.
+The change of each gage's reading per newton of tangential force, as the finger is pressed and
+sheared until all of it slips. The gages under what sticks answer most, those beside it hardly; the
+line is as far apart as what sticks is long.
 """
 
 import numpy as np

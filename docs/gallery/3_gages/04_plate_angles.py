@@ -3,7 +3,8 @@ Which angle should plates have?
 ===============================
 
 The same finger with plates at six angles, pressed and sheared a little. Level and upright plates
-hardly feel a shear; those at 45 degrees lie along the stretch that it makes.
+answer with opposite signs at the two ends of the row, and hardly in its middle; from 30 degrees on
+all plates of the row answer with one sign.
 """
 
 import numpy as np

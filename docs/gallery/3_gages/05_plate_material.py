@@ -2,8 +2,9 @@
 Plates of metal or of foil?
 ===========================
 
-A plate takes part in the rubber's strain only as far as its stiffness lets it. So polyimide answers
-to a newton far more than metals do, and stands above an amplifier's noise, where bronze drowns.
+A plate takes part in the rubber's strain only as far as its stiffness lets it. Foils of polyimide
+answer to a newton fifty times more than bronze does, whose answer is about as large as the noise of
+an amplifier.
 """
 
 from matplotlib import pyplot

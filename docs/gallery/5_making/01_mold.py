@@ -37,6 +37,7 @@ with tempfile.TemporaryDirectory() as folder:
         edges = part.extract_feature_edges(30, boundary_edges=False, manifold_edges=False)
         plotter.add_mesh(edges, color="#3d4d59", line_width=1.0)
 plotter.camera_position = [(-60.0, 55.0, 95.0), (0.0, 3.0, 0.0), (0.0, 1.0, 0.0)]
+plotter.camera.zoom(0.8)
 plotter.enable_anti_aliasing("ssaa")
 plotter.show()
 

@@ -3,7 +3,8 @@ Many fingers from one: which radius, which rubber?
 ==================================================
 
 A design is a value: change keys, and it is checked like a file. Twelve fingers are pressed with a
-plane here. A rounder finger is softer at first touch and its contact stays narrower.
+plane here. A rounder finger is softer and its contact narrower; the width is the same in each
+rubber, so its three lines are one.
 """
 
 from matplotlib import pyplot
