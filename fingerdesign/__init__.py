@@ -15,11 +15,11 @@ from fingerdesign.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from fingerdesign.cad.from_python import with_body as with_body
-    from fingerdesign.checks.load import load_design as load_design
-    from fingerdesign.checks.load import load_scene as load_scene
     from fingerdesign.checks.load import parse_design as parse_design
     from fingerdesign.checks.load import parse_scene as parse_scene
     from fingerdesign.checks.load import with_values as with_values
+    from fingerdesign.checks.starter import load_design as load_design
+    from fingerdesign.checks.starter import load_scene as load_scene
     from fingerdesign.design.scene import Scene as Scene
     from fingerdesign.design.schema import Design as Design
     from fingerdesign.errors import DesignError as DesignError
@@ -36,8 +36,8 @@ _HOMES = {
     "Result": "fingerdesign.records.result",
     "Scene": "fingerdesign.design.scene",
     "SolverError": "fingerdesign.errors",
-    "load_design": "fingerdesign.checks.load",
-    "load_scene": "fingerdesign.checks.load",
+    "load_design": "fingerdesign.checks.starter",
+    "load_scene": "fingerdesign.checks.starter",
     "parse_design": "fingerdesign.checks.load",
     "parse_scene": "fingerdesign.checks.load",
     "with_values": "fingerdesign.checks.load",

@@ -30,6 +30,7 @@ from fingerdesign.analysis.stages import (
     slip_studies,
     zone_of,
 )
+from fingerdesign.checks.starter import find_design, find_scene
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -45,8 +46,19 @@ from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.training import with_estimator
 
 
-def analyse(design: Design, scene: Scene | None = None, fidelity: str = "3d") -> Result:
-    """The record of one analysis. Raises FingerDesignError where the work fails."""
+def analyse(
+    design: Design | str | Path, scene: Scene | str | Path | None = None, fidelity: str = "3d"
+) -> Result:
+    """The record of one analysis; design and scene may be files, or names of shipped ones.
+
+        result = analyse("maeno2000", "pull", "plane-strain")
+        result.to_dataframe()["normal_force_N"]
+
+    Without a scene: the fundamental case and the design's grips. Raises DesignError for wrong
+    input, another FingerDesignError where the work fails.
+    """
+    design = design if isinstance(design, Design) else find_design(design)
+    scene = scene if isinstance(scene, Scene | None) else find_scene(scene)
     return run(Case(design, scene, fidelity, grips=scene is None, fields=False)).result
 
 

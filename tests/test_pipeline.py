@@ -13,6 +13,7 @@ from fingerdesign.analysis.fidelity.ladder import Choice
 from fingerdesign.analysis.page.tables import ladder_table
 from fingerdesign.analysis.path import follow_path
 from fingerdesign.checks.design import plane_strain_faults
+from fingerdesign.checks.load import dump_design
 from fingerdesign.checks.starter import shipped_designs, shipped_path
 from fingerdesign.errors import DesignError, Fault, MeshError
 from fingerdesign.fem import factor
@@ -249,3 +250,14 @@ def test_the_result_says_what_was_tried(climbed):
 def test_a_wrong_tolerance_is_refused_before_work(tolerance):
     with pytest.raises(DesignError, match=f"--tolerance = {tolerance}"):
         run(Case(parse_design(SMALL), parse_scene(SHORT), "auto", tolerance=tolerance))
+
+
+def test_files_and_names_of_what_is_shipped_are_designs_and_scenes(tmp_path):
+    assert load_design("sensitive") == load_design(shipped_path("sensitive"))
+    with pytest.raises(DesignError, match="did you mean sensitive"):
+        analyse("sensitiv", "pull", "plane-strain")
+    design = with_values(load_design("maeno2000"), COARSE)
+    file = tmp_path / "mine.toml"
+    file.write_text(dump_design(design), encoding="utf-8")
+    named, given = (analyse(each, SCENE, "plane-strain") for each in (file, design))
+    assert named.increments == given.increments

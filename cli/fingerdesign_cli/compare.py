@@ -7,15 +7,22 @@ import click
 
 from fingerdesign.errors import DesignError
 from fingerdesign.records.folder import RESULT_FILE
-from fingerdesign.records.outcome import designs_csv
+from fingerdesign.records.outcome import Outcome, designs_csv
 from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.registry import unknown_name
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, Comparison, read_comparison
 from fingerdesign.search.compare.recommend import GOALS, Recommendation, Wanted, recommend, why_not
 from fingerdesign.search.compare.words import summary
+from fingerdesign.search.run.cluster import Cluster
+from fingerdesign.search.run.evaluate import Job
+from fingerdesign.search.run.run import Store, run_jobs
+from fingerdesign.search.study.file import Limits
 from fingerdesign.search.study.metrics import METRICS
-from fingerdesign_cli.terminal import open_page, print_json, print_table
+from fingerdesign_cli.search import StudyProgress
+from fingerdesign_cli.terminal import open_page, print_json, print_table, progress
+
+LIMITS = Limits(time_s=1800.0, memory_MB=8000.0)  # of one in 3-D: a minute, some gigabytes
 
 
 def compare(
@@ -25,12 +32,23 @@ def compare(
     outcomes_file: Path | None,
     requested: tuple[str, ...],
     name: str,
+    complete: bool,
     quiet: bool,
     as_json: bool,
 ) -> int:
     """Compare the designs of every RESULT on one page that opens offline."""
     _refuse_places({"--out": out, "--csv": csv_file, "--outcomes": outcomes_file}, results)
-    found = read_comparison(results, _objectives(requested), name)
+    with (
+        progress("missing metrics", quiet or as_json or not complete) as show,
+        Cluster() as cluster,
+    ):
+
+        def work(jobs: Sequence[Job]) -> tuple[Outcome, ...]:
+            look = StudyProgress(show, quiet=True, as_json=False)
+            return run_jobs(list(jobs), Store(), cluster, LIMITS, look)
+
+        given = work if complete else None
+        found = read_comparison(results, _objectives(requested), name, given)
     _refuse_unknown(found)
     outcomes, facts = found.outcomes, found.facts
     texts = {out: compare_html(outcomes, facts)}

@@ -115,6 +115,9 @@ def find_design(file_or_name: str | Path) -> Design:
     return parse_design(file_text(file_or_name), str(file_or_name), folder)
 
 
+load_design, load_scene = find_design, find_scene  # as the package offers them
+
+
 def file_text(file_or_name: str | Path, kind: str = "design") -> str:
     """Return the text of a design's or scene's file, or of the shipped one of that name.
 

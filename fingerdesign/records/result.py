@@ -4,7 +4,10 @@ Units stand in the names: mm, N, MPa, s; strains are microstrain (1e-6), tension
 are those on the finger: normal > 0 in compression, tangential > 0 toward +x."""
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from html import escape
+from importlib import import_module
 from typing import Any, Literal, Self
 
 from fingerdesign.errors import DesignError, Fault
@@ -320,6 +323,55 @@ class Result:
         every_stage = dict.fromkeys(STAGES, 0.0) | dict(self.timings_s)
         object.__setattr__(self, "timings_s", every_stage)
 
+    def __repr__(self) -> str:
+        """In a line, for a notebook and a prompt."""
+        return f"<Result of {self.design}: {'; '.join(self._said())}>"
+
+    def _repr_html_(self) -> str:
+        """As a notebook shows it: what was found, and the path of forces as a picture."""
+        title = f"<b>{escape(self.design)}</b>"
+        said = "".join(f"<li>{escape(each)}</li>" for each in self._said())
+        return f"<div>{title}<ul>{said}</ul>{_forces_picture(self.increments)}</div>"
+
+    def _said(self) -> list[str]:
+        """What it is and what was found, a phrase each."""
+        found = [f"scene {self.scene}, {self.fidelity}, {self.failure or self.status}"]
+        if self.increments:
+            last = self.increments[-1]
+            forces = f"{last.normal_force_N:.4g} and {last.tangential_force_N:.4g} N"
+            found.append(f"{len(self.increments)} increments to F_n and F_t of {forces}")
+        if self.grips:
+            held = sum(grip.lifted and not grip.gross_slip for grip in self.grips)
+            found.append(f"{held} of {len(self.grips)} grips lifted without complete slip")
+        if self.measurability is not None:
+            change = self.measurability.smallest_stick_change
+            seen = change <= self.measurability.wanted_stick_change
+            words = "can be measured" if seen else "answer too little for the amplifier"
+            found.append(f"gages {words} (smallest change of the stick ratio {change:.2g})")
+        if self.warnings:
+            found.append(f"{len(self.warnings)} warnings")
+        return found
+
+    def arrays(self) -> dict[str, Any]:
+        """Each number of the increments as a numpy array (increments,), NaN where there is none;
+        "gages": readings (increments, gages), microstrain."""
+        import numpy as np
+
+        names = [each.name for each in dataclasses.fields(IncrementResult)]
+        rows, numbers = self.increments, [each for each in names if each not in _NESTED]
+        found = {k: np.array([getattr(row, k) for row in rows], dtype=float) for k in numbers}
+        readings = [[gage.reading for gage in row.gages] for row in rows]
+        return found | {"gages": np.array(readings, dtype=float)}
+
+    def to_dataframe(self) -> Any:
+        """A pandas.DataFrame of :meth:`arrays`, a row an increment; gages as ``gage_0`` and so on,
+        by their plates. Raises ImportError without pandas, which is no dependency."""
+        pandas = import_module("pandas")
+        found = self.arrays()
+        readings = found.pop("gages")
+        plates = [gage.plate for gage in self.increments[0].gages] if self.increments else []
+        return pandas.DataFrame(found | {f"gage_{p}": readings[:, k] for k, p in enumerate(plates)})
+
     def to_json(self) -> str:
         """JSON text, keys in the order of the class. Raises ResultError on a NaN or an infinity."""
         return json_text(dataclasses.asdict(self), indent=1, ascii_only=False)
@@ -344,6 +396,33 @@ class Result:
         except ValidationError as error:
             raise DesignError([_fault(item) for item in error.errors()], source) from error
         return result
+
+
+_NESTED = ("gages", "points")
+_PICTURE = (240.0, 160.0)  # pixels
+
+
+def _forces_picture(rows: Sequence[IncrementResult]) -> str:
+    """Tangential over normal force, increment by increment, as SVG; "" without a path."""
+    most = [max((abs(getattr(r, k)) for r in rows), default=0.0) for k in _FORCES]
+    if not all(most):
+        return ""
+    (wide, high), room = _PICTURE, 0.9
+    corners = " ".join(
+        f"{room * wide * row.normal_force_N / most[0]:.1f},"
+        f"{high * (1.0 - room * max(row.tangential_force_N, 0.0) / most[1]):.1f}"
+        for row in rows
+    )
+    words = f"F_t to {most[1]:.3g} N over F_n to {most[0]:.3g} N"
+    return (
+        f'<svg width="{wide:g}" height="{high:g}" role="img" aria-label="{words}">'
+        f"<title>{words}</title>"
+        f'<polyline points="{corners}" fill="none" stroke="#0072b2" stroke-width="2"/></svg>'
+        f"<div><small>{words}</small></div>"
+    )
+
+
+_FORCES = ("normal_force_N", "tangential_force_N")
 
 
 def _fault(item: Any) -> Fault:

@@ -201,7 +201,7 @@ def test_page_csv_and_outcomes(outcomes, page, tmp_path, said):
     assert len(csv.read_text("utf-8").splitlines()) == 13
     assert read_comparison([lines]).outcomes == MADE
     assert [path.name for path in page.parent.iterdir()] == ["page.html"]
-    reported = json.loads(said("compare", outcomes, "--out", page, "--json").out)
+    reported = json.loads(said("compare", outcomes, "--out", page, "--json", "--complete").out)
     assert reported["designs"] == 12
     assert reported["recommended"] in reported["front"]
 

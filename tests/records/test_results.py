@@ -3,8 +3,10 @@
 import csv
 import json
 import multiprocessing
+import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +14,14 @@ import pytest
 from fingerdesign.errors import DesignError
 from fingerdesign.records.base import DATA, SCHEMAS, ResultError, schema_text
 from fingerdesign.records.folder import RESULTS, read_result
-from fingerdesign.records.result import PointStrain, Result
+from fingerdesign.records.result import (
+    GageResult,
+    IncrementResult,
+    MeshSummary,
+    ModelSummary,
+    PointStrain,
+    Result,
+)
 from tests.support.closed_form_analysis import make_analysis
 from tests.support.result_folders import write_result_folder
 
@@ -251,3 +260,25 @@ def test_a_file_system_without_locks_loses_no_work(tmp_path, monkeypatch):
     monkeypatch.setattr(fcntl, "flock", refuse)
     write(tmp_path / "a", "new")
     assert (tmp_path / "a" / "result.json").is_file()
+
+
+def test_a_notebook_shows_a_result_and_takes_its_numbers(monkeypatch):
+    gages = tuple(GageResult(k, 1.0, 1.0, 1.0, 0.0, 1.0 + k) for k in (0, 2))
+    row = IncrementResult(0.1, 0.0, 6.0, 3.0, 2.0, None, 1, 2, 3, 0.2, 4, 0.0, gages)
+    model, mesh = ModelSummary(2, "P2", 9, 5, False), MeshSummary("m", 3, 30.0, 0.0, None)
+    found = Result("<mine>", "s", "d", {}, "3d", model=model, mesh=mesh, increments=(row, row))
+    assert repr(found) == (
+        "<Result of <mine>: scene s, 3d, ok; 2 increments to F_n and F_t of 6 and 3 N>"
+    )
+    page = found._repr_html_()
+    assert "&lt;mine&gt;" in page
+    assert "<svg" in page
+    assert "<mine>" not in page
+    arrays = found.arrays()
+    assert arrays["gages"].tolist() == [[1.0, 3.0], [1.0, 3.0]]
+    assert arrays["normal_force_N"].tolist() == [6.0, 6.0]
+    assert np.isnan(arrays["stick_ratio"]).all()
+    # pandas need not be there: what it is given stands for it.
+    monkeypatch.setitem(sys.modules, "pandas", SimpleNamespace(DataFrame=dict))
+    assert found.to_dataframe()["gage_2"].tolist() == [3.0, 3.0]
+    assert "svg" not in replace(found, increments=())._repr_html_()

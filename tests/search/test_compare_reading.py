@@ -8,6 +8,7 @@ import pytest
 
 from fingerdesign.errors import DesignError
 from fingerdesign.records.arrays import ContactHistory, write_packed
+from fingerdesign.records.outcome import Failure
 from fingerdesign.records.result import (
     GripResult,
     IncrementResult,
@@ -251,3 +252,28 @@ def test_rows_of_grips(analysed, row):
     path.write_text("normal_force_N,tangential_force_N\n1.0,0.5\n", encoding="utf-8")
     (found,) = read_comparison([analysed]).outcomes
     assert found.grips[0].normal_force_N == (1.0,)
+
+
+def test_what_an_analysis_lacks_is_worked_on_request(tmp_path, plain_result):
+    study = write_study(tmp_path / "s", GOOD, cost={"plate": 3.0})
+    mine = write_result_folder(tmp_path / "mine", plain_result)
+    asked = []
+
+    def work(jobs):
+        asked.extend(jobs)
+        made = {"stick_error": 0.15, "cost": 7.0, "grip_success": 0.0}
+        return [replace(GOOD[0], metrics=made) for _ in jobs]
+
+    found = read_comparison([study, mine], work=work).outcomes[-1]
+    (job,) = asked
+    assert (job.design.body.width_mm, job.cost.plate, job.scene) == (22.0, 3.0, None)
+    assert (found.metrics["stick_error"], found.metrics["cost"]) == (0.15, 7.0)
+    assert found.metrics["grip_success"] == 0.5  # its own stays
+    assert "cost, stick_error were worked" in found.warnings[-1]
+
+    def failing(jobs):
+        return [replace(GOOD[0], status="failed", failure=Failure("failed", "No mesh."))]
+
+    found = read_comparison([study, mine], work=failing).outcomes[-1]
+    assert "stick_error" not in found.metrics
+    assert "No mesh." in found.warnings[-1]

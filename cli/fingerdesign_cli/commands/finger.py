@@ -358,6 +358,11 @@ def optimise() -> None:
     help="What a finger is wanted for, instead of the study's own; may be given again.",
 )
 @click.option("--name", default="", help="To head the page; without it that of the study.")
+@click.option(
+    "--complete",
+    is_flag=True,
+    help="Work out what results of analyse lack: stick_error, cost and what others have.",
+)
 @open_option
 @output_options
 def compare() -> None:

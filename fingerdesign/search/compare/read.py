@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.answers import read_arrays
 from fingerdesign.design.faults import leaves, parts_of
+from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import plate_frames
@@ -37,6 +38,7 @@ from fingerdesign.search.compare.recommend import (
     requested,
     usual_objectives,
 )
+from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.measured import grip_metrics, grip_outcome, metrics_of, traces_of
 from fingerdesign.search.study.file import Cost
 from fingerdesign.search.study.values import is_number
@@ -164,6 +166,7 @@ def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
     return tuple(row[0] for row in rows), tuple(row[1] for row in rows)
 
 
+Work = Callable[[Sequence[Job]], Sequence[Outcome]]
 OUTCOMES_FILE, STUDY_FILE = "outcomes.jsonl", "study.json"
 DIGITS = 8  # of a digest, where nothing else tells designs apart
 
@@ -181,6 +184,7 @@ class _Source:
     place: Path
     outcomes: tuple[Outcome, ...]
     record: dict[str, Any] = field(default_factory=dict)  # study.json
+    result: Path | None = None  # the folder of the analysis that it is
 
     @property
     def name(self) -> str:
@@ -189,7 +193,10 @@ class _Source:
 
 
 def read_comparison(
-    paths: Sequence[Path], objectives: Sequence[Wanted] = (), name: str = ""
+    paths: Sequence[Path],
+    objectives: Sequence[Wanted] = (),
+    name: str = "",
+    work: Work | None = None,
 ) -> Comparison:
     """The outcomes of all ``paths``, in their order.
 
@@ -197,7 +204,8 @@ def read_comparison(
     result of `analyse` (its folder or result.json), or a folder of any of these folders. Given
     ``objectives`` replace those of the studies. Raises DesignError with every path that is none of
     these, and for a line that is no whole outcome. Different outcomes of one name are renamed: by
-    their source, else by scene or fidelity, else by digest.
+    their source, else by scene or fidelity, else by digest. With ``work``, which makes outcomes of
+    jobs, results of `analyse` get the metrics that they lack and others have or ask for.
     """
     sources: list[_Source] = []
     faults: list[DesignError] = []
@@ -208,10 +216,65 @@ def read_comparison(
             faults.append(error)
     if faults:
         raise DesignError.together(faults)
+    if work is not None:
+        sources = _completed(sources, objectives, work)
     every_one = (outcome for source in sources for outcome in source.outcomes)
     outcomes = tuple({(each.digest, each.name): each for each in every_one}.values())
     outcomes = with_varied(_distinct(outcomes, sources))
     return Comparison(outcomes, _facts(sources, outcomes, objectives, name))
+
+
+def _completed(
+    sources: Sequence[_Source], objectives: Sequence[Wanted], work: Work
+) -> list[_Source]:
+    """The sources, those of analyses with the metrics that they lack, worked as a study works
+    them; what they have stays."""
+    every = [outcome for source in sources for outcome in source.outcomes]
+    wanted = {name for outcome in every for name in outcome.metrics} | {"stick_error", "cost"}
+    wanted |= {each.metric for each in objectives}
+    known = (source.record["cost"] for source in sources if "cost" in source.record)
+    prices: dict[str, Any] = next(known, {})
+    jobs: dict[int, Job] = {}
+    for place, source in enumerate(sources):
+        if source.result is None or source.outcomes[0].status != "ok":
+            continue
+        if wanted - source.outcomes[0].metrics.keys():
+            jobs[place] = _job(source.outcomes[0], read_result(source.result), prices)
+    found = dict(zip(jobs, work(list(jobs.values())), strict=True)) if jobs else {}
+    return [
+        replace(source, outcomes=(_with_missing(source.outcomes[0], found[place]),))
+        if place in found
+        else source
+        for place, source in enumerate(sources)
+    ]
+
+
+def _job(outcome: Outcome, result: Result, prices: dict[str, Any]) -> Job:
+    """What makes the analysis again, as a study would. DesignError where it cannot be made, as
+    where a file that the design names is not beside it."""
+    keys = {k: v for k, v in result.parameters.items() if k.startswith(_SCENE)}
+    alone = not (result.grips or result.slip_studies)  # the scene was given, not the grips
+    source = f"{outcome.name}, which is to be completed"
+    try:
+        design = Design.model_validate(outcome.design)
+        scene = Scene.model_validate(_tables(keys)["scene"]) if alone else None
+        cost = Cost.model_validate(prices)
+    except (KeyError, ValidationError) as error:
+        fault = Fault("RESULT", source, "a whole design", f"{error}; run analyse again"[:400])
+        raise DesignError([fault]) from error
+    return Job(outcome.name, design, cost, {}, scene, result.scene, result.fidelity)
+
+
+def _with_missing(own: Outcome, made: Outcome) -> Outcome:
+    """An outcome with the metrics and the validity that it lacks from another of its finger."""
+    if made.failure is not None:
+        return replace(own, warnings=(*own.warnings, f"not completed: {made.failure.sentence}"))
+    validity = own.validity if own.validity != Validity() else made.validity
+    names = ", ".join(sorted(made.metrics.keys() - own.metrics.keys()))
+    worked = f"{names} were worked with the mesh of a study's analyses"
+    warnings = tuple(dict.fromkeys((*own.warnings, worked)))
+    metrics = made.metrics | own.metrics
+    return replace(own, metrics=metrics, validity=validity, warnings=warnings)
 
 
 def facts_of(
@@ -316,7 +379,7 @@ def _folder(path: Path) -> list[_Source]:
         return [_Source(path, _lines(path / OUTCOMES_FILE), _record(path / STUDY_FILE))]
     folder = path.parent if path.name == RESULT_FILE else path
     if (folder / RESULT_FILE).is_file():
-        return [_Source(path, (outcome_of_result(folder),))]
+        return [_Source(path, (outcome_of_result(folder),), result=folder)]
     return []
 
 
