@@ -34,6 +34,14 @@ nitpick_ignore_regex = [
     (r"py:.*", r"fingerdesign\..*\._?[a-z]\w*"),  # rules of validation in signatures
     (r"py:.*", r"fingerdesign\..*\._\w+"),
 ]
+# Inner types that signatures of the API name, and that have no page.
+INNER = """
+contact.memory.Rubber contact.newton.ActiveInverse contact.tracking.Tracker
+control.estimator.Band control.estimator.Estimated control.estimator.FingerCurves
+control.estimator.Moment control.plants.slide.Inertia
+design.body.BodyKind design.body.Core design.body.StepFile
+"""
+nitpick_ignore = [("py:class", f"fingerdesign.{name}") for name in INNER.split()]
 
 myst_enable_extensions = ["colon_fence", "deflist"]
 myst_heading_anchors = 3
