@@ -29,7 +29,7 @@ check: lint types test slow-test wheel
 
 # The documentation with its gallery: warnings, links that lead nowhere among them, are errors.
 site: $(VENV)/.docs
-	$(BIN)/python -m sphinx -n -W --keep-going -q -d out/site-kept -b html docs out/site
+	$(BIN)/python -m sphinx -E -a -n -W --keep-going -q -d out/site-kept -b html docs out/site
 	@echo "out/site/index.html written"
 
 clean-site:
