@@ -11,7 +11,7 @@ import click
 
 from fingerdesign.analysis.answers import PAGE, is_kept, kept_answer, missing, read_arrays
 from fingerdesign.analysis.case import Case
-from fingerdesign.analysis.page.words import verdict
+from fingerdesign.analysis.page.words import in_short, verdict
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design, find_scene
 from fingerdesign.design.faults import undexed
@@ -176,7 +176,7 @@ def _report(results: list[Result], out: Path, quiet: bool, as_json: bool) -> Non
             if warning.startswith("--tolerance"):
                 click.echo(f"{r.design}: {warning}", err=True)
         say_verdict(
-            verdict(r, read_arrays(out / r.design).get("grip_traces", ())),
+            [*in_short(r), *verdict(r, read_arrays(out / r.design).get("grip_traces", ()))],
             [each for each in r.warnings if not (missed and each.startswith(missed))],
         )
         click.echo(where_report(out / r.design))
@@ -259,7 +259,7 @@ def _report_grips(result: Result, out: Path, quiet: bool, as_json: bool) -> None
         for grip in result.grips:
             if words := _in_time(grip, result):
                 click.echo(words)
-        say_verdict((), result.warnings)
+        say_verdict(in_short(result), result.warnings)
         click.echo(where_report(folder))
     if result.failure:
         click.echo(f"{result.design} failed: {result.failure}", err=True)

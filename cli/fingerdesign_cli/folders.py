@@ -11,7 +11,7 @@ from jinja2 import TemplateError
 
 from fingerdesign.analysis.answers import ARRAYS, PAGE, read_arrays
 from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
-from fingerdesign.analysis.page.words import Question, verdict
+from fingerdesign.analysis.page.words import Question, in_short, verdict
 from fingerdesign.checks import starter
 from fingerdesign.design.schema import schema_text
 from fingerdesign.errors import DesignError, Fault
@@ -192,7 +192,7 @@ def _show(view: _View | _Other) -> None:
         return
     result = view.result
     say(f"{result.design} ({result.scene}, {result.fidelity})", bold=True)
-    say_verdict(view.findings, result.warnings)
+    say_verdict([*in_short(result), *view.findings], result.warnings)
     for table in view.tables:
         if table.rows:
             print_table(table.caption, table.columns, table.rows, WIDTH)

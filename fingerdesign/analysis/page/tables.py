@@ -207,14 +207,13 @@ def model_table(result: Result) -> Table:
     return Table("model", "Model and mesh", ("what", "value"), tuple(rows), frozenset({0, 1}))
 
 
-def work_table(result: Result) -> Table:
-    """Seconds by stage, memory."""
+def work_table(result: Result, page: str, whole: str) -> Table:
+    """Seconds by stage, memory. page: what making the page took; whole: everything."""
     rows = [
         (stage, f"{seconds:.2f} s" if seconds else "not run")
         for stage, seconds in result.timings_s.items()
     ]
-    total = sum(result.timings_s.values())
-    rows.append(("all stages, without making this page", f"{total:.2f} s"))
+    rows += [("this page", page), ("all stages and this page", whole)]
     rows.append(("peak memory", f"{result.peak_memory_MB:,.0f} MB"))
     return Table("timings", "Time and memory", ("stage", "took"), tuple(rows), frozenset({0}))
 

@@ -7,11 +7,13 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.result import (
     GripResult,
     IncrementResult,
     Measurability,
+    MeasuredState,
     Result,
     SlipStudySummary,
 )
@@ -36,7 +38,8 @@ NOT_JUDGED = (
 HUMAN_MARGIN = (1.2, 1.5)  # Johansson and Westling 1984, as the paper quotes them (2.1)
 
 Keys = Mapping[str, Any]
-Answer = Literal["yes", "no", "partly", "open"]
+# "note": a fact that is neither merit nor fault.
+Answer = Literal["yes", "no", "partly", "open", "note"]
 
 
 def finger_words(keys: Keys) -> str:
@@ -194,6 +197,89 @@ def verdict(result: Result, traces: Sequence[GripTrace] = ()) -> list[Question]:
     return found
 
 
+def in_short(result: Result) -> list[Question]:
+    """The first lines: is it good, for which objects, what limits it, what to change by how much.
+
+    All from the numbers of the record: margins of the grips, the model's own force over approach,
+    the remedies that were worked for the gages. Empty where no grip was run or nothing is judged.
+    """
+    grips = result.grips
+    if result.status == "failed" or not grips or result.parameters.get("plates.model") == "none":
+        return []
+    judged = [study for study in result.slip_studies if study.rank_correlation is not None]
+    found = result.measurability
+    states = found.states if found else ()
+    lifted = [grip for grip in grips if grip.lifted and not grip.gross_slip]
+    failing = [_shortfall(grip, result) for grip in grips if grip not in lifted]
+    seen = [each for each in states if found and _seen(each, found)]
+    counts = {
+        "lifted": (len(lifted), len(grips)),
+        "followed": (sum(map(follows, judged)), len(judged)),
+        "seen": (len(seen), len(states)),
+    }
+    nearest = min(lifted, key=lambda grip: grip.safety_margin or np.inf, default=None)
+    margin = nearest.safety_margin if nearest else None
+    thin = margin is not None and margin < HUMAN_MARGIN[0]
+    whole = all(good == every for good, every in counts.values())
+    of = {
+        "counts": counts,
+        "lifted": lifted,
+        "failing": sorted(failing, key=lambda each: -each.wanted_N),
+        "nearest": nearest,
+        "thin": thin,
+        "sound": whole and not thin,
+        "unlike": [study for study in judged if not follows(study)],
+        "found": found,
+        "worst": max(states, key=lambda each: each.smallest_stick_change, default=None),
+        "human": HUMAN_MARGIN,
+        "parameters": result.parameters,
+    }
+    answer: Answer = "no" if not lifted else "yes" if whole and not thin else "partly"
+    names: tuple[tuple[str, Answer], ...] = (
+        ("good", answer),
+        ("objects", "note"),
+        ("limits", "note"),
+        ("change", "note"),
+    )
+    return [_question(name, each, of=of) for name, each in names]
+
+
+@dataclass(frozen=True)
+class _Shortfall:
+    """A grip that does not lift, and what would: forces in N, approaches in mm.
+
+    wanted_N: of a hold with the most margin that people keep, by friction alone; wanted_mm: the
+    approach that presses so by the model's own increments, None where they do not tell.
+    light_g: what the force that was reached holds with that margin.
+    """
+
+    grip: GripResult
+    wanted_N: float
+    wanted_mm: float | None
+    light_g: float
+
+
+def _shortfall(grip: GripResult, result: Result) -> _Shortfall:
+    weight = weight_per_finger(grip.object_mass_g)
+    wanted = HUMAN_MARGIN[1] * weight / grip.friction_coefficient
+    light = grip.object_mass_g * grip.peak_normal_force_N / wanted
+    return _Shortfall(grip, wanted, _approach(result.increments, wanted), light)
+
+
+def _approach(rows: Sequence[IncrementResult], force: float) -> float | None:
+    """The approach, mm, that presses with ``force`` N: F_n ~ approach^n through two increments."""
+    pressing = {row.approach_mm: row.normal_force_N for row in rows if row.normal_force_N > NOISE}
+    if len(pressing) < 2:
+        return None
+    (less, low), *_, (more, high) = sorted(pressing.items())
+    power = np.log(high / low) / np.log(more / less) if less > 0.0 else 0.0
+    return float(more * (force / high) ** (1.0 / power)) if power > 0.0 else None
+
+
+def _seen(state: MeasuredState, found: Measurability) -> bool:
+    return state.smallest_stick_change <= found.wanted_stick_change
+
+
 def _graded(good: int, every: int) -> Answer:
     return "yes" if good == every else "partly" if good else "no"
 
@@ -253,7 +339,7 @@ def _measurable(found: Measurability | None) -> list[Question]:
     if found is None:
         return []
     wanted, states = found.wanted_stick_change, found.states
-    good = sum(state.smallest_stick_change <= wanted for state in states)
+    good = sum(_seen(state, found) for state in states)
     worst = max(states, key=lambda state: state.smallest_stick_change)
     responses = [state.response_microstrain_per_N for state in states]
     changes = [state.smallest_stick_change for state in states]
@@ -274,7 +360,10 @@ def _measurable(found: Measurability | None) -> list[Question]:
 
 
 def _needed(grips: Sequence[GripResult], traces: Sequence[GripTrace]) -> list[Question]:
-    """Whether the rule earned its keep: the same grip without it."""
+    """What the rule did: the same grip without it.
+
+    Neither a merit nor a fault of the finger: a grip that fails counts where lifts are judged.
+    """
     tried = [grip for grip in grips if grip.slips_without_rule is not None]
     if not tried:
         return []
@@ -291,11 +380,9 @@ def _needed(grips: Sequence[GripResult], traces: Sequence[GripTrace]) -> list[Qu
         "stopped": [g for g in unlifted if (g.friction_coefficient, g.object_mass_g) in lifting],
         "unsure": [] if traces else [grip for grip in unlifted if not grip.gross_slip],
     }
-    helped = any(not grip.gross_slip and grip.holds > 0 for grip in slipping)
-    answer: Answer = "partly" if any(doubts.values()) else "yes"
     held = [grip for grip in tried if grip.holds > 0]
     frictions = {
         name: [grip.friction_coefficient for grip in each]
         for name, each in {**doubts, "slipping": slipping, "held": held}.items()
     }
-    return [_question("needed", answer if helped else "no", tried=len(tried), **frictions)]
+    return [_question("needed", "note", tried=len(tried), **frictions)]
