@@ -3,6 +3,10 @@
 import base64
 import gzip
 import hashlib
+import re
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -16,15 +20,101 @@ COMMON = Path(__file__).parent / "templates"  # parts.html.j2 and report.css, fo
 def rendered(template: Path, **values: Any) -> str:
     """A feature's template as text, all values escaped; ``style`` is the common style sheet.
 
+    The first use of each term of the glossary leads to its entry at the end of the page's <main>.
     A template may take macros from ``parts.html.j2``. Raises jinja2.UndefinedError where it names a
     value that is not given.
     """
     made = _environment(template.parent, COMMON, autoescape=True)
-    made.filters["picture"] = lambda shown: _safe(png_element(shown.png, shown.alternative))
-    # The images are the program's own; all words of the design go through escaping.
-    made.filters["image"] = lambda figure: _safe(figure.image)
     style = _safe((COMMON / "report.css").read_text(encoding="utf-8"))
-    return str(made.get_template(template.name).render(style=style, **values))
+    return explained(str(made.get_template(template.name).render(style=style, **values)))
+
+
+# The glossary: glossary.toml, and the links of a page to the entries of the terms that it uses.
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A term: its anchor, its names on pages, what it means, an SVG's inside where one helps."""
+
+    key: str
+    names: tuple[str, ...]
+    text: str
+    sketch: str = ""
+
+
+@lru_cache
+def glossary() -> dict[str, Entry]:
+    """Every entry under each of its names, in lower case where the name is no symbol."""
+    text = (COMMON / "glossary.toml").read_text(encoding="utf-8")
+    entries = [
+        Entry(key, tuple(each["names"]), each["text"], each.get("sketch", ""))
+        for key, each in tomllib.loads(text).items()
+    ]
+    return {name.lower(): entry for entry in entries for name in entry.names}
+
+
+@lru_cache
+def term_pattern() -> re.Pattern[str]:
+    """A name of the glossary, or its plural, as a word of its own and not part of a key."""
+    from markupsafe import escape
+
+    names = sorted((re.escape(escape(name)) for name in glossary()), key=len, reverse=True)
+    return re.compile(rf"(?<![\w.\[/-])({'|'.join(names)})(?:e?s)?(?!\w|[.=/_-]\w)", re.IGNORECASE)
+
+
+# What no link may stand in, whole; then any other tag. What lies between is text.
+_TAGS = re.compile(
+    r"(<(script|style|svg|a|button|h[1-6]|code|summary|label|select|nav)\b.*?</\2>|<[^>]*>)",
+    re.DOTALL,
+)
+
+
+def terms_in(html: str) -> dict[str, Entry]:
+    """The entries, by key, whose names stand in a page's text, its drawings and headings too."""
+    from html import unescape
+
+    text = re.sub(r"<(script|style|code)\b.*?</\1>|<[^>]*>", "\n", html, flags=re.DOTALL)
+    found = (glossary()[unescape(name).lower()] for name in term_pattern().findall(text))
+    return {entry.key: entry for entry in found}
+
+
+def explained(page: str) -> str:
+    """The page with its first use of each term linked to a glossary at the end of its <main>."""
+    head, opening, rest = page.partition('<main id="main">')
+    inside, closing, foot = rest.partition("</main>")
+    used = terms_in(inside)
+    while more := {k: v for each in used.values() for k, v in terms_in(each.text).items()}:
+        if more.keys() <= used.keys():
+            break
+        used |= more
+    if not opening or not used:
+        return page
+    inside = inside.replace(
+        "</ul>\n</nav>", '<li><a href="#glossary">Glossary</a></li>\n</ul>\n</nav>', 1
+    )
+    linked = "".join(_linked(inside, set()))
+    made = _environment(COMMON, autoescape=True).get_template("parts.html.j2").module
+    entries = sorted(used.values(), key=lambda each: each.names[0].lower())
+    return head + opening + linked + str(made.show_glossary(entries)) + closing + foot
+
+
+def _linked(html: str, done: set[str]) -> Iterator[str]:
+    """The parts of the HTML, the first name of each entry as a link; done: keys linked before."""
+    from html import unescape
+
+    def link(match: re.Match[str]) -> str:
+        key = glossary()[unescape(match[1]).lower()].key
+        if key in done:
+            return match[0]
+        done.add(key)
+        return f'<a class="term" href="#term-{key}">{match[0]}</a>'
+
+    place = 0
+    for tag in _TAGS.finditer(html):
+        yield term_pattern().sub(link, html[place : tag.start()])
+        yield tag[0]
+        place = tag.end()
+    yield term_pattern().sub(link, html[place:])
 
 
 @lru_cache
@@ -41,13 +131,17 @@ def macros(template: Path) -> Any:
 def _environment(*folders: Path, autoescape: bool) -> Any:
     import jinja2
 
-    return jinja2.Environment(
+    made = jinja2.Environment(
         loader=jinja2.FileSystemLoader(folders),
         autoescape=autoescape,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    made.filters["picture"] = lambda shown: _safe(png_element(shown.png, shown.alternative))
+    # The images are the program's own; all words of the design go through escaping.
+    made.filters["image"] = lambda figure: _safe(figure.image)
+    return made
 
 
 def said(template: Path, name: str, /, **values: Any) -> list[str]:
