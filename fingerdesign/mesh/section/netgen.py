@@ -11,6 +11,7 @@ imports netgen.
 import hashlib
 import json
 import threading
+from contextlib import suppress
 from importlib.metadata import version
 from typing import Any
 
@@ -21,6 +22,7 @@ from fingerdesign.errors import MeshError
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.isolate import ProcessError, Worker
 
+_SLOWER = (1.0, 2.0 / 3.0, 4.0 / 9.0)  # of the gradation, one after the other
 FORMAT = 1  # raise it when the way from outline to triangles changes
 KEPT = 300  # triangulations, half a MB each; the longest unused go first
 _LOCAL = threading.local()
@@ -82,10 +84,21 @@ def mesh_outline(outline: dict[str, Any]) -> tuple[Array, IntArray]:
         geometry.Append([kind, *points], leftdomain=left, rightdomain=right, maxh=size)
     for domain, size in outline["domains"]:
         geometry.SetDomainMaxH(domain, size)
-    mesh = geometry.GenerateMesh(maxh=outline["far_size"], grading=outline["gradation"])
+    mesh = _generated(geometry, outline["far_size"], outline["gradation"])
     elements = mesh.Elements2D().NumPy()
     table = np.empty((len(elements), 4), dtype=np.int64)
     table[:, :3] = elements["nodes"][:, :3]
     table[:, :3] -= 1
     table[:, 3] = elements["index"]
     return np.asarray(mesh.Coordinates(), dtype=float)[:, :2].copy(), table
+
+
+def _generated(geometry: Any, far_size: float, gradation: float) -> Any:
+    """netgen's mesh; where its front does not close, sizes grow more slowly (seen where the largest
+    is over a hundred times the least)."""
+    from netgen.libngpy._meshing import NgException
+
+    for share in _SLOWER[:-1]:
+        with suppress(NgException):
+            return geometry.GenerateMesh(maxh=far_size, grading=share * gradation)
+    return geometry.GenerateMesh(maxh=far_size, grading=_SLOWER[-1] * gradation)

@@ -1,5 +1,4 @@
-// The page's own object: data, the two chosen designs, elements and charts without any HTML of
-// untrusted names. Plotly lies packed in the page and is unpacked for its first chart.
+// The page's own object; no HTML of untrusted names. Plotly lies packed until the first chart.
 const byId = (id) => document.getElementById(id);
 const data = JSON.parse(byId("data").textContent);
 // details: the heavy parts of the designs that were made ready, {figures, readings, ...}.
@@ -30,15 +29,7 @@ FD.number = (given) => {
   if (size !== 0 && (size >= 1e6 || size < 1e-4)) return value.toExponential(3);
   return String(Number.isInteger(value) ? value : Number(value.toPrecision(4))).replace("-", "−");
 };
-FD.value = (number, { path }) =>
-  path.reduce((found, key) => found?.[key], data.designs[number]) ?? null;
-/** Whether two designs' values in a column differ by more than chance changes. */
-FD.differ = (a, b, column) => {
-  const [p, q] = [a, b].map((number) => FD.value(number, column));
-  const [u, v] = [a, b].map((number) => column.path[0] === "metrics"
-    ? data.designs[number].unsure[column.path[1]] ?? 0 : 0);
-  return !FD.near(p, q) && Math.abs(p - q) > Math.hypot(u, v);
-};
+FD.value = (number, { path }) => path.reduce((found, key) => found?.[key], data.designs[number]) ?? null;
 FD.name = (number) => data.designs[number]?.name ?? "none chosen";
 FD.colour = (name) => getComputedStyle(document.body).getPropertyValue(`--${name}`).trim();
 FD.say = (text) => (byId("said").textContent = text);

@@ -34,10 +34,9 @@ function test(text, numeric) {
   const [, from, way = "=", to] = FORM.exec(wanted.replaceAll("−", "-"));
   const [low, high] = [from ?? to, to].map(Number);
   if (Number.isNaN(low + high)) return null;
-  const holds = (value) => (from ? value >= low && value <= high
+  return (value) => value !== null && (from ? value >= low && value <= high
     : (/[=≤≥]/.test(way) && FD.near(value, low)) ||
       (/[<≤]/.test(way) && value < low) || (/[>≥]/.test(way) && value > low));
-  return (value) => value !== null && holds(value);
 }
 
 /** Show the rows that pass the filter. */

@@ -14,13 +14,14 @@ function row(column) {
   const same = both && FD.near(p, q);
   const percent = Number(Math.abs((100 * q) / p - 100).toPrecision(3));
   const share = same ? "equal" : both && p ? `${q > p ? "+" : "−"}${percent} %` : "";
-  const differ = both && FD.differ(...FD.selected, column);
+  const doubt = Math.hypot(...FD.selected.map((number) => // by how much chance changes them
+    FD.value(number, { path: ["unsure", column.path[1]] })));
+  const differ = both && !same && Math.abs(p - q) > doubt;
   const better = differ && column.goal ? "AB"[Number((column.goal === "max") === p < q)] : "";
   const said = better ? `${better} is better` : both && !same && !differ ? "no difference shown" : "";
   const cell = (className, text) => FD.el("td", { className }, text);
-  const word = column.numeric ? "" : "word";
   return FD.el("tr", {}, FD.el("th", { scope: "row", className: "text" }, column.heading),
-    ...texts.map((text, k) => cell(better === "AB"[k] ? "better" : word, text)),
+    ...texts.map((text, k) => cell(better === "AB"[k] ? "better" : column.numeric ? "" : "word", text)),
     cell("", share), cell("text", said));
 }
 
