@@ -20,7 +20,7 @@ class SectionMesh(Table):
     plate_size_mm: float = bounded(0.05, 1e-3, 50, "along the plates")
     plate_end_size_mm: float = bounded(0.03, 1e-3, 50, "at the plates' square, singular ends")
     far_size_mm: float = bounded(0.5, 1e-2, 100, "largest anywhere")
-    gradation: float = bounded(0.3, 0.02, 2, "growth of the size per distance")
+    gradation: float = bounded(0.3, 0.02, 2, "growth of the size per distance, at most")
 
 
 class MeshOptions(Table):

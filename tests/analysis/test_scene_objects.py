@@ -67,6 +67,8 @@ def test_a_slope_the_other_way_mirrors_and_a_smaller_cylinder_presses_less(desig
 )
 def test_one_object_in_two_ways_is_the_same(design, one, other, fidelity, within):
     expected = forces(design, f"{PATH}object = {other}", fidelity)
+    # Of the largest force: pressed alone, the section's mesh leaves F_t a thousandth of F_n, which
+    # hangs on single nodes.
     most = within * np.abs(expected).max()
     assert forces(design, f"{PATH}object = {one}", fidelity) == pytest.approx(expected, abs=most)
 
