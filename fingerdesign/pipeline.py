@@ -72,7 +72,7 @@ def run(case: Case, report: Report = lambda message: None, clock: Clock | None =
     case = with_estimator(case, report)
     if case.fidelity in ("plane-strain", "auto") or mesher_of(case.design).sections:
         start_mesher()  # loads netgen while this process loads the rest
-    sections = sections_beside(case)
+    sections = sections_beside(case)  # for remedies of gages, on the core that meshing leaves
     clock = Clock() if clock is None else clock
     zone = zone_of(case, scene)
     notes: list[str] = []
