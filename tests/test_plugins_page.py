@@ -2,11 +2,18 @@
 
 import json
 import re
+import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+from fingerdesign_cli.main import main
 
+from fingerdesign import DesignError, with_values
+from fingerdesign.checks.starter import find_design
+from fingerdesign.runtime.child import MODULES
+from fingerdesign.runtime.isolate import Worker
+from fingerdesign.runtime.registry import CONTROLLERS
 from tests.support.plugins import installed
 
 PAGE = (Path(__file__).parents[1] / "docs" / "plugins.md").read_text("utf-8")
@@ -15,12 +22,18 @@ COARSER = "section = { contact_size_mm = 0.2, plate_size_mm = 0.2, plate_end_siz
 
 
 @pytest.fixture(scope="module")
-def package(tmp_path_factory):
-    """The page's files, and a process beside them."""
+def folder(tmp_path_factory):
+    """The page's files."""
     folder = tmp_path_factory.mktemp("page")
     (folder / "extras").mkdir()
     for name, text in re.findall(r"```(?:toml|python)\n# (\S+)\n(.*?)```", PAGE, flags=re.DOTALL):
         (folder / name).write_text(text, "utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def package(folder):
+    """A process beside the page's files."""
     design = folder / "hand.toml"
     design.write_text(design.read_text("utf-8").replace('"slices", ', f'"slices", {COARSER}, '))
     project = tomllib.loads((folder / "pyproject.toml").read_text("utf-8"))["project"]
@@ -29,7 +42,7 @@ def package(tmp_path_factory):
         yield folder, worker
 
 
-(COMMANDS,) = re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL)
+ALONE, COMMANDS = re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL)
 
 
 @pytest.mark.parametrize(
@@ -48,3 +61,73 @@ def test_a_command_of_the_page_runs(package, line):
     if words[0] == "mesh":
         quality = json.loads((folder / "mesh" / "quality.json").read_text("utf-8"))
         assert quality["mesher"] == "slices"
+
+
+@pytest.fixture
+def here(folder, monkeypatch):
+    """A user in the folder of the page's files; what is imported there is forgotten again."""
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(sys, "path", [each for each in sys.path if each])
+    monkeypatch.setattr(CONTROLLERS, "_references", {})
+    monkeypatch.setenv(MODULES, "")
+    before = set(sys.modules)
+    yield folder
+    for name in set(sys.modules) - before:
+        if Path(getattr(sys.modules[name], "__file__", None) or "/").is_relative_to(folder):
+            del sys.modules[name]
+
+
+@pytest.mark.parametrize("line", ALONE.splitlines())
+def test_a_controller_in_one_file_grips(here, line, capsys):
+    assert main(line.split()[1:]) == 0, capsys.readouterr()
+    written = here / line.split()[-1] / "sensitive"
+    if line.split()[1] == "grip":
+        (grip,) = json.loads((written / "result.json").read_text("utf-8"))["grips"]
+        assert (grip["controller"], grip["lifted"]) == ("steady", True)
+    else:
+        (judged,) = json.loads((written / "control.json").read_text("utf-8"))["controllers"]
+        assert judged["controller"] == "steady:Steady"
+
+
+def test_a_class_is_found_by_worker_processes_and_its_file_counts(here):
+    design = with_values(find_design("sensitive"), {"grip.controller": "steady:Steady"})
+    with Worker() as worker:
+        there = worker.call("tests.support.calls:hand_of", design, time_s=60.0)
+    assert there == ("steady", design.digest())
+    before = design.digest()
+    file = here / "steady.py"
+    file.write_text(file.read_text("utf-8").replace("8.0", "7.0"), "utf-8")
+    assert design.digest() != before
+    with pytest.raises(DesignError, match=r"'steady:Stedy': .* steady:Steady\?"):
+        with_values(design, {"grip.controller": "steady:Stedy"})
+
+
+BROKEN = {
+    "nowhere:Hand": ("", "run where its folder lies"),
+    "broken:Hand": ("raise OSError('no cable')", "correct it: OSError: no cable"),
+    "broken:Hands": ("class Hand: ...", "did you mean broken:Hand?"),
+    "broken:Arm": ("import not_there", "No module named 'not_there'"),
+    "broken:hand": ("hand = 3", "must be a class"),
+    "broken:Short": ("class Short:\n    def __init__(self): ...", "Short(grip, own, held)"),
+    "broken:Mute": (
+        "class Mute:\n    def __init__(self, *given): ...\n    def start(self, *given): ...",
+        "has no attribute 'command'",
+    ),
+    "broken:Some": (
+        "class Some:\n    def __init__(self, *given): ...\n"
+        "    start = command = lambda self, *given: None",
+        'give Some a line like name = "press"',
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+@pytest.mark.parametrize("command", ["grip", "tune", "study-control", "study-unlike"])
+def test_what_is_no_controller_is_refused_before_any_work(here, name, command, capsys):
+    text, remedy = BROKEN[name]
+    (here / "broken.py").write_text(text, "utf-8")
+    assert main([command, "sensitive", "--controller", name, "--out", "none"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"--controller = {name}: must be ")
+    assert remedy in said
+    assert not (here / "none").exists()

@@ -104,6 +104,29 @@ def test_the_commands_of_the_page_on_the_command_line_run(tmp_path, monkeypatch,
     assert (tmp_path / "out/first.svg").is_file()
 
 
+FIRST = [block.split()[1:] for block in blocks("sh", "docs/first_finger.md")]
+
+
+@pytest.fixture
+def first_finger(tmp_path, monkeypatch):
+    """The folder of the page on a first finger, where its file has been written."""
+    monkeypatch.chdir(tmp_path)
+    assert main(FIRST[0]) == 0
+    assert "[plates]" in Path("mine.toml").read_text("utf-8")
+    Path("mine.toml").write_text(blocks("toml", "docs/first_finger.md")[0], "utf-8")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        pytest.param(each, id=each[0], marks=[pytest.mark.slow] * (each[-1] == "--open" and n > 1))
+        for n, each in enumerate(FIRST[1:])
+    ],
+)
+def test_a_command_for_the_first_finger_runs(first_finger, words, capsys):
+    assert main([word for word in words if word != "--open"]) == 0, capsys.readouterr()
+
+
 def test_python_of_the_tour_runs(toured, capsys):
     assert float(run_python("README.md", capsys).split()[0]) > 0
 

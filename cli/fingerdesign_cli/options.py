@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from fingerdesign.runtime.registry import CONTROLLERS
+from fingerdesign.runtime.registry import CONTROLLERS, is_reference
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
@@ -230,20 +230,32 @@ def complete_controller(
     return [name for name in CONTROLLER_NAMES if name.startswith(incomplete)]
 
 
+def _imported(
+    _context: click.Context, _parameter: click.Parameter, value: str | tuple[str, ...] | None
+) -> str | tuple[str, ...] | None:
+    """Import classes before a file is read: their tables may stand in it."""
+    for name in [value] if isinstance(value, str) else value or ():
+        if is_reference(name):
+            CONTROLLERS.find(name, "--controller")
+    return value
+
+
 controller_option = click.option(
     "--controller",
     metavar="NAME",
+    callback=_imported,
     shell_complete=complete_controller,
-    help="Instead of grip.controller.",
+    help="Instead of grip.controller; package.module:Class is one of yours.",
 )
 controllers_option = click.option(
     "--controller",
     "controllers",
     metavar="NAME",
     multiple=True,
+    callback=_imported,
     shell_complete=complete_controller,
     help="This controller alone; may be given again. "
-    f"One of: {', '.join(CONTROLLER_NAMES)}; or a plug-in's.",
+    f"One of: {', '.join(CONTROLLER_NAMES)}; a plug-in's; or package.module:Class of yours.",
 )
 
 

@@ -13,14 +13,18 @@ ranges that it is tuned in, its line in the figures, what it must know of the ob
     def press(grip, own, held):
         return PressController(own.force_N)
 
+A class that is not registered, in any module, answers to "package.module:Class".
+
 Who knows what: the oracles know friction and mass, the regulator has an estimator that was
 taught on its design; all others have the design's ``[grip]`` table alone, one for every object.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from inspect import signature
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
@@ -153,6 +157,35 @@ def controller(
         return make
 
     return register
+
+
+_CALLS = {"": "grip, own, held", "start": "self, calibration, sample", "command": "self, sample"}
+
+
+def _adopted(reference: str, made: Any, key: str) -> ControllerKind:
+    """The kind of what "package.module:Class" names: the registered one, or the class as it is."""
+    for kind in CONTROLLERS.loaded():
+        if kind.make is made:
+            return kind  # type: ignore[no-any-return]
+
+    def refuse(bound: str, remedy: str) -> DesignError:
+        return DesignError([Fault(key, reference, bound, remedy)])
+
+    if not isinstance(made, type):
+        raise refuse("a class, or what @controller registers", "name the controller's class")
+    for method, given in _CALLS.items():
+        call = f"{method or made.__name__}({given})"
+        try:
+            signature(getattr(made, method) if method else made).bind(*given.split(", "))
+        except (AttributeError, TypeError, ValueError) as error:
+            raise refuse(f"a controller: {call} can be called", f"correct it: {error}") from None
+    if not re.fullmatch(r"[\w.-]{1,64}", str(getattr(made, "name", ""))):
+        what = "a controller: a class with a name of letters, digits, '-', '_' or '.'"
+        raise refuse(what, f'give {made.__name__} a line like name = "press"')
+    return ControllerKind(name=reference, make=made)
+
+
+CONTROLLERS.adopt(_adopted)
 
 
 def make_controller(

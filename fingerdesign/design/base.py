@@ -25,7 +25,8 @@ from pydantic_core import (
     core_schema,
 )
 
-from fingerdesign.runtime.registry import Kind, Registry, load_plugins
+from fingerdesign.errors import DesignError
+from fingerdesign.runtime.registry import REFERENCE, Kind, Registry, is_reference, load_plugins
 
 
 class Table(BaseModel):
@@ -136,7 +137,9 @@ class Named:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        return {"enum": list(self._registry.names()), "type": "string"}
+        names: dict[str, Any] = {"enum": list(self._registry.names()), "type": "string"}
+        own = {"pattern": REFERENCE, "type": "string"}
+        return {"anyOf": [names, own]} if self._registry.refers else names
 
     def others(self) -> str:
         """The names that plug-ins brought, as words behind a key's description."""
@@ -145,7 +148,12 @@ class Named:
         return f"; of plug-ins: {' | '.join(names)}" if names else ""
 
     def _known(self, value: object) -> str:
-        if not self._registry.knows(value):
+        if is_reference(value):
+            try:
+                self._registry.find(value, "")
+            except DesignError as error:
+                raise refuse(value, error.faults[0].bound, error.faults[0].remedy) from None
+        elif not self._registry.knows(value):
             *others, last = (repr(name) for name in self._registry.names())
             expected = f"{', '.join(others)} or {last}" if others else last
             raise PydanticKnownError("literal_error", {"expected": expected})

@@ -8,6 +8,7 @@ from pydantic import BaseModel
 
 from fingerdesign.design.mesh import mesh_file_digest
 from fingerdesign.design.step import content_of
+from fingerdesign.runtime.registry import CONTROLLERS, is_reference
 
 # What no analysis depends on: how it is cast; where the grip's values, which count, come from.
 UNSEEN: Any = {"mold": True, "grip": {"defaults"}}
@@ -56,13 +57,17 @@ def content_digest(model: BaseModel) -> str:
 
 
 def _by_content(values: dict[str, Any]) -> dict[str, Any]:
-    """Put the digest of a file's content in the place of its path, wherever a table names one."""
+    """Put the digest of a file's content in the place of its path, wherever a table names one, and
+    behind the name of a controller's class."""
     out = {key: _by_content(v) if isinstance(v, dict) else v for key, v in values.items()}
     step, mesh = out.get("step"), out.get("mesh")
     if isinstance(step, dict) and "file" in step:
         step["file"] = content_of(step["file"])
     if isinstance(mesh, dict) and "file" in mesh:
         mesh["file"] = mesh_file_digest(mesh["file"])
+    hand: Any = out.get("controller")
+    if is_reference(hand):
+        out["controller"] = [hand, CONTROLLERS.content_of(hand)]
     return out
 
 

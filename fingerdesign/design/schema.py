@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -95,6 +95,11 @@ class Design(Whole):
     assumed: Many[str] = Field(
         default=(), description="dotted keys whose values the source did not give"
     )
+
+    @classmethod
+    def model_validate(cls, obj: Any, **options: Any) -> Self:
+        load_controller(obj)
+        return super().model_validate(obj, **options)
 
     @model_validator(mode="before")
     @classmethod
@@ -183,6 +188,11 @@ class Design(Whole):
 
 
 holds(Design, Body, Grip, MeshOptions)
+
+
+def load_controller(design: Any) -> None:
+    """Import the controller that a raw design names by its class: its table is read as well."""
+    CONTROLLERS.knows(_part(_part(design, "grip"), "controller"))
 
 
 def _completed(name: str, given: Any) -> Any:

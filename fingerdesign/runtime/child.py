@@ -22,6 +22,7 @@ from fingerdesign.errors import FingerDesignError
 
 HEAD = struct.Struct("<Q")
 PARENT = "FINGERDESIGN_PARENT"  # environment variable: the number of the process that started this
+MODULES = "FINGERDESIGN_MODULES"  # folders in which it finds what a reference names, too
 _WATCH_S = 0.5
 _idle_since: list[float] = []  # empty while a call runs
 
@@ -61,6 +62,7 @@ def serve() -> None:
     """Answer calls. Arguments of the command line: what to load first (a module, or a function to
     call), seconds without a call after which to end; both may be empty."""
     die_with_parent()
+    sys.path += filter(None, os.environ.get(MODULES, "").split(os.pathsep))
     calls, answers = os.fdopen(os.dup(0), "rb"), os.dup(1)
     with open(os.devnull, "rb") as nothing:
         os.dup2(nothing.fileno(), 0)

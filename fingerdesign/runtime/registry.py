@@ -11,10 +11,16 @@ A kind from outside the package is registered by a module that an entry point na
     [project.entry-points."fingerdesign.plugins"]
     mine = "my_package.my_kinds"
 
-or by any module that is imported before a file is read. Files that ship kinds are loaded when a
-registry is first used, entry points when a design is first read; importing this is light.
+or by any module that is imported before a file is read; a controller also by its name,
+"package.module:Class", of a module that lies in the working directory or is installed. Files that
+ship kinds are loaded when a registry is first used, entry points when a design is first read;
+importing this is light.
 """
 
+import contextlib
+import hashlib
+import importlib
+import os
 import re
 import sys
 import warnings
@@ -29,6 +35,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from fingerdesign.errors import DesignError, Fault, PluginWarning
+from fingerdesign.runtime.child import MODULES, PARENT
 
 PLUGINS = "fingerdesign.plugins"
 LAST = 1000  # where a kind stands in lists that does not say: behind those that are shipped
@@ -76,6 +83,45 @@ def unknown_name(name: object, key: str, known: Sequence[str]) -> Fault:
     return Fault(key, name, f"one of {', '.join(known)}", remedy)
 
 
+REFERENCE = r"^[\w.]+:[\w.]+$"  # "package.module:Class"
+
+
+def is_reference(name: object) -> bool:
+    """Whether a name is "package.module:Class", of what is imported once it is named."""
+    return isinstance(name, str) and ":" in name
+
+
+def _referred(name: str, key: str) -> Any:
+    """What "package.module:Class" names. Raises DesignError, whatever the module raises."""
+    module, _, path = name.partition(":")
+
+    def fault(bound: str, remedy: str) -> DesignError:
+        return DesignError([Fault(key, name, bound, remedy)])
+
+    folders = os.environ.get(MODULES, "").split(os.pathsep)
+    if PARENT not in os.environ:  # a process that works for another one runs in a folder of others
+        folders.append(str(Path.cwd()))
+    os.environ[MODULES] = os.pathsep.join(dict.fromkeys(filter(None, folders)))
+    sys.path += [each for each in filter(None, folders) if each not in sys.path]
+    importlib.invalidate_caches()
+    try:
+        found = import_module(module)
+    except (Exception, SystemExit) as error:
+        missing = getattr(error, "name", None) if isinstance(error, ModuleNotFoundError) else None
+        absent = bool(missing) and f"{module}.".startswith(f"{missing}.")
+        why = " ".join(f"correct it: {type(error).__name__}: {error}".split())[:300]
+        remedy = "run where its folder lies, or install it" if absent else why
+        raise fault("package.module:Class of a module that can be imported", remedy) from None
+    try:
+        for part in path.split("."):
+            found = getattr(found, part)
+    except AttributeError:
+        near = get_close_matches(path, dir(found), 1, 0.5)
+        remedy = f"did you mean {module}:{near[0]}?" if near else "correct its name"
+        raise fault(f"package.module:Class of what is in {module}", remedy) from None
+    return found
+
+
 _Made = TypeVar("_Made", bound=type[Any])
 
 
@@ -87,6 +133,8 @@ class Registry:
         self.what, self.home = what, home
         self._form = re.compile(rf'^@{decorator}\(\s*"([^"]+)",\s*place=(\d+)', re.MULTILINE)
         self._kinds: dict[str, Any] = {}
+        self._references: dict[str, Any] = {}
+        self._adopt: Callable[[str, Any, str], Any] | None = None
         self._watchers: list[Callable[[Any], None]] = []
 
     def add(self, kind: Any) -> None:
@@ -119,6 +167,26 @@ class Registry:
             watcher(kind)
         self._watchers.append(watcher)
 
+    def adopt(self, adopt: Callable[[str, Any, str], Any]) -> None:
+        """Take references, too: ``adopt(reference, what it names, key)`` gives the kind, or raises
+        DesignError."""
+        self._adopt = adopt
+
+    def content_of(self, reference: str) -> str:
+        """SHA-256 of the file that a reference leads to, in hexadecimal."""
+        self.find(reference, "")
+        file = Path(sys.modules[reference.partition(":")[0]].__file__ or "")
+        return hashlib.sha256(file.read_bytes()).hexdigest()
+
+    @property
+    def refers(self) -> bool:
+        """Whether references are taken."""
+        return self._adopt is not None
+
+    def contents(self) -> list[str]:
+        """As :meth:`content_of`, of every reference that was followed."""
+        return [self.content_of(each) for each in sorted(self._references)]
+
     def load(self) -> None:
         """Import the files that ship kinds."""
         for module in dict.fromkeys(module for _, _, module in self._shipped):
@@ -145,10 +213,22 @@ class Registry:
         """Whether there is a kind of that name."""
         if not isinstance(name, str):
             return False
+        if is_reference(name):
+            with contextlib.suppress(DesignError):
+                self.find(name, "")
+            return name in self._references
         return name in self._kinds or name in self.shipped_names() or name in self.names()
 
     def find(self, name: object, key: str) -> Any:
-        """The kind of a name. Raises DesignError, with the nearest name, for an unknown one."""
+        """The kind of a name. Raises DesignError, with the nearest name, for an unknown one, and
+        for a reference that leads to no such kind."""
+        if is_reference(name) and name not in self._references:
+            self.load()
+            if self._adopt is not None:
+                found = self._adopt(str(name), _referred(str(name), key), key)
+                self._references[str(name)] = found
+        if name in self._references:
+            return self._references[str(name)]
         if name not in self._kinds:
             for _, known, module in self._shipped:
                 if known == name:
@@ -160,7 +240,10 @@ class Registry:
         return self._kinds[str(name)]
 
     def get(self, name: object) -> Any:
-        """The kind of a name, None for an unknown one: a record may be another machine's."""
+        """The kind of a name, None for an unknown one: a record may be another machine's, and what
+        it refers to is not imported."""
+        if is_reference(name):
+            return self._references.get(str(name))
         return self.find(name, "") if self.knows(name) else None
 
     def fault(self, name: object, key: str) -> Fault:
@@ -196,7 +279,7 @@ REGISTRIES = (CONTROLLERS, SCENE_OBJECTS, BODIES, PLATE_LAYOUTS, MESHERS)
 
 def has_plugins() -> bool:
     """Whether there are kinds from outside the package."""
-    return any(each.names() != each.shipped_names() for each in REGISTRIES)
+    return any(each.names() != each.shipped_names() or each.contents() for each in REGISTRIES)
 
 
 @cache

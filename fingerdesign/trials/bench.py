@@ -144,11 +144,11 @@ class ControlGrid:
 def refuse(grid: ControlGrid, controllers: Iterable[str]) -> None:
     """Raise DesignError with every fault of the axes and of the controllers' names."""
     faults = grid.faults()
-    faults += [
-        CONTROLLERS.fault(name, "--controller")
-        for name in controllers
-        if name not in CONTROLLERS.names()
-    ]
+    for name in controllers:
+        try:
+            CONTROLLERS.find(name, "--controller")
+        except DesignError as error:
+            faults += error.faults
     if faults:
         raise DesignError(faults)
 
@@ -240,7 +240,7 @@ class GripBench:
             episode = self.episode(cell, memory)
         except SolverError as error:
             return failed_grip(cell, seed, str(error))
-        return outcome(
+        judged = outcome(
             episode,
             cell.noise,
             seed,
@@ -249,6 +249,7 @@ class GripBench:
             _ANSWER * self.bounds.approach_step,
             foreseen(episode, self.grip),
         )
+        return replace(judged, controller=cell.controller)  # a class may call itself otherwise
 
     def episode(self, cell: Cell, memory: Memory | None = None) -> Episode:
         """One grip, step by step. Raises SolverError where the bench itself fails."""

@@ -29,6 +29,7 @@ from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.runtime.pool import Pool
+from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.sensing.model import (
     CONTACT_SIZE_MM,
     MESHED,
@@ -231,7 +232,7 @@ def study_digest(
     shared = {"seed": grid.seed, "hold_s": grid.hold_s, "tug": conditions_data(grid)["tug"]}
     taught = None if estimator is None else estimator.to_json()
     model = [fidelity, CONTACT_SIZE_MM[fidelity], MESHED]
-    parts = [design.digest(), __version__, shared, model, taught, KEPT]
+    parts = [design.digest(), __version__, shared, model, taught, KEPT, *CONTROLLERS.contents()]
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 

@@ -24,6 +24,7 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import json_text
 from fingerdesign.report.page import sentences
 from fingerdesign.runtime.journal import Journal
+from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.sensing.model import MESHED, model_data
 from fingerdesign.trials.bench import GOOD_AMPLIFIER, Cell, ControlGrid, refuse
 from fingerdesign.trials.run import VARIED, grip_bench, kept_records
@@ -198,7 +199,9 @@ def _tuning_digest(
     taught = None if estimator is None else estimator.to_json()
     model = [model_data(problem), MESHED]
     parts = [design.digest(), versions()["fingerdesign"], rounds, [*noises], seed, model]
-    return hashlib.sha256(json.dumps([*parts, taught]).encode()).hexdigest()
+    return hashlib.sha256(
+        json.dumps([*parts, taught, *CONTROLLERS.contents()]).encode()
+    ).hexdigest()
 
 
 def tune_controllers(

@@ -26,6 +26,7 @@ from fingerdesign.records.base import Count, Size, closed, csv_text, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.statistics import Share, Spread, spread_of
 from fingerdesign.runtime.journal import Journal
+from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, MESHED, gripped_case
 from fingerdesign.sensing.training import estimator_faults, training_result_for
 from fingerdesign.sensing.unlike import ALL, FAULTS, refuse_unlike, unlike, unlike_problems
@@ -228,7 +229,7 @@ def _digest(shared: _Shared, faults: Sequence[Chosen], plants: int) -> str:
     taught = None if shared.estimator is None else shared.estimator.to_json()
     plain = [shared.design.digest(), shared.controllers, shared.fidelity, shared.lifts, shared.seed]
     model = [CONTACT_SIZE_MM[shared.fidelity], MESHED, __version__]
-    text = json.dumps([*plain, *model, taught, list(faults), plants, KEPT])
+    text = json.dumps([*plain, *model, taught, list(faults), plants, KEPT, *CONTROLLERS.contents()])
     return hashlib.sha256(text.encode()).hexdigest()
 
 

@@ -39,6 +39,13 @@ def grips(design):
     return run(Case(load_design(design), None, "plane-strain", fields=False)).result.grips
 
 
+def hand_of(design):
+    """The name of the design's controller, and the design's digest."""
+    from fingerdesign.control.roster import make_controller
+
+    return make_controller(design.grip.controller, design.grip).name, design.digest()
+
+
 def digest(table):
     """Of a design or a scene."""
     return table.digest()

@@ -10,7 +10,7 @@ from pydantic import TypeAdapter
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.case import Case, result_digest
 from fingerdesign.design.scene import Scene
-from fingerdesign.design.schema import Design
+from fingerdesign.design.schema import Design, load_controller
 from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.outcome import Failure, FailureKind, Outcome, Validity, bounded
@@ -113,6 +113,7 @@ class Job:
     @classmethod
     def from_data(cls, data: dict[str, Any]) -> Self:
         """The job of :meth:`to_data`."""
+        load_controller(data.get("design"))
         return TypeAdapter(cls).validate_python(data)
 
     @property
