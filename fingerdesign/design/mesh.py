@@ -42,7 +42,7 @@ class MeshOptions(Table):
     contact_size_mm: float = bounded(0.4, 1e-2, 50, "at the crest")
     plate_size_mm: float = bounded(0.4, 1e-2, 50, "along the plates")
     far_size_mm: float = bounded(2.0, 1e-2, 100, "largest anywhere")
-    gradation: float = bounded(0.5, 0.02, 2, "growth of the size per distance")
+    gradation: float = bounded(0.7, 0.02, 2, "growth of the size per distance")
     element: Literal["auto", "P1", "P2", "mixed"] = Field(
         default="auto",
         description="auto (by the body's Poisson's ratio) | P2 | mixed (with a pressure) | P1",

@@ -23,7 +23,7 @@ from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.cache import GARBLED, Cache
 from fingerdesign.version import __version__
 
-FORMAT = 5  # raise it when the way from CAD to mesh changes
+FORMAT = 6  # raise it when the way from CAD to mesh changes
 KEPT = 300  # meshes of a few MB each; the longest unused go first
 
 
