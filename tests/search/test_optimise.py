@@ -12,6 +12,7 @@ import pytest
 
 from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Failure, Outcome
+from fingerdesign.search.compare.recommend import fails_purpose
 from fingerdesign.search.optimise.confirm import beats, confirm, hypervolume, judged, most_volume
 from fingerdesign.search.optimise.optimise import (
     ABSENT,
@@ -216,7 +217,43 @@ def test_the_worst_scene_counts():
     ]
     values, broken = reported(study, scenes)
     assert values == [0.3, 9.0]
-    assert broken == {"failed": 0.0, "grip_success": pytest.approx(0.49)}
+    assert broken == {"failed": 0.0, "purpose": 0.0, "grip_success": pytest.approx(0.49)}
+
+
+def unseen_where_round(job):
+    """Gages of fingers of a small radius, which the formula finds good, show nothing."""
+    found = outcome_of(job)
+    unseen = 0.5 if job.design.body.arc_radius_mm < 60.0 else 0.05
+    return replace(found, metrics=found.metrics | {"smallest_stick_change": unseen})
+
+
+def test_a_finger_that_fails_its_purpose_is_not_feasible_whatever_else_is_good(tmp_path):
+    search, evaluator = search_of(), Evaluator(outcome=unseen_where_round)
+    tried = optimise(search, tmp_path / "j", evaluator, trials=32)
+    found = confirm(search, tried, evaluator)
+    unseen = [own for own in found.judged if own.lacks]
+    assert unseen
+    assert not any(own.feasible for own in unseen)
+    assert not {own.name for own in unseen} & set(found.data()["front_names"])
+    for each in tried:  # the rule has one owner
+        _, broken = reported(search.study, each.outcomes)
+        own = fails_purpose(each.outcomes[0], search.study.constraints)
+        assert broken["purpose"] == len(own)
+    said = " ".join(found.sentences())
+    assert f"{len(unseen)} trials fail the purpose" in said
+    assert f"gages that can be measured ({len(unseen)})" in said
+    assert found.data()["fail_purpose"] == len(unseen)
+
+
+def test_what_a_study_bounds_itself_is_no_purpose_of_its_own():
+    kept = {"digest": "d", "name": "n", "values": {}, "design": {}, "fidelity": "plane-strain"}
+    numbers = {"stick_error": 0.1, "peak_force_N": 9.0, "grip_success": 0.0, "plates": 0.0}
+    study = search_of().study
+    assert set(study.constraints) == {"grip_success"}
+    outcome = Outcome(**kept, scene="a", status="ok", metrics=numbers)
+    own = judged(study, [outcome])
+    assert list(own.lacks) == ["gages"]
+    assert own.data()["fails_purpose"] == ["it has no gages, so that it feels nothing"]
 
 
 def test_dominance_and_what_adds_no_volume():

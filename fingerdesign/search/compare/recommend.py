@@ -15,7 +15,7 @@ deviations of what chance changes in their difference.
 import json
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -120,12 +120,12 @@ def usual_objectives(outcomes: Iterable[Outcome]) -> list[Wanted]:
     return found[:MOST_USUAL]
 
 
-def fails_purpose(outcome: Outcome, constraints: Iterable[Bound] = ()) -> dict[str, str]:
+def fails_purpose(outcome: Outcome, bounded: Collection[str] = ()) -> dict[str, str]:
     """What a tactile finger is for and the outcome is not: what it lacks -> a sentence.
 
-    A metric that is not known fails nothing, and one that ``constraints`` bound is theirs to judge.
+    A metric that is not known fails nothing, and one that is ``bounded`` is its constraint's to
+    judge. An optimisation judges its trials by this, too.
     """
-    bounded = {bound.metric for bound in constraints}
     own = {name: value for name, value in outcome.metrics.items() if name not in bounded}
     found = {}
     if own.get("grip_success") == 0.0:
@@ -154,7 +154,8 @@ def why_not(
         if outcome.metrics.get(each.metric) is None
     ]
     broken = filter(None, (bound.broken_by(outcome) for bound in constraints))
-    return (*lacking, *broken, *fails_purpose(outcome, constraints).values())
+    purpose = fails_purpose(outcome, [bound.metric for bound in constraints])
+    return (*lacking, *broken, *purpose.values())
 
 
 def uncertainty(outcome: Outcome, name: str) -> float:

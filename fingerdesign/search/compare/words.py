@@ -85,11 +85,11 @@ def _counted(
         each.metric: [shown(o.name) for o in good if o.metrics.get(each.metric) is None]
         for each in facts.objectives
     }
-    missed = Counter[str]()
+    missed, bounded = Counter[str](), [bound.metric for bound in facts.constraints]
     for each in good:
         missed.update(shown(b.words) for b in facts.constraints if not b.holds(each))
         missed.update(f"a value of {shown(m)}" for m in lacking if each.metrics.get(m) is None)
-        missed.update(list(fails_purpose(each, facts.constraints)))
+        missed.update(list(fails_purpose(each, bounded)))
     return {
         "all": len(outcomes),
         "failed": len(outcomes) - len(good),
@@ -97,7 +97,7 @@ def _counted(
         "meeting": sum(all(bound.holds(each) for bound in facts.constraints) for each in good),
         "lacking": {shown(metric): names for metric, names in lacking.items()},
         "missed": missed,
-        "purposeless": [shown(o.name) for o in good if fails_purpose(o, facts.constraints)],
+        "purposeless": [shown(o.name) for o in good if fails_purpose(o, bounded)],
         "goals": [_goal(each) for each in facts.objectives],
         "assumed": facts.assumed_objectives,
         "kinds": len({(each.scene, each.fidelity) for each in good}),

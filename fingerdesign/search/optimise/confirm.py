@@ -7,8 +7,9 @@ finger is better only where it is better than the reference by the same model.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ from fingerdesign.search.optimise.optimise import (
     Search,
     Trial,
     Tried,
+    lacks,
     reference_plan,
     reported,
 )
@@ -109,6 +111,8 @@ class Judged:
     """One finger against the study: losses (less is better) in the objectives' order.
 
     metrics: of each objective and constraint, the worst scene's. failure: "" where it was analysed.
+    lacks: what it is for and is not, with a sentence each; feasible is what lacks nothing and meets
+    the constraints.
     """
 
     name: str
@@ -116,19 +120,20 @@ class Judged:
     metrics: dict[str, float | None]
     feasible: bool
     failure: str = ""
+    lacks: Mapping[str, str] = field(default_factory=dict)
 
     def dominates(self, other: Judged) -> bool:
-        """Nowhere worse and somewhere better, and it meets the constraints."""
+        """Nowhere worse and somewhere better, and it is feasible."""
         return self.feasible and not other.failure and beats(self.losses, other.losses)
 
     def better_in_all(self, other: Judged) -> bool:
-        """Better in every objective, and it meets the constraints."""
+        """Better in every objective, and it is feasible."""
         return self.feasible and not other.failure and bool((self.losses < other.losses).all())
 
     def data(self) -> dict[str, Any]:
         """For study.json and scripts."""
         kept = {"name": self.name, "metrics": self.metrics, "feasible": self.feasible}
-        return kept | {"failure": self.failure or None}
+        return kept | {"failure": self.failure or None, "fails_purpose": list(self.lacks.values())}
 
 
 @dataclass(frozen=True)
@@ -199,6 +204,7 @@ class Optimised:
             "trials": len(self.tried),
             "invalid": invalid,
             "failed": sum(kind is not None for kind in failures) - invalid,
+            "fail_purpose": sum(bool(each.lacks) for each in self.judged),
             "front": len(self.front),
             "dominate_reference": len(self.dominating),
             "confirmed": len(self.standing),
@@ -206,7 +212,8 @@ class Optimised:
 
     def sentences(self) -> tuple[str, ...]:
         """What came out, in words."""
-        return sentences(WORDS, "outcome", self, self.counts())
+        lacked = Counter(lack for each in self.judged for lack in each.lacks)
+        return sentences(WORDS, "outcome", self, self.counts(), lacked)
 
     def data(self) -> dict[str, Any]:
         """For study.json and scripts."""
@@ -252,6 +259,7 @@ def judged(study: Study, outcomes: Sequence[Outcome]) -> Judged:
         metrics,
         feasible=all(excess <= 0.0 for excess in broken.values()),
         failure="; ".join(failures) or ("misses an objective" if broken["failed"] else ""),
+        lacks=lacks(study, outcomes),
     )
 
 

@@ -24,6 +24,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.runtime.journal import JournalError, held
+from fingerdesign.search.compare.recommend import fails_purpose
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import Planned, planned
 from fingerdesign.search.study.file import Limits, Optimise, Study
@@ -39,13 +40,25 @@ from fingerdesign.version import __version__
 # time writes a journal; the work itself is done in parallel by the evaluator.
 
 ABSENT = 1e9  # the loss reported where there is none: finite, as Optuna wants it; never a result
-_FAILED, _MOST_EXCESS = "failed", 1e6
+_FAILED, _PURPOSE, _MOST_EXCESS = "failed", "purpose", 1e6
+
+
+def lacks(study: Study, outcomes: Sequence[Outcome]) -> dict[str, str]:
+    """What a finger is for and a trial is not, by the rule of ``compare``: what it lacks in any
+    scene -> a sentence."""
+    analysed = (each for each in outcomes if each.status == "ok")
+    return {
+        lack: said
+        for each in analysed
+        for lack, said in fails_purpose(each, study.constraints).items()
+    }
 
 
 def reported(study: Study, outcomes: Sequence[Outcome]) -> tuple[list[float], dict[str, float]]:
     """Objectives, and constraints (above 0: broken), of a trial's outcomes: the worst scene's.
 
-    What failed or misses an objective is infeasible; its objectives are the worst there are.
+    What failed or misses an objective is infeasible; its objectives are the worst there are. What
+    fails its purpose (:func:`lacks`) is infeasible too, by one for each thing that it lacks.
     """
     values = []
     for wanted in study.objectives:
@@ -53,13 +66,14 @@ def reported(study: Study, outcomes: Sequence[Outcome]) -> tuple[list[float], di
         known = [value for value in found if value is not None]
         if len(known) < len(found) or any(each.status != "ok" for each in outcomes):
             worst = [ABSENT if each.direction == "min" else -ABSENT for each in study.objectives]
-            return worst, {_FAILED: 1.0} | dict.fromkeys(study.constraints, _MOST_EXCESS)
+            every = (_PURPOSE, *study.constraints)
+            return worst, {_FAILED: 1.0} | dict.fromkeys(every, _MOST_EXCESS)
         values.append(max(known) if wanted.direction == "min" else min(known))
     broken = {
         name: min(max(bound.excess(each.metrics.get(name)) for each in outcomes), _MOST_EXCESS)
         for name, bound in study.constraints.items()
     }
-    return values, {_FAILED: 0.0} | broken
+    return values, {_FAILED: 0.0, _PURPOSE: float(len(lacks(study, outcomes)))} | broken
 
 
 def _distribution(parameter: Parameter) -> Any:
@@ -242,7 +256,13 @@ class Trials(ExitStack):
 def _identity(study: Study, base: Design) -> str:
     """What must be the same for trials to go on: not how many, how they are confirmed or limits."""
     decides = study.model_copy(update={"optimise": Optimise(), "limits": Limits()})
-    reported = (decides.digest(), base.digest(), __version__, f"metrics {METRICS_VERSION}")
+    reported = (
+        decides.digest(),
+        base.digest(),
+        __version__,
+        f"metrics {METRICS_VERSION}",
+        _PURPOSE,
+    )
     return hashlib.sha256("\n".join(reported).encode()).hexdigest()
 
 

@@ -71,6 +71,8 @@ def _standing(own: Judged, reference: Judged) -> str:
         return "better in every objective"
     if own.dominates(reference):
         return "dominates it"
+    if own.lacks:
+        return "; ".join(own.lacks.values())
     return "does not dominate it" if own.feasible else "misses a constraint"
 
 
@@ -118,7 +120,7 @@ def _plane(axes: Axes, found: Optimised) -> None:
         axes.plot(*np.reshape([p for p in points if None not in p], (-1, 2)).T, *look, **more)
 
     missing = [own for own in found.judged if not own.feasible]
-    drawn(missing, "x", color=MUTED, ms=4.0, label="misses a constraint")
+    drawn(missing, "x", color=MUTED, ms=4.0, label="not feasible")
     feasible = [own for own in found.judged if own.feasible]
     drawn(feasible, "o", color=BLUE, ms=4.0, label="trial")
     front = [found.judged[number - 1] for number in found.front]
