@@ -1,29 +1,14 @@
 """Pages as people meet them: light, dark, on a phone, on paper, by keyboard; and their glossary."""
 
 import re
-from html import unescape
 
 import pytest
 
-from fingerdesign.report.page import explained, glossary, term_pattern, terms_in
-from tests.support.accessible import faults
+from fingerdesign.report.page import explained, glossary, terms_in
+from tests.support.accessible import faults, unexplained
 from tests.support.browser import Browser, chromium
 
 browsed = pytest.mark.skipif(chromium() is None, reason="no chromium on this machine")
-# Words of headings, columns and captions that any reader knows; all others are terms.
-PLAIN_WORDS = """
-both centre difference faces geometry incr forces half mean mg page step surface weight
-a across all along and any are as at axial be before begins best by came cases change changed
-chosen come complete contact content contents degrees design did do does each ended engineering
-error estimated everything final finger first follow for force from g gages glossary go good
-grips has how in is it its key kind largest last least left length lifted limits main mass
-memory microstrain mm model mpa n names no not nothing number objects of off on one open opens
-or other out over part peak per point points positions quality read reading record remark report
-reported s same saw says scene seconds see seen short size slips steps table than the their this
-time times to took tried true under used value values verdict warning warnings was went what
-where which why with without words work worst x y z
-"""
-PLAIN = set(PLAIN_WORDS.split())
 
 
 @pytest.fixture(scope="module")
@@ -87,19 +72,6 @@ def test_every_entry_has_a_meaning_and_names_of_its_own():
     names = [name.lower() for entry in entries for name in entry.names]
     assert len(names) == len(set(names))
     assert all(len(each.text) > 20 for each in glossary().values())
-
-
-def unexplained(page):
-    """Words of headings, columns, captions and drawings that are neither plain nor in an entry."""
-    inside = (
-        page.partition("<main")[2].partition("</main>")[0].partition('<dl class="glossary">')[0]
-    )
-    labels = re.findall(r"<(?:th|caption|h2|h3|text)\b[^>]*>([^<]*)<", inside)
-    left = (
-        term_pattern().sub(" ", unescape(re.sub(r"\w+(\.\w+)+", " ", label))) for label in labels
-    )
-    words = {word.lower() for each in left for word in re.findall(r"[^\W\d_]{2,}", each)}
-    return sorted(words - PLAIN)
 
 
 def test_every_term_of_a_report_has_an_entry(solid_report):

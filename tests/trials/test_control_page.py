@@ -27,6 +27,7 @@ from fingerdesign.trials.page import (
     success_figure,
 )
 from fingerdesign.trials.record import ControlStudy, control_data, summarise
+from tests.support.accessible import unexplained
 from tests.support.grips import judged, path_of
 
 GRID = ControlGrid((0.3, 0.6), (100.0, 200.0), (0.0, 0.5), tug=None)
@@ -315,6 +316,7 @@ def test_the_page_says_what_was_said_of_slip_with_cases_and_intervals():
     made = study(regulator=(said, warned), paper=(SAID, {}), fixed_force=({}, DROPPED))
     rows = [{**asdict(each), "crushed": each.crushed} for each in made.outcomes]
     text = control_html(made.data, rows, [trace([0.1, 0.2, 0.3], lift=2)], 0.5)
+    assert unexplained(text) == []
     table = text[text.index('id="table-foreseen"') : text.index('id="table-foreseen-all"')]
     cells = re.findall(r"<td[^>]*>(.*?)</td>", table)
     assert cells[:5] == [
