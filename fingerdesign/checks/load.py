@@ -34,7 +34,10 @@ def without_plates(design: Design) -> Design:
 
 _Model = TypeVar("_Model", bound=BaseModel)
 _Found = TypeVar("_Found", bound=BaseModel, covariant=True)
-MAX_BYTES = 4_000_000  # a design of a few kilobytes; a scene of 10,000 rows stays below 1 MB
+MAX_BYTES = 2_000_000  # a design of a few kilobytes; a scene of 10,000 rows stays below 1 MB
+# The largest shipped file has 80 keys, three tables deep. Many more take minutes to be refused one
+# by one, and much deeper ones end Python's recursion in whatever reads them.
+MAX_KEYS, MAX_DEPTH = 5_000, 20
 
 
 @dataclass(frozen=True)
@@ -141,12 +144,26 @@ def read_text(file: str | Path) -> str:
         raise DesignError([Fault("file", str(path), "a readable TOML file", f"{why}")]) from None
 
 
-def _toml(text: str, source: str) -> dict[str, Any]:
+def parse_toml(text: str, source: str = "") -> dict[str, Any]:
+    """What TOML ``text`` holds. DesignError where it is none, or has too many or too deep keys."""
     try:
-        return tomllib.loads(text)
+        data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # a bad date, a 5000-digit integer are ValueError
-        why = "too deeply nested" if isinstance(error, RecursionError) else str(error)
+        why = "too deeply nested" if isinstance(error, RecursionError) else str(error)[:300]
         raise DesignError([Fault("file", "(text)", "valid TOML", why)], source) from None
+    keys, depth, level = 0, 0, [data]
+    while level and depth <= MAX_DEPTH and keys <= MAX_KEYS:
+        tables = [each for each in level if isinstance(each, dict)]
+        keys, depth = keys + sum(map(len, tables)), depth + 1
+        inside = [*(each.values() for each in tables), *(e for e in level if isinstance(e, list))]
+        level = [each for values in inside for each in values if isinstance(each, dict | list)]
+    if level or keys > MAX_KEYS:
+        bound = f"at most {MAX_KEYS} keys, {MAX_DEPTH} tables or arrays deep"
+        value = f"{keys} keys or more" if keys > MAX_KEYS else f"{depth} deep or more"
+        raise DesignError(
+            [Fault("file", value, bound, "check the path, or leave out keys")], source
+        )
+    return data
 
 
 def _validated(model: type[_Model], data: dict[str, Any]) -> Judged[_Model]:
@@ -178,12 +195,12 @@ def judge_design(text: str, source: str = "", folder: Path | None = None) -> Jud
     ``folder``: where files that it names lie. Raises :class:`DesignError` only where the text is no
     TOML.
     """
-    return judge_data(_toml(text, source), folder)
+    return judge_data(parse_toml(text, source), folder)
 
 
 def judge_scene(text: str, source: str = "") -> Judged[Scene]:
     """Return what a scene's TOML ``text`` says, as :func:`judge_design` does."""
-    return _validated(Scene, _toml(text, source))
+    return _validated(Scene, parse_toml(text, source))
 
 
 def judge_data(data: dict[str, Any], folder: Path | None = None) -> Judged[Design]:

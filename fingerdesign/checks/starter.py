@@ -2,7 +2,6 @@
 
 import re
 import textwrap
-import tomllib
 from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
 from difflib import get_close_matches
@@ -13,7 +12,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from fingerdesign.checks.load import parse_design, parse_scene, read_text
+from fingerdesign.checks.load import parse_design, parse_scene, parse_toml, read_text
 from fingerdesign.design.base import OwnTable, described
 from fingerdesign.design.faults import tables_in
 from fingerdesign.design.scene import Scene
@@ -72,8 +71,8 @@ def kind_of(file_or_name: str | Path) -> str:
     path, kinds = Path(file_or_name), ("design", "scene", "study")
     if path.is_file():
         try:
-            tables = set(tomllib.loads(path.read_text("utf-8")))
-        except (OSError, ValueError):
+            tables = set(parse_toml(read_text(path)))
+        except DesignError:
             return "design"
         if "study" in tables and "design" not in tables:
             return "study"

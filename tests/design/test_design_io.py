@@ -13,8 +13,10 @@ from fingerdesign.checks.load import (
     load_design,
     load_scene,
     parse_design,
+    parse_scene,
     with_values,
 )
+from fingerdesign.checks.starter import kind_of
 from fingerdesign.design.faults import known_keys
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
@@ -108,6 +110,26 @@ def test_what_is_no_toml_is_a_fault():
     nested, long = "a = " + "[" * 3000 + "]" * 3000, f"a = 1{'0' * 5000}"
     for text in ("x =", "[design", "a = 1\na = 2", long, nested, "a = 2024-13-45", "\x00"):
         assert "file" in faults(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("".join(f"k{i} = 1\n" for i in range(5001)), "5001 keys or more"),
+        ("[[plates.rows]]\ncount = 1\n" * 5000, "5002 keys or more"),
+        (f"{'a.' * 300}b = 1", "21 deep or more"),
+        (f"[{'a.' * 300}b]", "21 deep or more"),
+        ("a = " + "[" * 30 + "]" * 30, "21 deep or more"),
+    ],
+    ids=["keys", "tables", "dotted", "header", "arrays"],
+)
+def test_hostile_files_are_refused_before_anything_looks_at_them(text, value, tmp_path):
+    assert faults(text)["file"].value == value
+    file = tmp_path / "a.toml"
+    file.write_text(text)
+    assert kind_of(file) == "design"
+    with pytest.raises(DesignError, match="at most 5000 keys, 20 tables or arrays deep"):
+        parse_scene(text)
 
 
 def test_files_that_can_and_cannot_be_read(tmp_path):

@@ -6,7 +6,6 @@
 """
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path, PurePath
@@ -15,6 +14,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
 from pydantic_core import ErrorDetails
 
+from fingerdesign.checks.load import parse_toml
 from fingerdesign.checks.starter import file_text
 from fingerdesign.design.base import Many, Table, refuse
 from fingerdesign.design.digest import content_digest
@@ -212,11 +212,7 @@ def parse_study(text: str, source: str = "") -> Study:
 
     Files that parameters and [fixed] name lie where ``source`` does.
     """
-    try:
-        data = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        why = "too deeply nested" if isinstance(error, RecursionError) else str(error)[:300]
-        raise DesignError([Fault("file", "(text)", "valid TOML", why)], source) from None
+    data = parse_toml(text, source)
     if "scene" in data or "also" in data:
         remedy = "run it by `fingerdesign bench plane-strain --study FILE`"
         fault = Fault("file", source or "(text)", "a study of fingers, not of plane strain", remedy)
