@@ -151,7 +151,8 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
     except (ValueError, RecursionError) as error:  # a bad date, a 5000-digit integer are ValueError
         why = "too deeply nested" if isinstance(error, RecursionError) else str(error)[:300]
         raise DesignError([Fault("file", "(text)", "valid TOML", why)], source) from None
-    keys, depth, level = 0, 0, [data]
+    level: list[Any] = [data]
+    keys, depth = 0, 0
     while level and depth <= MAX_DEPTH and keys <= MAX_KEYS:
         tables = [each for each in level if isinstance(each, dict)]
         keys, depth = keys + sum(map(len, tables)), depth + 1

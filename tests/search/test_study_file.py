@@ -125,7 +125,7 @@ def test_ranges():
         (parameters('"plates.placement[0][0" = [1.0]'), ["a dotted key, such as"]),
         (parameters('"plates..count" = [1]\n"/" = [1]'), ["a dotted key, such as"]),
         (fixed('"gages.width_mm" = 1979-05-27'), ["a number"]),
-        (fixed(".".join("a" * 12) + " = 1"), ["8 tables deep"]),
+        (fixed(".".join("a" * 3000) + " = 1"), ["20 tables or arrays deep"]),
         (fixed('"plates.rows" = [{ ' + ".".join("a" * 3000) + " = 1 }]"), ["deep"]),
         (fixed('"body.depth_mm" = 10.0'), ["in [fixed] too"]),
         (fixed('"body.depth_mm" = 10.0\nbody.depth_mm = 11.0'), ["given once"]),
