@@ -27,6 +27,7 @@ KERNELS = {
     "netgen": {"mesh"},
     "skfem": {"fem"},
     "pypardiso": {"fem"},
+    "pymetis": {"fem"},
     "manifold3d": {"layout", "mold"},
     "lib3mf": {"mold"},
     "ezdxf": {"mold"},

@@ -22,6 +22,7 @@ TEXT = (ROOT / "README.md").read_text("utf-8")
 PAGES = (
     "README.md",
     "docs/cli.md",
+    "docs/install.md",
     "docs/method.md",
     "docs/benchmarks.md",
     "docs/fingers.md",
@@ -98,7 +99,7 @@ def test_a_step_of_the_tour_runs(toured, commands, capsys):
 
 def test_the_commands_of_the_page_on_the_command_line_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    for block in blocks("sh", "docs/cli.md"):
+    for block in blocks("sh", "docs/cli.md") + blocks("sh", "docs/install.md"):
         for command in block.splitlines():
             assert main(command.split()[1:]) == 0, (command, capsys.readouterr())
     assert (tmp_path / "out/first.svg").is_file()

@@ -9,24 +9,27 @@ right-hand side per row: the functionals border the stiffness,
 which MKL PARDISO delivers with the factorisation, at a tenth more than K's factorisation alone. D,
 a constant diagonal, keeps that complement regular where functionals repeat each other; it is taken
 off afterwards. The factors stay for displacement fields. Where MKL has no wheel (not x86-64),
-SuperLU does the same work with one solve per row, many times slower, and says so.
+SciPy's SuperLU does the same: with the border eliminated last, the last block of its factors is
+that complement. How long that takes hangs on the order of elimination: nested dissection where
+pymetis is installed, else minimum degree, which fills a 3-D model many times as much.
 """
 
-import importlib.util
 import os
 import sys
 import warnings
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import SolverError
 
 _SHIFT = 1.0  # mm/N, the size of a soft finger's compliance: costs its diagonal one rounding
 
+_TINY = 1e-13  # of a diagonal entry: a pivot below it is what rounding leaves of nothing
 _ONE_THREAD = 1_000_000  # entries; below them a second thread gains next to nothing
 
 _NOT_DEFINITE = (
@@ -49,21 +52,14 @@ class Condensation:
         self._size = stiffness.shape[0]
         self._pardiso: Any = None
         self._superlu: Any = None
-        if has_pardiso():
-            self._condense(stiffness, rows, negative)
-            return
-        slow = "pypardiso is not installed: using SuperLU, about ten times slower in 3-D"
-        warnings.warn(slow, stacklevel=2)
-        self._superlu = _superlu(stiffness)
-        matrix = np.zeros((rows.shape[0], rows.shape[0]))
-        for start in range(0, rows.shape[0], 64):
-            part = slice(start, start + 64)
-            matrix[:, part] = rows @ self._superlu.solve(rows[part].T.toarray())
-        self.matrix = 0.5 * (matrix + matrix.T)
-
-    def _condense(self, stiffness: sp.csr_matrix, rows: sp.csr_matrix, negative: int) -> None:
-        kept = rows.shape[0]
         self._bordered = _border(stiffness, rows)
+        kept = rows.shape[0]
+        work = self._by_pardiso if has_pardiso() else self._by_superlu
+        schur = work(stiffness, kept, negative)
+        self.matrix = -0.5 * (schur + schur.T)
+        self.matrix[np.diag_indices(kept)] -= _SHIFT
+
+    def _by_pardiso(self, stiffness: sp.csr_matrix, kept: int, negative: int) -> Array:
         self._pardiso = _solver()
         self._pardiso.set_iparm(36, 2)  # the Schur complement, and factors that solve afterwards
         self._pardiso.iparm[18] = -1  # asks for the count of operations, which comes in millions
@@ -75,18 +71,41 @@ class Condensation:
         perturbed = int(self._pardiso.iparm[13])
         if positive != self._size - negative or perturbed:
             raise SolverError(_NOT_DEFINITE)
-        self.matrix = -0.5 * (schur + schur.T)
-        self.matrix[np.diag_indices(kept)] -= _SHIFT
+        return schur
+
+    def _by_superlu(self, stiffness: sp.csr_matrix, kept: int, negative: int) -> Array:
+        slow = "pypardiso is not installed: using SuperLU, 3 to 5 times slower in 3-D"
+        lacking = "" if find_spec("pymetis") else ", and without pymetis far slower still"
+        warnings.warn(slow + lacking, stacklevel=3)
+        size = self._size
+        self._order = np.append(_elimination_order(stiffness), np.arange(size, size + kept))
+        self._superlu = _superlu(_full(self._bordered)[self._order][:, self._order])
+        lower, upper = self._superlu.L, self._superlu.U
+        pivots = upper.diagonal()[:size]  # their signs are those of K's eigenvalues
+        tiny = np.abs(pivots) < _TINY * np.abs(stiffness.diagonal()[self._order[:size]])
+        swapped = self._superlu.perm_r != np.arange(size + kept)
+        if tiny.any() or swapped.any() or int((pivots < 0.0).sum()) != negative:
+            raise SolverError(_NOT_DEFINITE)
+        self._schur: Array = (lower[size:, size:] @ upper[size:, size:]).toarray()
+        return self._schur
 
     def solve(self, loads: Array) -> Array:
         """K^-1 loads for loads (n, k)."""
         if self._superlu is not None:
-            return np.asarray(self._superlu.solve(loads))
+            # Twice: with the rows' values of K^-1 loads on the border, the border carries no load.
+            border = self._swept(loads, np.zeros((len(self._schur), loads.shape[1])))[self._size :]
+            return self._swept(loads, -self._schur @ border)[: self._size]
         bordered = np.zeros((self._bordered.shape[0], loads.shape[1]), order="F")
         bordered[: self._size] = loads
         forward = self._phase(331, bordered)
         forward[self._size :] = 0.0  # the border carries no load: K alone is solved
         return np.ascontiguousarray(self._phase(333, np.asfortranarray(forward))[: self._size])
+
+    def _swept(self, loads: Array, border: Array) -> Array:
+        """What the bordered matrix makes of loads, by SuperLU."""
+        found = np.empty((len(self._order), loads.shape[1]))
+        found[self._order] = self._superlu.solve(np.vstack([loads, border])[self._order])
+        return found
 
     def _phase(self, phase: int, right_hand_side: Array) -> Array:
         self._pardiso.set_phase(phase)
@@ -99,7 +118,7 @@ class Condensation:
 
 def has_pardiso() -> bool:
     """True where MKL PARDISO can be used."""
-    return importlib.util.find_spec("pypardiso") is not None
+    return find_spec("pypardiso") is not None
 
 
 def load_solver() -> None:
@@ -108,11 +127,40 @@ def load_solver() -> None:
         _solver()
 
 
-def _superlu(stiffness: sp.csr_matrix) -> Any:
+def _full(upper: sp.csr_matrix) -> sp.csr_matrix:
+    return sp.csr_matrix(upper + sp.triu(upper, k=1).T)
+
+
+def _superlu(matrix: sp.csr_matrix) -> Any:
+    """Factors in the order given, without pivoting."""
     from scipy.sparse.linalg import splu
 
-    full = stiffness + sp.triu(stiffness, k=1).T
-    return splu(full.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0)
+    how = {"permc_spec": "NATURAL", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+    try:
+        return splu(matrix.tocsc(), **how)
+    except RuntimeError as error:  # "Factor is exactly singular"
+        raise SolverError(f"factorisation failed: {_NOT_DEFINITE}") from error
+    except MemoryError as error:
+        raise SolverError(f"factorisation failed: {_PARDISO_ERRORS[-2]}") from error
+
+
+def _elimination_order(stiffness: sp.csr_matrix) -> IntArray:
+    """Which unknown is eliminated first, second, ... (n,), so that factors stay sparse."""
+    full = _full(stiffness)
+    if find_spec("pymetis"):
+        import pymetis
+
+        full = sp.csr_matrix(full - sp.diags_array(full.diagonal()))
+        full.eliminate_zeros()
+        graph = pymetis.CSRAdjacency(full.indptr, full.indices)
+        return np.asarray(pymetis.nested_dissection(graph)[0], dtype=np.int64)
+    from scipy.sparse.linalg import spilu
+
+    # An incomplete factorisation that drops all, of the same places: SuperLU's order alone.
+    full.data[:] = 1.0
+    places = (full + sp.diags_array(np.full(len(full.indptr) - 1, 1e6))).tocsc()
+    ordered = spilu(places, drop_tol=1e300, fill_factor=1.0, permc_spec="MMD_AT_PLUS_A")
+    return np.argsort(ordered.perm_c)
 
 
 def _solver() -> Any:

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 
 from fingerdesign import parse_design
 from fingerdesign.checks.load import with_values
-from fingerdesign.errors import DesignError
+from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.fem import body, factor
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.factor import Condensation
@@ -20,6 +20,7 @@ from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
+from fingerdesign.runtime.isolate import call
 
 DESIGN = parse_design(
     """
@@ -199,6 +200,33 @@ def test_slow_fallback_gives_the_same(monkeypatch):
     assert np.abs(fast.matrix - slow.matrix).max() < 1e-9 * np.abs(fast.matrix).max()
     difference = slow.solve(load) - fast.solve(load)
     assert np.abs(difference).max() < 1e-8 * np.abs(fast.solve(load)).max()
+    unsound = (stiffness - sp.diags_array(0.5 * stiffness.diagonal())).tocsr()
+    for solver in (True, False):
+        monkeypatch.setattr(factor, "has_pardiso", lambda solver=solver: solver)
+        monkeypatch.setattr(factor.warnings, "warn", lambda *given, **named: None)
+        with pytest.raises(SolverError, match="not positive definite"):
+            Condensation(unsound, rows)
+
+
+@pytest.mark.parametrize(
+    ("fidelity", "changes"),
+    [
+        ("plane-strain", {}),
+        ("3d", {"mesh.contact_size_mm": 1.2, "mesh.layers": 2}),
+    ],
+)
+def test_an_analysis_without_mkl_gives_the_same(fidelity, changes, monkeypatch, tmp_path):
+    """In a process where pypardiso cannot be found: as on a machine that MKL has no wheel for."""
+    sizes = {"contact_size_mm": 0.3, "plate_size_mm": 0.4, "plate_end_size_mm": 0.2}
+    changes |= {f"mesh.section.{key}": size for key, size in sizes.items()}
+    changes |= {"mesh.mesher": "extrude", "mesh.plate_size_mm": 2.0, "plates.count": 3}
+    found = []
+    for mkl in (True, False):
+        monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / str(mkl)))  # none is kept
+        found.append(call("tests.support.calls:forces", fidelity, changes, mkl, time_s=500.0))
+    with_mkl, without = found
+    assert np.abs(with_mkl).max() > 0.1
+    assert without == pytest.approx(with_mkl, rel=1e-7, abs=1e-9)
 
 
 def test_repeated_functionals_are_answered():

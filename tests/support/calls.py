@@ -46,6 +46,23 @@ def hand_of(design):
     return make_controller(design.grip.controller, design.grip).name, design.digest()
 
 
+def forces(fidelity, changes, mkl):
+    """Of the fundamental case of a changed finger, and its gages; MKL may be hidden."""
+    if not mkl:
+        sys.modules["pypardiso"] = None
+    from fingerdesign import with_values
+    from fingerdesign.analysis.case import Case
+    from fingerdesign.checks.starter import find_design
+    from fingerdesign.pipeline import run
+
+    design = with_values(find_design("maeno2000"), changes)
+    case = Case(design, None, fidelity, fields=False, grips=False, studied=False)
+    found = run(case).result.increments
+    numbers = [(each.normal_force_N, each.tangential_force_N, each.stick_ratio) for each in found]
+    numbers += [(gage.reading,) for gage in found[-1].gages]
+    return np.concatenate(numbers)
+
+
 def digest(table):
     """Of a design or a scene."""
     return table.digest()
