@@ -86,8 +86,9 @@ class Condensation:
         swapped = self._superlu.perm_r != np.arange(size + kept)
         if tiny.any() or swapped.any() or int((pivots < 0.0).sum()) != negative:
             raise SolverError(_NOT_DEFINITE)
-        self._schur: Array = (lower[size:, size:] @ upper[size:, size:]).toarray()
-        return self._schur
+        schur: Array = (lower[size:, size:] @ upper[size:, size:]).toarray()
+        self._schur = schur
+        return schur
 
     def solve(self, loads: Array) -> Array:
         """K^-1 loads for loads (n, k)."""
