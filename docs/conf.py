@@ -56,7 +56,12 @@ sphinx_gallery_conf = {
     "gallery_dirs": "examples",
     "filename_pattern": r"/\d\d_",
     "ignore_pattern": r"__init__",
-    "image_scrapers": ("site_hooks.drawings", "matplotlib", "site_hooks.scenes"),
+    "image_scrapers": (
+        "site_hooks.drawings",
+        "matplotlib",
+        "site_hooks.scenes",
+        "site_hooks.turnable",
+    ),
     "reset_modules": ("site_hooks.fresh_look",),
     "reset_modules_order": "both",
     "capture_repr": (),

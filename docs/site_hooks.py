@@ -7,6 +7,7 @@ import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from textwrap import indent
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
@@ -55,6 +56,20 @@ def scenes(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any])
     from pyvista.plotting.utilities.sphinx_gallery import Scraper
 
     return str(Scraper()(block, block_vars, gallery_conf))
+
+
+def turnable(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
+    """Show Plotly figures that an example has made, each with its script: pages fetch nothing."""
+    if "plotly.graph_objects" not in sys.modules:
+        return ""
+    from plotly.graph_objects import Figure
+
+    known = block_vars["example_globals"].setdefault("__turned__", set())
+    found = [each for each in block_vars["example_globals"].values() if isinstance(each, Figure)]
+    shown = [each for each in found if id(each) not in known]
+    known.update(map(id, shown))
+    pages = [each.to_html(full_html=False, include_plotlyjs=k == 0) for k, each in enumerate(shown)]
+    return "".join(f"\n.. raw:: html\n\n{indent(page, '    ')}\n\n" for page in pages)
 
 
 # Docstrings: plain text with aligned columns and |forces|, which reStructuredText would misread

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from fingerdesign.version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from fingerdesign.analysis.analysed import load_result as load_result
     from fingerdesign.cad.from_python import with_body as with_body
     from fingerdesign.checks.load import parse_design as parse_design
     from fingerdesign.checks.load import parse_scene as parse_scene
@@ -36,6 +37,7 @@ _HOMES = {
     "Result": "fingerdesign.records.result",
     "Scene": "fingerdesign.design.scene",
     "SolverError": "fingerdesign.errors",
+    "load_result": "fingerdesign.analysis.analysed",
     "load_design": "fingerdesign.checks.starter",
     "load_scene": "fingerdesign.checks.starter",
     "parse_design": "fingerdesign.checks.load",

@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+from fingerdesign.analysis.analysed import Analysed
 from fingerdesign.analysis.analysis import Analysis, analysis_of, failed_analysis
 from fingerdesign.analysis.answers import extras, keep_answer, kept_answer
 from fingerdesign.analysis.case import Case, Clock
@@ -48,18 +49,19 @@ from fingerdesign.sensing.training import with_estimator
 
 def analyse(
     design: Design | str | Path, scene: Scene | str | Path | None = None, fidelity: str = "3d"
-) -> Result:
+) -> Analysed:
     """The record of one analysis; design and scene may be files, or names of shipped ones.
 
         result = analyse("maeno2000", "pull", "plane-strain")
         result.to_dataframe()["normal_force_N"]
+        result.plot_finger().show()
 
     Without a scene: the fundamental case and the design's grips. Raises DesignError for wrong
     input, another FingerDesignError where the work fails.
     """
     design = design if isinstance(design, Design) else find_design(design)
     scene = scene if isinstance(scene, Scene | None) else find_scene(scene)
-    return run(Case(design, scene, fidelity, grips=scene is None, fields=False)).result
+    return Analysed.of(run(Case(design, scene, fidelity, grips=scene is None, fields=False)))
 
 
 def run(case: Case, report: Report = lambda message: None, clock: Clock | None = None) -> Analysis:

@@ -138,6 +138,16 @@ def core_gaps(core: Core, depth: float, frames: tuple[PlateFrame, ...]) -> Array
     )
 
 
+def below_middle(vertices: Array, triangles: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    """What of a closed surface lies at z <= 0, closed by its section; empty where it is none.
+
+    vertices (n, 3), triangles (t, 3), anticlockwise from outside; the same again.
+    """
+    solid = Manifold(Mesh64(np.ascontiguousarray(vertices), triangles.astype(np.uint64)))
+    found = solid.trim_by_plane((0.0, 0.0, -1.0), 0.0).to_mesh64()
+    return found.vert_properties, found.tri_verts.astype(np.int64)
+
+
 def core_solid(core: Core, depth: float) -> Manifold:
     """A core of that extent along z, mm, as a solid."""
     box = Manifold.cube((core.width_mm, core.height_mm, depth), center=True)

@@ -5,7 +5,9 @@ The picture shows each part moved along its draw; it is drawn off-screen, in a p
 
 from __future__ import annotations
 
+import io
 import math
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerdesign.analysis.page.picture import aim, camera_at, camera_axes, plotter_of, png_of
 from fingerdesign.arrays import Array
 from fingerdesign.errors import PictureError
 from fingerdesign.mold.part import CORE, MoldMeshes, PartMesh, axis_name
@@ -196,6 +197,57 @@ def _moved(part: PartMesh, size: Array) -> tuple[float, float, float]:
 # The drawing, in a process of its own.
 
 SIZE = (1200, 940)
+VIEW_ANGLE, FILLED = 25.0, 0.94  # degrees, vertical; the part of the frame that may be used
+
+
+def png_of(plotter: Any) -> bytes:
+    """What a plotter shows, as PNG on nothing."""
+    png = io.BytesIO()
+    plotter.screenshot(png, transparent_background=True)
+    return png.getvalue()
+
+
+def plotter_of(size: tuple[int, int]) -> Any:
+    """An off-screen plotter in which what is translucent is drawn in its order."""
+    import pyvista
+
+    plotter = pyvista.Plotter(off_screen=True, window_size=size)
+    plotter.enable_anti_aliasing("ssaa")
+    plotter.enable_depth_peeling(6)
+    return plotter
+
+
+def camera_axes(toward: Sequence[float]) -> Array:
+    """Unit vectors (3, 3) to the right and up in a picture, and ``toward`` the camera, y up."""
+    out = np.array(toward) / np.linalg.norm(toward)
+    right = np.cross([0.0, 1.0, 0.0], out)
+    right /= np.linalg.norm(right)
+    return np.array([right, np.cross(out, right), out])
+
+
+def camera_at(points: Array, axes: Array, size: tuple[int, int]) -> Array:
+    """Where a camera of :func:`camera_axes` stands, as near as keeps every point in its frame.
+
+    At distance d a point (x, y, z) in the camera's axes is in a frame of slope s about a where
+    |x - a| <= s (d - z): with h = max(s z + x), l = max(s z - x), a = (h - l) / 2 and
+    s d >= (h + l) / 2; the same for y.
+    """
+    place = points @ axes.T
+    slopes = FILLED * np.tan(np.radians(0.5 * VIEW_ANGLE)) * np.array([size[0] / size[1], 1.0])
+    depth = slopes * place[:, 2:]
+    high, low = (depth + place[:, :2]).max(axis=0), (depth - place[:, :2]).max(axis=0)
+    distance = (0.5 * (high + low) / slopes).max()
+    return np.asarray(np.append(0.5 * (high - low), distance) @ axes)
+
+
+def aim(plotter: Any, position: Array, axes: Array) -> None:
+    """Set a plotter's camera to a position and :func:`camera_axes`."""
+    camera = plotter.camera
+    camera.position, camera.view_angle, camera.up = position, VIEW_ANGLE, (0.0, 1.0, 0.0)
+    camera.focal_point = position - axes[2]
+    plotter.reset_camera_clipping_range()
+
+
 AXES = camera_axes((-0.72, 0.52, 1.0))  # the camera is in front, to the left, above
 EDGE, TRAIL = "#2f3a44", "#8a8f96"
 

@@ -367,7 +367,7 @@ class Result:
         """A pandas.DataFrame of :meth:`arrays`, a row an increment; gages as ``gage_0`` and so on,
         by their plates. Raises ImportError without pandas, which is no dependency."""
         pandas = import_module("pandas")
-        found = self.arrays()
+        found = Result.arrays(self)
         readings = found.pop("gages")
         plates = [gage.plate for gage in self.increments[0].gages] if self.increments else []
         return pandas.DataFrame(found | {f"gage_{p}": readings[:, k] for k, p in enumerate(plates)})

@@ -199,6 +199,18 @@ def plotly_script() -> tuple[str, str]:
     return packed(text), digest(text)
 
 
+def drawing_scripts(wanted: bool, *more: Path) -> dict[str, Any]:
+    """What a template needs for figures by Plotly: ``plotly``, ``scripts`` (the common one, then
+    ``more``, by default what draws a report's figures) and the page's ``policy``."""
+    if not wanted:
+        return {"plotly": "", "scripts": [], "policy": content_policy("'none'")}
+    paths = (COMMON / "chart.js", *(more or (COMMON / "figures.js",)))
+    plotly, plotly_digest = plotly_script()
+    scripts = [path.read_text(encoding="utf-8") for path in paths]
+    policy = content_policy(*map(digest, scripts), plotly_digest)
+    return {"plotly": plotly, "scripts": scripts, "policy": policy}
+
+
 def packed(text: str) -> str:
     """gzip in base64: browsers open a page of a few MB faster than one of many."""
     return base64.b64encode(gzip.compress(text.encode(), 6, mtime=0)).decode("ascii")

@@ -62,7 +62,7 @@ class ReportFigure:
     """One figure of the report.
 
     key: anchor. image: an <svg> or <img> element. reading: how to read it. alternative: what it
-    shows, in words and numbers, for those who do not see it.
+    shows, in words and numbers, for those who do not see it. drawn: by Plotly, in the page.
     """
 
     key: str
@@ -70,6 +70,7 @@ class ReportFigure:
     image: str
     reading: str
     alternative: str
+    drawn: bool = False
 
 
 @contextmanager

@@ -12,15 +12,11 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
-from fingerdesign.search.compare.figures import LOOKS
+from fingerdesign.report.figure import LOOKS, Figure, chart, finger_in_space, rounded
 from fingerdesign.search.compare.geometry import packed_geometry
 from fingerdesign.studio.numbers import PRESSES, Numbers
 
-Figure = dict[str, Any]
 _PINNED = {"color": "--muted", "width": 1.4, "dash": "dot"}
-_TURN, _TILT = np.radians(-32.0), np.radians(24.0)  # where the camera starts
-_CONFIG = {"displayModeBar": False}
-_MARGIN = {"l": 54, "r": 12, "t": 30, "b": 40}
 
 
 def tractions(now: Numbers, pinned: Numbers | None = None) -> Figure:
@@ -48,7 +44,7 @@ def bars(now: Numbers, picked: int | None, pinned: Numbers | None = None) -> Fig
         {
             "type": "bar",
             "x": plates.tolist(),
-            "y": _digits(now.signals),
+            "y": rounded(now.signals),
             "customdata": plates.tolist(),
             "marker": {"color": looks},
             "name": "now",
@@ -62,7 +58,7 @@ def bars(now: Numbers, picked: int | None, pinned: Numbers | None = None) -> Fig
             {
                 "mode": "markers",
                 "x": other.tolist(),
-                "y": _digits(pinned.signals),
+                "y": rounded(pinned.signals),
                 "customdata": other.tolist(),
                 "marker": marks,
                 "name": "pinned",
@@ -100,36 +96,10 @@ def shape(design: Design) -> Figure | None:
     found = packed_geometry(design.model_dump(mode="json", exclude_none=True))
     if found["body"] is None:
         return None
-    data = [
-        {**look, **found[name]} for name, look in LOOKS["finger"].items() if found[name] is not None
-    ]
-    data.append({**LOOKS["touch"][0], **found["edges"]})
-    reach, middle = 0.5 * float(np.hypot.reduce(found["size"])), 0.5 * found["size"][1]
-    ct, st, cp, sp = np.cos(_TURN), np.sin(_TURN), np.cos(_TILT), np.sin(_TILT)
-    eye = {"x": 2 * cp * st, "y": 2 * sp, "z": 2 * cp * ct}
-    up = {"x": -sp * st, "y": cp, "z": -sp * ct}
-    axes = {
-        name: {"visible": False, "range": [centre - reach, centre + reach]}
-        for name, centre in (("xaxis", 0.0), ("yaxis", middle), ("zaxis", 0.0))
-    }
-    scene = {
-        **LOOKS["shape"]["scene"],
-        **axes,
-        "camera": {"eye": eye, "up": up, "projection": {"type": "orthographic"}},
-        "aspectratio": dict.fromkeys("xyz", 1.9),
-        "uirevision": "kept",
-    }
-    layout = {**LOOKS["shape"], "height": 300, "scene": scene, "uirevision": "kept"}
-    return {
-        "data": data,
-        "layout": {"template": LOOKS["looks"]["template"], **layout, "hovermode": False},
-        "config": _CONFIG,
-        "words": found["words"],
-    }
-
-
-def _digits(values: Array) -> list[float]:
-    return [float(f"{value:.4g}") for value in values]
+    figure = finger_in_space(found)
+    layout = {"template": LOOKS["template"], **figure["layout"], "height": 300}
+    layout["scene"] |= {"uirevision": "kept"}
+    return {**figure, "layout": layout, "words": found["words"]}
 
 
 def _line(
@@ -137,8 +107,8 @@ def _line(
 ) -> Figure:
     return {
         "mode": "lines",
-        "x": _digits(x),
-        "y": _digits(y),
+        "x": rounded(x),
+        "y": rounded(y),
         "name": name,
         "line": {"color": colour, "dash": dash, "width": width},
     }
@@ -147,8 +117,8 @@ def _line(
 def _beneath(x: Array, y: Array) -> Figure:
     return {
         "mode": "lines",
-        "x": _digits(x),
-        "y": _digits(y),
+        "x": rounded(x),
+        "y": rounded(y),
         "name": "pinned",
         "line": _PINNED,
         "showlegend": False,
@@ -156,16 +126,4 @@ def _beneath(x: Array, y: Array) -> Figure:
 
 
 def _figure(data: list[Figure], title: str, across: str, up: str, **more: Any) -> Figure:
-    layout: Figure = {
-        "template": LOOKS["looks"]["template"],
-        "height": 230,
-        "margin": _MARGIN,
-        "title": {"text": title, "font": {"size": 13}, "x": 0.01, "y": 0.97},
-        "xaxis": {"title": {"text": across, "standoff": 6}, **more.pop("xaxis", {})},
-        "yaxis": {"title": {"text": up}, "zeroline": True},
-        "uirevision": "kept",
-        **more,
-    }
-    if layout.get("showlegend"):
-        layout["legend"] = {"orientation": "h", "x": 1, "xanchor": "right", "y": 1.14}
-    return {"data": data, "layout": layout, "config": _CONFIG, "words": title}
+    return {**chart(data, title, across, up, **more), "words": title}

@@ -51,12 +51,12 @@ def test_an_answer_is_taken_as_it_was_and_drawn_on_demand(
     assert contents(tmp_path / "b/narrow") == first
     # The page from the folder is the one that the analysis itself would have made.
     monkeypatch.setattr(page, "perf_counter", lambda: 0.0)  # the page tells its own time
-    again = report_html(read_analysis(tmp_path / "a/narrow"), picture=False)
+    again = report_html(read_analysis(tmp_path / "a/narrow"))
     whole = run(case)
     timed = {"timings_s": worked.timings_s, "peak_memory_MB": worked.peak_memory_MB}
     for name, value in timed.items():
         object.__setattr__(whole.result, name, value)
-    assert again == report_html(whole, picture=False)
+    assert again == report_html(whole)
 
     assert main(["view", str(tmp_path / "a/narrow"), "--json"]) == 0
     shown = json.loads(capsys.readouterr().out)

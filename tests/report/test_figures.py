@@ -1,5 +1,8 @@
 """Figures are there, can be read in light, dark, print and by ear, and survive odd data."""
 
+import base64
+import gzip
+import json
 import re
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -9,9 +12,6 @@ import pytest
 
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.page.contact import (
-    _panel_grid,
-    _touched_window,
-    dual_patches,
     force_figure,
     status_figure,
     touched_reach,
@@ -21,6 +21,12 @@ from fingerdesign.analysis.page.gage import area_figure, paths_figure, response_
 from fingerdesign.analysis.page.page import report_figures
 from fingerdesign.records.arrays import OPEN, SLIP, STICK
 from fingerdesign.report.style import COLOURS, house_style
+
+
+def drawn(figure):
+    """The data and layout of a figure that Plotly draws, as the page unpacks them."""
+    data = re.search(r'<script type="text/plain">(.*)</script>', figure.image)[1]
+    return gzip.decompress(base64.b64decode(data)).decode()
 
 
 def flat(figures):
@@ -39,33 +45,32 @@ def test_every_figure_of_the_paper_is_there(figures):
 
 def test_each_is_sound_svg_with_words_and_colours_of_the_theme(figures):
     for figure in flat(figures):
+        assert len(figure.reading) > 40
+        assert re.search(r"\d", figure.alternative), "words without a number say little"
+        if figure.drawn:
+            continue
         root = ElementTree.fromstring(figure.image)
         assert root.tag == "{http://www.w3.org/2000/svg}svg"
         assert root.get("role") == "img"
         assert root.get("aria-label") == figure.alternative
-        assert len(figure.reading) > 40
-        assert re.search(r"\d", figure.alternative), "words without a number say little"
         bare = re.findall(r"(?:fill|stroke): (#[0-9a-f]{6})", figure.image)
         assert set(bare) <= {"#ffffff", "#000000"}, figure.key
         assert f"var(--ink, {COLOURS['ink']})" in figure.image
 
 
-def test_same_data_give_the_same_svg(plane_strain, figures):
+def test_same_data_give_the_same_picture(plane_strain, figures):
     with house_style():
-        again = force_figure(plane_strain.result), traction_figure(plane_strain.contact)
-    assert [figure.image for figure in again] == [figures["contact"][k].image for k in (0, 2)]
+        again = [force_figure(plane_strain.result), status_figure(plane_strain.contact)]
+    assert again[0] == figures["contact"][0]
+    assert again[1].image == figures["contact"][1].image
 
 
-def test_the_map_in_space_is_small_and_covers_the_surface_once(solid):
-    with house_style():
-        figure = status_figure(solid.contact)
-    assert figure.image.count("data:image/png") >= 8
-    assert len(figure.image) < 600_000
-    patches, owner = dual_patches(solid.contact)
-    x, y = patches[..., 0], patches[..., 1]
-    area = 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
-    assert np.abs(area).sum() == pytest.approx(8.0 * 10.0)  # both halves
-    assert set(owner) == set(range(len(solid.contact.points)))
+def test_charts_take_their_colours_from_the_page_and_name_each_line_once(figures):
+    for figure in (figures["contact"][0], figures["contact"][2], figures["gages"][-1]):
+        data = json.loads(drawn(figure))["data"]
+        assert {each["line"]["color"] for each in data} <= {f"--{name}" for name in COLOURS}
+        names = [each["name"] for each in data if each["showlegend"]]
+        assert sorted(names) == sorted({each["name"] for each in data})
 
 
 def test_what_is_missing_is_left_out(plane_strain, failed):
@@ -109,7 +114,8 @@ def test_noise_is_neither_drawn_nor_said(plane_strain):
     ):
         assert words in shown[key].alternative
     for figure in shown.values():
-        assert "1e" not in re.sub(r"<[^>]*>", "", figure.image).replace("−", "-"), figure.key
+        text = drawn(figure) if figure.drawn else figure.image
+        assert "1e" not in re.sub(r"<[^>]*>|--green", "", text).replace("−", "-"), figure.key
         assert not re.search(r"e-1\d|-0\.0+\b|-0 ", figure.alternative), figure.key
 
 
@@ -150,34 +156,13 @@ def test_grips_that_never_lift_or_read_no_gages_are_drawn_and_said(plane_strain)
     assert "fixed_force held" in alone.alternative
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 6, 7, 8])
-@pytest.mark.parametrize("slope", [1 / 6, 0.5, 1.0, 2.0, 6.0])
-def test_panels_of_the_map_fit_the_page(count, slope):
-    columns, width = _panel_grid(count, slope)
-    rows = -(-count // columns)
-    assert columns * width + 0.25 * (columns - 1) <= 6.5 + 1e-9
-    assert (width * slope + 0.6) * rows <= 5.5
-    assert (rows - 1) * columns < count <= rows * columns
-
-
-def test_the_map_shows_what_touched_and_little_more(solid):
-    contact = solid.contact
-    patches, owner = dual_patches(contact)
-    touched = (contact.status != 0).any(axis=0)[owner]
-    for axis, (low, high) in enumerate(_touched_window(contact, patches, owner)):
-        within = patches[touched][..., axis]
-        assert low <= within.min()
-        assert within.max() <= high
-        assert high - low <= 1.3 * (within.max() - within.min()) + 0.2
-
-
 def test_what_leaves_the_section_is_drawn(solid):
     aside = {"twist_deg": 0.5, "force_z_N": 0.3, "twist_moment_Nmm": 2.0}
     rows = tuple(replace(row, **aside) for row in solid.result.increments)
     forces = force_figure(replace(solid.result, increments=rows))
-    assert "force along z" in forces.image
+    assert "force along z" in drawn(forces)
     assert "twist moment 2 N mm" in forces.alternative
-    assert "moment" not in force_figure(solid.result).image
+    assert "moment" not in drawn(force_figure(solid.result))
 
 
 @pytest.mark.parametrize("along_z", [0.03, 0.0])
@@ -186,7 +171,7 @@ def test_tractions_with_a_part_along_z_are_drawn_in_magnitude(solid, along_z):
     aside[..., 1] = along_z
     contact = replace(solid.contact, symmetric=False, tangential_traction=aside)
     figure = traction_figure(contact)
-    assert ("magnitude of shear traction" in figure.image) == bool(along_z)
+    assert ("magnitude of shear traction" in drawn(figure)) == bool(along_z)
     assert ("magnitude over x and z" in figure.reading) == bool(along_z)
 
 

@@ -28,6 +28,72 @@ def test_a_report_bars_nobody(window, solid_report, look):
     window.appear()
 
 
+def most_pressure(window):
+    """Of the contact's colours that are shown, MPa."""
+    drawn = "document.getElementById('plot-space').data"
+    return window.evaluate(
+        f"Math.max(...{drawn}.find((t) => t.visible && t.name.startsWith('pressure')).intensity)"
+    )
+
+
+@browsed
+@pytest.mark.parametrize("look", ["light", "dark", "narrow"])
+def test_the_finger_follows_its_slider_and_menus_by_keys(window, solid_report, solid, look):
+    window.appear(dark=look == "dark")
+    window.goto(solid_report, (360, 800) if look == "narrow" else (1100, 900))
+    window.wait("document.body.dataset.drawn", 60)
+    pressures = solid.contact.normal_traction.max(axis=1)
+    assert most_pressure(window) == pytest.approx(pressures[-1], rel=0.01)
+    window.evaluate("document.querySelector('#figure-space input').focus()")
+    window.key("Home")
+    window.wait("document.querySelector('#plot-space .gtitle').textContent.includes('1 of 8')")
+    assert most_pressure(window) == pytest.approx(pressures[0], rel=0.01)
+    window.key("ArrowRight")
+    assert window.evaluate("document.querySelector('#figure-space input').ariaValueText") == "2"
+    shown = "document.getElementById('plot-space').data.find((t) => t.name === 'status').visible"
+    assert not window.evaluate(shown)
+    window.evaluate("document.querySelector('#figure-space select').focus()")
+    window.key("s", 3)  # shear traction, slip, status
+    window.wait(shown)
+    assert window.evaluate("document.documentElement.scrollWidth") <= window.evaluate("innerWidth")
+    assert faults(window) == []
+    assert window.console == window.requests == []
+    window.appear()
+
+
+@browsed
+def test_a_change_of_the_look_keeps_what_was_chosen_and_takes_its_colours(window, solid_report):
+    window.goto(solid_report)
+    window.wait("document.body.dataset.drawn", 60)
+    window.evaluate("document.querySelector('#figure-space input').focus()")
+    window.key("Home")
+    ink = "document.getElementById('plot-space')._fullLayout.font.color"
+    before = window.evaluate(ink)
+    window.appear(dark=True)
+    window.wait(f"{ink} !== '{before}'")
+    window.wait("document.querySelector('#plot-space .gtitle').textContent.includes('1 of 8')")
+    window.appear()
+
+
+@browsed
+def test_the_contents_stay_in_view_on_a_wide_screen(window, solid_report):
+    top = "Math.round(document.querySelector('nav').getBoundingClientRect().top)"
+    for size, stays in (((1500, 900), True), ((900, 900), False)):
+        window.goto(solid_report, size)
+        window.evaluate("scrollTo({top: 4000, behavior: 'instant'})")
+        assert (window.evaluate(top) == 24) == stays
+
+
+@browsed
+def test_the_finger_is_on_paper(window, solid_report, tmp_path):
+    """The drawing, 2 of its pixels to one of the page, is in the file that is printed."""
+    window.goto(solid_report)
+    window.wait("document.body.dataset.drawn", 60)
+    printed = window.pdf(tmp_path / "page.pdf").read_bytes()
+    sizes = re.findall(rb"/Width (\d+)\s/Height (\d+)\s.*?/Length (\d+)", printed, re.DOTALL)
+    assert max(int(length) for *_, length in sizes) > 20_000
+
+
 @browsed
 def test_the_keyboard_reaches_the_content_and_shows_where_it_is(window, solid_report):
     window.goto(solid_report)

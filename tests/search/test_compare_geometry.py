@@ -10,7 +10,7 @@ import pytest
 from cadquery import Workplane
 
 from fingerdesign import load_design
-from fingerdesign.analysis.page.picture import gage_quads
+from fingerdesign.analysis.page.finger import gage_quads
 from fingerdesign.layout.frames import crest_height, plate_frames, surface_height
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.volume import outline_volume

@@ -5,11 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from fingerdesign.analysis.page.words import FIGURES, GOOD_CORRELATION, UNDEFINED
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.records.arrays import GripTrace, SlipStudy
-from fingerdesign.records.result import Result
+from fingerdesign.records.result import IncrementResult, Result
 from fingerdesign.report import style
+from fingerdesign.report.figure import Figure, Panel, charted, panels
 from fingerdesign.report.page import captioned
 from fingerdesign.report.style import Axes
 from fingerdesign.report.table import cleaned, under_load
@@ -120,60 +121,67 @@ def plate_rows(plates: Sequence[PlateFrame], placed: bool = False) -> tuple[tupl
     return tuple(tuple(row) for row in rows)
 
 
-def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> style.ReportFigure:
-    """Membrane and bending strain of every gage at a few increments, a pair of panels a row.
+def gages_chart(
+    result: Result, plates: Sequence[PlateFrame] = (), chosen: Sequence[int] | None = None
+) -> Figure:
+    """Membrane and bending strain of every gage at the chosen increments, a pair of panels a row.
 
     plates: the plates' frames, (gages,); without them the plate's number is the abscissa. Rows
-    along x are drawn over x, rows along z over z.
+    along x are drawn over x, rows along z over z. chosen: from 0, by default a few under load.
     """
     rows = result.increments
-    shown = under_load(rows) or list(range(len(rows)))
-    chosen = [shown[i] for i in style.spread(len(shown), 4)]
-    numbers = np.array([gage.plate for gage in rows[0].gages])
-    known = len(plates) == len(numbers)
+    shown = _few_under_load(rows) if chosen is None else chosen
+    numbers, known, strains = _strains(rows, plates)
     placed = result.parameters.get("plates.placement") is not None
     groups = plate_rows(plates, placed) if known else (tuple(range(len(numbers))),)
-    both = ("membrane", "bending")
-    strains = cleaned(
-        np.array([[[getattr(g, part) for g in row.gages] for row in rows] for part in both])
-    )
-    figure = style.canvas(7.2, 0.6 + 2.6 * len(groups))
-    panels = figure.subplots(len(groups), 2, squeeze=False)
     titles = ("Membrane: mean of both faces", "Bending: half their difference")
-    for number, (group, pair) in enumerate(zip(groups, panels, strict=True)):
+    drawn = []
+    for number, group in enumerate(groups):
         order = np.array(group)
-        x, label = numbers[order], "plate"
+        x, label = numbers[order].astype(float), "plate"
         if known:
             x = np.array([plates[k].place for k in group])
             label = f"plate centre {plates[group[0]].along} (mm)"
             order, x = order[np.argsort(x, kind="stable")], np.sort(x)
-        for axes, values, title in zip(pair, strains, titles, strict=True):
-            _draw_strains(axes, x, values[:, order], chosen)
-            axes.set_xlabel(label)
-            row = f"Row {number + 1}. " if len(groups) > 1 else ""
-            axes.set_title(row + title)
-        pair[0].set_ylabel("strain (microstrain)")
-    style.shared_legend(list(panels[0, :1]), 4)
-    last = strains[:, chosen[-1]]
+        row = f"Row {number + 1}. " if len(groups) > 1 else ""
+        for title, values in zip(titles, strains, strict=True):
+            lines = [(f"increment {k + 1}", x, values[k, order]) for k in shown]
+            drawn.append(Panel(row + title, label, "strain (microstrain)", lines))
+    return panels(drawn, 2)
+
+
+def _few_under_load(rows: Sequence[IncrementResult]) -> list[int]:
+    shown = under_load(rows) or list(range(len(rows)))
+    return [shown[i] for i in style.spread(len(shown), 4)]
+
+
+def _strains(
+    rows: Sequence[IncrementResult], plates: Sequence[PlateFrame]
+) -> tuple[IntArray, bool, Array]:
+    """Plates of the gages, whether ``plates`` are theirs, and membrane and bending strain (2, k,
+    gages), microstrain."""
+    numbers = np.array([gage.plate for gage in rows[0].gages], dtype=int)
+    both = ("membrane", "bending")
+    strains = [[[getattr(g, part) for g in row.gages] for row in rows] for part in both]
+    return numbers, len(plates) == len(numbers), cleaned(np.array(strains))
+
+
+def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> style.ReportFigure:
+    """:func:`gages_chart` at a few increments for the page, with its words."""
+    numbers, known, strains = _strains(result.increments, plates)
+    number = _few_under_load(result.increments)[-1]
+    last = strains[:, number]
     most, bent = (int(np.abs(values).argmax()) for values in last)
-    return captioned(
-        figure,
+    return charted(
+        gages_chart(result, plates),
         FIGURES,
         "strains",
-        number=chosen[-1] + 1,
+        number=number + 1,
         membrane=(numbers[most], last[0, most]),
         bending=(numbers[bent], last[1, bent]),
         along_z=known and any(plate.along == "z" for plate in plates),
         grid=result.parameters.get("gages.grid", "axial"),
     )
-
-
-def _draw_strains(axes: Axes, x: np.ndarray, values: np.ndarray, chosen: list[int]) -> None:
-    for look, number in enumerate(chosen):
-        style.series(axes, x, values[number], look, f"increment {number + 1}", ms=3.5)
-    axes.axhline(0.0, color=style.MUTED, lw=0.8)
-    if not values[chosen].any():
-        axes.set_ylim(-1.0, 1.0)
 
 
 def shade_over(axes: Axes, x: Array, over: Array, threshold: float, fine: int = 8) -> None:

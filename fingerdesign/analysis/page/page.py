@@ -1,5 +1,6 @@
-"""report.html: one file that opens offline, with no script and nothing fetched."""
+"""report.html: one file that opens offline and fetches nothing."""
 
+from itertools import chain
 from time import perf_counter
 
 import numpy as np
@@ -7,13 +8,13 @@ import numpy as np
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.page import gage, tables, words
 from fingerdesign.analysis.page.contact import force_figure, status_figure, traction_figure
-from fingerdesign.analysis.page.picture import Picture, pictures_of
+from fingerdesign.analysis.page.finger import finger_report
 from fingerdesign.control.foresight import CLEARLY
 from fingerdesign.errors import PictureError
 from fingerdesign.mesh.measures import cell_angles
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.report import style
-from fingerdesign.report.page import captioned, rendered
+from fingerdesign.report.page import captioned, drawing_scripts, rendered
 
 RESPONSES = 3  # friction coefficients whose responses are drawn gage by gage; the areas are for all
 SECTIONS = {
@@ -26,7 +27,6 @@ TEMPLATE = words.TEMPLATES / "report.html.j2"
 PAGE_STAGE = "this page"
 # In the table of times, until the page is made: no text of a design can hold a NUL.
 OWN_TIME, WHOLE_TIME = "\0own", "\0whole"
-NO_MESH = "There is no mesh, so there is no picture."
 
 
 def quality_figure(mesh: Mesh) -> style.ReportFigure:
@@ -89,32 +89,25 @@ def report_figures(analysis: Analysis) -> dict[str, list[style.ReportFigure]]:
     return figures
 
 
-def report_html(analysis: Analysis, picture: bool = True) -> str:
+def report_html(analysis: Analysis) -> str:
     """The whole report as HTML text; the time that it says includes its own making.
 
-    picture=False leaves the pictures of the finger out (tests, speed). A picture that cannot be
-    drawn is said in its place; everything else that fails, raises.
+    A finger that cannot be drawn is said in its place; everything else that fails, raises.
     """
     begin = perf_counter()
-    missing, figures = "", None
-    pictures: dict[str, Picture] = {}
-    if not picture or analysis.mesh is None:
-        missing = NO_MESH if analysis.mesh is None else "The pictures were not asked for."
-    else:
-        try:
-            with pictures_of(analysis) as waited:  # drawn beside, while the figures are made
-                figures = report_figures(analysis)
-                pictures = waited()
-        except PictureError as error:
-            missing = f"The finger could not be drawn: {error}."
-    result = analysis.result
-    figures = figures or report_figures(analysis)
+    result, missing, finger = analysis.result, "", None
+    try:
+        finger = finger_report(analysis)
+    except PictureError as error:
+        missing = f"The finger could not be drawn: {error}."
+    figures = report_figures(analysis)
     took = {name: seconds for name, seconds in result.timings_s.items() if seconds > 0}
     drawn = perf_counter() - begin
     if took:
         with style.house_style():
             chart = time_figure({**took, PAGE_STAGE: drawn})
         figures = {**figures, "work": [*figures["work"], chart]}
+    all_drawn = [*filter(None, [finger]), *chain(*figures.values())]
     text = rendered(
         TEMPLATE,
         result=result,
@@ -122,8 +115,9 @@ def report_html(analysis: Analysis, picture: bool = True) -> str:
         verdict=words.verdict(result, analysis.grip_traces),
         figures=figures,
         sections=SECTIONS,
-        pictures=pictures,
+        space=finger,
         picture_missing=missing,
+        **drawing_scripts(any(each.drawn for each in all_drawn)),
         assumed=tables.assumed_values(result),
         increments=tables.increment_table(result),
         grips=tables.grip_table(result),

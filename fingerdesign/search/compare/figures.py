@@ -8,39 +8,21 @@ figures: no text of an outcome, which Plotly might take for markup.
 """
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from itertools import groupby, pairwise
 from pathlib import Path
 from typing import Any
 
-from fingerdesign.records.outcome import GripOutcome, Numbers, Outcome, Traces
+from fingerdesign.records.outcome import GripOutcome, Outcome, Traces
+from fingerdesign.report.figure import LOOKS as COMMON_LOOKS
+from fingerdesign.report.figure import Figure, finger_in_space, number, rounded
 from fingerdesign.report.page import macros
 
-DIGITS = 4  # significant: a drawing is a thousand points wide
 STATUS = "#/."  # stick, slip, open
 WORDS = Path(__file__).parent / "templates" / "figures.txt.j2"
-# Colours, lines and marks, as Plotly has them. "grips": one look a friction, in colour, dashes and
-# marker, so that no one is needed; "looks": what the page's own charts have in common.
-LOOKS: dict[str, Any] = json.loads((WORDS.parent / "looks.json").read_text(encoding="utf-8"))
-
-Figure = dict[str, Any]
-
-
-def rounded(values: Numbers | Sequence[float | None]) -> list[float | int | None]:
-    """To DIGITS significant digits, whole numbers without a point; what is no number is None.
-
-    >>> rounded((1.23456, None, 120.0, 0.0, float("nan")))
-    [1.235, None, 120, 0, None]
-    """
-    return [_number(value) for value in values]
-
-
-def _number(value: float | None) -> float | int | None:
-    if value is None or not math.isfinite(value):
-        return None
-    near = float(f"{value:.{DIGITS}g}")
-    return int(near) if near == int(near) else near
+# Colours, lines and marks, as Plotly has them. "looks": what the page's own charts have in common.
+LOOKS: Figure = json.loads((WORDS.parent / "looks.json").read_text(encoding="utf-8"))
+LOOKS["looks"] |= {name: COMMON_LOOKS[name] for name in ("options", "template")}
 
 
 def frictions_of(outcomes: Sequence[Outcome]) -> dict[float, int]:
@@ -56,18 +38,14 @@ def shape_figure(geometry: Mapping[str, Any], deep: bool) -> Figure | None:
     """
     if geometry["body"] is None:
         return None
-    data = [
-        {**look, **geometry[name]}
-        for name, look in LOOKS["finger"].items()
-        if geometry[name] is not None
-    ]
-    marks = geometry["touch"] and {"first": len(data) + 1, "kinds": STATUS[:2], **geometry["touch"]}
-    edges, *touch = LOOKS["touch"]
-    mode = {"mode": "markers" if deep else "lines"}
-    data += [{**edges, **geometry["edges"]}, *({**each, **mode} for each in touch)]
+    figure = finger_in_space(geometry)
+    del figure["config"]  # the page's own
+    first, mode = len(figure["data"]), {"mode": "markers" if deep else "lines"}
+    marks = geometry["touch"] and {"first": first, "kinds": STATUS[:2], **geometry["touch"]}
+    figure["data"] += [{**each, **mode} for each in LOOKS["touch"]]
     words = f"{geometry['words']} {geometry['note']}".strip()
     own: Figure = {"steps": [], "shared": [], "marks": marks, "words": words}
-    return {"data": data, "layout": LOOKS["shape"], **own}
+    return {**figure, **own}
 
 
 def contact_figure(traces: Traces) -> Figure | None:
@@ -84,7 +62,7 @@ def contact_figure(traces: Traces) -> Figure | None:
     ]
     low, high = min(touched or known), max(touched or known)
     more = 0.15 * (high - low) + 0.1
-    wide = [_number(max(low - more, min(known))), _number(min(high + more, max(known)))]
+    wide = [number(max(low - more, min(known))), number(min(high + more, max(known)))]
     words = _sentence("contact", rows=traces.status)
     if z:
         return _contact_points(traces, wide, words)
@@ -119,8 +97,8 @@ def _bars(
         for character, group in groupby(text[k : k + 1] or "." for k in order):
             end = start + len(list(group))
             if character == wanted:
-                found["base"].append(_number(edge[start]))
-                found["x"].append(_number(edge[end] - edge[start]))
+                found["base"].append(number(edge[start]))
+                found["x"].append(number(edge[end] - edge[start]))
                 found["y"].append(row)
             start = end
     return found
@@ -217,7 +195,7 @@ def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | 
         look = _look(friction, frictions)
         far = max(wide[1] or 0.0, (high[1] or 0.0) / friction)
         limit = {"color": look["colour"], "dash": look["dash"], "width": 0.9}
-        line = {"x": [0, _number(far)], "y": [0, _number(friction * far)], "line": limit}
+        line = {"x": [0, number(far)], "y": [0, number(friction * far)], "line": limit}
         name = f"limit μ = {friction:g}"
         data.append({"mode": "lines", "name": name, "hoverinfo": "skip", **line})
     data += [_grip(grip, frictions) for grip in grips]
@@ -263,7 +241,7 @@ def _grip(grip: GripOutcome, frictions: Mapping[float, int]) -> dict[str, Any]:
 
 def _look(friction: float, frictions: Mapping[float, int]) -> dict[str, str]:
     """Colour, dashes and marker of a friction."""
-    looks: list[dict[str, str]] = LOOKS["grips"]
+    looks: list[dict[str, str]] = COMMON_LOOKS["series"]
     return looks[frictions.get(friction, -1) % len(looks)]
 
 
@@ -271,7 +249,7 @@ def _spread(values: Sequence[float]) -> list[float | int | None]:
     """Least and greatest, with 6 % more where that is not zero."""
     low, high = min(values), max(values)
     more = 0.06 * (high - low) or 0.5
-    return [_number(low - more if low else 0.0), _number(high + more if high else 0.0)]
+    return [number(low - more if low else 0.0), number(high + more if high else 0.0)]
 
 
 def _sentence(name: str, /, **values: Any) -> str:

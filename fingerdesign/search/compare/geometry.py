@@ -3,8 +3,7 @@
 No CAD is made.
 """
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -13,9 +12,9 @@ from numpy.typing import NDArray
 
 from fingerdesign.analysis.analysis import parameters
 from fingerdesign.analysis.case import fundamental_scene
-from fingerdesign.analysis.page.picture import LIFT, gage_quads
+from fingerdesign.analysis.page.finger import LIFT, gage_quads
 from fingerdesign.analysis.page.words import finger_words
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array
 from fingerdesign.design.body import Body
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import content_of
@@ -24,6 +23,7 @@ from fingerdesign.layout.frames import PlateFrame, plate_frames, surface_height
 from fingerdesign.layout.gaps import core_solid, solids_of, turned_solid
 from fingerdesign.layout.profile import Profile, profile_of
 from fingerdesign.records.outcome import Traces
+from fingerdesign.report.figure import Triangles, fans, micrometres, places, triangles_of
 
 # A finger's body, core and plates as triangles, for the comparison page's view in space.
 #
@@ -32,32 +32,6 @@ from fingerdesign.records.outcome import Traces
 AROUND = 36  # facets of a turned body
 SHARP_DEG = 14.0  # facets of one surface meet at under 7 degrees
 _HOLE_CORNERS = 16
-
-
-@dataclass(frozen=True)
-class Triangles:
-    """Vertices (n, 3), and triangles (m, 3) of their numbers, anticlockwise seen from outside."""
-
-    vertices: Array
-    triangles: IntArray
-
-    def edges(self) -> tuple[IntArray, Array]:
-        """Each edge once, (k, 2), and the cosine (k,) between its two facets; NaN: it has one."""
-        a, b, c = np.moveaxis(self.vertices[self.triangles], 1, 0)
-        normal = np.cross(b - a, c - a)
-        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-        directed = np.concatenate([self.triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
-        ends, number, count = np.unique(
-            np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True
-        )
-        both = np.zeros((len(ends), 3))  # of two unit normals the sum's square is 2 + 2 cosine
-        np.add.at(both, number.ravel(), np.tile(normal, (3, 1)))
-        return np.asarray(ends), np.where(count == 2, 0.5 * (both**2).sum(axis=1) - 1.0, np.nan)
-
-    def sharp_edges(self, angle_deg: float) -> IntArray:
-        """Ends (k, 2) of the edges whose facets meet at more than an angle, or that have one."""
-        ends, cosine = self.edges()
-        return np.asarray(ends[~(cosine >= np.cos(np.radians(angle_deg)))])
 
 
 def grid_body(x: Array, z: Array, heights: Array) -> Triangles:
@@ -94,30 +68,6 @@ def hole_rims(frame: PlateFrame) -> list[Array]:
             plane = frame.from_local(hole.s + hole.radius * np.cos(angle), above)
             rims.append(frame.to_space(plane, hole.w + hole.radius * np.sin(angle)))
     return rims
-
-
-def triangles_of(solids: Iterable[Any]) -> Triangles:
-    """The surfaces of solids, as layout/gaps.py makes them."""
-    meshes = [solid.to_mesh64() for solid in solids]
-    return together((mesh.vert_properties, mesh.tri_verts.astype(int)) for mesh in meshes)
-
-
-def fans(polygons: Iterable[Array]) -> Triangles:
-    """Convex polygons (n, 3), each as a fan."""
-    return together(
-        (corners, np.array([(0, k, k + 1) for k in range(1, len(corners) - 1)]))
-        for corners in polygons
-    )
-
-
-def together(parts: Iterable[tuple[Array, IntArray]]) -> Triangles:
-    """Several surfaces, vertices and triangles, as one."""
-    vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=int)], 0
-    for points, own in parts:
-        vertices.append(points)
-        triangles.append(own + count)
-        count += len(points)
-    return Triangles(np.concatenate(vertices), np.concatenate(triangles))
 
 
 # The contact surface of a STEP body as a few lines of heights, for the comparison page.
@@ -192,7 +142,6 @@ _ARC_STEP_DEG = 7.0  # between neighbouring facets, half of what counts as an ed
 _LEAST_PIECES = 4
 _DOME_LINES = 11  # along z
 _STEP_SHARP_DEG = 35.0  # roundings of its own are drawn by few facets
-_DIGITS = 3  # micrometres
 _CONTACT_LIFT = 0.03  # mm of what touches above the drawn surface
 
 
@@ -238,19 +187,16 @@ def _packed(design: Design, words: str, traces: Traces) -> Packed:
     if len(frames) > MOST_PLATES:
         notes.append(f"Of {len(frames)} plates the first {MOST_PLATES} are drawn.")
         frames = frames[:MOST_PLATES]
-    ends = solid.sharp_edges(_STEP_SHARP_DEG if body.step is not None else SHARP_DEG)
-    lines = np.full((len(ends), 3, 3), np.nan)
-    lines[:, :2] = solid.vertices[ends]
     return {
         "words": words,
         "note": " ".join(notes),
-        "size": _rounded([width, height, depth]),
-        "body": _triangles(solid),
-        "edges": _places(lines.reshape(-1, 3)),
-        "core": core and _triangles(triangles_of([core_solid(core, core.depth_mm or depth)])),
-        "plates": _triangles(triangles_of(solids_of(tuple(frames)))),
-        "gages": _triangles(fans(gage_quads(tuple(frames), design.gages))),
-        "holes": _triangles(fans(rim for frame in frames for rim in hole_rims(frame))),
+        "size": micrometres([width, height, depth]),
+        "body": solid.drawn(),
+        "edges": solid.outline(_STEP_SHARP_DEG if body.step is not None else SHARP_DEG),
+        "core": core and triangles_of([core_solid(core, core.depth_mm or depth)]).drawn(),
+        "plates": triangles_of(solids_of(tuple(frames))).drawn(),
+        "gages": fans(gage_quads(tuple(frames), design.gages)).drawn(),
+        "holes": fans(rim for frame in frames for rim in hole_rims(frame)).drawn(),
         "touch": _touched(body, depth, traces),
     }
 
@@ -258,17 +204,6 @@ def _packed(design: Design, words: str, traces: Traces) -> Packed:
 def _nothing(words: str, note: str) -> Packed:
     drawn = ("body", "edges", "core", "plates", "gages", "holes", "touch")
     return {"words": words, "note": note, "size": [1.0, 1.0, 1.0], **dict.fromkeys(drawn)}
-
-
-def _places(points: Array) -> Packed:
-    return {name: _rounded(points[:, k]) for k, name in enumerate("xyz")}
-
-
-def _triangles(found: Triangles) -> Packed | None:
-    if not len(found.triangles):
-        return None
-    corners = {name: found.triangles[:, k].tolist() for k, name in enumerate("ijk")}
-    return _places(found.vertices) | corners
 
 
 def _touched(body: Body, depth: float, traces: Traces) -> Packed | None:
@@ -289,7 +224,7 @@ def _touched(body: Body, depth: float, traces: Traces) -> Packed | None:
         z = _INNER * far[:, None] * across
     height = surface_height(body, x[:, None], z)
     points = np.stack([np.broadcast_to(x[:, None], z.shape), height + _CONTACT_LIFT, z], axis=-1)
-    return {"places": _places(points.reshape(-1, 3)), "each": z.shape[1]}
+    return {"places": places(points.reshape(-1, 3)), "each": z.shape[1]}
 
 
 def body_triangles(body: Body) -> tuple[Triangles, float]:
@@ -334,12 +269,3 @@ def outline_of(profile: Profile) -> np.ndarray:
             + piece.radius * np.column_stack([np.sin(angle), np.cos(angle)])
         )
     return np.vstack(points)
-
-
-def _rounded(values: Any) -> list[float | None]:
-    """To micrometres; None where there is no number; whole numbers without a point."""
-    found = []
-    for value in np.asarray(values, dtype=float).tolist():
-        near = round(value, _DIGITS) if np.isfinite(value) else None
-        found.append(int(near) if near is not None and near == int(near) else near)
-    return found

@@ -10,11 +10,10 @@ from typing import Any
 
 from fingerdesign.errors import all_shown, shown
 from fingerdesign.records.outcome import Outcome, Traces, designs_csv, grips_csv, increments_csv
+from fingerdesign.report.figure import rounded
 from fingerdesign.report.page import (
-    content_policy,
-    digest,
+    drawing_scripts,
     packed,
-    plotly_script,
     rendered,
     sentences,
 )
@@ -26,7 +25,6 @@ from fingerdesign.search.compare.figures import (
     forces_figure,
     frictions_of,
     gages_figure,
-    rounded,
     shape_figure,
 )
 from fingerdesign.search.compare.geometry import packed_geometry
@@ -193,8 +191,6 @@ def compare_html(
         "increments.csv": increments_csv(outcomes),
         "grips.csv": grips_csv(outcomes),
     }
-    plotly, plotly_digest = plotly_script()
-    scripts = [(TEMPLATES / name).read_text(encoding="utf-8") for name in SCRIPTS]
     return rendered(
         TEMPLATES / "compare.html.j2",
         name=shown(facts.name),
@@ -214,9 +210,7 @@ def compare_html(
         failures=_failures(outcomes),
         record=_record(outcomes, facts),
         page_style=(TEMPLATES / "compare.css").read_text(encoding="utf-8"),
-        scripts=scripts,
-        plotly=plotly,
-        policy=content_policy(*map(digest, scripts), plotly_digest),
+        **drawing_scripts(True, *(TEMPLATES / name for name in SCRIPTS)),
     )
 
 

@@ -6,10 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerdesign.analysis.page.picture import FILLED, VIEW_ANGLE, camera_at
 from fingerdesign.errors import PictureError
 from fingerdesign.mold import page as mold_picture
-from fingerdesign.mold.page import AXES, SIZE, exploded_job, exploded_of, exploded_parts, numbered
+from fingerdesign.mold.page import (
+    AXES,
+    FILLED,
+    SIZE,
+    VIEW_ANGLE,
+    camera_at,
+    exploded_job,
+    exploded_of,
+    exploded_parts,
+    numbered,
+)
 from tests.support.molds import box
 
 

@@ -1,7 +1,6 @@
 // What the charts of all designs that pass the filter have in common.
 FD.sentence = (number, columns) => `${FD.name(number)}: ${columns.map((column) =>
   `${column.heading} ${FD.number(FD.value(number, column))}`).join(", ")}`;
-
 /** A chart whose designs are gone through by keys and mouse: Enter or a click chooses. */
 FD.walked = (id, { order, ring, sentence, draw }) => {
   const place = FD.byId(id);

@@ -1,25 +1,15 @@
 // The page's own object; no HTML of untrusted names. Plotly lies packed until the first chart.
-const byId = (id) => document.getElementById(id);
+const { byId } = FD;
 const data = JSON.parse(byId("data").textContent);
 // details: the heavy parts of the designs that were made ready, {figures, readings, ...}.
-const FD = { data, details: {}, selected: [null, null], shown: [], byId };
-window.FD = FD;
+Object.assign(FD, { data, details: {}, selected: [null, null], shown: [] });
 const chosen = () => FD.selected.filter((number) => number !== null);
 
 FD.on = (event, act) => window.addEventListener(`page-${event}`, act);
 FD.raise = (event) => window.dispatchEvent(new Event(`page-${event}`));
-FD.all = (selector) => [...document.querySelectorAll(selector)];
 FD.press = (selector, act) => FD.all(selector).forEach((button) =>
   button.addEventListener("click", () => act(button.dataset)));
-
-/** An element; strings become text. */
-FD.el = (tag, properties, ...children) => {
-  const made = Object.assign(document.createElement(tag), properties);
-  made.append(...children);
-  return made;
-};
 FD.near = (p, q) => Math.abs(p - q) <= 1e-9 * Math.max(Math.abs(p), Math.abs(q));
-
 /** A value for reading: numbers with four significant digits. */
 FD.number = (given) => {
   const value = given ?? "–";
@@ -31,50 +21,29 @@ FD.number = (given) => {
 };
 FD.value = (number, { path }) => path.reduce((found, key) => found?.[key], data.designs[number]) ?? null;
 FD.name = (number) => data.designs[number]?.name ?? "none chosen";
-FD.colour = (name) => getComputedStyle(document.body).getPropertyValue(`--${name}`).trim();
 FD.say = (text) => (byId("said").textContent = text);
-
-/** The text that an element holds packed: gzip in base64. */
-FD.unpacked = async (element) => {
-  const text = atob(element.textContent);
-  const bytes = new Uint8Array(text.length); // by a loop: ten times quicker than Uint8Array.from
-  for (let k = 0; k < text.length; k += 1) bytes[k] = text.charCodeAt(k);
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Response(stream).text();
-};
-
-const idle = new Promise((go) => (window.requestIdleCallback ?? setTimeout)(go)); // text first
-let plotly = null;
 /** Make Plotly and the heavy parts of the chosen designs ready. */
 async function ready() {
-  await idle;
-  plotly ??= FD.unpacked(byId("plotly")).then((text) =>
-    document.head.append(FD.el("script", {}, text))); // the policy knows its digest
+  await FD.plotly();
   for (const number of chosen().filter((each) => !(each in FD.details))) {
     const some = byId(`details-${Math.floor(number / data.together)}`);
     Object.assign(FD.details, JSON.parse(await FD.unpacked(some)));
   }
-  await plotly;
 }
-
-const themed = (given) => JSON.parse(JSON.stringify(given), (key, value) =>
-  typeof value === "string" && value.startsWith("--") ? FD.colour(value.slice(2)) : value);
 /** Draw or change a chart, "--blue" as the page's colour; words: its text alternative. */
 FD.chart = (place, traces, layout, words, events = {}) => {
   const { options, template } = data.looks;
   const fresh = !place.data;
   place.ariaLabel = words;
-  Plotly.react(place, themed(traces), themed({ template, ...layout }), options);
+  Plotly.react(place, FD.themed(traces), FD.themed({ template, ...layout }), options);
   for (const [event, act] of Object.entries(fresh ? events : {})) place.on(event, act);
 };
-
 /** Least and greatest of the numbers of a list; some width where they are one. */
 FD.range = (list) => {
   const found = list.filter(Number.isFinite).sort((p, q) => p - q);
   const [low, high] = [found[0] ?? 0, found.at(-1)];
   return high > low ? [low, high] : [low - 0.5, low + 0.5];
 };
-
 /** A function that asks for a drawing, which is made once its place is near the window. */
 FD.lazily = (place, draw) => {
   let [near, stale] = [false, false];
@@ -90,8 +59,7 @@ FD.lazily = (place, draw) => {
   FD.on("look", again);
   return again;
 };
-for (const query of ["(prefers-color-scheme: dark)", "print"])
-  matchMedia(query).addEventListener("change", () => FD.raise("look"));
+FD.onLook(() => FD.raise("look"));
 
 FD.select = (a, b) => {
   FD.selected = [a ?? null, b ?? null];

@@ -26,7 +26,6 @@ function axisOf(column) {
   const at = (number) => (FD.value(number, column) === null ? NONE : share(of(number)));
   return { ...column, at, range, different: new Set(FD.shown.map(of)).size > 1 };
 }
-
 function draw(chart, place) {
   axes = boxes.filter((box) => box.checked).map((box) => axisOf(columns[box.value]))
     .filter(({ different }) => different);

@@ -8,7 +8,6 @@ let columns = []; // each with its heading and the field that filters it
 let order = []; // all designs of the table, as sorted
 let sorted = { column: null, up: true };
 let at = null; // the design whose button is a stop
-
 const texts = new Intl.Collator("en", { numeric: true });
 /** Sort by a column; what has no value stands last either way. */
 function sort(column, up) {
@@ -38,7 +37,6 @@ function test(text, numeric) {
     : (/[=≤≥]/.test(way) && FD.near(value, low)) ||
       (/[<≤]/.test(way) && value < low) || (/[>≥]/.test(way) && value > low));
 }
-
 /** Show the rows that pass the filter. */
 function apply() {
   const wrong = [];
@@ -59,7 +57,6 @@ function apply() {
   if (rows.get(at)?.hidden !== false) stop(FD.shown[0]);
   FD.raise("shown");
 }
-
 /** One button of the table is a stop of the Tab key; arrows go on from it. */
 function stop(number) {
   if (button(at)) button(at).tabIndex = -1;
@@ -72,7 +69,6 @@ function step(event) {
   stop(FD.step(FD.shown, Number(event.target.dataset.i), FD.WAYS[event.key]));
   button(at).focus();
 }
-
 function mark() {
   for (const [number, row] of rows) {
     const letter = FD.letter(number);
@@ -81,7 +77,6 @@ function mark() {
     else delete row.dataset.mark;
   }
 }
-
 function start() {
   for (const row of table.tBodies[0].rows) rows.set(Number(row.dataset.i), row);
   order = [...rows.keys()];
@@ -106,14 +101,12 @@ function start() {
   FD.on("select", mark);
   apply();
 }
-
 /** Filter a column by its bounds. */
 FD.filter = (path, bounds) => {
   const ends = [...bounds].sort((p, q) => p - q).map((each) => each.toPrecision(6));
   columns.find((each) => String(each.path) === String(path)).input.value = ends.join("..");
   apply();
 };
-
 /** A file that lies packed in the page, or of the rows shown now, or all as one JSON list. */
 FD.press("[data-save]", async ({ save, from, kind }) => {
   let text = await FD.unpacked(FD.all(`.archive[data-name="${from}"]`)[0]);

@@ -4,7 +4,6 @@ const views = [FD.data.looks.start, FD.data.looks.start]; // outlast the pair
 let kept = Infinity; // the chosen increment, for the next pair too
 let webgl = null;
 let items = [];
-
 /** A row of the two in numbers; null where neither has the value, or both what was varied. */
 function row(column) {
   const [p, q] = FD.selected.map((number) => FD.value(number, column));
@@ -24,7 +23,6 @@ function row(column) {
     ...texts.map((text, k) => cell(better === "AB"[k] ? "better" : column.numeric ? "" : "word", text)),
     cell("", share), cell("text", said));
 }
-
 function numbers() {
   const rows = FD.data.columns.map(row);
   FD.byId("table-pair").tBodies[0].replaceChildren(...rows.filter(Boolean));
@@ -35,7 +33,6 @@ function numbers() {
   FD.byId("pair-unlike").hidden = lifts.length < 2 || lifts[0] === lifts[1];
   FD.byId("pair-notes").replaceChildren(...notes.map((text) => FD.el("p", {}, text)));
 }
-
 /** Give the points of each status to their trace, from marks.first on. */
 function marked(place, { first, kinds, each, places }, statuses = "") {
   const of = (values, kind) => [...statuses].flatMap((own, k) => (own !== kind ? []
@@ -44,21 +41,17 @@ function marked(place, { first, kinds, each, places }, statuses = "") {
     [axis, [...kinds].map((kind) => of(values, kind))]);
   Plotly.restyle(place, Object.fromEntries(update), [...kinds].map((_, k) => first + k));
 }
-
 /** The scene of a view, a turn about y and a tilt toward it; both fingers at one scale. */
 function scene(side) {
   const { turn, tilt, zoom } = views[side];
   const [t, p] = [(turn * Math.PI) / 180, (tilt * Math.PI) / 180];
   const [ct, st, cp, sp] = [Math.cos(t), Math.sin(t), Math.cos(p), Math.sin(p)];
   const [eye, up] = [{ x: 2 * cp * st, y: 2 * sp, z: 2 * cp * ct }, { x: -sp * st, y: cp, z: -sp * ct }];
-  const size = 1.8 * zoom;
-  const reach = 0.5 * Math.max(...items.map((item) => Math.hypot(...(item?.size ?? []))));
-  const [axis, yaxis] = [0, 0.5 * items[side].size[1]].map((middle) =>
-    ({ visible: false, range: [middle - reach, middle + reach] }));
+  const reach = items.map((item) => Math.hypot(...(item?.size ?? [])));
+  const size = (1.8 * zoom * reach[side]) / Math.max(...reach);
   return { camera: { eye, up, projection: { type: "orthographic" } },
-    aspectratio: { x: size, y: size, z: size }, xaxis: axis, yaxis, zaxis: axis };
+    aspectratio: { x: size, y: size, z: size } };
 }
-
 /** Turn a view, or both together: by how much, `to` where to. */
 function turn(side, { turn: round = 0, tilt: down = 0, zoom: factor = 1, to }) {
   const from = { ...views[side ?? 0], ...to };
@@ -75,7 +68,6 @@ function turn(side, { turn: round = 0, tilt: down = 0, zoom: factor = 1, to }) {
   FD.byId("turned").textContent = `turned ${Math.round(view.turn)}°, ` +
     `tilted ${Math.round(view.tilt)}°, ${Math.round(100 * view.zoom)} %`;
 }
-
 /** One of the figures of both designs; axes that both show alike have one range. */
 function figure(key) {
   const found = items.map((item) => (key === "shape" && !webgl ? null : item?.figures[key]));
@@ -92,7 +84,6 @@ function figure(key) {
       { plotly_relayout: (event) => byHand(side, event["scene.camera"]?.eye) });
   });
 }
-
 /** Follow a hand that has turned a view. */
 function byHand(side, eye) {
   if (!eye) return;
@@ -100,7 +91,6 @@ function byHand(side, eye) {
     .map((angle) => (angle * 180) / Math.PI);
   turn(side, { to: { tilt, turn: round } });
 }
-
 /** Bring one gage out. */
 function bring(side) {
   const style = (width, colour, traces) =>
@@ -108,7 +98,6 @@ function bring(side) {
   style(0.9, "muted");
   style(2.6, ["blue", "vermilion"][side], [Number(at("gage", side).value)]);
 }
-
 /** All gages over x at an increment, both designs in one chart. */
 function profile(k) {
   const { layout, lines } = FD.data.looks.profile;
@@ -123,7 +112,6 @@ function profile(k) {
     { ...layout, yaxis: { ...layout.yaxis, range } },
     `Readings of all gages over x at increment ${k + 1}.`);
 }
-
 /** Show the slider's increment in all pictures, and the readings at it. */
 function follow() {
   const slider = FD.byId("increment");
@@ -145,7 +133,6 @@ function follow() {
   FD.byId("increment-shown").textContent = shown;
   profile(k);
 }
-
 /** What is written of one design: gages to choose from, how far to believe the numbers. */
 function write({ words, figures, belief, mind }, side) {
   at("shape-words", side).textContent = words;
@@ -157,7 +144,6 @@ function write({ words, figures, belief, mind }, side) {
   at("mind", side).replaceChildren(...mind.map((sentence) => FD.el("li", {}, sentence)));
   if (figures.gages) bring(side);
 }
-
 function draw() {
   webgl ??= Boolean(document.createElement("canvas").getContext("webgl"));
   FD.byId("no-webgl").hidden = webgl;
@@ -172,7 +158,6 @@ function draw() {
   Object.assign(FD.byId("increment"), { max: Math.max(1, count), value: Math.min(kept, count) });
   if (count) follow();
 }
-
 FD.byId("increment").addEventListener("input", ({ target }) => {
   kept = target.value === target.max ? Infinity : Number(target.value); // the last stays the last
   follow();

@@ -1,81 +1,150 @@
-"""The finger is drawn without a display; surfaces are closed; failures are named."""
+"""The finger in space: whole surfaces, colours that follow the path; gages where they lie."""
 
 import dataclasses
-import io
-import os
+import json
 
 import numpy as np
 import pytest
 
-import fingerdesign.analysis.page.picture as picture_module
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.folder import centroid_strain, write_fields
-from fingerdesign.analysis.page.gage import plate_rows, strain_figure
-from fingerdesign.analysis.page.picture import cast, drawing_of, gage_quads, pictures_of, surface
+from fingerdesign.analysis.page.finger import (
+    MOVED,
+    VIEWS,
+    finger_figure,
+    finger_report,
+    gage_quads,
+    patch_of,
+    surface_of,
+)
+from fingerdesign.analysis.page.gage import gages_chart, plate_rows
 from fingerdesign.analysis.page.words import finger_words
 from fingerdesign.design.schema import Gages
 from fingerdesign.errors import PictureError
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.records.arrays import FieldHistory
-from fingerdesign.report.style import house_style
+from fingerdesign.layout.gaps import solids_of
+from fingerdesign.records.arrays import OPEN, STICK, FieldHistory
+from fingerdesign.report.figure import in_notebook, triangles_of
 
-# pyvista says that a default of extract_surface will be another one.
-pytestmark = pytest.mark.filterwarnings("ignore:The default value of `algorithm`")
-
-
-def drawn(mesh, chosen, depth=10.0):
-    """The chosen cells' surface, closed or its volume would be another."""
-    flat = mesh.dimension == 2
-    scene = {"points": mesh.points, "cells": mesh.corners, "half": mesh.symmetric}
-    found = surface(scene | {"depth": depth if flat else 0.0}, chosen)
-    assert found.is_manifold
-    return found.compute_normals(consistent_normals=True, auto_orient_normals=True)
+BOTH = pytest.mark.parametrize("which", ["plane_strain", "solid"])
 
 
-def cells_volume(mesh, chosen):
-    corners = mesh.points[mesh.corners[chosen]]
+def volume(points, triangles):
+    """Inside a closed surface whose triangles are anticlockwise from outside."""
+    return float(np.linalg.det(points[triangles]).sum() / 6.0)
+
+
+def closed(triangles):
+    """Every edge is walked once each way, so no triangle is missing or turned."""
+    ends = np.concatenate([triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
+    there, back = ({tuple(each) for each in way.tolist()} for way in (ends, ends[:, ::-1]))
+    return there == back and len(there) == len(ends)
+
+
+def cells_volume(mesh):
+    corners = mesh.points[mesh.corners]
     edges = corners[:, 1:] - corners[:, :1]
     return float(np.abs(np.linalg.det(edges)).sum() / (2 if mesh.dimension == 2 else 6))
 
 
-def test_surfaces_of_a_section_and_of_a_half_model_are_the_whole_finger_s(plane_strain, solid):
-    # 10 mm deep, in VTK's single precision; two halves
-    for mesh, times, within in ((plane_strain.mesh, 10.0, 1e-5), (solid.mesh, 2.0, 1e-6)):
-        every = np.ones(len(mesh.cells), dtype=bool)
-        found = drawn(mesh, every)
-        wanted = times * cells_volume(mesh, every)
-        assert found.volume == pytest.approx(wanted, rel=within)
+def test_surfaces_of_a_section_of_a_half_and_of_a_whole_finger_are_closed(plane_strain, solid):
+    whole = whole_mesh(solid.mesh)
+    for mesh, times in ((plane_strain.mesh, 10.0), (solid.mesh, 2.0), (whole, 1.0)):
+        found = surface_of(mesh, 10.0)
+        wanted = times * cells_volume(mesh)
+        assert volume(found.points, found.whole) == pytest.approx(wanted, rel=1e-9)
+        assert volume(found.points, found.half) == pytest.approx(0.5 * wanted, rel=1e-6)
+        assert found.points[found.half][..., 2].max() == pytest.approx(0.0, abs=1e-9)
         assert found.points[:, 2].min() == pytest.approx(-5.0)
+        assert closed(found.half)
 
 
-@pytest.mark.parametrize("which", ["plane_strain", "solid"])
-def test_pictures_are_drawn_without_a_display(which, request, monkeypatch):
-    from PIL import Image
+def whole_mesh(half):
+    """The same finger as a mesh that says nothing of a mirror."""
+    mirrored = half.points * [1.0, 1.0, -1.0]
+    cells = half.cells.copy() + len(half.points)
+    order = [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]  # positively oriented again
+    points = np.concatenate([half.points, mirrored])
+    found = np.concatenate([half.cells, cells[:, order]])
+    plane = np.flatnonzero(np.abs(half.points[:, 2]) < 1e-9)
+    number = np.arange(len(points))
+    number[plane + len(half.points)] = plane
+    regions = np.tile(half.regions, 2)
+    facets: dict = {}
+    return dataclasses.replace(
+        half,
+        points=points,
+        cells=number[found],
+        regions=regions,
+        facets=facets,
+        symmetric=False,
+    )
 
-    monkeypatch.delenv("DISPLAY", raising=False)
-    with pictures_of(request.getfixturevalue(which)) as waited:
-        pictures = waited()
-    assert list(pictures) == ["inside", "deformed"]
-    for picture in pictures.values():
-        assert len(picture.png) < 300_000
-        pixels = np.asarray(Image.open(io.BytesIO(picture.png)).convert("RGBA"))
-        drawn = pixels[..., 3] > 0
-        assert 0.2 < drawn.mean() < 0.9
-        assert not drawn[:, [0, -1]].any(), "cut off at the side"
-        assert not drawn[[0, -1]].any(), "cut off at the top or the bottom"
-        assert len(np.unique(pixels[drawn].reshape(-1, 4), axis=0)) > 100
-    assert "15 plates" in pictures["inside"].alternative
-    moved = np.linalg.norm(request.getfixturevalue(which).fields.displacement[-1], axis=1)
-    assert pictures["deformed"].scale_mm == pytest.approx(moved.max(), rel=0.02)
+
+@BOTH
+def test_the_patch_is_what_touched_and_each_point_keeps_its_own_piece(which, request):
+    contact = request.getfixturevalue(which).contact
+    patch = patch_of(contact, 10.0)
+    touched = (contact.status != OPEN).any(axis=0)
+    assert set(np.flatnonzero(touched)) <= set(patch.owner.tolist())
+    behind = patch.points[patch.triangles[: patch.half]]
+    assert behind[..., 2].max() == pytest.approx(0.0, abs=1e-12)
+    points, triangles, owner = patch.apart()
+    sizes = [area(each, of) for each, of in ((patch.points, patch.triangles), (points, triangles))]
+    assert sizes[0].sum() == pytest.approx(sizes[1].sum())
+    first = points[triangles[:, 0]]
+    assert np.allclose(first[:, 0], contact.points[owner][:, 0])  # its corner is the contact point
 
 
-def test_a_crash_and_a_hang_are_named(plane_strain, monkeypatch):
-    late = pictures_of(plane_strain, time_limit_s=0.01)
-    with late as waited, pytest.raises(PictureError, match="longer than"):
-        waited()
-    monkeypatch.setattr(picture_module, "draw", os.abort)
-    with pictures_of(plane_strain) as waited, pytest.raises(PictureError, match="TypeError"):
-        waited()
+def area(points, triangles):
+    a, b, c = np.moveaxis(points[triangles], 1, 0)
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+
+
+@BOTH
+def test_the_slider_gives_each_increment_its_colours(which, request):
+    analysis = request.getfixturevalue(which)
+    figure = finger_figure(analysis, 2)
+    data = {each["name"]: each for each in figure["data"]}
+    (slider,) = figure["layout"]["sliders"]
+    rows = analysis.result.increments
+    assert (len(slider["steps"]), slider["active"]) == (len(rows), 2)
+    shades, words, traces = slider["steps"][5]["args"]
+    names = [figure["data"][k]["name"] for k in traces]
+    for name, values in zip(names, shades["intensity"], strict=True):
+        per_cell = data[name].get("intensitymode") == "cell"
+        assert len(values) == len(data[name]["i" if per_cell else "x"])
+        assert data[name]["cmin"] <= min(values) <= max(values) <= data[name]["cmax"] * 1.01
+    assert max(shades["intensity"][names.index("pressure (MPa)")]) == pytest.approx(
+        analysis.contact.normal_traction[5].max(), rel=0.01
+    )
+    assert STICK in shades["intensity"][names.index("status")]
+    assert f"F<sub>n</sub> {rows[5].normal_force_N:.3g} N" in words["title.text"]
+    assert json.loads(json.dumps(figure, allow_nan=False)) == figure
+
+
+@BOTH
+def test_menus_choose_colour_body_and_view(which, request):
+    figure = finger_figure(request.getfixturevalue(which))
+    menus = {each["name"]: each["buttons"] for each in figure["layout"]["updatemenus"]}
+    assert [each["label"] for each in menus["Seen from"]] == list(VIEWS)
+    assert menus["Contact"][-1]["label"] == MOVED
+    for button in menus["Contact"]:
+        change, traces = button["args"]
+        names = [figure["data"][k]["name"] for k in traces]
+        shown = {n for n, seen in zip(names, change["visible"], strict=True) if seen}
+        assert shown == {button["label"]} | (set() if button["label"] == MOVED else {"body"})
+    whole, _, cut = (each["args"][0] for each in menus["Body"])
+    assert all(len(half) < len(full) for half, full in zip(cut["i"], whole["i"], strict=True))
+    texts = [each["text"] for each in figure["layout"]["scene"]["annotations"]]
+    assert texts == ["width 20 mm", "depth 10 mm", "height 12.68 mm", "5 mm", "radius 20 mm"]
+
+
+def test_a_notebook_gets_the_same_figure_in_print_colours(solid):
+    figure = finger_figure(solid)
+    drawn = in_notebook(figure)
+    assert [each.name for each in drawn.data] == [each["name"] for each in figure["data"]]
+    assert '"--' not in drawn.to_json()
 
 
 def test_what_does_not_move_is_not_coloured(plane_strain):
@@ -83,17 +152,17 @@ def test_what_does_not_move_is_not_coloured(plane_strain):
     bare = dataclasses.replace(mesh, regions=0 * mesh.regions)
     fields = FieldHistory((3,), 1e-13 * plane_strain.fields.displacement[-1:])
     still = dataclasses.replace(plane_strain, fields=fields, mesh=bare, plates=())
-    _, words = drawing_of(still)
-    assert list(words) == ["inside"]
-    assert "in increment 4 nothing moves it" in words["inside"]
-    assert "no plates inside it" in words["inside"]
+    assert MOVED not in {each["name"] for each in finger_figure(still)["data"]}
+    words = finger_report(still).alternative
+    assert "in increment 4 nothing moves it" in words
+    assert "no plates inside it" in words
 
 
 def test_what_cannot_be_drawn_is_refused(plane_strain, solid, failed):
     mixed = Analysis(plane_strain.result, mesh=plane_strain.mesh, fields=solid.fields)
     for analysis, words in ((failed, "no mesh"), (mixed, "does not belong")):
         with pytest.raises(PictureError, match=words):
-            drawing_of(analysis)
+            finger_figure(analysis)
 
 
 GAGES = Gages(width_mm=0.6, z_mm=0.2)
@@ -116,13 +185,10 @@ def test_gages_are_drawn_on_the_faces_that_carry_them(frame, face, sides):
 
 @pytest.mark.parametrize("frame", [FLAT, ALONG_Z, BENT])
 def test_plates_are_drawn_closed_and_outward(frame):
-    """The plate's own volume, to VTK's single precision: no triangle is missing or turned."""
-    rings = [tuple(frame.to_space(frame.outline(), end) for end in (frame.low, frame.high))]
-    (drawn,) = cast({"rings": rings})
-    drawn = drawn.compute_normals(consistent_normals=True, auto_orient_normals=True)
-    volume = abs(drawn.volume)
+    drawn = triangles_of(solids_of((frame,)))
     wanted = frame.length * frame.thickness * frame.span
-    assert volume == pytest.approx(wanted, rel=2e-3 if frame.bend_radius else 1e-5)
+    found = volume(drawn.vertices, drawn.triangles)
+    assert found == pytest.approx(wanted, rel=2e-3 if frame.bend_radius else 1e-9)
 
 
 def test_rows_are_distinguished():
@@ -139,13 +205,13 @@ def test_a_row_along_z_is_drawn_over_z(plane_strain):
     plates = list(plane_strain.plates)
     for k in range(10, 15):
         plates[k] = dataclasses.replace(ALONG_Z, index=k, place=float(k - 12))
-    with house_style():
-        image = strain_figure(plane_strain.result, plates).image
-        plain = strain_figure(plane_strain.result, plane_strain.plates).image
-    for words, in_plain in (("plate centre x (mm)", True), ("plate centre z (mm)", False)):
-        assert words in image
-        assert (words in plain) is in_plain
-    assert "Row 2." in image
+    drawn = gages_chart(plane_strain.result, plates)["layout"]
+    plain = gages_chart(plane_strain.result, plane_strain.plates)["layout"]
+    labels = [drawn[f"xaxis{k}"]["title"]["text"] for k in ("", "2", "3", "4")]
+    assert labels == [*["plate centre x (mm)"] * 2, *["plate centre z (mm)"] * 2]
+    assert plain["xaxis2"]["title"]["text"] == "plate centre x (mm)"
+    assert "xaxis3" not in plain
+    assert "Row 2." in drawn["annotations"][2]["text"]
 
 
 def test_a_core_is_its_own_region(plane_strain):

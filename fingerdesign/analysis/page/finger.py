@@ -1,0 +1,503 @@
+"""The finger in space, to be turned: what its contact and its plates do along the path of loads.
+
+A slider goes along the increments; menus choose the colours of the contact, how the body is drawn,
+and from where it is seen. A section (plane strain) is drawn as the finger that it stands for:
+extruded over the body's depth. A half model is mirrored in z = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fingerdesign.analysis.page.words import FIGURES
+from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.design.schema import Gages
+from fingerdesign.errors import PictureError
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.gaps import below_middle, solids_of
+from fingerdesign.mesh.types import Mesh
+from fingerdesign.records.arrays import OPEN, SLIP, STICK, ContactHistory
+from fingerdesign.records.result import Result
+from fingerdesign.report.figure import (
+    LOOKS,
+    Figure,
+    Triangles,
+    camera,
+    charted,
+    corners,
+    fans,
+    finger_in_space,
+    micrometres,
+    number,
+    places,
+    together,
+    triangles_of,
+)
+from fingerdesign.report.style import ReportFigure
+from fingerdesign.report.table import cleaned
+
+if TYPE_CHECKING:
+    from fingerdesign.analysis.analysis import Analysis
+
+LIFT = 0.02  # mm: gages and contact lie above their faces, or the two would flicker into each other
+MIRROR = np.array([1.0, 1.0, -1.0])
+MOVED = "displacement (mm)"
+UNMOVED_MM = 1e-6  # a displacement that is not worth a picture
+_BENT_PIECES = 6
+_SHARP_DEG = 25.0
+RUBBER = "#8fb4cf"
+SEEN_THROUGH = {"body": 0.3, "core": LOOKS["finger"]["core"]["opacity"]}
+ROOM, NEAR = 1.3, 3.2  # of the finger's size, for the dimensions around it; how large it is seen
+_SHADES = 250  # of a colour scale
+_OUTWARD = {  # facets of a positively oriented cell, by the dimension
+    2: ((0, 1), (1, 2), (2, 0)),
+    3: ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)),
+}
+_WORDS = {"bgcolor": "--paper", "opacity": 0.85, "borderpad": 1}
+VIEWS = {"a corner": (-32.0, 24.0), "the front": (0.0, 0.0), "the side": (-90.0, 0.0)}
+VIEWS |= {"above": (0.0, 90.0), "behind": (148.0, 24.0)}
+_STATUS = ((OPEN, "--open", "open"), (STICK, "--blue", "stick"), (SLIP, "--vermilion", "slip"))
+
+
+def gage_quads(plates: tuple[PlateFrame, ...], gages: Gages) -> Array:
+    """Corners of the gages, a hair above the plate faces that carry them: (q, 4, 3), mm.
+
+    On a bent plate a gage is several quads, one beside the other.
+    """
+    sides = {"upper": (1.0,), "lower": (-1.0,)}.get(gages.face, (1.0, -1.0))
+    quads = []
+    for plate in plates:
+        pieces = 1 if plate.bend_radius is None else _BENT_PIECES
+        along = np.linspace(-0.5, 0.5, pieces + 1) * gages.length_mm
+        low, high = (plate.middle + gages.z_mm + sign * 0.5 * gages.width_mm for sign in (-1, 1))
+        for side in sides:
+            line = plate.from_local(along, side * (0.5 * plate.thickness + LIFT))
+            near, far = plate.to_space(line, low), plate.to_space(line, high)
+            quads += [[near[k], near[k + 1], far[k + 1], far[k]] for k in range(pieces)]
+    return np.array(quads, dtype=float).reshape(-1, 4, 3)
+
+
+# Surfaces of the finger, of its mesh.
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The surface of the whole finger, or of a part of it, and of what of it lies at z <= 0.
+
+    points (n, 3), mm; nodes (n,): of the mesh, mirrored (n,) in z where ``mirrored``.
+    whole, half: triangles (t, 3) outward; ``half`` is closed by the section at z = 0.
+    """
+
+    points: Array
+    nodes: IntArray
+    mirrored: BoolArray
+    whole: IntArray
+    half: IntArray
+
+    def moved(self, displacement: Array) -> Array:
+        """The points moved by the displacement (nodes, dim), mm, of the mesh's nodes."""
+        own = np.zeros_like(self.points)
+        own[:, : displacement.shape[1]] = displacement[self.nodes]
+        own[self.mirrored, 2] *= -1.0
+        return np.asarray(self.points + own)
+
+
+def surface_of(mesh: Mesh, depth: float, chosen: BoolArray | None = None) -> Surface:
+    """The surface of the mesh's chosen cells, by their corner nodes."""
+    facets = skin(mesh, mesh.corners if chosen is None else mesh.corners[chosen])
+    nodes, own = np.unique(facets, return_inverse=True)
+    own, flat = own.reshape(facets.shape), mesh.points[nodes]
+    n, none = len(flat), np.zeros(len(flat), dtype=bool)
+    if mesh.dimension == 2:
+        points = in_layers(flat, depth)
+        cap, far, near = _cap(flat, own), wall(own, n), wall(own, n) + n
+        half = np.concatenate([cap[:, ::-1], far, cap + n])
+        whole = np.concatenate([cap[:, ::-1], far, near, cap + 2 * n])
+        return Surface(points, np.tile(nodes, 3), np.tile(none, 3), whole, half)
+    if mesh.symmetric:
+        cut = (np.abs(flat[own][..., 2]) < 1e-9).all(axis=1)  # no surface of the whole finger
+        points = np.concatenate([flat, flat * MIRROR])
+        whole = np.concatenate([own[~cut], own[~cut][:, ::-1] + n])
+        return Surface(points, np.tile(nodes, 2), np.arange(2 * n) >= n, whole, own[:, ::-1] + n)
+    below, half = below_middle(flat, own)
+    more = np.zeros(len(below), dtype=int)
+    points, nodes = np.concatenate([flat, below]), np.concatenate([nodes, more])
+    return Surface(points, nodes, nodes < 0, own, half + n if len(half) else own)
+
+
+def skin(mesh: Mesh, cells: IntArray) -> IntArray:
+    """The facets (f, dim) of one of the cells alone, outward, by their corner nodes.
+
+    Those of slots, in which plates lie as sheets, are left out.
+    """
+    powers = len(mesh.points) ** np.arange(mesh.dimension)
+
+    def keys(facets: IntArray) -> IntArray:
+        found: IntArray = np.sort(facets[:, : mesh.dimension], axis=1) @ powers
+        return found
+
+    facets = np.concatenate([cells[:, part] for part in _OUTWARD[mesh.dimension]])
+    _, first, uses = np.unique(keys(facets), return_index=True, return_counts=True)
+    outer = facets[first[uses == 1]]
+    slots = [keys(each) for name, each in mesh.facets.items() if name.startswith("plate_")]
+    return np.asarray(outer[~np.isin(keys(outer), np.concatenate(slots))] if slots else outer)
+
+
+def in_layers(flat: Array, depth: float) -> Array:
+    """Points (n, 2) of a section at its back, in its middle and at its front: (3 n, 3)."""
+    planes = (-0.5 * depth, 0.0, 0.5 * depth)
+    return np.concatenate([np.column_stack([flat, np.full(len(flat), z)]) for z in planes])
+
+
+def wall(ends: IntArray, count: int) -> IntArray:
+    """Triangles over lines (f, 2) between a layer of ``count`` points and the next."""
+    a, b = ends.T
+    return np.concatenate([np.stack([a, b, b + count], 1), np.stack([a, b + count, a + count], 1)])
+
+
+def _cap(points: Array, edges: IntArray) -> IntArray:
+    """Triangles over the inside of closed outlines: points (n, 2), edges (f, 2)."""
+    from scipy.spatial import Delaunay
+
+    found = Delaunay(points).simplices
+    x, y = points[found].mean(axis=1).T[..., None]
+    (xa, ya), (xb, yb) = points[edges[:, 0]].T, points[edges[:, 1]].T
+    between = (ya > y) != (yb > y)  # a line to the left crosses an outline an odd number of times
+    crossed = between & (x < xa + (y - ya) * (xb - xa) / np.where(between, yb - ya, 1.0))
+    found = found[crossed.sum(axis=1) % 2 == 1]
+    a, b, c = np.moveaxis(points[found], 1, 0)
+    turned = np.linalg.det(np.stack([b - a, c - a], axis=1)) < 0.0
+    return np.asarray(np.where(turned[:, None], found[:, ::-1], found))
+
+
+# What touches of the contact surface.
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Points (n, 3), a hair above the surface, and triangles (t, 3) of all that ever touched.
+
+    owner (n,): the contact point at each. The first ``half`` triangles lie at z <= 0.
+    """
+
+    points: Array
+    triangles: IntArray
+    owner: IntArray
+    half: int
+
+    def apart(self) -> tuple[Array, IntArray, IntArray]:
+        """Cut between the contact points: points, triangles, and the owner of each triangle.
+
+        A triangle's corner keeps two triangles, to the middles of its edges and to its own.
+        """
+        corner = self.points[self.triangles]
+        middle, between = corner.mean(axis=1, keepdims=True), 0.5 * (corner + corner[:, [1, 2, 0]])
+        points = np.concatenate([corner, between, middle], axis=1).reshape(-1, 3)
+        six = np.array([[0, 3, 6], [0, 6, 5], [1, 4, 6], [1, 6, 3], [2, 5, 6], [2, 6, 4]])
+        triangles = (7 * np.arange(len(corner))[:, None, None] + six).reshape(-1, 3)
+        return points, triangles, self.owner[self.triangles].repeat(2, axis=1).ravel()
+
+
+def patch_of(contact: ContactHistory, depth: float) -> Patch:
+    """Of a section the strips over its depth, of a half model both halves."""
+    touched = (contact.status != OPEN).any(axis=0)
+    facets, m = contact.facets[touched[contact.facets].any(axis=1)], len(contact.points)
+    copies, points = 1, contact.points
+    if contact.dimension == 2:
+        far, near = wall(facets, m), wall(facets, m) + m
+        copies, points = 3, in_layers(points, depth)
+    elif contact.symmetric:
+        far, near, copies = facets + m, facets, 2
+        points = np.concatenate([points, points * MIRROR])
+    else:
+        behind = points[facets][..., 2].mean(axis=1) <= 0.0
+        far, near = facets[behind], facets[~behind]
+    used, triangles = np.unique(np.concatenate([far, near]), return_inverse=True)
+    owner = np.tile(np.arange(m), copies)[used]
+    return Patch(points[used] + [0.0, LIFT, 0.0], triangles.reshape(-1, 3), owner, len(far))
+
+
+# The figure: what is drawn once, what the slider changes, what the menus choose.
+
+
+@dataclass(frozen=True)
+class Painted:
+    """A trace whose colours follow the increments: values (k, n) of its points or triangles.
+
+    half: how many of its triangles lie at z <= 0, None where all are always drawn.
+    """
+
+    trace: Figure
+    values: Array
+    half: int | None = None
+
+
+def finger_figure(analysis: Analysis, increment: int = -1) -> Figure:
+    """The finger at an increment (-1: the last) with its controls, as Plotly has them.
+
+    Raises PictureError where there is no mesh, or the displacements are not of its nodes.
+    """
+    mesh = analysis.mesh
+    if mesh is None:
+        raise PictureError("there is no mesh to draw")
+    body = surface_of(mesh, analysis.depth_mm)
+    is_core = mesh.parts["core"]
+    core = surface_of(mesh, analysis.depth_mm, is_core) if is_core.any() else None
+    painted = [*_plates(analysis), *_contact(analysis)]
+    low, high = body.points.min(axis=0), body.points.max(axis=0)
+    shown = Triangles(body.points, body.whole)
+    gages = analysis.gages and fans(gage_quads(analysis.plates, analysis.gages)).drawn()
+    figure = finger_in_space(
+        {
+            "body": {**(shown.drawn() or {}), "color": RUBBER, "opacity": SEEN_THROUGH["body"]},
+            "core": core and Triangles(core.points, core.whole).drawn(),
+            "gages": gages and {**gages, "color": "--ink"},
+            "edges": shown.outline(_SHARP_DEG, mirrored=mesh.symmetric),
+            "size": ROOM * (high - [low[0], 0.0, low[2]]),
+        }
+    )
+    lines, words = _dimensions(body.points, analysis.result.parameters)
+    figure["data"] += [*(each.trace for each in painted), *_moved(analysis, body), *lines]
+    scene = figure["layout"]["scene"]
+    scene |= {"annotations": words, "aspectratio": dict.fromkeys("xyz", NEAR)}
+    title = {"text": "", "x": 0.01, "y": 0.99, "yanchor": "top", "font": {"size": 13}}
+    figure["layout"] |= {"template": LOOKS["template"], "title": title, "height": 480}
+    figure["layout"] |= {"margin": {"l": 0, "r": 0, "t": 24, "b": 64}}
+    surfaces = {"body": body} | ({} if core is None else {"core": core})
+    _controlled(figure, painted, surfaces, analysis.result, increment)
+    return figure
+
+
+def _plates(analysis: Analysis) -> Iterator[Painted]:
+    """The plates, as they are cast (holes left out), in the colours of what their gages read."""
+    if not analysis.plates:
+        return
+    solids = [triangles_of([solid]) for solid in solids_of(analysis.plates)]
+    drawn = together((solid.vertices, solid.triangles) for solid in solids).drawn()
+    trace = {"name": "plates", **LOOKS["solid"], **LOOKS["finger"]["plates"], **(drawn or {})}
+    rows = analysis.result.increments
+    if not rows or len(rows[0].gages) != len(solids):
+        yield Painted(trace, np.zeros((0, 0)))
+        return
+    readings = cleaned(np.array([[gage.reading for gage in row.gages] for row in rows]))
+    most = number(np.abs(readings).max()) or 1.0
+    scale = [[0.0, "--blue"], [0.5, "--open"], [1.0, "--vermilion"]]
+    bar = _bar("gages (microstrain)", 0.76)
+    look = {"colorscale": scale, "cmin": -most, "cmax": most, "colorbar": bar}
+    counts = [len(solid.triangles) for solid in solids]
+    owner = np.arange(len(solids)).repeat(counts)
+    yield Painted({**trace, **look, "intensitymode": "cell"}, readings[:, owner])
+
+
+def _contact(analysis: Analysis) -> Iterator[Painted]:
+    """What ever touched, in the colours of pressure, shear traction, slip and status."""
+    contact = analysis.contact
+    if contact is None or not (contact.status != OPEN).any():
+        return
+    patch = patch_of(contact, analysis.depth_mm)
+    drawn = places(patch.points) | corners(patch.triangles)
+    sizes = [np.linalg.norm(each, axis=2) for each in (contact.tangential_traction, contact.slip)]
+    shades = {
+        "pressure (MPa)": contact.normal_traction,
+        "shear traction (MPa)": sizes[0],
+        "slip (mm)": sizes[1],
+    }
+    flat = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
+    common = {**LOOKS["solid"], "lighting": flat, "visible": False}
+    for name, values in shades.items():
+        most = number(values.max(initial=0.0)) or 1.0
+        look = {"colorscale": "Cividis", "cmin": 0.0, "cmax": most}
+        trace = {"name": name, **common, **drawn, **look, "colorbar": _bar(name, 0.24)}
+        yield Painted(trace, cleaned(values)[:, patch.owner], patch.half)
+    points, triangles, owner = patch.apart()
+    drawn = places(points) | corners(triangles)
+    steps = [k / len(_STATUS) for k in range(len(_STATUS) + 1)]
+    scale = [[end, each[1]] for k, each in enumerate(_STATUS) for end in steps[k : k + 2]]
+    ticks = {"tickvals": [each[0] for each in _STATUS], "ticktext": [each[2] for each in _STATUS]}
+    look = {"colorscale": scale, "cmin": -0.5, "cmax": 2.5, "intensitymode": "cell"}
+    bar = {"colorbar": _bar("status", 0.24) | ticks}
+    yield Painted(
+        {"name": "status", **common, **drawn, **look, **bar},
+        contact.status[:, owner].astype(float),
+        6 * patch.half,
+    )
+
+
+def _bar(title: str, x: float) -> Figure:
+    """A colour scale below the scene."""
+    place = {"orientation": "h", "x": x, "y": -0.005, "yanchor": "top", "len": 0.42, "thickness": 9}
+    words = {"text": title, "side": "bottom", "font": {"size": 12}}
+    return {**place, "title": words, "nticks": 5, "outlinewidth": 0, "tickfont": {"size": 11}}
+
+
+def _moved(analysis: Analysis, body: Surface) -> list[Figure]:
+    """The body as the last field of displacements has it, true to scale; nothing if it is none."""
+    if (field := last_field(analysis)) is None or field[1] < UNMOVED_MM:
+        return []
+    shown, most, displacement = field
+    moved = body.moved(displacement)
+    look = {"colorscale": "Cividis", "cmin": 0.0, "cmax": number(most), "visible": False}
+    title = f"displacement (mm), increment {shown}"
+    found: Figure = {"name": MOVED, **LOOKS["solid"], **places(moved), **look}
+    found |= {**corners(body.whole), "colorbar": _bar(title, 0.24)}
+    size = np.linalg.norm(moved - body.points, axis=1)
+    return [{**found, "intensity": _shades(size, most)}]
+
+
+def last_field(analysis: Analysis) -> tuple[int, float, Array] | None:
+    """Number of the last increment with displacements, their greatest length (mm), and all
+    (nodes, dim). PictureError where they are not of the mesh."""
+    mesh, fields = analysis.mesh, analysis.fields
+    if mesh is None or fields is None or not len(fields.increments):
+        return None
+    last = fields.displacement[-1]
+    if len(last) != len(mesh.points):
+        raise PictureError("the displacement field does not belong to the mesh")
+    corner = np.unique(mesh.corners)
+    return fields.increments[-1] + 1, float(np.linalg.norm(last[corner], axis=1).max()), last
+
+
+def _shades(values: Array, most: float) -> list[float]:
+    """Numbers of a colour scale that ends at ``most``, no finer than it is drawn."""
+    digits = int(np.ceil(np.log10(_SHADES / most))) if most > 0.0 else 0
+    found: list[float] = (np.round(values, max(digits, 0)) + 0.0).tolist()
+    return found
+
+
+def _dimensions(points: Array, keys: Mapping[str, Any]) -> tuple[list[Figure], Any]:
+    """Lines of width, depth and height and a bar of scale; their words, and the radius."""
+    (x0, y0, z0), (x1, y1, z1) = low, high = points.min(axis=0), points.max(axis=0)
+    off = 0.07 * float(np.linalg.norm(high - low))
+    front, back = z1 + off, z1 + 2.2 * off
+    length = max(each for each in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0) if each < 0.4 * (x1 - x0))
+    named = (
+        (f"width {x1 - x0:.4g} mm", [x0, y0, front], [x1, y0, front]),
+        (f"depth {z1 - z0:.4g} mm", [x1 + off, y0, z0], [x1 + off, y0, z1]),
+        (f"height {y1 - y0:.4g} mm", [x0 - off, y0, z1], [x0 - off, y1, z1]),
+        (f"{length:g} mm", [x0, y0, back], [x0 + length, y0, back]),
+    )
+    ends = np.array([each[1:] for each in named], dtype=float)
+    words = [
+        {**_place(0.5 * (a + b)), "text": each[0], "showarrow": False, **_WORDS}
+        for each, (a, b) in zip(named, ends, strict=True)
+    ]
+    words[-1]["yshift"] = -11
+    if (radius := keys.get("body.arc_radius_mm")) and keys.get("body.shape") != "step":
+        near = points[np.linalg.norm(points - [0.6 * x1, y1, z0], axis=1).argmin()]
+        arrow = {"ax": 34, "ay": -26, "arrowcolor": "--muted", "arrowwidth": 1, "arrowhead": 0}
+        words.append({**_place(near), "text": f"radius {radius:g} mm", **arrow, **_WORDS})
+    lines = np.insert(ends, 2, np.nan, axis=1)
+    plain = {**LOOKS["edges"], "line": {"color": "--muted", "width": 2}}
+    scale = {**LOOKS["edges"], "line": {"color": "--ink", "width": 7}}
+    return [
+        {"name": "dimensions", **plain, **places(lines[:3].reshape(-1, 3))},
+        {"name": "scale", **scale, **places(lines[3])},
+    ], words
+
+
+def _place(point: Sequence[float] | Array) -> Figure:
+    return dict(zip("xyz", micrometres(point), strict=True))
+
+
+def _controlled(
+    figure: Figure,
+    painted: Sequence[Painted],
+    surfaces: Mapping[str, Surface],
+    result: Result,
+    increment: int,
+) -> None:
+    """Add the menus of colours, body and view, and the slider, which stands at an increment."""
+    data, layout = figure["data"], figure["layout"]
+    place = {each["name"]: k for k, each in enumerate(data)}
+    kinds = [k for name, k in place.items() if "visible" in data[k]]
+    own = [place["body"], *kinds]
+    colours = {  # the displaced body stands for the body
+        data[k]["name"]: [{"visible": [data[k]["name"] != MOVED, *(k == j for j in kinds)]}, own]
+        for k in kinds
+    }
+    menus = {
+        "Contact": ("restyle", colours),
+        "Body": ("restyle", _bodies(painted, surfaces, place)),
+    }
+    views = {name: [{"scene.camera": camera(*at)}] for name, at in VIEWS.items()}
+    menus["Seen from"] = ("relayout", views)
+    layout["updatemenus"] = [
+        {
+            "name": name,
+            "buttons": [{"label": k, "method": method, "args": v} for k, v in choices.items()],
+        }
+        for name, (method, choices) in menus.items()
+        if choices
+    ]
+    for k in kinds[:1]:
+        data[k]["visible"] = True
+    coloured = [each for each in painted if len(each.values)]
+    traces = [place[each.trace["name"]] for each in coloured]
+    count = max((len(each.values) for each in coloured), default=0)
+    steps = []
+    for k in range(count):
+        shades = [_shades(each.values[k], each.trace["cmax"]) for each in coloured]
+        words = {"title.text": _step_words(result, k, count)}
+        given = [{"intensity": shades}, words, traces]
+        steps.append({"label": f"{k + 1}", "method": "update", "args": given})
+    if steps:
+        shown = increment % count
+        layout["sliders"] = [{"name": "Increment", "steps": steps, "active": shown}]
+        layout["title"]["text"] = _step_words(result, shown, count)
+        for trace, each in zip(traces, coloured, strict=True):
+            data[trace]["intensity"] = _shades(each.values[shown], each.trace["cmax"])
+
+
+def _bodies(
+    painted: Sequence[Painted], surfaces: Mapping[str, Surface], place: Mapping[str, int]
+) -> dict[str, Any]:
+    """How the body may be drawn: of all that is cut its triangles, and how dense it is."""
+    cut = [each for each in painted if each.half is not None]
+    traces = [*(place[name] for name in surfaces), *(place[each.trace["name"]] for each in cut)]
+
+    def look(opacity: Sequence[float], half: bool) -> list[Any]:
+        found = [corners(each.half if half else each.whole) for each in surfaces.values()]
+        found += [{k: each.trace[k][: each.half if half else None] for k in "ijk"} for each in cut]
+        dense = [*opacity, *(1.0 for _ in cut)]
+        return [{"opacity": dense} | {k: [each[k] for each in found] for k in "ijk"}, traces]
+
+    usual, dense = [SEEN_THROUGH[name] for name in surfaces], [1.0 for _ in surfaces]
+    return {
+        "see-through": look(usual, False),
+        "solid": look(dense, False),
+        "cut at z = 0": look(dense, True),
+    }
+
+
+def _step_words(result: Result, k: int, count: int) -> str:
+    row = result.increments[k]
+    forces = (
+        f"F<sub>n</sub> {row.normal_force_N:.3g} N, F<sub>t</sub> {row.tangential_force_N:.3g} N"
+    )
+    return f"Increment {k + 1} of {count}: {forces}"
+
+
+def finger_report(analysis: Analysis) -> ReportFigure:
+    """The figure for the page, with its words. PictureError as of :func:`finger_figure`."""
+    figure, mesh = finger_figure(analysis), analysis.mesh
+    assert mesh is not None
+    solid = mesh.parts["plates"]
+    count = len(set(mesh.regions[solid].tolist())) if solid.any() else len(analysis.plates)
+    field, contact = last_field(analysis), analysis.contact
+    return charted(
+        figure,
+        FIGURES,
+        "space",
+        plates=count,
+        core=mesh.parts["core"].any(),
+        gages=analysis.gages is not None and bool(analysis.plates),
+        touched=contact is not None and bool((contact.status != OPEN).any()),
+        number=field[0] if field else None,
+        most=field[1] if field else 0.0,
+        unmoved=UNMOVED_MM,
+        flat=mesh.dimension == 2,
+    )
