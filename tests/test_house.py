@@ -148,3 +148,43 @@ def test_files_that_texts_name_are_there():
 
 def test_mutants_are_of_lines_that_are_there():
     assert [m.what for m in mutants() if m.right not in (ROOT / m.file).read_text("utf-8")] == []
+
+
+POSIX_MODULES = re.compile(
+    "crypt|fcntl|grp|nis|posix|pty|pwd|readline|resource|spwd|syslog|termios|tty"
+)
+POSIX_NAMES = {
+    "os": "chown fchmod fchown fork forkpty getegid geteuid getgid getgroups getloadavg getpgid "
+    "getpriority getsid getuid killpg lchown mkfifo mknod nice openpty pipe2 posix_fallocate "
+    "posix_spawn pread pwrite sched_getaffinity sched_setaffinity setegid seteuid setgid setpgid "
+    "setpriority setsid setuid statvfs sync uname wait wait3 wait4 waitid WIFEXITED WNOHANG",
+    "signal": "SIGALRM SIGCHLD SIGCONT SIGHUP SIGKILL SIGPIPE SIGQUIT SIGSTOP SIGTSTP SIGUSR1 "
+    "SIGUSR2 SIGXCPU alarm pause pthread_kill pthread_sigmask setitimer sigwait",
+}
+
+
+def only_posix(node, guarded=False):
+    """What only POSIX has below a node, where no condition asks for the system or for the name."""
+    if isinstance(node, ast.If | ast.IfExp | ast.BoolOp):
+        asked = node.values[0] if isinstance(node, ast.BoolOp) else node.test
+        guarded = guarded or re.search(r"hasattr|sys.platform|os.name", ast.unparse(asked))
+    if not guarded:
+        names = [each.name for each in node.names] if isinstance(node, ast.Import) else []
+        names += [node.module] if isinstance(node, ast.ImportFrom) else []
+        yield from filter(POSIX_MODULES.fullmatch, filter(None, names))
+        of = getattr(getattr(node, "value", None), "id", None)
+        if isinstance(node, ast.Attribute) and node.attr in POSIX_NAMES.get(of, "").split():
+            yield f"{of}.{node.attr}"
+        if isinstance(node, ast.Constant) and str(node.value).startswith(("/tmp", "/var", "/dev/")):
+            yield str(node.value)
+    for each in ast.iter_child_nodes(node):
+        yield from only_posix(each, guarded)
+
+
+def test_nothing_is_called_that_windows_lacks():
+    for module, path in modules().items():
+        if module.startswith(("fingerdesign.", "fingerdesign_cli.")):
+            assert list(only_posix(tree(path))) == [], module
+    for line in ("import fcntl", "os.killpg(0, 9)", "x = signal.SIGKILL", "open('/tmp/a')"):
+        assert list(only_posix(ast.parse(line))), line
+    assert not list(only_posix(ast.parse("if hasattr(os, 'fork'):\n    os.fork()")))

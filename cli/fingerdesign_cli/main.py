@@ -157,7 +157,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     if _ending:  # asked again by somebody who waits: worker processes die with this one
         os._exit(INTERRUPTED)
     if _imports(frame):  # VTK and OCP crash when interrupted while they load: a moment later
-        again = threading.Timer(0.05, os.kill, (os.getpid(), number))
+        again = threading.Timer(0.05, signal.raise_signal, (number,))
         again.daemon = True
         again.start()
         return

@@ -128,9 +128,17 @@ def _send(answers: int, kind: str, value: Any) -> None:
         left = left[os.write(answers, left) :]
 
 
+def _orphaned(parent: int) -> bool:
+    if sys.platform == "win32":  # which goes on naming a parent that is gone
+        import psutil
+
+        return not psutil.pid_exists(parent)
+    return os.getppid() != parent
+
+
 def _watch(parent: int, idle_s: float) -> None:
     """End this process group once the parent is gone, or for want of calls."""
-    while os.getppid() == parent:
+    while not _orphaned(parent):
         time.sleep(_WATCH_S)
         since = _idle_since[:1]
         if since and time.monotonic() - since[0] > idle_s:

@@ -13,16 +13,17 @@ import os
 import re
 import secrets
 import shutil
+import sys
 import tempfile
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-try:
+if sys.platform == "win32":
+    import msvcrt
+else:
     import fcntl
-except ImportError:  # Windows: two writers of one place are not kept apart there
-    fcntl = None  # type: ignore[assignment]
 
 DAY_S = 86400.0
 _FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))  # no space, or none for this user
@@ -137,7 +138,7 @@ def locked(path: Path, wait: bool = True) -> Iterator[None]:
     no hindrance.
     """
     try:
-        stream = None if fcntl is None else _lock(path, wait)
+        stream = _lock(path, wait)
     except BusyError:
         raise
     except OSError:  # finished work is not lost for that
@@ -146,16 +147,19 @@ def locked(path: Path, wait: bool = True) -> Iterator[None]:
         yield
     finally:
         if stream is not None:
-            path.unlink(missing_ok=True)  # whoever waits for it finds it gone and makes another
+            with contextlib.suppress(PermissionError):  # Windows deletes no file that is open
+                path.unlink(missing_ok=True)  # who waits for it finds it gone and makes another
             os.close(stream)
+            if sys.platform == "win32":
+                with contextlib.suppress(OSError):  # another one has it by now
+                    path.unlink()
 
 
 def _lock(path: Path, wait: bool) -> int:
-    how = fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB
     while True:
         stream = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
         try:
-            fcntl.flock(stream, how)
+            _take(stream, wait)
             if os.path.samestat(os.fstat(stream), path.stat()):
                 return stream
         except FileNotFoundError:
@@ -167,6 +171,21 @@ def _lock(path: Path, wait: bool) -> int:
             os.close(stream)
             raise
         os.close(stream)
+
+
+def _take(stream: int, wait: bool) -> None:
+    """Lock an open file. BlockingIOError where another process has, and ``wait`` is False."""
+    if sys.platform == "win32":
+        while True:
+            try:
+                msvcrt.locking(stream, msvcrt.LK_NBLCK, 1)
+                return
+            except PermissionError as error:
+                if not wait:
+                    raise BlockingIOError(*error.args) from error
+            time.sleep(0.1)
+    else:
+        fcntl.flock(stream, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 @contextmanager

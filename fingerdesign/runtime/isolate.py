@@ -399,11 +399,15 @@ def _end(
 
 def _kill_group(process: subprocess.Popen[bytes]) -> None:
     """End a process and its group, also where only what it started is left."""
-    if not hasattr(os, "killpg"):
-        process.kill()
-        return
-    with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, signal.SIGKILL)
+    if hasattr(os, "killpg"):
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        import psutil
+
+        for each in _family(process.pid):
+            with contextlib.suppress(psutil.Error):
+                each.kill()
 
 
 def _request(function: Function, given: tuple[Any, ...], named: dict[str, Any]) -> bytes:
@@ -417,13 +421,19 @@ def _group_memory_MB(leader: int) -> float:
     """
     import psutil
 
-    try:
-        process = psutil.Process(leader)
-        family = [process, *process.children(recursive=True)]
-    except psutil.Error:
-        return 0.0
     total = 0
-    for each in family:
+    for each in _family(leader):
         with contextlib.suppress(psutil.Error):
             total += each.memory_info().rss
     return total / 1e6
+
+
+def _family(leader: int) -> list[Any]:
+    """A process and all that it has started, as psutil has them; none where it is gone."""
+    import psutil
+
+    try:
+        process = psutil.Process(leader)
+        return [process, *process.children(recursive=True)]
+    except psutil.Error:
+        return []

@@ -6,7 +6,7 @@ import hashlib
 import json
 import os
 import platform
-import resource
+import sys
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -14,6 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from fingerdesign.runtime.cache import Cache
+
+if sys.platform != "win32":
+    import resource
 
 # What work costs this process and all that it has started: processor seconds, memory.
 
@@ -28,8 +31,8 @@ def processor_seconds() -> float:
     """
     import psutil
 
-    own, ended = (resource.getrusage(w) for w in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    total = own.ru_utime + own.ru_stime + ended.ru_utime + ended.ru_stime
+    ended = os.times()
+    total = time.process_time() + ended.children_user + ended.children_system
     for child in psutil.Process().children(recursive=True):
         with contextlib.suppress(psutil.Error):  # it ended just now
             times = child.cpu_times()
@@ -57,9 +60,19 @@ def peak_memory_MB() -> float:
 
 def largest_memory_MB() -> float:
     """Largest resident memory of this process or of one that it started, since they began."""
-    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    started = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
-    return max(own, started) / 1024.0
+    return max(_largest_MB(children) for children in (False, True))
+
+
+def _largest_MB(children: bool = False) -> float:
+    """Of this process, or of those that it started and that have ended (0 on Windows)."""
+    if sys.platform == "win32":
+        import psutil
+
+        return 0.0 if children else float(psutil.Process().memory_info().peak_wset) / 2**20
+    else:
+        whose = resource.RUSAGE_CHILDREN if children else resource.RUSAGE_SELF
+        unit = 2**20 if sys.platform == "darwin" else 1024  # bytes there, kilobytes elsewhere
+        return resource.getrusage(whose).ru_maxrss / unit
 
 
 def _own_peak_MB() -> float:
@@ -67,7 +80,7 @@ def _own_peak_MB() -> float:
         for line in Path("/proc/self/status").read_text(encoding="utf-8").splitlines():
             if line.startswith("VmHWM:"):
                 return float(line.split()[1]) / 1024.0
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    return _largest_MB()
 
 
 _SIZE, _REPEATS = 512, 3  # of the matrix products: 0.03 s in all

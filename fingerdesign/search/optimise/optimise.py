@@ -209,12 +209,14 @@ class Trials(ExitStack):
     def _storage(self) -> Any:
         import optuna
         from optuna.storages import JournalStorage
-        from optuna.storages.journal import JournalFileBackend
+        from optuna.storages.journal import JournalFileBackend, JournalFileOpenLock
 
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
-            return JournalStorage(JournalFileBackend(str(self._path)))
+            # The other kind, a link, needs rights on Windows.
+            lock = JournalFileOpenLock(str(self._path))
+            return JournalStorage(JournalFileBackend(str(self._path), lock))
 
     def _kept(self) -> Any:
         """The study of a journal that has a whole line; nothing is written."""
