@@ -245,10 +245,7 @@ def charted(figure: Figure, template: Path, name: str, **values: Any) -> ReportF
     """
     title, reading, alternative = said(template, name, **values)
     data = packed(json.dumps(figure, allow_nan=False, separators=(",", ":")))
-    layout = figure["layout"]
-    given = (layout.get("sliders", ()), layout.get("updatemenus", ()))
-    parts = macros(COMMON / "plot.html.j2")
-    image = parts.plot(name, data, *given, wide="scene" not in layout)
+    image = macros(COMMON / "plot.html.j2").plot(name, data, figure["layout"])
     return ReportFigure(name, title, image, reading, alternative, drawn=True)
 
 
