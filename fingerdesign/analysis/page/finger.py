@@ -24,6 +24,7 @@ from fingerdesign.records.arrays import OPEN, SLIP, STICK, ContactHistory
 from fingerdesign.records.result import Result
 from fingerdesign.report.figure import (
     LOOKS,
+    START,
     Figure,
     Triangles,
     camera,
@@ -45,20 +46,24 @@ if TYPE_CHECKING:
 
 LIFT = 0.02  # mm: gages and contact lie above their faces, or the two would flicker into each other
 MIRROR = np.array([1.0, 1.0, -1.0])
+_FORWARD = np.array([0.0, 0.0, LIFT])  # a core lies before the section that it is seen in
 MOVED = "displacement (mm)"
 UNMOVED_MM = 1e-6  # a displacement that is not worth a picture
 _BENT_PIECES = 6
 _SHARP_DEG = 25.0
 RUBBER = "#8fb4cf"
 SEEN_THROUGH = {"body": 0.3, "core": LOOKS["finger"]["core"]["opacity"]}
-ROOM, NEAR = 1.3, 3.2  # of the finger's size, for the dimensions around it; how large it is seen
+ROOM = 1.3  # of the finger's size, for the dimensions around it
+# What of the scene, which is 2 high, may be filled from its middle: up, and to the side.
+_UP, _ASIDE = 0.88, 1.5
+_OFF = 0.07  # of the finger's diagonal: between it and its dimensions
 _SHADES = 250  # of a colour scale
 _OUTWARD = {  # facets of a positively oriented cell, by the dimension
     2: ((0, 1), (1, 2), (2, 0)),
     3: ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)),
 }
 _WORDS = {"bgcolor": "--paper", "opacity": 0.85, "borderpad": 1}
-VIEWS = {"a corner": (-32.0, 24.0), "the front": (0.0, 0.0), "the side": (-90.0, 0.0)}
+VIEWS = {"a corner": START, "the front": (0.0, 0.0), "the side": (-90.0, 0.0)}
 VIEWS |= {"above": (0.0, 90.0), "behind": (148.0, 24.0)}
 _STATUS = ((OPEN, "--open", "open"), (STICK, "--blue", "stick"), (SLIP, "--vermilion", "slip"))
 
@@ -254,7 +259,7 @@ def finger_figure(analysis: Analysis, increment: int = -1) -> Figure:
     figure = finger_in_space(
         {
             "body": {**(shown.drawn() or {}), "color": RUBBER, "opacity": SEEN_THROUGH["body"]},
-            "core": core and Triangles(core.points, core.whole).drawn(),
+            "core": core and Triangles(core.points + _FORWARD, core.whole).drawn(),
             "gages": gages and {**gages, "color": "--ink"},
             "edges": shown.outline(_SHARP_DEG, mirrored=mesh.symmetric),
             "size": ROOM * (high - [low[0], 0.0, low[2]]),
@@ -263,7 +268,7 @@ def finger_figure(analysis: Analysis, increment: int = -1) -> Figure:
     lines, words = _dimensions(body.points, analysis.result.parameters)
     figure["data"] += [*(each.trace for each in painted), *_moved(analysis, body), *lines]
     scene = figure["layout"]["scene"]
-    scene |= {"annotations": words, "aspectratio": dict.fromkeys("xyz", NEAR)}
+    scene |= {"annotations": words, "aspectratio": dict.fromkeys("xyz", _near(high - low))}
     title = {"text": "", "x": 0.01, "y": 0.99, "yanchor": "top", "font": {"size": 13}}
     figure["layout"] |= {"template": LOOKS["template"], "title": title, "height": 480}
     figure["layout"] |= {"margin": {"l": 0, "r": 0, "t": 24, "b": 64}}
@@ -371,7 +376,7 @@ def _shades(values: Array, most: float) -> list[float]:
 def _dimensions(points: Array, keys: Mapping[str, Any]) -> tuple[list[Figure], Any]:
     """Lines of width, depth and height and a bar of scale; their words, and the radius."""
     (x0, y0, z0), (x1, y1, z1) = low, high = points.min(axis=0), points.max(axis=0)
-    off = 0.07 * float(np.linalg.norm(high - low))
+    off = _OFF * float(np.linalg.norm(high - low))
     front, back = z1 + off, z1 + 2.2 * off
     length = max(each for each in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0) if each < 0.4 * (x1 - x0))
     named = (
@@ -385,7 +390,7 @@ def _dimensions(points: Array, keys: Mapping[str, Any]) -> tuple[list[Figure], A
         {**_place(0.5 * (a + b)), "text": each[0], "showarrow": False, **_WORDS}
         for each, (a, b) in zip(named, ends, strict=True)
     ]
-    words[-1]["yshift"] = -11
+    words[-1]["yshift"] = -14
     if (radius := keys.get("body.arc_radius_mm")) and keys.get("body.shape") != "step":
         near = points[np.linalg.norm(points - [0.6 * x1, y1, z0], axis=1).argmin()]
         arrow = {"ax": 34, "ay": -26, "arrowcolor": "--muted", "arrowwidth": 1, "arrowhead": 0}
@@ -397,6 +402,15 @@ def _dimensions(points: Array, keys: Mapping[str, Any]) -> tuple[list[Figure], A
         {"name": "dimensions", **plain, **places(lines[:3].reshape(-1, 3))},
         {"name": "scale", **scale, **places(lines[3])},
     ], words
+
+
+def _near(size: Array) -> float:
+    """How large the scene's cube is drawn: the finger and its dimensions fill the view of START."""
+    (st, sp), (ct, cp) = np.sin(np.radians(START)), np.cos(np.radians(START))
+    length = float(np.linalg.norm(size))
+    half = 0.5 * size + length * np.array([_OFF, 0.0, 2.2 * _OFF])
+    up, aside = half @ np.abs([sp * st, cp, sp * ct]), half @ np.abs([ct, 0.0, st])
+    return round(ROOM * length * float(min(_UP / up, _ASIDE / aside)), 3)
 
 
 def _place(point: Sequence[float] | Array) -> Figure:
