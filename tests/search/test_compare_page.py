@@ -101,8 +101,8 @@ def test_hostile_texts_stay_text():
     assert "<img src=x" not in page
     assert "<script>fetch" not in page
     assert not set(page) & {"\u2028", "\u202e", "\x00", "\x07"}
-    # data, details, files, Plotly, the page's own
-    assert page.count("<script") == page.count("</script>") == 1 + 2 + 4 + 1 + 6
+    # data, details, files, Plotly, charts, the page's own
+    assert page.count("<script") == page.count("</script>") == 1 + 2 + 4 + 1 + 1 + 6
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', page)[1]
     assert "script-src 'sha256-" in policy
     assert "unsafe-eval" not in policy
