@@ -41,7 +41,7 @@ class Condensation:
     """R K^-1 R^T for K by its upper triangle (n, n) and R (r, n), both CSR with sorted indices.
 
     ``matrix`` (r, r) is symmetric; ``operations``: floating-point ones of the factorisation with
-    its border, NaN where PARDISO is not there to count them. ``negative``: how many eigenvalues of
+    its border. ``negative``: how many eigenvalues of
     K are below zero, the pressures of a mixed element. Raises SolverError where K has others (a
     body that is not held, a negative modulus) or memory runs out.
     """
@@ -86,6 +86,7 @@ class Condensation:
         swapped = self._superlu.perm_r != np.arange(size + kept)
         if tiny.any() or swapped.any() or int((pivots < 0.0).sum()) != negative:
             raise SolverError(_NOT_DEFINITE)
+        self.operations = float((np.diff(lower.indptr).astype(float) ** 2).sum())
         schur: Array = (lower[size:, size:] @ upper[size:, size:]).toarray()
         self._schur = schur
         return schur

@@ -21,6 +21,7 @@ from fingerdesign.checks.load import load_design, parse_design, with_values
 from fingerdesign.checks.starter import find_scene, shipped_path
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
+from fingerdesign.fem.factor import has_pardiso
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.mesh import sizing
@@ -173,6 +174,8 @@ def test_dofs_and_contact_nodes_are_predicted(design, fidelity):
         assert 0.5 < predicted / found < 2.0
     free = fidelity == "3d" and design.mesh.mesher == "tetwild"
     low, high = (0.4, 2.5) if free else (0.5, 2.0)
+    if not has_pardiso():  # SuperLU's order is another, and so is its count
+        low, high = 0.3, 3.0
     assert low < reported.operations / model.condensed.factors()[1].operations < high
 
 

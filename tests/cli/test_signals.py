@@ -2,6 +2,7 @@
 
 import importlib
 import signal
+import sys
 import time
 
 import click
@@ -10,7 +11,10 @@ from fingerdesign_cli import main as cli_main
 
 from fingerdesign.errors import FingerDesignError
 
-pytestmark = pytest.mark.usefixtures("interruptible")
+pytestmark = [
+    pytest.mark.usefixtures("interruptible"),
+    pytest.mark.skipif(sys.platform == "win32", reason="no process is asked to end there"),
+]
 
 
 @pytest.fixture(autouse=True)

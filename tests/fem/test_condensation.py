@@ -187,6 +187,7 @@ def test_constant_strain_is_read_exactly_and_a_point_outside_is_refused():
 
 def test_slow_fallback_gives_the_same(monkeypatch):
     """SuperLU, used where MKL has no wheel, agrees and says that it is slow."""
+    pytest.importorskip("pypardiso")
     mesh = mesh_section(DESIGN, 1.5)
     free = ~fixed_dofs(mesh)
     stiffness = stiffness_of(DESIGN, mesh)[free][:, free].tocsr()
@@ -217,6 +218,7 @@ def test_slow_fallback_gives_the_same(monkeypatch):
 )
 def test_an_analysis_without_mkl_gives_the_same(fidelity, changes, monkeypatch, tmp_path):
     """In a process where pypardiso cannot be found: as on a machine that MKL has no wheel for."""
+    pytest.importorskip("pypardiso")
     sizes = {"contact_size_mm": 0.3, "plate_size_mm": 0.4, "plate_end_size_mm": 0.2}
     changes |= {f"mesh.section.{key}": size for key, size in sizes.items()}
     changes |= {"mesh.mesher": "extrude", "mesh.plate_size_mm": 2.0, "plates.count": 3}
