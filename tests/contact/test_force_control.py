@@ -112,6 +112,19 @@ def test_substeps_of_a_row_of_forces_end_at_the_row(strip):
     assert cut.stick_ratio == pytest.approx(one.stick_ratio, abs=0.02)
 
 
+def test_substeps_of_a_row_are_rows_of_their_own(strip):
+    """Friction moves with each: the same forces, slip and travel as of so many rows."""
+    rows = [Motion(0.05, 0.02), Motion(0.08, -0.03)]
+    parts = [0.25, 0.5, 0.75, 1.0]
+    start = [Motion(0.0, 0.0), *rows]
+    cut = [a.toward(b, part) for a, b in pairwise(start) for part in parts]
+    one = list(follow(strip, rows, substeps=4))[-1].increment.state
+    other = list(follow(strip, cut))[-1].increment.state
+    for name in ("multiplier", "slip", "travelled", "sliding"):
+        known = getattr(other, name)
+        np.testing.assert_allclose(getattr(one, name), known, atol=1e-9 * np.abs(known).max())
+
+
 def test_in_three_dimensions(patch):
     *_, step = follow(patch, [Forces(0.05, 0.0), Forces(0.05, 0.015)])
     m = step.measures

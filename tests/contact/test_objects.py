@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.contact.problem import Motion, local_frames
+from fingerdesign.design.scene import SceneObject
 from fingerdesign.shapes.objects import Cylinder, Plane, Sphere, touching
 
 RNG = np.random.default_rng(3)
@@ -64,6 +65,16 @@ def test_round_objects_first_touch_the_crest(rigid):
     placed, point = touching(rigid, arc, 10.0, 5.0)
     assert np.abs(point).max() < 1e-9
     assert placed.distance(np.zeros((1, 3)))[0] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("keys", [{}, {"shape": "cylinder", "radius_mm": 3.0, "axis": "x"}])
+@pytest.mark.parametrize("tilt", [-12.0, 7.0])
+def test_a_tilted_object_faces_the_finger_at_its_tilt(keys, tilt):
+    """Anticlockwise seen from +z: the lower face falls toward -x, for a plane as for a cylinder."""
+    made = SceneObject(**keys, tilt_deg=tilt).made()
+    x = np.array([-2.0, 0.0, 3.0])
+    rise = np.diff(made.underside(x, np.zeros(3))) / np.diff(x)
+    assert rise == pytest.approx(np.tan(np.radians(tilt)))
 
 
 def test_a_plane_sloping_along_a_straight_finger_touches_its_end():

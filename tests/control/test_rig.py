@@ -43,6 +43,16 @@ def test_by_default_it_is_the_finger_alone_and_perfect(half_plane, design):
     assert np.array_equal(bench.full_stick, rig.calibration().full_stick)
 
 
+@pytest.mark.parametrize("plant", ["finger", "lift"])
+def test_gages_are_read_from_left_to_right(half_plane, design, plant):
+    """Pressed at its crest, rubber at 45 degrees shortens to the left and stretches to the right:
+    Flamant's radial stress has that sign on either side."""
+    rig = Rig(half_plane, "both", with_values(design, {"grip.plant": plant}).grip)
+    readings = rig.plant(0.3, MASS).move(0.0, 0.05).readings
+    away = np.abs(half_plane.model.gage_x) > 0.1
+    assert (np.sign(readings) == np.sign(half_plane.model.gage_x))[away].all()
+
+
 @pytest.mark.parametrize("kinetic", [1.0, 0.8])
 def test_the_bench_measures_what_the_tangential_cell_feels_of_the_normal_force(
     half_plane, design, kinetic

@@ -51,6 +51,28 @@ def test_wrong_scenes_are_refused_by_key(text, key):
     assert set(faults_of(text, parse_scene)) == {key}
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "object.friction_coefficient = 0.31",
+        "object.tilt_deg = 1.0",
+        "path.substeps = 2",
+        "readout.points_mm = [[0.0, 1.0, 0.0]]",
+        'object = {shape = "sphere", radius_mm = 3.0}',
+    ],
+)
+def test_whatever_changes_a_scene_changes_its_digest(line):
+    """Results are kept by it: one that left out the friction would answer for another friction."""
+    assert parse_scene(PATH + line).digest() != parse_scene(PATH).digest()
+    assert parse_scene(PATH + line).digest() == parse_scene(line + "\n" + PATH).digest()
+
+
+def test_two_rows_in_another_order_are_another_scene():
+    rows = ["[0.1, 0.0]", "[0.2, 0.05]"]
+    one, other = (f"path.increments_mm = [{', '.join(each)}]" for each in (rows, rows[::-1]))
+    assert parse_scene(one).digest() != parse_scene(other).digest()
+
+
 def test_rows_of_forces_under_either_key():
     for key in ("increments_mm", "increments_N"):
         path = parse_scene(FORCE + f"path.{key} = [[1, 0], [1, 0.4]]").path

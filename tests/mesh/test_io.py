@@ -9,11 +9,12 @@ import pytest
 from fingerdesign import parse_design, with_values
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.cache import keep_mesh, load_mesh
+from fingerdesign.mesh.cache import keep_mesh, load_mesh, mesh_key
 from fingerdesign.mesh.files.calculix import cell_faces
 from fingerdesign.mesh.files.io import read_named, to_meshio, write_mesh
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
+from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, with_mid_nodes
 
 DESIGN = parse_design(
@@ -197,6 +198,24 @@ def test_cells_that_are_no_simplices_or_of_two_orders_are_refused(tmp_path):
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     return tmp_path / "meshes"
+
+
+def key_of(zone=None, symmetric=True, **changes):
+    """The key of a kept mesh of DESIGN with some values changed."""
+    design, zone = with_values(DESIGN, changes), zone or Zone(3.0, 2.0, 1.0)
+    return mesh_key(design, MeshSizes.of(design, zone), zone, symmetric)
+
+
+def test_a_mesh_is_kept_for_its_geometry_sizes_zone_and_half():
+    same = key_of()
+    for zone in (Zone(3.1, 2.0, 1.0), Zone(3.0, 2.1, 1.0), Zone(3.0, 2.0, 1.1), Zone(3.0)):
+        assert key_of(zone) != same
+    assert key_of(symmetric=False) != same
+    geometry = {"plates.angle_deg": 40.0, "body.core.height_mm": 1.5, "body.width_mm": 21.0}
+    sizes = {"mesh.contact_size_mm": 1.4, "mesh.far_size_mm": 2.5, "plates.model": "sheet"}
+    for name, value in (geometry | sizes).items():
+        assert key_of(**{name: value}) != same, name
+    assert key_of(**{"body.material": "silicone", "body.core.material": "pla"}) == same
 
 
 def test_a_mesh_comes_back_as_it_was_and_garbage_is_nothing_kept(folder, mesh):
