@@ -50,7 +50,7 @@ def open_sheets(
         reach = min(_SHARE * room, max(_MOST_REACH * 0.5 * frame.thickness, 1.2 * beyond))
         shift = _opening(frame, points, reach, beyond)
         chain = _on_axis(frame, points, beyond)
-        cut = chain[1:-1]
+        cut = np.sort(chain[1:-1])  # as numbered above, so below: swept, both faces are cut alike
         moved += shift * np.sign(frame.local(points)[:, 1:]) * frame.normal
         moved[cut] = points[cut] + shift[cut] * frame.normal
         extra.append(points[cut] - shift[cut] * frame.normal)

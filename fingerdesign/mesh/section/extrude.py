@@ -223,8 +223,10 @@ def _drawn(
             nodes = np.unique(section.facets[f"plate_{frame.index}_{face}"][:, :2])
             rows.append(nodes[np.argsort(frame.local(section.points[nodes])[:, 0])])
         upper, lower = rows
-        cells.append(np.column_stack([lower[:-1], lower[1:], upper[1:]]))
-        cells.append(np.column_stack([lower[:-1], upper[1:], upper[:-1]]))
+        corners = np.column_stack([lower[:-1], lower[1:], upper[1:], upper[:-1]])
+        right = section.points[corners, 0].mean(axis=1) > 0.0
+        corners[~right] = np.roll(corners[~right], 1, axis=1)  # mirrored, the other diagonal
+        cells += [corners[:, :3], corners[:, [0, 2, 3]]]
         regions.append(np.full(2 * len(upper) - 2, frame.index + 1))
     return np.vstack(cells), np.concatenate(regions)
 

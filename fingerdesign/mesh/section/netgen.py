@@ -23,7 +23,7 @@ from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.isolate import ProcessError, Worker
 
 _SLOWER = (1.0, 2.0 / 3.0, 4.0 / 9.0)  # of the gradation, one after the other
-FORMAT = 1  # raise it when the way from outline to triangles changes
+FORMAT = 2  # raise it when the way from outline to triangles changes
 KEPT = 300  # triangulations, half a MB each; the longest unused go first
 _LOCAL = threading.local()
 

@@ -18,6 +18,7 @@ from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import cell_volumes, oriented
+from fingerdesign.mesh.section.mirror import half_of, mirrored, partners, to_draw
 from fingerdesign.mesh.section.netgen import triangulated
 from fingerdesign.mesh.section.outline import BODY, ContactSizes, Outline, body_outline, core_box
 from fingerdesign.mesh.sheets import line_beyond, open_sheets, room_around, sheet_facets
@@ -86,9 +87,10 @@ def _lateral_nodes(points: Array, cells: IntArray) -> IntArray:
     return np.unique(facets)
 
 
-def _add_plate(outline: Outline, frame: PlateFrame, gage_length: float, sizes: SectionMesh) -> None:
+def _add_plate(
+    outline: Outline, frame: PlateFrame, domain: int, gage_length: float, sizes: SectionMesh
+) -> None:
     """Add a solid plate as a domain, fine at its square ends."""
-    domain = BODY + 1 + frame.index
     along = np.array(_stations(frame, gage_length))
     last = len(along) - 1
     rows = []
@@ -183,7 +185,10 @@ def section_outline(
     frames: tuple[PlateFrame, ...],
     inner: Inner | None = None,
 ) -> Outline:
-    """The outline that netgen is handed: the body, its core, plates as boxes or as lines."""
+    """The outline to mesh: the body, its core, plates as boxes or as lines.
+
+    The plates' domains have the numbers of their order in ``frames``.
+    """
     body, gage_length = design.body, design.gages.length_mm
     ends = [(min(zone_half_width, 0.5 * body.width_mm), sizes.contact_size_mm)]
     if inner is not None and inner[0] < ends[0][0]:
@@ -193,11 +198,11 @@ def section_outline(
     reaches, edges = zip(*ends, strict=True)
     contact = ContactSizes(reaches, edges, sizes.far_size_mm)
     outline = body_outline(body, contact, sizes, core_box(body, design.core_region))
-    for frame in frames:
+    for k, frame in enumerate(frames):
         if design.plates.model == "sheet":
             _add_sheet(outline, frame, frames, gage_length, sizes, body)
         else:
-            _add_plate(outline, frame, gage_length, sizes)
+            _add_plate(outline, frame, BODY + 1 + k, gage_length, sizes)
     return outline
 
 
@@ -211,38 +216,84 @@ def mesh_section(
     """Quadratic triangles of the section z = 0, fine over |x| <= ``zone_half_width`` (mm).
 
     Plates that z = 0 does not cut are not in it, unless ``frames`` says which are. inner: a
-    half-width (mm) over which contact edges are finest, and their length. Raises MeshError
-    where netgen returns a mesh that does not fill the section, and for a body that has no section
-    in closed form.
+    half-width (mm) over which contact edges are finest, and their length. A section that mirrors
+    in x = 0 has a mesh that does, node by node, and a mirrored design the mirrored mesh. Raises
+    MeshError where netgen returns a mesh that does not fill the section, and for a body that has
+    no section in closed form.
     """
     if design.body.shape == "step":
         raise MeshError('body.shape = "step" has no section; analyse it in 3-D')
     sizes = sizes if sizes is not None else section_sizes(design, zone_half_width)
     sheets = design.plates.model == "sheet"
     frames = section_frames(design) if frames is None else frames
-    outline = section_outline(design, zone_half_width, sizes, frames, inner)
-    try:
-        limit = float(design.mesh.time_limit_s)
-        points, triangles, domains = triangulated(asdict(outline), limit)
-    except MeshError as error:
-        raise MeshError(
-            f"netgen: {error}; sizes in [mesh.section] may be too fine for this section"
-        ) from error
-    used, triangles = np.unique(triangles, return_inverse=True)
-    points, regions = points[used], domains - BODY
-    triangles = oriented(points, triangles.reshape(-1, 3))
-    _check_areas(design, () if sheets else frames, points, triangles, regions)
+    shown, side = to_draw(frames)
+    outline = section_outline(design, zone_half_width, sizes, shown, inner)
+    points, triangles, regions = _triangles(design, outline, shown)
     if sheets:
-        end_size = sizes.plate_end_size_mm
-        points, triangles = open_sheets(points, triangles, frames, design.body, end_size)
-        filled = np.zeros(len(triangles) - len(regions), dtype=np.int64)
-        regions = np.concatenate([regions, filled])
-    nodes, cells = quadratic(points, triangles)
+        points, triangles, regions = _opened(design, (points, triangles, regions), shown, sizes)
+    points = points * [side, 1.0]
+    nodes, cells = quadratic(points, oriented(points, triangles))
     slots = sheet_facets(nodes, cells, frames) if sheets else {}
     facets = _classify(design.body, nodes, cells, slots) | slots
     nodes = onto_surface(design.body, nodes, facets["contact"])
     nodes = bend_faces(nodes, cells, regions, frames)
     return Mesh(nodes, cells, regions, facets, "netgen", region_names=core_name(design))
+
+
+def _triangles(
+    design: Design, outline: Outline, frames: tuple[PlateFrame, ...]
+) -> tuple[Array, IntArray, IntArray]:
+    """Points (n, 2), triangles (t, 3) and regions (t,) of an outline; of its half where it mirrors,
+    and the mirror image of that."""
+    other = _mirror_images(design, frames)
+    drawn = outline if other is None else half_of(outline)
+    try:
+        points, triangles, domains = triangulated(asdict(drawn), float(design.mesh.time_limit_s))
+    except MeshError as error:
+        raise MeshError(
+            f"netgen: {error}; sizes in [mesh.section] may be too fine for this section"
+        ) from error
+    used, triangles = np.unique(triangles, return_inverse=True)
+    points = points[used]
+    triangles = oriented(points, triangles.reshape(-1, 3))
+    number = np.arange(design.core_region + 1)
+    number[1 : len(frames) + 1] = [frame.index + 1 for frame in frames]
+    regions = number[domains - BODY]
+    if other is not None:
+        points, triangles, regions = mirrored(points, triangles, regions, other)
+    solid = frames if design.plates.model != "sheet" else ()
+    _check_areas(design, solid, points, triangles, regions)
+    return points, triangles, regions
+
+
+def _mirror_images(design: Design, frames: tuple[PlateFrame, ...]) -> IntArray | None:
+    """Each region's mirror image in x = 0; None where the section does not mirror."""
+    found = partners(frames)
+    if found is None:
+        return None
+    own = np.array([frame.index + 1 for frame in frames], dtype=np.int64)
+    regions = np.arange(design.core_region + 1)
+    regions[own] = own[found]
+    return regions
+
+
+def _opened(
+    design: Design,
+    mesh: tuple[Array, IntArray, IntArray],
+    frames: tuple[PlateFrame, ...],
+    sizes: SectionMesh,
+) -> tuple[Array, IntArray, IntArray]:
+    """A linear mesh with the slots of its sheets open."""
+    points, triangles, regions = mesh
+    points, triangles = open_sheets(points, triangles, frames, design.body, sizes.plate_end_size_mm)
+    filled = np.zeros(len(triangles) - len(regions), dtype=np.int64)
+    regions = np.concatenate([regions, filled])
+    other = _mirror_images(design, frames)
+    return (
+        (points, triangles, regions)
+        if other is None
+        else mirrored(points, triangles, regions, other)
+    )
 
 
 def _check_areas(
