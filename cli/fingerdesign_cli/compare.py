@@ -8,7 +8,7 @@ import click
 from fingerdesign.errors import DesignError
 from fingerdesign.records.folder import RESULT_FILE
 from fingerdesign.records.outcome import Outcome, designs_csv
-from fingerdesign.runtime.files import write_whole
+from fingerdesign.runtime.files import why_no_place, write_whole
 from fingerdesign.runtime.registry import unknown_name
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, Comparison, read_comparison
@@ -89,6 +89,8 @@ def _refuse_places(places: dict[str, Path | None], results: Sequence[Path]) -> N
             why = "must end in .html"
         elif path in taken:
             why = "must not be that of another option"
+        elif cannot := why_no_place(path.parent):
+            why = f"must be a file in a folder that can be written into, and {cannot}"
         if why:
             raise click.UsageError(f"{option} = {given}: {why}; choose another")
         taken.add(path)

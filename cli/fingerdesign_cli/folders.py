@@ -19,7 +19,7 @@ from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RESULT_FILE, read_result
 from fingerdesign.records.result import Result
 from fingerdesign.report.table import Table
-from fingerdesign.runtime.files import write_whole
+from fingerdesign.runtime.files import why_no_place, write_whole
 from fingerdesign_cli.looks import Kind, Look, kind_of, look_at, said
 from fingerdesign_cli.terminal import (
     WIDTH,
@@ -51,6 +51,9 @@ def new(
         raise click.UsageError(f"FILE = {file}: must be a regular file; choose another name")
     if file.exists() and not force:
         raise click.UsageError(f"FILE = {file}: must not exist; choose another name or --force")
+    if why := why_no_place(file.parent):
+        wrong = f"must be in a folder that can be written into, and {why}"
+        raise click.UsageError(f"FILE = {file}: {wrong}; choose another")
     name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
     kind = "scene" if scene else "study" if study else "design"
     if scene:

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
+from fingerdesign.runtime.files import why_no_place
 from fingerdesign.runtime.registry import CONTROLLERS, is_reference
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
@@ -88,12 +89,11 @@ def command(module: str, short: str) -> Callable[[Callable[[], None]], click.Com
 def output_folder(
     _context: click.Context, parameter: click.Parameter, value: Path | None
 ) -> Path | None:
-    """Refuse an option's folder that cannot become one: it or a folder above it is a file."""
-    for path in () if value is None else (value, *value.parents):
-        if path.exists() and not path.is_dir():
-            above = "" if path == value else f"; {path} is a file"
-            wrong = f"{parameter.opts[0]} = {value}: must be a folder, not a file{above}"
-            raise click.UsageError(f"{wrong}; choose another")
+    """Refuse an option's folder that cannot become one, before any work: it or a folder above it is
+    a file, or nothing can be written there."""
+    if value is not None and (why := why_no_place(value)):
+        wrong = f"{parameter.opts[0]} = {value}: must be a folder that can be written into"
+        raise click.UsageError(f"{wrong}, and {why}; choose another")
     return value
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import signal
+import socket
+import sys
 import webbrowser
 from collections.abc import Callable
 from contextlib import suppress
@@ -11,12 +13,13 @@ from pathlib import Path
 
 import click
 
-from fingerdesign.studio.serve import new_token, serve
+from fingerdesign.studio.serve import HOST, new_token, serve
 from fingerdesign.studio.session import Session
 
 
 def studio(design_file: Path | None, port: int, no_open: bool, quiet: bool) -> int:
     """Serve the studio until it is interrupted."""
+    _refuse_taken(port)
     session = Session(design_file)
 
     def ready(address: str) -> None:
@@ -28,6 +31,18 @@ def studio(design_file: Path | None, port: int, no_open: bool, quiet: bool) -> i
 
     asyncio.run(_until_interrupted(session, port, ready))
     return 0
+
+
+def _refuse_taken(port: int) -> None:
+    """A usage error for a port that cannot be listened to."""
+    with socket.socket() as probe:
+        if sys.platform != "win32":  # there it would allow a port that is taken
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((HOST, port))
+        except OSError as error:
+            wrong = f"--port = {port}: must be a port that is free ({error.strerror})"
+            raise click.UsageError(f"{wrong}; choose another, or leave it out") from None
 
 
 async def _until_interrupted(session: Session, port: int, ready: Callable[[str], None]) -> None:

@@ -22,61 +22,21 @@ taught on its design; all others have the design's ``[grip]`` table alone, one f
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from inspect import signature
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from inspect import isabstract, signature
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from fingerdesign.control.signals import Sample
+from fingerdesign.control.command import Command, Controller, holds
+from fingerdesign.control.guarded import Guarded
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.registry import CONTROLLERS, LAST, Kind, own_values
 
 if TYPE_CHECKING:
-    from fingerdesign.control.calibration import Calibration
     from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.grip import Grip
-
-
-@dataclass(frozen=True)
-class Command:
-    """The next move of the object, mm: ``dx`` toward +x, ``dy`` closing.
-
-    hold: the rule has set dx to zero. area: the gage area (mm) behind it, None where none is known.
-    unsure: the controller knows too little to trust what it does; None where it cannot tell.
-    stick_ratio: stick area over contact area, 0 to 1, as it believes it to be at the sample that
-    this answers; None where it estimates none. warns: of a controller that reports no stick ratio,
-    that slip is near; None where it never tells.
-    """
-
-    dx: float
-    dy: float
-    hold: bool
-    area: float | None = None
-    unsure: bool | None = None
-    stick_ratio: float | None = None
-    warns: bool | None = None
-
-
-def holds(commands: Sequence[Command]) -> int:
-    """How often holding began."""
-    held = np.array([False, *(command.hold for command in commands)])
-    return int((held[1:] & ~held[:-1]).sum())
-
-
-class Controller(Protocol):
-    """Turns samples into commands; the same samples always give the same commands."""
-
-    name: str
-
-    def start(self, calibration: Calibration, sample: Sample) -> None:
-        """Begin a grip at its preload, felt as ``sample``; forgets any grip before."""
-        ...
-
-    def command(self, sample: Sample) -> Command:
-        """The next move, given what is felt now."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -104,6 +64,7 @@ class Range:
         return float(np.log(value)) if self.logarithmic else value
 
 
+__all__ = ["Command", "Controller", "holds"]  # named here by whoever brings a controller
 Look = tuple[str, Any, str]  # colour (report/style's name, or #rrggbb), dashes, marker
 _Make = TypeVar("_Make", bound=Callable[..., Controller])
 
@@ -177,9 +138,13 @@ def _adopted(reference: str, made: Any, key: str) -> ControllerKind:
         call = f"{method or made.__name__}({given})"
         try:
             signature(getattr(made, method) if method else made).bind(*given.split(", "))
-        except (AttributeError, TypeError, ValueError) as error:
+        except Exception as error:  # its metaclass may raise anything
             raise refuse(f"a controller: {call} can be called", f"correct it: {error}") from None
-    if not re.fullmatch(r"[\w.-]{1,64}", str(getattr(made, "name", ""))):
+    if isabstract(made):
+        lacks = ", ".join(sorted(getattr(made, "__abstractmethods__", ())))
+        raise refuse("a class that can be made", f"it is abstract: give it {lacks}")
+    name = getattr(made, "name", "")
+    if not (isinstance(name, str) and re.fullmatch(r"[\w.-]{1,64}", name)):
         what = "a controller: a class with a name of letters, digits, '-', '_' or '.'"
         raise refuse(what, f'give {made.__name__} a line like name = "press"')
     return ControllerKind(name=reference, make=made)
@@ -199,7 +164,9 @@ def make_controller(
     """A fresh controller with the parameters of a design's ``[grip]`` table.
 
     friction and mass_g are the object's; only the oracles look at them, and ValueError is raised
-    where they lack. Raises DesignError for an unknown name and for a regulator without estimator.
+    where they lack. Raises DesignError for an unknown name and for a regulator without estimator,
+    ControllerError where one that is not shipped cannot be made; what such a one answers is judged
+    (:mod:`fingerdesign.control.guarded`).
     """
     kind: ControllerKind = CONTROLLERS.find(name, "grip.controller")
     if kind.knows is not None and (friction is None or mass_g is None):
@@ -210,7 +177,11 @@ def make_controller(
         )
         remedy = "teach one first, or choose another controller"
         raise DesignError([Fault("grip.controller", name, bound, remedy)])
-    return kind.make(grip, own_values(grip, kind), Object(friction, mass_g, estimator))
+    own, known = own_values(grip, kind), Object(friction, mass_g, estimator)
+    home = str(getattr(kind.make, "__module__", ""))
+    if home.partition(".")[0] == "fingerdesign":
+        return kind.make(grip, own, known)
+    return Guarded(name, lambda: kind.make(grip, own, known))
 
 
 def needs_training(name: str) -> bool:

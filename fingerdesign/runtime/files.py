@@ -20,6 +20,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from fingerdesign.errors import shown
+
 if sys.platform == "win32":
     import msvcrt
 else:
@@ -41,6 +43,27 @@ def sibling(target: Path, role: str) -> Path:
 def is_full(error: OSError) -> bool:
     """Whether the disk, or this user's part of it, is full."""
     return error.errno in _FULL
+
+
+def why_no_place(folder: Path) -> str:
+    """Why nothing can be written into ``folder``, which may not be there yet, as a clause; ""
+    where it can.
+
+    A folder is made in the nearest one that is there, and taken away: file systems of the kernel
+    and read-only disks grant in name what they then refuse.
+    """
+    above = folder
+    try:
+        with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+            folder.lstat()  # a name that is too long is none's
+        above = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+        if not above.is_dir():
+            return f"{above} is a file"
+        tempfile.TemporaryDirectory(prefix=".fingerdesign-", dir=above).cleanup()
+    except (OSError, ValueError) as error:  # a name with a null character is a ValueError
+        system = error.strerror if isinstance(error, OSError) else str(error)
+        return f"{shown(str(above))} cannot ({system})"
+    return ""
 
 
 @contextmanager

@@ -105,7 +105,8 @@ def _referred(name: str, key: str) -> Any:
     sys.path += [each for each in filter(None, folders) if each not in sys.path]
     importlib.invalidate_caches()
     try:
-        found = import_module(module)
+        with contextlib.redirect_stdout(sys.stderr):  # stdout is for scripts
+            found = import_module(module)
     except (Exception, SystemExit) as error:
         missing = getattr(error, "name", None) if isinstance(error, ModuleNotFoundError) else None
         absent = bool(missing) and f"{module}.".startswith(f"{missing}.")

@@ -81,10 +81,13 @@ class Document:
         """Whether the file has changed since it was read; its text is then taken over.
 
         A key that was changed in the file too is no longer unsaved. Raises DesignError where the
-        file cannot be read, or holds a fault: the text before stays then.
+        file is gone, cannot be read, or holds a fault: the text before stays then.
         """
-        if self.shipped or not self.path.is_file():
+        if self.shipped:
             return False
+        if not self.path.is_file():
+            remedy = "Save writes it anew" if not self.path.exists() else "move that away"
+            raise DesignError([Fault("file", str(self.path), "there, an ordinary file", remedy)])
         text = read_text(self.path)
         if text == self.text:
             return False
@@ -102,15 +105,20 @@ class Document:
     def save(self) -> Path:
         """Write the file with what is unsaved, comments kept; the path that was written.
 
-        Raises DesignError where the result would be faulty, or a shipped design's copy would
-        overwrite a file.
+        Raises DesignError where the result would be faulty, the file may not be written, or a
+        shipped design's copy would overwrite a file; OSError as of the disk.
         """
         if self.shipped and self.path.exists():
             remedy = "open that file instead, or move it"
             raise DesignError([Fault("file", str(self.path), "a new file", remedy)])
+        before = self.text
         if not self.shipped and self.path.is_file():
-            self.text = read_text(self.path)
-        text = with_keys(self.text, self.unsaved)
+            if not self.path.stat().st_mode & 0o222:  # renaming would not ask
+                remedy = "allow to write it, or copy it and open the copy"
+                raise DesignError([Fault("file", str(self.path), "writable", remedy)])
+            before = read_text(self.path)
+            judge_design(before, str(self.path), self.folder)  # it may be no TOML by now
+        text = with_keys(before, self.unsaved)
         judge_design(text, str(self.path), self.folder).sound(str(self.path))
         write_whole(self.path, text)
         self.text, self.unsaved, self.shipped = text, {}, False

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import asyncio
 import hmac
+import logging
 import os
 import sys
 from collections.abc import Awaitable, Callable
@@ -91,13 +92,17 @@ def refusal(request: Request, token: str) -> str:
     """
     if not ip_address(request.remote or "0.0.0.0").is_loopback:
         return "this page is for its own machine"
-    if request.url.host not in (HOST, "localhost"):
+    try:
+        host = request.url.host
+    except ValueError:  # no address can be made of its Host header
+        host = None
+    if host not in (HOST, "localhost"):
         return "this page has no such name"
     origin = request.headers.get("Origin")
     if origin is not None and origin != f"{request.url.scheme}://{request.host}":
         return "this page answers no other site"
     given = request.query.get("token") or request.cookies.get(_cookie(request), "")
-    if not hmac.compare_digest(given.encode(), token.encode()):
+    if not hmac.compare_digest(given.encode(errors="replace"), token.encode()):
         return "the address lacks its token: take the one that `fingerdesign studio` printed"
     return ""
 
@@ -152,7 +157,7 @@ class Page:
         self._deep.shutdown(wait=False, cancel_futures=True)
 
     def _values(self, values: dict[str, Any], **_: Any) -> None:
-        if values and values != self.session.values:
+        if values and isinstance(values, dict) and values != self.session.values:
             self._moves += 1
             self._moved = dict(values)
             self.refiner.give_up()
@@ -233,6 +238,7 @@ async def serve(
     Raises MissingLibrary without trame.
     """
     server = _server()
+    logging.getLogger("aiohttp.server").setLevel(logging.CRITICAL)  # of requests that are none
     page = Page(session, server)
     server.controller.on_server_bind.add(lambda bound: bound.app.middlewares.extend(guard(token)))
     server.controller.on_server_ready.add(

@@ -5,6 +5,7 @@ A session is worked by one thread; what it shows is a dict of plain values, read
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -78,7 +79,9 @@ class Session:
     def move(self, values: Mapping[str, Any]) -> Shown:
         """Sliders were moved: the new answer, in plane strain. Unknown keys are passed over."""
         for key, value in values.items():
-            if key in self.values and isinstance(value, int | float) and np.isfinite(value):
+            if not (key in self.values and isinstance(value, int | float)):
+                continue
+            if -math.inf < value < math.inf:  # an integer may be too large for a float
                 slider = self.values_of(key)
                 self.values[key] = float(min(max(value, slider.low), slider.high))
         keys = {each.key: self.values[each.key] for each in self.sliders if each.of_design}
@@ -96,6 +99,7 @@ class Session:
             self.faults = [str(fault) for fault in error.faults]
         except FingerDesignError as error:
             self.faults = [str(error)]
+        self.faults = [*self._file_faults, *self.faults]
         if self.picked is None and self.numbers is not None and len(self.numbers.gage_x):
             self.picked = int(np.abs(self.numbers.signals).argmax())
         return self.shown() | {"took_ms": round(1e3 * (time.perf_counter() - begin))}
@@ -123,7 +127,7 @@ class Session:
         """Write the file; what was written, or why not, as ``note``."""
         try:
             note = f"saved {self.document.save()}"
-        except (DesignError, OSError) as error:
+        except (FingerDesignError, OSError, ValueError) as error:  # TOML beyond what tomlkit edits
             note = f"not saved: {error}"
         return self.shown() | {"note": note, "file": str(self.document.path)}
 
@@ -139,7 +143,8 @@ class Session:
             found = [f"the file: {fault}" for fault in error.faults]
             if found == self._file_faults:
                 return {}
-            self._file_faults = self.faults = found
+            other = [each for each in self.faults if each not in self._file_faults]
+            self._file_faults, self.faults = found, [*found, *other]
             return self.shown()
         self._file_faults = []
         self.design = self.document.design()

@@ -80,7 +80,7 @@ def _of_body(design: Design) -> list[Slider]:
             if value:
                 found.append(_around(f"body.{name}", label, "mm", float(value)))
     own = design.materials.get(body.material)
-    if own is not None:
+    if own is not None and "." not in body.material:  # a dotted key would lead elsewhere
         key = f"materials.{body.material}.youngs_modulus_MPa"
         found.append(_around(key, "modulus of the body", "MPa", own.youngs_modulus_MPa))
     return found

@@ -84,6 +84,12 @@ def refuse(*_):
         (["--format", "foo"], "one of vtu"),
         (["--out", "small.toml"], "--out = small.toml: must be a folder"),
         (["--out", "small.toml/x"], "small.toml is a file"),
+        (["--out", "n" * 300], "must be a folder that can be written into"),
+        pytest.param(
+            ["--out", "/proc/x"],
+            "must be a folder that can be written into",
+            marks=pytest.mark.skipif(not Path("/proc/self").exists(), reason="no /proc here"),
+        ),
         (["--scene", "fundamentel"], "did you mean fundamental"),
     ],
 )

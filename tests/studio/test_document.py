@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from fingerdesign.checks.load import parse_design
 from fingerdesign.checks.starter import starter_text
 from fingerdesign.errors import DesignError
 from fingerdesign.studio.document import Document, with_keys
@@ -77,3 +78,44 @@ def test_sliders_of_every_kind_stay_within_their_ends():
         assert [each.key for each in sliders[:3]] == ["approach", "shear", "friction"]
         assert all(each.low <= each.value <= each.high and each.step > 0 for each in sliders)
     assert not any(each.key.startswith("plates.") for each in sliders)  # it has none
+
+
+def test_a_file_that_may_not_be_written_is_not_replaced(file):
+    document = Document.of(file)
+    document.put({"plates.angle_deg": 30.0})
+    file.chmod(0o444)
+    before = file.read_text("utf-8")
+    with pytest.raises(DesignError, match="writable"):
+        document.save()
+    assert file.read_text("utf-8") == before
+
+
+@pytest.mark.parametrize("text", ["x=", "a=" + "[" * 100_000, "plates = 3"])
+def test_a_file_that_broke_meanwhile_is_not_saved_over(file, text):
+    document = Document.of(file)
+    document.put({"plates.angle_deg": 30.0})
+    file.write_text(text, "utf-8")
+    with pytest.raises(DesignError):
+        document.save()
+    assert file.read_text("utf-8") == text
+    assert document.unsaved == {"plates.angle_deg": 30.0}
+    assert document.design().plates.angle_deg == 30.0
+
+
+def test_a_file_that_is_gone_is_said_and_saved_anew(file):
+    document = Document.of(file)
+    file.unlink()
+    with pytest.raises(DesignError, match="Save writes it anew"):
+        document.changed()
+    assert document.save() == file
+    assert not document.changed()
+    file.unlink()
+    file.mkdir()
+    with pytest.raises(DesignError, match="move that away"):
+        document.changed()
+
+
+def test_a_material_with_a_dot_in_its_name_has_no_slider():
+    text = 'design.name = "a"\nbody.material = "a.b"\n[materials."a.b"]\n'
+    design = parse_design(f"{text}youngs_modulus_MPa = 4.0\npoissons_ratio = 0.49\n")
+    assert not [each.key for each in sliders_of(design) if each.key.startswith("materials")]

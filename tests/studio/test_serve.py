@@ -1,13 +1,15 @@
 """The page's server: loopback alone, refused without its token, moves answered, newest first."""
 
 import asyncio
+import socket
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 from fingerdesign_cli.main import main
 
-from fingerdesign.studio.serve import MISSING, new_token, serve
+from fingerdesign.studio.serve import MISSING, new_token, refusal, serve
 from fingerdesign.studio.session import Session
 from tests.support.house import ROOT
 
@@ -59,6 +61,7 @@ async def _asked():
             found[name] = (answer.status, await answer.text(), answer.headers)
 
     try:
+        await ask("host", given={"token": token}, headers={"Host": "[::::"})
         await ask("none")
         await ask("wrong", given={"token": new_token()})
         await ask("script", "plotly/plotly.min.js")
@@ -86,12 +89,30 @@ def test_it_listens_to_this_machine_alone(answers):
     assert set(answers["bound"]) == {"127.0.0.1"}
 
 
-@pytest.mark.parametrize("name", ["none", "wrong", "script", "socket", "name", "site"])
+@pytest.mark.parametrize("name", ["none", "wrong", "script", "socket", "name", "site", "host"])
 def test_without_the_token_or_from_elsewhere_nothing_is_answered(answers, name):
     status, text, _ = answers[name]
     assert status == 403
     assert answers["token"] not in text
     assert len(text) < 200
+
+
+def test_bytes_that_are_no_text_are_no_token():
+    pytest.importorskip("yarl", reason=WHY)
+    from yarl import URL
+
+    url = URL("http://127.0.0.1:80/")
+    given = {"studio-80": "\udcff\udcfe"}
+    request = SimpleNamespace(remote="127.0.0.1", url=url, headers={}, query={}, cookies=given)
+    assert "token" in refusal(request, new_token())
+
+
+def test_a_port_that_is_taken_is_refused_before_any_work(monkeypatch, capsys):
+    monkeypatch.setattr("fingerdesign_cli.studio.Session", None)
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = str(other.getsockname()[1])
+        assert main(["studio", "homogeneous", "--no-open", "--port", port]) == 2
+    assert "must be a port that is free" in capsys.readouterr().err
 
 
 def test_with_the_token_the_page_and_its_scripts_are_there(answers):

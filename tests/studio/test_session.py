@@ -152,3 +152,25 @@ def test_coarse_sizes_stay_within_the_schema():
     section = {"mesh.section.gradation": 1.9, "mesh.section.far_size_mm": 90.0}
     found = coarse(with_values(design, section)).mesh.section
     assert (found.gradation, found.far_size_mm) == (2.0, 100.0)
+
+
+def test_faults_of_the_file_stay_said_while_sliders_move(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(starter_text("mine", "maeno2000"), encoding="utf-8")
+    session = Session(file)
+    session.start()
+    sound = file.read_text("utf-8")
+    file.write_text("x =", "utf-8")
+    assert "valid TOML" in session.look()["faults"][0]
+    assert "valid TOML" in session.move({"friction": 0.3})["faults"][0]
+    assert session.look() == {}
+    assert "not saved: " in session.save()["note"]
+    file.write_text(sound, "utf-8")
+    assert session.look()["faults"] == []
+
+
+@pytest.mark.parametrize("value", [10**400, -(10**400), float("nan"), float("inf"), "1", None, [2]])
+def test_no_value_of_a_client_leaves_a_slider(session, value):
+    session.move({"friction": value, "approach": value, "no.such": value})
+    assert all(each.low <= session.values[each.key] <= each.high for each in session.sliders)
+    session.move({"friction": 0.5, "approach": 0.2})
