@@ -115,7 +115,13 @@ def _places(folder: Path) -> list[Path]:
 
 
 def _known(place: Path) -> bool:
-    return (place / RESULT_FILE).is_file() or kind_of(place) is not None
+    return _has_result(place) or kind_of(place) is not None
+
+
+def _has_result(place: Path) -> bool:
+    """Whether something stands there for a record, be it a pipe, which reading then refuses."""
+    record = place / RESULT_FILE
+    return record.exists() and not record.is_dir()
 
 
 @dataclass(frozen=True)
@@ -151,7 +157,7 @@ def _view(place: Path) -> _View | _Other:
     """What is shown of a folder; DesignError where its values are none that can be shown."""
     makers = (model_table, increment_table, grip_table)
     try:
-        if not (place / RESULT_FILE).is_file():
+        if not _has_result(place):
             kind = kind_of(place)
             assert kind is not None
             return _Other(place, kind, look_at(kind, place))

@@ -35,6 +35,14 @@ _FELT_WITHIN = 1050  # samples that the bench's quick press is waited for (contr
 _BENCH_SHEAR = 0.05  # of the preload: what the bench shears by (control/calibration.py)
 
 
+def _drop_faults(grip: Grip) -> list[Fault]:
+    """A length of slide that would be passed over: without inertia nothing slides."""
+    if grip.inertia or grip.drop_mm == type(grip).model_fields["drop_mm"].default:
+        return []
+    remedy = "set grip.inertia = true, or leave it out: without inertia what slips has dropped"
+    return [Fault("grip.drop_mm", grip.drop_mm, "left out where grip.inertia is false", remedy)]
+
+
 def _lift_faults(grip: Grip) -> list[Fault]:
     events = [
         (f"grip.{table}[{k}]", each.step_after_lift)
@@ -394,6 +402,7 @@ def _grip_faults(design: Design) -> list[Fault]:
     dead = grip.hardware.dead_gages
     faults = [
         *_lift_faults(grip),
+        *_drop_faults(grip),
         *_dead_gage_faults(design, "dead_gages"),
         *_dead_gage_faults(design, "dying_gages", dead),
         *_stage_faults(grip),

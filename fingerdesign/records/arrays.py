@@ -6,6 +6,7 @@ Every class checks its shapes when made: a report from mismatched arrays would m
 from __future__ import annotations
 
 import json
+import zipfile
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from fingerdesign.records.base import ResultError
 from fingerdesign.runtime.cache import GARBLED, packed, unpacked
 
 OPEN, STICK, SLIP = 0, 1, 2
+_MOST_UNPACKED = 200  # times the file's size
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,10 +251,20 @@ def read_packed(path: Path, *kinds: type) -> Any:
     Raises ResultError where it is not there, or is not of these.
     """
     try:
+        _refuse_bomb(path)
         with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
             arrays = {name: data[name] for name in data.files}
         about = json.loads(str(arrays.pop("about")))
         return unpacked(about, arrays, {kind.__name__: kind for kind in kinds})
-    except (*GARBLED, RecursionError) as error:
+    except (*GARBLED, RecursionError, MemoryError) as error:  # a header may claim any shape
         why = f"{type(error).__name__}: {error}"[:200]
         raise ResultError(f"{path} cannot be read ({why}); run the analysis again") from error
+
+
+def _refuse_bomb(path: Path) -> None:
+    """ValueError where the file would unpack to far more than it is: ours are stored as they are,
+    and packed anew by hand numbers become a tenth."""
+    with zipfile.ZipFile(path) as archive:
+        content = sum(each.file_size for each in archive.infolist())
+    if content > _MOST_UNPACKED * path.stat().st_size:
+        raise ValueError(f"it would unpack to {content / 1e6:.0f} MB")

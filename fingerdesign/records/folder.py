@@ -14,6 +14,7 @@ from fingerdesign.records.result import IncrementResult, Result
 from fingerdesign.runtime.files import locked, take_place, whole_folder
 
 RESULT_FILE = "result.json"
+MOST_BYTES = 100_000_000  # of a result.json: 10,000 increments of fifteen gages take 30 MB
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,12 @@ def read_result(folder: Path | str) -> Result:
     """
     path = Path(folder)
     path = path / RESULT_FILE if path.is_dir() else path
+    if path.exists() and not path.is_file():  # a pipe or a device may never end
+        raise ResultError(f"no result can be read at {path}: it is not an ordinary file")
     try:
+        if path.stat().st_size > MOST_BYTES:
+            words = f"it is larger than {MOST_BYTES // 10**6} MB; check the path"
+            raise ResultError(f"no result can be read at {path}: {words}")
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise ResultError(f"no result can be read at {path}: {error}") from error

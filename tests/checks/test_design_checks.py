@@ -370,3 +370,12 @@ def test_a_faulty_key_comes_before_any_geometry():
         key = chance.choice(list(TRIED[table]))
         data[table][key] = -1e9
         assert faulty(data) == {f"{table}.{key}"}
+
+
+def test_a_length_of_slide_without_inertia_is_refused_not_passed_over():
+    found = faults_of('design.name = "a"\ngrip.plant = "lift"\ngrip.drop_mm = 5.0\n')
+    assert list(found) == ["grip.drop_mm"]
+    assert "grip.inertia = true" in found["grip.drop_mm"].remedy
+    parse_design('design.name = "a"\ngrip.drop_mm = 10.0\n')
+    lift = 'grip.plant = "lift"\ngrip.inertia = true'
+    parse_design(f'design.name = "a"\n{lift}\ngrip.drop_mm = 5.0\n')

@@ -3,7 +3,9 @@
 import csv
 import json
 import multiprocessing
+import os
 import sys
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,8 +14,9 @@ import numpy as np
 import pytest
 
 from fingerdesign.errors import DesignError
+from fingerdesign.records.arrays import read_packed
 from fingerdesign.records.base import DATA, SCHEMAS, ResultError, schema_text
-from fingerdesign.records.folder import RESULTS, read_result
+from fingerdesign.records.folder import MOST_BYTES, RESULTS, read_result
 from fingerdesign.records.result import (
     GageResult,
     IncrementResult,
@@ -282,3 +285,31 @@ def test_a_notebook_shows_a_result_and_takes_its_numbers(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", SimpleNamespace(DataFrame=dict))
     assert found.to_dataframe()["gage_2"].tolist() == [3.0, 3.0]
     assert "svg" not in replace(found, increments=())._repr_html_()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+def test_a_pipe_and_a_giant_are_no_results(tmp_path):
+    os.mkfifo(tmp_path / "result.json")
+    with pytest.raises(ResultError, match="not an ordinary file"):
+        read_result(tmp_path)
+    giant = tmp_path / "giant.json"
+    with giant.open("wb") as file:
+        file.truncate(MOST_BYTES + 1)
+    with pytest.raises(ResultError, match="larger than"):
+        read_result(giant)
+
+
+@pytest.mark.parametrize(
+    ("shape", "zeros", "words"), [(10**11, 9, "Memory"), (10**6, 8 * 10**6, "MB")]
+)
+def test_arrays_that_claim_more_than_they_are_are_refused(tmp_path, shape, zeros, words):
+    path = tmp_path / "arrays.npz"
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive,
+        archive.open("a.npy", "w") as to,
+    ):
+        about = {"descr": "<f8", "fortran_order": False, "shape": (shape,)}
+        np.lib.format.write_array_header_1_0(to, about)
+        to.write(bytes(zeros))
+    with pytest.raises(ResultError, match=words):
+        read_packed(path)
