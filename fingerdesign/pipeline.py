@@ -16,6 +16,7 @@ from fingerdesign.analysis.analysed import Analysed
 from fingerdesign.analysis.analysis import Analysis, analysis_of, failed_analysis
 from fingerdesign.analysis.answers import extras, keep_answer, kept_answer
 from fingerdesign.analysis.case import Case, Clock
+from fingerdesign.analysis.enough import finer
 from fingerdesign.analysis.fidelity.ladder import Choice, choose
 from fingerdesign.analysis.folder import cad_beside, complete_answer, write_analysis
 from fingerdesign.analysis.forecast.forecast import forecast_case
@@ -32,6 +33,8 @@ from fingerdesign.analysis.stages import (
     zone_of,
 )
 from fingerdesign.checks.starter import find_design, find_scene
+from fingerdesign.contact.path import Step
+from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -96,25 +99,9 @@ def _run_in_zone(
     notes: list[str],
     report: Report,
 ) -> Analysis:
-    design = requested.design
-    if requested.fidelity == "auto":
-        chosen = choose(requested, scene, zone, clock, report)
-        chosen.notes[:0] = notes
-    else:
-        report("meshing")
-        with clock.stage("mesh"):
-            mesh = make_mesh(design, requested.fidelity, zone, requested.symmetric)
-        report(f"condensing {len(mesh.cells)} elements")
-        model = condense(design, mesh, zone, scene)
-        clock.add(model.timings)
-        chosen = Choice(requested, model, zone, notes)
+    chosen, problem, steps = _followed(requested, scene, zone, clock, notes, report)
     case, zone = chosen.case, chosen.zone
-    chosen.model.condensed.prepare_fields(wanted=case.fields)
-    problem = problem_at_touch(chosen.model.reduced, scene.object, case.design.body)
-    report("loading")
-    with clock.stage("increments"), one_thread():
-        steps = follow_path(problem, scene, case.design)
-        array = replace(problem, model=problem.model.with_gages(case.gage_array))
+    array = replace(problem, model=problem.model.with_gages(case.gage_array))
     grips: list[tuple[GripResult, GripTrace]] = []
     with clock.stage("grips"), one_thread(), ThreadPoolExecutor(1) as beside:
         studied = beside.submit(slip_studies, case, scene, array)
@@ -129,6 +116,48 @@ def _run_in_zone(
         measurable = measurability(case.design, states.result(), sections)
     worked = (problem, array, steps, studied.result(), grips, measurable)
     return analysis_of(requested, scene, chosen, *worked, clock)
+
+
+def _followed(
+    case: Case,
+    scene: Scene,
+    zone: Zone,
+    clock: Clock,
+    notes: list[str],
+    report: Report,
+    attempt: int = 1,
+) -> tuple[Choice, ContactProblem, list[Step]]:
+    """The model in a zone, and its path; meshed finer where the contact holds too few nodes."""
+    design = case.design
+    if case.fidelity == "auto":
+        chosen = choose(case, scene, zone, clock, report)
+        chosen.notes[:0] = notes
+    else:
+        report("meshing")
+        with clock.stage("mesh"):
+            mesh = make_mesh(design, case.fidelity, zone, case.symmetric)
+        report(f"condensing {len(mesh.cells)} elements")
+        model = condense(design, mesh, zone, scene)
+        clock.add(model.timings)
+        chosen = Choice(case, model, zone, notes)
+    chosen.model.condensed.prepare_fields(wanted=case.fields)
+    problem = problem_at_touch(chosen.model.reduced, scene.object, design.body)
+    report("loading")
+    with clock.stage("increments"), one_thread():
+        steps = follow_path(problem, scene, chosen.case.design)
+    if (anew := finer(chosen, scene, problem, steps, attempt)) is None:
+        return chosen, problem, steps
+
+    def note(message: str) -> None:
+        notes.append(message)
+        report(message)
+
+    finer_case, narrow = anew
+    note(f"the contact held too few nodes: it is meshed finer over {narrow}")
+    given = (clock, notes, report, attempt + 1)
+    return in_wide_zone(
+        design, narrow, lambda wide: _followed(finer_case, scene, wide, *given), note
+    )
 
 
 def analyse_into(

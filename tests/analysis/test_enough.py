@@ -1,0 +1,91 @@
+"""A contact of few nodes is meshed finer, or it is said what to do: never a result of one node."""
+
+import numpy as np
+import pytest
+
+from fingerdesign import analyse, parse_design, parse_scene, with_values
+from fingerdesign.analysis.enough import LEAST_NODES
+from fingerdesign.errors import SolverError
+
+DESIGN = parse_design(
+    """
+    design.name = "coarse"
+    plates.count = 0
+    mesh.mesher = "extrude"
+    mesh.layers = 2
+    mesh.contact_size_mm = 1.0
+    mesh.section.contact_size_mm = 0.3
+    """
+)
+TINY = 'object = {shape = "cylinder", radius_mm = 0.3}\n'
+
+
+def solved(text, fidelity="plane-strain", design=DESIGN):
+    found = analyse(design, parse_scene(text), fidelity)
+    return found, max(row.stick_nodes + row.slip_nodes for row in found.increments)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        TINY + "path.increments_mm = [[0.003, 0.0]]",
+        "object.tilt_deg = 4.0\npath.increments_mm = [[0.002, 0.0]]",  # 1.4 mm off the crest
+        'path.control = "force"\npath.increments_N = [[0.02, 0.0]]',
+    ],
+)
+def test_a_small_contact_is_meshed_finer_and_its_force_is_that_of_a_fine_mesh(text):
+    """Within 3 %: of about 20 nodes in contact one more or less is 5 % of its width, of which the
+    force depends less."""
+    found, most = solved(text)
+    assert most >= LEAST_NODES
+    fine = with_values(DESIGN, {"mesh.section.contact_size_mm": 0.004})
+    known, _ = solved(text, design=fine)
+    one, other = (each.increments[-1] for each in (found, known))
+    assert one.approach_mm == pytest.approx(other.approach_mm, rel=0.03)
+    assert one.normal_force_N == pytest.approx(other.normal_force_N, rel=0.03)
+    assert any("meshed finer" in reason for reason in found.model.reasons)
+
+
+def test_the_record_names_what_was_given():
+    found, _ = solved(TINY + "path.increments_mm = [[0.003, 0.0]]")
+    assert found.parameters["mesh.section.contact_size_mm"] == 0.3
+
+
+def test_swept_too():
+    _, most = solved(TINY + "path.increments_mm = [[0.01, 0.0]]", "3d")
+    assert most >= LEAST_NODES
+
+
+@pytest.mark.parametrize(
+    ("text", "remedy"),
+    [
+        ("path.control = 'force'\npath.increments_N = [[1e-6, 0.0]]", "press harder"),
+        ("object.tilt_deg = 20\npath.increments_mm = [[1e-6, 0.0]]", "press harder"),
+    ],
+)
+def test_what_cannot_be_meshed_fine_enough_is_refused_with_the_remedy(text, remedy):
+    with pytest.raises(SolverError, match=rf"nodes at most.*{remedy}"):
+        solved(text)
+
+
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 40))]
+)
+def test_extremes_at_random_have_enough_nodes_or_an_error(seed):
+    """Tilt to 20 degrees, radii from 0.02 to 20 mm, from micrometres on, bodies of any size."""
+    rng = np.random.default_rng(seed)
+    scale = 10.0 ** rng.uniform(-0.7, 1.0)
+    sizes = {"width_mm": 20.0, "base_height_mm": 10.0, "arc_radius_mm": 20.0, "depth_mm": 10.0}
+    design = with_values(DESIGN, {f"body.{key}": scale * size for key, size in sizes.items()})
+    deep = 10.0 ** rng.uniform(-5.0, -0.5)
+    rigid = f"tilt_deg = {rng.uniform(-20.0, 20.0)}"
+    if rng.random() < 0.5:
+        rigid = f"shape = 'cylinder', radius_mm = {10.0 ** rng.uniform(-1.7, 1.3)}"
+    friction = 10.0 ** rng.uniform(-2.0, 1.0)
+    text = f"object = {{{rigid}, friction_coefficient = {friction}}}\n"
+    remedied, most = "", 0
+    try:
+        _, most = solved(text + f"path.increments_mm = [[{deep}, 0.0]]", design=design)
+    except SolverError as error:
+        remedied = str(error)
+    assert most >= LEAST_NODES or "press harder" in remedied
