@@ -44,6 +44,7 @@ def constants(estimator: GripEstimator, grip: Grip) -> dict[str, float]:
     found["LEAST_FRICTION"], found["MOST_FRICTION"] = found["FRICTION"]
     found["APPROACH_STEP"], found["SHEAR_STEP"] = grip.approach_step_mm, grip.shear_step_mm
     found["LOG_NOISE"] = math.log(estimator.noise + 0.1)
+    found["NOTHING"] += found["LOUDEST"] * estimator.noise
     return {name: each for name, each in found.items() if isinstance(each, float)}
 
 
@@ -59,11 +60,13 @@ def c_files(estimator: GripEstimator, grip: Grip) -> dict[str, str]:
     band, gages = estimator.band, estimator.gages
     count = feature_count(gages)
     sizes = {"GAGES": gages, "LOOKS_BACK": max(LAGS), "MOST_DELAY": _MOST_DELAY}
+    sizes["SILENT"] = features.SILENT
     widest = max(count, *(len(each.bias) for each in band.layers))
     lines = [f"#define FEATURES {count}", f"#define WIDEST {widest}"]
     numbers = constants(estimator, grip)
     lines += [f"#define {name} {_single(each)}" for name, each in numbers.items()]
-    lines += [f"static const int LAGS[] = {{{', '.join(map(str, LAGS))}}};"]
+    for name, steps in {"LAGS": LAGS, "READINGS_AT": features.readings_at(gages)}.items():
+        lines += [f"static const int {name}[] = {{{', '.join(map(str, steps))}}};"]
     lines += [_array("CENTER[]", band.center), _array("SCALE[]", band.scale)]
     lines += [_array("SPREAD[][2]", band.spread)]
     layers = []

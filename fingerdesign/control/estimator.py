@@ -18,6 +18,9 @@ where all sticks: on fingers that are not the taught one, that takes a tenth off
 has changed since the first pull, and the largest F_t / F_n so far, below which no friction can be,
 take off another sixth. Last stands what the object does to the gages before it is pulled: it may
 lean, or be round.
+
+A gage that has fallen silent, whose cable has come off, say, tells nothing of what it was before
+either: its features are left out, and the network takes the mean of what it was taught for them.
 """
 
 from __future__ import annotations
@@ -29,6 +32,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fingerdesign.arrays import Array
 from fingerdesign.control.signals import Sample
@@ -37,7 +41,7 @@ from fingerdesign.errors import FingerDesignError
 if TYPE_CHECKING:
     from fingerdesign.control.calibration import Calibration
 
-FORMAT = "fingerdesign grip estimator, 4"
+FORMAT = "fingerdesign grip estimator, 5"
 LAGS = (1, 4, 12)  # steps back
 LEAST_FORCE = 0.05  # N: below it there is hardly a contact
 _LEAST_MOTION = 1e-4  # mm
@@ -53,6 +57,12 @@ _CURVES = {  # key of the file: field of FingerCurves
     "stiffness_N_per_mm": "stiffness",
 }
 _LEAST_RESPONSE = 1e-6  # microstrain/N
+# A gage is dead where so many samples in a row are nearly nothing, and the finger pressed alone
+# would cause so many times as much. Of good gages, of objects that lean, 0.4 % seem so for a time.
+SILENT = 3
+_NOTHING = 10.0  # microstrain: what drift and warmth may read
+_LOUDEST = 4.0  # of the noise's standard deviation
+_HEARD = 3.0
 _MOST_NOISE = 1000.0  # microstrain; more than any amplifier has
 OUTLIER = 5.0  # standard deviations of the features: farther the network was never taught
 
@@ -125,7 +135,7 @@ class Estimated:
     """Stick area / contact area, and F_t / (mu F_n), both within 0 and 1.
 
     spread: standard deviation that ``used`` was found to have on held-out grips (sensing/teach.py:
-    of other fingers, where many are taught).
+    of other fingers, where many are taught) at moments of which the network says as much doubt.
     """
 
     stick_ratio: float
@@ -146,7 +156,7 @@ class Band:
     """A network for gages with a noise of up to ``most_noise`` microstrain a sample.
 
     Rectified linear layers on features less ``center``, over ``scale`` (features,). spread (k, 2):
-    upper edges of ``used`` and the standard deviation below each.
+    upper edges of the doubt, rising, and the standard deviation of ``used`` below each.
     """
 
     most_noise: float
@@ -156,11 +166,9 @@ class Band:
     spread: Array
 
     def evaluate(self, rows: Array) -> Array:
-        """Raw outputs (n, 2), stick ratio and used, of features (n, f)."""
-        values = np.clip((rows - self.center) / self.scale, -OUTLIER, OUTLIER)
-        for layer in self.layers[:-1]:
-            values = np.maximum(values @ layer.weight + layer.bias, 0.0)
-        return np.asarray(values @ self.layers[-1].weight + self.layers[-1].bias)
+        """Raw outputs (n, 3), stick ratio, used and the doubt of it, of features (n, f); NaN: one
+        left out."""
+        return outputs_of(self.layers, standardised(rows, self.center, self.scale))
 
 
 @dataclass(frozen=True)
@@ -197,7 +205,7 @@ class GripEstimator:
         band = self.band
         found = band.evaluate(features(history, self.curves, self.noise)[None])[0]
         used = float(min(max(found[1], 0.0), 1.0))
-        row = min(int(np.searchsorted(band.spread[:, 0], used)), len(band.spread) - 1)
+        row = min(int(np.searchsorted(band.spread[:, 0], found[2])), len(band.spread) - 1)
         return Estimated(float(min(max(found[0], 0.0), 1.0)), used, float(band.spread[row, 1]))
 
     def to_json(self) -> str:
@@ -283,8 +291,8 @@ def _faults(found: GripEstimator) -> list[str]:
             wrong.append("a network's numbers do not fit single precision")
         elif band.spread.ndim != 2 or band.spread.shape[1] != 2 or not (band.spread > 0.0).all():
             wrong.append("a spread is not a table of two columns above 0")
-        elif band.evaluate(np.zeros((1, count))).shape != (1, 2):
-            wrong.append("a network does not give two numbers")
+        elif band.evaluate(np.zeros((1, count))).shape != (1, 3):
+            wrong.append("a network does not give three numbers")
     return wrong
 
 
@@ -309,33 +317,64 @@ def _band(record: dict[str, Any]) -> Band:
     )
 
 
+def outputs_of(layers: Sequence[Layer], rows: ArrayLike) -> Array:
+    """A network's outputs (n, o), of standardised rows (n, f)."""
+    values = np.asarray(rows)
+    for layer in layers[:-1]:
+        values = np.maximum(values @ layer.weight + layer.bias, 0.0)
+    return np.asarray(values @ layers[-1].weight + layers[-1].bias)
+
+
+def standardised(rows: Array, center: Array, scale: Array) -> Array:
+    """Rows (n, f) in standard deviations, held within the outliers' bound; 0 where one is NaN."""
+    values = np.clip((rows - center) / scale, -OUTLIER, OUTLIER)
+    return np.where(np.isnan(values), 0.0, values)
+
+
 def feature_count(gages: int) -> int:
     """How many features ``gages`` readings make."""
     return 2 * gages + 4 + (len(LAGS) + 1) * (gages + 7)
 
 
+def readings_at(gages: int) -> list[int]:
+    """Where ``gages`` features of a kind begin that are the gages' own, kind by kind."""
+    changes = [gages + 4 + k * (gages + 7) for k in range(len(LAGS) + 1)]
+    return [0, *changes, feature_count(gages) - gages]
+
+
 def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> Array:
     """Features (f,) of the last moment: the present, the changes over the last steps and since the
-    first pull, the touch."""
+    first pull, the touch. NaN: of gages that are dead."""
     now = history[-1].sample
     pressed = max(now.normal_force, LEAST_FORCE)
     scale, alone = _scale(curves, pressed)
+    known = np.where(_dead(history, alone, noise), np.nan, 1.0)
     last, start = len(history) - 1, _before_pull(history)
     touch = history[start].sample
     before = max(touch.normal_force, LEAST_FORCE)
     scale_then, alone_then = _scale(curves, before)
     parts: list[Any] = [
-        (now.readings - alone) / (scale * pressed),
+        known * (now.readings - alone) / (scale * pressed),
         [math.log(pressed), now.tangential_force / pressed, math.log(noise + 0.1)],
         [max(0.0, *(_ratio(each.sample) for each in history))],
         *(
-            _changes(history[first:], curves, scale)
+            _changes(history[first:], curves, scale, known)
             for first in (*(max(last - lag, 0) for lag in LAGS), start)
         ),
         # How the object lies, leans and bends: what a plane would not cause.
-        (touch.readings - alone_then) / (scale_then * before),
+        known * (touch.readings - alone_then) / (scale_then * before),
     ]
     return np.concatenate([np.asarray(part, dtype=float) for part in parts])
+
+
+def _dead(history: Sequence[Moment], alone: Array, noise: float) -> Array:
+    """Which gages (g,) answer to nothing; alone (g,): what a press alone would cause now."""
+    last = history[-SILENT:]
+    nothing = _NOTHING + _LOUDEST * noise
+    if len(last) < SILENT:
+        return np.zeros(len(alone), dtype=bool)
+    most = np.abs([each.sample.readings for each in last]).max(axis=0)
+    return np.asarray((most < nothing) & (np.abs(alone) > _HEARD * nothing))
 
 
 def _ratio(sample: Sample) -> float:
@@ -356,7 +395,7 @@ def _before_pull(history: Sequence[Moment]) -> int:
     return max(pulled - 1, 0)
 
 
-def _changes(history: Sequence[Moment], curves: FingerCurves, scale: float) -> Array:
+def _changes(history: Sequence[Moment], curves: FingerCurves, scale: float, known: Array) -> Array:
     """What changed from the first to the last of these moments: gages, then seven of the forces and
     moves."""
     before, now, moved = history[0].sample, history[-1].sample, history[1:]
@@ -379,7 +418,7 @@ def _changes(history: Sequence[Moment], curves: FingerCurves, scale: float) -> A
         math.log(way),
         math.log(size / pressed),
     ]
-    return np.concatenate([change / (scale * size), forces])
+    return np.concatenate([known * change / (scale * size), forces])
 
 
 def _array(values: Any) -> Array:

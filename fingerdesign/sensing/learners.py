@@ -14,14 +14,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.control.estimator import LAGS, FingerCurves, Layer, feature_count
+from fingerdesign.control.estimator import (
+    LAGS,
+    FingerCurves,
+    Layer,
+    feature_count,
+    outputs_of,
+    standardised,
+)
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing.teach import (
     RandomGripPath,
     Settings,
     sample,
     standard,
-    standardised,
     trained,
 )
 
@@ -184,7 +190,7 @@ class QuickLearner:
         self._sampled = sampled
         taught = ~sampled.judged & ~sampled.chosen_by
         self._center, self._scale = standard(sampled.inputs[taught])
-        rows = standardised(sampled.inputs, self._center, self._scale)
+        rows = standardised(sampled.inputs, self._center, self._scale).astype(np.float32)
         rng = np.random.default_rng([seed, 4])
         self._weight = _GAIN * rng.standard_normal((rows.shape[1], _SUMS)).astype(np.float32)
         self._bias = rng.uniform(-_EDGE, _EDGE, _SUMS).astype(np.float32)
@@ -220,10 +226,8 @@ class Network:
 
     def say(self, inputs: Array) -> Array:
         """Stick ratio and used (n, 2) of features (n, f) of all gages."""
-        values = standardised(inputs[:, self.own], self.center, self.scale).astype(float)
-        for layer in self.layers[:-1]:
-            values = np.maximum(values @ layer.weight + layer.bias, 0.0)
-        return np.asarray(values @ self.layers[-1].weight + self.layers[-1].bias)
+        rows = standardised(inputs[:, self.own], self.center, self.scale)
+        return outputs_of(self.layers, rows)
 
 
 def teach_network(hearings: Sequence[Samples], kept: Sequence[int], seed: int) -> Network:
@@ -235,7 +239,8 @@ def teach_network(hearings: Sequence[Samples], kept: Sequence[int], seed: int) -
     inputs = np.concatenate([each.inputs[~each.judged][:, own] for each in hearings])
     truths = np.concatenate([each.truths[~each.judged] for each in hearings])
     center, scale = standard(inputs)
-    layers = trained(standardised(inputs, center, scale), truths, _TEACHING, seed)
+    rows = standardised(inputs, center, scale).astype(np.float32)
+    layers = trained(rows, truths, _TEACHING, seed)
     return Network(own, center, scale, layers)
 
 

@@ -25,7 +25,6 @@ from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.estimator import (
     LEAST_FORCE,
-    OUTLIER,
     Band,
     FingerCurves,
     GripEstimator,
@@ -33,6 +32,8 @@ from fingerdesign.control.estimator import (
     Moment,
     feature_count,
     features,
+    outputs_of,
+    standardised,
 )
 from fingerdesign.control.measurable import REFERENCE_NOISE
 from fingerdesign.control.plants.plant import CondensedPlant, Truth
@@ -170,7 +171,7 @@ _TEACHING = ((2e-3, 40), (5e-4, 20), (1e-4, 15))  # learning rate, epochs; each 
 _ROWS, _UNLIKE = 100_000, 0.45
 _PENALTY = 1e-3
 _PART = 50  # grips that a worker makes at once
-_EDGES = (0.2, 0.4, 0.6, 0.8, 1.0)
+_EDGES, _LEAST_SPREAD = 12, 1e-3  # parts that the spread is told in
 _GAIN_SPREAD = 0.01  # of the gages' gains, drawn anew for each hearing
 _DYING = 0.25  # of the grips, in which one gage dies
 
@@ -258,7 +259,7 @@ def _sampled(
     """All grips, each with a noise drawn evenly in its logarithm between two; in some of them a
     gage dies."""
     rng, found = np.random.default_rng([settings.seed, 1]), []
-    for each in [each for _ in range(settings.hearings) for each in grips]:
+    for each in [each for each in grips for _ in range(settings.hearings)]:
         noise = float(np.exp(rng.uniform(*np.log(noises))))
         heard = _dying(each, rng) if rng.uniform() < _DYING else each
         found.append(sample(heard, curves, settings, rng, noise))
@@ -362,19 +363,39 @@ def fit(inputs: Array, outputs: Array, most_noise: float, seed: int, fingers: in
     center, scale = standard(inputs)
     fewer = min(_UNLIKE if fingers > 1 else 1.0, _ROWS / len(inputs))
     teaching = [(rate, math.ceil(fewer * epochs)) for rate, epochs in _TEACHING]
+    rows = standardised(inputs, center, scale).astype(np.float32)  # twice as fast to train on
     with one_thread(), ends_as_meant():
-        layers = trained(standardised(inputs, center, scale), outputs, teaching, seed)
+        doubt = _doubt(rows, outputs, teaching, seed)
+        layers = trained(rows, np.column_stack([outputs, doubt]), teaching, seed)
     return Band(most_noise, center, scale, layers, np.array([[1.0, 1.0]]))
 
 
+def _doubt(
+    rows: NDArray[np.float32], truths: Array, teaching: Sequence[tuple[float, int]], seed: int
+) -> Array:
+    """The third thing to be learnt (n,): how far off ``used`` will be, so that a hand may lean on
+    what is sure. Of each half of the grips, what a network taught on the other half says wrong:
+
+        doubt = sqrt(|error|) / 3
+
+    The root, for errors are many small ones and few large; a third, for it is to cost the others
+    little.
+    """
+    found, half = np.zeros(len(rows)), len(rows) // 2
+    for judged in (slice(0, half), slice(half, None)):
+        others = np.ones(len(rows), dtype=bool)
+        others[judged] = False
+        layers = trained(rows[others], truths[others], teaching, seed)
+        off = np.clip(outputs_of(layers, rows[judged])[:, 1], 0.0, 1.0) - truths[judged, 1]
+        found[judged] = np.sqrt(np.abs(off)) / 3.0
+    return found
+
+
 def standard(rows: Array) -> tuple[Array, Array]:
-    """Center and scale (f,) of rows (n, f)."""
-    return rows.mean(axis=0), np.maximum(rows.std(axis=0), 1e-9)
-
-
-def standardised(rows: Array, center: Array, scale: Array) -> NDArray[np.float32]:
-    """Rows in standard deviations, held within the outliers' bound; twice as fast to train on."""
-    return np.clip((rows - center) / scale, -OUTLIER, OUTLIER).astype(np.float32)
+    """Center and scale (f,) of rows (n, f), of what is not NaN in them."""
+    seldom = np.isnan(rows).all(axis=0)
+    rows = np.where(seldom, 0.0, rows)
+    return np.nanmean(rows, axis=0), np.maximum(np.nanstd(rows, axis=0), 1e-9)
 
 
 @contextmanager
@@ -390,7 +411,7 @@ def ends_as_meant() -> Iterator[None]:
 def trained(
     rows: NDArray[np.float32], truths: Array, teaching: Sequence[tuple[float, int]], seed: int
 ) -> tuple[Layer, ...]:
-    """The layers of a network trained on standardised rows (n, f) and truths (n, 2).
+    """The layers of a network trained on standardised rows (n, f) and truths (n, outputs).
 
     teaching: learning rates and epochs, each from the last one's end. Inside
     :func:`ends_as_meant`, which threads share.
@@ -430,22 +451,21 @@ def judge(
         sampled = [sample(each, estimator.curves, settings, rng, noise) for each in grips]
         truths = np.concatenate([each[1] for each in sampled])
         band = estimator.at_noise(noise).band
-        said = np.clip(band.evaluate(np.concatenate([each[0] for each in sampled])), 0.0, 1.0)
-        off = said - truths
+        said = band.evaluate(np.concatenate([each[0] for each in sampled]))
+        off = np.clip(said[:, :2], 0.0, 1.0) - truths
         stick.append(float(np.sqrt((off[:, 0] ** 2).mean())))
         used.append(float(np.sqrt((off[:, 1] ** 2).mean())))
-        known = replace(band, spread=_spread(said[:, 1], off[:, 1]))
+        known = replace(band, spread=_spread(said[:, 2], off[:, 1]))
         bands = tuple(known if each is band else each for each in estimator.bands)
         estimator = replace(estimator, bands=bands)
     errors = tuple(stick), tuple(used)
     return TrainingResult(estimator, NOISES, *errors, samples, len(grips), fingers)
 
 
-def _spread(said: Array, off: Array) -> Array:
-    """Standard deviations of ``used`` by what was said of it."""
-    rows, low = [], -1.0
-    for edge in _EDGES:
-        inside = (said > low) & (said <= edge)
-        rows.append([edge, float(np.sqrt((off[inside] ** 2).mean())) if inside.any() else 1.0])
-        low = edge
-    return np.array(rows)
+def _spread(doubt: Array, off: Array) -> Array:
+    """Standard deviations (k, 2) of ``used`` by the doubt of it: upper edges, each with as many
+    cases, and the root mean square of those below."""
+    order = np.argsort(doubt)
+    parts = np.array_split(order, min(_EDGES, len(order)))
+    rows = np.array([[doubt[each[-1]], np.sqrt((off[each] ** 2).mean())] for each in parts])
+    return np.asarray(np.maximum(rows, _LEAST_SPREAD))

@@ -122,7 +122,7 @@ def estimator(tmp_path):
     forces, ones = np.array([0.0, 5.0]), np.full((2, gages), 1.0)
     curves = FingerCurves(forces, np.zeros((2, gages)), ones, 0.01 * forces, np.full(2, 10.0))
     count = feature_count(gages)
-    layer = Layer(0.003 * rng.standard_normal((count, 2)), np.array([0.7, 0.4]))
+    layer = Layer(0.003 * rng.standard_normal((count, 3)), np.array([0.7, 0.4, 0.1]))
     band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))
 
     def write(key):
@@ -160,7 +160,7 @@ def test_an_estimator_reports_is_exported_and_the_regulator_asks(
     said("export-c", *given, tmp_path / "c")
     written = {file.name: file.read_text() for file in (tmp_path / "c/coarse").iterdir()}
     assert written == c_files(louder, design.grip)
-    weights = 2 * feature_count(15)
+    weights = 3 * feature_count(15)
     assert f"15 gages, {weights} weights" in said("export-onnx", *given, tmp_path / "onnx").out
     assert (tmp_path / "onnx/coarse/estimator.onnx").read_bytes() == onnx_file(louder)
     replay("--estimator", path, "--controller", "regulator", "--quiet")

@@ -17,11 +17,13 @@ from fingerdesign.control.c_code import c_files, constants, in_16_bits
 from fingerdesign.control.controllers.regulator import Regulator, RegulatorTable
 from fingerdesign.control.estimator import (
     LAGS,
+    SILENT,
     Band,
     FingerCurves,
     GripEstimator,
     Layer,
     feature_count,
+    readings_at,
 )
 from fingerdesign.control.plants.plant import CondensedPlant, press
 from fingerdesign.control.roster import Object
@@ -39,7 +41,7 @@ S = np.float32
 def estimator(curves, hidden=(24, 12), seed=0):
     """One that takes F_t / F_n for half the friction in use, and hears more in the rest."""
     rng = np.random.default_rng(seed)
-    widths = [feature_count(curves.pressed.shape[1]), *hidden, 2]
+    widths = [feature_count(curves.pressed.shape[1]), *hidden, 3]
     layers = [
         Layer(0.3 * rng.standard_normal(size) / size[0] ** 0.5, 0.1 * rng.standard_normal(size[1]))
         for size in pairwise(widths)
@@ -48,7 +50,7 @@ def estimator(curves, hidden=(24, 12), seed=0):
     layers[0].weight[:, 0] *= 0.1
     layers[0].weight[ratio, 0], layers[1].weight[0, 0] = 0.2, 1.0
     layers[0].bias[0] = layers[1].bias[0] = 0.0
-    layers[-1].weight[0], layers[-1].bias[:] = (-1.0, 2.0), (0.9, 0.0)
+    layers[-1].weight[0], layers[-1].bias[:] = (-1.0, 2.0, 1.0), (0.9, 0.0, 0.0)
     spread = np.array([[0.3, 0.2], [0.7, 0.1], [1.0, 0.05]])
     center, scale = 0.1 * rng.standard_normal(widths[0]), rng.uniform(0.5, 2.0, widths[0])
     center[ratio], scale[ratio] = 0.0, 0.2
@@ -121,15 +123,19 @@ class Single:
             found += self.changes(first, alone, scale, pressed)
         values = (S([*found, *self.touch]) - S(self.band.center)) / S(self.band.scale)
         values = np.clip(values, -n.OUTLIER, n.OUTLIER)
+        if last + 1 >= SILENT:
+            most = abs(S([each[0] for each in self.history[-SILENT:]])).max(axis=0)
+            dead = np.flatnonzero((most < n.NOTHING) & (abs(alone) > n.HEARD * n.NOTHING))
+            values[np.add.outer(readings_at(len(alone)), dead)] = S(0.0)
         for k, (weight, scale, bias) in enumerate(self.layers):
             sums = np.zeros(len(bias), dtype=S)
             for value, row in zip(values, S(weight), strict=True):
                 sums += value * row
             values = scale * sums + bias
             values = values if k + 1 == len(self.layers) else np.maximum(values, S(0.0))
-        stick, used = (min(max(value, S(0.0)), S(1.0)) for value in values)
+        stick, used = (min(max(value, S(0.0)), S(1.0)) for value in values[:2])
         edges, spreads = S(self.band.spread).T
-        return stick, used, spreads[min(int((edges < used).sum()), len(edges) - 1)]
+        return stick, used, spreads[min(int((edges < values[2]).sum()), len(edges) - 1)]
 
     def learn(self, used, spread, lifted):
         (_, normal, tangential, dx, dy), n = self.history[-1], self.n
@@ -182,8 +188,13 @@ class Single:
                 return nothing, self.close(pressed)
             unfelt = max(ratio - self.history[-1][2] / pressed, nothing)
             unfelt = unfelt / friction if known else nothing
-            if self.used + unfelt < n.NEAR * n.TARGET:
-                return self.shear(n.PULL_SHARE * pressed / np.sqrt(S(1 + self.delay))), nothing
+            room = n.NEAR * n.TARGET - self.used - unfelt
+            if room > 0.0:
+                step = n.PULL_SHARE * pressed / np.sqrt(S(1 + self.delay))
+                if known:
+                    least, most = n.SLOWEST * step, n.OF_ROOM * room * friction * pressed
+                    step = max(min(step, most), least)
+                return self.shear(step), nothing
             self.probed = pressed
         if not known:
             return self.shear(n.PULL_SHARE * pressed), nothing

@@ -20,6 +20,7 @@ from fingerdesign.control.estimator import (
     Moment,
     feature_count,
     features,
+    readings_at,
 )
 from fingerdesign.control.roster import Object
 from fingerdesign.control.signals import NormalCalibration, Sample
@@ -40,7 +41,7 @@ def estimator(seed=0):
     count = feature_count(GAGES)
     layers = (
         Layer(rng.standard_normal((count, 5)), rng.standard_normal(5)),
-        Layer(rng.standard_normal((5, 2)), rng.standard_normal(2)),
+        Layer(rng.standard_normal((5, 3)), rng.standard_normal(3)),
     )
     spread = np.array([[0.5, 0.1], [1.0, 0.05]])
     band = Band(1.6, np.zeros(count), np.ones(count), layers, spread)
@@ -134,6 +135,28 @@ def test_features_are_of_the_touch_the_lags_and_the_way_since_the_pull():
     )
     assert changed[-GAGES:-1].all()
     assert not changed[: -2 * GAGES - 7].any()
+
+
+def test_a_gage_that_falls_silent_is_left_out_of_all_features():
+    """From its third sample on, unless a press would hardly strain it; what others say stays, and a
+    network takes the mean for what is left out."""
+    strong = replace(CURVES, pressed=CURVES.pressed * [100.0, 100.0, 10.0])
+
+    def said(silent):
+        return [
+            moment(1.0, 0.1 * k, readings=[110.0, *([3.0, 2.0] if k >= silent else [210.0, 35.0])])
+            for k in range(5)
+        ]
+
+    whole, soon, found = (features(said(silent), strong, 0.5) for silent in (5, 3, 2))
+    unknown = np.isnan(found)
+    assert not np.isnan([whole, soon]).any()
+    assert list(np.flatnonzero(unknown)) == [at + 1 for at in readings_at(GAGES)]
+    first = [at for at in range(len(found)) if at not in np.add.outer(readings_at(GAGES), (1, 2))]
+    assert np.array_equal(found[first], whole[first])
+    band = replace(estimator().band, center=np.arange(len(found)) / 10.0)
+    mean = np.where(unknown, band.center, found)
+    assert band.evaluate(found[None]) == pytest.approx(band.evaluate(mean[None]))
 
 
 def test_the_largest_ratio_of_forces_is_remembered():

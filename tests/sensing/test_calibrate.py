@@ -88,7 +88,7 @@ def estimator_file(design, folder):
     forces, ones = np.array([0.0, 5.0]), np.ones((2, GAGES))
     curves = FingerCurves(forces, 0.0 * ones, ones, 0.01 * forces, np.full(2, 10.0))
     count = feature_count(GAGES)
-    layer = Layer(np.zeros((count, 2)), np.array([0.7, 0.4]))
+    layer = Layer(np.zeros((count, 3)), np.array([0.7, 0.4, 0.1]))
     band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))
     key = training_key(design, settings_of(design))
     folder.mkdir(parents=True, exist_ok=True)

@@ -72,7 +72,10 @@ def test_what_is_taught_beats_nothing_and_its_file_says_the_same(problem, grips,
     used = np.concatenate([each.used for each in grips])
     assert result.noises == NOISES
     assert result.used_errors[0] < 0.7 * used.std()
-    assert (result.estimator.bands[0].spread[:, 1] > 0.0).all()
+    doubt, spread = result.estimator.bands[0].spread.T
+    assert (spread > 0.0).all()
+    assert (np.diff(doubt) >= 0.0).all()
+    assert spread[-3:].mean() > 1.5 * spread[:3].mean()  # it knows where it errs
     again = GripEstimator.from_json(result.estimator.to_json())
     history = grips[0].moments[:20]
     assert again.estimate(history).used == pytest.approx(

@@ -112,6 +112,17 @@ static float *changes(const regulator *r, const regulator_moment *before, const 
     return out;
 }
 
+/* Which gages answer to nothing: they are left out. alone: what a press alone would cause now. */
+static void find_dead(regulator *r, const float *alone) {
+    int g, k;
+    for (g = 0; g < GAGES; g++) {
+        r->dead[g] = r->moments >= REGULATOR_SILENT && fabsf(alone[g]) > HEARD * NOTHING;
+        for (k = 0; k < REGULATOR_SILENT; k++)
+            if (!(fabsf(r->history[k].readings[g]) < NOTHING))
+                r->dead[g] = 0;
+    }
+}
+
 /* FEATURES numbers of the last moment: the present, the changes over the last steps and since the
    first pull, the touch. */
 static void features(regulator *r, float *out) {
@@ -124,6 +135,7 @@ static void features(regulator *r, float *out) {
     for (g = 0; g < GAGES; g++)
         scale = larger(scale, fabsf(sticking[g]));
     scale = larger(scale, LEAST_RESPONSE);
+    find_dead(r, alone);
     for (g = 0; g < GAGES; g++)
         *out++ = (now->readings[g] - alone[g]) / (scale * pressed);
     *out++ = logarithm(pressed);
@@ -156,6 +168,10 @@ static estimate estimated(regulator *r) {
     features(r, values);
     for (i = 0; i < FEATURES; i++)
         values[i] = smaller(larger((values[i] - CENTER[i]) / SCALE[i], -OUTLIER), OUTLIER);
+    for (k = 0; k < COUNT(READINGS_AT); k++)
+        for (i = 0; i < GAGES; i++)
+            if (r->dead[i])
+                values[READINGS_AT[k] + i] = 0.0f;
     for (n = 0; n < COUNT(LAYERS); n++) {
         const layer *l = LAYERS + n;
         const int16_t *weight = l->weight;
@@ -172,7 +188,7 @@ static estimate estimated(regulator *r) {
     }
     found.stick_ratio = smaller(larger(values[0], 0.0f), 1.0f);
     found.used = smaller(larger(values[1], 0.0f), 1.0f);
-    for (k = 0; k + 1 < COUNT(SPREAD) && SPREAD[k][0] < found.used; k++)
+    for (k = 0; k + 1 < COUNT(SPREAD) && SPREAD[k][0] < values[2]; k++)
         ;
     found.spread = SPREAD[k][1];
     return found;
@@ -254,14 +270,19 @@ static void next(regulator *r, estimate found, float normal, float tangential, i
         r->sum *= KEPT;
     }
     if (r->probed == 0.0f) {
-        float unfelt = larger(ratio - r->history->tangential_force / pressed, 0.0f);
+        float room, unfelt = larger(ratio - r->history->tangential_force / pressed, 0.0f);
         if (pressed < PROBE_FORCE_N) {
             to->dy = closing(r, pressed);
             return;
         }
         unfelt = known ? unfelt / friction : 0.0f;
-        if (r->used + unfelt < NEAR * TARGET) {
-            to->dx = shear(r, PULL_SHARE * pressed / sqrtf((float)(1 + r->delay)));
+        room = NEAR * TARGET - r->used - unfelt;
+        if (room > 0.0f) {
+            float step = PULL_SHARE * pressed / sqrtf((float)(1 + r->delay));
+            if (known)
+                step = larger(smaller(step, OF_ROOM * room * friction * pressed),
+                              SLOWEST * step);
+            to->dx = shear(r, step);
             return;
         }
         probe_ends(r, pressed);

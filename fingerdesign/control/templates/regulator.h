@@ -38,6 +38,7 @@ typedef struct {
     regulator_curves curves;
     regulator_moment history[REGULATOR_LOOKS_BACK + 1]; /* the last one first */
     int moments, begun, pulled;
+    int dead[REGULATOR_GAGES];
     regulator_moment start; /* the last before the first pull */
     float touch[REGULATOR_GAGES], since[4];
     float unfelt_dx[REGULATOR_MOST_DELAY + 1], unfelt_dy[REGULATOR_MOST_DELAY + 1];
