@@ -34,6 +34,16 @@ def gent_youngs_modulus(shore_a: float) -> float:
     return 0.0981 * (56.0 + 7.62336 * shore_a) / (0.137505 * (254.0 - 2.54 * shore_a))
 
 
+def gent_shore_a(youngs_modulus_MPa: float) -> float:
+    """The Shore A hardness at which Gent's relation gives a Young's modulus (MPa, above 0.09).
+
+    >>> round(gent_shore_a(gent_youngs_modulus(30.0)), 6)
+    30.0
+    """
+    scale = 0.137505 * youngs_modulus_MPa
+    return (254.0 * scale - 0.0981 * 56.0) / (0.0981 * 7.62336 + 2.54 * scale)
+
+
 _ASSUMED_RATIO = "Poisson's ratio assumed: nearly incompressible"
 
 

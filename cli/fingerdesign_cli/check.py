@@ -17,6 +17,7 @@ from fingerdesign.checks.starter import file_text, kind_of
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import StepFacts, step_facts
 from fingerdesign.errors import DesignError, printable
+from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.zone import Summary, summarise
 from fingerdesign_cli.inputs import judged_design, judged_scene
@@ -148,6 +149,8 @@ def _notes(design: Design) -> list[str]:
             "--fidelity plane-strain draws the section z = 0 straight along z: of a "
             f"{design.body.shape} body it overstates forces several times"
         )
+    words = gage_words(design, gage_fit(design))
+    found += [*([words] if words else []), *sheet_words(design)]
     return found + [
         f"sound in three dimensions only: {fault.key} = {fault.value} must be {fault.bound}"
         for fault in plane_strain_faults(design)

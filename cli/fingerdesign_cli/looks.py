@@ -64,6 +64,7 @@ def _mold(data: _Data, _: Path) -> Look:
     failing = [check for check in data["checks"] if not check["ok"]]
     bad = [*([data["failure"]] if data["failure"] else []), *(c["sentence"] for c in failing)]
     good = [] if bad else [f"all {len(data['checks'])} checks passed"]
+    bad += (data.get("sensor") or {"reasons": []})["reasons"]
     facts = [f"mind: {warning}" for warning in data["warnings"]]
     if data["placement"] is not None:
         facts += data["placement"]["sentences"][:1]

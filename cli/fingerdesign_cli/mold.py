@@ -68,6 +68,8 @@ def _show(report: MoldData, folder: Path) -> None:
         click.echo(report["placement"]["sentences"][0])
     for warning in report["warnings"]:
         click.echo(f"warning: {warning}")
+    for reason in report["sensor"]["reasons"]:
+        click.echo(f"not ready as a sensor: {reason}")
     if report["failure"] is None:
         click.echo(f"all {len(report['checks'])} checks passed")
     click.echo(f"{report['seconds']:.0f} s; report: {folder / 'report.html'}")

@@ -4,11 +4,14 @@ Lengths in mm, angles in degrees. Keys that are absent are computed from the pro
 (mold/plan/plan.py), the bolts and the plates.
 """
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
+from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Table, bounded, refuse
+from fingerdesign.design.base import Many, Table, bounded, refuse, refuse_key
+from fingerdesign.design.stock import GageType, shipped_types
 
 ProcessName = Literal["sla", "fdm", "machined"]
 BoltName = Literal["auto", "M2", "M2.5", "M3", "M4"]
@@ -105,6 +108,34 @@ class Mold(Table):
     )
     lock_mm: float = bounded(2.0, 0.2, 50, "diameter of the base's locks; shrunk to what fits")
     excess: float = bounded(0.15, 0, 2, "silicone mixed beyond what the cavity holds, share")
+    gage: str = Field(
+        default="auto",
+        description="auto (what is sold and fits the plates) | a type's name, as 'foil_1' or "
+        "'sputtered_film' of the catalogue data/stock.toml, or of [[mold.gage_types]]",
+    )
+    gage_types: Many[GageType] = Field(
+        default=(),
+        max_length=50,
+        examples=[
+            [
+                {
+                    "name": "mine",
+                    "grid_length_mm": 0.5,
+                    "grid_width_mm": 1.0,
+                    "carrier_length_mm": 2.0,
+                    "carrier_width_mm": 3.0,
+                }
+            ]
+        ],
+        description="gages of your own, before the catalogue's; [[mold.gage_types]] tables say the "
+        "same",
+    )
+    sheets_mm: Many[Annotated[float, Field(gt=0, le=20)]] = Field(
+        default=(),
+        max_length=50,
+        examples=[[0.1, 0.15, 0.2, 0.3]],
+        description="thicknesses of sheet that you have; absent: those commonly sold",
+    )
     density_g_cm3: float | None = bounded(
         None, 0.5, 3, "of the silicone; absent: typical of the body's material", example=1.08
     )
@@ -112,6 +143,12 @@ class Mold(Table):
     contact_margin_mm: float = bounded(0.5, 0, 20, "seams keep this far from the contact zone")
     limits: MoldLimits = Field(default_factory=MoldLimits)
     comb: Comb = Field(default_factory=Comb)
+
+    def _misfits(self) -> Iterator[PydanticCustomError]:
+        known = [each.name for each in (*self.gage_types, *shipped_types())]
+        if self.gage not in ("auto", *known):
+            remedy = "correct it, or add a table [[mold.gage_types]] of that name"
+            yield refuse_key(self, "mold.gage", f"auto or one of {', '.join(known)}", remedy)
 
     @property
     def shrinkage_used(self) -> float:

@@ -18,7 +18,6 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.errors import PictureError
 from fingerdesign.mold.part import CORE, MoldMeshes, PartMesh, axis_name
-from fingerdesign.mold.products.notes import placement_worst
 from fingerdesign.report.page import rendered
 from fingerdesign.report.table import number_text
 from fingerdesign.runtime.isolate import ProcessError, Wait, beside
@@ -36,7 +35,6 @@ def mold_html(record: MoldData, picture: Exploded | None, missing: str = "") -> 
         data=record,
         picture=picture,
         missing=missing,
-        worst=placement_worst(record["placement"]),
         kinds=kinds_of(record["checks"]),
         labels=labels(record["base"]["holes"]),
         axis_name=axis_name,

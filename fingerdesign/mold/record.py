@@ -14,10 +14,17 @@ from pydantic import ConfigDict, Field, with_config
 from typing_extensions import TypedDict
 
 from fingerdesign.design.schema import Design
+from fingerdesign.layout.fitting import gage_fit, gage_words
 from fingerdesign.mold.part import Check, MoldMeshes, PartMesh
 from fingerdesign.mold.plan.plan import MoldPlan, Side, SidePlan, limits_of
 from fingerdesign.mold.products.drawing import FlatPattern
-from fingerdesign.mold.products.notes import ItemData, SiliconeData, casting_notes, warnings_of
+from fingerdesign.mold.products.notes import (
+    ItemData,
+    SiliconeData,
+    casting_notes,
+    placement_worst,
+    warnings_of,
+)
 from fingerdesign.mold.products.three_mf import Posed
 from fingerdesign.records.base import Count, Size, closed, plain
 from fingerdesign.runtime.machine import largest_memory_MB
@@ -26,6 +33,9 @@ from fingerdesign.version import __version__, versions
 RECORD_FILE = "mold_report.json"
 _PACKAGES = ("manifold3d", "lib3mf", "ezdxf", "pyvista")
 MICRO = 9  # decimals of mm that a record keeps
+# Of the largest reading: beyond it a gage's reading says less than a fifth more about the object
+# than about where its plate came to stand, and no calibration of one gage mends its neighbours.
+MOST_ERROR = 0.2
 
 
 Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
@@ -170,6 +180,18 @@ class EffectData(TypedDict):
 
 
 @closed
+class SensorData(TypedDict):
+    """Whether what is cast is a sensor: gages that exist, where the model has them."""
+
+    ready: bool
+    reading_error: Annotated[
+        Size | None, Field(description="worst change of a reading by placement, share; null: n/a")
+    ]
+    gage: Annotated[str | None, Field(description="the type that fits the plates; null: none")]
+    reasons: Annotated[list[str], Field(description="why it is not ready")]
+
+
+@closed
 class NotesData(TypedDict):
     """A section of the casting notes."""
 
@@ -198,6 +220,7 @@ class MoldData(TypedDict):
     checks: list[CheckData]
     silicone: SiliconeData | None
     placement: EffectData | None
+    sensor: SensorData
     warnings: list[str]
     notes: list[NotesData]
     bill: list[ItemData]
@@ -267,6 +290,7 @@ def mold_record(
             ],
             "silicone": made.silicone if made else None,
             "placement": placement,
+            "sensor": sensor_of(design, placement),
             "warnings": warnings_of(design, plan, placement) if placement else [],
             "notes": casting_notes(design, plan, parts, patterns, made.silicone) if made else [],
             "bill": list(made.items) if made else [],
@@ -279,6 +303,34 @@ def mold_record(
         decimals=MICRO,
     )
     return record
+
+
+def sensor_of(design: Design, placement: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Whether a finger's gages exist for its plates and read what the model says, as cast.
+
+    A finger without plates is no sensor, and ready. Where placement has no numbers, the reason is
+    that these are unknown.
+    """
+    fit = gage_fit(design)
+    if fit is None:
+        return {"ready": True, "reading_error": None, "gage": None, "reasons": []}
+    reasons: list[str] = []
+    error: float | None = None
+    if placement is None or placement.get("reason") is not None:
+        reasons += ["what placement does to the gages is not known"] if placement is None else []
+        reasons += placement["sentences"][:1] if placement is not None else []
+    else:
+        error = placement_worst(placement)
+        if error > MOST_ERROR:
+            reasons.append(
+                f"plates off their places change a reading by up to {100.0 * error:.0f} % of the "
+                f"largest; {100.0 * MOST_ERROR:.0f} % are allowed: a finer process or comb, wider "
+                "legs or longer plates place them closer"
+            )
+    if fit.found is None:
+        reasons.append(gage_words(design, fit) or "")
+    name = None if fit.found is None else fit.found.name
+    return {"ready": not reasons, "reading_error": error, "gage": name, "reasons": reasons}
 
 
 def mold_digest(design: Design) -> str:

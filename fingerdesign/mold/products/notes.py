@@ -17,8 +17,10 @@ from typing_extensions import TypedDict
 from fingerdesign.arrays import Array
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.design.schema import Design
+from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.gaps import PlateGap, least_gap
+from fingerdesign.materials import MATERIALS, gent_shore_a
 from fingerdesign.mold.part import MoldMeshes, PartMesh, axis_name
 from fingerdesign.mold.plan.base import TILT_DEG
 from fingerdesign.mold.plan.legs import legs_share
@@ -120,12 +122,16 @@ def bill_of_materials(
     plates = sum(pattern.count for pattern in patterns)
     gages = design.gages.faces * plates
     wire = design.mold.wire_mm / _BUNDLE[design.gages.leads]
+    mixing = mixing_of(design.body.material, design.mold.cure)
     metres = math.ceil(design.gages.leads * plates * WIRE_MM / 1000.0)
+    fit = gage_fit(design)
+    gage = None if fit is None else fit.found
+    rubber = rubber_words(design)
     return (
         *_lines("parts", design, meshes.parts, _extent),
         *_lines("plates", design, patterns, _extent),
         *hardware(plan),
-        *_lines("consumed", design, silicone, gages, metres, wire),
+        *_lines("consumed", rubber, design, silicone, mixing, gages, gage, metres, wire),
     )
 
 
@@ -242,6 +248,27 @@ def mixing_of(material: str, cure: str) -> Mixing:
     return MIXINGS.get(material, MIXINGS[usual])
 
 
+_ELASTOMERS = ("dragon_skin_20", "dragon_skin_30", "sylgard_184")
+_LIKE = 1.25  # of a modulus: batches of one silicone differ as much
+
+
+def rubber_words(design: Design) -> str:
+    """What to buy for the body: its name, or the hardness that its modulus asks for and a silicone
+    of that modulus where one is known."""
+    name, modulus = design.body.material, design.material_of("body").youngs_modulus_MPa
+    if name in MIXINGS:
+        return name.replace("_", " ")
+    words = (
+        f"{name.replace('_', ' ')} of {modulus:g} MPa, Shore A {gent_shore_a(modulus):.0f} or so"
+    )
+    away, like = min(
+        (abs(math.log(MATERIALS[each].youngs_modulus_MPa / modulus)), each) for each in _ELASTOMERS
+    )
+    if away < math.log(_LIKE):
+        words += f" (such as {like.replace('_', ' ')})"
+    return words
+
+
 def casting_notes(
     design: Design,
     plan: MoldPlan,
@@ -273,8 +300,12 @@ def casting_notes(
 def warnings_of(design: Design, plan: MoldPlan, placement: Mapping[str, Any]) -> list[str]:
     """What a caster has to be warned of, found from the design: a sentence each."""
     share, worst = legs_share(design, plan), placement_worst(placement)
+    fit = gage_fit(design)
+    stock = sheet_words(design)
+    if fit is not None and fit.found is not None and fit.unlike(design):
+        stock.append(gage_words(design, fit) or "")
     given = design, plan, share, worst, WORDS, bridged_gap(design, plan)
-    return _items(macros(TEMPLATES / "notes.j2").warnings(*given))
+    return stock + _items(macros(TEMPLATES / "notes.j2").warnings(*given))
 
 
 def bridged_gap(design: Design, plan: MoldPlan) -> tuple[PlateGap, float, float] | None:

@@ -20,6 +20,7 @@ from fingerdesign.mold.products.notes import (
     casting_notes,
     hardware,
     mixing_of,
+    rubber_words,
     silicone_of,
     warnings_of,
     write_bill,
@@ -52,6 +53,15 @@ def test_the_masses_weighed_are_what_is_mixed(hand_made):
     assert sylgard.known
     assert sylgard.shares(22.0) == pytest.approx((20.0, 2.0))
     assert not mixing_of("mine", "condensation").known
+
+
+def test_a_silicone_is_bought_by_its_modulus(hand_made):
+    design = with_values(hand_made()[0], {"body.material": "silicone"})
+    assert "Shore A" in rubber_words(design)
+    assert "such as" not in rubber_words(design)  # none of those known is as stiff
+    soft = with_values(design, {"materials.silicone.youngs_modulus_MPa": 1.1})
+    assert "dragon skin 30" in rubber_words(soft)
+    assert rubber_words(hand_made()[0]) == "dragon skin 20"
 
 
 ORDERS = [
@@ -164,6 +174,9 @@ def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
     assert counts["dowel pin"] == (len(plan.pins) if holding == "slots" else 0)
     by_item = {row["item"]: row for row in rows}
     assert float(by_item["elastomer, mixed"]["mass_g"]) > 0.0
+    parts = [float(by_item[f"elastomer, part {each}"]["mass_g"]) for each in "AB"]
+    assert sum(parts) == pytest.approx(float(by_item["elastomer, mixed"]["mass_g"]), abs=0.11)
+    assert "none that is sold" in by_item["strain gage"]["size"]  # on plates of 2 mm
     assert by_item["gage wire"]["size"].startswith("3 m, ")  # four leads of 200 mm a plate
     tees = with_values(design, {"gages.grid": "tee", "mold.wire_mm": 0.3})
     found = bill_of_materials(tees, plan, meshes, patterns, silicone_of(tees, plan, meshes))

@@ -15,6 +15,7 @@ import jsonschema
 import pytest
 from fingerdesign_cli.main import main
 
+from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.mold import make
 from fingerdesign.mold.page import Badge, Exploded, exploded_job
@@ -113,14 +114,32 @@ def test_the_folder_holds_everything_its_record_fits_its_schema_and_its_page_sho
     assert "G gate at x 0.0, z 0.0 mm" in page
 
 
-def test_plates_that_are_not_placed_make_the_verdict_amber(stages, tmp_path, monkeypatch):
-    design = stages()
-    doubtful = {**EFFECT, "together": {**CHANGE, "worst": 0.7}}
-    monkeypatch.setattr(make, "placement_of", lambda job: doubtful)
-    assert make.make_mold(design, tmp_path)["status"] == "ok"
-    page = (tmp_path / "report.html").read_text("utf-8")
-    assert '<li class="partly"><span class="answer">' in page
-    assert "up to 70 % of the largest" in page
+def verdict_of(design, folder, monkeypatch, worst):
+    """Page and sensor's record of a mold whose plates' places change readings by ``worst``."""
+    effect = {**EFFECT, "together": {**CHANGE, "worst": worst}}
+    monkeypatch.setattr(make, "placement_of", lambda job: effect)
+    made = make.make_mold(design, folder)
+    assert made["status"] == "ok"
+    return (folder / "report.html").read_text("utf-8"), record_in(folder)["sensor"]
+
+
+@pytest.mark.parametrize(
+    ("keys", "worst", "reasons"),
+    [
+        ({}, 0.03, ["no gage that is sold fits"]),
+        ({"mold.gage": "sputtered_film"}, 0.03, []),
+        ({"mold.gage": "sputtered_film"}, 0.21, ["up to 21 % of the largest"]),
+        ({}, 0.7, ["up to 70 % of the largest", "no gage that is sold fits"]),
+    ],
+)
+def test_ready_to_cast_is_said_of_a_sensor(stages, tmp_path, monkeypatch, keys, worst, reasons):
+    page, sensor = verdict_of(with_values(stages(), keys), tmp_path, monkeypatch, worst)
+    assert sensor["reading_error"] == pytest.approx(worst)
+    assert len(sensor["reasons"]) == len(reasons)
+    assert sensor["ready"] == (not reasons) == ("ready to cast" in page)
+    for said, words in zip(sensor["reasons"], reasons, strict=True):
+        assert words in said
+        assert words in page
 
 
 UNDERCUT = "side_wall_right: face 7 is an undercut"

@@ -1,0 +1,174 @@
+"""Whether what is sold fits a design: gages on its plates, sheet of its plates' thickness.
+
+A gage fits where its carrier lies on the plate, its grid in the middle of the design's gage, clear
+of holes, and where it can be bent as the plate is. Lengths in mm.
+"""
+
+import math
+from dataclasses import dataclass
+
+from fingerdesign.design.schema import Design
+from fingerdesign.design.stock import GageType, nearest_sheet, sheets_of, shipped_types
+from fingerdesign.layout.frames import PlateFrame, plate_frames
+
+_ROUNDING_MM = 1e-9
+# Of a grid's length or width against what the design averages over: beyond it the readings of the
+# model are another gage's. Strain along a plate falls to nothing at its ends, so a third is much.
+_ALIKE = 1.33
+
+
+@dataclass(frozen=True)
+class GageFit:
+    """Which gage the plates take.
+
+    found     the type whose grid is the nearest to the design's, of those that fit; None: none does
+    nearest   the type that asks for the least change of the plates; None: no type is of this kind
+    length, width   what the plates must have for ``nearest``, along the grid and across, mm
+    room      length and width that the smallest plate has, mm
+    films     names of types made to measure that would fit
+    """
+
+    found: GageType | None
+    nearest: GageType | None
+    length: float
+    width: float
+    room: tuple[float, float]
+    films: tuple[str, ...]
+
+    def unlike(self, design: Design) -> bool:
+        """Whether the grid that fits is another than the design averages over."""
+        gages, type_ = design.gages, self.found
+        if type_ is None or type_.to_measure:
+            return False
+        sizes = (
+            (gages.length_mm, type_.grid_length_mm),
+            (gages.width_mm, type_.grid_width_mm),
+        )
+        return any(max(a / b, b / a) > _ALIKE for a, b in sizes)
+
+
+def gage_types(design: Design) -> tuple[GageType, ...]:
+    """Every type that a design knows: its own, then the catalogue's of other names."""
+    own = design.mold.gage_types
+    names = {each.name for each in own}
+    return (*own, *(each for each in shipped_types() if each.name not in names))
+
+
+def gage_fit(design: Design) -> GageFit | None:
+    """Which gage goes onto every plate of a sound design; None: it has no plates."""
+    frames = plate_frames(design)
+    if not frames:
+        return None
+    kind = "tee" if design.gages.grid == "tee" else "foil"
+    every = gage_types(design)
+    wanted = [each for each in every if each.name == design.mold.gage]
+    wanted = wanted or [each for each in every if each.kind == kind]
+    room = min(frame.length for frame in frames), min(_across(design, each) for each in frames)
+    fitting = [each for each in wanted if _fits(design, each, frames, room)]
+    films = [each.name for each in every if each.to_measure and _fits(design, each, frames, room)]
+    nearest = min(wanted, key=lambda each: _growth(design, each, room), default=None)
+    length, width = _needed(design, nearest) if nearest is not None else (0.0, 0.0)
+    return GageFit(
+        min(fitting, key=lambda each: _unlikeness(design, each), default=None),
+        nearest,
+        *(max(length, room[0]), max(width, room[1])),
+        room,
+        tuple(films),
+    )
+
+
+def _across(design: Design, frame: PlateFrame) -> float:
+    """Width of a plate that a carrier may take, centred as the design's gage is."""
+    away = abs(design.gages.z_mm)
+    half = 0.5 * frame.span - away
+    beside = (abs(hole.w - frame.middle - design.gages.z_mm) - hole.radius for hole in frame.holes)
+    return 2.0 * min(half, min(beside, default=half))
+
+
+def _needed(design: Design, type_: GageType) -> tuple[float, float]:
+    return type_.carrier(design.gages.length_mm, design.gages.width_mm)
+
+
+def _fits(
+    design: Design, type_: GageType, frames: tuple[PlateFrame, ...], room: tuple[float, float]
+) -> bool:
+    radii = [frame.bend_radius for frame in frames if frame.bend_radius is not None]
+    needed = _needed(design, type_)
+    small = all(size <= free + _ROUNDING_MM for size, free in zip(needed, room, strict=True))
+    return small and min(radii, default=math.inf) >= type_.bend_mm - _ROUNDING_MM
+
+
+def _growth(design: Design, type_: GageType, room: tuple[float, float]) -> float:
+    """By what share plates must grow for a type: of both their sizes, together."""
+    needed = _needed(design, type_)
+    return sum(
+        max(size / max(free, 0.01) - 1.0, 0.0) for size, free in zip(needed, room, strict=True)
+    )
+
+
+def _unlikeness(design: Design, type_: GageType) -> float:
+    gages = design.gages
+    sizes = (gages.length_mm, type_.grid_length_mm), (gages.width_mm, type_.grid_width_mm)
+    return sum(abs(math.log(a / b)) for a, b in sizes)
+
+
+def gage_words(design: Design, fit: GageFit | None) -> str | None:
+    """What is wrong with the gages' sizes, and the nearest plate that mends it; None: nothing."""
+    if fit is None:
+        return None
+    gages = design.gages
+    if fit.found is not None:
+        if not fit.unlike(design):
+            return None
+        type_ = fit.found
+        return (
+            f"gages: of the types that fit, the nearest is {type_.name}, whose grid is "
+            f"{type_.grid_length_mm:g} x {type_.grid_width_mm:g} mm, not {gages.length_mm:g} x "
+            f"{gages.width_mm:g}: set gages.length_mm = {type_.grid_length_mm:g} and "
+            f"gages.width_mm = {type_.grid_width_mm:g}, or add yours as [[mold.gage_types]]"
+        )
+    room = f"{fit.room[0]:.3g} mm along the grid and {fit.room[1]:.3g} across"
+    words = f"gages: no {'tee rosette' if gages.grid == 'tee' else 'gage'} that is sold fits plates"
+    words += f" with {room}"
+    if fit.nearest is not None:
+        words += (
+            f"; the nearest plate that takes one ({fit.nearest.name}) has {_change(design, fit)}"
+        )
+    if fit.films:
+        words += f"; or film made on the plates: mold.gage = '{fit.films[-1]}'"
+    return words
+
+
+def _change(design: Design, fit: GageFit) -> str:
+    """The keys of a plate that takes the nearest type."""
+    said = []
+    if fit.length > fit.room[0]:
+        said.append(f"plates.length_mm = {fit.length:g}")
+    if fit.width > fit.room[1]:
+        said.append(f"plates.span_mm = {fit.width + 2.0 * abs(design.gages.z_mm):g}")
+    assert fit.nearest is not None
+    radii = [f.bend_radius for f in plate_frames(design) if f.bend_radius is not None]
+    if min(radii, default=math.inf) < fit.nearest.bend_mm:
+        said.append(f"a radius of {fit.nearest.bend_mm:g} mm at least")
+    if fit.length > fit.room[0] and design.plates.number > 1:
+        said.append("a pitch or count that leaves it room")
+    return ", ".join(said)
+
+
+def sheet_words(design: Design) -> list[str]:
+    """Plates and combs of a thickness that is not sold, with the nearest one that is."""
+    found, mold = [], design.mold
+    given = ("plates.thickness_mm", design.plates.thickness_mm, design.plates.material)
+    sheets = [given] if design.plates.number else []
+    if design.plates.number and mold.plate_fixture == "comb":
+        sheets.append(("mold.comb.sheet_mm", mold.comb.sheet_mm, "metal"))
+    for key, thickness, material in sheets:
+        stock = mold.sheets_mm or sheets_of(material)
+        nearest = nearest_sheet(thickness, stock)
+        if nearest is not None:
+            words = material.replace("_", " ")
+            found.append(
+                f"sheet: {key} = {thickness:g} is no thickness that {words} is commonly sold in; "
+                f"the nearest is {nearest:g} mm (mold.sheets_mm lists what you have)"
+            )
+    return found

@@ -1,0 +1,103 @@
+"""Which gages that are sold fit a design's plates, and sheet of which thickness is sold."""
+
+import pytest
+
+from fingerdesign.checks.load import parse_design, with_values
+from fingerdesign.design.stock import shipped_types
+from fingerdesign.errors import DesignError
+from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words
+
+BASE = """
+design.name = "gages"
+[plates]
+count = 3
+length_mm = 0.9
+pitch_mm = 4.0
+cover_mm = 3.0
+span_mm = 9.0
+[gages]
+length_mm = 0.5
+width_mm = 1.0
+"""
+LARGE = {"plates.length_mm": 3.0, "plates.angle_deg": 20.0}
+
+
+@pytest.fixture(scope="module")
+def small():
+    return parse_design(BASE)
+
+
+def test_plates_shorter_than_any_carrier_take_no_gage(small):
+    fit = gage_fit(small)
+    assert fit.found is None
+    assert fit.length == min(each.carrier_length_mm for each in shipped_types() if _foil(each))
+    assert "plates.length_mm = 3" in gage_words(small, fit)
+
+
+def _foil(each):
+    return each.kind == "foil"
+
+
+def test_the_nearest_plate_takes_the_gage(small):
+    """What the words ask for mends it."""
+    fit = gage_fit(small)
+    grown = with_values(small, LARGE | {"plates.length_mm": fit.length})
+    assert gage_fit(grown).found.name == fit.nearest.name
+
+
+def test_a_grid_unlike_the_designs_is_named(small):
+    grown = with_values(small, LARGE)
+    assert gage_fit(grown).unlike(grown)
+    assert "gages.width_mm = 2" in gage_words(grown, gage_fit(grown))
+    alike = with_values(grown, {"gages.length_mm": 0.3, "gages.width_mm": 2.0})
+    assert gage_words(alike, gage_fit(alike)) is None
+
+
+def test_film_is_made_to_measure(small):
+    film = with_values(small, {"mold.gage": "sputtered_film"})
+    assert gage_fit(film).found.name == "sputtered_film"
+    assert gage_words(film, gage_fit(film)) is None
+    assert "sputtered_film" in gage_fit(small).films
+
+
+def test_ones_own_gage_comes_first(small):
+    mine = parse_design(
+        BASE + '[[mold.gage_types]]\nname = "mine"\ngrid_length_mm = 0.5\ngrid_width_mm = 1.0\n'
+        "carrier_length_mm = 0.9\ncarrier_width_mm = 3.0\n"
+    )
+    assert gage_fit(mine).found.name == "mine"
+    assert gage_words(mine, gage_fit(mine)) is None
+
+
+def test_tees_take_the_place_of_tees(small):
+    tees = with_values(small, {"gages.grid": "tee"})
+    assert gage_fit(tees).nearest.kind == "tee"
+    assert gage_fit(tees).width == gage_fit(tees).room[1]
+
+
+def test_a_gage_off_the_middle_and_holes_take_room(small):
+    off = with_values(small, {"gages.z_mm": 3.0})
+    assert gage_fit(off).room[1] == pytest.approx(gage_fit(small).room[1] - 6.0)
+
+
+def test_unknown_gages_are_refused():
+    with pytest.raises(DesignError, match=r"mold\.gage"):
+        parse_design(BASE + '[mold]\ngage = "foil_17"\n')
+
+
+def test_sheet_that_is_not_sold_is_named_with_the_nearest(small):
+    assert not sheet_words(small)
+    odd = with_values(small, {"plates.thickness_mm": 0.12, "mold.comb.sheet_mm": 0.27})
+    words = sheet_words(odd)
+    assert len(words) == 2
+    assert "0.1 mm" in words[0]
+    assert "0.25 mm" in words[1]
+    film = with_values(odd, {"mold.sheets_mm": [0.12, 0.27]})
+    assert not sheet_words(film)
+
+
+def test_a_finger_without_plates_needs_no_gages(small):
+    bare = with_values(small, {"plates.count": 0})
+    assert gage_fit(bare) is None
+    assert gage_words(bare, None) is None
+    assert not sheet_words(bare)
