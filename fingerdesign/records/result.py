@@ -366,7 +366,11 @@ class Result:
     def to_dataframe(self) -> Any:
         """A pandas.DataFrame of :meth:`arrays`, a row an increment; gages as ``gage_0`` and so on,
         by their plates. Raises ImportError without pandas, which is no dependency."""
-        pandas = import_module("pandas")
+        try:
+            pandas = import_module("pandas")
+        except ModuleNotFoundError as error:
+            words = "a data frame needs pandas: pip install pandas, or take arrays()"
+            raise ImportError(words, name=error.name) from error
         found = Result.arrays(self)
         readings = found.pop("gages")
         plates = [gage.plate for gage in self.increments[0].gages] if self.increments else []

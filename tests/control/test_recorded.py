@@ -1,5 +1,6 @@
 """Recorded traces: read as they are, every fault named by row and column; hands along them."""
 
+import os
 import re
 
 import numpy as np
@@ -184,6 +185,18 @@ def test_what_is_no_trace_is_refused(tmp_path):
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x81")
     with pytest.raises(DesignError, match="UTF-8"):
         read_trace(tmp_path / "binary.csv")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="a pipe is no file of this system")
+def test_a_pipe_is_no_trace(tmp_path):
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(DesignError, match="an ordinary file"):
+        read_trace(tmp_path / "pipe.csv")
+
+
+def test_a_name_with_a_zero_byte_is_refused(tmp_path):
+    with pytest.raises(DesignError, match="zero byte"):
+        read_trace(tmp_path / "a\0b.csv")
 
 
 def test_a_recorded_simulation_feels_as_the_plant_did(half_plane, tmp_path):

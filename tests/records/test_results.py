@@ -281,6 +281,9 @@ def test_a_notebook_shows_a_result_and_takes_its_numbers(monkeypatch):
     assert arrays["gages"].tolist() == [[1.0, 3.0], [1.0, 3.0]]
     assert arrays["normal_force_N"].tolist() == [6.0, 6.0]
     assert np.isnan(arrays["stick_ratio"]).all()
+    monkeypatch.setitem(sys.modules, "pandas", None)  # as where it is not installed
+    with pytest.raises(ImportError, match="pip install pandas"):
+        found.to_dataframe()
     # pandas need not be there: what it is given stands for it.
     monkeypatch.setitem(sys.modules, "pandas", SimpleNamespace(DataFrame=dict))
     assert found.to_dataframe()["gage_2"].tolist() == [3.0, 3.0]

@@ -212,11 +212,19 @@ def read_trace(path: Path | str, gages: int | None = None) -> Trace:
 
     Raises DesignError with the faults found, each with its row and column.
     """
+    path = Path(path)
     try:
-        text = Path(path).read_text("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise DesignError([Fault("trace", str(path), "a readable CSV file", f"{why}")]) from None
+        if path.exists() and not path.is_file() and not path.is_dir():
+            bound, why = "an ordinary file", "a device or pipe may never end"
+            raise DesignError([Fault("trace", str(path), bound, why)])
+        text = path.read_text("utf-8-sig")
+    except OSError as error:
+        why = error.strerror or "it cannot be read"
+        raise DesignError([Fault("trace", str(path), "a readable CSV file", why)]) from None
+    except ValueError as error:
+        text_is_bad = isinstance(error, UnicodeDecodeError)
+        why = "it is not UTF-8 text" if text_is_bad else "its name holds a zero byte"
+        raise DesignError([Fault("trace", str(path), "a readable CSV file", why)]) from None
     return parse_trace(text, gages, str(path))
 
 
