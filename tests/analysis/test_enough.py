@@ -72,15 +72,18 @@ def test_what_cannot_be_meshed_fine_enough_is_refused_with_the_remedy(text, reme
     "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 40))]
 )
 def test_extremes_at_random_have_enough_nodes_or_an_error(seed):
-    """Tilt to 20 degrees, radii from 0.02 to 20 mm, from micrometres on, bodies of any size."""
+    """Tilt to 20 degrees, radii from 0.05 to 20 mm, from micrometres on, bodies of any size."""
     rng = np.random.default_rng(seed)
     scale = 10.0 ** rng.uniform(-0.7, 1.0)
     sizes = {"width_mm": 20.0, "base_height_mm": 10.0, "arc_radius_mm": 20.0, "depth_mm": 10.0}
-    design = with_values(DESIGN, {f"body.{key}": scale * size for key, size in sizes.items()})
+    values = {f"body.{key}": scale * size for key, size in sizes.items()}
+    meshed = {"contact_size_mm": 0.3, "far_size_mm": 1.0}
+    values |= {f"mesh.section.{key}": scale * size for key, size in meshed.items()}
+    design = with_values(DESIGN, values)
     deep = 10.0 ** rng.uniform(-5.0, -0.5)
     rigid = f"tilt_deg = {rng.uniform(-20.0, 20.0)}"
     if rng.random() < 0.5:
-        rigid = f"shape = 'cylinder', radius_mm = {10.0 ** rng.uniform(-1.7, 1.3)}"
+        rigid = f"shape = 'cylinder', radius_mm = {10.0 ** rng.uniform(-1.3, 1.3)}"
     friction = 10.0 ** rng.uniform(-2.0, 1.0)
     text = f"object = {{{rigid}, friction_coefficient = {friction}}}\n"
     remedied, most = "", 0
