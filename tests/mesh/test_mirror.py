@@ -7,6 +7,7 @@ import pytest
 from fingerdesign import analyse, parse_design, parse_scene, with_values
 from fingerdesign.layout.frames import crest_height
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.measures import aspects
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.mirror import half_of
 from fingerdesign.mesh.section.section import mesh_section, section_outline
@@ -86,9 +87,30 @@ def test_a_half_is_closed_along_the_axis():
     half = half_of(whole)
     assert min(x for x, *_ in half.points) == 0.0
     assert half.domains == whole.domains
-    ends = [[half.points[number][:2] for number in points] for points, *_ in half.curves[-3:]]
-    crest = crest_height(design.body)
-    assert ends == [[(0.0, 0.5), (0.0, 0.0)], [(0.0, 1.5), (0.0, 0.5)], [(0.0, crest), (0.0, 1.5)]]
+    lines = [[half.points[number][:2] for number in points] for points, *_ in half.curves]
+    axis = [line for line in lines if all(x == 0.0 for x, _ in line)]
+    heights = sorted((high, low) for (_, high), (_, low) in axis)
+    assert [high for high, _ in heights[:-1]] == [low for _, low in heights[1:]]
+    assert heights[0][1] == 0.0
+    assert heights[-1][0] == crest_height(design.body)
+    assert {0.5, 1.5} <= {high for high, _ in heights}
+
+
+def test_the_axis_is_as_fine_as_what_is_around_it():
+    """A contact 240 times finer than the far size: netgen would lay needles down to the axis."""
+    text = """
+    design.name = "deep"
+    plates.count = 0
+    body = { width_mm = 120, base_height_mm = 60, arc_radius_mm = 100, depth_mm = 1 }
+    mesh.section = { contact_size_mm = 0.025, far_size_mm = 6 }
+    """
+    mesh = mesh_section(parse_design(text), 1.7)
+    assert aspects(mesh.points, mesh.cells[:, :3]).max() < 5.0
+    below = np.sort(mesh.points[mesh.points[:, 0] == 0.0, 1])[::-1]
+    steps = -np.diff(below)
+    assert steps[0] < 0.025
+    assert steps.max() < 6.0
+    assert (steps[1:] < 1.6 * steps[:-1]).all()
 
 
 def answer(design, sign, fidelity):

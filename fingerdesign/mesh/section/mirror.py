@@ -14,7 +14,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mesh.section.outline import Outline
+from fingerdesign.mesh.section.outline import Outline, SectionSize
 
 _DIGITS = 10  # of lengths in mm and angles in degrees that are one
 _ON = 1e-9  # mm: points that lie on x = 0
@@ -66,7 +66,6 @@ def half_of(outline: Outline) -> Outline:
     half = Outline(outline.far_size, outline.gradation)
     numbers: dict[int, int] = {}
     above: dict[int, int] = {}  # the domain above a point of the axis at which curves begin or end
-    lying: dict[int, float] = {}  # sizes of curves on the axis, by their upper ends
 
     def kept(number: int) -> int:
         if number not in numbers:
@@ -78,8 +77,6 @@ def half_of(outline: Outline) -> Outline:
         start, end = points[0], points[-1]
         a, b = (_side(outline, number) for number in (start, end))
         if a == b == 0:
-            upper = max(start, end, key=lambda number: outline.points[number][1])
-            lying[kept(upper)] = size
             for number in (start, end):
                 above.setdefault(kept(number), -1)
         elif a >= 0 and b >= 0:
@@ -95,7 +92,7 @@ def half_of(outline: Outline) -> Outline:
                 whole = _whole_edges(half, ends, size)
                 half.arc(ends, _centre(outline, points), left, right, whole)
             above[at] = left if b > 0 else right
-    _close(half, above, lying)
+    _close(half, above, SectionSize(outline))
     used = {domain for _, left, right, _ in half.curves for domain in (left, right)}
     half.domains = [(domain, size) for domain, size in outline.domains if domain in used]
     return half
@@ -131,13 +128,36 @@ def _crossed(outline: Outline, points: Sequence[int]) -> float:
     return centre + float(np.copysign(np.hypot(x, y - centre), y - centre))
 
 
-def _close(half: Outline, above: dict[int, int], lying: dict[int, float]) -> None:
-    """Add the axis to a half, downward: the half is on its left."""
+def _close(half: Outline, above: dict[int, int], size: SectionSize) -> None:
+    """Add the axis to a half, downward: the half is on its left.
+
+    Its edges have the size of the elements around them: netgen divides a curve by what is set for
+    the curve itself, and would lay needles between a coarse axis and a fine contact.
+    """
     upward = sorted(above, key=lambda number: half.points[number][1])
-    domain = 0
+    domain, lines = 0, []
     for low, high in pairwise(upward):
         domain = above[low] if above[low] >= 0 else domain
-        half.curve([high, low], domain, 0, lying.get(high, half.far_size))
+        between = [half.point(0.0, y, h) for y, h in _graded(half, low, high, size)]
+        lines += [(pair, domain) for pair in pairwise([high, *between, low])]
+    for (start, end), domain in lines:
+        long = half.points[start][1] - half.points[end][1]
+        half.curve([start, end], domain, 0, long)
+
+
+def _graded(half: Outline, low: int, high: int, size: SectionSize) -> list[tuple[float, float]]:
+    """Heights, downward, that divide the axis between two points by a size field, and the sizes."""
+    top, bottom = (half.points[number][1] for number in (high, low))
+    walked = [top]
+    while walked[-1] > bottom:
+        walked.append(walked[-1] - float(size(np.array([[0.0, walked[-1]]]))[0]))
+    last = (walked[-2] - bottom) / (walked[-2] - walked[-1])
+    counts = np.append(np.arange(len(walked) - 1), len(walked) - 2 + last)
+    parts = max(1, round(float(counts[-1])))
+    shares = counts[-1] * np.arange(1, parts) / parts
+    heights = np.interp(shares, counts, [*walked[:-1], bottom])
+    points = np.column_stack([np.zeros(len(heights)), heights])
+    return list(zip(heights.tolist(), size(points).tolist(), strict=True))
 
 
 def mirrored(

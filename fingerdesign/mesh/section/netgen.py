@@ -11,7 +11,6 @@ imports netgen.
 import hashlib
 import json
 import threading
-from contextlib import suppress
 from importlib.metadata import version
 from typing import Any
 
@@ -19,11 +18,13 @@ import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
+from fingerdesign.mesh.measures import aspects
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.isolate import ProcessError, Worker
 
 _SLOWER = (1.0, 2.0 / 3.0, 4.0 / 9.0)  # of the gradation, one after the other
-FORMAT = 2  # raise it when the way from outline to triangles changes
+_NEEDLE = 5.0  # aspect of a triangle from which netgen is asked again; 2 to 4 are usual
+FORMAT = 3  # raise it when the way from outline to triangles changes
 KEPT = 300  # triangulations, half a MB each; the longest unused go first
 _LOCAL = threading.local()
 
@@ -84,21 +85,33 @@ def mesh_outline(outline: dict[str, Any]) -> tuple[Array, IntArray]:
         geometry.Append([kind, *points], leftdomain=left, rightdomain=right, maxh=size)
     for domain, size in outline["domains"]:
         geometry.SetDomainMaxH(domain, size)
-    mesh = _generated(geometry, outline["far_size"], outline["gradation"])
-    elements = mesh.Elements2D().NumPy()
-    table = np.empty((len(elements), 4), dtype=np.int64)
-    table[:, :3] = elements["nodes"][:, :3]
-    table[:, :3] -= 1
-    table[:, 3] = elements["index"]
-    return np.asarray(mesh.Coordinates(), dtype=float)[:, :2].copy(), table
+    return _generated(geometry, outline["far_size"], outline["gradation"])
 
 
-def _generated(geometry: Any, far_size: float, gradation: float) -> Any:
-    """netgen's mesh; where its front does not close, sizes grow more slowly (seen where the largest
-    is over a hundred times the least)."""
+def _generated(geometry: Any, far_size: float, gradation: float) -> tuple[Array, IntArray]:
+    """netgen's points (n, 2) and triangles with their domain (t, 4).
+
+    Where the largest size is over a hundred times the least, its front may not close, or close with
+    needles: then sizes grow more slowly, and of what was made the best counts.
+    """
     from netgen.libngpy._meshing import NgException
 
-    for share in _SLOWER[:-1]:
-        with suppress(NgException):
-            return geometry.GenerateMesh(maxh=far_size, grading=share * gradation)
-    return geometry.GenerateMesh(maxh=far_size, grading=_SLOWER[-1] * gradation)
+    made: list[tuple[float, Array, IntArray]] = []
+    for share in _SLOWER:
+        try:
+            mesh = geometry.GenerateMesh(maxh=far_size, grading=share * gradation)
+        except NgException:
+            if share == _SLOWER[-1] and not made:
+                raise
+            continue
+        points = np.asarray(mesh.Coordinates(), dtype=float)[:, :2].copy()
+        elements = mesh.Elements2D().NumPy()
+        table = np.empty((len(elements), 4), dtype=np.int64)
+        table[:, :3] = elements["nodes"][:, :3]
+        table[:, :3] -= 1
+        table[:, 3] = elements["index"]
+        made.append((float(aspects(points, table[:, :3]).max()), points, table))
+        if made[-1][0] < _NEEDLE:
+            break
+    _, points, table = min(made, key=lambda each: each[0])
+    return points, table
