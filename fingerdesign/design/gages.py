@@ -75,7 +75,12 @@ class Gages(Table):
     @property
     def faces(self) -> int:
         """How many faces of a plate carry gages."""
-        return 2 if self.face == "both" else 1
+        return len(self.sides)
+
+    @property
+    def sides(self) -> tuple[float, ...]:
+        """The sides of a plate's middle that carry gages: 1 the upper, -1 the lower."""
+        return {"upper": (1.0,), "lower": (-1.0,), "both": (1.0, -1.0)}[self.face]
 
     @property
     def leads(self) -> int:

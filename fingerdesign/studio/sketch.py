@@ -99,12 +99,14 @@ def _plates(
     for plate in plates:
         lift = 0.5 * plate.thickness + _GAGE_LIFT / frame.scale
         s = np.linspace(-half, half, 5)
-        line = plate.from_local(s, np.full(5, lift))
+        lines = " ".join(
+            frame.path(plate.from_local(s, side * lift)) for side in design.gages.sides
+        )
         own = " picked" if plate.index == picked else ""
         name = f"gage of plate {plate.index}"
         yield (
             f'<g class="gage{own}" data-gage="{plate.index}"><title>{name}</title>'
-            f'<path class="target" d="{frame.path(line)}"/><path d="{frame.path(line)}"/></g>'
+            f'<path class="target" d="{lines}"/><path d="{lines}"/></g>'
         )
 
 

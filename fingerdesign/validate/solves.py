@@ -32,6 +32,7 @@ from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, Gages
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.zone import Zone
 from fingerdesign.report.page import said
 from fingerdesign.runtime.progress import Report
 from fingerdesign.validate.advice import WORDS
@@ -79,6 +80,11 @@ class Solves:
             if counts.dofs <= factor * MOST_DOFS and counts.contact_nodes <= factor * MOST_NODES:
                 return scale
         return SPACE[-1]
+
+    @cached_property
+    def zone(self) -> Zone:
+        """Of the design's contact: of other values too, so that what they change is not a mesh."""
+        return zone_of(Case(self.design, self.scene, grips=False), self.scene)
 
     def space(
         self, finer: float = 1.0, values: Values | None = None, plates: Plates | None = None
@@ -135,7 +141,7 @@ class Solves:
         model = replace(model, plates=plates)
         if model.dimension == "3-D" and model.mesher == "extrude" and not can_extrude(own):
             model = replace(model, mesher="tetwild")
-        solved = solve(own, self.scene, model)
+        solved = solve(own, self.scene, model, self.zone)
         if dimension != "3-D" or values or plates is not None or scale != self.scale:
             solved.built = None  # its factors are needed where gages are read anew alone
         return solved

@@ -16,6 +16,7 @@ from fingerdesign.records.outcome import Traces
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import facts_of
 from fingerdesign.search.compare.recommend import Bound, Wanted, recommend
+from tests.support.accessible import faults, unexplained
 from tests.support.any_outcomes import HOSTILE, any_outcomes
 from tests.support.browser import Browser, BrowserError, chromium
 
@@ -583,3 +584,17 @@ def test_names_stay_text_and_what_is_missing_is_said_also_without_webgl(page_of)
     for words in ("cannot be drawn", "No contact", "No gages", "No forces"):
         assert words in bare
     assert browser.evaluate("document.body.textContent").count("noSuchFunction") > 1
+
+
+@pytest.mark.parametrize("look", ["light", "dark", "narrow", "print"])
+def test_the_page_bars_nobody(views, look):
+    views.appear(dark=look == "dark", paper=look == "print")
+    views.goto(views.page, (360, 800) if look == "narrow" else (1100, 900))
+    assert faults(views) == []
+    wide = views.evaluate("document.documentElement.scrollWidth")
+    assert wide <= views.evaluate("innerWidth")
+    views.appear()
+
+
+def test_every_term_of_the_page_has_an_entry(views):
+    assert unexplained(views.page.read_text(encoding="utf-8")) == []

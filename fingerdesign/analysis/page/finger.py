@@ -73,13 +73,12 @@ def gage_quads(plates: tuple[PlateFrame, ...], gages: Gages) -> Array:
 
     On a bent plate a gage is several quads, one beside the other.
     """
-    sides = {"upper": (1.0,), "lower": (-1.0,)}.get(gages.face, (1.0, -1.0))
     quads = []
     for plate in plates:
         pieces = 1 if plate.bend_radius is None else _BENT_PIECES
         along = np.linspace(-0.5, 0.5, pieces + 1) * gages.length_mm
         low, high = (plate.middle + gages.z_mm + sign * 0.5 * gages.width_mm for sign in (-1, 1))
-        for side in sides:
+        for side in gages.sides:
             line = plate.from_local(along, side * (0.5 * plate.thickness + LIFT))
             near, far = plate.to_space(line, low), plate.to_space(line, high)
             quads += [[near[k], near[k + 1], far[k + 1], far[k]] for k in range(pieces)]

@@ -121,9 +121,8 @@ def _view(axes: Axes, design: Design, rows: Sequence[PlateRow], along: str) -> N
 
 
 def _gages(axes: Axes, design: Design, frame: PlateFrame, width: float) -> None:
-    sides = {"upper": (1.0,), "lower": (-1.0,)}.get(design.gages.face, (1.0, -1.0))
     along = np.linspace(-0.5, 0.5, 9) * design.gages.length_mm
-    for side in sides:
+    for side in design.gages.sides:
         line = frame.from_local(along, side * 0.5 * frame.thickness)
         axes.plot(*line.T, color=style.VERMILION, lw=width, solid_capstyle="butt")
 

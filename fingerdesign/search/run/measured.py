@@ -80,7 +80,7 @@ def own_metrics(design: Design, cost: Cost) -> dict[str, float | None]:
     plates = design.plates.number
     inserts = core_volume(design) + sum(plate_volume(frame) for frame in plate_frames(design))
     rubber = (outline_volume(design.body) - inserts) * 1e-3
-    gages = plates * (2 if design.gages.face == "both" else 1)
+    gages = plates * design.gages.faces
     price = cost.fixed + cost.plate * plates + cost.gage * gages + cost.silicone_per_ml * rubber
     return {"plates": float(plates), "rubber_volume_ml": rubber, "cost": price}
 
