@@ -26,8 +26,8 @@ maeno main make mass material materials mean measure measured memory mg microstr
 missing mix mm model mold motion mpa n names nearest no not notes nothing number numbers objects
 of off on once one open opens or order other others out over page paper part parts passed pattern
 peak per picture place plan point points positions pour quality radius read reading record
-reference remark report reported row rows rubber s said same saves saving saw says scale scene search
-seconds see seen shape sheet short side size slips sorts stands step steps surface table test
+reference remark report reported row rows rubber s said same saves saving saw says scale scene
+search seconds see seen shape sheet short side size slips sorts stands step steps surface table test
 than that the their thickness this time times to together told took tried true two under unit up
 used value values verdict volume warned warning warnings was weight went were what where which
 who why width with without words work works worst x y young z
