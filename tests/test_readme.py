@@ -34,6 +34,7 @@ PAGES = (
     "docs/plugins.md",
     "docs/control.md",
     "docs/calibrate.md",
+    "docs/identify.md",
     "docs/gages.md",
     "docs/three_d.md",
     "docs/paper.md",

@@ -263,6 +263,24 @@ def _bench(_: str, folder: Path) -> Look:
     return Look(what, (), (), ("next: fingerdesign calibrate --measured",), ("trace", "is"), names)
 
 
+def _identification(data: _Data, _: Path) -> Look:
+    values = [each for each in data["values"] if not each["name"].startswith("gage_")]
+    rows = [
+        [each["name"].replace("_", " "), f"{each['value']:.4g} {each['unit']}".strip()]
+        for each in values
+    ]
+    bad = [f"{each['name']} is not told well enough" for each in data["values"] if not each["told"]]
+    motion = data["next_motion"]
+    facts = [] if motion is None else [f"next: {motion['words']}"]
+    what = f"what {data['trace']} tells of {data['design']}"
+    return Look(what, (), [*bad, *data["warnings"]], facts, ("value", "found"), rows)
+
+
+def _trace(text: str, folder: Path) -> Look:
+    rows = len(text.splitlines()) - 1
+    return Look(f"a trace of {folder.name}: {rows} rows", facts=("next: fingerdesign identify",))
+
+
 def _code(text: str, folder: Path) -> Look:
     return Look(f"regulator of {folder.name} as C99: {len(text.splitlines())} lines")
 
@@ -284,6 +302,8 @@ KINDS = (
     Kind("tuning.json", _tuning),
     Kind("lesson.json", _lesson),
     Kind("calibration.json", _calibration),
+    Kind("identification.json", _identification, "identify.html"),
+    Kind("trace.csv", _trace),
     Kind("validate.json", _validation, "validate.html"),
     Kind("observability.json", _gages, "observability.png"),
     Kind("study.json", _study, "report.html"),

@@ -49,7 +49,7 @@ def cli(debug: bool) -> None:
 
 for _each in (
     *(finger.new, finger.check, finger.sketch, finger.studio, finger.mesh, finger.analyse),
-    *(hand.grip, hand.replay, finger.validate, hand.teach, hand.calibrate),
+    *(hand.grip, hand.replay, finger.validate, hand.teach, hand.calibrate, hand.identify),
     *(hand.export_c, hand.export_onnx),
     *(hand.gages, hand.tune, hand.study_control, hand.study_unlike, finger.mold),
     *(finger.generate, finger.sweep, finger.optimise, finger.compare, finger.view, finger.list_),

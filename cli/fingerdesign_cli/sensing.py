@@ -1,4 +1,5 @@
-"""``gages``, ``teach``, ``export-c``, ``export-onnx``, ``calibrate``: what gages say, to whom."""
+"""``gages``, ``teach``, ``export-c``, ``export-onnx``, ``calibrate``, ``identify``: what gages say,
+to whom."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -9,12 +10,14 @@ from typing import Any
 import click
 import numpy as np
 
+from fingerdesign.analysis.case import gage_array
 from fingerdesign.control.c_code import c_files
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.plants.measured import TABLE
+from fingerdesign.control.plants.recorded import read_trace
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
-from fingerdesign.records.base import plain
+from fingerdesign.records.base import json_text, plain
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.machine import usable_cores
@@ -29,10 +32,20 @@ from fingerdesign.sensing.calibrate import (
     write_calibration,
     write_measured,
 )
+from fingerdesign.sensing.identification import (
+    DESIGN_FILE,
+    IDENTIFICATION,
+    PAGE_FILE,
+    IdentificationData,
+)
+from fingerdesign.sensing.identify import identified
+from fingerdesign.sensing.identify_page import write_identification
 from fingerdesign.sensing.latents import PRIOR
+from fingerdesign.sensing.model import gripped_case
 from fingerdesign.sensing.observability import observe, refuse
 from fingerdesign.sensing.onnx_file import ONNX_FILE, onnx_file
 from fingerdesign.sensing.record import FOLDER, Observability, write_observability
+from fingerdesign.sensing.simulated_trace import SIMULATED, TRACE_FILE, TRUTH_FILE, simulated_trace
 from fingerdesign.sensing.teach import TrainingResult
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded, refuse_foreign
 from fingerdesign_cli.terminal import open_page, print_json, print_table, say
@@ -302,3 +315,75 @@ def _show_fit(found: CalibratedFinger, folder: Path) -> None:
     if found.estimator is not None:
         written = f"{folder / ESTIMATOR_FILE} is for it; {written}"
     click.echo(f"delay: {data.delay_samples} samples; {written}")
+
+
+# ``fingerdesign identify``: rubber, friction and gages from one trace.
+
+
+def identify(
+    design_file: Path,
+    trace_file: Path | None,
+    out: Path,
+    simulate: bool,
+    seed: int,
+    terms: int | None,
+    fidelity: str,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Fit, or play, a trace of the finger cast by DESIGN."""
+    if simulate == (trace_file is not None):
+        raise click.UsageError("give either TRACE or --simulate")
+    design, _ = read_case(design_file)
+    target = out / design.design.name
+    if trace_file is None:
+        return _simulated_trace(design, target, seed, fidelity, quiet, as_json)
+    gripped_case(design, fidelity)
+    trace = read_trace(trace_file, len(gage_array(design)))
+    with recorded(IDENTIFICATION, target, quiet) as (folder, show):
+        found = identified(design, trace, str(trace_file), fidelity, terms, show)
+        show("writing", 1.0)
+        data = write_identification(found, trace_file.name, folder)
+    if as_json:
+        print_json(plain(data))
+    elif not quiet:
+        _show_values(data, target)
+    open_page(target / PAGE_FILE)
+    return 0
+
+
+def _simulated_trace(
+    design: Design, target: Path, seed: int, fidelity: str, quiet: bool, as_json: bool
+) -> int:
+    with recorded(SIMULATED, target, quiet) as (folder, show):
+        show("playing a trace")
+        made = simulated_trace(design, seed, fidelity)
+        (folder / TRACE_FILE).write_text(made.trace.to_csv(), encoding="utf-8")
+        (folder / TRUTH_FILE).write_text(json_text(made.truth), encoding="utf-8")
+    if as_json:
+        print_json({"design": design.design.name, "seed": seed, "rows": len(made.trace)})
+    elif not quiet:
+        click.echo(f"{target / TRACE_FILE}: {len(made.trace)} rows; truth.json is what was drawn")
+    return 0
+
+
+def _show_values(data: IdentificationData, folder: Path) -> None:
+    own = [each for each in data.values if not each.name.startswith("gage_")]
+    gains = [each for each in data.values if each.kind == "gain"]
+    rows = [
+        [
+            each.name.replace("_", " ").replace(".", ", "),
+            *each.shown(),
+            each.unit,
+            "yes" if each.told else "not enough",
+        ]
+        for each in (*own, *gains)
+    ]
+    columns = ["value", "found", "95 % interval", "unit", "told"]
+    print_table(f"{data.design}: what {data.trace} tells", columns, rows)
+    for warning in data.warnings:
+        click.echo(f"warning: {warning}")
+    if data.next_motion is not None:
+        of = data.next_motion.of.replace("_", " ")
+        click.echo(f"next: {data.next_motion.words}; it would tell most of {of}")
+    click.echo(f"{folder / PAGE_FILE}; the design with these values: {folder / DESIGN_FILE}")

@@ -48,6 +48,10 @@ SCHEMAS = {
         "fingerdesign.sensing.calibrate:CalibrationData",
         "One finger as its bench measured it (fingerdesign calibrate)",
     ),
+    "identification": (
+        "fingerdesign.sensing.identification:IdentificationData",
+        "Rubber, friction and gages from one trace (fingerdesign identify)",
+    ),
     "mold": ("fingerdesign.mold.record:MoldData", "A finger's mold (fingerdesign mold)"),
 }
 closed = with_config(ConfigDict(extra="forbid"))  # all keys of the type, and no others

@@ -169,6 +169,13 @@ def test_check_names_faults_of_studies_and_scenes_together(tmp_path, said):
 
 
 FOLDERS = {  # the record that a command writes, as short as it can be
+    "identification.json": {
+        "design": "a",
+        "trace": "press.csv",
+        "values": [{"name": "share_1", "value": 0.1, "unit": "", "told": False}],
+        "warnings": [],
+        "next_motion": {"words": "hold still"},
+    },
     "mold_report.json": {
         "design": "a",
         "process": {"name": "sla"},
@@ -280,6 +287,7 @@ def test_every_kind_of_folder_is_known_by_a_record_of_its_own():
     records = [kind.record for kind in looks.KINDS]
     assert len(set(records)) == len(records)
     others = {"study.json", "replay.json", "phases.csv", "regulator.c", "estimator.onnx"}
+    others |= {"trace.csv"}
     assert set(records) == {*FOLDERS, *others} - {"speed.json"}
 
 

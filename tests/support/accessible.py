@@ -13,24 +13,24 @@ from fingerdesign.report.page import term_pattern
 
 # Words of headings, columns and captions that any reader knows; all others are terms.
 PLAIN_WORDS = """
-a across advice against all along analysed and angle any are as at axial axis back base be
-before begins believe bench bend best better bill both bound by came cases casting centre
-centres change changed changes chart check checked checks chosen clean close cm cm³ come
-compared complete conditions contact content contents cost count crushed cut degrees design
-designs details diameter did difference different do does downloads drawn dropped each ended
-engineering equal error estimated every everything faces failed failures far figures files
-filled final finger finish first fixed flat follow for force forces found from front g gages
-geometry glossary go good greatest grips half has have heading hole holes hollow how in incr
-inside is it item its key kind largest last least left length lie lifted lifts limit limits made
-maeno main make mass material materials mean measure measured memory mg microstrain middle mind
-missing mix mm model mold motion mpa n names nearest no not notes nothing number numbers objects
-of off on once one open opens or order other others out over page paper part parts passed pattern
-peak per picture place plan point points positions pour quality radius read reading record
-reference remark report reported row rows rubber s said same saves saving saw says scale scene
-search seconds see seen shape sheet short side size slips sorts stands step steps surface table test
-than that the their thickness this time times to together told took tried true two under unit up
-used value values verdict volume warned warning warnings was weight went were what where which
-who why width with without words work works worst x y young z
+a across advice against all along analysed and angle answer any are as at axial axis back base be
+before begins believe bench bend best better bill both bound by came cases casting centre centres
+change changed changes chart check checked checks chosen clean close cm cm³ come compared complete
+conditions contact content contents cost count crushed cut degrees design designs details diameter
+did difference different do does downloads drawn dropped each ended engineering equal error
+estimated every everything faces failed failures far figures files filled final finger finish first
+fixed flat follow for force forces found from front g gages geometry glossary go good greatest
+grips half has have heading hole holes hollow how in incr inside is it item its key kind largest
+last least left length lie lifted lifts limit limits made maeno main make mass material materials
+mean measure measured memory mg microstrain middle mind missing mix mm mn model modelled mold most
+motion mpa n names nearest no not notes nothing number numbers objects of off on once one open
+opens or order other others out over page paper part parts passed pattern peak per picture place
+plan point points positions pour quality radius read reading record reference remark report
+reported row rows rubber s said same saves saving saw says scale scene search seconds see seen
+shape sheet short side size slips sorts stands step steps surface table test than that the their
+thickness this time times to together told took tried true two under unit up used value values
+verdict volume warned warning warnings was weight went were what where which who why width with
+without words work works worst x y young z
 """
 PLAIN = set(PLAIN_WORDS.split())
 

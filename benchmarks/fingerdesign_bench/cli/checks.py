@@ -116,6 +116,23 @@ def latents(fingers: int, folder: Path, quiet: bool, as_json: bool) -> int:
     return _show("latents", "Hidden values of drawn fingers", checks, folder, quiet, as_json)
 
 
+@click.command("identify", short_help="Values of 200 fingers from one trace each (half an hour).")
+@click.option("--rigs", type=click.IntRange(1, 10_000), default=200, show_default=True)
+@folder_option("identify")
+@output_options
+def identify(rigs: int, folder: Path, quiet: bool, as_json: bool) -> int:
+    """What `fingerdesign identify` finds in traces of drawn fingers beside what was drawn.
+
+    `sensitive` in plane strain, its modulus off by up to half, rubber with none to two terms of
+    relaxation, noise, drift and two kelvin of warming: how often 95 % intervals hold the truth.
+    """
+    from fingerdesign_bench.studies.identified import identify_checks
+
+    with progress("bench identify", quiet or as_json) as report:
+        checks = identify_checks(rigs, report=report)
+    return _show("identify", "Values from one trace", checks, folder, quiet, as_json)
+
+
 @click.command("smoothness", short_help="Ripple of the pressure on the meshes used (2 min).")
 @folder_option("smoothness")
 @output_options
@@ -203,6 +220,7 @@ COMMANDS = (
     steps,
     environment,
     latents,
+    identify,
     verification,
     agreement,
     whole,

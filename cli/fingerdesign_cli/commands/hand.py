@@ -148,6 +148,38 @@ def calibrate() -> None:
     """
 
 
+@command("sensing", "Rubber, friction and gages from one recorded trace.")
+@click.argument("design_file", metavar="DESIGN", type=DESIGN)
+@click.argument("trace_file", metavar="[TRACE]", type=FILE, required=False)
+@out_option
+@click.option("--simulate", is_flag=True, help="Write a trace of a finger unlike DESIGN instead.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0, 2**31 - 1),
+    default=0,
+    show_default=True,
+    help="Of the simulated finger.",
+)
+@click.option(
+    "--terms",
+    type=click.IntRange(0, 2),
+    help="Of the relaxation (Prony series).  [default: as many as the trace asks for]",
+)
+@model_option
+@open_option
+@output_options
+def identify() -> None:
+    """Find DESIGN's modulus, relaxation, friction and gages from what one rig recorded in TRACE.
+
+    TRACE is a CSV of a press, a shear and a hold, as `fingerdesign replay` reads it, with
+    temperature_C where it was recorded (docs/identify.md). OUT/NAME then holds identification.json,
+    every value with its 95 % interval, and the next motion that would tell most of what is not
+    told; identified.toml, the design with the values; identify.html, measured against modelled.
+
+    --simulate writes OUT/NAME/trace.csv of a finger drawn from --seed, and truth.json.
+    """
+
+
 noise_of_the_rig = click.option(
     "--noise",
     type=click.FloatRange(0.0, 1e3),

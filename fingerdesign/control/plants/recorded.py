@@ -152,14 +152,16 @@ def _fault(
 
 # A grip recorded on a rig, as a CSV file (numpy only): read whole, or refused row by row.
 #
-#     time_s, dx_mm, dy_mm, normal_force_N, tangential_force_N, gage_1, ..., gage_n [, lifted]
+#     time_s, dx_mm, dy_mm, normal_force_N, tangential_force_N, gage_1, ..., gage_n
+#         [, lifted] [, temperature_C]
 #
 # A row is one sample: its time, the move of the object that led to it, the finger's two forces and
-# the gages in microstrain; lifted is 0 or 1. Signs are those of :class:`Sample`. Rows are numbered
-# as in the file, the header being row 1. A controller that is fed a trace with a hole, a NaN or
-# another unit would answer all the same: so none is read.
+# the gages in microstrain; lifted is 0 or 1; temperature is the finger's. Signs are those of
+# :class:`Sample`. Rows are numbered as in the file, the header being row 1. A controller that is
+# fed a trace with a hole, a NaN or another unit would answer all the same: so none is read.
 
 COLUMNS = ("time_s", "dx_mm", "dy_mm", "normal_force_N", "tangential_force_N")
+TEMPERATURE = "temperature_C"
 LEAST_GAGES = 2  # one tells nothing about where it sticks
 _MOST_FAULTS = 20  # reported at once
 
@@ -168,7 +170,8 @@ _MOST_FAULTS = 20  # reported at once
 class Trace:
     """A recorded grip of k samples: (k,) arrays, readings (k, g) microstrain; mm, N, s.
 
-    rows (k,): the samples' rows in their file. lifted (k,), None where the rig does not tell.
+    rows (k,): the samples' rows in their file. lifted (k,) and temperature (k,) in degrees Celsius,
+    None where the rig does not tell.
     """
 
     time: Array
@@ -179,6 +182,7 @@ class Trace:
     readings: Array
     rows: NDArray[np.int64]
     lifted: NDArray[np.bool_] | None = None
+    temperature: Array | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -191,6 +195,8 @@ class Trace:
         columns += list(self.readings.T)
         if self.lifted is not None:
             names, columns = [*names, "lifted"], [*columns, self.lifted.astype(float)]
+        if self.temperature is not None:
+            names, columns = [*names, TEMPERATURE], [*columns, self.temperature]
         rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
         return "\n".join([",".join(names), *rows]) + "\n"
 
@@ -246,7 +252,8 @@ def parse_trace(text: str, gages: int | None = None, source: str = "trace") -> T
     _refuse([*faults, *unit_faults(column, rows)], source)
     readings = table[:, [header.index(name) for name in _gages_of(header)]]
     time, dx, dy, normal, tangential = (column[name] for name in COLUMNS)
-    return Trace(time, dx, dy, normal, tangential, readings, rows, lifted)
+    own = (lifted, column.get(TEMPERATURE))
+    return Trace(time, dx, dy, normal, tangential, readings, rows, *own)
 
 
 def _refuse(faults: Sequence[Fault], source: str) -> None:
@@ -279,7 +286,7 @@ def _gages_of(header: Sequence[str]) -> list[str]:
 
 def _header_faults(header: Sequence[str], gages: int | None) -> list[Fault]:
     found = _gages_of(header)
-    known = [*COLUMNS, *found, "lifted"]
+    known = [*COLUMNS, *found, "lifted", TEMPERATURE]
     faults = []
     for place, name in enumerate(header, 1):
         if name not in known:

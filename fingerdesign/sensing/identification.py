@@ -1,0 +1,285 @@
+"""What ``fingerdesign identify`` writes: values with their intervals, what is not told and what
+would tell it, the design with them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.checks.load import with_values
+from fingerdesign.records.base import Count, Size, closed
+from fingerdesign.records.folder import RecordFolder
+from fingerdesign.sensing.trace_path import TracePath
+from fingerdesign.version import versions
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+    from fingerdesign.sensing.identify import Identified, TraceFit, Unknown
+
+RECORD_FILE, DESIGN_FILE, PAGE_FILE = "identification.json", "identified.toml", "identify.html"
+IDENTIFICATION = RecordFolder("identification", RECORD_FILE, (RECORD_FILE, DESIGN_FILE, PAGE_FILE))
+_TWO_SIDED = 1.96  # deviations of a 95 % interval
+# Half an interval's width that a value must come down to: shares of the value, but of mm, of all
+# forces (share), of microstrain, and of a logarithm (time).
+WANTED = {"modulus": 0.03, "friction": 0.05, "touch": 0.005, "share": 0.02, "time": 0.4}
+WANTED |= {"gain": 0.03, "offset": 5.0, "drift": 0.5, "per_kelvin": 1.0}
+_ROWS = 30  # of a motion that is tried
+_LONGER = 3.0  # times the longest rest so far
+_BESIDE = ("offset", "drift", "per_kelvin")
+_UNITS = {"offset": "microstrain", "drift": "microstrain/s", "per_kelvin": "microstrain/K"}
+Motion = Literal["press", "shear", "hold"]
+
+
+@closed
+@dataclass(frozen=True)
+class ValueData:
+    """A value with its standard deviation and 95 % interval; told: the interval is narrow enough to
+    build on; gage_K of the trace's gages from 1. Deviations of modulus, friction and times are of
+    their logarithms times the value."""
+
+    name: str
+    kind: str
+    unit: str
+    value: float
+    deviation: Size
+    low: float
+    high: float
+    told: bool
+
+    def shown(self) -> tuple[str, str]:
+        """The value and its interval, to the digits that the interval leaves."""
+        half = 0.5 * (self.high - self.low)
+        digits = int(np.clip(1 - np.floor(np.log10(max(half, 1e-9))), 0, 8))
+        return f"{self.value:.{digits}f}", f"{self.low:.{digits}f} to {self.high:.{digits}f}"
+
+
+@closed
+@dataclass(frozen=True)
+class NextMotion:
+    """The motion that would narrow most what is told worst: what it is, of what and from how many
+    times the width that is wanted to how many."""
+
+    motion: Motion
+    words: str
+    of: str
+    now: Size
+    then: Size
+
+
+@closed
+@dataclass(frozen=True)
+class IdentificationData:
+    """The content of identification.json. modulus_given_MPa: the design's; noise of one sample of
+    each channel; misfit: what is left over what the noise explains, in squares."""
+
+    design: str
+    digest: str
+    trace: str
+    fidelity: Literal["plane-strain", "3d"]
+    rows: Count
+    points: Count
+    seconds: Size
+    modulus_given_MPa: Size
+    values: tuple[ValueData, ...]
+    force_noise_N: tuple[float, ...]
+    gage_noise_microstrain: tuple[float, ...]
+    misfit: Size
+    warnings: tuple[str, ...]
+    next_motion: NextMotion | None
+    versions: dict[str, str]
+
+
+def identification(found: Identified, trace: str) -> IdentificationData:
+    """The record of what was found in the trace of that name."""
+    fit, design = found.fit, found.design
+    values = tuple(_values(fit, _modulus(design)))
+    noise = fit.model.noise
+    return IdentificationData(
+        design=found.given.design.name,
+        digest=found.given.digest(),
+        trace=trace,
+        fidelity="3d" if found.fidelity == "3d" else "plane-strain",
+        rows=len(found.trace),
+        points=len(fit.model.path.time),
+        seconds=float(found.trace.time[-1] - found.trace.time[0]),
+        modulus_given_MPa=_modulus(found.given),
+        values=values,
+        force_noise_N=tuple(noise[:2].tolist()),
+        gage_noise_microstrain=tuple(noise[2:].tolist()),
+        misfit=fit.misfit,
+        warnings=tuple(_warnings(found, values)),
+        next_motion=next_motion(found, values),
+        versions=versions(),
+    )
+
+
+def _modulus(design: Design) -> float:
+    return design.materials[design.body.material].youngs_modulus_MPa
+
+
+def _values(fit: TraceFit, modulus: float) -> Iterator[ValueData]:
+    count = len(fit.x)
+    names = {"modulus": "youngs_modulus", "friction": "friction_coefficient"}
+    units = {"modulus": "MPa", "friction": "", "touch": "mm", "share": "", "time": "s"}
+    for each, x, deviation in zip(fit.unknowns, fit.x, fit.deviations[:count], strict=True):
+        scale = modulus if each.kind == "modulus" else 1.0
+        name, unit = names.get(each.name, each.name), units[each.kind]
+        yield _value(name, each, unit, float(x), float(deviation), scale)
+    if fit.terms:
+        yield _relaxed(fit, modulus)
+    width = fit.linear.shape[1]
+    own = fit.deviations[count:].reshape(-1, width)
+    for gage, (row, deviations) in enumerate(zip(fit.linear, own, strict=True), 1):
+        for kind, value, deviation in zip(("gain", *_BESIDE), row, deviations, strict=False):
+            name, unit = f"gage_{gage}.{kind}", _UNITS.get(kind, "")
+            half = _TWO_SIDED * float(deviation)
+            ends = (float(value) - half, float(value) + half)
+            own_ = (float(value), float(deviation), *ends, half <= WANTED[kind])
+            yield ValueData(name, kind, unit, *own_)
+
+
+def _value(
+    name: str, of: Unknown, unit: str, x: float, deviation: float, scale: float
+) -> ValueData:
+    half = _TWO_SIDED * deviation
+    told = half <= WANTED[of.kind]
+    if not of.by_logarithm:
+        return ValueData(name, of.kind, unit, x, deviation, x - half, x + half, told)
+    value, low, high = (float(scale * np.exp(x + each)) for each in (0.0, -half, half))
+    return ValueData(name, of.kind, unit, value, value * deviation, low, high, told)
+
+
+def _relaxed(fit: TraceFit, modulus: float) -> ValueData:
+    """The modulus of rubber at rest for ever: E (1 - sum g_i)."""
+    shares = [k for k, each in enumerate(fit.unknowns) if each.kind == "share"]
+    left = 1.0 - float(fit.x[shares].sum())
+    slope = np.zeros(len(fit.deviations))
+    slope[0], slope[shares] = 1.0, -1.0 / left
+    deviation = float(np.sqrt(slope @ fit.covariance() @ slope))
+    value, half = modulus * float(np.exp(fit.x[0])) * left, _TWO_SIDED * deviation
+    ends = (value * float(np.exp(-half)), value * float(np.exp(half)))
+    told = half <= WANTED["modulus"]
+    return ValueData("relaxed_modulus", "modulus", "MPa", value, value * deviation, *ends, told)
+
+
+def _warnings(found: Identified, values: tuple[ValueData, ...]) -> Iterator[str]:
+    fit = found.fit
+    if fit.misfit > 4.0:
+        yield (
+            f"the model leaves {fit.misfit**0.5:.1f} times what noise explains: intervals are "
+            "widened by as much, and values may be off by more; is it this finger, and did it "
+            "touch where the trace begins?"
+        )
+    for each, x in zip(fit.unknowns, fit.x, strict=True):
+        near = 0.01 * (each.high - each.low)
+        if each.kind != "share" and (x - each.low < near or each.high - x < near):
+            yield f"{each.name} stands at the end of what is looked for: do not believe it"
+    for value in values:
+        if value.kind == "gain" and value.high < 0.5:
+            yield f"{value.name} is {value.value:.2g}: is that gage dead, or another input?"
+    if fit.terms and found.given.grip.plant != "lift":
+        yield (f"{DESIGN_FILE} has no grip.rubber_memory: that wants grip.plant = lift")
+    if found.trace.temperature is None:
+        yield "no temperature was recorded: what it does to gages is taken for drift, even in time"
+    wanted = max(found.fit.model.path.rest, 0.0)
+    for value in values:
+        if value.kind == "time" and value.value > wanted:
+            yield (
+                f"{value.name} = {value.value:.3g} s is longer than the longest rest, "
+                f"{wanted:.3g} s: of what relaxes later the trace says nothing"
+            )
+
+
+def next_motion(found: Identified, values: tuple[ValueData, ...]) -> NextMotion | None:
+    """The motion, of pressing on, shearing on and holding, that would narrow most the value whose
+    interval is widest for what is wanted; None where all are told, but for gages' offsets, drifts
+    and kelvins, which belong to the trace. By the model's derivatives."""
+    fit = found.fit
+    first = [v for v in values if v.name != "relaxed_modulus"]
+    ratios = np.array([0.0 if v.kind in _BESIDE else _half(v) / WANTED[v.kind] for v in first])
+    worst = int(np.argmax(ratios))
+    if ratios[worst] <= 1.0:
+        return None
+    best: NextMotion | None = None
+    for motion, words, path in _motions(found):
+        then = float(ratios[worst] * np.sqrt(fit.covariance(path)[worst, worst])) / float(
+            fit.deviations[worst]
+        )
+        if best is None or then < best.then:
+            best = NextMotion(motion, words, first[worst].name, float(ratios[worst]), then)
+    return best
+
+
+def _half(value: ValueData) -> float:
+    """Half an interval's width, as WANTED has it."""
+    if value.kind in ("modulus", "friction", "time"):
+        return 0.5 * float(np.log(value.high / value.low))
+    return 0.5 * (value.high - value.low)
+
+
+def _motions(found: Identified) -> Iterator[tuple[Motion, str, TracePath]]:
+    path, grip = found.fit.model.path, found.given.grip
+    step = float(np.median(np.diff(found.trace.time)))
+    deep, shear = float(path.approach[-1]), float(path.shear[-1])
+    if deep < 0.95 * grip.max_approach_mm:
+        down = np.linspace(deep, grip.max_approach_mm, _ROWS)
+        words = f"press on to {grip.max_approach_mm:g} mm"
+        yield "press", words, _longer(path, down, np.full(_ROWS, shear), np.full(_ROWS, 2 * step))
+    friction = float(np.exp(found.fit.x[1]))
+    way = max(3.0 * friction * deep, 0.1 * float(path.approach.max()))
+    across = np.linspace(shear, shear + way, _ROWS)
+    words = f"shear on by {way:.2g} mm toward +x, or until F_t rises no more"
+    yield "shear", words, _longer(path, np.full(_ROWS, deep), across, np.full(_ROWS, 2 * step))
+    rest = max(_LONGER * path.rest, 20.0)
+    still = np.diff(np.geomspace(step, rest, _ROWS + 1))
+    here = (np.full(_ROWS, deep), np.full(_ROWS, shear))
+    yield "hold", f"hold still for {rest:.0f} s more", _longer(path, *here, still)
+
+
+def _longer(path: TracePath, approach: Array, shear: Array, steps: Array) -> TracePath:
+    """A path with points after it; as many samples each as its moves have, or its rate gives."""
+    usual = float(np.min(path.steps / path.samples))
+    samples = np.maximum(steps / usual, 1.0)
+
+    def after(values: Array, more: Array) -> Array:
+        return np.concatenate([values, more])
+
+    count = len(approach)
+    last = None if path.temperature is None else np.full(count, path.temperature[-1])
+    return replace(
+        path,
+        time=after(path.time, path.time[-1] + np.cumsum(steps)),
+        approach=after(path.approach, approach),
+        shear=after(path.shear, shear),
+        forces=after(path.forces, np.zeros((count, 2))),
+        readings=after(path.readings, np.zeros((count, path.readings.shape[1]))),
+        samples=after(path.samples, samples),
+        temperature=None if last is None else after(np.asarray(path.temperature), last),
+    )
+
+
+def identified_design(found: Identified, data: IdentificationData) -> Design:
+    """The design with modulus, relaxation and friction as found, the modulus with its source."""
+    modulus = next(each for each in data.values if each.name == "youngs_modulus")
+    material = found.given.body.material
+    source = (
+        f"identified from {data.trace[:80]}: {modulus.value:.4g} MPa, "
+        f"95 % {modulus.low:.4g} to {modulus.high:.4g}"
+    )
+    friction = next(each for each in data.values if each.name == "friction_coefficient")
+    values: dict[str, object] = {
+        f"materials.{material}.youngs_modulus_MPa": float(f"{modulus.value:.6g}"),
+        f"materials.{material}.source": source,
+    }
+    if found.fit.terms and found.given.grip.plant == "lift":
+        values["grip.relaxation_per_minute"] = 0.0
+        values["grip.rubber_memory"] = [
+            [float(f"{share:.4g}"), float(f"{time:.4g}")] for share, time in found.fit.terms
+        ]
+    if friction.told:
+        values["grip.bench_friction_coefficient"] = float(f"{friction.value:.4g}")
+    return with_values(found.given, values)

@@ -1,0 +1,116 @@
+"""What ``identify`` writes: the record, the design, and a page of measured against modelled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.analysis.case import gage_array
+from fingerdesign.checks.load import dump_design
+from fingerdesign.records.base import json_text
+from fingerdesign.report import style
+from fingerdesign.report.page import captioned, rendered
+from fingerdesign.report.table import Table
+from fingerdesign.sensing.identification import (
+    DESIGN_FILE,
+    PAGE_FILE,
+    RECORD_FILE,
+    IdentificationData,
+    ValueData,
+    identification,
+    identified_design,
+)
+
+if TYPE_CHECKING:
+    from fingerdesign.report.style import Axes
+    from fingerdesign.sensing.identify import Identified
+
+TEMPLATES = Path(__file__).parent / "templates"
+WORDS = TEMPLATES / "identify_words.txt.j2"
+_SHOWN = 4  # gages that are drawn, those that answer most
+
+
+def write_identification(found: Identified, trace: str, folder: Path) -> IdentificationData:
+    """The record, the design and the page into a folder; trace: its name."""
+    data = identification(found, trace)
+    (folder / RECORD_FILE).write_text(json_text(data, indent=1), encoding="utf-8")
+    text = dump_design(identified_design(found, data))
+    (folder / DESIGN_FILE).write_text(text, encoding="utf-8")
+    page = identify_html(found, data, gage_array(found.design))
+    (folder / PAGE_FILE).write_text(page, encoding="utf-8")
+    return data
+
+
+def identify_html(found: Identified, data: IdentificationData, plates: Sequence[int]) -> str:
+    """The page. plates: numbers of the plates whose gages the trace holds, in its order."""
+    with style.house_style():
+        figures = [_forces(found, data), _gages(found, plates)]
+    return rendered(
+        TEMPLATES / "identify.html.j2",
+        data=data,
+        values={each.name: each for each in data.values},
+        terms=len(found.fit.terms),
+        figures=figures,
+        tables=[_table(data, False), _table(data, True)],
+    )
+
+
+def _forces(found: Identified, data: IdentificationData) -> style.ReportFigure:
+    fit, path = found.fit, found.fit.model.path
+    said, felt = fit.model.fitted(fit.x), fit.model.data
+    figure = style.canvas(8.4, 4.6)
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
+    for k, name in enumerate(("F_n", "F_t")):
+        colour, _, marker = style.SERIES[k]
+        upper.plot(path.time, felt[:, k], **style.points(colour, marker, 3.0, f"{name} measured"))
+        upper.plot(path.time, said[:, k], color=colour, lw=1.2, label=f"{name} modelled")
+        lower.plot(path.time, 1e3 * (felt - said)[:, k], color=colour, lw=0.8, marker=marker, ms=2)
+    upper.set_ylabel("N")
+    lower.set_ylabel("left, mN")
+    lower.set_xlabel("time (s)")
+    _by_time(lower)
+    figure.legend(loc="outside lower center", ncols=4)
+    left = float(np.sqrt(np.mean((felt - said)[:, :2] ** 2)))
+    return captioned(figure, WORDS, "forces", left=left, most=float(felt[:, 0].max()), data=data)
+
+
+def _gages(found: Identified, plates: Sequence[int]) -> style.ReportFigure:
+    fit, path = found.fit, found.fit.model.path
+    said, felt = fit.model.fitted(fit.x)[:, 2:], fit.model.data[:, 2:]
+    loud = np.argsort(-np.ptp(said, axis=0))[:_SHOWN]
+    figure = style.canvas(8.4, 3.4)
+    axes = figure.subplots()
+    for k, gage in enumerate(sorted(loud.tolist())):
+        colour, dashes, marker = style.SERIES[k]
+        name = f"gage {gage + 1}, plate {plates[gage]}"
+        axes.plot(path.time, felt[:, gage], **style.points(colour, marker, 2.5))
+        axes.plot(path.time, said[:, gage], color=colour, ls=dashes, lw=1.1, label=name)
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel("microstrain")
+    _by_time(axes)
+    figure.legend(loc="outside lower center", ncols=4)
+    left = np.sqrt(np.mean((felt - said) ** 2, axis=0))
+    return captioned(figure, WORDS, "gages", left=float(np.median(left)), worst=float(left.max()))
+
+
+def _by_time(axes: Axes) -> None:
+    axes.margins(x=0.02)
+
+
+def _table(data: IdentificationData, gages: bool) -> Table:
+    own = [each for each in data.values if each.name.startswith("gage_") == gages]
+    rows = tuple((_named(each), *each.shown(), each.unit or "–", _told(each)) for each in own)
+    columns = ("value", "found", "95 % interval", "unit", "told")
+    key, caption = ("gages", "Gages") if gages else ("values", "Rubber and contact")
+    return Table(key, caption, columns, rows, frozenset({0, 3, 4}))
+
+
+def _named(value: ValueData) -> str:
+    return value.name.replace("_", " ").replace(".", ", ")
+
+
+def _told(value: ValueData) -> str:
+    return "yes" if value.told else "not enough"

@@ -1,0 +1,115 @@
+"""A trace as a rig would record it of a finger that came out unlike its design: a press, a shear
+until all slips, a hold, by another modulus, rubber that relaxes, drifting and warming gages.
+
+Its plates lie where the design has them: what ``identify`` looks for differs, and nothing else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.checks.load import with_values
+from fingerdesign.control.plants.recorded import Trace
+from fingerdesign.records.folder import RecordFolder
+from fingerdesign.sensing.trace_path import TracePath, played
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+TRACE_FILE, TRUTH_FILE = "trace.csv", "truth.json"
+SIMULATED = RecordFolder("simulated trace", TRACE_FILE, (TRACE_FILE, TRUTH_FILE))
+RATE_HZ = 50.0
+_PRESS_S, _SHEAR_S, _HOLD_S = 3.0, 3.0, 30.0
+_DEPTH = 0.6  # of the stage
+_MODULUS, _FRICTION, _TOUCH_MM = 0.4, (0.3, 0.9), 0.01  # of the logarithm, either way; ...
+_SHARE, _TIME_S = (0.05, 0.2), (0.3, 8.0)
+_GAIN, _OFFSET, _DRIFT, _PER_KELVIN = 0.03, 10.0, 0.1, 2.0  # standard deviations
+_WARMS_K = 2.0
+_NOISE = (0.005, 0.5)  # N, microstrain, where the design's hardware has none
+
+
+@dataclass(frozen=True)
+class SimulatedTrace:
+    """trace: what was recorded; truth: by the names that ``identify`` has for values."""
+
+    trace: Trace
+    truth: dict[str, float]
+
+
+def simulated_trace(
+    design: Design, seed: int, fidelity: str = "plane-strain", hold_s: float = _HOLD_S
+) -> SimulatedTrace:
+    """Draw a finger and record it. Raises SolverError where its model has no answer."""
+    from fingerdesign.analysis.stages import one_thread
+    from fingerdesign.sensing.model import grip_problem
+
+    rng = np.random.default_rng([seed, 11])
+    material = design.body.material
+    modulus = design.materials[material].youngs_modulus_MPa
+    modulus *= float(np.exp(rng.uniform(-_MODULUS, _MODULUS)))
+    friction, touch = float(rng.uniform(*_FRICTION)), float(rng.uniform(-_TOUCH_MM, _TOUCH_MM))
+    terms = _terms(rng)
+    own = with_values(design, {f"materials.{material}.youngs_modulus_MPa": modulus})
+    problem = grip_problem(own, fidelity).with_friction(friction)
+    trace = _moves(_DEPTH * design.grip.max_approach_mm, friction, hold_s)
+    with one_thread():
+        answers = played(problem, design.gages.face, TracePath.every(trace), terms, touch)
+    truth = {"youngs_modulus": modulus, "friction_coefficient": friction, "touch": touch}
+    for number, (share, time) in enumerate(terms, 1):
+        truth |= {f"share_{number}": share, f"time_{number}": time}
+    return _recorded(design, trace, answers, rng, truth)
+
+
+def _terms(rng: np.random.Generator) -> tuple[tuple[float, float], ...]:
+    """None, one or two of the Prony series, the quicker first, well apart."""
+    count = int(rng.integers(0, 3))
+    shares = rng.uniform(*_SHARE, 2)
+    time = float(np.exp(rng.uniform(*np.log(_TIME_S))))
+    return tuple(zip(shares.tolist(), (time, 8.0 * time), strict=True))[:count]
+
+
+def _moves(deep: float, friction: float, hold_s: float) -> Trace:
+    press, shear, hold = (round(RATE_HZ * each) for each in (_PRESS_S, _SHEAR_S, hold_s))
+    way = 3.0 * friction * deep
+    dy = np.repeat([deep / press, 0.0], [press, shear + hold])
+    dx = np.repeat([0.0, way / shear, 0.0], [press, shear, hold])
+    rows = np.arange(len(dx))
+    none = np.zeros(len(dx))
+    return Trace((rows + 1) / RATE_HZ, dx, dy, none, none, none[:, None], rows + 2)
+
+
+def _recorded(
+    design: Design, trace: Trace, answers: Array, rng: np.random.Generator, truth: dict[str, float]
+) -> SimulatedTrace:
+    rows, gages = answers.shape[0], answers.shape[1] - 2
+    hardware = design.rig.hardware
+    noise = (hardware.force_noise_N or _NOISE[0], hardware.gage_noise_microstrain or _NOISE[1])
+    draws = rng.standard_normal((4, gages))
+    scales = (_GAIN, _OFFSET, _DRIFT, _PER_KELVIN)
+    gain, offset, drift, warm = (each * scale for each, scale in zip(draws, scales, strict=True))
+    time = trace.time - trace.time[0]
+    heated = _WARMS_K * -np.expm1(-trace.time / 20.0) + 0.02 * rng.standard_normal(rows)
+    heated = np.round(20.0 + heated, 2)
+    readings = answers[:, 2:] * (1.0 + gain) + offset + np.outer(time, drift)
+    readings += np.outer(heated - heated[0], warm)
+    forces = answers[:, :2] + noise[0] * rng.standard_normal((rows, 2))
+    readings += noise[1] * rng.standard_normal((rows, gages))
+    for k in range(gages):
+        own = zip(
+            ("gain", "offset", "drift", "per_kelvin"),
+            (1.0 + gain, offset, drift, warm),
+            strict=True,
+        )
+        truth |= {f"gage_{k + 1}.{name}": float(values[k]) for name, values in own}
+    found = replace(
+        trace,
+        normal_force=forces[:, 0],
+        tangential_force=forces[:, 1],
+        readings=readings,
+        temperature=heated,
+    )
+    return SimulatedTrace(found, truth)

@@ -1,0 +1,160 @@
+"""The path of a recorded trace, thinned to what an increment each is worth, and played on a model.
+
+Rows that move stay (of very many every k-th), rows at rest are gathered into bins whose widths grow
+with the time since the last move: a tenth of it, so that what relaxes hardly bends within one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.contact.history import FrictionHistory
+from fingerdesign.contact.increment import solve_increment
+from fingerdesign.contact.memory import Rubber, RubberHistory
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.plants.plant import felt
+from fingerdesign.control.plants.recorded import Trace
+
+MOST_MOVES = 100  # rows that move and are played, of a longer trace every k-th
+_BIN = 0.1  # of the time at rest so far
+
+
+@dataclass(frozen=True)
+class TracePath:
+    """k points of a trace: time (k,) s, approach and shear (k,) mm as the stage tells them, forces
+    (k, 2) N (F_n, F_t), readings (k, g) microstrain, temperature (k,) K or None; samples (k,): of
+    how many each is the mean."""
+
+    time: Array
+    approach: Array
+    shear: Array
+    forces: Array
+    readings: Array
+    samples: Array
+    temperature: Array | None = None
+
+    @staticmethod
+    def every(trace: Trace) -> TracePath:
+        """Every row of a trace."""
+        return TracePath(
+            time=trace.time,
+            approach=np.cumsum(trace.dy),
+            shear=np.cumsum(trace.dx),
+            forces=np.column_stack([trace.normal_force, trace.tangential_force]),
+            readings=trace.readings,
+            samples=np.ones(len(trace)),
+            temperature=trace.temperature,
+        )
+
+    @staticmethod
+    def of(trace: Trace) -> TracePath:
+        """The points that a trace is worth."""
+        whole, points = TracePath.every(trace), Points.of(trace)
+        heated = whole.temperature
+        return TracePath(
+            time=points.mean(whole.time),
+            approach=whole.approach[points.last],
+            shear=whole.shear[points.last],
+            forces=points.mean(whole.forces),
+            readings=points.mean(whole.readings),
+            samples=points.weight[points.kept].astype(float),
+            temperature=None if heated is None else points.mean(heated),
+        )
+
+    @property
+    def steps(self) -> Array:
+        """Seconds (k,) since the point before; of the first as of the second."""
+        return np.diff(self.time, prepend=2.0 * self.time[0] - self.time[1])
+
+    @property
+    def rest(self) -> float:
+        """The longest time without a move, s."""
+        still = (np.diff(self.approach) == 0.0) & (np.diff(self.shear) == 0.0)
+        longest = since = 0.0
+        for step, rests in zip(np.diff(self.time), still, strict=True):
+            since = since + float(step) if rests else 0.0
+            longest = max(longest, since)
+        return longest
+
+
+@dataclass(frozen=True)
+class Points:
+    """Which rows (n,) make which points: bins (n,) numbers, weight: rows of each, kept: numbers of
+    those that are compared, last: their last rows."""
+
+    bins: IntArray
+    weight: IntArray
+    kept: IntArray
+    last: IntArray
+
+    @staticmethod
+    def of(trace: Trace) -> Points:
+        """The points that a trace is worth."""
+        moved = (trace.dx != 0.0) | (trace.dy != 0.0)
+        bins = _bins(moved)
+        last = np.append(np.flatnonzero(np.diff(bins)), len(bins) - 1)
+        kept, moving = np.ones(len(last), dtype=bool), np.flatnonzero(moved[last])
+        if len(moving) > MOST_MOVES:
+            kept[moving] = False
+            every = np.linspace(0, len(moving) - 1, MOST_MOVES).round().astype(int)
+            kept[moving[every]] = True
+        return Points(bins, np.bincount(bins), np.flatnonzero(kept), last[kept])
+
+    def mean(self, values: Array) -> Array:
+        """Of values (n, ...) by row, the mean of each point that is kept."""
+        columns = values.reshape(len(values), -1).T
+        sums = np.array([np.bincount(self.bins, column) for column in columns]).T
+        found = (sums / self.weight[:, None]).reshape(-1, *values.shape[1:])
+        return np.asarray(found[self.kept])
+
+
+def _bins(moved: Array) -> IntArray:
+    """A number for each row, the same in rows at rest that are gathered."""
+    found, number, rested, left = [], -1, 0, 0
+    for moves in moved:
+        if moves or left == 0:
+            number += 1
+            rested = 0 if moves else rested
+            left = 0 if moves else max(1, int(_BIN * rested))
+        if not moves:
+            rested, left = rested + 1, left - 1
+        found.append(number)
+    return np.array(found, dtype=np.int64)
+
+
+def played(
+    problem: ContactProblem,
+    face: str,
+    path: TracePath,
+    memory: Sequence[tuple[float, float]] = (),
+    touch: float = 0.0,
+) -> Array:
+    """What the model answers along a path, (k, 2 + g): F_n and F_t in N, readings in microstrain.
+
+    memory: shares and times (s) of the rubber's Prony series; touch: mm by which the surface is met
+    before the stage says 0. Raises SolverError where an increment has no answer.
+    """
+    history, found = FrictionHistory(problem), []
+    shares, times = (tuple(each) for each in zip(*memory, strict=True)) if memory else ((), ())
+    remembered: RubberHistory | None = None
+    for approach, shear, step in zip(path.approach + touch, path.shear, path.steps, strict=True):
+        fresh = 1.0
+        if memory:
+            rubber = Rubber(shares, times, float(step))
+            if remembered is None:
+                remembered = RubberHistory(rubber, problem)
+            remembered.rubber, fresh = rubber, rubber.fresh
+            history.displace(remembered.lag)
+        motion = replace(history.state.motion, approach=float(approach), shear=float(shear))
+        increment = solve_increment(history.problem, history.state, motion, history.workspace)
+        _, sample = felt(history.problem, increment, face)
+        history.accept(increment)
+        if remembered is not None:
+            remembered.passed(history.at_rest(increment.multiplier))
+        row = [sample.normal_force, sample.tangential_force, *sample.readings]
+        found.append(fresh * np.array(row))
+    return np.array(found)

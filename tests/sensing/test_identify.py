@@ -1,0 +1,216 @@
+"""``fingerdesign identify``: one trace tells modulus, relaxation, friction, gages, or says not."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from fingerdesign import load_design, parse_design
+from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.control.plants.recorded import Trace, parse_trace
+from fingerdesign.errors import DesignError
+from fingerdesign.records.base import DATA, plain
+from fingerdesign.sensing.identification import identification, identified_design
+from fingerdesign.sensing.identify import identified, noise_of
+from fingerdesign.sensing.model import grip_problem
+from fingerdesign.sensing.simulated_trace import simulated_trace
+from fingerdesign.sensing.trace_path import MOST_MOVES, TracePath, played
+from tests.support.accessible import unexplained
+
+ROOT = Path(__file__).parents[2]
+SMALL = """
+[design]
+name = "small"
+[body]
+depth_mm = 8.0
+[plates]
+count = 4
+length_mm = 0.9
+pitch_mm = 1.2
+cover_mm = 0.9
+material = "polyimide"
+[gages]
+length_mm = 0.5
+face = "upper"
+[grip]
+defaults = "fixed"
+max_approach_mm = 0.25
+[mesh.section]
+contact_size_mm = 0.2
+plate_size_mm = 0.3
+"""
+
+
+@pytest.fixture(scope="module")
+def design():
+    return parse_design(SMALL)
+
+
+@pytest.fixture(scope="module")
+def made(design):
+    """Seed 1 draws one term of relaxation, of 2.3 s."""
+    return simulated_trace(design, 1, hold_s=15.0)
+
+
+@pytest.fixture(scope="module")
+def found(design, made):
+    return identified(design, made.trace, "trace.csv")
+
+
+@pytest.fixture(scope="module")
+def data(found):
+    return identification(found, "trace.csv")
+
+
+def test_what_was_drawn_is_found_within_its_intervals(data, made):
+    values = {each.name: each for each in data.values}
+    assert values.keys() - {"relaxed_modulus"} == made.truth.keys()
+    beyond = [
+        name
+        for name, true in made.truth.items()
+        if not values[name].low <= true <= values[name].high
+    ]
+    assert len(beyond) <= 0.15 * len(made.truth), beyond
+    for name, share in (("youngs_modulus", 0.01), ("friction_coefficient", 0.01), ("time_1", 0.1)):
+        assert values[name].value == pytest.approx(made.truth[name], rel=share)
+        assert values[name].told
+    shares = sum(true for name, true in made.truth.items() if name.startswith("share_"))
+    fresh = made.truth["youngs_modulus"]
+    assert values["relaxed_modulus"].value == pytest.approx(fresh * (1.0 - shares), rel=0.01)
+    assert 0.8 < data.misfit < 1.25
+    assert data.next_motion is None
+
+
+def test_a_press_alone_tells_no_friction_and_asks_for_a_shear(design, made):
+    trace = cut(made.trace, 150)
+    assert trace.dx.max() == 0.0
+    data = identification(identified(design, trace, "press.csv", terms=0), "press.csv")
+    values = {each.name: each for each in data.values}
+    assert not values["friction_coefficient"].told
+    assert data.next_motion is not None
+    assert data.next_motion.motion == "shear"
+    assert data.next_motion.of == "friction_coefficient"
+    assert data.next_motion.then < 1.0 < data.next_motion.now
+    assert "grip.bench_friction_coefficient" not in str(values)
+
+
+def cut(trace, rows):
+    return Trace(
+        *(getattr(trace, name)[:rows] for name in ("time", "dx", "dy")),
+        *(getattr(trace, name)[:rows] for name in ("normal_force", "tangential_force")),
+        trace.readings[:rows],
+        trace.rows[:rows],
+        temperature=trace.temperature[:rows],
+    )
+
+
+def test_the_design_carries_what_was_found_and_its_source(design, found, data):
+    own = identified_design(found, data)
+    modulus = data.values[0]
+    assert own.materials["silicone"].youngs_modulus_MPa == pytest.approx(modulus.value, rel=1e-5)
+    assert "identified from trace.csv" in own.materials["silicone"].source
+    assert own.grip.rubber_memory == ()  # of a plant that cannot feel it
+    assert any("rubber_memory" in each for each in data.warnings)
+    assert own.plates == design.plates
+
+
+def test_the_record_has_its_schema_and_the_page_its_terms(found, data):
+    from fingerdesign.sensing.identify_page import identify_html
+
+    schema = json.loads((DATA / "identification.schema.json").read_text("utf-8"))
+    jsonschema.validate(plain(data), schema)
+    page = identify_html(found, data, range(4))
+    assert unexplained(page) == []
+    assert "trace.csv" in page
+    hostile = replace(data, trace="<script>alert(1)</script>")
+    assert "<script>alert" not in identify_html(found, hostile, range(4))
+
+
+def test_points_are_the_rows_that_move_and_means_of_those_at_rest(made):
+    path = TracePath.of(made.trace)
+    assert path.samples.sum() <= len(made.trace)
+    moving = path.samples == 1.0
+    assert MOST_MOVES <= moving.sum() < MOST_MOVES + 30
+    assert path.rest == pytest.approx(15.0, rel=0.1)
+    assert (np.diff(path.time) > 0.0).all()
+    last = path.samples[-1]
+    assert path.readings[-1] == pytest.approx(made.trace.readings[-int(last) :].mean(axis=0))
+
+
+def test_a_played_path_is_that_of_the_plant(design):
+    """Without a memory; with one, forces at the end of a long rest are those that are left."""
+    problem = grip_problem(design).with_friction(0.5)
+    down = np.linspace(0.0, 0.15, 11)[1:]
+    approach, shear = np.r_[down, np.full(8, 0.15)], np.r_[np.zeros(10), np.linspace(0.01, 0.08, 8)]
+    none = np.zeros(18)
+    time = np.r_[np.arange(1, 18) * 0.01, 1e4]
+    path = TracePath(time, approach, shear, np.zeros((18, 2)), none[:, None], none + 1.0)
+    plant = CondensedPlant(problem, "upper")
+    felt = [
+        plant.move(*move)
+        for move in zip(np.diff(shear, prepend=0.0), np.diff(approach, prepend=0.0), strict=True)
+    ]
+    answers = played(problem, "upper", path)
+    assert answers[:, 0] == pytest.approx([each.normal_force for each in felt])
+    assert answers[:, 2:] == pytest.approx(np.array([each.readings for each in felt]))
+    relaxed = played(problem, "upper", replace(path, shear=none), [(0.2, 0.5)])
+    fresh = played(problem, "upper", replace(path, shear=none))
+    assert relaxed[-1, 0] == pytest.approx(0.8 * fresh[-1, 0], rel=1e-3)
+
+
+def test_noise_is_told_by_second_differences(made):
+    noise = noise_of(made.trace)
+    assert noise[:2] == pytest.approx(0.005, rel=0.15)
+    assert noise[2:] == pytest.approx(0.5, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda t: replace(t, dy=-t.dy), "over 0"),
+        (lambda t: replace(t, dy=3.0 * t.dy), "grip.max_approach_mm"),
+        (
+            lambda t: replace(t, normal_force=0.001 * t.normal_force + 1e-3 * np.sin(1e3 * t.time)),
+            "twenty times",
+        ),
+    ],
+)
+def test_traces_that_tell_nothing_are_refused(design, made, change, words):
+    with pytest.raises(DesignError, match=re.escape(words)):
+        identified(design, change(made.trace), "trace.csv")
+
+
+def test_temperature_is_read_and_written(made):
+    text = made.trace.to_csv()
+    assert "temperature_C" in text.splitlines()[0]
+    again = parse_trace(text, 4)
+    assert again.temperature == pytest.approx(made.trace.temperature)
+
+
+def test_the_command_and_its_mistakes(design, made, tmp_path, said):
+    file, trace = tmp_path / "small.toml", tmp_path / "trace.csv"
+    file.write_text(SMALL)
+    trace.write_text(made.trace.to_csv())
+    out = tmp_path / "out"
+    found = said("identify", file, trace, "--terms", "0", "--out", out, "--json").out
+    assert json.loads(found)["design"] == "small"
+    for name in ("identification.json", "identified.toml", "identify.html"):
+        assert (out / "small" / name).is_file()
+    assert load_design(out / "small" / "identified.toml").design.name == "small"
+    assert "youngs modulus" in said("view", out / "small").out
+    assert "either TRACE or --simulate" in said("identify", file, code=2).err
+    trace.write_text("time_s\n1\n")
+    assert "trace.csv" in said("identify", file, trace, code=2).err
+    said("identify", file, "--simulate", "--out", tmp_path / "sim", "--quiet")
+    assert json.loads((tmp_path / "sim/small/truth.json").read_text())["youngs_modulus"] > 0.0
+
+
+@pytest.mark.slow
+def test_the_docs_example_runs():
+    text = (ROOT / "docs/identify.md").read_text("utf-8")
+    for code in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(compile(code, "docs/identify.md", "exec"), {})
