@@ -1,7 +1,8 @@
 """Elastomers and plate metals by name; each value with its source, or said to be assumed.
 
 The elastomers' values are small-strain ones and typical only: batches, cure and age move them by
-tens of percent, so measure yours and give it in the file's ``[materials.NAME]`` table. Where a
+tens of percent, so measure yours (``fingerdesign identify``) and give it in the file's
+``[materials.NAME]`` table. Where a
 maker gives only a Shore A hardness S, Young's modulus follows Gent's relation (A. N. Gent, "On the
 relation between indentation hardness and Young's modulus", Rubber Chem. Technol. 31 (1958) 896).
 Poisson's ratio of an elastomer is below 0.5 by about E / (6 K), K = 1 to 2 GPa: 0.4995 and above;
@@ -13,11 +14,22 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class MaterialData:
-    """Isotropic linear elasticity: Young's modulus in MPa, Poisson's ratio, where both are from."""
+    """Isotropic linear elasticity: Young's modulus in MPa, Poisson's ratio, where both are from.
+
+    told_MPa: the least and the greatest modulus that its sources give, where these differ; told_by:
+    what gives the others.
+    """
 
     youngs_modulus_MPa: float
     poissons_ratio: float
     source: str
+    told_MPa: tuple[float, float] | None = None
+    told_by: str = ""
+
+    @property
+    def spread(self) -> float:
+        """The greatest modulus told over the least; 1 where one is told."""
+        return 1.0 if self.told_MPa is None else self.told_MPa[1] / self.told_MPa[0]
 
 
 def gent_youngs_modulus(shore_a: float) -> float:
@@ -44,12 +56,41 @@ def gent_shore_a(youngs_modulus_MPa: float) -> float:
     return (254.0 * scale - 0.0981 * 56.0) / (0.0981 * 7.62336 + 2.54 * scale)
 
 
+def stretched_youngs_modulus(stress_at_double_MPa: float) -> float:
+    """Young's modulus in MPa of a neo-Hookean rubber by its "100 % modulus".
+
+    The nominal stress (MPa) at stretch 2 is G (2 - 1/4), and E = 3 G.
+
+    >>> round(stretched_youngs_modulus(0.593), 3)
+    1.017
+    """
+    return 3.0 * stress_at_double_MPa / 1.75
+
+
+_PSI = 0.00689476  # MPa
 _ASSUMED_RATIO = "Poisson's ratio assumed: nearly incompressible"
 
 
-def _shore(name: str, shore_a: float) -> MaterialData:
+def _shore(name: str, shore_a: float, stretched_psi: float | None = None) -> MaterialData:
+    """A rubber by its Shore A hardness; its modulus at 100 % (psi) tells another one."""
     source = f"{name}, Shore A {shore_a:g} by its maker, E by Gent 1958; {_ASSUMED_RATIO}"
-    return MaterialData(round(gent_youngs_modulus(shore_a), 3), 0.49, source)
+    modulus = round(gent_youngs_modulus(shore_a), 3)
+    if stretched_psi is None:
+        return MaterialData(modulus, 0.49, source)
+    other = round(stretched_youngs_modulus(stretched_psi * _PSI), 3)
+    told = (min(modulus, other), max(modulus, other))
+    words = f"{other:g} MPa by its maker's {stretched_psi:g} psi at 100 %, neo-Hookean"
+    return MaterialData(modulus, 0.49, source, told, words)
+
+
+def _stretched(name: str, hardness: str, stretched_psi: float) -> MaterialData:
+    """A rubber too soft for Shore A, by its modulus at 100 % (psi)."""
+    modulus = round(stretched_youngs_modulus(stretched_psi * _PSI), 3)
+    source = (
+        f"{name}, {hardness} by its maker, E neo-Hookean by its {stretched_psi:g} psi at 100 %; "
+        f"{_ASSUMED_RATIO}"
+    )
+    return MaterialData(modulus, 0.49, source)
 
 
 MATERIALS: dict[str, MaterialData] = {
@@ -57,13 +98,23 @@ MATERIALS: dict[str, MaterialData] = {
     "silicone": MaterialData(
         4.96, 0.49, f"E from Maeno, Hiromitsu and Kawai 2000; {_ASSUMED_RATIO}"
     ),
-    "dragon_skin_20": _shore("Smooth-On Dragon Skin 20", 20.0),
-    "dragon_skin_30": _shore("Smooth-On Dragon Skin 30", 30.0),
+    "ecoflex_00_30": _stretched("Smooth-On Ecoflex 00-30", "Shore 00-30", 10.0),
+    "ecoflex_00_50": _stretched("Smooth-On Ecoflex 00-50", "Shore 00-50", 12.0),
+    "dragon_skin_10": _shore("Smooth-On Dragon Skin 10", 10.0, 22.0),
+    "dragon_skin_20": _shore("Smooth-On Dragon Skin 20", 20.0, 49.0),
+    "dragon_skin_30": _shore("Smooth-On Dragon Skin 30", 30.0, 86.0),
+    "mold_star_15": _shore("Smooth-On Mold Star 15", 15.0, 55.0),
+    "mold_star_30": _shore("Smooth-On Mold Star 30", 30.0, 96.0),
+    "sorta_clear_40": _shore("Smooth-On SORTA-Clear 40", 40.0, 90.0),
+    "smooth_sil_950": _shore("Smooth-On Smooth-Sil 950", 50.0, 272.0),
+    "rtv_615": _shore("Momentive RTV615", 44.0),
     "sylgard_184": MaterialData(
         1.8,
         0.49,
         "Dow Sylgard 184 at 10:1 cured near 65 degrees C, typical; Johnston et al., "
         f"J. Micromech. Microeng. 24 (2014) 035017 (1.3 to 3 MPa by cure); {_ASSUMED_RATIO}",
+        (1.3, 3.0),
+        "1.3 to 3 MPa by cure, Johnston et al.",
     ),
     "polyurethane_60a": _shore("casting polyurethane", 60.0),
     # Plate materials
@@ -89,3 +140,18 @@ MATERIALS: dict[str, MaterialData] = {
         2.5e3, 0.34, "DuPont Kapton HN data sheet at 23 degrees C (2.5 GPa, 0.34)"
     ),
 }
+DOUBTFUL = 1.25  # times the least modulus told: beyond it, sources are said to disagree
+
+
+def doubt_of(name: str, youngs_modulus_MPa: float) -> str | None:
+    """What to know of a material of the library whose sources disagree by more than a quarter;
+    None where they agree, or the modulus is not the library's."""
+    known = MATERIALS.get(name)
+    if known is None or known.spread <= DOUBTFUL or known.youngs_modulus_MPa != youngs_modulus_MPa:
+        return None
+    told = known.told_MPa
+    assert told is not None
+    return (
+        f"{name} of {youngs_modulus_MPa:g} MPa: its sources tell {told[0]:g} to {told[1]:g} MPa "
+        f"({known.told_by}); measure yours: fingerdesign identify"
+    )

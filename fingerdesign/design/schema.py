@@ -7,7 +7,6 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -23,7 +22,7 @@ from fingerdesign.design.mesh import MeshOptions
 from fingerdesign.design.mold import Mold
 from fingerdesign.design.plates import Plates, Row
 from fingerdesign.design.scene import Scene
-from fingerdesign.materials import MATERIALS
+from fingerdesign.materials import MATERIALS, gent_youngs_modulus
 from fingerdesign.runtime.registry import CONTROLLERS, load_plugins
 
 __all__ = ["Body", "Core", "Design", "Gages", "Material", "Meta", "Plates", "Row", "StepFile"]
@@ -71,6 +70,9 @@ class Material(Table):
 
     youngs_modulus_MPa: float = Field(ge=1e-4, le=2e6, description="small-strain modulus")
     poissons_ratio: float = Field(ge=0, le=0.4999, description="0 to 0.4999")
+    shore_a: float | None = Field(
+        default=None, ge=5, le=95, description="hardness, instead of the modulus: by Gent 1958"
+    )
     source: str = Field(
         default="the design file", max_length=500, description="where both are from"
     )
@@ -195,17 +197,35 @@ def load_controller(design: Any) -> None:
     CONTROLLERS.knows(_part(_part(design, "grip"), "controller"))
 
 
+_KNOWN = ("youngs_modulus_MPa", "poissons_ratio", "source")  # keys that the library has
+
+
 def _completed(name: str, given: Any) -> Any:
     """Return a material's table with the keys that it lacks taken from the known material."""
     known = MATERIALS.get(name)
-    if known is None or not (given is None or isinstance(given, Mapping)):
+    if not (given is None or isinstance(given, Mapping)):
         return given
-    values = asdict(known)
+    given = _by_hardness(given)
+    if known is None:
+        return given
+    values = {key: getattr(known, key) for key in _KNOWN}
     merged = {**values, **(given or {})}
     changed = any(merged[key] != values[key] for key in values)
     if changed and "source" not in (given or {}):
         del merged["source"]  # no longer that source's values
     return merged
+
+
+def _by_hardness(given: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
+    """The table with the modulus that its Shore A hardness stands for; one that gives both keeps
+    its modulus."""
+    hardness = (given or {}).get("shore_a")
+    if given is None or "youngs_modulus_MPa" in given:
+        return given
+    if not (isinstance(hardness, int | float) and 5.0 <= hardness <= 95.0):
+        return given
+    modulus = round(gent_youngs_modulus(float(hardness)), 4)
+    return {"poissons_ratio": 0.49, **given, "youngs_modulus_MPa": modulus}
 
 
 def unknown_materials(design: Any) -> Iterator[PydanticCustomError]:

@@ -8,6 +8,12 @@ from fingerdesign.design.digest import LATER
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.layout.gaps import layered
+from fingerdesign.materials import (
+    MATERIALS,
+    doubt_of,
+    gent_youngs_modulus,
+    stretched_youngs_modulus,
+)
 from tests.support.faults import faults_of as faults
 
 NAME = 'design.name = "a"\n'
@@ -241,3 +247,27 @@ def test_a_tug_out_of_the_fingers_is_refused_and_the_bound_is_one_that_passes():
         parse_design(NAME + LIFT + tug + "-1.5" + lighter)
     parse_design(NAME + LIFT + tug + "-0.98" + lighter)
     parse_design(NAME + LIFT + tug + "-1.5")
+
+
+def test_a_hardness_stands_for_a_modulus():
+    text = 'design.name = "a"\nbody.material = "mine"\n[materials.mine]\nshore_a = 30\n'
+    rubber = parse_design(text).material_of("body")
+    assert rubber.youngs_modulus_MPa == pytest.approx(gent_youngs_modulus(30.0), rel=1e-3)
+    both = parse_design(text + "youngs_modulus_MPa = 0.5\npoissons_ratio = 0.4\n").material_of(
+        "body"
+    )
+    assert both.youngs_modulus_MPa == 0.5
+    for wrong in ('"hard"', "300", "true"):
+        with pytest.raises(DesignError, match=r"materials\.mine"):
+            parse_design(text.replace("30", wrong))
+
+
+def test_rubbers_whose_sources_disagree_are_doubted():
+    for name, known in MATERIALS.items():
+        doubt = doubt_of(name, known.youngs_modulus_MPa)
+        assert (doubt is not None) == (known.spread > 1.25)
+        if known.told_MPa is not None:
+            assert known.told_MPa[0] <= known.youngs_modulus_MPa <= known.told_MPa[1]
+    assert "1.3 to 3" in doubt_of("sylgard_184", 1.8)
+    assert doubt_of("sylgard_184", 2.0) is None  # somebody's own
+    assert stretched_youngs_modulus(1.75) == pytest.approx(3.0)
