@@ -334,17 +334,17 @@ def _fit(model: TraceModel, unknowns: Sequence[Unknown]) -> TraceFit:
         jac=lambda x: model.jacobian(x, np.where(x + steps > high, -steps, steps)),
         bounds=(low, high),
         x_scale=np.array([{"touch": 0.01, "share": 0.1}.get(u.kind, 0.3) for u in unknowns]),
-        ftol=1e-9,
-        xtol=1e-7,
-        gtol=1e-9,
-        max_nfev=60,
+        ftol=1e-7,
+        xtol=1e-6,
+        gtol=1e-7,
+        max_nfev=100,
     )
     if found.status <= 0:
         raise SolverError(
             f"the fit of the trace did not converge in {found.nfev} evaluations: give another "
             "modulus to start from in the design, or fewer --terms"
         )
-    x = np.asarray(found.x)
+    x = _quick_first(np.asarray(found.x))
     linear = model.linear(model.answers(x))
     steps = np.where(x + steps > high, -steps, steps)
     information = model.information(x, steps, linear)
@@ -353,6 +353,12 @@ def _fit(model: TraceModel, unknowns: Sequence[Unknown]) -> TraceFit:
     bic = 2.0 * found.cost + len(information) * np.log(model.data.size)
     own = (information, misfit)
     return TraceFit(tuple(unknowns), x, linear, steps, *own, model, float(bic))
+
+
+def _quick_first(x: Array) -> Array:
+    """The same with its terms in the order of their times: all have the same bounds."""
+    terms = x[3:].reshape(-1, 2)
+    return np.concatenate([x[:3], terms[np.argsort(terms[:, 1])].reshape(-1)])
 
 
 @dataclass(frozen=True)

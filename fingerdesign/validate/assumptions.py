@@ -28,6 +28,7 @@ PairsOf = Callable[["Solves", bool], Pairs]
 NU_LIKELY, NU_BAND = (0.45, 0.4999), 0.05  # rubber's; another material's nu: so much either way
 RUBBER_FROM = 0.4
 E_BAND = 0.2
+LEFT = 0.75  # of the modulus, of rubber that has relaxed as casting silicones may
 POINT = 0.05  # of the gage's length and width: short enough to be a point, long enough to round
 PLACES = (0.0, 0.25, 0.5, 0.75, 1.0)  # from the middle to where the gage meets the plate's end
 
@@ -186,6 +187,21 @@ def youngs_modulus(solves: Solves, deep: bool) -> Pairs:
     key = f"materials.{name}.youngs_modulus_MPa"
     values = [round(given * factor, 9) for factor in (1.0 - E_BAND, 1.0 + E_BAND)]
     return [_varied(f"E {value:g} for {given:g} MPa", {key: value}, solves) for value in values]
+
+
+@_assumption("model")
+def relaxation(solves: Solves, deep: bool) -> Pairs:
+    """Fresh rubber's answers times what relaxing has left, against rubber of the modulus left.
+
+    Plates do not relax: that is what the shortcut leaves out (contact/memory.py).
+    """
+    design = solves.design
+    given = design.material_of("body").youngs_modulus_MPa
+    key = f"materials.{design.body.material}.youngs_modulus_MPa"
+    truth = answer_of(solves.space(values={key: LEFT * given}), f"rubber of {LEFT * given:g} MPa")
+    fresh = answer_of(solves.space(), f"{LEFT:g} times fresh rubber's")
+    found = replace(fresh, readings=fresh.readings.times(LEFT), along=None)
+    return [compare(f"{LEFT:g} of the modulus left", found, truth, solves.scene)]
 
 
 @_assumption("model")
