@@ -21,6 +21,7 @@ import click
 import fingerdesign
 from fingerdesign.errors import DesignError, FingerDesignError, PluginWarning, printable
 from fingerdesign.runtime.files import is_full
+from fingerdesign.runtime.limits import forget, reached
 from fingerdesign_cli.commands import finger, hand
 from fingerdesign_cli.options import Group
 
@@ -64,6 +65,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line ``argv`` (without the program's name) and return its exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     warnings.formatwarning = _warned
+    forget()
     try:
         code = cli.main(args=arguments, prog_name="fingerdesign", standalone_mode=False)
         return code if isinstance(code, int) else OK
@@ -121,6 +123,9 @@ def _warned(
 
 
 def _interrupted() -> int:
+    if reached():
+        _say(f"stopped: {reached()}; finished work is kept")
+        return FAILED
     click.echo("interrupted; finished work is kept", err=True)
     return INTERRUPTED
 

@@ -10,7 +10,6 @@ from fingerdesign.mold.record import MoldData, PartData
 from fingerdesign_cli.inputs import read_case, refuse_foreign
 from fingerdesign_cli.terminal import open_page, print_json, print_table, progress
 
-_INTERRUPTED = 130
 _SHOWN = 10  # failing checks that are shown one by one
 
 
@@ -30,12 +29,8 @@ def mold(
     design = design.model_copy(update={"mold": design.mold.model_copy(update=given)})
     refuse_foreign(FOLDER, out / name)
     passed = older_passed(out / name)
-    try:
-        with progress(name, quiet) as show:
-            report = write_mold(design, out / name, show)
-    except KeyboardInterrupt:
-        click.echo("interrupted; nothing was written", err=True)
-        return _INTERRUPTED
+    with progress(name, quiet) as show:
+        report = write_mold(design, out / name, show)
     if as_json:
         print_json(report)
     elif not quiet:

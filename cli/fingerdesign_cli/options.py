@@ -4,6 +4,7 @@ A command's options and words stand in commands/; what it does is the function o
 module beside this one, which imports what it needs at its top and is loaded when the command runs.
 """
 
+import math
 from collections.abc import Callable
 from difflib import get_close_matches
 from importlib import import_module
@@ -14,6 +15,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from fingerdesign.runtime.files import why_no_place
+from fingerdesign.runtime.limits import limited
 from fingerdesign.runtime.registry import CONTROLLERS, is_reference
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
@@ -99,7 +101,7 @@ def output_folder(
 
 def out_option(function: _Command) -> _Command:
     """``--out`` (``out``): the folder that holds the folder of the design or study, OUT/NAME."""
-    return click.option(
+    option = click.option(
         "--out",
         metavar="DIR",
         type=FILE,
@@ -107,7 +109,40 @@ def out_option(function: _Command) -> _Command:
         show_default=True,
         callback=output_folder,
         help="Where to write: DIR/NAME, the name that of the design or study.",
-    )(function)
+    )
+    return option(limit_options(function))
+
+
+def _limit(context: click.Context, parameter: click.Parameter, value: float | None) -> None:
+    if value is not None and not math.isfinite(value):
+        raise click.BadParameter(f"{value} is not a finite number", param=parameter)
+    if value is not None:
+        seconds = parameter.name == "time_limit"
+        context.with_resource(limited(value) if seconds else limited(memory_MB=value))
+
+
+def limit_options(function: _Command) -> _Command:
+    """``--time-limit`` and ``--memory-limit`` (runtime/limits.py), of all that computes."""
+    for option in (
+        click.option(
+            "--memory-limit",
+            metavar="MB",
+            type=click.FloatRange(1.0, 1e7),
+            expose_value=False,
+            callback=_limit,
+            help="Stop where all processes together take more; finished work is kept.",
+        ),
+        click.option(
+            "--time-limit",
+            metavar="S",
+            type=click.FloatRange(0.1, 1e7),
+            expose_value=False,
+            callback=_limit,
+            help="Stop after so many seconds; finished work is kept.",
+        ),
+    ):
+        function = option(function)
+    return function
 
 
 def folder_option(name: str = "") -> Callable[[_Command], _Command]:
@@ -115,7 +150,7 @@ def folder_option(name: str = "") -> Callable[[_Command], _Command]:
 
     name: empty where it is the design's; ``folder`` is then None unless it is given.
     """
-    return click.option(
+    option = click.option(
         "--out",
         "folder",
         metavar="DIR",
@@ -125,6 +160,7 @@ def folder_option(name: str = "") -> Callable[[_Command], _Command]:
         callback=output_folder,
         help="Where to write: into this very folder.",
     )
+    return lambda function: option(limit_options(function))
 
 
 def design_and_out(function: _Command) -> _Command:

@@ -31,6 +31,7 @@ from typing import IO, Any, Literal, Self
 
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.runtime.child import HEAD, PARENT, name_of
+from fingerdesign.runtime.limits import family_memory_MB, family_of
 
 _SERVE = "from fingerdesign.runtime.child import serve; serve()"
 _LOOK_S = 0.2  # between two looks at a process's memory: a fifth of a per cent of a core
@@ -241,7 +242,7 @@ class Worker:
                 frame = process.frames.get(timeout=max(0.0, min(_LOOK_S, left)))
             except queue.Empty:
                 if memory_MB is not None:
-                    used = _group_memory_MB(process.pid) + process.seen.unread / 1e6
+                    used = family_memory_MB(process.pid) + process.seen.unread / 1e6
                     if used > memory_MB:
                         words = f"took {used:.0f} MB, more than {memory_MB:g} MB"
                         raise ProcessError("memory", words) from None
@@ -405,35 +406,10 @@ def _kill_group(process: subprocess.Popen[bytes]) -> None:
     else:
         import psutil
 
-        for each in _family(process.pid):
+        for each in family_of(process.pid):
             with contextlib.suppress(psutil.Error):
                 each.kill()
 
 
 def _request(function: Function, given: tuple[Any, ...], named: dict[str, Any]) -> bytes:
     return pickle.dumps((name_of(function), pickle.dumps((given, named), 5)), 5)
-
-
-def _group_memory_MB(leader: int) -> float:
-    """Resident memory of a process and of all that it has started, MB.
-
-    Not its address space: MKL and the CAD kernel reserve what they never touch.
-    """
-    import psutil
-
-    total = 0
-    for each in _family(leader):
-        with contextlib.suppress(psutil.Error):
-            total += each.memory_info().rss
-    return total / 1e6
-
-
-def _family(leader: int) -> list[Any]:
-    """A process and all that it has started, as psutil has them; none where it is gone."""
-    import psutil
-
-    try:
-        process = psutil.Process(leader)
-        return [process, *process.children(recursive=True)]
-    except psutil.Error:
-        return []

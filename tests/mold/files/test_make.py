@@ -285,7 +285,8 @@ def test_the_command_prints_parts_and_verdict_and_what_replaces_a_good_mold_says
 
 def test_an_interruption_writes_nothing_and_says_so(stages, command, tmp_path):
     stages(cad_error=KeyboardInterrupt())
-    assert command("--quiet", code=130) == ("", "interrupted; nothing was written\n")
+    out, err = command("--quiet", code=130)
+    assert (out, err.strip()) == ("", "interrupted; finished work is kept")
     assert list((tmp_path / "out").iterdir()) == []
 
 
