@@ -25,6 +25,7 @@ PAGES = (
     "docs/install.md",
     "docs/method.md",
     "docs/benchmarks.md",
+    "docs/suite.md",
     "docs/fingers.md",
     "docs/plane_strain.md",
     "docs/validate.md",

@@ -1,9 +1,11 @@
 """``fingerdesign bench``: exit codes, files and words; the measuring itself is tested elsewhere."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from fingerdesign_bench.check import Check
+from fingerdesign_bench.known.case import load_cases
 from fingerdesign_bench.suite import Suite
 
 
@@ -47,15 +49,26 @@ def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, said):
 
 
 def test_numbers_are_written_where_requested(tmp_path, monkeypatch, said):
-    checks = [Check("hertz", 1.0, 0.5)]
-    monkeypatch.setattr(
-        "fingerdesign_bench.accuracy.verification.verification_checks", lambda: checks
-    )
-    printed = said("bench", "verification", "--json", "--out", tmp_path).out
+    checks = [Check("ripple", 1.0, 0.5)]
+    monkeypatch.setattr("fingerdesign_bench.accuracy.smoothness.smoothness_checks", lambda: checks)
+    printed = said("bench", "smoothness", "--json", "--out", tmp_path).out
     assert json.loads(printed)[0]["holds"] is True
-    record = json.loads((tmp_path / "verification.json").read_text("utf-8"))
-    assert record["checks"][0]["name"] == "hertz"
+    record = json.loads((tmp_path / "smoothness.json").read_text("utf-8"))
+    assert record["checks"][0]["name"] == "ripple"
     assert record["machine"]["cores"] >= 1
+
+
+@pytest.mark.parametrize(("off", "code"), [(0.0, 0), (0.1, 1)])
+def test_the_suite_writes_a_page_and_fails_where_an_answer_is_missed(
+    off, code, tmp_path, monkeypatch, said
+):
+    wedge = next(case for case in load_cases() if case.name == "wedge")
+    case = replace(wedge, reference=wedge.reference + off)
+    monkeypatch.setattr("fingerdesign_bench.known.case.load_cases", lambda: [case])
+    shown = said("bench", "suite", "--quick", "--problems", "--out", tmp_path, code=code).out
+    assert case.title in shown
+    assert json.loads((tmp_path / "suite.json").read_text("utf-8"))["cases"][0]["value"]
+    assert (tmp_path / "problems" / "wedge.npz").exists()
 
 
 def test_peers_that_are_not_installed_are_named_and_left_out(tmp_path, monkeypatch, said):

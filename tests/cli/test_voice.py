@@ -101,7 +101,7 @@ def test_what_shows_a_page_opens_it(monkeypatch, tmp_path, said):
         (["analyze"], "analyse"),
         (["gauges"], "gages"),
         (["mould"], "mold"),
-        (["bench", "verifcation"], "verification"),
+        (["bench", "smothness"], "smoothness"),
         (["analyse", "narrow", "--fidelty", "3d"], "--fidelity"),
         (["check", "narow"], "narrow"),
         (["check", "fngers"], "fingers"),

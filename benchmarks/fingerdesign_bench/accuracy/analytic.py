@@ -190,6 +190,22 @@ def bonded_incompressible_layer(
     return 16.0 / 15.0 * half_width * peak, peak, half_width**2 / (6.0 * radius)
 
 
+def bonded_compressible_layer(
+    half_width: float, radius: float, poissons_ratio: float, thickness: float
+) -> tuple[float, float]:
+    """Force per length and peak pressure of a cylinder on a thin bonded layer of E = 1.
+
+    Each column yields by itself: p(x) = M (a^2 - x^2) / (2 R b), M = (1 - nu) E / ((1 + nu)
+    (1 - 2 nu)), approach a^2 / (2 R); thickness b << a (sect. 5.8).
+
+    >>> bonded_compressible_layer(3.0, 1.0, 0.0, 1.0)
+    (18.0, 4.5)
+    """
+    stiffness = (1.0 - poissons_ratio) / ((1.0 + poissons_ratio) * (1.0 - 2.0 * poissons_ratio))
+    peak = stiffness * half_width**2 / (2.0 * radius * thickness)
+    return 4.0 / 3.0 * half_width * peak, peak
+
+
 def sliding_wedge(slope: float, friction_coefficient: float) -> float:
     """Horizontal force over weight that pushes a block up a slope: (tan a + mu) / (1 - mu tan a).
 

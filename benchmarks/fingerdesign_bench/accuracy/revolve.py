@@ -92,6 +92,23 @@ def revolved_half(section: Mesh, steps: int = 12) -> Mesh:
     return Mesh(points, cells, regions, facets, "revolve", symmetric=True)
 
 
+def both_halves(half: Mesh) -> Mesh:
+    """The whole body of a half z >= 0: its cells and named facets, and their mirror images."""
+    count = len(half.points)
+    on_plane = half.points[:, 2] == 0.0
+    number = np.where(on_plane, np.arange(count), count + np.cumsum(~on_plane) - 1)
+    points = np.vstack([half.points, half.points[~on_plane] * [1.0, 1.0, -1.0]])
+    swapped = [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]  # the order that keeps a mirrored cell's volume > 0
+    cells = np.vstack([half.cells, number[half.cells][:, swapped]])
+    facets = {
+        name: np.vstack([each, number[each]])
+        for name, each in half.facets.items()
+        if name != "symmetry"
+    }
+    regions = np.concatenate([half.regions, half.regions])
+    return Mesh(points, cells, regions, facets, half.mesher)
+
+
 def _swept(simplices: IntArray, rings: list[IntArray]) -> IntArray:
     """Sorted simplices swept from ring to ring: those of one dimension more, fewer at the axis."""
     size = simplices.shape[1]

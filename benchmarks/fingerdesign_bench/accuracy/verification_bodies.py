@@ -146,11 +146,15 @@ def flat_punch(size: float = 0.02, poissons_ratio: float = 0.3) -> Solved:
 
 
 def bonded_layer(
-    half_width: float = 40.0, size: float = 0.1, poissons_ratio: float = 0.499999
+    half_width: float = 40.0,
+    size: float = 0.1,
+    poissons_ratio: float = 0.499999,
+    sinking: float = 6.0,
 ) -> Solved:
     """A frictionless cylinder, R = 1e6, on a bonded layer 1 mm thick, to a given half-width.
 
-    E = 1. The approach is that of the thin incompressible layer, half_width^2 / (6 R).
+    E = 1. The approach is half_width^2 / (sinking R): 6 of the thin incompressible layer, 2 of the
+    thin compressible one.
     """
     reach = 1.1 * half_width
     x = both_sides(graded(3.0 * size, reach, half_width + 10.0, 1.2))
@@ -158,7 +162,7 @@ def bonded_layer(
     body = _body(mesh, 1.0, poissons_ratio, _held(mesh, "base"), reach, "mixed")
     condensed = condense_body(body)
     problem = contact_problem(reduced_model(condensed), Cylinder(1e6, 1e6), 0.0)
-    motion = Motion(half_width**2 / 6e6, 0.0)
+    motion = Motion(half_width**2 / (sinking * 1e6), 0.0)
     return Solved(condensed, problem, tuple(follow(problem, [motion])))
 
 

@@ -20,7 +20,7 @@ from fingerdesign.shapes.objects import Cylinder, Indenter, Plane, Sphere
 from fingerdesign_bench.accuracy import analytic
 from fingerdesign_bench.accuracy.block import block_section, near
 from fingerdesign_bench.accuracy.disc import half_disc, right_half
-from fingerdesign_bench.accuracy.revolve import revolved_half, round_block_section
+from fingerdesign_bench.accuracy.revolve import both_halves, revolved_half, round_block_section
 
 Element = Literal["P1", "P2", "mixed"]
 
@@ -66,9 +66,8 @@ def line_contact(
 ) -> Pressed:
     """A cylinder on a block ``depth`` half-widths deep and twice as wide, facets of ``size``."""
     modulus = analytic.plane_strain_modulus(1.0, poissons_ratio)
-    mesh = block_section(depth, depth, 1.3, size)
+    body = line_block(size, poissons_ratio, element, depth)
     loads = [np.pi * modulus * a**2 / (4.0 * RADIUS) for a in LOADS]
-    body = _block(mesh, poissons_ratio, element, ("base",))
     return _solve(body, Cylinder(RADIUS, RADIUS), friction_coefficient, loads, modulus)
 
 
@@ -87,10 +86,31 @@ def point_contact(
     against approach is compared without a correction.
     """
     modulus = analytic.plane_strain_modulus(1.0, poissons_ratio)
-    mesh = revolved_half(round_block_section(depth, depth, 1.2, size, growth), steps)
+    body = point_block(size, poissons_ratio, element, depth, growth, steps)
     loads = [4.0 / 3.0 * modulus * a**3 / RADIUS for a in LOADS]
-    body = _block(mesh, poissons_ratio, element, ("base", "side"))
     return _solve(body, Sphere(RADIUS, RADIUS), friction_coefficient, loads, modulus)
+
+
+def line_block(
+    size: float, poissons_ratio: float, element: Element = "mixed", depth: float = 1000.0
+) -> Body:
+    """The block of ``line_contact``: E = 1, facets of ``size`` in |x| <= 1.3."""
+    mesh = block_section(depth, depth, 1.3, size)
+    return _block(mesh, poissons_ratio, element, ("base",))
+
+
+def point_block(
+    size: float,
+    poissons_ratio: float,
+    element: Element = "mixed",
+    depth: float = 1000.0,
+    growth: float = 1.6,
+    steps: int = 8,
+    whole: bool = False,
+) -> Body:
+    """The block of ``point_contact``: its half z >= 0, or all of it."""
+    mesh = revolved_half(round_block_section(depth, depth, 1.2, size, growth), steps)
+    return _block(both_halves(mesh) if whole else mesh, poissons_ratio, element, ("base", "side"))
 
 
 def ball_on_plane(

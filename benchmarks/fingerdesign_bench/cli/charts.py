@@ -29,7 +29,7 @@ def show_checks(
     elif not quiet:
         headings = ["number", "asked at most", "measured", ""]
         print_table(title, headings, [check.row() for check in checks])
-        _name(paths)
+        name_files(paths)
     return 0 if all(check.holds for check in checks) else 1
 
 
@@ -87,7 +87,7 @@ def precision(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:
         for said in found.remarks.values():
             for remark in said:
                 click.echo(remark)
-        _name(paths)
+        name_files(paths)
 
 
 @click.command(
@@ -191,10 +191,10 @@ def hexahedra(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:
             for point in found.points
         ]
         print_table("Errors against the finest mixed mesh of the other cell", headings, rows)
-        _name(paths)
+        name_files(paths)
 
 
-def _name(paths: Sequence[Path]) -> None:
+def name_files(paths: Sequence[Path]) -> None:
     for path in paths:
         click.echo(str(path))
 

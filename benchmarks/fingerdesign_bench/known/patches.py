@@ -1,0 +1,130 @@
+"""Patch tests: contact whose pressure is the same everywhere, on flat, round and hollow faces."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.contact.path import Step, follow
+from fingerdesign.contact.problem import Motion, contact_problem
+from fingerdesign.fem.body import condense_body, reduced_model
+from fingerdesign.fem.system import Body
+from fingerdesign.mesh.types import Mesh
+from fingerdesign.shapes.objects import Indenter, Plane
+from fingerdesign_bench.accuracy.block import rectangle
+from fingerdesign_bench.accuracy.revolve import revolved_half, round_block_section
+from fingerdesign_bench.accuracy.verification_bodies import face_loads
+from fingerdesign_bench.known.case import Solution, beside
+from fingerdesign_bench.known.rounds import orders
+
+SUNK = 0.01  # mm, all of it on faces that stand 1 mm deep; E = 1 MPa
+_UNEVEN = np.array([-1.0, -0.85, -0.4, 0.1, 0.25, 0.7, 1.0])
+
+
+@dataclass(frozen=True)
+class Core:
+    """A rigid round core in a bore about (0, 0): gaps along the radius."""
+
+    radius: float
+
+    def distance(self, points: Array) -> Array:
+        return np.asarray(np.linalg.norm(points, axis=1) - self.radius)
+
+    def normal(self, points: Array) -> Array:
+        return np.asarray(points / np.linalg.norm(points, axis=1)[:, None])
+
+
+def brick(poissons_ratio: float, friction: float) -> Solution:
+    """An uneven mesh on rollers under a plane: p = E / (1 - nu^2) of the strain."""
+    mesh = rectangle(_UNEVEN, np.array([-1.0, -0.7, -0.2, 0.0]))
+    held = _held(mesh, base=(1,))
+    held[_nearest(mesh, (0.1, -1.0)), 0] = True
+    pressure = SUNK / (1.0 - poissons_ratio**2)
+    return _pressed(_body(mesh, poissons_ratio, held), Plane(0.0), friction, pressure)
+
+
+def sheared_brick(friction: float = 0.5, share: float = 0.8) -> Solution:
+    """The same at nu = 0, held below, its sides under the shear that its middle has: all sticks.
+
+    Pressure E SUNK and shear traction ``share`` mu times it, both even.
+    """
+    mesh = rectangle(_UNEVEN, np.array([-1.0, -0.7, -0.2, 0.0]))
+    traction = share * friction * SUNK
+    loads = face_loads(mesh, "right", np.array([0.0, traction]))
+    loads -= face_loads(mesh, "left", np.array([0.0, traction]))
+    own = loads.reshape(-1, 1)
+    condensed = condense_body(_body(mesh, 0.0, _held(mesh, base=(0, 1))), [sp.csr_matrix(own.T)])
+    condensed = replace(condensed, load_displacement=condensed.readouts[0][0])
+    problem = contact_problem(reduced_model(condensed), Plane(0.0), friction)
+    motion = Motion(SUNK, 2.0 * traction, load=1.0)  # G = 1 / 2
+    (step,) = follow(problem, [motion])
+    found = step.increment.force / problem.model.areas[:, None]
+    values = {
+        "pressure, off": float(np.abs(-found[:, 1] / SUNK - 1.0).max()),
+        "shear, off": float(np.abs(found[:, 0] / traction - 1.0).max()),
+        "stick": float(step.measures.stick_ratio or 0.0),
+    }
+    x = problem.model.points[:, 0]
+    picture = beside("x (mm)", "shear traction (MPa)", x, np.full(len(x), traction), found[:, 0])
+    return Solution(values, picture, (problem, (step,)))
+
+
+def cylinder(poissons_ratio: float, friction: float) -> Solution:
+    """A round block in space on rollers under a plane: p = E times the strain."""
+    mesh = revolved_half(round_block_section(1.0, 1.0, 0.4, 0.2), 6)
+    held = _held(mesh, base=(1,), symmetry=(2,))
+    held[_nearest(mesh, (0.0, -1.0, 0.0)), 0] = True
+    return _pressed(_body(mesh, poissons_ratio, held), Plane(0.0), friction, SUNK)
+
+
+def ring(poissons_ratio: float, friction: float, facets: int = 12) -> Solution:
+    """A core too large for the ring around it, radii 1 and 2: Lame's pressure in plane strain."""
+    flat = rectangle(
+        0.5 * np.pi * np.linspace(0.0, 1.0, facets + 1), -np.linspace(2.0, 1.0, facets)
+    )
+    angle, radius = flat.points[:, 0], -flat.points[:, 1]
+    points = radius[:, None] * np.column_stack([np.sin(angle), -np.cos(angle)])
+    mesh = replace(flat, points=points)
+    held = _held(mesh, left=(0,), right=(1,))
+    modulus = 1.0 / (1.0 - poissons_ratio**2)
+    spread = 5.0 / 3.0 + poissons_ratio / (1.0 - poissons_ratio)  # (b^2 + a^2) / (b^2 - a^2) + nu'
+    body = _body(mesh, poissons_ratio, held)
+    return _pressed(body, Core(1.0 + SUNK), friction, SUNK * modulus / spread, Motion(0.0, 0.0))
+
+
+def ring_rates() -> Solution:
+    """Order of the worst nodal pressure in the facets' size."""
+    counts = (6, 12, 24)
+    errors = [ring(0.3, 0.0, count).values["pressure, off"] for count in counts]
+    return orders(1.0 / np.array(counts), {"pressure": np.array(errors)}, "log10 of size")
+
+
+def _pressed(
+    body: Body, indenter: Indenter, friction: float, pressure: float, motion: Motion | None = None
+) -> Solution:
+    """The worst nodal pressure, off the one that is known, over it."""
+    problem = contact_problem(reduced_model(condense_body(body)), indenter, friction)
+    steps: tuple[Step, ...] = tuple(follow(problem, [motion or Motion(SUNK, 0.0)]))
+    found = steps[-1].increment.multiplier[:, 0] / problem.model.areas
+    x = problem.model.points[:, 0]
+    picture = beside("x (mm)", "pressure (MPa)", x, np.full(len(x), pressure), found)
+    off = float(np.abs(found / pressure - 1.0).max())
+    return Solution({"pressure, off": off}, picture, (problem, steps))
+
+
+def _body(mesh: Mesh, poissons_ratio: float, held: BoolArray) -> Body:
+    count = len(mesh.cells)
+    moduli, ratios = np.ones(count), np.full(count, poissons_ratio)
+    return Body(mesh, moduli, ratios, held.reshape(-1), mesh.facets["contact"], element="P2")
+
+
+def _held(mesh: Mesh, **faces: tuple[int, ...]) -> BoolArray:
+    held = np.zeros(mesh.points.shape, dtype=bool)
+    for face, axes in faces.items():
+        held[np.unique(mesh.facets[face])[:, None], list(axes)] = True
+    return held
+
+
+def _nearest(mesh: Mesh, place: tuple[float, ...]) -> int:
+    return int(np.argmin(np.linalg.norm(mesh.points - np.array(place), axis=1)))

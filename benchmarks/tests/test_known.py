@@ -1,0 +1,132 @@
+"""The suite of known answers: every file is sound, references are what theory says, cases run."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fingerdesign_bench.known import theory
+from fingerdesign_bench.known.case import Case, Outcome, load_cases
+from fingerdesign_bench.known.export import judged, write_problem
+from fingerdesign_bench.known.patches import sheared_brick
+from fingerdesign_bench.known.run import run_cases, solution, write_suite
+
+CASES = load_cases()
+DOCS = Path(__file__).parents[2] / "docs" / "suite.md"
+CHEAP = ("patch_", "ssnv128", "wedge", "two_codes_plane_strain", "order_ring", "flat_punch")
+SOUND = {
+    "name": "one",
+    "quantity": "force",
+    "title": "A case",
+    "kind": "analytic",
+    "function": "bodies.wedge",
+    "source": "derived",
+    "reference": 2.0,
+    "uncertainty": 1e-3,
+    "tolerance": 1e-2,
+    "regression": 2.01,
+    "regression_tolerance": 1e-3,
+}
+
+
+def named(name):
+    return [case for case in CASES if case.name == name]
+
+
+def test_there_are_many_and_each_names_what_it_should():
+    assert len({case.name for case in CASES}) >= 40
+    assert {case.kind for case in CASES} == {"analytic", "code", "regression"}
+    for case in CASES:
+        assert len(case.source) > 10, case.words
+        assert case.verdict(case.regression) in ("met", "known miss"), case.words
+        json.dumps(Outcome(case, case.regression).as_dict(), allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"kind": "guess"}, {"uncertainty": 0.1}, {"reference": 0.0}, {"known": 1.0}]
+)
+def test_a_case_that_cannot_be_is_refused(wrong):
+    with pytest.raises((TypeError, ValueError)):
+        Case(**{**SOUND, **wrong})
+
+
+@pytest.mark.parametrize(
+    ("value", "more", "verdict"),
+    [
+        (2.0101, {}, "met"),
+        (2.0, {}, "changed"),
+        (2.1, {}, "missed"),
+        (2.1, {"known_miss": "another law"}, "known miss"),
+        (2.1, {"at_least": True, "regression": 2.1}, "met"),
+        (float("nan"), {}, "missed"),
+    ],
+)
+def test_verdicts(value, more, verdict):
+    assert Case(**{**SOUND, **more}).verdict(value) == verdict
+
+
+@pytest.mark.parametrize("plane", [True, False])
+def test_spence_without_the_effect_of_shear_on_pressure(plane):
+    known = [0.045, 0.199, 0.406, 0.744, 0.968] if plane else [0.224, 0.524, 0.733, 0.919, 0.992]
+    frictions = (0.1, 0.15, 0.2, 0.3, 0.5)
+    found = [theory.spence_uncoupled(0.3, friction, plane) for friction in frictions]
+    assert found == pytest.approx(known, abs=6e-4)
+
+
+def test_references_of_spence_lubkin_and_mindlin_are_what_theory_gives():
+    for case in CASES:
+        given = case.arguments
+        if case.function == "histories.spence" and given["plane"] and case.quantity == "stick":
+            punch = theory.spence(given["poissons_ratio"], given["friction"], True)
+            assert punch.stick == pytest.approx(case.reference, abs=1e-5)
+    (moment,) = (case for case in named("lubkin") if case.quantity == "moment")
+    assert theory.lubkin(0.5)[1] == pytest.approx(moment.reference, rel=1e-5)
+    (work,) = (case for case in named("mindlin_loop") if case.quantity == "work of a cycle")
+    assert theory.mindlin_loss(0.8) == pytest.approx(work.reference, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", sorted({c.name for c in CASES if c.name.startswith(CHEAP)}))
+def test_a_cheap_case_is_met(name):
+    for outcome in run_cases(named(name)).outcomes:
+        assert outcome.verdict == "met", outcome
+
+
+@pytest.mark.slow
+def test_the_quick_ones_are_met_and_shown(tmp_path):
+    found = run_cases([case for case in CASES if case.quick])
+    assert not found.fails, [each for each in found.outcomes if each.fails]
+    write_suite(found, tmp_path)
+    page, text = ((tmp_path / f"suite.{kind}").read_text("utf-8") for kind in ("html", "md"))
+    for outcome in found.outcomes:
+        assert outcome.case.words in text
+    assert page.count("<svg") >= len(found.groups())
+
+
+def test_another_solver_is_judged_by_the_laws(tmp_path, monkeypatch, capsys):
+    """As the page shows it; forces that break a law do not pass."""
+    problem, steps = sheared_brick().solved
+    path = tmp_path / "suite" / "problems" / "equal_cylinders.npz"
+    path.parent.mkdir(parents=True)
+    write_problem(path, problem, steps)
+    monkeypatch.chdir(tmp_path)
+    (block,) = re.findall(r"```python\n(.*?)```", DOCS.read_text("utf-8"), flags=re.DOTALL)
+    exec(compile(block, "suite.md", "exec"), {"__name__": "page"})
+    assert float(capsys.readouterr().out.strip("[] \n")) < 1e-9
+    given = dict(np.load(path))
+    for component, factor in ((0, 1.02), (1, 0.9), (1, -1.0)):
+        forces = given["multiplier"].copy()
+        forces[..., component] *= factor
+        assert judged(given, forces).max() > 1e-3
+
+
+def test_judging_along_a_path_that_slips_and_opens():
+    made = solution(next(case for case in named("together_line_beyond")))
+    problem, steps = made.solved
+    nothing = np.zeros((problem.shape[0], problem.shape[1] - 1))
+    given = {
+        "compliance": problem.compliance,
+        "offset": np.array([problem.offset(s.increment.motion, nothing) for s in steps]),
+        "friction": np.array([problem.friction_coefficient]),
+    }
+    assert judged(given, np.array([s.increment.multiplier for s in steps])).max() < 1e-6
