@@ -201,7 +201,7 @@ class Browser:
         """The file that was downloaded under this name."""
         path = self.work / "downloads" / name
         end = time.monotonic() + timeout_s
-        while not path.is_file():
+        while not (path.is_file() and path.stat().st_size):  # first an empty one
             if time.monotonic() > end:
                 raise BrowserError(f"{name} was not downloaded")
             time.sleep(0.02)
