@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from fingerdesign.analysis.page.words import Question
 
 WIDTH = 80  # characters of a line of what `view` and `list` show
+SHORT = 13  # a table's cell of so many characters, as "118 / 29 / 4", stays on one line
 
 
 class Progress(Protocol):
@@ -158,29 +159,50 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[str]], words: bool) 
     from rich.text import Text
 
     table = Table(title_justify="left")
+    widths = _widths(headings, rows) if words else None
     for index, heading in enumerate(headings):
         left = index == 0 or (words and any(" " in row[index] for row in rows))
         table.add_column(Text(printable(heading)), justify="left" if left else "right")
         table.columns[-1].overflow = "fold" if words else "ellipsis"
+        table.columns[-1].width = widths[index] if widths else None
     for row in rows:
         table.add_row(*(Text(printable(cell)) for cell in row))
     return table
 
 
 def _fitting(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[list[int]]:
-    """Columns by the table that they stand in, none narrower than its longest word."""
-
-    def least(column: int) -> int:
-        cells = [headings[column], *(row[column] for row in rows)]
-        return 3 + max((len(word) for cell in cells for word in cell.split()), default=1)
-
-    parts, used = [[0]], least(0)
+    """Columns by the table that they stand in, none narrower than ``_least`` of it."""
+    columns = zip(headings, *rows, strict=True)
+    least = [3 + _least(column) for column in columns]
+    parts, used = [[0]], least[0]
     for column in range(1, len(headings)):
-        if used + least(column) > WIDTH - 1 and len(parts[-1]) > 1:
-            parts, used = [*parts, [0]], least(0)
+        if used + least[column] > WIDTH - 1 and len(parts[-1]) > 1:
+            parts, used = [*parts, [0]], least[0]
         parts[-1].append(column)
-        used += least(column)
+        used += least[column]
     return parts
+
+
+def _widths(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[int]:
+    """Characters of each column in a table of ``WIDTH``: no word is broken while there is room.
+
+    What room is left goes to whatever column lacks most of being as wide as its longest cell.
+    """
+    columns = list(zip(headings, *rows, strict=True))
+    wanted = [max(len(cell) for cell in column) for column in columns]
+    widths = [min(_least(column), WIDTH - 4) for column in columns]
+    for _ in range(WIDTH - 1 - sum(width + 3 for width in widths)):
+        lacking = [most - width for most, width in zip(wanted, widths, strict=True)]
+        if max(lacking) > 0:
+            widths[lacking.index(max(lacking))] += 1
+    return widths
+
+
+def _least(column: Sequence[str]) -> int:
+    """Characters of the longest word of a heading and its cells; a short cell is one word."""
+    heading, *cells = column
+    words = [word for cell in cells for word in ([cell] if len(cell) <= SHORT else cell.split())]
+    return max(map(len, [*heading.split(), *words]), default=1)
 
 
 def print_json(value: object) -> None:
