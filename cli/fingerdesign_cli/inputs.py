@@ -13,6 +13,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RecordFolder
+from fingerdesign.runtime.files import whole_text
 from fingerdesign.runtime.journal import held
 from fingerdesign_cli.terminal import Progress, progress
 
@@ -75,7 +76,7 @@ def estimator_for(
         if path.exists() and not path.is_file() and not path.is_dir():
             bound, why = "an ordinary file", "a device or pipe may never end"
             raise DesignError([Fault("--estimator", str(path), bound, why)])
-        estimator = GripEstimator.from_json(path.read_text(encoding="utf-8"))
+        estimator = GripEstimator.from_json(whole_text(path))
     except (OSError, UnicodeDecodeError, EstimatorError) as error:
         fault = Fault("--estimator", str(path), "an estimator's JSON file", str(error))
         raise DesignError([fault]) from error

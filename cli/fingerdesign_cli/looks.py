@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerdesign.errors import shown
+from fingerdesign.runtime.files import whole_text
 from fingerdesign_cli.terminal import number
 
 # Of lifts, or of what a study tried. The regulator reaches nine of ten on its own model, a force
@@ -255,9 +256,8 @@ def _checks(data: _Data, folder: Path) -> Look:
     return Look(f"benchmark {folder.name}", good, bad)
 
 
-def _bench(_: str, folder: Path) -> Look:
-    with (folder / "phases.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
+def _bench(text: str, folder: Path) -> Look:
+    rows = list(csv.DictReader(text.splitlines()))
     names = [[row.get("trace", ""), row.get("phase", "")] for row in rows]
     what = f"what a bench measured of {folder.name}: {len(rows)} traces"
     return Look(what, (), (), ("next: fingerdesign calibrate --measured",), ("trace", "is"), names)
@@ -327,7 +327,7 @@ def kind_of(place: Path) -> Kind | None:
     records = sorted(place.glob("*.json")) if place.is_dir() else []
     for path in records:
         try:
-            if path.read_text(encoding="utf-8").find('"checks"') >= 0:
+            if whole_text(path).find('"checks"') >= 0:
                 return Kind(path.name, _checks)
         except (OSError, UnicodeDecodeError):
             continue
@@ -339,7 +339,7 @@ def look_at(kind: Kind, place: Path) -> Look:
     path = place if place.is_file() else place / kind.record
     if path.suffix == ".onnx":
         return kind.look("", place)
-    text = path.read_text(encoding="utf-8")
+    text = whole_text(path)
     found = kind.look(json.loads(text) if path.suffix == ".json" else text, place)
     cut = {key: [shown(each) for each in getattr(found, key)] for key in ("good", "bad", "facts")}
     rows = [[shown(str(cell)) for cell in row] for row in found.rows]

@@ -31,6 +31,7 @@ from fingerdesign.runtime.files import sibling, write_whole
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+_MOST_TEXT = 1_000_000_000  # bytes of a kept text: garbage beyond
 _OLD_S = 3600.0  # nobody writes a file for so long
 # What reading a garbled .npz raises, and using what it holds.
 GARBLED = (
@@ -84,7 +85,7 @@ class Cache:
         """Keep an entry in the place of an older one; its path. OSError where that fails."""
         path = self.path(name)
         path.parent.mkdir(parents=True, exist_ok=True)
-        if path.is_dir():  # not ours: out of the way
+        if path.exists() and not path.is_file():  # not ours: out of the way
             path.rename(sibling(path, "older"))
         write_whole(path, content, durable)
         if self._most is not None:
@@ -113,6 +114,8 @@ class Cache:
                 age = time.time() - path.stat().st_mtime
                 if not 0.0 <= age < younger_than_s:
                     return None
+            if not path.is_file() or path.stat().st_size > _MOST_TEXT:  # a pipe never ends
+                return None
             digest, _, text = path.read_bytes().decode().partition("\n")
         except (FileNotFoundError, IsADirectoryError, UnicodeDecodeError):
             return None
@@ -129,11 +132,13 @@ class Cache:
 
         path = self.path(name)
         try:
+            if not path.is_file():  # a pipe never ends
+                return None
             with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
                 found = {key: data[key] for key in data.files}
             about = json.loads(str(found.pop("about")))
             os.utime(path)
-        except GARBLED:
+        except (*GARBLED, MemoryError):  # a header may claim any shape
             return None
         return found, about
 

@@ -28,6 +28,7 @@ else:
     import fcntl
 
 DAY_S = 86400.0
+MOST_BYTES = 100_000_000  # of a text that is read whole: an hour's trace at 100 Hz takes 50 MB
 _FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))  # no space, or none for this user
 
 
@@ -125,6 +126,23 @@ def whole_folder(target: Path) -> Iterator[Path]:
             yield aside
     finally:
         shutil.rmtree(aside, ignore_errors=True)
+
+
+def whole_text(path: Path | str, encoding: str = "utf-8", most: int = MOST_BYTES) -> str:
+    """A file's text, its line ends as "\\n".
+
+    UnicodeDecodeError where it is none; OSError, of which ``strerror`` says why, also for a pipe or
+    a device, which may never end, and for more than ``most`` bytes.
+    """
+    path = Path(path)
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise OSError(errno.EINVAL, "it is no ordinary file and may never end", str(path))
+    with path.open("rb") as stream:
+        content = stream.read(most + 1) if path.stat().st_size <= most else b""
+        if len(content) > most or path.stat().st_size > most:
+            words = f"it is larger than {most // 10**6} MB; check the path"
+            raise OSError(errno.EFBIG, words, str(path))
+    return content.decode(encoding).replace("\r\n", "\n").replace("\r", "\n")
 
 
 def move_into(folder: Path, files: Iterable[Path]) -> None:

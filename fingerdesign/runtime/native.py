@@ -23,6 +23,7 @@ from fingerdesign.runtime.cache import Cache
 _FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared")
 _COMPILERS = ("cc", "gcc", "clang")
 _SECONDS = 60.0
+_MOST_BYTES = 100_000_000  # of a library: thousands of times what one has
 _ONE = threading.Lock()  # who asks while another thread compiles waits for what that makes
 
 
@@ -39,17 +40,25 @@ def _compiled(source: Path) -> ctypes.CDLL | None:
     text = source.read_bytes()
     about = repr((_FLAGS, platform.machine(), platform.platform())).encode()
     name = f"{source.stem}-{hashlib.sha256(text + about).hexdigest()[:24]}.so"
-    kept = Cache("native", most=20)
+    kept = Cache("native", most=40)
     try:
         path = kept.path(name)
-        if not path.exists():
+        if not _is_whole(path, kept.text(f"{name}.sha256")):
             content = _made(source)
             if content is None:
                 return None
             path = kept.put(name, content)
+            kept.put_text(f"{name}.sha256", hashlib.sha256(content).hexdigest())
         return ctypes.CDLL(str(path))
     except OSError:
         return None
+
+
+def _is_whole(path: Path, digest: str | None) -> bool:
+    """Whether it is the library of that digest; a garbled one, loaded, would end the process."""
+    if digest is None or not path.is_file() or path.stat().st_size > _MOST_BYTES:
+        return False
+    return hashlib.sha256(path.read_bytes()).hexdigest() == digest
 
 
 def _made(source: Path) -> bytes | None:

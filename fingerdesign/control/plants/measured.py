@@ -34,6 +34,7 @@ from fingerdesign.control.plants.plant import Plant
 from fingerdesign.control.plants.recorded import RecordedPlant, Trace, read_trace
 from fingerdesign.control.signals import NormalCalibration
 from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.runtime.files import whole_text
 
 Kind = Literal["press", "shear", "slide", "tilt", "quick"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -268,7 +269,7 @@ def _refuse_endless(path: Path) -> None:
 def _table_of(path: Path) -> list[_Row]:
     _refuse_endless(path)
     try:
-        lines = list(csv.reader(path.read_text("utf-8-sig").splitlines(), strict=True))
+        lines = list(csv.reader(whole_text(path, "utf-8-sig").splitlines(), strict=True))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         bound = f"a folder with {TABLE}, or such a table"
         why = error.strerror if isinstance(error, OSError) else "it is not CSV text in UTF-8"

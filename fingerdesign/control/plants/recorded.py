@@ -24,6 +24,7 @@ from fingerdesign.control.plants.plant import Truth
 from fingerdesign.control.roster import Command, Controller
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.runtime.files import whole_text
 
 # Whether a recorded trace can be in the units that its columns say, and has no holes.
 #
@@ -223,7 +224,7 @@ def read_trace(path: Path | str, gages: int | None = None) -> Trace:
         if path.exists() and not path.is_file() and not path.is_dir():
             bound, why = "an ordinary file", "a device or pipe may never end"
             raise DesignError([Fault("trace", str(path), bound, why)])
-        text = path.read_text("utf-8-sig")
+        text = whole_text(path, "utf-8-sig")
     except OSError as error:
         why = error.strerror or "it cannot be read"
         raise DesignError([Fault("trace", str(path), "a readable CSV file", why)]) from None

@@ -4,6 +4,7 @@ import csv
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ from fingerdesign.records.outcome import (
     refuse_endless,
 )
 from fingerdesign.records.result import GripResult, Result
+from fingerdesign.runtime.files import whole_text
 from fingerdesign.search.compare.recommend import (
     Bound,
     StudyFacts,
@@ -156,8 +158,8 @@ def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
         return (), ()
     keys = ("normal_force_N", "tangential_force_N")
     try:
-        with path.open(encoding="utf-8", newline="") as stream:
-            rows = [tuple(float(row[key]) for key in keys) for row in csv.DictReader(stream)]
+        lines = whole_text(path).splitlines()
+        rows = [tuple(float(row[key]) for key in keys) for row in csv.DictReader(lines)]
         if not all(bounded(each) for row in rows for each in row):
             raise ValueError("a force that is no finite number")
     except (OSError, KeyError, csv.Error, *_WRONG) as error:
@@ -168,6 +170,7 @@ def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
 
 Work = Callable[[Sequence[Job]], Sequence[Outcome]]
 OUTCOMES_FILE, STUDY_FILE = "outcomes.jsonl", "study.json"
+_MOST_LINE = 10_000_000  # characters: an outcome with its traces takes a hundredth of that
 DIGITS = 8  # of a digest, where nothing else tells designs apart
 
 
@@ -387,8 +390,10 @@ def _lines(path: Path) -> tuple[Outcome, ...]:
     found, line, where = [], "", ""
     try:
         with path.open(encoding="utf-8", newline="\n") as stream:
-            for number, line in enumerate(stream, 1):
+            for number, line in enumerate(iter(partial(stream.readline, _MOST_LINE), ""), 1):
                 where = f"{path}, line {number}"
+                if len(line) >= _MOST_LINE:
+                    raise ValueError(f"a line of more than {_MOST_LINE // 10**6} MB")
                 if line.strip():
                     found.append(Outcome.from_json(line))
                     found[-1].to_json()  # what is infinite cannot be written again
@@ -406,7 +411,7 @@ def _record(path: Path) -> dict[str, Any]:
         return {}
     why = ""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = json.loads(whole_text(path))
         refuse_endless(found)
         if isinstance(found, dict):
             return found

@@ -1,0 +1,226 @@
+"""Thousands of hostile files for the command line: it may refuse them, with a sentence, or do.
+
+    python tests/fuzz/fuzz.py --count 10000 --kept fuzz [--first 0] [--kind designs]
+
+Each input is a number. What was found of it is a line of KEPT/judged.jsonl, and a number that
+stands there is not tried again, so that a run that was stopped goes on. At the end counts by kind
+and exit code, the slowest refusal and what was wrong. Exits with 1 where anything was.
+
+Wrong are: an exit code but 0, 1 and 2; a failure without a sentence, with the word "unexpected", a
+traceback, or what a terminal would obey; a warning of Python's; more than 10 s of processor time,
+or 60 s by the clock, to refuse; what check refuses and another command takes; anything changed or
+left beside OUT, or half-written in it; a spoiled cache that changes an answer.
+"""
+
+import argparse
+import contextlib
+import faulthandler
+import io
+import itertools
+import json
+import os
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import warnings
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+if __name__ == "__main__":
+    ROOT = Path(__file__).resolve().parents[2]
+    sys.path[:0] = [str(ROOT / each) for each in (".", "cli", "benchmarks")]
+
+from tests.fuzz.inputs import KINDS, chance_of, corpus, kind_of
+
+REFUSED_S, CLOCK_S = 10.0, 60.0
+
+
+class TooLong(BaseException):
+    """Raised by a timer, through whatever catches errors."""
+
+
+@dataclass
+class Judged:
+    """What one input led to. seconds: processor time of the slowest refusal."""
+
+    number: int
+    kind: str
+    exits: list[int] = field(default_factory=list)
+    seconds: float = 0.0
+    wrong: list[str] = field(default_factory=list)
+
+
+@contextlib.contextmanager
+def fuzzing(folder: Path) -> Iterator[None]:
+    """The environment in which inputs are judged: files of the run's own, timers."""
+    names = ("FINGERDESIGN_FUZZ", "FINGERDESIGN_CACHE")
+    before = {name: os.environ.get(name) for name in names}
+    place, kept_tmp, where = folder.absolute(), tempfile.tempdir, Path.cwd()
+    os.environ |= {"FINGERDESIGN_FUZZ": str(place), "FINGERDESIGN_CACHE": str(place / "cache")}
+    handlers = [(each, signal.signal(each, _ring)) for each in (signal.SIGPROF, signal.SIGALRM)]
+    try:
+        corpus()
+        yield
+    finally:
+        for each, handler in handlers:
+            signal.signal(each, handler)
+        os.chdir(where)
+        tempfile.tempdir = kept_tmp
+        for name, value in before.items():
+            os.environ.pop(name)
+            os.environ |= {} if value is None else {name: value}
+
+
+def _ring(number: int, frame: FrameType | None) -> None:
+    raise TooLong("processor" if number == signal.SIGPROF else "clock")
+
+
+@contextlib.contextmanager
+def _limited() -> Iterator[None]:
+    signal.setitimer(signal.ITIMER_PROF, REFUSED_S)
+    signal.setitimer(signal.ITIMER_REAL, CLOCK_S)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def judge(number: int, kind: str = "") -> Judged:
+    """Lay an input out, run its commands in this process, and say what was wrong."""
+    found = Judged(number, kind or kind_of(number))
+    place = Path(os.environ["FINGERDESIGN_FUZZ"]) / f"{number}"
+    shutil.rmtree(place, ignore_errors=True)
+    folder, out = place / "in", place / "out"
+    temporary = place / "tmp"
+    for each in (folder, temporary):
+        each.mkdir(parents=True)
+    lines = KINDS[found.kind].lay(folder, out, chance_of(number))
+    tempfile.tempdir = str(temporary)
+    os.chdir(folder)
+    cache = os.environ["FINGERDESIGN_CACHE"]
+    if found.kind == "caches":
+        os.environ["FINGERDESIGN_CACHE"] = str(folder / "cache")
+    before = seen(folder)
+    for line in lines:
+        code = _run(line, found)
+        if code != 2:
+            break
+    os.environ["FINGERDESIGN_CACHE"] = cache
+    if len(found.exits) > 1 and found.exits[-1] == 0:
+        found.wrong.append(f"check refuses what {lines[-1][0]} takes")
+    if found.kind == "caches":
+        found.wrong += _other_answer(out) if found.exits == [0] else ["a spoiled cache fails"]
+    else:
+        found.wrong += [f"{each} changed" for each in sorted(before ^ seen(folder))[:3]]
+    left = [each for each in (place / "tmp").iterdir() if each.name.startswith("fingerdesign")]
+    found.wrong += [f"{each.name} left in the temporary folder" for each in left]
+    hidden = [each.name for each in place.rglob(".*") if folder not in each.parents]
+    found.wrong += [f"{name} left beside OUT" for name in hidden]
+    os.chdir(place.parent)
+    if not found.wrong:
+        shutil.rmtree(place)
+    return found
+
+
+def seen(folder: Path) -> set[tuple[str, int, int]]:
+    """Every file below a folder, with size and time."""
+    stats = [(each, each.lstat()) for each in folder.rglob("*")]
+    return {(str(each), stat.st_size, stat.st_mtime_ns) for each, stat in stats}
+
+
+def _other_answer(out: Path) -> list[str]:
+    own, known = (
+        json.loads((folder / "result.json").read_text())["increments"]
+        for folder in (out / "small", corpus() / "result")
+    )
+    return [] if own == known else ["a spoiled cache changes the answer"]
+
+
+def _run(line: list[str], found: Judged) -> int:
+    """One command line in this process; its exit code, -1 where it did not come to an end."""
+    from fingerdesign_cli.main import main
+
+    error, start = io.StringIO(), time.process_time()
+    name, what = line[0], found.wrong
+    try:
+        with (
+            warnings.catch_warnings(record=True) as warned,
+            contextlib.redirect_stdout(io.StringIO()),
+            contextlib.redirect_stderr(error),
+        ):
+            warnings.simplefilter("always")
+            with _limited():
+                code = main(line)
+    except TooLong as limit:
+        what.append(f"{name} takes too long by the {limit}")
+        code = -1
+    except BaseException as escaped:
+        what.append(f"{name} lets {type(escaped).__name__} escape: {escaped}"[:300])
+        code = -1
+    seconds, said = time.process_time() - start, error.getvalue()
+    found.exits.append(code)
+    if code != 0:
+        found.seconds = max(found.seconds, seconds)
+    if code not in (-1, 0, 1, 2):
+        what.append(f"{name} exits with {code}")
+    if code > 0 and not said.strip():
+        what.append(f"{name} fails without a sentence")
+    if "unexpected " in said.partition(":")[0] or "Traceback" in said:
+        what.append(f"{name}: {said.strip()[:300]}")
+    if any(not (each.isprintable() or each in "\n\t") for each in said):
+        what.append(f"{name} says what a terminal would obey")
+    what += [f"{name} warns: {each.message}"[:300] for each in warned]
+    return code
+
+
+def _summary(lines: list[dict[str, Any]]) -> None:
+    """Counts by kind and exit code, the slowest refusals, what was wrong."""
+    print("kind | inputs | first exit 0 | 1 | 2 | slowest refusal, s")
+    for kind in KINDS:
+        mine = [each for each in lines if each["kind"] == kind]
+        exits = Counter(each["exits"][0] for each in mine)
+        slowest = max((each["seconds"] for each in mine), default=0.0)
+        print(f"{kind} | {len(mine)} | {exits[0]} | {exits[1]} | {exits[2]} | {slowest:.1f}")
+    wrong = [each for each in lines if each["wrong"]]
+    print(f"{len(lines)} inputs, wrong: {len(wrong)}")
+    for each in wrong:
+        print(f"  {each['number']} {each['kind']}: {'; '.join(each['wrong'])}"[:500])
+
+
+def main() -> int:
+    """Judge inputs that were not judged before; 1 where something is wrong."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--kind", choices=sorted(KINDS), default="")
+    parser.add_argument("--kept", type=Path, default=Path("fuzz"), metavar="FOLDER")
+    given = parser.parse_args()
+    given.kept.mkdir(parents=True, exist_ok=True)
+    judged = given.kept.absolute() / "judged.jsonl"
+    lines = [json.loads(each) for each in judged.open()] if judged.exists() else []
+    known = {each["number"] for each in lines}
+    numbers = (n for n in itertools.count(given.first) if given.kind in ("", kind_of(n)))
+    with fuzzing(given.kept), judged.open("a") as stream:
+        for number in itertools.islice(numbers, given.count):
+            if number in known:
+                continue
+            faulthandler.dump_traceback_later(5 * CLOCK_S, exit=True)  # native code that hangs
+            lines.append(asdict(judge(number)))
+            stream.write(json.dumps(lines[-1]) + "\n")
+            stream.flush()
+            if lines[-1]["wrong"]:
+                print(number, lines[-1]["kind"], lines[-1]["wrong"], flush=True)
+    faulthandler.cancel_dump_traceback_later()
+    _summary(lines)
+    return int(any(each["wrong"] for each in lines))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
