@@ -75,8 +75,10 @@ def _interrupt() -> None:
         import _thread
 
         _thread.interrupt_main(signal.SIGINT)
-    else:
-        os.kill(os.getpid(), signal.SIGINT)
+        return
+    # What shells start in the background ignores SIGINT; the program takes SIGTERM for the same.
+    handled = callable(signal.getsignal(signal.SIGTERM))
+    os.kill(os.getpid(), signal.SIGTERM if handled else signal.SIGINT)
 
 
 def family_memory_MB(leader: int) -> float:
