@@ -339,7 +339,7 @@ class Whole(Case):
     symmetric = False
 
 
-@law("half and whole", SAME, f"one mesh mirrors the other; {SAME_WHY}; stick to 1 %", ("3d",))
+@law("half and whole", LIKE, f"one mesh mirrors the other; {LIKE_WHY}; stick to 1 %", ("3d",))
 def whole(finger: Finger) -> float | None:
     """Half a finger says all where design and scene mirror in z.
 
