@@ -88,7 +88,7 @@ def test_a_comb_s_clearance_reaches_no_mold_without_a_comb():
     ("name", "mold", "width", "shim"),
     [
         ("maeno2000", {"comb": {"slot_mm": 0.2}}, 0.2, 0.0),  # the least slot of the comb
-        ("wide", {"plate_fixture": "slots"}, 0.35, 0.15),  # stock, with room to slide
+        ("wide", {"plate_fixture": "slots"}, 0.5, 0.3),  # stock, with room to slide
     ],
 )
 def test_slots_are_as_wide_as_what_holds_needs_and_filled_by_shims(name, mold, width, shim):

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from fingerdesign.checks.load import parse_design, with_values
+from fingerdesign.errors import DesignError
 from fingerdesign.mold.checks.venting import pour_turn, upward
+from fingerdesign.mold.plan import planning
 from fingerdesign.mold.plan.base import base_holes_of, core_box
 from fingerdesign.mold.plan.extent import extent_of
 from fingerdesign.mold.plan.plan import PROFILES, MoldPlan, density_of, limits_of
@@ -231,3 +233,43 @@ def test_a_backing_is_screwed_and_a_bone_is_pinned_unless_it_is_too_thin():
     assert fault.key == "body.core.height_mm"
     least = float(fault.bound.split()[2])
     assert not mold_faults(shipped("boned", body__core__height_mm=least))
+
+
+@pytest.mark.parametrize("name", ["block", "maeno2000", "pin", "sensitive", "wide"])
+def test_the_gate_stands_beside_the_plates_and_away_from_the_first_vent(name):
+    plan = plan_mold(shipped(name))
+    gate = next(hole for hole in plan.base_holes if hole.kind == "gate")
+    vent = next(hole for hole in plan.base_holes if hole.kind == "vent")
+    for frame in plan.frames:
+        turn = np.radians(frame.angle_deg)
+        half = 0.5 * (frame.length * abs(np.cos(turn)) + frame.thickness * abs(np.sin(turn)))
+        place, across = (gate.x, gate.z) if frame.along == "x" else (gate.z, gate.x)
+        apart = max(abs(place - frame.place) - half, abs(across - frame.middle) - 0.5 * frame.span)
+        assert apart >= 0.5 * gate.diameter - 1e-3
+    assert (gate.x - vent.x) ** 2 + (gate.z - vent.z) ** 2 > plan.half_width**2
+
+
+def test_every_slot_is_as_wide_as_the_process_makes_it():
+    for seed in range(12):
+        design = drawn(seed)
+        try:
+            plan = plan_mold(design)
+        except DesignError:
+            continue
+        limits = limits_of(design.mold)
+        for side, slot, _ in plan.held():
+            least = design.mold.comb.slot_mm if side.comb else limits.slot_mm
+            assert slot.width >= least - 1e-9
+            assert side.comb or slot.width >= 0.5
+
+
+def test_remedies_are_not_looked_for_beyond_their_time(monkeypatch):
+    """What is refused, and for which keys, does not depend on it."""
+    design = shipped("maeno2000", mold__plate_fixture="slots")
+    with pytest.raises(DesignError) as whole:
+        plan_mold(design)
+    monkeypatch.setattr(planning, "REMEDIES_S", 0.0)
+    with pytest.raises(DesignError) as short:
+        plan_mold(design)
+    assert [f.key for f in short.value.faults] == [f.key for f in whole.value.faults]
+    assert all(fault.remedy for fault in short.value.faults)

@@ -113,6 +113,9 @@ def _openings(assembly: Assembly) -> Iterator[Tried]:
         sizes = hole.diameter - 2.0 * tight, hole.outer_diameter - 2.0 * tight
         bar = round_bar(np.array([hole.x, 0.0, hole.z]), plan.base * down, *sizes)
         yield f"the {hole.kind} at ({hole.x:.2f}, {hole.z:.2f})", bar, (BASE,)
+    for held, slot, _ in plan.held():
+        bar = slot_bar(plan, slot, tight)
+        yield f"the slot of plate {slot.plate}, side {slot.side},", bar, (held.holder,)
     every = tuple(part.name for part in assembly.meshes.parts)
     for number, bolt in enumerate(plan.bolts, 1):
         way, size = bolt.at(bolt.high) - bolt.at(bolt.low), bolt.diameter - 2.0 * tight
@@ -148,6 +151,18 @@ def round_bar(foot: Array, way: Array, first: float, last: float) -> Manifold:
     side /= np.linalg.norm(side)
     bar = Manifold.cylinder(long, 0.5 * first, 0.5 * last, ROUND)
     return bar.transform(np.column_stack([side, np.cross(axis, side), axis, foot]))
+
+
+def slot_bar(plan: MoldPlan, slot: Slot, less: float) -> Manifold:
+    """A bar that fills a slot from the finger's face out, ``less`` smaller all round."""
+    angle, middle = np.radians(slot.angle_deg), in_space(slot.side, slot.place, slot.y)
+    along = in_space(slot.side, float(np.cos(angle)), float(np.sin(angle)))
+    out = direction(slot.side)
+    low, high = plan.half(slot.side), plan.reach(slot.side)
+    size = (slot.length - 2.0 * less, slot.width - 2.0 * less, high - low)
+    bar = Manifold.cube(size, True)
+    over = np.cross(out, along)
+    return bar.transform(np.column_stack([along, over, out, middle + 0.5 * (low + high) * out]))
 
 
 def pin_bar(pin: Pin, more: float) -> Manifold:

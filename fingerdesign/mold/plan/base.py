@@ -3,8 +3,10 @@
 The mold is cast with its base up and tilted by ``TILT_DEG`` so that the corner of the first vent
 is the highest: level plates and the core's face then let their bubbles go. All air gathers below
 the base plate; each of its free regions gets a vent at its highest place, and one at the opposite
-corner for the way back. Gate, riser and locks are placed where there is most room, and shrunk to
-it down to the least hole. Gate, riser and locks are wider outside: cured, they hold the finger.
+corner for the way back. The gate stands beside the plates where it can, so that no poured thread
+falls on one, and far from the first vent: where the tilted mold is lowest. Riser and locks are
+placed where there is most room; all are shrunk to it down to the least hole, and wider outside:
+cured, they hold the finger.
 """
 
 from dataclasses import dataclass
@@ -35,6 +37,8 @@ _EDGE_MM = 0.1  # from a hole to the finger's edge and to the core
 _GRID = 81  # places along each axis that are tried
 _OPENINGS: list[HoleKind] = ["gate", "riser", "lock", "lock", "lock", "lock", "lock", "lock"]
 _SHARES = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3, 0.2)  # of the gate's diameter that are tried
+_LEAST_GATE_MM = 1.5  # of a gate beside the plates: the tip of a small syringe goes in
+_NEARLY = 0.8  # of the largest such gate: the farthest from the vent of all that are as wide
 # Clearance hole and pilot hole of a core's screws, mm (ISO 273, medium; drill for cut threads).
 _SCREWS = ((2.4, 1.6), (1.8, 1.25))
 
@@ -44,12 +48,14 @@ class _Base:
     """Places (n, 2) in the finger's base, how far each is from edge and core, (n,), what is full.
 
     region: the number (n,) of the connected region beside the core that each lies in
+    beside: how far (n,) each is from what lies below it of plates; infinite without any
     """
 
     places: Array
     room: Array
     region: IntArray
     web: float
+    beside: Array
 
     def free(self, holes: list[BaseHole]) -> Array:
         """The greatest radius (n,) of a hole's outer end at each place, beside ``holes``."""
@@ -109,7 +115,10 @@ def _openings(
         found: list[BaseHole] = []
         for kind in _OPENINGS:
             diameter = lock if kind == "lock" else max(share * gate, least)
-            hole = _largest(base, [*holes, *found], kind, diameter, least)
+            if kind == "riser":  # no more rises in it than is poured
+                diameter = min(diameter, found[0].diameter)
+            hole = _gate(base, holes, diameter, least) if kind == "gate" else None
+            hole = hole or _largest(base, [*holes, *found], kind, diameter, least)
             if hole is None:
                 break
             found.append(hole)
@@ -138,7 +147,36 @@ def _base(design: Design, plan: MoldPlan, web: float) -> _Base:
     from scipy.ndimage import label
 
     region = label(room.reshape(x.shape) > 0.0)[0].ravel().astype(np.int64)
-    return _Base(places, room - _EDGE_MM, region, web)
+    return _Base(places, room - _EDGE_MM, region, web, _beside(plan, places))
+
+
+def _beside(plan: MoldPlan, places: Array) -> Array:
+    """How far (n,) places (x, z) lie from the shadow of every plate; negative within one."""
+    found = np.full(len(places), np.inf)
+    for frame in plan.frames:
+        angle = np.radians(frame.angle_deg)
+        half = 0.5 * (frame.length * abs(np.cos(angle)) + frame.thickness * abs(np.sin(angle)))
+        middle, halves = np.array([frame.place, frame.middle]), np.array([half, 0.5 * frame.span])
+        if frame.along == "z":
+            middle, halves = middle[::-1], halves[::-1]
+        away = np.abs(places - middle) - halves
+        apart = np.linalg.norm(np.maximum(away, 0.0), axis=1) + np.minimum(away.max(axis=1), 0.0)
+        found = np.minimum(found, apart)
+    return found
+
+
+def _gate(base: _Base, holes: list[BaseHole], diameter: float, least: float) -> BaseHole | None:
+    """A gate beside the plates, far from the first vent; None: there is no room for one."""
+    free = 2.0 * np.minimum(base.free(holes) / UNDERCUT, base.beside)
+    size, low = np.minimum(diameter, free), min(max(least, _LEAST_GATE_MM), diameter)
+    if not len(size) or size.max() < low - 1e-9:
+        return None
+    good = np.flatnonzero(size >= max(low, _NEARLY * size.max()) - 1e-9)
+    vent = next(((hole.x, hole.z) for hole in holes if hole.kind == "vent"), (0.0, 0.0))
+    best = good[int(np.argmax(np.round(np.linalg.norm(base.places[good] - vent, axis=1), 6)))]
+    wide = float(np.floor(1000.0 * size[best]) / 1000.0)
+    x, z = (float(value) for value in base.places[best])
+    return BaseHole("gate", x, z, wide, UNDERCUT * wide)
 
 
 def _inside(design: Design, plan: MoldPlan, places: Array) -> Array:

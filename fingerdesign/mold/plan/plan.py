@@ -57,11 +57,13 @@ class Limits:
 
 # What makers of desktop machines and job shops commonly advise (no one source; assumed): cut a
 # test piece. In the order of the fields: wall, feature, hole, slot, clearance, pin, tolerance.
+# A slot goes through a wall of a centimetre: narrower than half a millimetre (two strands of a
+# filament print) resin, strands or chips stay in it. Wire erosion makes finer ones.
 PROFILES: Mapping[str, Limits] = MappingProxyType(
     {
-        "sla": Limits("sla", 1.0, 0.4, 0.8, 0.3, 0.1, 2.0, 0.1),  # desktop resin printers
-        "fdm": Limits("fdm", 1.6, 0.8, 1.5, 0.6, 0.2, 3.0, 0.2),  # 0.4 mm nozzle: two lines a web
-        "machined": Limits("machined", 1.5, 0.5, 0.8, 0.4, 0.02, 3.0, 0.03),  # milled aluminium
+        "sla": Limits("sla", 1.0, 0.4, 0.8, 0.5, 0.1, 2.0, 0.1),  # desktop resin printers
+        "fdm": Limits("fdm", 1.6, 0.8, 1.5, 0.8, 0.2, 3.0, 0.2),  # 0.4 mm nozzle: two lines a web
+        "machined": Limits("machined", 1.5, 0.5, 0.8, 0.5, 0.02, 3.0, 0.03),  # milled aluminium
     }
 )
 

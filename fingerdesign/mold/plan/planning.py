@@ -1,7 +1,10 @@
 """Design -> MoldPlan: every number of a mold, or every reason why there is none."""
 
 import math
+import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import replace
 
 import numpy as np
@@ -52,6 +55,28 @@ _GROUPS: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = (
 )
 
 
+# Remedies are found by planning changed designs: so many seconds of a processor's work, a few more
+# with what was begun. What is refused, and why, does not depend on it; a remedy that was not found
+# in time is said in general. It is work, not waiting, so that a busy machine says the same.
+REMEDIES_S = 8.0
+_until: ContextVar[float] = ContextVar("until", default=math.inf)
+
+
+@contextmanager
+def _within(seconds: float) -> Iterator[None]:
+    """Remedies that are looked for inside end so many seconds from now, or before."""
+    token = _until.set(min(_until.get(), time.thread_time() + seconds))
+    try:
+        yield
+    finally:
+        _until.reset(token)
+
+
+def in_time() -> bool:
+    """Whether there is time left to look for a remedy."""
+    return time.thread_time() < _until.get()
+
+
 def _with_remedies(design: Design, faults: list[Fault]) -> list[Fault]:
     """The same faults; where one of room has a change of one key that mends it, its remedy says so.
 
@@ -73,8 +98,11 @@ def _with_remedies(design: Design, faults: list[Fault]) -> list[Fault]:
 def _mended(design: Design, key: str, group: set[str], before: set[str]) -> str:
     """The first change of a key that mends a group of faults, as in a design file; "" for none."""
     for values in _candidates(design, key):
+        if not in_time():
+            break
         try:
-            after = {fault.key for fault in _planned(with_values(design, dict(values)))[1]}
+            with _within(0.0):  # the keys of its faults alone are asked for
+                after = {fault.key for fault in _planned(with_values(design, dict(values)))[1]}
         except DesignError:
             continue
         if not after & group and after <= before:
@@ -113,9 +141,10 @@ def plan_mold(design: Design) -> MoldPlan:
     +x +z: this is then the highest place of the rubber. A core that parts the base leaves more such
     places, each with a vent of its own.
     """
-    plan, faults = _planned(design)
-    if plan is None:
-        raise DesignError(_with_remedies(design, faults), design.design.name)
+    with _within(REMEDIES_S):
+        plan, faults = _planned(design)
+        if plan is None:
+            raise DesignError(_with_remedies(design, faults), design.design.name)
     return plan
 
 
@@ -194,14 +223,14 @@ def least_value(
     """About the least value of a key in (low, high] from which a sound design ``holds``."""
 
     def does(value: float) -> bool:
-        trial = with_key(design, key, value)
+        trial = with_key(design, key, value) if in_time() else None
         return trial is not None and holds(trial)
 
     found = next((v for v in np.linspace(low, high, 9)[1:].tolist() if does(v)), None)
     if found is None:
         return None
     over = float(at_least(edge(does, found, found - (high - low) / 8.0, TRIALS - 3)))
-    trial = with_key(design, key, over)
+    trial = with_key(design, key, over) if in_time() else None
     return over if trial is not None and holds(trial) and is_sound(trial) else None
 
 
@@ -272,7 +301,7 @@ def _wider(
         (mold.wire_mm > 0.0, "wire_mm", 0.0, elsewhere),
     )
     for possible, name, value, words in changes:
-        if possible and holds(_with_mold(design, **{name: value}), thorough=True):
+        if possible and in_time() and holds(_with_mold(design, **{name: value}), thorough=True):
             found.append(words)
     return found
 
@@ -310,6 +339,8 @@ def _most(design: Design, where: str, name: str, high: float) -> float | None:
         return worst_web(fixture) is None and worst_exit(fixture) is None
 
     low = min(_SMALLEST_MM, 0.5 * high)
+    if not in_time():
+        return None
     return edge(holds, low, high, TRIALS) if holds(low) else None
 
 

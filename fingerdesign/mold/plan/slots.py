@@ -140,8 +140,10 @@ def relief_diameter(
     if wire <= 0.0 or side not in LEAD_SIDES:
         return 0.0
     clear = wire + JOINED_MM
-    # r + sqrt(r^2 - (width / 2)^2) = clear
-    beside = max((clear**2 + 0.25 * width**2) / clear, _WIDER * width)
+    # r + sqrt(r^2 - (width / 2)^2) = clear; of a wide slot the rounded end does alone
+    beside = _WIDER * width
+    if clear > 0.5 * width:
+        beside = max((clear**2 + 0.25 * width**2) / clear, beside)
     if holding == "comb":
         return max(wire + max(design.mold.comb.clearance_mm, _THREADED_MM), beside)
     needed = wire + max(limits.clearance_mm, _THREADED_MM)

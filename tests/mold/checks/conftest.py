@@ -82,7 +82,7 @@ DESIGN = {
     "design": {"name": "by_hand"},
     "body": {"shape": "block", "width_mm": 20.0, "base_height_mm": 12.0, "depth_mm": 10.0},
     "plates": {"placement": [[0.0, 8.0, 0.0]], "length_mm": 4.0, "thickness_mm": 0.1},
-    "mold": {"plate_fixture": "slots"},
+    "mold": {"plate_fixture": "slots", "limits": {"slot_mm": 0.4}},  # its slots are milled finely
 }
 PIN = Pin((21.0, 12.0, 9.0), (0.0, -1.0, 0.0), 2.4, 2.0, 3.0, 0.1, INSERT, "end_wall_front", False)
 KEY = Key((19.0, 0.0, 6.0), (22.0, 2.0, 9.0), 0.0, 0.1, "end_wall_front")

@@ -86,6 +86,8 @@ def test_a_pins_tip_may_be_a_feature_and_no_thinner(made):
 def test_what_is_planned_but_not_there_is_found(made):
     filled = made.changed(BASE, lambda base: base + made.box((4, -3, -1), (6, -2, 1)))
     assert "lock at (5.00, 0.00)" in failed(filled)["planned openings"]
+    stuck = made.changed("end_wall_back", lambda wall: wall + made.box((0, 7, -9), (1, 9, -8)))
+    assert "slot of plate 0, side -z, in end_wall_back" in failed(stuck)["planned openings"]
     lock = replace(made.plan.base_holes[-1], outer_diameter=3.1)
     holes = (*made.plan.base_holes[:-1], lock)  # its undercut is less than planned
     assert "lock" in failed(made.planned(base_holes=holes))["planned openings"]

@@ -20,6 +20,7 @@ from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.mold import make
 from fingerdesign.mold.page import Badge, Exploded, exploded_job
 from fingerdesign.mold.part import Check
+from fingerdesign.mold.plan.plan import PROFILES
 from fingerdesign.mold.record import mold_digest
 from fingerdesign.records.base import ResultError, json_schema
 from tests.support.accessible import unexplained
@@ -111,7 +112,8 @@ def test_the_folder_holds_everything_its_record_fits_its_schema_and_its_page_sho
     drawn = ElementTree.fromstring(page[page.index("<svg") : page.index("</svg>") + len("</svg>")])
     circles = [float(each.get("cx")) for each in drawn.iter("circle")]
     assert [circle > 320 for circle in circles] == [hole["x_mm"] > 0 for hole in holes]
-    assert "G gate at x 0.0, z 0.0 mm" in page
+    gate = next(hole for hole in holes if hole["kind"] == "gate")
+    assert f"G gate at x {gate['x_mm']:.1f}, z {gate['z_mm']:.1f} mm" in page
 
 
 def verdict_of(design, folder, monkeypatch, worst):
@@ -208,7 +210,7 @@ def test_the_command_exits_1_where_a_check_fails(stages, command, tmp_path):
     assert (tmp_path / "out" / "block_by_hand" / "mold_report.json").is_file()
     process = data["process"]  # the command's go before the table's
     assert (process["name"], process["plate_fixture"]) == ("fdm", "slots")
-    assert process["limits"]["slot_mm"] == 0.6
+    assert process["limits"]["slot_mm"] == PROFILES["fdm"].slot_mm
 
 
 def test_the_command_exits_2_for_a_mold_that_cannot_be(stages, command, tmp_path):
