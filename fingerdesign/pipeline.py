@@ -13,11 +13,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from fingerdesign.analysis.analysed import Analysed
-from fingerdesign.analysis.analysis import Analysis, analysis_of, failed_analysis
+from fingerdesign.analysis.analysis import Analysis, analysis_of, failed_analysis, strained
 from fingerdesign.analysis.answers import extras, keep_answer, kept_answer
 from fingerdesign.analysis.case import Case, Clock
 from fingerdesign.analysis.enough import finer
 from fingerdesign.analysis.fidelity.ladder import Choice, choose
+from fingerdesign.analysis.finite_path import finite_faults, finite_steps
 from fingerdesign.analysis.folder import cad_beside, complete_answer, write_analysis
 from fingerdesign.analysis.forecast.forecast import forecast_case
 from fingerdesign.analysis.forecast.limits import refuse
@@ -140,11 +141,10 @@ def _followed(
         model = condense(design, mesh, zone, scene)
         clock.add(model.timings)
         chosen = Choice(case, model, zone, notes)
-    chosen.model.condensed.prepare_fields(wanted=case.fields)
     problem = problem_at_touch(chosen.model.reduced, scene.object, design.body)
     report("loading")
-    with clock.stage("increments"), one_thread():
-        steps = follow_path(problem, scene, chosen.case.design)
+    with clock.stage("increments"):
+        chosen, steps = _path(case, chosen, scene, problem, report)
     if (anew := finer(chosen, scene, problem, steps, attempt)) is None:
         return chosen, problem, steps
 
@@ -158,6 +158,26 @@ def _followed(
     return in_wide_zone(
         design, narrow, lambda wide: _followed(finer_case, scene, wide, *given), note
     )
+
+
+def _path(
+    case: Case, chosen: Choice, scene: Scene, problem: ContactProblem, report: Report
+) -> tuple[Choice, list[Step]]:
+    """The steps of a scene's path, and the model as it was chosen for them: "auto" goes on to
+    finite strain where the finger is pressed too deep for small ones."""
+    own = chosen.case
+    if own.fidelity != "finite":
+        chosen.model.condensed.prepare_fields(wanted=case.fields)
+        with one_thread():
+            steps = follow_path(problem, scene, own.design)
+        deep = case.fidelity == "auto" and own.fidelity == "3d" and strained(own.design, steps)
+        if not deep or finite_faults(own.design, scene):
+            return chosen, steps
+        why = "strains are not small: the path is followed at finite strain, on the same mesh"
+        report(why)
+        notes = [*chosen.notes, why]
+        chosen = replace(chosen, case=replace(own, fidelity="finite"), notes=notes)
+    return chosen, [*finite_steps(own.design, chosen.model.condensed, scene)]
 
 
 def analyse_into(

@@ -190,15 +190,17 @@ SHELVES = ("designs", "scenes", "studies", "materials", "metrics", "controllers"
 FIDELITIES = {
     "plane-strain": "the section alone, in seconds",
     "3d": "the finger in tetrahedra, three to ten times as long",
+    "finite": "in tetrahedra, the path at finite strain: each row a few factorisations",
     "auto": "the cheapest model whose estimated error is under the tolerance",
 }
 
 
 def fidelity_option(
-    default: str | None, *, auto: bool = False, unset: str = ""
+    default: str | None, *, auto: bool = False, finite: bool = False, unset: str = ""
 ) -> Callable[[_Command], _Command]:
     """``--fidelity`` (``fidelity``): which model. unset: what holds where ``default`` is None."""
-    models = [each for each in FIDELITIES if auto or each != "auto"]
+    left_out = {"auto": not auto, "finite": not finite}
+    models = [each for each in FIDELITIES if not left_out.get(each)]
     return click.option(
         "--fidelity",
         type=click.Choice(models),

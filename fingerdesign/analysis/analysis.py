@@ -72,10 +72,9 @@ def _of_path(case: Case, problem: ContactProblem, steps: list[Step]) -> Facts:
     design, model, found = case.design, problem.model, Facts()
     if case.scene is None and not case.gage_array:
         found["no_row" if design.plates.number else "no_plates"] = {}
-    height = crest_height(design.body)
-    deepest = max(step.increment.motion.approach for step in steps)
-    if deepest > SMALL_STRAIN * height:
-        found["large_strain"] = {"deepest": deepest, "height": height}
+    if case.fidelity != "finite" and strained(design, steps):
+        deepest = max(step.increment.motion.approach for step in steps)
+        found["large_strain"] = {"deepest": deepest, "height": crest_height(design.body)}
     closed = np.array([step.increment.status != OPEN for step in steps])
     if closed[:, _at_side(design, model.points)].any():
         found["edge"] = {}
@@ -92,6 +91,12 @@ def _of_path(case: Case, problem: ContactProblem, steps: list[Step]) -> Facts:
     if case.scene is None and not completely_slips(last, model.dimension):
         found["still_sticks"] = {"ratio": last.stick_ratio or 0.0}
     return found
+
+
+def strained(design: Design, steps: list[Step]) -> bool:
+    """Whether a finger is pressed deeper than small strains bear."""
+    deepest = max(step.increment.motion.approach for step in steps)
+    return deepest > SMALL_STRAIN * float(crest_height(design.body))
 
 
 def _at_side(design: Design, points: Array) -> BoolArray:
@@ -173,7 +178,7 @@ def analysis_of(
     with clock.stage("report"):
         fields = recover_fields(chosen.model, steps) if case.fields else None
     result = Result(
-        **_identity(requested, clock),
+        **_identity(requested, clock, chosen.case.fidelity),
         warnings=caveats(chosen, scene, problem, steps),
         model=model_summary(chosen),
         mesh=mesh_summary(mesh, design),
@@ -207,15 +212,16 @@ def failed_analysis(case: Case, error: Exception, clock: Clock) -> Analysis:
     )
 
 
-def _identity(case: Case, clock: Clock) -> dict[str, Any]:
-    """What every record of a case begins with: of what it is, by which code, at what cost."""
-    scene = case.path_scene
+def _identity(case: Case, clock: Clock, chosen: str = "") -> dict[str, Any]:
+    """What every record of a case begins with: of what it is, by which code, at what cost; chosen:
+    the fidelity it was worked at, where it was."""
+    scene, fidelity = case.path_scene, chosen or case.fidelity
     return {
         "design": case.design.design.name,
         "scene": case.scene_name or ("fundamental" if case.scene is None else "scene"),
         "digest": result_digest(case.design, scene, case.requested),
         "versions": versions(),
-        "fidelity": "plane-strain" if case.fidelity == "plane-strain" else "3d",
+        "fidelity": "3d" if fidelity == "auto" else fidelity,
         "seeds": {"grip": case.design.grip.seed},
         "timings_s": dict(clock.seconds),
         "peak_memory_MB": largest_memory_MB(),

@@ -14,7 +14,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import mirrors_in_z, plate_rows
 from fingerdesign.version import __version__
 
-FIDELITIES = ("plane-strain", "3d", "auto")
+FIDELITIES = ("plane-strain", "3d", "finite", "auto")
 TOLERANCE = 0.02  # of "auto", where none is given
 
 
@@ -22,7 +22,8 @@ TOLERANCE = 0.02  # of "auto", where none is given
 class Case:
     """What is to be analysed. ``scene`` None: the fundamental case, its study and the grips.
 
-    fidelity "auto": the cheapest model whose estimated error is under ``tolerance``. fields:
+    fidelity "finite": in 3-D, the path at finite strain, all else as in "3d"; "auto": the cheapest
+    model whose estimated error is under ``tolerance``. fields:
     recover displacement fields, for files and pictures. go_on: even where the forecast says that
     the machine's free memory will not do. estimator: what grip.controller = "regulator" grips by;
     None: taught on the design. studied: with the study, at several frictions, of the fundamental

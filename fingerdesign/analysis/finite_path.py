@@ -11,15 +11,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fingerdesign.analysis.fidelity.readings import Readings, readings_of
-from fingerdesign.analysis.path import object_at_touch, targets
+from fingerdesign.analysis.path import PathStopped, increment_result, object_at_touch, targets
 from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ZoneExhausted
-from fingerdesign.contact.measures import Measures, measure
-from fingerdesign.contact.path import Forces
+from fingerdesign.contact.measures import measure
+from fingerdesign.contact.path import Forces, Step
 from fingerdesign.contact.problem import Motion
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.fem.body import CondensedBody, condense_body
 from fingerdesign.fem.finite.body import finite_body
 from fingerdesign.fem.finite.row import Facing, Follower, Row, facing, gage_lines, untouched
 from fingerdesign.fem.model import body_of, candidate_facets, free_ends
@@ -30,19 +31,23 @@ from fingerdesign.mesh.types import Mesh
 
 
 @dataclass(frozen=True)
-class FiniteRow:
+class FiniteRow(Step):
     """One row of the path. Whole finger, N, mm, MPa; strains plain.
 
     measures: as at small strain, but widths, areas and pressures are those of the deformed finger,
-    and gages (plates, 2: upper, lower) their lines' elongation. balance: supports' force plus
-    contact force over the latter; residual: largest nodal force out of balance over it.
+    and gages (plates, 2: upper, lower) their lines' elongation. tangents: factorisations; residual:
+    largest nodal force out of balance over the contact force; balance: supports' force plus contact
+    force over the latter.
     """
 
-    motion: Motion
-    measures: Measures
-    tangents: int
-    residual: float
-    balance: float
+    tangents: int = 0
+    residual: float = 0.0
+    balance: float = 0.0
+
+    @property
+    def motion(self) -> Motion:
+        """The object's."""
+        return replace(self.increment.motion, load=0.0)
 
 
 @dataclass(frozen=True)
@@ -60,14 +65,26 @@ def finite_readings(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> Fin
     Raises DesignError for what finite strain does not know (sheets, linear elements, twist),
     ZoneExhausted where the contact outgrows the zone, SolverError where a row fails.
     """
-    refuse_finite(design, scene)
-    lines = gage_lines(mesh, plate_frames(design), design.gages, design.gage_weights)
+    if faults := finite_faults(design, scene):
+        raise DesignError(faults)
     contact = candidate_facets(mesh, zone.half_width, zone.half_depth)
     if not len(contact):
         raise ZoneExhausted(f"no whole contact facet lies in the candidate zone ({zone})")
-    body = finite_body(
-        body_of(design, mesh, contact), free_ends(design.body, mesh), design.body.depth_mm
-    )
+    at_rest = condense_body(body_of(design, mesh, contact))
+    rows = finite_steps(design, at_rest, scene)
+    return FiniteHistory(tuple(rows), readings_of(rows, design.gages.face), at_rest.dofs)
+
+
+def finite_steps(design: Design, at_rest: CondensedBody, scene: Scene) -> list[FiniteRow]:
+    """One step a row of the scene's path; at_rest: the finger condensed at small strain.
+
+    Raises ZoneExhausted where the candidates do not reach far enough, and PathStopped where a row
+    has no answer.
+    """
+    mesh = at_rest.body.mesh
+    lines = gage_lines(mesh, plate_frames(design), design.gages, design.gage_weights)
+    ends, depth = free_ends(design.body, mesh), design.body.depth_mm
+    body = finite_body(at_rest.body, ends, depth, at_rest)
     face = facing(
         body, object_at_touch(scene.object, design.body), scene.object.friction_coefficient
     )
@@ -81,13 +98,13 @@ def finite_readings(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> Fin
         raise
     except SolverError as error:
         where = f"row {len(rows) + 1} of {len(path.rows)} ({path.key}[{len(rows)}])"
-        raise SolverError(f"{where}: {error}") from error
-    readings = readings_of(rows, design.gages.face)
-    return FiniteHistory(tuple(rows), readings, body.system.dofs)
+        solved = tuple(increment_result(row, design.gages.face) for row in rows)
+        raise PathStopped(f"{where}: {error}", solved) from error
+    return rows
 
 
-def refuse_finite(design: Design, scene: Scene) -> None:
-    """Raise DesignError with all that finite strain does not know."""
+def finite_faults(design: Design, scene: Scene) -> list[Fault]:
+    """All that finite strain does not know of a design in a scene."""
     faults = []
     if design.plates.model == "sheet":
         bound = "'solid' or 'none' at finite strain"
@@ -97,9 +114,13 @@ def refuse_finite(design: Design, scene: Scene) -> None:
         faults.append(Fault("mesh.element", "P1", bound, "set mesh.element = 'auto'"))
     if any(len(row) > 3 and row[3] != 0.0 for row in scene.path.rows):
         bound = "without twist_deg at finite strain"
-        faults.append(Fault(f"path.{scene.path.key}", "rows that twist", bound, "leave it at 0"))
-    if faults:
-        raise DesignError(faults)
+        faults.append(Fault(scene.path.key, "rows that twist", bound, "leave it at 0"))
+    if scene.readout.points_mm:
+        bound = "left out at finite strain"
+        faults.append(
+            Fault("readout.points_mm", scene.readout.points_mm, bound, "take --fidelity 3d")
+        )
+    return faults
 
 
 def _follow(face: Facing, path: list[Motion | Forces], substeps: int) -> Iterator[Row]:
@@ -128,9 +149,11 @@ def _read(face: Facing, row: Row, strains: Array) -> FiniteRow:
     off = float(np.abs(body.supports(past.values) + total)[free].max())
     scale = float(np.abs(past.force).sum())
     return FiniteRow(
-        motion=replace(past.motion, load=0.0),
-        measures=replace(found, gages=strains),
+        row.increment,
+        replace(found, gages=strains),
+        now.areas,
+        moved,
         tangents=row.tangents,
-        residual=row.residual,
+        residual=row.residuals[-1],
         balance=off / scale if scale > 0.0 else 0.0,
     )

@@ -111,16 +111,17 @@ def increment_result(step: Step, face: str) -> IncrementResult:
 def contact_history(problem: ContactProblem, steps: Sequence[Step]) -> ContactHistory:
     """Nodal status, tractions (MPa) and slip (mm) of all increments."""
     model: ReducedModel = problem.model
-    force = np.array([problem.to_global(step.increment.multiplier) for step in steps])
+    force = np.array([step.increment.force for step in steps])
     normal = np.array([step.increment.multiplier[:, 0] for step in steps])
+    areas = np.array([model.areas if step.areas is None else step.areas for step in steps])
     plane = [0] if model.dimension == 2 else [0, 2]
     return ContactHistory(
         points=model.points,
         areas=model.areas / (model.depth if model.dimension == 2 else 1.0),
         facets=model.facets,
         status=np.array([step.increment.status for step in steps]),
-        normal_traction=normal / model.areas,
-        tangential_traction=force[:, :, plane] / model.areas[None, :, None],
+        normal_traction=normal / areas,
+        tangential_traction=force[:, :, plane] / areas[:, :, None],
         slip=np.array([step.increment.state.slip for step in steps]),
         symmetric=model.symmetry_factor == 2,
     )

@@ -117,5 +117,8 @@ def recover_fields(model: FiniteElementModel, steps: list[Step]) -> FieldHistory
     stick = [step.measures.stick_area for step in steps]
     loaded = [k for k, step in enumerate(steps) if step.measures.normal_force > 0.0]
     chosen = tuple(sorted({int(np.argmax(stick)), loaded[-1] if loaded else len(steps) - 1}))
+    known = [moved for k in chosen if (moved := steps[k].displacement) is not None]
+    if known:
+        return FieldHistory(chosen, np.array(known))
     forces = np.array([steps[k].increment.force for k in chosen])
     return FieldHistory(chosen, model.displacement_fields(forces))

@@ -414,10 +414,16 @@ class _Search:
 
 @dataclass(frozen=True)
 class Step:
-    """A solved increment and what it amounts to."""
+    """A solved increment and what it amounts to.
+
+    areas (m,) mm^2 and displacement (n, dim) mm of the body's nodes: at finite strain, where areas
+    are those of the deformed body and no displacement follows from the forces alone; else None.
+    """
 
     increment: Increment
     measures: Measures
+    areas: Array | None = None
+    displacement: Array | None = None
 
 
 def follow(

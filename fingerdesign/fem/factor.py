@@ -50,23 +50,35 @@ class Condensation:
         self.matrix: Array
         self.operations = float("nan")
         self._size = stiffness.shape[0]
+        self._rows, self._negative = rows, negative
+        self._order: IntArray | None = None
         self._pardiso: Any = None
         self._superlu: Any = None
-        self._bordered = _border(stiffness, rows)
-        kept = rows.shape[0]
+        self.renew(stiffness)
+
+    def renew(self, stiffness: sp.csr_matrix) -> None:
+        """The same of another stiffness with entries in the same places: the order of elimination,
+        half of the time in 3-D, is kept. Answers of the old one are gone, also where this raises.
+        """
+        self._bordered = _border(stiffness, self._rows)
+        kept = self._rows.shape[0]
         work = self._by_pardiso if has_pardiso() else self._by_superlu
-        schur = work(stiffness, kept, negative)
+        schur = work(stiffness, kept, self._negative)
         self.matrix = -0.5 * (schur + schur.T)
         self.matrix[np.diag_indices(kept)] -= _SHIFT
 
     def _by_pardiso(self, stiffness: sp.csr_matrix, kept: int, negative: int) -> Array:
-        self._pardiso = _solver()
-        self._pardiso.set_iparm(36, 2)  # the Schur complement, and factors that solve afterwards
-        self._pardiso.iparm[18] = -1  # asks for the count of operations, which comes in millions
-        self._pardiso.perm = np.zeros(self._size + kept, dtype=np.int32)
-        self._pardiso.perm[self._size :] = 1
-        schur = self._phase(12, np.zeros((kept, kept), order="F"))
-        self.operations = 1e6 * float(self._pardiso.iparm[18])
+        phase = 22
+        if self._pardiso is None:
+            phase = 12
+            self._pardiso = _solver()
+            self._pardiso.set_iparm(36, 2)  # the Schur complement, and factors that solve later
+            self._pardiso.iparm[18] = -1  # asks for the count of operations, which is in millions
+            self._pardiso.perm = np.zeros(self._size + kept, dtype=np.int32)
+            self._pardiso.perm[self._size :] = 1
+        schur = self._phase(phase, np.zeros((kept, kept), order="F"))
+        if phase == 12:
+            self.operations = 1e6 * float(self._pardiso.iparm[18])
         positive = int(self._pardiso.iparm[21])  # eigenvalues > 0 of the bordered matrix: K's own
         perturbed = int(self._pardiso.iparm[13])
         if positive != self._size - negative or perturbed:
@@ -78,7 +90,8 @@ class Condensation:
         lacking = "" if find_spec("pymetis") else ", and without pymetis far slower still"
         warnings.warn(slow + lacking, stacklevel=3)
         size = self._size
-        self._order = np.append(_elimination_order(stiffness), np.arange(size, size + kept))
+        if self._order is None:
+            self._order = np.append(_elimination_order(stiffness), np.arange(size, size + kept))
         self._superlu = _superlu(_full(self._bordered)[self._order][:, self._order])
         lower, upper = self._superlu.L, self._superlu.U
         pivots = upper.diagonal()[:size]  # their signs are those of K's eigenvalues
@@ -105,6 +118,7 @@ class Condensation:
 
     def _swept(self, loads: Array, border: Array) -> Array:
         """What the bordered matrix makes of loads, by SuperLU."""
+        assert self._order is not None
         found = np.empty((len(self._order), loads.shape[1]))
         found[self._order] = self._superlu.solve(np.vstack([loads, border])[self._order])
         return found

@@ -297,7 +297,7 @@ class Result:
     scene: str
     digest: str
     versions: dict[str, str]
-    fidelity: Literal["plane-strain", "3d"]
+    fidelity: Literal["plane-strain", "3d", "finite"]
     status: Literal["ok", "failed"] = "ok"
     failure: str | None = None
     warnings: tuple[str, ...] = ()

@@ -82,9 +82,11 @@ def test_peers_that_are_not_installed_are_named_and_left_out(tmp_path, monkeypat
         "fingerdesign_bench.speed.peers.measure_peers",
         lambda found, report, quick: ([], [row | {"ratio": 2.0}, row]),
     )
+    monkeypatch.setattr("fingerdesign_bench.speed.peers_finite.finite_row", lambda: row)
     shown = said("bench", "peers", "--out", tmp_path)
     assert "siconos is not installed" in shown.err
     assert "getfem is not installed" not in shown.err
     record = json.loads((tmp_path / "peers.json").read_text("utf-8"))
     assert record["installed"] == {"getfem": "5.4"}
     assert record["full"][1] == row
+    assert record["finite"] == [row]

@@ -64,7 +64,8 @@ def test_an_option_is_the_same_everywhere(name):
 def test_fidelities_are_the_same_words_everywhere():
     for words, option in options("--fidelity").items():
         models = tuple(option.type.choices)
-        assert models in (("plane-strain", "3d"), tuple(FIDELITIES)), words
+        assert models == tuple(each for each in FIDELITIES if each in models), words
+        assert set(models) >= {"plane-strain", "3d"}, words
         for model in models:
             assert f"{model}: {FIDELITIES[model]}" in option.help, words
         assert option.default in ("plane-strain", "3d") or isinstance(option.show_default, str)

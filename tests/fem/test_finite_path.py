@@ -157,10 +157,11 @@ def test_a_row_too_long_is_cut_and_its_answer_is_no_other(design, mesh, monkeypa
         return way(past, target, share, facing)
 
     monkeypatch.setattr(row_module, "_on_the_way", sampled)
-    scene = scene_of([[0.6, 0.0]], friction=0.0)
+    monkeypatch.setattr(row_module, "_ITERATIONS", 4)
+    scene = scene_of([[0.9, 0.0]], friction=0.0)
     at_once = finite_readings(design, mesh, zone, scene).readings
     assert min(shares) < 1.0
-    rows = [[0.15 * k, 0.0] for k in range(1, 5)]
+    rows = [[0.15 * k, 0.0] for k in range(1, 7)]
     in_steps = finite_readings(design, mesh, zone, scene_of(rows, friction=0.0)).readings
     assert at_once.normal_force[-1] == pytest.approx(in_steps.normal_force[-1], rel=1e-8)
     assert np.allclose(at_once.gages[-1], in_steps.gages[-1], rtol=0, atol=1e-3)

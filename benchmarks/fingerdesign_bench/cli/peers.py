@@ -12,6 +12,7 @@ from fingerdesign_bench.cli.charts import say_busy
 _TITLES = {
     "condensed": "Condensed: Siconos beside ours, an increment",
     "full": "Full: GetFEM beside ours, on one mesh",
+    "finite": "Finite strain: GetFEM beside ours, on one mesh",
 }
 
 
@@ -27,6 +28,7 @@ def peers(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
     """
     from fingerdesign_bench.machine import machine
     from fingerdesign_bench.speed import peers as bench
+    from fingerdesign_bench.speed.peers_finite import finite_row
 
     installed = bench.installed()
     for line in bench.missing(installed):
@@ -36,8 +38,10 @@ def peers(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
     begun = machine()
     with progress("bench peers", quiet or as_json) as report:
         condensed, full = bench.measure_peers(installed, report, quick)
+        report("full, finite strain")
+        finite = [finite_row()] if "getfem" in installed and not quick else []
     say_busy(begun, quiet)
-    tables = {"condensed": condensed, "full": full}
+    tables = {"condensed": condensed, "full": full, "finite": finite}
     record = {"machine": begun, "installed": installed, **tables}
     if as_json:
         print_json(record)

@@ -38,7 +38,7 @@ _TIME_LIMIT_S = 3600.0  # for one call of a peer
 _GRIP_EVERY = 13  # of the steps of a grip: about twenty
 _LONG_PATH = 200  # increments
 # Quadratic displacements without pressures, as GetFEM's; meshes that it takes seconds a row for.
-_MESHES: dict[str, dict[str, Any]] = {
+MESHES: dict[str, dict[str, Any]] = {
     "plane-strain": {"mesh.section.contact_size_mm": 0.2, "mesh.section.plate_size_mm": 0.3},
     "3d": {
         "mesh.mesher": "extrude",
@@ -57,7 +57,7 @@ Row = dict[str, Any]  # heading -> text, number, or None where nothing converged
 
 def installed() -> dict[str, str]:
     """Versions of the peers that the system's own Python can import."""
-    return dict(_work("probe", {})) if PYTHON.exists() else {}
+    return dict(work("probe", {})) if PYTHON.exists() else {}
 
 
 def missing(found: dict[str, str]) -> list[str]:
@@ -100,7 +100,7 @@ def measure_peers(
     return condensed, full
 
 
-def _work(task: str, given: dict[str, Any]) -> dict[str, Any]:
+def work(task: str, given: dict[str, Any]) -> dict[str, Any]:
     """What peers_worker answers under the system's Python, on one thread. Raises SolverError."""
     with tempfile.TemporaryDirectory(prefix="fingerdesign-bench-") as folder:
         source, target = Path(folder, "in.npz"), Path(folder, "out.npz")
@@ -139,9 +139,9 @@ def _condensed(
         "friction": problem.friction_coefficient,
         "scale": problem.typical_compliance,
     }
-    found = _work("condensed", given)  # the first call also looks for tolerances
+    found = work("condensed", given)  # the first call also looks for tolerances
     own = np.minimum(own, _ours(problem, motions, chosen)[0])
-    again = _work("condensed", given | {"tolerance": found["tolerance"]})
+    again = work("condensed", given | {"tolerance": found["tolerance"]})
     found["seconds"] = np.minimum(found["seconds"], again["seconds"])
     own = np.minimum(own, _ours(problem, motions, chosen)[0])
     each = [{key: found[key][k] for key in found} for k in range(len(again["seconds"]))]
@@ -236,7 +236,7 @@ def _full(fidelity: str, repeats: int, more: Mapping[str, object] | None = None)
     from fingerdesign.fem.readout import gage_rows
 
     scene = fundamental_scene()
-    values = {"mesh.element": "P2", **_MESHES[fidelity], **(more or {})}
+    values = {"mesh.element": "P2", **MESHES[fidelity], **(more or {})}
     design = with_values(load_design(shipped_path("maeno2000")), values)
     zone = zone_of(Case(design, None, fidelity), scene)
     mesh = make_mesh(design, fidelity, zone)
@@ -260,7 +260,7 @@ def _full(fidelity: str, repeats: int, more: Mapping[str, object] | None = None)
         given |= {"crest": crest_height(design.body), "path": np.array(rows)[:, :2]}
         points, directions = _gage_points(design, mesh)
         given |= {"points_read": points.reshape(-1, mesh.dimension)}
-        answer = _work("full", given)
+        answer = work("full", given)
         theirs = [float(answer["setup"]), *answer["seconds"]]
         best = np.minimum(best, np.array([theirs, np.diff(times)]))
     totals = np.array(forces).sum(axis=1)

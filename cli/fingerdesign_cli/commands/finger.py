@@ -123,7 +123,7 @@ def mesh() -> None:
     "Run this scene's path alone (a file, or a shipped scene's name); without it, the "
     "fundamental case and the design's grips."
 )
-@fidelity_option("3d", auto=True)
+@fidelity_option("3d", auto=True, finite=True)
 @click.option(
     "--tolerance",
     type=float,

@@ -14,6 +14,7 @@ from fingerdesign.analysis.answers import extras
 from fingerdesign.analysis.case import FIDELITIES, Case
 from fingerdesign.analysis.fidelity.ladder import tolerance_faults
 from fingerdesign.analysis.fidelity.rungs import can_extrude
+from fingerdesign.analysis.finite_path import finite_faults
 from fingerdesign.analysis.forecast.counts import Counts, count_model
 from fingerdesign.analysis.path import steps_sideways
 from fingerdesign.analysis.stages import zone_of
@@ -35,8 +36,10 @@ def impossible(case: Case, scene: Scene) -> list[Fault]:
     if case.fidelity not in FIDELITIES:
         bound = f"one of {', '.join(FIDELITIES)}"
         faults.append(Fault("--fidelity", case.fidelity, bound, "choose one"))
-    if case.fidelity == "3d":
+    if case.fidelity in ("3d", "finite"):
         faults += _space_faults(case, scene)
+    if case.fidelity == "finite":
+        faults += finite_faults(case.design, scene)
     if case.fidelity == "plane-strain":
         faults += _section_faults(case.design)
         if steps_sideways(scene):
@@ -97,6 +100,10 @@ _ORDERING_S = 0.64e-6
 _FACTOR_SHARE = 0.6  # of dgemm's speed
 
 
+_TANGENTS = 2.5  # factorisations a row at finite strain, with what is solved between them
+_FINITE_MEMORY = 1.8  # the factors at rest stay beside them
+
+
 def operations(counts: Counts) -> float:
     """Floating-point operations of condensing."""
     if counts.dimension == 2:
@@ -134,6 +141,10 @@ def stage_seconds(counts: Counts, case: Case, machine: Machine) -> dict[str, flo
         + operations(counts) / (1e9 * _FACTOR_SHARE * machine.all_cores),
         "increments": _increments(counts, case) * slow,
     }
+    if case.fidelity == "finite":
+        rows = len(case.path_scene.path.rows) * case.path_scene.path.substeps
+        once = seconds["condense"] + 5.0 * seconds["assemble"]
+        seconds["increments"] += _TANGENTS * rows * once
     grips = _grips(counts, case)
     if grips:
         seconds["grips"] = grips * slow
@@ -189,7 +200,7 @@ _BUSY = " now (it is busy)"
 class Forecast(Counts):
     """What an analysis will take, with the size of its model in whole numbers.
 
-    fidelity        "plane-strain" or "3d"
+    fidelity        "plane-strain", "3d" or "finite"
     memory_MB       greatest resident memory of the process, or of one that it starts
     seconds         by stage, as result.timings_s; total_s: their sum
     operations      floating-point ones of condensing
@@ -248,8 +259,8 @@ def forecast_case(case: Case, machine: Machine | None = None) -> Forecast:
     farthest off where the contact outgrew its zone and the model was made again. ValueError for
     fidelity "auto": which models that will take is found while it works.
     """
-    if case.fidelity not in ("plane-strain", "3d"):
-        raise ValueError(f"fidelity {case.fidelity!r}: only plane-strain and 3d can be predicted")
+    if case.fidelity == "auto":
+        raise ValueError("fidelity auto: which models it will take cannot be predicted")
     bare = replace(case, go_on=False, estimator=None)  # neither changes what it takes
     return _forecast(bare, this_machine() if machine is None else machine)
 
@@ -272,8 +283,8 @@ def _forecast(case: Case, machine: Machine) -> Forecast:
     whole = {key: round(getattr(counts, key)) for key in ("elements", "dofs", "contact_nodes")}
     return Forecast(
         **(vars(counts) | whole),
-        fidelity="plane-strain" if case.fidelity == "plane-strain" else "3d",
-        memory_MB=peak_memory_MB(counts),
+        fidelity=case.fidelity,
+        memory_MB=peak_memory_MB(counts) * (_FINITE_MEMORY if case.fidelity == "finite" else 1.0),
         seconds=stage_seconds(counts, case, machine),
         operations=operations(counts),
         words=words,

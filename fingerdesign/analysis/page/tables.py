@@ -193,7 +193,7 @@ def model_table(result: Result) -> Table:
         ]
     if result.mesh is not None:
         mesh, worst = result.mesh, result.mesh.worst_plate_volume_error
-        angle = "dihedral angle" if result.fidelity == "3d" else "angle"
+        angle = "dihedral angle" if result.fidelity != "plane-strain" else "angle"
         rows += [
             ("mesher", mesh.mesher),
             ("elements", f"{mesh.elements:,}"),

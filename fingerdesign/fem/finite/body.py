@@ -432,14 +432,22 @@ class FiniteBody:
         forces = self.system.forces(values)[: body.mesh.points.size]
         return np.asarray(np.where(body.fixed, forces, 0.0).reshape(body.mesh.points.shape).sum(0))
 
-    def linearised(self, values: Array, before: Array | None = None) -> Linearised:
+    def linearised(
+        self, values: Array, before: Array | None = None, spent: Linearised | None = None
+    ) -> Linearised:
         """The tangent at ``values``, the end of a step from ``before`` (FiniteSystem.tangent).
 
-        Raises SolverError where it is not that of a stable body.
+        spent: a tangent of this body that is not needed any more, whose order of elimination is
+        taken over. Raises SolverError where the tangent is not that of a stable body.
         """
         forces, stiffness = self.system.tangent(values, before)
         silent = np.diff(self.trace.indptr) == 0  # motions that are held
-        condensation = Condensation(stiffness, self.trace[~silent].tocsr(), self.system.pressures)
+        if spent is None:
+            rows = self.trace[~silent].tocsr()
+            condensation = Condensation(stiffness, rows, self.system.pressures)
+        else:
+            condensation = spent.condensation
+            condensation.renew(stiffness)
         compliance = np.zeros((len(silent), len(silent)))
         compliance[np.ix_(~silent, ~silent)] = condensation.matrix
         return Linearised(self, forces, condensation, compliance)
@@ -469,11 +477,15 @@ class Linearised:
 
 
 def finite_body(
-    body: Body, free_ends: tuple[float, float] | None = None, depth: float | None = None
+    body: Body,
+    free_ends: tuple[float, float] | None = None,
+    depth: float | None = None,
+    at_rest: CondensedBody | None = None,
 ) -> FiniteBody:
-    """The body, ready to be followed. Raises SolverError as condense_body and finite_system do."""
+    """The body, ready to be followed; at_rest: its small-strain model, where there is one. Raises
+    SolverError as condense_body and finite_system do."""
     system = finite_system(body)
-    at_rest = condense_body(body)
+    at_rest = condense_body(body) if at_rest is None else at_rest
     trace = (at_rest.trace.operator @ system.lift).tocsr()
     trace.eliminate_zeros()
     trace.sort_indices()

@@ -54,7 +54,11 @@ class _Lines:
 
     def strains(self, displacement: Array) -> Array:
         """Weighted strains (g,) at nodal displacements (n, dim), mm."""
-        moved = np.asarray(self.rows @ displacement.ravel()).reshape(self.places.shape)
+        return self.elongation(np.asarray(self.rows @ displacement.ravel()))
+
+    def elongation(self, moved: Array) -> Array:
+        """Weighted strains (g,) where the lines' points have moved by ``moved``, mm."""
+        moved = moved.reshape(self.places.shape)
         start = np.diff(self.places.reshape(*self.shape, self.places.shape[1]), axis=2)
         change = np.diff(moved.reshape(*self.shape, self.places.shape[1]), axis=2)
         before = np.linalg.norm(start, axis=-1)
@@ -163,15 +167,20 @@ class Facing:
         )
 
     def problem(
-        self, tangent: Linearised, values: Array, motion: Motion, offset: Array
+        self,
+        tangent: Linearised,
+        values: Array,
+        motion: Motion,
+        offset: Array,
+        like: ContactProblem | None = None,
     ) -> ContactProblem:
         """The contact problem about ``values`` and the object at ``motion``; offset (m, dim) mm:
-        contact displacements that the tangent gives at no force."""
+        contact displacements that the tangent gives at no force; like: the last one on it."""
         model = tangent.model(offset)
         relative = self.relative(values, motion)
         surface = replace(model.surface, points=self._points(values, motion))
         there = replace(model, points=model.points + relative, surface=surface)
-        problem = contact_problem(there, self.rigid, self.friction_coefficient)
+        problem = contact_problem(there, self.rigid, self.friction_coefficient, like=like)
         gap0 = problem.gap0 - np.sum(problem.frames[:, 0] * relative, axis=1)
         return replace(problem, model=model, gap0=gap0)
 
@@ -185,7 +194,8 @@ class Facing:
 @dataclass(frozen=True)
 class Past:
     """What the last row left: values (count,), contact forces (m, dim) N in x, y(, z), rel (m, dim)
-    mm, the object's motion, and per node the way slid and the last slip (ContactState)."""
+    mm, the object's motion, and per node the way slid and the last slip (ContactState); before:
+    values and motion of the answer before this one."""
 
     values: Array
     force: Array
@@ -193,6 +203,20 @@ class Past:
     motion: Motion
     travelled: Array
     sliding: Array
+    before: tuple[Array, Motion] | None = None
+
+    def ahead(self, target: Motion | Forces) -> Array:
+        """Values (count,) to start from toward ``target``: onward as far as the motion goes on,
+        where it goes on the same way; else those of this row."""
+        if self.before is None or not isinstance(target, Motion):
+            return self.values
+        values, motion = self.before
+        last = (self.motion.amplitudes - motion.amplitudes)[:4]
+        now = (target.amplitudes - self.motion.amplitudes)[:4]
+        along, size = float(now @ last), float(last @ last)
+        if along <= _SAME_WAY * np.sqrt(size * float(now @ now)):
+            return self.values
+        return np.asarray(self.values + along / size * (self.values - values))
 
     def state(self, problem: ContactProblem, guess: Array) -> ContactState:
         """This past in a problem's own components, with forces (m, dim) N to start from."""
@@ -233,7 +257,9 @@ def _shift(motion: Motion, dim: int) -> Array:
 _TOLERANCE = 1e-9  # of the contact force: the largest nodal force out of balance
 _GAP = 1e-7  # of the motion: error of a curved object's gaps (condensing leaves up to 1e-8)
 _LEAST = 1e-3  # N: below it the contact force is no measure
-_KEEP = 0.1  # a tangent is kept while each iteration leaves less of the residual
+_KEEP = 0.3  # a tangent is kept while each iteration leaves less of the residual,
+_NEAR = 1e-4  # from this residual on: farther away a new one, thrice as dear, brings far more
+_SAME_WAY = 0.5  # cosine between two motions of which one foretells the other
 _ITERATIONS = 25
 _SHORTEST = 1.0 / 32.0  # of a row
 
@@ -242,8 +268,8 @@ _SHORTEST = 1.0 / 32.0  # of a row
 class Row:
     """A solved row: the increment that holds at ``values`` (count,), its problem, what comes after.
 
-    iterations: all, those of pieces of the way among them; tangents: factorisations; residual:
-    largest nodal force out of balance over the contact force.
+    iterations: all, those of pieces of the way among them; tangents: factorisations; residuals:
+    largest nodal force out of balance over the contact force, after each of the last iterations.
     """
 
     increment: Increment
@@ -251,18 +277,23 @@ class Row:
     past: Past
     iterations: int
     tangents: int
-    residual: float
+    residuals: tuple[float, ...]
 
 
 class Follower:
-    """Rows one after the other; keeps the last tangent, which saves time and changes no answer."""
+    """Rows one after the other.
+
+    Each starts where the last two lead to, with the tangent there; thin plates that a step turns
+    are far from that start, so where it leads nowhere the row starts from the last answer, and
+    after that goes in halves.
+    """
 
     def __init__(self, facing: Facing) -> None:
         from threadpoolctl import ThreadpoolController
 
         self.facing = facing
         self._threads = ThreadpoolController()
-        self._tangent: Linearised | None = None
+        self._tangent: Linearised | None = None  # the last, in use or spent
         self._iterations = self._tangents = 0
 
     def row(self, past: Past, target: Motion | Forces) -> Row:
@@ -272,15 +303,15 @@ class Follower:
         last, done, step = past, 0.0, 1.0
         while True:
             share = min(1.0, done + step)
-            kept = self._tangent is not None
+            goal = _on_the_way(past, target, share, self.facing)
             try:
-                found = self._newton(past, _on_the_way(past, target, share, self.facing), last)
+                found = self._newton(past, goal, last, last.ahead(goal))
             except (ZoneExhausted, NoEquilibrium):
                 raise
             except SolverError as error:
-                self._tangent = None
-                if kept:
-                    continue  # an old tangent may be all that was wrong
+                if last.before is not None:
+                    last = replace(last, before=None)
+                    continue
                 step *= 0.5
                 if step < _SHORTEST:
                     reason = str(error).replace(", load 1", "")
@@ -298,21 +329,24 @@ class Follower:
         shares = [part / substeps for part in range(1, substeps)]
         return [*(_on_the_way(past, target, share, self.facing) for share in shares), target]
 
-    def _newton(self, past: Past, target: Motion | Forces, last: Past) -> Row:
-        """Iterations from where ``last`` is, with the history of ``past``."""
+    def _newton(self, past: Past, target: Motion | Forces, last: Past, values: Array) -> Row:
+        """Iterations from ``values``, where ``last`` was solved, with the history of ``past``."""
         facing, system = self.facing, self.facing.body.system
-        values, motion, force, workspace = last.values, last.motion, last.force, Workspace()
-        forces, left = system.forces(values), 1.0
-        before: Array | None = None  # values where the step to the present ones began
+        motion, force, workspace = last.motion, last.force, Workspace()
+        forces, residuals, renew = system.forces(values), [1.0], True
+        before = last.values  # where the step to the present values began
+        problem: ContactProblem | None = None
         for _ in range(_ITERATIONS):
             self._iterations += 1
-            if self._tangent is None:
+            if renew or self._tangent is None:
                 self._tangents += 1
-                self._tangent, workspace = facing.body.linearised(values, before), Workspace()
+                spent, self._tangent = self._tangent, None
+                self._tangent = facing.body.linearised(values, before, spent)
+                workspace, problem = Workspace(), None
             tangent = self._tangent
             free = tangent.answer(-forces[system.free])
             offset = facing.body.contact_displacement(values + free)
-            problem = facing.problem(tangent, values, motion, offset)
+            problem = facing.problem(tangent, values, motion, offset, problem)
             state = past.state(problem, force)
             with self._threads.limit(limits=1, user_api="blas"):  # small: threads would only wait
                 if isinstance(target, Motion):
@@ -333,11 +367,13 @@ class Follower:
             moved = max(float(np.abs(relative).max()), float(np.abs(past.relative).max()))
             if residual <= _TOLERANCE and off <= _GAP * moved:
                 after = increment.state
-                now = Past(values, force, relative, motion, after.travelled, after.sliding)
-                return Row(increment, problem, now, self._iterations, self._tangents, residual)
-            if residual > _KEEP * left:
-                self._tangent = None
-            left = residual
+                came = (last.values, last.motion)
+                now = Past(values, force, relative, motion, after.travelled, after.sliding, came)
+                residuals.append(residual)
+                counts = self._iterations, self._tangents
+                return Row(increment, problem, now, *counts, tuple(residuals[1:]))
+            renew = residual > min(_KEEP * residuals[-1], _NEAR)
+            residuals.append(residual)
         raise SolverError(
             f"the residual is {residual:.1e} of the contact force after {_ITERATIONS} iterations"
         )

@@ -28,7 +28,7 @@ from fingerdesign.search.study.metrics import METRICS, Metric
 WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
 LARGE_ERROR = 0.1  # of plane strain: beyond it the order of designs may change
 _ENDS = {"min": "lowest", "max": "highest"}
-_FIDELITY = {"plane-strain": "in plane strain", "3d": "in 3-D"}
+_FIDELITY = {"plane-strain": "in plane strain", "3d": "in 3-D", "finite": "at finite strain"}
 
 
 @dataclass(frozen=True)
