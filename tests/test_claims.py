@@ -1,0 +1,105 @@
+"""README.md and docs/*.md: every number has its source, which exists and agrees with the text."""
+
+import ast
+import re
+import shlex
+
+import click
+import pytest
+from fingerdesign_cli.main import cli
+
+from tests.support.claims import (
+    FOLDER,
+    ROOT,
+    TABLE,
+    disagreements,
+    entries,
+    numbers,
+    pages,
+    path_of,
+    printed_now,
+    table,
+    told_apart,
+    units,
+)
+
+ENTRIES = [(page, entry) for page in pages() for entry in entries(page)]
+CLAIMS = [(page, entry) for page, entry in ENTRIES if entry.command or entry.test]
+AGAIN = [(page, entry) for page, entry in CLAIMS if entry.lines]
+OPEN = (  # pages whose numbers are not all tied yet
+    *("README", "benchmarks", "calibrate", "control", "controllers", "fingers", "gages", "method"),
+    *("molds", "paper", "plane_strain", "plants", "suite", "three_d", "validate"),
+)
+
+
+def named(each):
+    page, entry = each
+    return f"{page.stem}: {entry.at[:40]}"
+
+
+@pytest.mark.parametrize("page", pages(), ids=lambda page: page.stem)
+def test_every_number_has_an_entry_that_agrees(page):
+    assert page.stem in OPEN or not disagreements(page), "\n".join(disagreements(page))
+
+
+def test_every_file_is_of_a_page():
+    assert set(FOLDER.glob("*.toml")) <= {path_of(page) for page in pages()}
+
+
+def test_the_table_is_that_of_the_entries():
+    assert TABLE.read_text("utf-8") == table(), "python tests/support/claims.py write"
+
+
+def unknown(command):
+    """What a command names that is not there: a subcommand, an option, a file of the checkout."""
+    program, *rest = shlex.split(command)
+    if program != "fingerdesign":
+        assert program in ("python", "pytest", "ruff"), command
+        files = [
+            word.partition("::")[0] for word in rest if word.partition("::")[0].endswith(".py")
+        ]
+        return [name for name in files if not (ROOT / name).is_file()]
+    found = cli
+    while isinstance(found, click.Group) and rest and rest[0] in found.commands:
+        found = found.commands[rest.pop(0)]
+    known = {option for each in found.params for option in (*each.opts, *each.secondary_opts)}
+    return [found.name] * (found is cli) + [
+        word for word in rest if word.startswith("--") and word not in known
+    ]
+
+
+def test_every_command_is_there_with_its_options():
+    assert [c for c in {entry.command for _, entry in CLAIMS} - {""} if unknown(c)] == []
+
+
+def test_every_test_is_there():
+    for test in {entry.test for _, entry in CLAIMS} - {""}:
+        file, _, name = test.partition("::")
+        tree = ast.parse((ROOT / file).read_text("utf-8"))
+        assert name in {each.name for each in tree.body if isinstance(each, ast.FunctionDef)}, test
+
+
+def test_every_claim_has_what_shows_it_and_a_day():
+    for page, entry in CLAIMS:
+        assert bool(entry.told) != bool(entry.run) or entry.test, (page.name, entry.at)
+        assert not entry.lines or entry.run, (page.name, entry.at)
+        assert entry.printed or entry.test, (page.name, entry.at)
+    for page, entry in ENTRIES:
+        if entry.command or entry.test:
+            continue
+        assert not any(mine for _, mine in told_apart(entry.printed)), (page.name, entry.at)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("each", AGAIN, ids=named)
+def test_a_command_prints_again_what_was_kept(each):
+    page, entry = each
+    measured = [number for number, mine in told_apart(entry.printed) if mine]
+    for number, now in zip(measured, printed_now(page, entry), strict=True):
+        assert entry.close(number, now), (entry.command, number, now)
+
+
+def test_numbers_are_found_and_names_and_settings_are_not():
+    text = "At mu = 0.3 P2 in 3-D lifts 500 g by 1.5 to -2.5 %, 1,250 times, `7`; Fig. 4, GPL-3.0."
+    assert numbers(text) == ["1.5", "-2.5", "1,250"]
+    assert re.sub(r"\s", "", units("a\n\n```\n5\n```\n| a | b |\n|-|-|\n| 1 | 2 |")[-1]) == "|1|2|"
