@@ -18,13 +18,14 @@ def mold(
     out: Path,
     process: str | None,
     fixture: str | None,
+    pour: str | None,
     quiet: bool,
     as_json: bool,
 ) -> int:
     """Make the mold that DESIGN is cast in: parts, plate fixture, checks, casting notes."""
     design, _ = read_case(design_file)
     name = design.design.name
-    given = {"process": process, "plate_fixture": fixture}
+    given = {"process": process, "plate_fixture": fixture, "pour": pour}
     given = {key: value for key, value in given.items() if value is not None}
     design = design.model_copy(update={"mold": design.mold.model_copy(update=given)})
     refuse_foreign(FOLDER, out / name)

@@ -15,6 +15,7 @@ from fingerdesign.design.stock import GageType, shipped_types
 
 ProcessName = Literal["sla", "fdm", "machined"]
 BoltName = Literal["auto", "M2", "M2.5", "M3", "M4"]
+PourName = Literal["auto", "open", "closed"]
 
 
 def _no_jig(value: object) -> object:
@@ -67,6 +68,11 @@ class Mold(Table):
         0.1,
         "linear, of the rubber; absent: 0 of platinum, 0.02 of condensation cure",
         example=0.0,
+    )
+    pour: PourName = Field(
+        default="auto",
+        description="auto (open where the finger allows it: fewest parts) | open (two half frames, "
+        "poured from above, the base plate pressed on last) | closed (four walls, gate and vents)",
     )
     plate_fixture: FixtureName = Field(
         default="comb",

@@ -41,7 +41,7 @@ Report = Callable[[str, float], None]
 
 REPORT_FILE, PICTURE_FILE = "report.html", "exploded.png"
 PRINT_FILE, BILL_FILE = "mold.3mf", "bill_of_materials.csv"
-_STEMS = ("contact_insert", "end_wall_*", "side_wall_*", "comb_*", "base_plate", "core")
+_STEMS = ("contact_insert", "frame_*", "end_wall_*", "side_wall_*", "comb_*", "base_plate", "core")
 FOLDER = RecordFolder(
     "mold",
     RECORD_FILE,

@@ -92,6 +92,7 @@ TIME_LIMIT_S = 60.0  # it takes 2 to 4 s; a software renderer on a busy machine 
 COLOURS = {  # by the first word of a part's name
     "contact": "#5b8fc7",
     "end": "#7fae8c",
+    "frame": "#7fae8c",
     "side": "#a9b6a0",
     "comb": "#c9a227",
     "base": "#8b8f99",

@@ -59,6 +59,8 @@ class ProcessData(TypedDict):
     """How the mold is made."""
 
     name: Literal["sla", "fdm", "machined"]
+    pour: Annotated[Literal["open", "closed"], Field(description="open: of the fewest parts")]
+    closed_for: Annotated[str, Field(description="why it is not an open one; empty: it is")]
     cure: Literal["platinum", "condensation"]
     plate_fixture: Literal["comb", "slots"]
     draft_deg: Size
@@ -267,13 +269,7 @@ def mold_record(
             "design_digest": design.digest(),
             "status": "ok" if failure is None else "failed",
             "failure": failure,
-            "process": values_of(
-                ProcessData,
-                design.mold,
-                name=design.mold.process,
-                limits=values_of(LimitsData, limits_of(design.mold)),
-                comb=design.mold.comb.model_dump(mode="json"),
-            ),
+            "process": _process(design, plan),
             "shrinkage": design.mold.shrinkage_used,
             "scale": plan.scale,
             "parts": [
@@ -303,6 +299,18 @@ def mold_record(
         decimals=MICRO,
     )
     return record
+
+
+def _process(design: Design, plan: MoldPlan) -> dict[str, Any]:
+    return values_of(
+        ProcessData,
+        design.mold,
+        name=design.mold.process,
+        pour=plan.pour,
+        closed_for=plan.closed_for,
+        limits=values_of(LimitsData, limits_of(design.mold)),
+        comb=design.mold.comb.model_dump(mode="json"),
+    )
 
 
 def sensor_of(design: Design, placement: Mapping[str, Any] | None) -> dict[str, Any]:

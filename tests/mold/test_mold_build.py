@@ -20,7 +20,7 @@ from fingerdesign.mold.make import mold_meshes
 from fingerdesign.mold.part import BASE, CORE, INSERT
 from fingerdesign.mold.plan.plan import SIDES, Plug, SidePlan, in_space, wall_name
 from fingerdesign.mold.plan.planning import plan_mold
-from tests.support.molds import shipped
+from tests.support.molds import CLOSED, shipped
 
 BENT = 'follow = "bent"\nangle_deg = 0.0\n'
 HOLES = "hole_diameter_mm = 0.4\nhole_pitch_mm = 1.5\nspan_mm = 5.0\n"
@@ -49,7 +49,7 @@ width_mm = 0.5
 def design_of(body="", plates="", **values):
     body = body if "block" in body else ARC + body
     design = parse_design(SMALL.format(body=body, plates=plates))
-    return with_values(design, {f"mold.{key}": value for key, value in values.items()})
+    return with_values(design, {**CLOSED, **{f"mold.{k}": v for k, v in values.items()}})
 
 
 def built_of(design, **changes):
@@ -288,7 +288,7 @@ def cut_by(tool):
     def make():
         return cq.Workplane("XY").box(16.0, 10.0, 12.0).translate((0, 5.0, 0)).cut(tool)
 
-    plain = parse_design('design.name = "cut"\nplates.count = 0')
+    plain = parse_design('design.name = "cut"\nplates.count = 0\nmold.pour = "closed"')
     design = with_body(plain, make, mirrors_in_z=True)
     return design, plan_mold(design)
 

@@ -1,4 +1,8 @@
-"""Designs, faults and parts of boxes that tests of molds share."""
+"""Designs, faults and parts of boxes that tests of molds share.
+
+Their molds are closed, which have everything that a mold may have; tests/mold/test_open_mold.py has
+the open ones.
+"""
 
 import lib3mf
 import numpy as np
@@ -14,6 +18,7 @@ from fingerdesign.mold.part import PartMesh
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.three_mf import _locale_kept
 
+CLOSED = {"mold.pour": "closed"}
 CORNERS = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float
 )
@@ -42,17 +47,19 @@ def meshed(name, points, triangles, draw=None, order=9, made="process", volume=N
 def made(body=None, plates=None, mold=None):
     """A design of three tables."""
     tables = {"body": body or {}, "plates": plates or {}, "mold": mold or {}}
+    tables["mold"] = {"pour": "closed", **tables["mold"]}
     return Design.model_validate({"design": {"name": "t"}, **tables})
 
 
 def shipped(name, **values):
     """A shipped design with other values, ``__`` for the dots of their keys."""
-    return with_values(find_design(name), {k.replace("__", "."): v for k, v in values.items()})
+    given = {key.replace("__", "."): value for key, value in values.items()}
+    return with_values(find_design(name), {**CLOSED, **given})
 
 
 def drawn(seed):
     """A random design."""
-    return Design.model_validate(resolved(random_design(seed))[0])
+    return with_values(Design.model_validate(resolved(random_design(seed))[0]), CLOSED)
 
 
 def mold_faults(design):

@@ -210,6 +210,11 @@ def validate() -> None:
     type=click.Choice(["comb", "slots"]),
     help="Instead of mold.plate_fixture: what holds the plates.",
 )
+@click.option(
+    "--pour",
+    type=click.Choice(["auto", "open", "closed"]),
+    help="Instead of mold.pour: open has the fewest parts; auto takes it where the finger allows.",
+)
 @open_option
 @output_options
 def mold() -> None:

@@ -2,7 +2,8 @@
 The mold, exploded
 ==================
 
-Each face of the finger is formed by a part of its own that is drawn along that face's normal.
+Contact insert, two half frames, a comb in the end of each, and the base plate, which is pressed on
+last.
 ``fingerdesign mold`` writes all of them as STL, STEP and one 3MF for the printer; here its STL
 files are shown, each moved along its draw.
 """
@@ -17,12 +18,10 @@ from fingerdesign.mold.make import write_mold
 
 MOVES = {
     "contact_insert": (0, 14, 0),
-    "end_wall_front": (0, 0, 20),
-    "end_wall_back": (0, 0, -20),
-    "comb_front": (0, 0, 9),
-    "comb_back": (0, 0, -9),
-    "side_wall_right": (16, 0, 0),
-    "side_wall_left": (-16, 0, 0),
+    "frame_front": (0, 0, 26),
+    "frame_back": (0, 0, -26),
+    "comb_front": (0, 0, 12),
+    "comb_back": (0, 0, -12),
     "base_plate": (0, -14, 0),
 }
 COLOURS = {"comb": "#0a8f6b", "base": "#8d939a"}

@@ -37,12 +37,13 @@ from fingerdesign.mold.cad.features import BEYOND_MM, Features, cut_plates, feat
 from fingerdesign.mold.cad.parting import FlatSide, parted, seam, sides_followed
 from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, Made, MoldMeshes, MoldParts, PartMesh
 from fingerdesign.mold.plan.base import core_box
-from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side, direction, wall_name
+from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side, direction
 from fingerdesign.mold.products.drawing import flat_patterns
 
 AGAINST = -1e-6  # normal . draw below which a face looks against the draw
 SAMPLES = 15  # along each of a face's parameters
 _ORDER: tuple[Side, ...] = ("+x", "-x", "+z", "-z")  # the corners are the end walls'
+_ENDS: tuple[Side, ...] = ("+z", "-z")
 _UP = np.array([0.0, 1.0, 0.0])
 
 
@@ -103,17 +104,19 @@ def formed_by(
         place = np.abs(points[:, 0 if plug.axis == "x" else 2])
         edge = np.array([seam(plan, plug, float(y)) for y in points[:, 1]])
         beyond[plug.axis] = place > edge
-    for side in _ORDER:
+    for side in _ORDER if plan.pour == "closed" else _ENDS:
         away = direction(side)
         outside = points @ away
-        if flat is not None:
+        if plan.pour == "open":
+            mine = lower & (outside > 0.0)
+        elif flat is not None:
             mine = flat[side].holds(points, normals)
         elif side.endswith("z"):
             mine = lower & (outside > plan.corner)
         else:
             mine = lower & (np.abs(points[:, 2]) <= plan.corner) & (outside > 0.0)
         upper = beyond[side[1]] & (outside > 0.0) & ~lower
-        names[mine | upper], draws[mine | upper] = wall_name(side), away
+        names[mine | upper], draws[mine | upper] = plan.side(side).wall, away
     base = (points[:, 1] < 1e-5) & (normals[:, 1] < -1.0 + 1e-9)
     names[base], draws[base] = "", 0.0
     return names, draws
@@ -207,10 +210,10 @@ def _parts(
 ) -> tuple[BuiltPart, ...]:
     formed: list[tuple[str, Direction, int, Made]]
     formed = [(INSERT, (0.0, 1.0, 0.0), INSERT_ORDER, "process")]
-    for side in SIDES:
+    for side in SIDES if plan.pour == "closed" else _ENDS:
         x, y, z = direction(side).tolist()
         order = SIDE_ORDER if side.endswith("x") else END_ORDER
-        formed.append((wall_name(side), (x, y, z), order, "process"))
+        formed.append((plan.side(side).wall, (x, y, z), order, "process"))
         if comb := plan.side(side).comb:  # it comes off after the wall behind it
             formed.append((comb, (x, y, z), order + 1, "sheet"))
     found = []
@@ -269,6 +272,7 @@ COLOURS: dict[str, Rgba] = {
     RUBBER: SILICONE_GREY,
     "plate": BRONZE,
     "end": (0.50, 0.70, 0.55, 1.0),
+    "frame": (0.50, 0.70, 0.55, 1.0),
     "side": (0.80, 0.68, 0.45, 1.0),
     "comb": STEEL,
 }

@@ -20,7 +20,6 @@ from fingerdesign.mold.cad.parting import prism_of, slab
 from fingerdesign.mold.part import BASE, CORE, INSERT
 from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.plan import (
-    SIDES,
     BaseHole,
     CorePin,
     Key,
@@ -34,7 +33,7 @@ from fingerdesign.mold.plan.plan import (
     direction,
     in_space,
     limits_of,
-    wall_name,
+    side_drawn,
 )
 
 BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
@@ -136,8 +135,7 @@ class Features:
 def features_of(design: Design, plan: MoldPlan) -> Features:
     """Every feature of a plan: pins, keys, bolts, the base's holes, slots, windows, core holes."""
     found = Features()
-    walls = [wall_name(side) for side in SIDES]
-    combs = [side.comb for side in plan.sides if side.comb]
+    walls, combs = plan.walls, [side.comb for side in plan.sides if side.comb]
     for bolt in plan.bolts:
         way = _UP if bolt.axis == "y" else direction("+z")
         long = bolt.high - bolt.low + 2.0 * BEYOND_MM
@@ -160,13 +158,13 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
             found.take(_pilot(hole, core.height_mm), CORE)
     clearance = limits_of(design.mold).clearance_mm
     for core_pin in plan.core_pins:
-        names = {wall_name(core_pin.side), plan.side(core_pin.side).holder, CORE}
+        names = {plan.side(core_pin.side).wall, plan.side(core_pin.side).holder, CORE}
         found.take(_core_pin(plan, core_pin, clearance), *names)
     for planned in plan.sides:
         for tool in slot_tools(plan, planned):
             found.take(tool, planned.holder)
         for opening in window_tools(design, plan, planned):
-            found.take(opening, wall_name(planned.side))
+            found.take(opening, planned.wall)
     return found
 
 
@@ -212,20 +210,16 @@ def _groove(key: Key) -> cq.Solid:
     return _between(key, key.clearance, -BEYOND_MM, key.high[1] + key.clearance, 0.0, end)
 
 
-def _side_of(key: Key) -> Side:
-    return next(side for side in SIDES if wall_name(side) == key.into)
-
-
 def _ends(key: Key) -> list[float]:
     """Distances outward at which a key begins and ends."""
-    return sorted(float(np.array(c) @ direction(_side_of(key))) for c in (key.low, key.high))
+    return sorted(float(np.array(c) @ direction(side_drawn(key.into))) for c in (key.low, key.high))
 
 
 def _between(
     key: Key, more: float, bottom: float, top: float, start: float, end: float
 ) -> cq.Solid:
     """The key's section, ``more`` wider all round, drawn from ``start`` to ``end`` outward."""
-    side = _side_of(key)
+    side = side_drawn(key.into)
     lean = np.tan(np.radians(key.draft_deg))
     wider = more * float(np.hypot(1.0, lean))  # across the leaning side
     left, right = (float(np.array(c) @ across(side)) for c in (key.low, key.high))

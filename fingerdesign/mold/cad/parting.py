@@ -3,7 +3,8 @@
 Where all four sides are flat, the walls are those faces drawn outward, and the insert is what of
 the block is above them; else the walls are what of the block lies below the contact surface's
 lowest place (``plan.rim``): end walls beyond |z| = ``plan.corner``, side walls between. A plug
-narrows the insert; the walls of its axis take what is beyond. Importing this loads the CAD kernel.
+narrows the insert; the walls of its axis take what is beyond. Of an open mold, half frames are what
+of all four walls lies on either side of z = 0. Importing this loads the CAD kernel.
 """
 
 from collections.abc import Sequence
@@ -35,6 +36,8 @@ from fingerdesign.mold.plan.plan import (
     wall_name,
 )
 
+ENDS: tuple[Side, ...] = ("+z", "-z")
+FLANKS: tuple[Side, ...] = ("+x", "-x")
 NEAR = 1e-6  # mm: that close, a face lies in a plane of the outline's box
 
 
@@ -211,8 +214,10 @@ def parted(outline: cq.Solid, plan: MoldPlan) -> dict[str, tuple[cq.Solid, cq.So
         ]
     else:
         floor, around = plan.rim, []
-    for side in SIDES:
+    for side in SIDES if plan.pour == "closed" else ():
         blocks |= _layers(outline, plan, side, None if flat is None else flat[side])
+    for end in ENDS if plan.pour == "open" else ():
+        blocks |= _framed(outline, plan, end, flat)
     above = insert_block(plan, floor).cut(outline, *around)
     blocks[INSERT] = one_solid(above.clean(), INSERT)
     for plug in plan.plugs:
@@ -251,6 +256,28 @@ def _layers(
         piece = slab(side, (-reach, 0.0, start), (reach, plan.rim, stop))
         found[part] = one_solid(piece if planned.comb else piece.cut(outline), part)
     return found
+
+
+def _framed(
+    outline: cq.Solid, plan: MoldPlan, end: Side, flat: dict[Side, FlatSide] | None
+) -> dict[str, cq.Solid]:
+    """A half frame of an open mold, and its comb: as large as the finger's end face, in the frame's
+    end, so that the frame slides off it and off the plates' legs."""
+    planned, reach, deep = plan.side(end), plan.reach_x, plan.reach_z
+    name, comb = planned.wall, planned.comb
+    half = slab(end, (-reach, 0.0, 0.0), (reach, plan.rim if flat is None else plan.top, deep))
+    if flat is None:
+        if comb:
+            raise GeometryError(f"{comb}: the finger's {end} side is not one flat face")
+        return {name: one_solid(half.cut(outline), name)}
+    own = flat[end]
+    whole = own.drawn(reach, own.away, deep)
+    beside = [flat[side].drawn(reach, flat[side].away, reach).intersect(half) for side in FLANKS]
+    found = {}
+    if comb:
+        found[comb] = extruded(own.face, planned.sheet * direction(end))
+        whole = one_solid(whole.cut(found[comb]), name)
+    return {**found, name: one_solid(whole.fuse(*beside).clean(), name)}
 
 
 def _within(part: cq.Solid, filled: cq.Solid, name: str) -> cq.Solid:

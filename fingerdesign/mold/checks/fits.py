@@ -24,7 +24,7 @@ from fingerdesign.mold.plan.plan import (
     direction,
     in_space,
     limits_of,
-    wall_name,
+    side_drawn,
 )
 from fingerdesign.mold.plan.slots import least_slot, least_web, webs
 
@@ -130,7 +130,7 @@ def _openings(assembly: Assembly) -> Iterator[Tried]:
         side, size = core_pin.side, core_pin.diameter
         foot = in_space(side, core_pin.place, core_pin.y, core_pin.tip)
         way = (plan.reach(side) - core_pin.tip) * direction(side)
-        passed = tuple({wall_name(side), plan.side(side).holder, CORE})
+        passed = tuple({plan.side(side).wall, plan.side(side).holder, CORE})
         yield "a core pin", round_bar(foot, way, size, size), passed
 
 
@@ -175,7 +175,7 @@ def pin_bar(pin: Pin, more: float) -> Manifold:
 def key_bar(key: Key, more: float) -> Manifold:
     """A key, ``more`` larger all round but below and along its wall's draw."""
     low, high = np.array(key.low), np.array(key.high)
-    across = 0 if key.into.startswith("end") else 2
+    across = 0 if side_drawn(key.into).endswith("z") else 2
     low[across], high[across], high[1] = low[across] - more, high[across] + more, high[1] + more
     lean = np.tan(np.radians(key.draft_deg)) * (high[1] - low[1])
     corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T

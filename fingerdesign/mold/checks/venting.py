@@ -1,8 +1,9 @@
 """Where air stays while the mold is filled: high points of the rubber with no opening near.
 
-The base is up: height grows along -y. A level face holds air everywhere, so the mold is tilted by a
-few degrees, one opening highest; air then runs along every face to the local high points of the
-rubber, tilted as the casting notes say.
+The base is up: height grows along -y. An open mold is level and its base is its opening: air stays
+only below what overhangs. In a closed one a level face holds air everywhere, so the mold is tilted
+by a few degrees, one opening highest; air then runs along every face to the local high points of
+the rubber, tilted as the casting notes say.
 """
 
 from dataclasses import dataclass
@@ -43,6 +44,8 @@ def vent_check(assembly: Assembly) -> Check:
     beyond = 0.0 if farthest is None else max(0.0, farthest.beyond)
     x, z = (float(np.round(value, 2)) + 0.0 for value in (np.cos(poured), np.sin(poured)))
     words = f"tilted by {TILT_DEG:g} degrees toward x, z = {x:g}, {z:g}, "
+    if assembly.plan.pour == "open":
+        words = "filled level, its base open, "
     if farthest is None or beyond <= REACH_MM:
         words += f"each high point has an opening within {beyond:.1f} mm"
     else:
@@ -61,7 +64,9 @@ def pour_turn(plan: MoldPlan) -> float:
 
 def high_points(assembly: Assembly) -> list[HighPoint]:
     """Local high places of the rubber, tilted as it is poured."""
-    mesh, up = assembly.meshes.rubber, upward(pour_turn(assembly.plan))
+    mesh, up = assembly.meshes.rubber, np.array([0.0, -1.0, 0.0])
+    if assembly.plan.pour == "closed":
+        up = upward(pour_turn(assembly.plan))
     found = []
     for group in _summits(mesh.vertices @ up, mesh.triangles):
         points = mesh.vertices[group]
@@ -87,6 +92,8 @@ def beyond_openings(plan: MoldPlan, points: Array) -> Array:
     slower in gaps of some hundredths of a millimetre.
     """
     found = np.full(len(points), np.inf)
+    if plan.pour == "open":
+        found = np.asarray(points[:, 1])
     for hole in (hole for hole in plan.base_holes if hole.kind in AIRING):
         level = np.hypot(points[:, 0] - hole.x, points[:, 2] - hole.z) - 0.5 * hole.diameter
         found = np.fmin(found, np.hypot(np.maximum(level, 0.0), points[:, 1]))

@@ -6,7 +6,8 @@ the base plate; each of its free regions gets a vent at its highest place, and o
 corner for the way back. The gate stands beside the plates where it can, so that no poured thread
 falls on one, and far from the first vent: where the tilted mold is lowest. Riser and locks are
 placed where there is most room; all are shrunk to it down to the least hole, and wider outside:
-cured, they hold the finger.
+cured, they hold the finger. An open mold is level, has no base plate while it is poured, and locks
+alone in it.
 """
 
 from dataclasses import dataclass
@@ -101,6 +102,16 @@ def base_holes_of(
     of = {"limits": limits, "core": core is not None and core.bottom_mm == 0.0}
     faults = [refusal("no_hole", key, value, what=what, **of) for key, value, what in lacking]
     return (*holes, *(openings or ())), faults
+
+
+def locks_of(design: Design, plan: MoldPlan, limits: Limits) -> tuple[BaseHole, ...]:
+    """The holes of an open mold's base plate: locks alone, as many as have room."""
+    base, holes = _base(design, plan, limits.wall_mm), list[BaseHole]()
+    for kind in _OPENINGS:
+        if kind == "lock":
+            hole = _largest(base, holes, kind, design.mold.lock_mm, limits.hole_mm)
+            holes += [] if hole is None else [hole]
+    return tuple(holes)
 
 
 def _openings(

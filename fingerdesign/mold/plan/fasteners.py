@@ -207,7 +207,7 @@ def _reaches(plan: MoldPlan, side: Side) -> tuple[float, float]:
 
 KEY_MM = 2.0  # most height of a key
 _PASSING_MM = 0.2  # between a key and a pin that passes over it
-_LEAST_PIN = 0.4  # of its diameter: a shorter pin guides nothing
+LEAST_PIN = 0.4  # of its diameter: a shorter pin guides nothing
 CORNERS = tuple(product(ENDS, FLANKS))
 _ONE = ("+z", "+x")  # the corner whose pin is small
 
@@ -250,7 +250,7 @@ def fastened(body: Body, plan: MoldPlan, columns: Columns) -> MoldPlan:
     upright += [(x, z) for _, x, z in insert_bolts(plan, columns, height is None)]
     bolts += [Bolt("y", x, z, -plan.base, plan.top, *of) for x, z in upright]
     for side, x, z, small in insert_pins(plan, columns, level is None):
-        pins.append(_insert_pin(body, plan, columns, x, z, small, wall_name(side)))
+        pins.append(insert_pin(body, plan, columns, (x, z), small, wall_name(side)))
     keys = _keys(plan, columns)
     return replace(plan, bolts=tuple(bolts), pins=tuple(pins), keys=tuple(keys))
 
@@ -300,10 +300,17 @@ def _small_or_big(plan: MoldPlan, columns: Columns, side: Side, small: bool) -> 
     return pin_place(plan, columns, side, small), small
 
 
-def _insert_pin(
-    body: Body, plan: MoldPlan, columns: Columns, x: float, z: float, small: bool, into: str
+def insert_pin(
+    body: Body,
+    plan: MoldPlan,
+    columns: Columns,
+    place: tuple[float, float],
+    small: bool,
+    into: str,
 ) -> Pin:
-    """A pin below the insert: its root is at the greatest height of the walls' top around it."""
+    """A pin below the insert at (x, z): its root is at the greatest height of the walls' top around
+    it."""
+    x, z = place
     steps = columns.socket * np.array([-1.0, 0.0, 1.0])
     around = [seam_height(body, plan, x + i, z + k) for i, k in product(steps, steps)]
     diameter = columns.small if small else columns.big
@@ -345,7 +352,7 @@ def _keys(plan: MoldPlan, columns: Columns) -> list[Key]:
     return found
 
 
-_LEAST_KEY_MM = 0.3
+LEAST_KEY_MM = 0.3
 
 
 def limit_faults(mold: Mold, limits: Limits, reach: float) -> list[Fault]:
@@ -411,8 +418,8 @@ def _height_faults(mold: Mold, plan: MoldPlan, columns: Columns) -> list[Fault]:
     faults, rim, wall = [], plan.rim, columns.limits.wall_mm
     if mold.bolt != "auto" and z_bolt_height(plan, columns) is None:
         faults.append(refusal("big_bolt", "mold.bolt", mold.bolt, rim=rim, columns=columns))
-    most = rim - _LEAST_PIN * columns.big - columns.clearance - SPARE_MM
-    most = min(most, rim - _LEAST_KEY_MM - columns.clearance - SPARE_MM)
+    most = rim - LEAST_PIN * columns.big - columns.clearance - SPARE_MM
+    most = min(most, rim - LEAST_KEY_MM - columns.clearance - SPARE_MM)
     if wall > most + 1e-9:
         of = {"most": most, "rim": rim, "columns": columns, "higher": wall - most}
         faults.append(refusal("low_walls", "mold.limits.wall_mm", wall, **of))

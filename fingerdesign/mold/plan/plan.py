@@ -4,9 +4,11 @@ Mold space: the finger's axes (base plane y = 0, contact surface toward +y, plat
 elastomer's outline enlarged by ``scale`` for its shrinkage about the origin; metal is not enlarged.
 Lengths in mm. Cast with the base up: gravity points along +y.
 
-Parts: the contact insert above the contact surface (drawn along +y), two end walls (drawn along
-+-z), two side walls between them (drawn along +-x), a comb where plates leave the finger through
-a flat face, and the base plate below y = 0, which stays on the finger.
+Parts of an open mold: the contact insert above the contact surface (drawn along +y), two half
+frames that meet at z = 0 (drawn along +-z), a comb in the end of each where plates leave the finger
+through a flat face, and the base plate below y = 0, which is pressed on last and stays on the
+finger. A closed one has two end walls (drawn along +-z) and two side walls between them (drawn
+along +-x) instead of the frames, and openings in its base plate.
 """
 
 import math
@@ -112,6 +114,7 @@ Side = Literal["+z", "-z", "+x", "-x"]
 SIDES: tuple[Side, ...] = ("+z", "-z", "+x", "-x")
 WORDS: Mapping[Side, str] = {"+z": "front", "-z": "back", "+x": "right", "-x": "left"}
 Holding = Literal["wall", "comb", "slots"]
+Pour = Literal["open", "closed"]
 LEAD_SIDES: tuple[Side, ...] = ("+z", "+x")  # where the gages' leads leave the finger
 JOINED_MM = 0.02  # a relief's circle crosses the slot's sides so far before its end
 
@@ -123,6 +126,24 @@ def wall_name(side: Side) -> str:
     'side_wall_left'
     """
     return f"{'end' if side.endswith('z') else 'side'}_wall_{WORDS[side]}"
+
+
+def frame_name(side: Side) -> str:
+    """The half frame of an open mold on one end: frame_front (+z), frame_back (-z).
+
+    >>> frame_name("-z")
+    'frame_back'
+    """
+    return f"frame_{WORDS[side]}"
+
+
+def side_drawn(wall: str) -> Side:
+    """The side toward which a wall or half frame is drawn, by its name.
+
+    >>> side_drawn("frame_back"), side_drawn("side_wall_right")
+    ('-z', '+x')
+    """
+    return next(side for side in SIDES if wall in (wall_name(side), frame_name(side)))
 
 
 def direction(side: Side) -> Array:
@@ -202,7 +223,7 @@ class SidePlan:
     holding "wall": no plate leaves here. "comb": a sheet of ``sheet`` thickness is the finger's
     face, backed by the wall. "slots": the wall itself has slots, through all of its thickness.
     ``window``: (place low, place high, y low) of the opening behind a comb, open toward the insert
-    and outward; None without one.
+    and outward; None without one. framed: the wall is a half frame of an open mold.
     """
 
     side: Side
@@ -210,6 +231,12 @@ class SidePlan:
     sheet: float
     window: tuple[float, float, float] | None
     slots: tuple[Slot, ...]
+    framed: bool = False
+
+    @property
+    def wall(self) -> str:
+        """The name of the wall, or of the half frame, that closes the side."""
+        return frame_name(self.side) if self.framed else wall_name(self.side)
 
     @property
     def comb(self) -> str | None:
@@ -219,7 +246,7 @@ class SidePlan:
     @property
     def holder(self) -> str:
         """The part that has the slots: the comb, else the wall."""
-        return self.comb or wall_name(self.side)
+        return self.comb or self.wall
 
 
 @dataclass(frozen=True)
@@ -347,6 +374,8 @@ class MoldPlan(Extent):
     top, base     height of the insert's far face; thickness of the base plate
     wall_x, wall_z, ear   thickness of side and end walls; how much farther than the side walls the
                   end walls, the insert and the base plate reach along x
+    pour          "open": two half frames, filled from above; "closed": four walls, gate and vents
+    closed_for    why it is not an open one, where that was looked into; else ""
     """
 
     scale: float
@@ -364,6 +393,13 @@ class MoldPlan(Extent):
     bolts: tuple[Bolt, ...] = ()
     pins: tuple[Pin, ...] = ()
     keys: tuple[Key, ...] = ()
+    pour: Pour = "closed"
+    closed_for: str = ""
+
+    @property
+    def walls(self) -> tuple[str, ...]:
+        """The names of what stands around the finger: two half frames, or four walls."""
+        return tuple(side.wall for side in self.sides if side.framed or self.pour == "closed")
 
     @property
     def reach_x(self) -> float:

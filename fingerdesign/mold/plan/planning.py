@@ -30,6 +30,7 @@ from fingerdesign.mold.plan.fasteners import (
 )
 from fingerdesign.mold.plan.leg_room import Fixture
 from fingerdesign.mold.plan.legs import fixture_of
+from fingerdesign.mold.plan.open_pour import AUTO_BOLTS, open_plan
 from fingerdesign.mold.plan.plan import (
     SIDES,
     Extent,
@@ -130,14 +131,14 @@ def _candidates(design: Design, key: str) -> Iterator[Mapping[str, float | str]]
         yield from ({key: round(share * now, 2)} for share in _DOWN)
 
 
-AUTO_BOLTS = ("M3", "M2.5", "M2")
 CORNERS = (1.0, 0.85, 0.7, 0.5)  # of the outermost |z| at which end and side walls may meet
 
 
 def plan_mold(design: Design) -> MoldPlan:
     """The plan of a sound design's mold; DesignError with every fault.
 
-    It is cast with the base up, tilted by ``base.TILT_DEG`` toward the first vent, in the corner
+    An open one where ``mold.pour`` and the finger allow it: it has the fewest parts. A closed one
+    is cast with the base up, tilted by ``base.TILT_DEG`` toward the first vent, in the corner
     +x +z: this is then the highest place of the rubber. A core that parts the base leaves more such
     places, each with a vent of its own.
     """
@@ -152,6 +153,17 @@ def _planned(design: Design) -> tuple[MoldPlan | None, list[Fault]]:
     """The plan, or its faults, remedies of room left out."""
     mold, limits, fixture = design.mold, limits_of(design.mold), fixture_of(design)
     extent, unheld = _parted(fixture, fixture.room.extent)
+    closed_for = "mold.pour asks for it"
+    if mold.pour != "closed" and not unheld:
+        found, why = open_plan(design, fixture, extent)
+        wrong = limit_faults(mold, limits, 0.0)
+        if found is not None and not wrong:
+            return found, []
+        if isinstance(why, Fault):
+            return None, [*wrong, why]
+        if mold.pour == "open" and not wrong:
+            return None, [refusal("not_open", "mold.pour", mold.pour, why=why)]
+        closed_for = why
     plan = MoldPlan(
         **vars(extent),
         scale=fixture.scale,
@@ -161,6 +173,7 @@ def _planned(design: Design) -> tuple[MoldPlan | None, list[Fault]]:
         plugs=fixture.plugs,
         top=extent.crest + mold.insert_mm,
         base=mold.base_mm,
+        closed_for=closed_for,
     )
     holes, no_room = base_holes_of(design, plan, limits)
     core_pins, no_pins = core_pins_of(design, plan, limits)

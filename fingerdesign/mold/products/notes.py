@@ -58,6 +58,7 @@ def silicone_of(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> SiliconeD
         openings += cone if hole.kind in ("gate", "riser", "vent") else 0.0
     held = 1e-3 * np.array([meshes.rubber.volume, locks, openings, _flash(plan)])
     finger, locks, openings, flash = held.tolist()
+    where = "locks and flash" if plan.pour == "open" else "locks, gate, risers, vents and flash"
     excess, density = design.mold.excess, density_of(design)
     mixed = sum(held.tolist()) * (1.0 + excess)
     return {
@@ -70,8 +71,8 @@ def silicone_of(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> SiliconeD
         "density_g_cm3": density,
         "mass_g": mixed * density,
         "sentence": f"mix {mixed:.2f} cm³ ({mixed * density:.1f} g at {density:g} g/cm³): "
-        f"{finger:.2f} cm³ of finger, {locks + openings + flash:.2f} cm³ in locks, gate, risers, "
-        f"vents and flash, and {100.0 * excess:.0f} % to spare",
+        f"{finger:.2f} cm³ of finger, {locks + openings + flash:.2f} cm³ in {where}, "
+        f"and {100.0 * excess:.0f} % to spare",
     }
 
 
@@ -126,12 +127,12 @@ def bill_of_materials(
     metres = math.ceil(design.gages.leads * plates * WIRE_MM / 1000.0)
     fit = gage_fit(design)
     gage = None if fit is None else fit.found
-    rubber = rubber_words(design)
+    rubber, open_ = rubber_words(design), plan.pour == "open"
     return (
         *_lines("parts", design, meshes.parts, _extent),
         *_lines("plates", design, patterns, _extent),
         *hardware(plan),
-        *_lines("consumed", rubber, design, silicone, mixing, gages, gage, metres, wire),
+        *_lines("consumed", rubber, design, silicone, mixing, gages, gage, metres, wire, open_),
     )
 
 

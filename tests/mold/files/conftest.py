@@ -16,7 +16,7 @@ def block_design(**mold):
             "design": {"name": "block_by_hand"},
             "body": {**body, "material": "dragon_skin_20"},
             "plates": {"count": 3, "angle_deg": 0.0, "pitch_mm": 5.0, "cover_mm": 2.0},
-            "mold": mold,
+            "mold": {"pour": "closed", **mold},
         }
     )
 

@@ -1,0 +1,173 @@
+"""The open mold, of the fewest parts that a finger can be cast in: whether it can be, and its plan.
+
+Contact insert, two half frames that meet at z = 0, and the base plate, which is pressed on last:
+four parts, and a comb in each frame's end where plates leave through it. It is filled from above,
+so that no gate, riser or vent is needed. Two bolts along z clamp the frames; four pins below the
+insert place both, two keys on the base plate place that. Numbers only, mm.
+"""
+
+from dataclasses import replace
+
+from fingerdesign.design.body import Body
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import Fault
+from fingerdesign.mold.plan.base import locks_of
+from fingerdesign.mold.plan.fasteners import (
+    CORNERS,
+    FLANKS,
+    KEY_MM,
+    LEAST_KEY_MM,
+    LEAST_PIN,
+    SLENDER,
+    Columns,
+    columns_of,
+    insert_pin,
+    insert_pin_length,
+    most_draft,
+    z_bolt_height,
+)
+from fingerdesign.mold.plan.leg_room import Fixture
+from fingerdesign.mold.plan.plan import (
+    SIDES,
+    Bolt,
+    Extent,
+    Key,
+    MoldPlan,
+    Pin,
+    Side,
+    SidePlan,
+    frame_name,
+    limits_of,
+    refusal,
+)
+
+_END_WALLS = 3.0  # of the process's least wall, behind the comb: it is drawn by its end
+_LONGEST_KEY_MM = 8.0
+AUTO_BOLTS = ("M3", "M2.5", "M2")
+
+
+def open_plan(
+    design: Design, fixture: Fixture, extent: Extent
+) -> tuple[MoldPlan | None, str | Fault]:
+    """The plan of a finger's open mold; else None, and what of the finger needs a closed one, or
+    the fault of walls that are given too thin."""
+    why = _needs_walls(design, fixture, extent)
+    if why:
+        return None, why
+    mold, limits = design.mold, limits_of(design.mold)
+    plan = MoldPlan(
+        **vars(extent),
+        scale=fixture.scale,
+        frames=fixture.frames,
+        legs=fixture.legs,
+        sides=tuple(_side(fixture, extent, side) for side in SIDES),
+        plugs=(),
+        top=extent.crest + mold.insert_mm,
+        base=mold.base_mm,
+        pour="open",
+    )
+    sizes = AUTO_BOLTS if mold.bolt == "auto" else (mold.bolt,)
+    tried = [_columns(design, plan, columns_of(plan, mold, limits, size, True)) for size in sizes]
+    columns = next((c for c in tried if z_bolt_height(plan, c) is not None), None)
+    if columns is None:
+        return None, f"its walls, {extent.rim:.3g} mm high, hold no bolt along z"
+    why = _too_small(plan, columns)
+    if why:
+        return None, why
+    if mold.wall_mm is not None and mold.wall_mm < columns.wall_z - 1e-9:
+        of = {"limits": limits, "least": columns.wall_z}
+        return None, refusal("thin_frames", "mold.wall_mm", mold.wall_mm, **of)
+    wall_z = columns.wall_z if mold.wall_mm is None else mold.wall_mm
+    plan = replace(plan, wall_x=columns.wall_x, wall_z=wall_z)
+    plan = replace(plan, base_holes=locks_of(design, plan, limits))
+    return _fastened(design.body, plan, columns), ""
+
+
+def _needs_walls(design: Design, fixture: Fixture, extent: Extent) -> str:
+    """What of a finger cannot be cast between two half frames; "": nothing."""
+    body = design.body
+    if body.core is not None:
+        return "a core keeps air below it and is held by pins or screws"
+    if body.step is not None and not extent.continued:
+        return "the sides of a STEP body that are not flat may hold half frames"
+    if any(leg.side.endswith("x") for leg in fixture.legs):
+        return "plates leave at the right and left, across the draw of half frames"
+    if fixture.plugs:
+        return "plates leave through the contact surface, and the insert ends short of them"
+    return ""
+
+
+def _side(fixture: Fixture, extent: Extent, side: Side) -> SidePlan:
+    """A side's plan; the window behind a comb is no wider than the comb, which is the finger's."""
+    planned = fixture.side(side)
+    if not side.endswith("z"):
+        return planned
+    window = planned.window
+    if window is not None:
+        half = extent.half_width
+        window = (max(window[0], -half), min(window[1], half), window[2])
+    return replace(planned, window=window, framed=True)
+
+
+def _columns(design: Design, plan: MoldPlan, columns: Columns) -> Columns:
+    """Columns of an open mold: bolts nearest to the finger, then pins and keys in one line."""
+    limits, gap = columns.limits, columns.gap
+    sheets = max(side.sheet for side in plan.sides)
+    x3 = columns.x2
+    reach_x = x3 + max(columns.radius, columns.socket) + gap
+    # Keys as long as they are high, then the insert's pins, along each frame.
+    least = KEY_MM + limits.clearance_mm + gap + 2.0 * columns.socket + gap
+    wall_z = max(sheets + _END_WALLS * limits.wall_mm, least - plan.half_depth)
+    reach_z = plan.half_depth + max(wall_z, design.mold.wall_mm or 0.0)
+    return replace(
+        columns,
+        reach=SLENDER * columns.small,
+        x3=x3,
+        deep=reach_z - gap - columns.socket,
+        wall_x=reach_x - plan.half_width,
+        ear=0.0,
+        wall_z=wall_z,
+    )
+
+
+def _too_small(plan: MoldPlan, columns: Columns) -> str:
+    """What of pins and keys an open mold has no room for; "": nothing."""
+    low = min(LEAST_PIN * columns.big, LEAST_KEY_MM)
+    height = _key_height(plan, columns)
+    if height < LEAST_KEY_MM or plan.rim - columns.gap - columns.clearance < low:
+        return f"its walls, {plan.rim:.3g} mm high, hold no pins and keys"
+    least = columns.limits.feature_mm
+    drafts = [most_draft(columns.small, height, least)]
+    if not columns.limits.dowels:
+        long = insert_pin_length(plan, columns, columns.small, plan.rim)
+        drafts.append(most_draft(columns.small, max(long, 1e-3), least))
+    if columns.draft_deg > min(drafts):
+        return f"mold.draft_deg above {min(drafts):.3g} leaves its pins and keys no tips"
+    return ""
+
+
+def _key_height(plan: MoldPlan, columns: Columns) -> float:
+    return min(KEY_MM, 0.5 * plan.rim, plan.rim - columns.gap - columns.clearance)
+
+
+def _fastened(body: Body, plan: MoldPlan, columns: Columns) -> MoldPlan:
+    """The plan with its two bolts, four pins and two keys, of which one each is small."""
+    height = z_bolt_height(plan, columns)
+    assert height is not None
+    reach, of = plan.reach_z, (columns.size, columns.hole)
+    bolts = [Bolt("z", sign * columns.x1, height, -reach, reach, *of) for _, sign in FLANKS]
+    pins: list[Pin] = []
+    keys: list[Key] = []
+    end = columns.deep - columns.socket - columns.gap - columns.clearance
+    start = max(columns.clearance, end - _LONGEST_KEY_MM)
+    for (side, way), (_, sign) in CORNERS:
+        small = way > 0.0 and sign > 0.0
+        x, z = sign * columns.x3, way * columns.deep
+        pins.append(insert_pin(body, plan, columns, (x, z), small, frame_name(side)))
+        if way == sign:  # one in each frame, across from each other
+            half = 0.5 * (columns.small if small else columns.big)
+            near, far = sorted((way * start, way * end))
+            low, high = (x - half, 0.0, near), (x + half, _key_height(plan, columns), far)
+            draft, clear = columns.draft_deg, columns.clearance
+            keys.append(Key(low, high, draft, clear, frame_name(side)))
+    return replace(plan, bolts=tuple(bolts), pins=tuple(pins), keys=tuple(keys))

@@ -1,0 +1,178 @@
+"""Open molds: which fingers get one, of how few parts, and that its parts are what was planned.
+
+What is made is checked by others than those that made it: STL files by VTK, STEP files by the CAD
+kernel's own common volumes and distances, drawings by ezdxf.
+"""
+
+from itertools import combinations
+
+import cadquery as cq
+import ezdxf
+import numpy as np
+import pytest
+import pyvista
+
+from fingerdesign.checks.load import with_values
+from fingerdesign.checks.starter import find_design
+from fingerdesign.errors import DesignError
+from fingerdesign.layout.volume import outline_volume
+from fingerdesign.mold.checks.run import run_checks
+from fingerdesign.mold.make import mold_meshes
+from fingerdesign.mold.part import BASE, INSERT
+from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.products.drawing import flat_patterns, write_drawings
+from fingerdesign.mold.products.notes import casting_notes, hardware, silicone_of
+
+FRAMES = {"frame_front", "frame_back"}
+
+
+def parts_of(plan):
+    return 2 + len(plan.walls) + sum(side.comb is not None for side in plan.sides)
+
+
+@pytest.mark.parametrize(
+    ("name", "parts"),
+    [
+        *(("homogeneous", 4), ("block", 6), ("maeno2000", 6), ("domed", 6), ("narrow", 6)),
+        *(("wide", 6), ("sensitive", 6), ("fine_tees", 6), ("tees", 6)),
+    ],
+)
+def test_a_finger_that_allows_it_gets_the_fewest_parts_and_two_bolts(name, parts):
+    plan = plan_mold(find_design(name))
+    assert (plan.pour, plan.closed_for) == ("open", "")
+    assert set(plan.walls) == FRAMES
+    assert (parts_of(plan), len(plan.bolts)) == (parts, 2)
+    assert {hole.kind for hole in plan.base_holes} == {"lock"}
+    assert len(hardware(plan)) == 3  # of one kind each: bolts, nuts, washers
+    closed = plan_mold(with_values(find_design(name), {"mold.pour": "closed"}))
+    assert parts_of(closed) == parts + 2
+    assert len(closed.bolts) >= 6
+
+
+@pytest.mark.parametrize(
+    ("name", "word"), [("boned", "core"), ("both_ways", "right and left"), ("pin", "contact")]
+)
+def test_a_finger_that_needs_a_closed_mold_gets_one_and_the_reason(name, word):
+    plan = plan_mold(find_design(name))
+    assert plan.pour == "closed"
+    assert word in plan.closed_for
+    with pytest.raises(DesignError) as error:
+        plan_mold(with_values(find_design(name), {"mold.pour": "open"}))
+    (fault,) = error.value.faults
+    assert fault.key == "mold.pour"
+    assert plan.closed_for in fault.bound
+    assert "auto" in fault.remedy
+
+
+def test_what_is_too_large_for_an_open_mold_is_closed_or_refused():
+    low = with_values(find_design("maeno2000"), {"mold.bolt": "M4", "mold.limits.wall_mm": 1.5})
+    with pytest.raises(DesignError, match=r"mold\.bolt = M4"):  # of the closed one
+        plan_mold(low)
+    thin = with_values(find_design("maeno2000"), {"mold.wall_mm": 3.0})
+    with pytest.raises(DesignError, match=r"mold\.wall_mm = 3\.0: must be at least 3\.3"):
+        plan_mold(thin)
+    assert plan_mold(with_values(thin, {"mold.wall_mm": 3.3})).wall_z == 3.3
+
+
+SMALL = {"plates.count": 5, "plates.pitch_mm": 1.5}
+MADE = {
+    "no plates": ("homogeneous", {}),
+    "plates": ("maeno2000", SMALL),
+    "shrinks": ("maeno2000", {**SMALL, "mold.cure": "condensation"}),
+    "dowels and slots": (
+        "wide",
+        {"plates.count": 3, "mold.process": "machined", "mold.plate_fixture": "slots"},
+    ),
+}
+
+
+@pytest.fixture(scope="module", params=MADE)
+def made(request, tmp_path_factory):
+    """An open mold: design, plan, meshes, their folder."""
+    name, values = MADE[request.param]
+    design, folder = with_values(find_design(name), values), tmp_path_factory.mktemp("open")
+    plan = plan_mold(design)
+    return design, plan, mold_meshes(design, plan, folder, 120.0), folder
+
+
+def test_it_passes_every_check_that_a_closed_one_passes(made):
+    design, plan, meshes, _ = made
+    assert plan.pour == "open"
+    found = run_checks(design, plan, meshes)
+    assert [check.sentence for check in found if not check.ok] == []
+    names = {check.name for check in found}
+    assert {"watertight", "volume", "no overlaps", "no voids", "cavity is the finger"} <= names
+    assert {"demolding", "vents", "surface backed by parts", "planned openings"} <= names
+    drawn = {check.part for check in found if check.name == "demolding"}
+    assert drawn >= {INSERT, *FRAMES}
+
+
+def test_its_stl_files_are_closed_and_hold_their_volumes(made):
+    *_, meshes, folder = made
+    for part in meshes.parts:
+        surface = pyvista.read(folder / f"{part.name}.stl").clean()
+        assert surface.n_open_edges == 0
+        assert surface.is_manifold
+        assert surface.volume == pytest.approx(part.volume, rel=2e-3)
+        assert np.ptp(np.reshape(surface.bounds, (3, 2)), axis=1) == pytest.approx(
+            np.ptp(part.vertices, axis=0), abs=1e-4
+        )
+
+
+def test_its_step_files_touch_but_do_not_overlap_and_enclose_the_finger(made):
+    design, plan, meshes, folder = made
+    names = [part.name for part in meshes.parts]
+    solids = {name: cq.importers.importStep(str(folder / f"{name}.step")).val() for name in names}
+    for one, other in combinations(names, 2):
+        assert solids[one].intersect(solids[other]).Volume() < 1e-4
+    for name in names:
+        assert solids[INSERT].distance(solids[name]) < 1e-6 or name == BASE
+    reach = (2 * plan.reach_x, plan.top, 2 * plan.reach_z)
+    inside = cq.Workplane("XY").box(*reach).translate((0, 0.5 * plan.top, 0)).val()
+    whole = inside.cut(*(solids[name] for name in names))
+    cavity = max(whole.Solids(), key=lambda solid: solid.Volume()).Volume()
+    if plan.legs:  # what slots and windows hold belongs to it too
+        assert cavity > meshes.rubber.volume
+    else:
+        assert cavity == pytest.approx(plan.scale**3 * outline_volume(design.body), rel=1e-6)
+
+
+def test_a_frame_slides_off_comb_and_legs_and_leaves_them(made):
+    _, plan, meshes, _ = made
+    parts = {part.name: part for part in meshes.parts}
+    assert (parts["frame_front"].draw, parts["frame_back"].draw) == ((0, 0, 1), (0, 0, -1))
+    assert parts["frame_front"].order == parts["frame_back"].order > parts[INSERT].order
+    for side in plan.sides:
+        if side.comb:
+            comb = parts[side.comb]
+            assert comb.order > parts[side.wall].order
+            wide, high, _ = np.ptp(comb.vertices, axis=0)
+            assert (wide, high) == pytest.approx(
+                (2 * plan.half_width, plan.crest), rel=1e-4, abs=2e-2
+            )
+
+
+def test_its_drawings_say_the_combs_size(made, tmp_path):
+    design, plan, meshes, _ = made
+    write_drawings(plan, meshes, flat_patterns(design, plan), tmp_path)
+    for side in plan.sides:
+        if side.comb:
+            drawn = ezdxf.readfile(tmp_path / f"{side.comb}.dxf")
+            (outline,) = drawn.modelspace().query('LWPOLYLINE[layer=="CUT"]')
+            points = np.array([point[:2] for point in outline.get_points()])
+            assert np.ptp(points[:, 0]) == pytest.approx(2 * plan.half_width, abs=1e-3)
+
+
+def test_its_notes_press_the_base_plate_on_last_and_know_no_gate(made):
+    design, plan, meshes, _ = made
+    silicone = silicone_of(design, plan, meshes)
+    patterns = flat_patterns(design, plan)
+    notes = casting_notes(design, plan, meshes.parts, patterns, silicone)
+    steps = [step for section in notes for step in section["steps"]]
+    text = " ".join(steps)
+    for word in ("gate", "riser", "vent ", "end wall", "side wall"):
+        assert word not in text
+    last = next(k for k, step in enumerate(steps) if "Press the base plate on last" in step)
+    assert last > next(k for k, step in enumerate(steps) if "Pour a thread" in step)
+    assert "gate" not in silicone["sentence"]
+    assert silicone["gate_risers_vents_cm3"] == 0.0
