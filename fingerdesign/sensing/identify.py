@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 MOST_TERMS = 2  # of the Prony series
 _STEPS = {"modulus": 1e-4, "friction": 1e-3, "touch": 1e-5, "share": 1e-4, "time": 1e-3}
 _SAME = 2e-4  # of the modulus: the finger is condensed anew for more
+_NEARLY = 10.0  # times that: every row is worth playing
 _ROUNDS = 6
 _LEAST_NOISE = 1e-6  # of a channel's greatest value
 _TOUCH = 0.15  # of the deepest approach: how far the touch may be off
@@ -48,6 +49,8 @@ _KEPT = 40  # answers; a derivative and its steps ask for the same ones
 _TERM = 2.0  # times the logarithm of the number of data, by which a term must lessen the squares
 _TIMES, _SMALL = 9, 1e-3  # times that are tried for a further term, with so small a share
 _CORRECTED = 2  # times that answers are corrected for rows left out
+_EVALUATIONS, _ROUGHLY = 100, 30
+_TOLD = 0.5  # of the squares: with the modulus far off, a term that leaves more mends that alone
 _MODULUS = 8.0  # how many times off it may be, either way
 
 Terms = tuple[tuple[float, float], ...]
@@ -246,30 +249,37 @@ def fit_trace(
     """The fit with the fewest Prony terms that the trace asks for (Schwarz's criterion), or so
     many of them.
 
-    start: a fit at nearly this modulus, whose terms are kept. rough: of a modulus that may be far
-    off, one term at the most and no row but the points'. Raises SolverError where none converges.
+    start: a fit at nearly this modulus, whose terms are kept unless fewer now do. rough: of a modulus that may be far
+    off, no row but the points', as near as a few evaluations come, and at most one term, which must
+    tell more than that modulus's own misfit: that bends one, and share, time and modulus then trade
+    along a valley. Raises SolverError where none converges.
     """
     path = TracePath.of(trace)
     model = TraceModel(problem, face, path, noise_of(trace))
     if start is not None and not rough:
-        return _corrected(_fit(model, start.again), trace)
+        best = _fit(model, start.again)
+        while terms is None and best.terms:
+            fewer = _fit(model, best.again[:-2])
+            if fewer.bic >= best.bic:
+                break
+            best = fewer
+        return _corrected(best, trace, report)
     report("fitting without relaxation")
-    best = _fit(model, _unknowns(model))
+    best = _fit(model, _unknowns(model), rough)
     for number in range(1, (MOST_TERMS if terms is None else terms) + 1):
         term, gain = _next_term(best)
         if terms is None and gain < _TERM * np.log(model.data.size):
             break
         report(f"fitting {number} term{'' if number == 1 else 's'} of relaxation")
-        found = _fit(model, [*best.again, *term(number)])
+        found = _fit(model, [*best.again, *term(number)], rough)
+        if rough:
+            return found if found.misfit < _TOLD * best.misfit else best
         if terms is None and found.bic >= best.bic:
             break
         best = found
-        if rough:
-            break
     if rough:
         return best
-    report("playing every row")
-    return _corrected(best, trace)
+    return _corrected(best, trace, report)
 
 
 def _next_term(fit: TraceFit) -> tuple[Callable[[int], list[Unknown]], float]:
@@ -299,8 +309,14 @@ def _next_term(fit: TraceFit) -> tuple[Callable[[int], list[Unknown]], float]:
     return term, gain
 
 
-def _corrected(fit: TraceFit, trace: Trace) -> TraceFit:
-    """The fit to answers of every row: what is left out of the points bends them by 1e-4."""
+def _corrected(
+    fit: TraceFit, trace: Trace, report: Callable[[str], None] = lambda message: None
+) -> TraceFit:
+    """The fit to answers of every row, where the modulus is nearly the model's: what is left out of
+    the points bends them by 1e-4."""
+    if abs(fit.x[0]) > _NEARLY * _SAME:
+        return fit
+    report("playing every row")
     for _ in range(_CORRECTED):
         fit.model.correct(fit.x, trace)
         fit = _fit(fit.model, fit.again)
@@ -321,7 +337,7 @@ def _unknowns(model: TraceModel) -> list[Unknown]:
     ]
 
 
-def _fit(model: TraceModel, unknowns: Sequence[Unknown]) -> TraceFit:
+def _fit(model: TraceModel, unknowns: Sequence[Unknown], rough: bool = False) -> TraceFit:
     from scipy.optimize import least_squares
 
     steps = np.array([_STEPS[each.kind] for each in unknowns])
@@ -337,9 +353,9 @@ def _fit(model: TraceModel, unknowns: Sequence[Unknown]) -> TraceFit:
         ftol=1e-7,
         xtol=1e-6,
         gtol=1e-7,
-        max_nfev=100,
+        max_nfev=_ROUGHLY if rough else _EVALUATIONS,
     )
-    if found.status <= 0:
+    if found.status <= 0 and not rough:
         raise SolverError(
             f"the fit of the trace did not converge in {found.nfev} evaluations: give another "
             "modulus to start from in the design, or fewer --terms"
