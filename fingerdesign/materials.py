@@ -140,6 +140,23 @@ MATERIALS: dict[str, MaterialData] = {
         2.5e3, 0.34, "DuPont Kapton HN data sheet at 23 degrees C (2.5 GPa, 0.34)"
     ),
 }
+# Linear thermal expansion, 1/K near 25 degrees C, and where it is from.
+_ASSUMED_EXPANSION = "assumed: makers of filled silicones tell 2.5e-4 to 3.4e-4"
+_CDA = "Copper Development Association data, 20 to 300 degrees C"
+EXPANSION: dict[str, tuple[float, str]] = {
+    **dict.fromkeys(MATERIALS, (3.0e-4, _ASSUMED_EXPANSION)),
+    "sylgard_184": (3.4e-4, "Dow data sheet, 340 ppm/K"),
+    "rtv_615": (2.7e-4, "Momentive data sheet, 27e-5 per K"),
+    "polyurethane_60a": (2.0e-4, "typical of casting polyurethanes; assumed"),
+    "phosphor_bronze": (1.78e-5, _CDA),
+    "beryllium_copper": (1.78e-5, _CDA),
+    "spring_steel": (1.2e-5, "EN 1993-1-1 clause 3.2.6"),
+    "stainless_steel": (1.6e-5, "EN 1993-1-4 clause 2.1.3"),
+    "abs": (9.0e-5, "typical of printed ABS; assumed"),
+    "pla": (6.8e-5, "typical of printed PLA; assumed"),
+    "aluminium": (2.3e-5, "EN 1999-1-1 clause 3.2.5"),
+    "polyimide": (2.0e-5, "DuPont Kapton HN data sheet, 20 ppm/K"),
+}
 DOUBTFUL = 1.25  # times the least modulus told: beyond it, sources are said to disagree
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from fingerdesign.checks.load import parse_scene
 from fingerdesign.checks.starter import find_design, shipped_names, shipped_text
 from fingerdesign.errors import DesignError
-from fingerdesign.materials import MATERIALS
+from fingerdesign.materials import EXPANSION, MATERIALS
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.metrics import METRICS
@@ -69,6 +69,7 @@ def _materials() -> Iterator[_Row]:
             "youngs_modulus_MPa": material.youngs_modulus_MPa,
             "told_MPa": "–" if told is None else f"{told[0]:g} to {told[1]:g}",
             "poissons_ratio": material.poissons_ratio,
+            "expansion_per_K": EXPANSION[name][0],
             "source": material.source,
         }
 

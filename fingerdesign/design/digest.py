@@ -35,6 +35,7 @@ LATER: dict[str, Any] = {
     "warning_stick_ratio": 0.3,
     "kinetic_share": 1.0,
     "rubber_memory": [],
+    "expansion_per_K": None,
     "inertia": False,
     "drop_mm": 10.0,
     "actuator_lag_s": 0.0,

@@ -22,7 +22,7 @@ from fingerdesign.design.mesh import MeshOptions
 from fingerdesign.design.mold import Mold
 from fingerdesign.design.plates import Plates, Row
 from fingerdesign.design.scene import Scene
-from fingerdesign.materials import MATERIALS, gent_youngs_modulus
+from fingerdesign.materials import EXPANSION, MATERIALS, gent_youngs_modulus
 from fingerdesign.runtime.registry import CONTROLLERS, load_plugins
 
 __all__ = ["Body", "Core", "Design", "Gages", "Material", "Meta", "Plates", "Row", "StepFile"]
@@ -72,6 +72,9 @@ class Material(Table):
     poissons_ratio: float = Field(ge=0, le=0.4999, description="0 to 0.4999")
     shore_a: float | None = Field(
         default=None, ge=5, le=95, description="hardness, instead of the modulus: by Gent 1958"
+    )
+    expansion_per_K: float | None = Field(
+        default=None, ge=0, le=1e-2, description="linear, thermal; not given: a known material's"
     )
     source: str = Field(
         default="the design file", max_length=500, description="where both are from"
@@ -157,6 +160,14 @@ class Design(Whole):
                 raise KeyError(f"{self.design.name} has no core")
             return self.materials[self.body.core.material]
         return self.materials[getattr(self, part).material]
+
+    def expansion_of(self, part: Part) -> float | None:
+        """Thermal expansion of a part's material, 1/K; None where neither the design nor the
+        library of materials gives one."""
+        core = self.body.core
+        name = getattr(self, part).material if part != "core" else core and core.material
+        given = self.material_of(part).expansion_per_K
+        return EXPANSION.get(str(name), (None, ""))[0] if given is None else given
 
     @property
     def gage_weights(self) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from fingerdesign.analysis.fidelity.rungs import can_be_sheets, can_extrude
 from fingerdesign.analysis.path import steps_sideways
 from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.design.scene import Scene
-from fingerdesign.design.schema import Design
+from fingerdesign.design.schema import Design, Part
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.section.section import sheet_room_faults
@@ -28,6 +28,7 @@ PairsOf = Callable[["Solves", bool], Pairs]
 NU_LIKELY, NU_BAND = (0.45, 0.4999), 0.05  # rubber's; another material's nu: so much either way
 RUBBER_FROM = 0.4
 E_BAND = 0.2
+KELVIN = 10.0  # warmer than when gages were zeroed
 LEFT = 0.75  # of the modulus, of rubber that has relaxed as casting silicones may
 POINT = 0.05  # of the gage's length and width: short enough to be a point, long enough to round
 PLACES = (0.0, 0.25, 0.5, 0.75, 1.0)  # from the middle to where the gage meets the plate's end
@@ -202,6 +203,26 @@ def relaxation(solves: Solves, deep: bool) -> Pairs:
     fresh = answer_of(solves.space(), f"{LEFT:g} times fresh rubber's")
     found = replace(fresh, readings=fresh.readings.times(LEFT), along=None)
     return [compare(f"{LEFT:g} of the modulus left", found, truth, solves.scene)]
+
+
+@_assumption("value")
+def temperature(solves: Solves, deep: bool) -> Pairs:
+    """A finger warmer by KELVIN than when its gages were zeroed, all along, against one as warm.
+
+    Rubber and plates expand. Gages are matched to the plates: on a free one they read nothing.
+    """
+    design = solves.design
+    _needs_plates(design, ", so no gages")
+    if design.plates.model != "solid":
+        raise NotTestable(f"plates.model = {design.plates.model}: solid plates are needed")
+    parts: list[Part] = ["body", "plates"]
+    if design.body.core is not None:
+        parts.append("core")
+    for part in parts:
+        if design.expansion_of(part) is None:
+            raise NotTestable(f"expansion_per_K of the material of the {part} is not given")
+    truth = answer_of(solves.space())
+    return [compare(f"{KELVIN:g} K warmer", solves.warmer(KELVIN), truth, solves.scene)]
 
 
 @_assumption("model")

@@ -23,14 +23,18 @@ from fingerdesign.analysis.fidelity.models import (
     section_sizes,
     solve,
 )
-from fingerdesign.analysis.fidelity.readings import MICRO, Readings
+from fingerdesign.analysis.fidelity.readings import MICRO, Readings, readings_of
 from fingerdesign.analysis.fidelity.rungs import can_extrude, rung
-from fingerdesign.analysis.stages import zone_of
+from fingerdesign.analysis.path import problem_at_touch, targets
+from fingerdesign.analysis.stages import one_thread, zone_of
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
-from fingerdesign.design.scene import Scene
+from fingerdesign.contact.path import Forces, Step, follow
+from fingerdesign.contact.problem import Motion
+from fingerdesign.design.scene import Scene, ScenePath
 from fingerdesign.design.schema import Design, Gages
-from fingerdesign.errors import FingerDesignError
+from fingerdesign.errors import FingerDesignError, SolverError
+from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.report.page import said
@@ -108,6 +112,17 @@ class Solves:
         """The same mesh, zone and scene at finite strain."""
         words = f"{solved.model.dimension} at finite strain"
         return self._kept(f"{solved.model}", words, lambda: _finite_answer(solved))
+
+    def warmer(self, kelvin: float) -> Answer:
+        """The finger in three dimensions, so much warmer than when its gages were zeroed and the
+        object first touched it. Raises SolverError where its plates are no solids."""
+        solved = self.space()
+        if solved.built is None or solved.design.plates.model != "solid":
+            raise SolverError("the mesh is too coarse here for plates as solids")
+        built = solved.built
+        return self._kept(
+            f"{kelvin} K", f"{kelvin:g} K warmer", lambda: _warmer(solved, built, kelvin)
+        )
 
     def _get(
         self, dimension: Dimension, scale: float, values: Values, plates: Plates | None
@@ -194,6 +209,50 @@ class Reader:
         operator = gage_rows(self.solved.mesh, frames, gages, self.solved.design.gage_weights)
         strains = MICRO * (operator @ self._fields.T).T.reshape(old.gages.shape)
         return replace(old, gages=strains, face=gages.face)
+
+
+def _warmer(solved: Solved, built: FiniteElementModel, kelvin: float) -> Answer:
+    """What a warmer finger answers. A free plate's own expansion reads nothing."""
+    from fingerdesign.fem.readout import gage_rows
+    from fingerdesign.fem.thermal import free_field, warmed
+
+    start = time.perf_counter()
+    design, mesh = solved.design, solved.mesh
+    plates, rubber = (design.expansion_of(part) or 0.0 for part in ("plates", "body"))
+    expansion = np.where(mesh.regions == 0, rubber, plates)
+    if design.body.core is not None:
+        expansion[mesh.regions == design.core_region] = design.expansion_of("core") or 0.0
+    field = free_field(built, expansion)
+    rows = gage_rows(mesh, plate_frames(design), design.gages, design.gage_weights)
+    own = kelvin * (rows @ (field - plates * mesh.points).ravel())
+    problem = problem_at_touch(warmed(built, field, kelvin), solved.scene.object, design.body)
+
+    def steps(scene: Scene) -> tuple[list[Step], Readings]:
+        with one_thread():
+            found = list(follow(problem, _warm(scene.path), scene.path.substeps))
+        cold = readings_of(found, design.gages.face)
+        return found, replace(cold, gages=cold.gages + MICRO * own.reshape(1, -1, 2))
+
+    found, readings = steps(solved.scene)
+    return Answer(
+        f"{solved.model.name}, {kelvin:g} K warmer",
+        readings,
+        tuple(replace(step.increment.motion, load=0.0) for step in found),
+        time.perf_counter() - start,
+        solved.dofs,
+        mesh.dimension,
+        lambda scene: steps(scene)[1],
+    )
+
+
+def _warm(path: ScenePath) -> list[Motion | Forces]:
+    """A path's targets, the load of its own on the finger throughout."""
+    return [
+        replace(each, load=1.0)
+        if isinstance(each, Motion)
+        else replace(each, held=replace(each.held, load=1.0))
+        for each in targets(path)
+    ]
 
 
 def _finite_answer(solved: Solved) -> Answer:

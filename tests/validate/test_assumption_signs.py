@@ -39,6 +39,7 @@ def found():
             "gage_depth_average",
             "youngs_modulus",
             "relaxation",
+            "temperature",
             "small_strain",
         ],
     )
@@ -48,7 +49,14 @@ def found():
 def bare():
     """Without plates."""
     design = parse_design(ONE_PLATE.replace("count = 1", "count = 0"))
-    keys = ["plane_strain", "youngs_modulus", "sheets", "gage_point", "poissons_ratio"]
+    keys = [
+        "plane_strain",
+        "youngs_modulus",
+        "sheets",
+        "gage_point",
+        "poissons_ratio",
+        "temperature",
+    ]
     return validate(design, parse_scene(SCENE), keys=keys)
 
 
@@ -149,3 +157,10 @@ def test_forces_of_relaxed_rubber_are_fresh_ones_scaled(found):
     (pair,) = row.comparisons
     assert pair.equal_force is None
     assert forces(row, "assumed") == pytest.approx(forces(row, "better"), rel=0.01)
+
+
+def test_a_warmer_finger_fills_more_room(found, bare):
+    row = found.row("temperature")
+    assert np.all(forces(row, "assumed") > forces(row, "better"))
+    assert row.greatest("equal_motion", "gage") > row.greatest("equal_force", "gage") > 0.0
+    assert "plates" in bare.row("temperature").reason
