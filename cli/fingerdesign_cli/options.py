@@ -323,7 +323,8 @@ def scheduler_options(function: _Command) -> _Command:
         "--scheduler",
         metavar="ADDRESS",
         callback=_alone,
-        help="Run on the workers of this Dask scheduler: tcp://host:8786 for one, or its file.",
+        help="Run on the workers of this Dask scheduler: tcp://host:8786 or tls://host:8786 "
+        "for one, or its file.",
     )(function)
     return workers_option(function)
 

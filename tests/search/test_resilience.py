@@ -7,6 +7,7 @@ import contextlib
 import json
 import os
 import resource
+import shutil
 import signal
 import socket
 import socketserver
@@ -170,11 +171,12 @@ def gone(processes, patience_s=10.0):
 
 
 @contextlib.contextmanager
-def dask(place, workers=2):
+def dask(place, workers=2, protocol="tcp"):
     """A scheduler and workers of one thread each, real processes on loopback; its address."""
     where = place.folder / "scheduler.json"
     where.unlink(missing_ok=True)
     address = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(where)]
+    address += ["--protocol", protocol]
     module, quiet = ["-m", "distributed.cli.dask_scheduler"], "--no-dashboard"
     scheduler = place.start(*module, *address, quiet)
     until(where.exists, scheduler)
@@ -322,6 +324,27 @@ def test_a_finger_that_kills_every_worker_is_one_failure(place):
     (bad,) = [each for each in lines if each.get("failure")]
     assert bad["name"] == "many-0005"
     assert bad["failure"]["cause"] == "the workers that had it died, 2 in turn"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl makes the certificate")
+def test_over_tls_a_study_is_the_same_and_without_a_certificate_refused(place, undisturbed):
+    cert, key = (str(place.folder / name) for name in ("cert.pem", "key.pem"))
+    new = "openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=127.0.0.1"
+    subprocess.run([*new.split(), "-keyout", key, "-out", cert], check=True, capture_output=True)
+    bare, prefix = dict(place.environment), "DASK_DISTRIBUTED__COMM__TLS__"
+    place.environment |= {f"{prefix}CA_FILE": cert}
+    for who in ("SCHEDULER", "WORKER", "CLIENT"):
+        place.environment |= {f"{prefix}{who}__CERT": cert, f"{prefix}{who}__KEY": key}
+    with dask(place, protocol="tls") as (address, _, _):
+        assert address.startswith("tls://")
+        own, place.environment = place.environment, bare
+        code, _, err = ended(place.sweep("--scheduler", address))
+        place.environment = own
+        assert well(place.sweep("--scheduler", address))[-1]["failures"] == 0
+    assert place.outcomes() == undisturbed
+    assert code == 2
+    assert "CLIENT__CERT" in err
 
 
 @contextlib.contextmanager

@@ -102,6 +102,7 @@ def forget_pool(name: str) -> None:
 
 AHEAD = 500  # jobs handed to the scheduler before their turn: enough for it to ask for workers by
 CONNECT_S, CLOSE_S, LOOK_S = 15.0, 10.0, 2.0
+_LIKE = "an address like tcp://host:8786 or tls://host:8786"
 _LOGGERS = ("distributed", "distributed.client", "distributed.scheduler", "distributed.worker")
 
 
@@ -254,8 +255,9 @@ class Cluster(ExitStack):
             host, port = get_address_host_port(address)
         except Exception as error:
             remedy = f"correct it ({type(error).__name__}: {error})"
-            fault = Fault("--scheduler", address, "an address like tcp://host:8786", remedy)
+            fault = Fault("--scheduler", address, _LIKE, remedy)
             raise DesignError([fault]) from error
+        _refuse_without_certificate(address)
         client: Any = None
         try:
             # Dask would go on trying, and complain at the end of a client without a connection.
@@ -268,7 +270,7 @@ class Cluster(ExitStack):
             if client is not None:
                 client.status = "closed"
             elif isinstance(error, OverflowError | TypeError):  # a port that there is not
-                fault = Fault("--scheduler", address, "an address like tcp://host:8786", f"{error}")
+                fault = Fault("--scheduler", address, _LIKE, f"{error}")
                 raise DesignError([fault]) from error
             silent = isinstance(error, OSError)
             reported = (
@@ -292,6 +294,21 @@ class Cluster(ExitStack):
         at = f" at {self._scheduler}" if self._scheduler else ""
         reported = f"the Dask scheduler{at} is gone; what was done is kept"
         return ClusterError(f"{reported}: run it again, and it goes on")
+
+
+def _refuse_without_certificate(address: str) -> None:
+    """Raise DesignError where a scheduler is named that speaks TLS, and Dask has no certificate."""
+    import dask
+
+    keys = {"ca-file": "CA_FILE", "client.cert": "CLIENT__CERT", "client.key": "CLIENT__KEY"}
+    lacking = [
+        f"DASK_DISTRIBUTED__COMM__TLS__{name}"
+        for key, name in keys.items()
+        if not dask.config.get(f"distributed.comm.tls.{key}", None)
+    ]
+    if address.startswith("tls://") and lacking:
+        remedy = f"set {' and '.join(lacking)} in the environment, or Dask's own configuration"
+        raise DesignError([Fault("--scheduler", address, "reached with a certificate", remedy)])
 
 
 def _address(scheduler: str) -> str:
