@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
 PARTS = ("fingerdesign", "cli", "benchmarks", "tests", "designs", "docs")
+_TIME_S = 1200.0  # of the tests of one
 FILES = ("pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE")
 
 
@@ -146,7 +147,10 @@ def caught_by(mutant, tree):
             capture_output=True,
             text=True,
             check=False,
+            timeout=_TIME_S,
         )
+    except subprocess.TimeoutExpired:
+        return "it never ends"
     finally:
         path.write_text(text, "utf-8")
     if done.returncode not in (0, 1):  # no test ran: that would catch anything
@@ -155,15 +159,20 @@ def caught_by(mutant, tree):
     return failed[0].split(" - ")[0].split(" ", 1)[1] if failed else None
 
 
+def copied(tree):
+    """A copy of the code in a folder, to be made wrong."""
+    for part in PARTS:
+        shutil.copytree(ROOT / part, tree / part)
+    for name in FILES:
+        shutil.copy(ROOT / name, tree)
+    return tree
+
+
 def main(words):
     """Try the mutants, all or those named, in one copy of the tree."""
     lives = 0
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
-        tree = Path(folder)
-        for part in PARTS:
-            shutil.copytree(ROOT / part, tree / part)
-        for name in FILES:
-            shutil.copy(ROOT / name, tree)
+        tree = copied(Path(folder))
         for mutant in mutants():
             if words and not any(word in mutant.what for word in words):
                 continue
