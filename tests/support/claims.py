@@ -20,6 +20,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import date
+from functools import cache, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -31,12 +32,13 @@ INTRODUCTION = FOLDER / "introduction.txt"
 NUMBER = r"(?:(?<![\w)%.])[-−])?(?:\d{1,3}(?:,\d{3})+|\d+)(?:\.\d+)?(?:e[-+]?\d+)?"
 # A digit within a word (P2, x86-64, GPL-3.0) or a dimension (3-D) is a name and no number.
 FOUND = re.compile(rf"(?<![\w.])(?<![A-Za-z]-){NUMBER}(?!-D\b)")
-SEVERAL = rf"{NUMBER}(?:(?:, | and | or | to |, and | by )(?:{NUMBER}))*"
+ONE = rf"{NUMBER}(?: to {NUMBER})?"
+SEVERAL = rf"{NUMBER}(?:(?:, | and | or | to |, and ){NUMBER})*"
 # What is not measured, by its form: what was set or looked up, and what cites another text.
 SETTINGS = re.compile(
-    rf"\b(?:mu|nu|D/H|a/H|mu_k|Poisson's ratio) ?(?:=|of|from) {SEVERAL}"
-    rf"|μ = {SEVERAL}"
-    rf"|\bfrictions?(?: coefficients?)?(?: of| from| at)? {SEVERAL}"
+    rf"\b(?:mu|nu|μ|D/H|a/H) ?(?:=|of|from) {ONE}"
+    rf"|\b(?:friction|friction coefficient)(?: of| at)? {ONE}"
+    rf"|\b(?:frictions|coefficients)(?: of| from)? {SEVERAL}"
     rf"|(?<![\w.])\d+(?:(?:, | and | or | to )\d+)* g\b|(?<![\w.])[\d.]+ kg\b|(?<![\w.])45 degrees"
     rf"|\b(?:[Ee]xit codes?|seeds?|Figures?|Fig\.|[Ss]ections?|sect\.|Python) {SEVERAL}"
     rf"|(?<![\w.])\d+ Hz\b"
@@ -90,17 +92,22 @@ class Entry:
     printed: str = ""
     spread: str = ""
     why: str = ""
+    scale: float = 1.0  # the text's unit in the command's: 100 where it prints shares for percent
     told: str = ""  # the day on which the text was written from the command's output
     run: str = ""  # the day on which the command was run and `printed` kept
-    lines: tuple[str, ...] = ()  # patterns whose groups are the numbers in the command's output
+    record: str = ""  # a file of the checkout that holds the numbers, in place of a run
+    lines: tuple[str, ...] = ()  # patterns: where the measured numbers, <N>, are in the output
 
     def close(self, number: str, printed: str) -> bool:
         """Whether the text's number is the printed one within the spread, or the digits shown."""
         size, _, percent = self.spread.partition(" ")
-        allowed = float(size or 0) * (0.01 * abs(value(printed)) if percent == "%" else 1.0)
-        return abs(value(number) - value(printed)) <= max(allowed, half_digit(number))
+        now = self.scale * value(printed)
+        allowed = float(size or 0) * (0.01 * abs(now) if percent == "%" else 1.0)
+        return abs(value(number) - now) <= max(allowed, half_digit(number))
 
     def when(self) -> str:
+        if self.record:
+            return f"kept in {self.record}"
         if self.run:
             return f"run on {self.run}"
         return f"as told on {self.told}, not run again" if self.told else "each time by the test"
@@ -160,15 +167,20 @@ def disagreements(page: Path) -> list[str]:
     return said
 
 
+def pairs(there: list[str], known: list[Entry]) -> list[tuple[str, Entry, str, bool]]:
+    """Each number of a paragraph, its entry, what that has in its place, and if it was measured."""
+    kept = [(entry, *each) for entry in known for each in told_apart(entry.printed)]
+    return [(number, *each) for number, each in zip(there, kept, strict=False)]
+
+
 def _compared(there: list[str], known: list[Entry]) -> Iterator[str]:
     if any(not entry.printed for entry in known):  # a test compares the paragraph itself
         return
-    kept = [(entry, *each) for entry in known for each in told_apart(entry.printed)]
+    kept = [number for entry in known for number, _ in told_apart(entry.printed)]
     if len(there) != len(kept):
-        numbers_kept = " ".join(each[1] for each in kept) or "no entry"
-        yield f"the text has {' '.join(there)}; kept: {numbers_kept}"
+        yield f"the text has {' '.join(there)}; kept: {' '.join(kept) or 'no entry'}"
         return
-    for number, (entry, printed, measured) in zip(there, kept, strict=True):
+    for number, entry, printed, measured in pairs(there, known):
         if not (entry.close(number, printed) if measured else value(number) == value(printed)):
             yield f"{number} in the text, {printed} printed by {entry.command or 'nothing: given'}"
 
@@ -180,7 +192,7 @@ def counted() -> dict[str, int]:
         for _, there, known in covered(page)[0]:
             counts["all"] += len(there)
             for entry in known:
-                way = "run" if entry.run else "told" if entry.told else "test"
+                way = next((each for each in ("told", "run") if getattr(entry, each)), "test")
                 for _, measured in told_apart(entry.printed):
                     counts[way if measured else "given"] += 1
                 counts["test"] += 0 if entry.printed else len(there)
@@ -217,9 +229,10 @@ def table() -> str:
     return f"{INTRODUCTION.read_text('utf-8')}\n{words}\n\n{head}" + "\n".join(rows) + "\n"
 
 
-def printed_now(page: Path, entry: Entry) -> list[str]:
-    """Run a claim's command in a folder with the page's designs: what its lines find."""
-    arguments = shlex.split(entry.command)
+@cache
+def output_of(page: Path, command: str) -> str:
+    """What a command prints and writes as JSON, run in a folder with the page's designs."""
+    arguments = shlex.split(command)
     program = {"fingerdesign": ["-m", "fingerdesign_cli.main"], "pytest": ["-m", "pytest"]}
     with TemporaryDirectory() as folder:
         for block in re.findall(r"```toml\n(.*?)```", page.read_text("utf-8"), re.S):
@@ -228,35 +241,52 @@ def printed_now(page: Path, entry: Entry) -> list[str]:
         done = subprocess.run(
             [sys.executable, *program.get(arguments[0], []), *arguments[1:]],
             cwd=folder if arguments[0] == "fingerdesign" else ROOT,
-            env=os.environ | {"COLUMNS": "200", "FINGERDESIGN_CACHE": folder},
+            env=os.environ | {"COLUMNS": "200", "FINGERDESIGN_CACHE": f"{folder}/kept"},
             capture_output=True,
             text=True,
             check=False,  # benchmarks answer 1 where a number falls short of what was asked
         )
-    output = " ".join((done.stdout + done.stderr).split())
-    found = [re.search(each, output) for each in entry.lines]
+        files = [json.loads(f.read_text("utf-8")) for f in sorted(Path(folder).glob("*/**/*.json"))]
+    written = [json.dumps(each, ensure_ascii=False) for each in files]
+    return " ".join(" ".join([done.stdout, done.stderr, *written]).split())
+
+
+def printed_now(page: Path, entry: Entry) -> list[str]:
+    """The numbers that a claim's lines find when its command is run now."""
+    kept = (ROOT / entry.record).read_text("utf-8") if entry.record else ""
+    output = " ".join(kept.split()) or output_of(page, entry.command)
+    found = [re.search(each.replace("<N>", f"({NUMBER})"), output) for each in entry.lines]
     if None in found:
-        raise ValueError(f"{entry.lines[found.index(None)]} is not in {output[-3000:]}")
+        raise ValueError(f"{entry.lines[found.index(None)]} is not in {output[:3000]}")
     return [number for match in found if match for number in match.groups()]
 
 
-def rerun(page: Path, words: str) -> str:
-    """Run a claim's command, keep its numbers and the day in the page's file; what changed."""
-    (entry,) = (e for e in entries(page) if words in e.at and e.lines)
-    measured = iter(printed_now(page, entry))
-    now = re.sub(GIVEN_OR_NOT, lambda m: m[1] or next(measured), entry.printed)
-    text = path_of(page).read_text("utf-8")
-    start = text.index(f"at = {json.dumps(entry.at, ensure_ascii=False)}")
-    end = text.find("[[claim]]", start) if "[[claim]]" in text[start:] else len(text)
-    claim = text[start:end].replace(f'printed = "{entry.printed}"', f'printed = "{now}"')
-    claim = re.sub(r'^(told|run) = "[\d-]+"$', f'run = "{date.today()}"', claim, flags=re.M)
-    path_of(page).write_text(text[:start] + claim + text[end:], "utf-8")
-    return f"{entry.printed}\n{now}"
+def rerun(page: Path, words: str) -> list[str]:
+    """Run the commands of a page's claims, keep their numbers and the day; what was, what is."""
+    claims = path_of(page).read_text("utf-8").split("[[claim]]")
+    said = []
+    for entry in entries(page):
+        if words not in entry.at or not entry.lines or entry.record:
+            continue
+        measured, at = iter(printed_now(page, entry)), json.dumps(entry.at, ensure_ascii=False)
+        now = re.sub(GIVEN_OR_NOT, partial(_kept, measured), entry.printed)
+        for k, claim in enumerate(claims):
+            if f"at = {at}\n" in claim and f'printed = "{entry.printed}"\n' in claim:
+                claim = claim.replace(f'printed = "{entry.printed}"', f'printed = "{now}"')
+                claims[k] = re.sub(r'(?m)^(told|run) = ".*"$', f'run = "{date.today()}"', claim)
+        said.append(f"{entry.at}: {entry.printed}; now {now}")
+    path_of(page).write_text("[[claim]]".join(claims), "utf-8")
+    return said
+
+
+def _kept(measured: Iterator[str], match: re.Match[str]) -> str:
+    return match[1] or next(measured)
 
 
 def main(arguments: list[str]) -> int:
     if arguments[:1] == ["run"]:
-        print(rerun(next(p for p in pages() if p.stem == arguments[1]), arguments[2]))
+        page = next(page for page in pages() if page.stem == arguments[1])
+        print(*rerun(page, " ".join(arguments[2:])), sep="\n")
     if arguments:
         TABLE.write_text(table(), "utf-8")
     said = [each for page in pages() for each in disagreements(page)]
