@@ -38,7 +38,7 @@ MOST_TERMS = 2  # of the Prony series
 _STEPS = {"modulus": 1e-4, "friction": 1e-3, "touch": 1e-5, "share": 1e-4, "time": 1e-3}
 _SAME = 2e-4  # of the modulus: the finger is condensed anew for more
 _NEARLY = 10.0  # times that: every row is worth playing
-_ROUNDS = 6
+_ROUNDS = 8
 _LEAST_NOISE = 1e-6  # of a channel's greatest value
 _TOUCH = 0.15  # of the deepest approach: how far the touch may be off
 # Standard deviations before any measurement: of logarithms, of the deepest approach, of shares, of
@@ -249,8 +249,8 @@ def fit_trace(
     """The fit with the fewest Prony terms that the trace asks for (Schwarz's criterion), or so
     many of them.
 
-    start: a fit at nearly this modulus, whose terms are kept unless fewer now do. rough: of a
-    modulus that may be far off, no row but the points', as near as a few evaluations come, and at
+    start: a fit at nearly this modulus, whose terms are kept unless fewer or more now do. rough: a
+    modulus may be far off: no row but the points', as near as a few evaluations come, and at
     most one term, which must tell more than that modulus's own misfit: that bends one, and share,
     time and modulus then trade along a valley. Raises SolverError where none converges.
     """
@@ -258,28 +258,53 @@ def fit_trace(
     model = TraceModel(problem, face, path, noise_of(trace))
     if start is not None and not rough:
         best = _fit(model, start.again)
-        while terms is None and best.terms:
-            fewer = _fit(model, best.again[:-2])
-            if fewer.bic >= best.bic:
-                break
-            best = fewer
-        return _corrected(best, trace, report)
+        if terms is not None:
+            return _corrected(best, trace, report)
+        if not _is_near(best):
+            return _fewer(best)
+        best = _fewer(_corrected(best, trace, report))
+        more = None if len(best.terms) == MOST_TERMS else _with_term(best, False, False, report)
+        return best if more is None or more.bic >= best.bic else more
     report("fitting without relaxation")
     best = _fit(model, _unknowns(model), rough)
-    for number in range(1, (MOST_TERMS if terms is None else terms) + 1):
-        term, gain = _next_term(best)
-        if terms is None and gain < _TERM * np.log(model.data.size):
+    for _ in range(1 if terms is None else terms):
+        found = _with_term(best, terms is not None, rough, report)
+        if found is None:
             break
-        report(f"fitting {number} term{'' if number == 1 else 's'} of relaxation")
-        found = _fit(model, [*best.again, *term(number)], rough)
         if rough:
             return found if found.misfit < _TOLD * best.misfit else best
         if terms is None and found.bic >= best.bic:
             break
         best = found
-    if rough:
-        return best
-    return _corrected(best, trace, report)
+    return best if rough else _corrected(best, trace, report)
+
+
+def _is_near(fit: TraceFit) -> bool:
+    """Whether the modulus is nearly the model's: another one, and rows left out, ask for terms of
+    relaxation of their own."""
+    return abs(fit.x[0]) <= _NEARLY * _SAME
+
+
+def _with_term(
+    fit: TraceFit, asked: bool, rough: bool, report: Callable[[str], None]
+) -> TraceFit | None:
+    """The fit with one term more; None where the trace shows none, unless it is ``asked`` for."""
+    number = len(fit.terms) + 1
+    term, gain = _next_term(fit)
+    if not asked and gain < _TERM * np.log(fit.model.data.size):
+        return None
+    report(f"fitting {number} term{'' if number == 1 else 's'} of relaxation")
+    return _fit(fit.model, [*fit.again, *term(number)], rough)
+
+
+def _fewer(fit: TraceFit) -> TraceFit:
+    """The fit with as many terms as it needs (Schwarz's criterion)."""
+    while fit.terms:
+        fewer = _fit(fit.model, fit.again[:-2])
+        if fewer.bic >= fit.bic:
+            break
+        fit = fewer
+    return fit
 
 
 def _next_term(fit: TraceFit) -> tuple[Callable[[int], list[Unknown]], float]:
@@ -314,7 +339,7 @@ def _corrected(
 ) -> TraceFit:
     """The fit to answers of every row, where the modulus is nearly the model's: what is left out of
     the points bends them by 1e-4."""
-    if abs(fit.x[0]) > _NEARLY * _SAME:
+    if not _is_near(fit):
         return fit
     report("playing every row")
     for _ in range(_CORRECTED):
@@ -350,7 +375,7 @@ def _fit(model: TraceModel, unknowns: Sequence[Unknown], rough: bool = False) ->
         jac=lambda x: model.jacobian(x, np.where(x + steps > high, -steps, steps)),
         bounds=(low, high),
         x_scale=np.array([{"touch": 0.01, "share": 0.1}.get(u.kind, 0.3) for u in unknowns]),
-        ftol=1e-7,
+        ftol=1e-6,
         xtol=1e-6,
         gtol=1e-7,
         max_nfev=_ROUGHLY if rough else _EVALUATIONS,
