@@ -282,7 +282,7 @@ def fit_trace(
 def _is_near(fit: TraceFit) -> bool:
     """Whether the modulus is nearly the model's: another one, and rows left out, ask for terms of
     relaxation of their own."""
-    return abs(fit.x[0]) <= _NEARLY * _SAME
+    return bool(abs(fit.x[0]) <= _NEARLY * _SAME)
 
 
 def _with_term(
