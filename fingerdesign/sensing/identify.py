@@ -442,7 +442,7 @@ def identified(
         with one_thread():
             start = fit if number > 1 else None
             fit = fit_trace(problem, own.gages.face, trace, terms, start, number == 0, report)
-        if number and abs(fit.x[0]) < _SAME:
+        if number > 1 and abs(fit.x[0]) < _SAME:  # the first two may lack a term
             break
         modulus = own.materials[material].youngs_modulus_MPa * float(np.exp(fit.x[0]))
         own = with_values(own, {f"materials.{material}.youngs_modulus_MPa": modulus})
