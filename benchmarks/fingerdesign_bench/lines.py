@@ -1,5 +1,6 @@
 """Records of long runs, a line of JSON each: what an interrupted run has done is not done again."""
 
+import hashlib
 import json
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -7,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerdesign.runtime.progress import Report
+from fingerdesign.version import versions
 
 Record = dict[str, Any]
 
@@ -27,6 +29,14 @@ def append_line(path: Path, record: Record) -> None:
     cut = path.exists() and path.read_bytes()[-1:] not in (b"", b"\n")
     with path.open("a", encoding="utf-8") as file:
         file.write("\n" * cut + json.dumps(record, allow_nan=False) + "\n")
+
+
+def code_version(folder: Path) -> str:
+    """The package's version and a digest of the code in a folder of it."""
+    digest = hashlib.sha256()
+    for path in sorted(folder.rglob("*.py")):
+        digest.update(path.read_bytes())
+    return f"{versions()['fingerdesign']}, {digest.hexdigest()[:12]}"
 
 
 def resumed(

@@ -199,8 +199,10 @@ class CompiledTracker(Tracker):
 
     def _judged(self, problem: ContactProblem) -> int:
         """Address of what outcomes of a problem are made with."""
-        if problem is not self._problem:
-            model, own = problem.model, problem.self_compliance
+        last, model = self._problem, problem.model
+        # A rubber's memory makes a problem a step, on the same finger in the same frames.
+        if last is None or last.model is not model or last.frames is not problem.frames:
+            own = problem.self_compliance
             kept = [own, problem.frames, model.reaction_readout, model.balanced, model.rim]
             kinds = [np.float64, np.float64, np.float64, np.bool_, np.bool_]
             arrays = [np.ascontiguousarray(*each) for each in zip(kept, kinds, strict=True)]

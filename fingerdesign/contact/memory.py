@@ -82,8 +82,9 @@ class RubberHistory:
     def rest(self) -> Array:
         """f_left / A (m, dim): the step's forces, over A, were nothing displaced in it."""
         rubber, shares = self.rubber, np.array(self.rubber.shares)
-        faded = np.tensordot(shares * rubber.fading, self._parts, 1)
-        return np.asarray(((1.0 - shares.sum()) * self._elastic + faded) / rubber.fresh)
+        faded = (shares * rubber.fading) @ self._parts.reshape(len(shares), -1)
+        elastic = (1.0 - shares.sum()) * self._elastic
+        return np.asarray((elastic + faded.reshape(elastic.shape)) / rubber.fresh)
 
     @property
     def rest_force(self) -> Array:

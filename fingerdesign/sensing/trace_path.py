@@ -16,8 +16,8 @@ from fingerdesign.contact.history import FrictionHistory
 from fingerdesign.contact.increment import solve_increment
 from fingerdesign.contact.memory import Rubber, RubberHistory
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control.plants.plant import felt
 from fingerdesign.control.plants.recorded import Trace
+from fingerdesign.control.signals import gage_readings
 
 MOST_MOVES = 100  # rows that move and are played, of a longer trace every k-th
 _BIN = 0.1  # of the time at rest so far
@@ -151,10 +151,10 @@ def played(
             history.displace(remembered.lag)
         motion = replace(history.state.motion, approach=float(approach), shear=float(shear))
         increment = solve_increment(history.problem, history.state, motion, history.workspace)
-        _, sample = felt(history.problem, increment, face)
         history.accept(increment)
         if remembered is not None:
             remembered.passed(history.at_rest(increment.multiplier))
-        row = [sample.normal_force, sample.tangential_force, *sample.readings]
-        found.append(fresh * np.array(row))
+        force = problem.model.total_force(increment.force)
+        readings = gage_readings(problem.model.gage_strain(increment.force), face)
+        found.append(fresh * np.array([-force[1], force[0], *readings]))
     return np.array(found)

@@ -5,7 +5,6 @@ where it stopped. Records of other code (any file of fingerdesign/mold) are left
 made again.
 """
 
-import hashlib
 import json
 import time
 from collections.abc import Sequence
@@ -15,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
+import fingerdesign.mold
 from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Report
-from fingerdesign.version import versions
 from fingerdesign_bench.check import Check
-from fingerdesign_bench.lines import Record, resumed
+from fingerdesign_bench.lines import Record, code_version, resumed
 from fingerdesign_bench.machine import machine
 
 # Molds drawn: seconds and volume error of each, by the kind of its body.
@@ -130,20 +129,9 @@ def measure_molds(
 
     found_machine = machine()
     cases = [*shipped_designs(), *(str(seed) for seed in range(seeds))]
-    lines, version = folder / LINES, code_version()
+    lines, version = folder / LINES, code_version(Path(str(fingerdesign.mold.__file__)).parent)
     records = resumed(lines, "case", cases, _run, version, workers, report, words)
     return Molds(records, workers, found_machine)
-
-
-def code_version() -> str:
-    """The package's version and a digest of the code that makes molds."""
-    import fingerdesign.mold
-
-    digest = hashlib.sha256()
-    root = Path(str(fingerdesign.mold.__file__)).parent
-    for path in sorted(root.rglob("*.py")):
-        digest.update(path.read_bytes())
-    return f"{versions()['fingerdesign']}, {digest.hexdigest()[:12]}"
 
 
 def _run(case: str) -> Record:

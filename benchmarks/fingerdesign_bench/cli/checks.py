@@ -129,7 +129,7 @@ def identify(rigs: int, folder: Path, quiet: bool, as_json: bool) -> int:
     from fingerdesign_bench.studies.identified import identify_checks
 
     with progress("bench identify", quiet or as_json) as report:
-        checks = identify_checks(rigs, report=report)
+        checks = identify_checks(folder, rigs, report=report)
     return _show("identify", "Values from one trace", checks, folder, quiet, as_json)
 
 
