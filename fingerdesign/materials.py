@@ -140,7 +140,8 @@ MATERIALS: dict[str, MaterialData] = {
         2.5e3, 0.34, "DuPont Kapton HN data sheet at 23 degrees C (2.5 GPa, 0.34)"
     ),
 }
-# Linear thermal expansion, 1/K near 25 degrees C, and where it is from.
+# Linear thermal expansion, 1/K near 25 degrees C, and where it is from: figures in common use, these
+# documents being their origin; measure a filled silicone, whose filler decides.
 _ASSUMED_EXPANSION = "assumed: makers of filled silicones tell 2.5e-4 to 3.4e-4"
 _CDA = "Copper Development Association data, 20 to 300 degrees C"
 EXPANSION: dict[str, tuple[float, str]] = {
@@ -151,7 +152,7 @@ EXPANSION: dict[str, tuple[float, str]] = {
     "phosphor_bronze": (1.78e-5, _CDA),
     "beryllium_copper": (1.78e-5, _CDA),
     "spring_steel": (1.2e-5, "EN 1993-1-1 clause 3.2.6"),
-    "stainless_steel": (1.6e-5, "EN 1993-1-4 clause 2.1.3"),
+    "stainless_steel": (1.6e-5, "EN 10088-1, 1.4301, 20 to 100 degrees C"),
     "abs": (9.0e-5, "typical of printed ABS; assumed"),
     "pla": (6.8e-5, "typical of printed PLA; assumed"),
     "aluminium": (2.3e-5, "EN 1999-1-1 clause 3.2.5"),

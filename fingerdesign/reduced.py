@@ -68,6 +68,7 @@ class ReducedModel:
     locked            (m, dim) bool: components without a motion (z on the mirror plane)
     gage_x            (plates,) mm, x of the gages' centres; gage_positions (plates, 3) mm: all
     load_displacement (m, dim) mm under the body's own loads at share 1; None where it has none
+    load_gage_strain  (plates, 2) what the gages read under those alone; None where it has none
     """
 
     points: Array
@@ -87,6 +88,7 @@ class ReducedModel:
     gage_x: Array = field(default_factory=lambda: np.empty(0))
     gage_positions: Array = field(default_factory=lambda: np.empty((0, 3)))
     load_displacement: Array | None = None
+    load_gage_strain: Array | None = None
     notes: dict[str, float | int | str] = field(default_factory=dict)
 
     @property
@@ -106,12 +108,13 @@ class ReducedModel:
         """The same finger with the gages of some plates only, in the order given."""
         chosen = np.asarray(plates, dtype=np.int64)
         rows = (2 * chosen[:, None] + np.arange(2)).reshape(-1)
-        places = self.gage_positions
+        places, alone = self.gage_positions, self.load_gage_strain
         return replace(
             self,
             gage_readout=self.gage_readout[rows],
             gage_x=self.gage_x[chosen],
             gage_positions=places[chosen] if len(places) else places,
+            load_gage_strain=None if alone is None else alone[chosen],
         )
 
     def displacement(self, force: Array) -> Array:

@@ -15,7 +15,7 @@ from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.grip import Grip, lifting_tugs
 from fingerdesign.design.mesh import mesh_file_faults
 from fingerdesign.design.scene import Scene
-from fingerdesign.design.schema import Design
+from fingerdesign.design.schema import Design, Part
 from fingerdesign.errors import Fault
 from fingerdesign.layout.frames import (
     PlateRow,
@@ -60,6 +60,8 @@ def _lift_faults(grip: Grip) -> list[Fault]:
             faults.append(Fault("grip.relaxation_per_minute", share, "0", remedy))
         if grip.rubber_memory:
             faults.append(Fault("grip.rubber_memory", "given", "left out", remedy))
+        if warmer := grip.warming_K:
+            faults.append(Fault("grip.warming_K", warmer, "0", remedy))
         if grip.inertia:
             faults.append(Fault("grip.inertia", "true", "false", remedy))
         return faults
@@ -81,6 +83,24 @@ def _lift_faults(grip: Grip) -> list[Fault]:
         bound = f"no more upward than the weight allows, {-force + least:.3g} N"
         remedy = "tug less, or lift a heavier object"
         faults.append(Fault(f"grip.tugs[{k}].extra_force_N", force, bound, remedy))
+    return faults
+
+
+def _warming_faults(design: Design) -> list[Fault]:
+    """A finger that warms must be known to expand."""
+    if not (warmer := design.grip.warming_K):
+        return []
+    key, faults, parts = "grip.warming_K", [], set[Part]({"body"})
+    if design.plates.number:
+        parts.add("plates")
+        if design.plates.model != "solid":
+            bound, remedy = "0 where plates are no solids", 'set plates.model = "solid"'
+            faults.append(Fault(key, warmer, bound, remedy))
+    if design.body.core is not None:
+        parts.add("core")
+    if unknown := sorted(part for part in parts if design.expansion_of(part) is None):
+        bound = f"0 where the expansion of the {' and the '.join(unknown)} is not known"
+        faults.append(Fault(key, warmer, bound, "give expansion_per_K of its material"))
     return faults
 
 
@@ -402,6 +422,7 @@ def _grip_faults(design: Design) -> list[Fault]:
     dead = grip.hardware.dead_gages
     faults = [
         *_lift_faults(grip),
+        *_warming_faults(design),
         *_drop_faults(grip),
         *_dead_gage_faults(design, "dead_gages"),
         *_dead_gage_faults(design, "dying_gages", dead),

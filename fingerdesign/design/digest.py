@@ -36,6 +36,8 @@ LATER: dict[str, Any] = {
     "kinetic_share": 1.0,
     "rubber_memory": [],
     "expansion_per_K": None,
+    "warming_K": 0.0,
+    "warming_s": 60.0,
     "inertia": False,
     "drop_mm": 10.0,
     "actuator_lag_s": 0.0,

@@ -271,6 +271,10 @@ class Grip(Table):
         "at the same motions the share that is lost with that time constant",
         examples=[[[0.1, 0.05], [0.1, 2.0]]],
     )
+    warming_K: float = bounded(
+        0.0, -200, 200, "lift: by how much the fingers become warmer from the touch on, and expand"
+    )
+    warming_s: float = positive(60.0, 1e6, "time constant of that")
     inertia: bool = Field(
         default=False,
         description="lift: an object that friction cannot carry slides by its mass, and is caught "

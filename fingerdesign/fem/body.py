@@ -44,7 +44,7 @@ KEPT, KEPT_MB = 1000, 1000.0
 _DIGITS = 12  # of relative moduli: the factor's own rounding is no difference
 
 # Of CondensedBody, what one factorisation answers; these are divided by the moduli.
-_DIVIDED = ("compliance", "readouts")
+_DIVIDED = ("compliance", "readouts", "between")
 Answers = dict[str, Array]
 
 
@@ -116,6 +116,7 @@ class CondensedBody:
 
     compliance         (m dim, m dim) mm/N; motions that are held answer nothing (zero rows)
     readouts           one (r, m dim) per block of rows asked for: value per unit contact force
+    between            (r, r) of all these rows: value of one per unit of another's nodal forces
     reaction           (dim, m dim): sum of the supports' forces on the body per contact force
     load_displacement  (m dim,) mm, contact displacement without contact forces; None: zero
     factors            the equations (``dofs`` of them) and their factorisation; it is made when
@@ -128,6 +129,7 @@ class CondensedBody:
     factors: Callable[[], tuple[System, Condensation]]
     compliance: Array
     readouts: tuple[Array, ...]
+    between: Array
     reaction: Array
     timings: dict[str, float]
     load_displacement: Array | None = None
@@ -188,6 +190,7 @@ def condense_body(
         factors=factors,
         compliance=answers["compliance"],
         readouts=tuple(np.split(answers["readouts"], ends)[:-1]),
+        between=answers["between"],
         reaction=answers["reaction"],
         timings=timings,
     )
@@ -200,9 +203,11 @@ def _answered(
     size = rows[0].shape[0]
     system, condensation, blocks, timings = condensed_rows(body, rows)
     by_force = [block[:, :size].copy() for block in blocks]
+    read = size + sum(part.shape[0] for part in rows[1:])
     answers = {
         "compliance": by_force[0],
         "readouts": np.vstack([np.empty((0, size)), *by_force[1:-1]]),
+        "between": np.vstack([block[:, size:read] for block in (blocks[0][:0], *blocks[1:-1])]),
         # What acts on held dofs goes into the supports at once.
         "reaction": by_force[-1] - (rows[0] @ system.held).toarray().T,
     }
@@ -300,12 +305,14 @@ def reduced_model(
     gage_positions: Array | None = None,
     free_ends: tuple[float, float] | None = None,
     depth: float | None = None,
+    load_gage_strain: Array | None = None,
 ) -> ReducedModel:
     """The model that contact sees, of a condensed body and the readouts it was asked for.
 
     gage_positions (plates, 3): the gages' centres, mm; free_ends: z (mm) below the first and above
     the second of which nodes count as at a free end (None: nowhere); depth: mm, for plane strain
-    the thickness by default, in 3-D the extent in z. Raises SolverError where the supports do not
+    the thickness by default, in 3-D the extent in z; load_gage_strain (plates, 2): under the loads
+    of its own. Raises SolverError where the supports do not
     carry every contact force.
     """
     body, trace = condensed.body, condensed.trace
@@ -344,6 +351,7 @@ def reduced_model(
         gage_x=gages[:, 0],
         gage_positions=gages,
         load_displacement=None if moved is None else moved.reshape(where.shape),
+        load_gage_strain=load_gage_strain,
     )
 
 

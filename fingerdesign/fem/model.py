@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -17,6 +17,7 @@ from fingerdesign.fem.body import CondensedBody, condense_body, reduced_model
 from fingerdesign.fem.readout import gage_rows, plate_at, plate_strain_rows, strain_rows
 from fingerdesign.fem.sheet import sheet_stiffness
 from fingerdesign.fem.system import Body
+from fingerdesign.fem.thermal import thermal_loads
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.mesh.types import Mesh
@@ -73,32 +74,43 @@ def build_model(
     """Condense the finger onto the contact nodes with |x| <= ``zone_half_width`` (mm).
 
     readout_points: (p, 3) mm where strain tensors are wanted; zone_half_depth: mm, candidates only
-    within |z| <= it as well; keep: use and make kept answers. Raises SolverError where the
-    condensed model is out of balance.
+    within |z| <= it as well; keep: use and make kept answers. Where ``grip.warming_K`` warms the
+    finger, the load of its own is one kelvin; a free plate's own expansion reads nothing. Raises
+    SolverError where the condensed model is out of balance.
     """
     start = time.perf_counter()
     frames = plate_frames(design)
+    body = body_of(design, mesh, candidate_facets(mesh, zone_half_width, zone_half_depth))
+    gages = gage_rows(mesh, frames, design.gages, design.gage_weights)
     points, signs = _readout_points(mesh, readout_points)
     readouts = [
-        gage_rows(mesh, frames, design.gages, design.gage_weights),
+        gages,
         *[
             sp.csr_matrix(sp.diags_array(sign) @ _point_rows(design, mesh, point))
             for point, sign in zip(points, signs, strict=True)
         ],
     ]
+    warms = design.grip.warming_K != 0.0
+    if warms:
+        readouts.append(sp.csr_matrix(thermal_loads(body, expansions_of(design, mesh)).T))
     read = time.perf_counter() - start
-    body = body_of(design, mesh, candidate_facets(mesh, zone_half_width, zone_half_depth))
     condensed = condense_body(body, readouts, keep)
+    alone = None
+    if warms:  # the load of its own is that of one kelvin
+        condensed = replace(condensed, load_displacement=condensed.readouts[-1][0])
+        free = (design.expansion_of("plates") or 0.0) * (gages @ mesh.points.ravel())
+        alone = (condensed.between[: gages.shape[0], -1] - free).reshape(-1, 2)
     depth = design.body.depth_mm
     reduced = reduced_model(
         condensed,
         gage_readout=condensed.readouts[0],
         point_readout=np.vstack(
-            [np.empty((0, len(condensed.compliance))), *condensed.readouts[1:]]
+            [np.empty((0, len(condensed.compliance))), *condensed.readouts[1 : 1 + len(points)]]
         ),
         gage_positions=gage_positions(frames, design.gages),
         free_ends=free_ends(design.body, mesh),
         depth=depth,
+        load_gage_strain=alone,
     )
     timings = dict(condensed.timings)
     timings["condense"] += read
@@ -146,6 +158,15 @@ def materials_of(design: Design, mesh: Mesh) -> tuple[Array, Array]:
         young[mesh.regions == region] = material.youngs_modulus_MPa
         poisson[mesh.regions == region] = material.poissons_ratio
     return young, poisson
+
+
+def expansions_of(design: Design, mesh: Mesh) -> Array:
+    """Linear thermal expansion of each cell, 1/K; 0 where it is not known."""
+    found = np.full(len(mesh.regions), design.expansion_of("plates") or 0.0)
+    found[mesh.regions == 0] = design.expansion_of("body") or 0.0
+    if design.body.core is not None:
+        found[mesh.regions == design.core_region] = design.expansion_of("core") or 0.0
+    return found
 
 
 def fixed_dofs(mesh: Mesh) -> NDArray[np.bool_]:

@@ -7,15 +7,11 @@ that, its depth being held). At small strain this adds exactly to what the conta
 Timoshenko and Goodier, Theory of Elasticity (1970), art. 153.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.fem.elements import lame_parameters, physical_gradients
-from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.fem.system import Body
-from fingerdesign.reduced import ReducedModel
 
 _ORDER = 2
 
@@ -34,17 +30,3 @@ def thermal_loads(body: Body, expansion: Array) -> Array:
     loads = np.zeros(mesh.points.shape)
     np.add.at(loads, mesh.cells, forces)
     return loads.reshape(-1, 1)
-
-
-def free_field(model: FiniteElementModel, expansion: Array) -> Array:
-    """Nodal displacements (n, dim), mm per kelvin, of the finger that nothing touches."""
-    nothing = np.zeros((1, *model.reduced.points.shape))
-    loads = thermal_loads(model.condensed.body, expansion)
-    return np.asarray(model.condensed.displacement_fields(nothing, loads)[0])
-
-
-def warmed(model: FiniteElementModel, field: Array, kelvin: float) -> ReducedModel:
-    """The finger as contact sees it, its change of temperature being a load of its own: at
-    ``Motion.load`` 1 it is ``kelvin`` warmer. field: of :func:`free_field`."""
-    moved = model.condensed.trace.operator @ (kelvin * field).ravel()
-    return replace(model.reduced, load_displacement=moved.reshape(model.reduced.points.shape))

@@ -249,8 +249,8 @@ def fit_trace(
     """The fit with the fewest Prony terms that the trace asks for (Schwarz's criterion), or so
     many of them.
 
-    start: a fit at nearly this modulus, whose terms are kept unless fewer or more now do. rough: a
-    modulus may be far off: no row but the points', as near as a few evaluations come, and at
+    start: a fit at nearly this modulus, whose terms are kept unless fewer or more now do. rough:
+    the modulus may be far off: no row but the points', as near as a few evaluations come, and at
     most one term, which must tell more than that modulus's own misfit: that bends one, and share,
     time and modulus then trade along a valley. Raises SolverError where none converges.
     """

@@ -26,7 +26,7 @@ from fingerdesign.analysis.fidelity.models import (
 from fingerdesign.analysis.fidelity.readings import MICRO, Readings, readings_of
 from fingerdesign.analysis.fidelity.rungs import can_extrude, rung
 from fingerdesign.analysis.path import problem_at_touch, targets
-from fingerdesign.analysis.stages import one_thread, zone_of
+from fingerdesign.analysis.stages import condense, one_thread, zone_of
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
 from fingerdesign.contact.path import Forces, Step, follow
@@ -34,7 +34,6 @@ from fingerdesign.contact.problem import Motion
 from fingerdesign.design.scene import Scene, ScenePath
 from fingerdesign.design.schema import Design, Gages
 from fingerdesign.errors import FingerDesignError, SolverError
-from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.report.page import said
@@ -117,11 +116,10 @@ class Solves:
         """The finger in three dimensions, so much warmer than when its gages were zeroed and the
         object first touched it. Raises SolverError where its plates are no solids."""
         solved = self.space()
-        if solved.built is None or solved.design.plates.model != "solid":
+        if solved.design.plates.model != "solid":
             raise SolverError("the mesh is too coarse here for plates as solids")
-        built = solved.built
         return self._kept(
-            f"{kelvin} K", f"{kelvin:g} K warmer", lambda: _warmer(solved, built, kelvin)
+            f"{kelvin} K", f"{kelvin:g} K warmer", lambda: _warmer(solved, self.zone, kelvin)
         )
 
     def _get(
@@ -211,27 +209,21 @@ class Reader:
         return replace(old, gages=strains, face=gages.face)
 
 
-def _warmer(solved: Solved, built: FiniteElementModel, kelvin: float) -> Answer:
+def _warmer(solved: Solved, zone: Zone, kelvin: float) -> Answer:
     """What a warmer finger answers. A free plate's own expansion reads nothing."""
-    from fingerdesign.fem.readout import gage_rows
-    from fingerdesign.fem.thermal import free_field, warmed
-
     start = time.perf_counter()
-    design, mesh = solved.design, solved.mesh
-    plates, rubber = (design.expansion_of(part) or 0.0 for part in ("plates", "body"))
-    expansion = np.where(mesh.regions == 0, rubber, plates)
-    if design.body.core is not None:
-        expansion[mesh.regions == design.core_region] = design.expansion_of("core") or 0.0
-    field = free_field(built, expansion)
-    rows = gage_rows(mesh, plate_frames(design), design.gages, design.gage_weights)
-    own = kelvin * (rows @ (field - plates * mesh.points).ravel())
-    problem = problem_at_touch(warmed(built, field, kelvin), solved.scene.object, design.body)
+    lift = {"grip.plant": "lift", "grip.warming_K": kelvin}
+    design = with_values(solved.design, lift)
+    model = condense(design, solved.mesh, zone, solved.scene).reduced
+    problem = problem_at_touch(model, solved.scene.object, design.body)
+    assert model.load_gage_strain is not None
+    own = MICRO * kelvin * model.load_gage_strain
 
     def steps(scene: Scene) -> tuple[list[Step], Readings]:
         with one_thread():
-            found = list(follow(problem, _warm(scene.path), scene.path.substeps))
+            found = list(follow(problem, _warm(scene.path, kelvin), scene.path.substeps))
         cold = readings_of(found, design.gages.face)
-        return found, replace(cold, gages=cold.gages + MICRO * own.reshape(1, -1, 2))
+        return found, replace(cold, gages=cold.gages + own)
 
     found, readings = steps(solved.scene)
     return Answer(
@@ -240,17 +232,17 @@ def _warmer(solved: Solved, built: FiniteElementModel, kelvin: float) -> Answer:
         tuple(replace(step.increment.motion, load=0.0) for step in found),
         time.perf_counter() - start,
         solved.dofs,
-        mesh.dimension,
+        solved.mesh.dimension,
         lambda scene: steps(scene)[1],
     )
 
 
-def _warm(path: ScenePath) -> list[Motion | Forces]:
-    """A path's targets, the load of its own on the finger throughout."""
+def _warm(path: ScenePath, kelvin: float) -> list[Motion | Forces]:
+    """A path's targets, the finger so much warmer throughout."""
     return [
-        replace(each, load=1.0)
+        replace(each, load=kelvin)
         if isinstance(each, Motion)
-        else replace(each, held=replace(each.held, load=1.0))
+        else replace(each, held=replace(each.held, load=kelvin))
         for each in targets(path)
     ]
 

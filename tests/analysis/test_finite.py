@@ -16,24 +16,15 @@ from fingerdesign.errors import DesignError
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.pipeline import analyse, run
+from tests.fem.test_finite_path import FINGER
 
-FINGER = """
-design.name = "small"
-body = {shape = "arc", width_mm = 12.0, base_height_mm = 4.0, arc_radius_mm = 12.0, depth_mm = 6.0}
-plates = {placement = [[-0.8, 4.6, 45.0], [0.9, 4.5, 30.0]], thickness_mm = 0.1, length_mm = 1.2}
-gages = {length_mm = 0.8}
-materials.silicone = {youngs_modulus_MPa = 4.96, poissons_ratio = 0.49}
-[mesh]
-mesher = "extrude"
-far_size_mm = 3.0
-layers = 2
-[mesh.section]
-contact_size_mm = 0.3
-plate_size_mm = 0.6
-plate_end_size_mm = 0.2
-far_size_mm = 1.5
-gradation = 0.5
-"""
+COARSE = {
+    "mesh.mesher": "extrude",
+    "mesh.section.contact_size_mm": 0.3,
+    "mesh.section.plate_size_mm": 0.6,
+    "mesh.section.plate_end_size_mm": 0.2,
+    "mesh.section.gradation": 0.5,
+}
 
 
 def scene_of(rows, more=""):
@@ -44,7 +35,7 @@ def scene_of(rows, more=""):
 
 @pytest.fixture(scope="module")
 def design():
-    return parse_design(FINGER)
+    return with_values(parse_design(FINGER), COARSE)
 
 
 def test_small_loads_read_as_at_small_strain(design):

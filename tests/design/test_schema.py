@@ -71,6 +71,16 @@ CHANGE = "[[grip.weight_changes]]\nobject_mass_g = 100.0\nstep_after_lift = "
                 ("[[grip.tugs]]\nstep_after_lift = 1\nextra_force_N = 1.0", "grip.tugs[0]"),
                 ('plant = "hand"', "grip.plant"),
                 ("inertia = true", "grip.inertia"),
+                ("warming_K = 5.0", "grip.warming_K"),
+                (
+                    'plant = "lift"\nwarming_K = 5.0\n[plates]\nmodel = "sheet"',
+                    "grip.warming_K",
+                ),
+                (
+                    'plant = "lift"\nwarming_K = 5.0\n[body]\nmaterial = "own"\n[materials.own]\n'
+                    "youngs_modulus_MPa = 2.0\npoissons_ratio = 0.49",
+                    "grip.warming_K",
+                ),
                 ("rubber_memory = [[0.1, 1.0]]", "grip.rubber_memory"),
                 (
                     'plant = "lift"\nrubber_memory = [[0.5, 1.0], [0.5, 2.0]]',

@@ -5,8 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fingerdesign.checks.load import with_values
 from fingerdesign.fem.body import condense_body
+from fingerdesign.fem.model import build_model, expansions_of
+from fingerdesign.fem.readout import gage_rows
 from fingerdesign.fem.thermal import thermal_loads
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
+from tests.fem.test_condensation import DESIGN
 from tests.support.boxes import block_mesh, body_of
 
 ALPHA = 3e-4
@@ -56,3 +64,30 @@ def test_a_bimetal_strip_bends_as_timoshenko_says():
     inside = np.abs(x) < 0.3 * long  # away from the ends
     fit = np.polyfit(x[inside], bent[inside], 2)
     assert -2.0 * fit[0] == pytest.approx(curvature, rel=2e-3)
+
+
+@pytest.mark.parametrize("element", ["P2", "mixed"])
+@pytest.mark.parametrize("kind", ["section", "half"])
+def test_a_warming_finger_is_condensed_with_what_it_does_untouched(kind, element):
+    """Surface and gages as of the whole field; plates and rubber each by their own material; the
+    same from kept answers and at another modulus."""
+    values = {"grip.plant": "lift", "grip.warming_K": 10.0, "mesh.element": element}
+    design = with_values(DESIGN, values | {"materials.silicone.expansion_per_K": 3e-4})
+    mesh = mesh_section(design, 1.5) if kind == "section" else extrude(design, Zone(1.5))
+    model = build_model(design, mesh, 1.5)
+    expansion = expansions_of(design, mesh)
+    assert set(expansion) == {3e-4, design.expansion_of("plates")}
+    nothing = np.zeros((1, *model.reduced.points.shape))
+    loads = thermal_loads(model.condensed.body, expansion)
+    field = model.condensed.displacement_fields(nothing, loads)[0]
+    surface = (model.condensed.trace.operator @ field.ravel()).reshape(nothing.shape[1:])
+    assert model.reduced.load_displacement == pytest.approx(surface, abs=1e-12)
+    rows = gage_rows(mesh, plate_frames(design), design.gages, design.gage_weights)
+    read = rows @ (field - design.expansion_of("plates") * mesh.points).ravel()
+    assert model.reduced.load_gage_strain.ravel() == pytest.approx(read, abs=1e-9 * abs(read).max())
+    part = model.reduced.with_gages([2, 0])
+    assert part.load_gage_strain.tolist() == model.reduced.load_gage_strain[[2, 0]].tolist()
+    for values in ({}, {"materials.silicone.youngs_modulus_MPa": 5.0}):
+        again = build_model(with_values(design, values), mesh, 1.5, keep=True).reduced
+        assert again.load_displacement == pytest.approx(surface, rel=0.02, abs=1e-7)
+    assert build_model(DESIGN, mesh, 1.5).reduced.load_displacement is None

@@ -10,7 +10,8 @@ alike,
 
 The object keeps its direction: its tilting under unlike tangential forces is left out. A pair may
 be asked for any number of answers from where it stands: ``accept`` alone moves the friction history
-on, ``passed`` what the rubber remembers (contact/memory.py), once a control step.
+on, ``passed`` what the rubber remembers (contact/memory.py) and how warm it is, once a control
+step.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from math import inf
+from math import expm1, inf
 
 from fingerdesign.contact.balance import (
     Attempts,
@@ -61,20 +62,43 @@ class Held:
         return self.increment.motion.shear
 
 
-class _Finger:
-    """One finger's friction history, and what its rubber remembers."""
+@dataclass(frozen=True)
+class Warming:
+    """Fingers become ``kelvin`` warmer from the touch on, T = kelvin (1 - exp(-t / time)), and
+    expand evenly; time: s; rate: moves a second."""
 
-    def __init__(
-        self, problem: ContactProblem, rubber: Rubber | None, kinetic_share: float
-    ) -> None:
-        self.history = FrictionHistory(problem, kinetic_share)
-        self._memory = None if rubber is None else RubberHistory(rubber, problem)
-        if self._memory is not None:
-            self.history.displace(self._memory.lag)
+    kelvin: float
+    time: float
+    rate: float
+
+    def after(self, moves: int) -> float:
+        """T after so many moves, K."""
+        return -self.kelvin * expm1(-moves / (self.rate * self.time))
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What the fingers are beside elastic. kinetic_share: of the friction coefficient, what is left
+    where the contact slides (contact/history.py)."""
+
+    rubber: Rubber | None = None
+    kinetic_share: float = 1.0
+    warming: Warming | None = None
+
+
+class _Finger:
+    """One finger's friction history, what its rubber remembers, and how warm it is."""
+
+    def __init__(self, problem: ContactProblem, kind: Kind) -> None:
+        self.history = FrictionHistory(problem, kind.kinetic_share)
+        self._memory = None if kind.rubber is None else RubberHistory(kind.rubber, problem)
+        self._warming, self._warmed = kind.warming, problem.modes[4].copy()  # by one kelvin
+        self._moves = 0
+        self._displace()
 
     @property
     def settled(self) -> bool:
-        return self.history.settled and self._memory is None
+        return self.history.settled and self._memory is None and self._warming is None
 
     def solve(self, approach: float, shear: float) -> Increment:
         history = self.history
@@ -113,19 +137,26 @@ class _Finger:
     def passed(self) -> None:
         """A control step is over."""
         last = self.history.last
+        self._moves += 1
         if self._memory is not None and last is not None:
             self._memory.passed(self.history.at_rest(last.multiplier))
-            self.history.displace(self._memory.lag)
+        self._displace()
+
+    def _displace(self) -> None:
+        """For the next control step: what the past and the temperature do to the surface."""
+        lags = [] if self._memory is None else [self._memory.lag]
+        if self._warming is not None:
+            lags.append(self._warming.after(self._moves + 1) * self._warmed)
+        if lags:
+            self.history.displace(sum(lags[1:], start=lags[0]))
 
 
 class MirrorPair:
     """A finger and its mirror image: half of all forces each, exactly."""
 
-    def __init__(
-        self, problem: ContactProblem, rubber: Rubber | None = None, kinetic_share: float = 1.0
-    ) -> None:
-        self._finger = _Finger(problem, rubber, kinetic_share)
-        self._fresh = 1.0 if rubber is None else rubber.fresh
+    def __init__(self, problem: ContactProblem, kind: Kind = Kind()) -> None:
+        self._finger = _Finger(problem, kind)
+        self._fresh = 1.0 if kind.rubber is None else kind.rubber.fresh
 
     @property
     def problem(self) -> ContactProblem:
@@ -190,14 +221,10 @@ class UnlikePair:
     """Two different fingers of one rubber; the object floats between them."""
 
     def __init__(
-        self,
-        problem: ContactProblem,
-        opposite: ContactProblem,
-        rubber: Rubber | None = None,
-        kinetic_share: float = 1.0,
+        self, problem: ContactProblem, opposite: ContactProblem, kind: Kind = Kind()
     ) -> None:
-        self._both = tuple(_Finger(each, rubber, kinetic_share) for each in (problem, opposite))
-        self._fresh = 1.0 if rubber is None else rubber.fresh
+        self._both = tuple(_Finger(each, kind) for each in (problem, opposite))
+        self._fresh = 1.0 if kind.rubber is None else kind.rubber.fresh
         self._shear = self._drift = 0.0
 
     @property

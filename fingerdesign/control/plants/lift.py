@@ -27,13 +27,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 
+import numpy as np
+
 from fingerdesign.contact.memory import Rubber
 from fingerdesign.contact.path import NoEquilibrium
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control.plants.fingers import Held, MirrorPair, UnlikePair
+from fingerdesign.control.plants.fingers import Held, Kind, MirrorPair, UnlikePair, Warming
 from fingerdesign.control.plants.plant import Truth, felt
 from fingerdesign.control.plants.slide import Inertia, frequency, slide
-from fingerdesign.control.signals import Sample
+from fingerdesign.control.signals import Sample, gage_readings
 from fingerdesign.design.grip import Grip, Tug, WeightChange, lifting_tugs, mass_at, pull_at
 
 _RELAXES_s = 0.1  # T
@@ -79,21 +81,25 @@ class Timed:
     """What takes time in a lift, None where it takes none.
 
     relaxation, rubber: of all forces alike, or of each as it came (contact/memory.py); of both
-    their product. inertia: of the object.
+    their product. inertia: of the object. warming: of the fingers.
     """
 
     relaxation: Relaxation | None = None
     rubber: Rubber | None = None
     inertia: Inertia | None = None
+    warming: Warming | None = None
 
     @staticmethod
     def of(grip: Grip) -> Timed:
         """As a design's ``[grip]`` table says."""
-        rubber = None
+        rubber = warming = None
+        rate = grip.hardware.sample_rate_Hz
         if grip.rubber_memory:
             shares, times = zip(*grip.rubber_memory, strict=True)
-            rubber = Rubber(shares, times, 1.0 / grip.hardware.sample_rate_Hz)
-        return Timed(Relaxation.of(grip), rubber, Inertia.of(grip))
+            rubber = Rubber(shares, times, 1.0 / rate)
+        if grip.warming_K:
+            warming = Warming(grip.warming_K, grip.warming_s, rate)
+        return Timed(Relaxation.of(grip), rubber, Inertia.of(grip), warming)
 
 
 @dataclass(frozen=True)
@@ -156,10 +162,12 @@ class LiftPlant:
             raise ValueError(f"a mass of {object_mass_g} g must be over 0")
         timed = timed if isinstance(timed, Timed) else Timed(timed)
         self._timed = timed
-        self._face, own = face, (timed.rubber, kinetic_share)
-        self._fingers: MirrorPair | UnlikePair = MirrorPair(problem, *own)
+        self._face, kind = face, Kind(timed.rubber, kinetic_share, timed.warming)
+        self._fingers: MirrorPair | UnlikePair = MirrorPair(problem, kind)
         if opposite is not None:
-            self._fingers = UnlikePair(problem, opposite, *own)
+            self._fingers = UnlikePair(problem, opposite, kind)
+        alone = problem.model.load_gage_strain  # of one kelvin
+        self._warmed = np.zeros(1) if alone is None else gage_readings(alone, face)
         self._mass = object_mass_g
         self._tugs = [each for each in disturbances if isinstance(each, Tug)]
         self._changes = [each for each in disturbances if isinstance(each, WeightChange)]
@@ -245,7 +253,8 @@ class LiftPlant:
 
     def _report(self, move: _Move, found: _Found, truth: Truth, sample: Sample) -> None:
         """Truth and sample of where a move has led to, from what the increment alone tells."""
-        share = found.held.fresh * move.left
+        share, warming = found.held.fresh * move.left, self._timed.warming
+        kelvin = 0.0 if warming is None else warming.after(self._moves)
         forces = {
             "normal_force": share * truth.normal_force,
             "tangential_force": share * truth.tangential_force,
@@ -266,7 +275,7 @@ class LiftPlant:
         )
         self._sample = replace(
             sample,
-            readings=found.held.fresh * sample.readings,
+            readings=found.held.fresh * sample.readings + kelvin * self._warmed,
             normal_force=share * sample.normal_force,
             tangential_force=share * sample.tangential_force,
             lifted=found.lifted,
