@@ -140,8 +140,8 @@ MATERIALS: dict[str, MaterialData] = {
         2.5e3, 0.34, "DuPont Kapton HN data sheet at 23 degrees C (2.5 GPa, 0.34)"
     ),
 }
-# Linear thermal expansion, 1/K near 25 degrees C, and where it is from: figures in common use, these
-# documents being their origin; measure a filled silicone, whose filler decides.
+# Linear thermal expansion, 1/K near 25 degrees C, and where it is from: figures in common
+# use, these documents being their origin; measure a filled silicone, whose filler decides.
 _ASSUMED_EXPANSION = "assumed: makers of filled silicones tell 2.5e-4 to 3.4e-4"
 _CDA = "Copper Development Association data, 20 to 300 degrees C"
 EXPANSION: dict[str, tuple[float, str]] = {
