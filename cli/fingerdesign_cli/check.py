@@ -215,8 +215,8 @@ def _show(summaries: list[Summary], scene: str) -> None:
     headings = ["design, body, plates", "surface", "gap", "side", "base", "half-width", "volume"]
     title = (
         "Sound designs (mm, mm3). Plates' least distances to: contact surface, next\n"
-        f"plate, sides, base. {scene or 'fundamental'}: approach -> half-width of contact "
-        "(forecast)"
+        f"plate, sides, base. Of {f'the scene {scene}' if scene else 'the fundamental path'}: "
+        "approach -> half-width of contact (forecast)"
     )
     print_table(title, headings, rows)
 
@@ -267,5 +267,9 @@ def _show_lifts(held: list[tuple[str, Lift]]) -> None:
         for name, each in held
     ]
     headings = ["design", "g", "friction", "F_n N", "F_t N", "approach", "half-width"]
-    headings += ["nodes flat / 3d", "gages"]
-    print_table("What a lift will take, held with a margin of 1.5 (forecast)", headings, rows)
+    headings += ["nodes", "gages"]
+    title = (
+        "What a lift will take, held with a margin of 1.5 (forecast). Nodes in contact: in plane "
+        "strain / in 3-D. Gages: will they tell stick from slip? open: analyse answers"
+    )
+    print_table(title, headings, rows)

@@ -107,7 +107,7 @@ def test_check_judges_the_scene_beside_faults_of_its_own_and_of_the_design(rows,
 
 
 def test_check_finds_shipped_names(said):
-    assert "fundamental: approach" in said("check", "narrow", "wide").out
+    assert "Of the fundamental path" in said("check", "narrow", "wide").out
     assert "did you mean narrow" in said("check", "narow", code=2).err
 
 
