@@ -143,6 +143,16 @@ def test_gages_that_answer_too_little_say_by_how_much_and_what_helps(plane_strai
     assert "an amplifier of 0.05 microstrain in place of 0.5" in change.detail
 
 
+def test_a_grip_that_crushes_is_not_sound(plane_strain):
+    """m g / 2 mu = 1.96 N would hold 200 g at 0.5; five times that is no gentle grip."""
+    grips = [{"safety_margin": 1.3, "gross_slip": False}] * 3
+    grips[1] = grips[1] | {"peak_normal_force_N": 5.0 * 1.9614}
+    good, _, limits, change = in_short(with_parts(plane_strain.result, "grips", grips))
+    assert good.answer == "partly"
+    assert "At most 9.81 N with 200 g at μ = 0.5, 5 times the least that holds" in limits.detail
+    assert "0.30 times the force would do at μ = 0.5" in change.detail
+
+
 def test_there_are_no_first_lines_without_grips_or_of_a_failure(plane_strain, failed):
     assert in_short(failed.result) == []
     assert in_short(replace(plane_strain.result, grips=())) == []

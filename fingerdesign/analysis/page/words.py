@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fingerdesign.control.metrics import MOST_FORCE
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.result import (
@@ -220,13 +221,17 @@ def in_short(result: Result) -> list[Question]:
     nearest = min(lifted, key=lambda grip: grip.safety_margin or np.inf, default=None)
     margin = nearest.safety_margin if nearest else None
     thin = margin is not None and margin < HUMAN_MARGIN[0]
-    whole = all(good == every for good, every in counts.values())
+    hardest = max(lifted, key=_squeeze, default=None)
+    crushed = hardest is not None and _squeeze(hardest) >= MOST_FORCE
+    whole = not crushed and all(good == every for good, every in counts.values())
     of = {
         "counts": counts,
         "lifted": lifted,
         "failing": sorted(failing, key=lambda each: -each.wanted_N),
         "nearest": nearest,
         "thin": thin,
+        "hardest": hardest if crushed else None,
+        "squeeze": _squeeze(hardest) if hardest else 0.0,
         "sound": whole and not thin,
         "unlike": [study for study in judged if not follows(study)],
         "found": found,
@@ -257,6 +262,12 @@ class _Shortfall:
     wanted_N: float
     wanted_mm: float | None
     light_g: float
+
+
+def _squeeze(grip: GripResult) -> float:
+    """A grip's greatest force over the least that holds the object by friction."""
+    least = weight_per_finger(grip.object_mass_g) / grip.friction_coefficient
+    return grip.peak_normal_force_N / least
 
 
 def _shortfall(grip: GripResult, result: Result) -> _Shortfall:
