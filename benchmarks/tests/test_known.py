@@ -6,15 +6,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fingerdesign_bench.known import theory
-from fingerdesign_bench.known.case import Case, Outcome, load_cases
+from fingerdesign_bench.known import measured, theory
+from fingerdesign_bench.known.case import KINDS, Case, Outcome, load_cases
 from fingerdesign_bench.known.export import judged, write_problem
 from fingerdesign_bench.known.patches import sheared_brick
 from fingerdesign_bench.known.run import run_cases, solution, write_suite
 
 CASES = load_cases()
 DOCS = Path(__file__).parents[2] / "docs" / "suite.md"
-CHEAP = ("patch_", "ssnv128", "wedge", "two_codes_plane_strain", "order_ring", "flat_punch")
+CHEAP = (
+    "patch_",
+    "ssnv128",
+    "wedge",
+    "two_codes_plane_strain",
+    "order_ring",
+    "flat_punch",
+    "measured_disc",
+    "measured_blocks",
+)
 SOUND = {
     "name": "one",
     "quantity": "force",
@@ -36,7 +45,7 @@ def named(name):
 
 def test_there_are_many_and_each_names_what_it_should():
     assert len({case.name for case in CASES}) >= 40
-    assert {case.kind for case in CASES} == {"analytic", "code", "regression"}
+    assert {case.kind for case in CASES} == set(KINDS)
     for case in CASES:
         assert len(case.source) > 10, case.words
         assert case.verdict(case.regression) in ("met", "known miss"), case.words
@@ -91,6 +100,23 @@ def test_references_of_spence_lubkin_and_mindlin_are_what_theory_gives():
 def test_a_cheap_case_is_met(name):
     for outcome in run_cases(named(name)).outcomes:
         assert outcome.verdict == "met", outcome
+
+
+def test_measured_references_are_what_their_sources_give():
+    """Discs: points of the figure; rings and blocks: the laws."""
+    for case in CASES:
+        if case.function == "measured.disc":
+            given = case.arguments
+            points = dict(measured.FIG_27[given["shape_factor"]])
+            assert points[given["percent"]] == case.reference
+        elif case.function == "measured.ring":
+            share = float(case.quantity.split()[1]) / 100.0
+            law = measured.measured_ring(np.array(share))
+            assert case.reference == pytest.approx(float(law), rel=1e-4)
+        elif case.function == "measured.compression_modulus":
+            given = {key: case.arguments[key] for key in ("youngs_modulus", "k", "bulk_modulus")}
+            blocks = measured.measured_blocks(np.array(float(case.quantity[4:])), **given)
+            assert case.reference == pytest.approx(float(blocks), rel=1e-5)
 
 
 @pytest.mark.slow
