@@ -93,15 +93,16 @@ def measured_blocks(
     return np.asarray(modulus / (1.0 + modulus / bulk_modulus))
 
 
-def ring(mean: float = 5.0, size: float = 0.07) -> Solution:
+def ring(mean: float = 5.0, size: float = 0.04) -> Solution:
     """A ring of round cord, diameter 1 mm, between frictionless plates: F / (length E d).
 
-    mean: radius, mm, of the ring; facets of ``size`` mm. Half of the cord's section, swept around
-    the ring's axis: it may widen, as a closed ring does, which plane strain does not know.
+    mean: radius, mm, of the ring; facets of ``size`` mm in the first fifth of a mm, then growing.
+    Half of the cord's section, swept around the ring's axis: it may widen, as a closed ring does,
+    which plane strain does not know.
     """
     shares = np.array([0.1, 0.2, 0.3, 0.4])  # of the diameter
     reach = 0.42
-    section = half_disc(0.5, reach, size, 1.4)
+    section = half_disc(0.5, 0.2, size, 1.25)
     section = replace(section, points=section.points + np.array([mean, 0.0]))
     mesh = revolved_half(section, 6)
     fixed = _mirrored(mesh)
