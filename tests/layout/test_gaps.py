@@ -53,6 +53,14 @@ def test_a_plates_own_coordinates_lead_back_to_the_point(place, y, angle, radius
     np.testing.assert_allclose(arc, 0.5, atol=1e-12)
 
 
+@pytest.mark.parametrize("radius", [None, 1.5])
+def test_a_plates_outline_goes_once_around_it_anticlockwise(radius):
+    """Its area, positive, is length times thickness; a bent one in 256 chords."""
+    x, y = plate(0, 0.3, -0.2, 30.0, -1.0, 1.0, bend=radius).outline(256).T
+    area = 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    assert area == pytest.approx(2.0 * 0.3, rel=1e-4)
+
+
 @QUICK
 @given(PLACE, PLACE, ANGLE, ANGLE, st.floats(-2, 2), st.sampled_from(["x", "z"]))
 def test_gap_is_that_of_the_plates_points(place, y, one, two, low, along):

@@ -215,6 +215,8 @@ def test_reaction_counts_from_the_tug_to_the_first_answer():
     assert reaction_steps(made, 9, 0.05) is None
     assert reaction_steps(made, 99, 0.005) is None
     assert reaction_steps(trace(still), 9, 0.005) is None
+    # Felt at the step after the lift, no rate is known before it.
+    assert reaction_steps(trace([*still, 0.26, 0.30], lift=11), 12, 0.005) == 1
     # A hand that closes anyway has not answered.
     assert reaction_steps(trace(0.1 + 0.001 * np.arange(40), lift=5), 20, 0.002) is None
     faster = np.concatenate([0.001 * np.arange(22), 0.021 + 0.003 * np.arange(1, 19)])
