@@ -32,7 +32,10 @@ from fingerdesign_cli.terminal import (
     say_verdict,
 )
 
-_WRONG = (ValueError, TypeError, AttributeError, LookupError, ArithmeticError, RecursionError)
+_WRONG = (
+    *(ValueError, TypeError, AttributeError, LookupError, ArithmeticError, RecursionError),
+    StopIteration,  # of what holds nothing
+)
 
 
 # ``fingerdesign new``: a commented starter design or scene.

@@ -32,6 +32,7 @@ from fingerdesign.runtime.registry import MESHERS
 _LEAST_GAGES = 2
 _FOLLOWED = 2.0  # time constants in which a press that lags is felt at its depth
 _FELT_WITHIN = 1050  # samples that the bench's quick press is waited for (control/calibration.py)
+_SWELLING = 0.02  # free strain: small strain is good to as much
 _BENCH_SHEAR = 0.05  # of the preload: what the bench shears by (control/calibration.py)
 
 
@@ -101,6 +102,10 @@ def _warming_faults(design: Design) -> list[Fault]:
     if unknown := sorted(part for part in parts if design.expansion_of(part) is None):
         bound = f"0 where the expansion of the {' and the '.join(unknown)} is not known"
         faults.append(Fault(key, warmer, bound, "give expansion_per_K of its material"))
+    most = max(design.expansion_of(part) or 0.0 for part in parts)
+    if most * abs(warmer) > _SWELLING:
+        bound = f"within {_SWELLING / most:.3g} K, where a material expands by {_SWELLING:.0%}"
+        faults.append(Fault(key, warmer, bound, "warm less: strains are taken as small"))
     return faults
 
 
@@ -149,10 +154,11 @@ def _stage_faults(grip: Grip) -> list[Fault]:
 
 # Whether a scene suits a design: motions that the body can take, readout points inside it.
 
-# Small strain is long past where the object has moved by half of the finger's height.
+# Small strain is long past where the object has moved by half of the finger's height, and so is
+# finite strain: rubber folds there.
 MOST_MOTION = 0.5
 MOST_TWIST_DEG = 10.0  # cos 10 degrees is 0.985: turns are taken as small
-_LESS = "move the object less: strains are taken as small"
+_LESS = "move the object less: no model here follows a finger so far"
 _TURN_LESS = "turn the object less: rotations are taken as small"
 
 
@@ -168,7 +174,7 @@ def scene_faults(scene: Scene, design: Design) -> list[Fault]:
 
 def _motion_faults(scene: Scene, design: Design) -> list[Fault]:
     if scene.path.control == "force":
-        return []
+        return _friction_faults(scene)
     limit = MOST_MOTION * crest_height(design.body)
     height = f"within {limit:.4g} mm, half of the finger's height"
     bounds = (
@@ -185,6 +191,25 @@ def _motion_faults(scene: Scene, design: Design) -> list[Fault]:
         if abs(value) > most:
             faults.append(Fault(f"path.increments_mm[{worst}][{column}]", value, bound, remedy))
     return faults
+
+
+def _friction_faults(scene: Scene) -> list[Fault]:
+    """Forces that no friction carries on a plane: the worst row. Not of planes that slope along z,
+    whose force may have a part there that is not prescribed."""
+    across, down, along = scene.object.made().normal(np.zeros((1, 3)))[0]
+    if not scene.object.flat or abs(along) > 1e-12:
+        return []
+    slope, angle = np.arctan2(across, -down), np.arctan(scene.object.friction_coefficient)
+    low, high = (float(np.tan(slope + sign * angle)) for sign in (-1.0, 1.0))
+    rows = np.array([row[:2] for row in scene.path.rows])
+    over = np.maximum(rows[:, 1] - high * rows[:, 0], low * rows[:, 0] - rows[:, 1])
+    worst = int(np.argmax(over))
+    normal, tangential = (float(force) for force in rows[worst])
+    if over[worst] <= 1e-6 * normal:
+        return []
+    bound = f"{low * normal:.4g} to {high * normal:.4g} N, what friction carries under {normal:g} N"
+    remedy = "pull less, press harder, or prescribe the motion"
+    return [Fault(f"{scene.path.key}[{worst}][1]", tangential, bound, remedy)]
 
 
 def _point_faults(scene: Scene, design: Design) -> list[Fault]:

@@ -12,6 +12,8 @@ from fingerdesign.design.base import Named, Table, bounded, refuse_key, table_fi
 from fingerdesign.errors import Fault
 from fingerdesign.runtime.registry import MESHERS
 
+MOST_BYTES = 1_000_000_000  # of a mesh that a user brings: ten million tetrahedra
+
 
 class SectionMesh(Table):
     """``[mesh.section]``: element edges of the plane-strain mesh, mm."""
@@ -75,6 +77,9 @@ def mesh_file_faults(options: MeshOptions) -> list[Fault]:
     path = Path(options.file)
     try:
         if path.is_file():
+            if (size := path.stat().st_size) > MOST_BYTES:
+                said, bound = f"{size / 1e9:.1f} GB", f"at most {MOST_BYTES / 1e9:g} GB"
+                return [Fault("mesh.file", said, bound, "write a coarser mesh, or a binary file")]
             with path.open("rb"):
                 return []
         why = "it is no ordinary file" if path.exists() else "there is none"

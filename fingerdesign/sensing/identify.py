@@ -457,13 +457,17 @@ def trace_faults(design: Design, trace: Trace) -> Iterator[Fault]:
         remedy = "closing is positive: record from the first touch on"
         yield Fault("trace, column dy_mm", f"{deepest:g} mm in all", "over 0", remedy)
     elif deepest > most * 1.05:
-        remedy = "cut the trace there, or raise it"
+        remedy = "cut the trace there, or raise it; are these positions? a row has its own move"
         bound = f"at most grip.max_approach_mm = {most:g}"
         yield Fault("trace, column dy_mm", f"{deepest:g} mm in all", bound, remedy)
     if not trace.normal_force.max() > 20.0 * noise_of(trace)[0]:
         bound = "twenty times its noise somewhere"
         said = f"{trace.normal_force.max():.3g} N at the most"
         yield Fault("trace, column normal_force_N", said, bound, "press deeper")
+    pulled, noise = trace.tangential_force, noise_of(trace)[1]
+    if np.abs(pulled).max() > 20.0 * noise and np.cumsum(trace.dx) @ pulled < 0.0:
+        key, bound = "trace, column tangential_force_N", "positive where dx_mm shears toward +x"
+        yield Fault(key, "the other way", bound, "turn the sign of the force, or of dx_mm")
     if len(TracePath.of(trace).time) < 12:
         bound = "at least 12 points that move or rest"
         yield Fault("trace", f"{len(trace)} rows", bound, "record the way down, not its end alone")

@@ -84,12 +84,13 @@ def test_forces_requested_for_come_out_at_about_the_approach_that_is_foreseen(de
 @pytest.mark.parametrize(
     ("rows", "words", "solved"),
     [
-        ("[[2, 0], [3, 0.9], [3, 1.6]]", r"row 3 of 3 .*complete slip.*carries 1\.5 N", [0.0, 0.9]),
+        ("[[2, 0], [3, 0.9], [3, 1.6]]", r"row 3 of 3 .*complete slip", [0.0, 0.9]),
         ("[[3, 0], [2000, 0]]", r"row 2 of 2 .*ask for less force", [0.0]),
     ],
 )
 def test_forces_that_no_motion_gives_are_refused(design, tmp_path, rows, words, solved):
-    scene = parse_scene(f'path.control = "force"\npath.increments_N = {rows}')
+    round_one = 'object = {shape = "cylinder", radius_mm = 4e4}'
+    scene = parse_scene(f'{round_one}\npath.control = "force"\npath.increments_N = {rows}')
     with pytest.raises(SolverError, match=words):
         analyse(design, scene, "plane-strain")
     found = analyse_into(Case(design, scene, "plane-strain", "pull"), tmp_path)

@@ -284,6 +284,11 @@ def test_view_says_what_is_bad_in_each_kind_of_folder(record, tmp_path, said):
         assert (data["record"], bool(data["bad"])) == (record, True)
 
 
+def test_a_record_that_holds_nothing_is_refused(tmp_path, said):
+    (tmp_path / "unlike.json").write_text(json.dumps(FOLDERS["unlike.json"] | {"summaries": {}}))
+    assert "run its command again" in said("view", tmp_path, code=2).err
+
+
 def test_every_kind_of_folder_is_known_by_a_record_of_its_own():
     records = [kind.record for kind in looks.KINDS]
     assert len(set(records)) == len(records)

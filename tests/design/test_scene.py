@@ -7,6 +7,7 @@ from fingerdesign.checks.load import judge_scene, parse_design, parse_scene
 from tests.support.faults import faults_of
 
 PATH = "path.increments_mm = [[0.1, 0.0], [0.2, 0.05], [0.0, 0.05]]\n"
+PULL = "path.control = 'force'\npath.increments_N = "
 FORCE = 'path.control = "force"\n'
 DESIGN = parse_design('design.name = "a"')
 
@@ -111,6 +112,11 @@ def test_what_mirrors_and_what_plane_strain_can_hold(text, mirrors, plane):
         ),
         (PATH, ""),
         (PATH + "readout.points_mm = [[0, 13, 0], [0, 5, 0], [0, 20, 0]]", "readout.points_mm[2]"),
+        (PULL + "[[3, 1.5], [2, -1.0]]", ""),
+        (PULL + "[[3, 1.5], [2, -1.2], [9, 4.6]]", "path.increments_N[1][1]"),
+        ("object.tilt_deg = 5\n" + PULL + "[[3, 1.8], [3, -1.15]]", ""),
+        ("object.tilt_deg = 5\n" + PULL + "[[3, 1.0], [3, 1.9]]", "path.increments_N[1][1]"),
+        ("object = {tilt_deg = 5, turn_deg = 90}\n" + PULL + "[[3, 1.9]]", ""),
         (
             "path.increments_mm = [[9, 0]]\nreadout.points_mm = [[0, 20, 0]]",
             "path.increments_mm[0][0] readout.points_mm[0]",

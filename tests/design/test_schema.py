@@ -72,6 +72,7 @@ CHANGE = "[[grip.weight_changes]]\nobject_mass_g = 100.0\nstep_after_lift = "
                 ('plant = "hand"', "grip.plant"),
                 ("inertia = true", "grip.inertia"),
                 ("warming_K = 5.0", "grip.warming_K"),
+                ('plant = "lift"\nwarming_K = -150.0', "grip.warming_K"),
                 (
                     'plant = "lift"\nwarming_K = 5.0\n[plates]\nmodel = "sheet"',
                     "grip.warming_K",

@@ -229,6 +229,10 @@ def test_files_are_judged_by_their_content_and_named_where_they_are_read(made, t
         imported_mesh(of_file(second))
     with pytest.raises(DesignError, match=r"mesh\.file"):
         imported_mesh(of_file(tmp_path / "missing.msh"))
+    with first.open("r+b") as file:
+        file.truncate(2_000_000_000)  # sparse: it takes no room
+    with pytest.raises(DesignError, match="at most 1 GB"):
+        of_file(first)
     for line in ('mesh.mesher = "file"', 'mesh.file = "m.msh"'):
         with pytest.raises(DesignError, match=r"mesh\.file = "):
             parse_design(f'design.name = "t"\n{line}')

@@ -173,6 +173,8 @@ def test_noise_is_told_by_second_differences(made):
     [
         (lambda t: replace(t, dy=-t.dy), "over 0"),
         (lambda t: replace(t, dy=3.0 * t.dy), "grip.max_approach_mm"),
+        (lambda t: replace(t, dy=np.cumsum(t.dy)), "a row has its own move"),
+        (lambda t: replace(t, tangential_force=-t.tangential_force), "the other way"),
         (
             lambda t: replace(t, normal_force=0.001 * t.normal_force + 1e-3 * np.sin(1e3 * t.time)),
             "twenty times",

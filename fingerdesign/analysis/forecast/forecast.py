@@ -222,7 +222,7 @@ class Forecast(Counts):
     def __str__(self) -> str:
         return (
             f"{self.dofs} equations, {self.contact_nodes} contact nodes, "
-            f"{self.memory_MB / 1024.0:.1f} GB, {self.total_s:.0f} s"
+            f"{self.memory_MB / 1024.0:.1f} GB, {_duration(self.total_s)}"
         )
 
     def as_dict(self) -> dict[str, object]:
@@ -236,6 +236,12 @@ class Forecast(Counts):
             "mesh_kept": self.mesh_kept,
             "words": self.words,
         }
+
+
+def _duration(seconds: float) -> str:
+    hours = seconds / 3600.0
+    long = f"{hours:.1f} hours; fewer rows or a coarser mesh take less, --time-limit ends it"
+    return f"{seconds:.0f} s" if hours < 0.5 else long
 
 
 def forecasts(design: Design, scene: Scene | None = None) -> list[Forecast]:
