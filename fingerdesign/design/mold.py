@@ -41,6 +41,9 @@ class MoldLimits(Table):
     )
     pin_mm: float | None = bounded(None, 0.2, 20, "least diameter of a pin", example=2.0)
     tolerance_mm: float | None = bounded(None, 0.0, 2, "of a place, to either side", example=0.1)
+    form_mm: float | None = bounded(
+        None, 0.0, 2, "of a face over the finger's width, to either side", example=0.05
+    )
 
 
 class Comb(Table):
@@ -50,7 +53,14 @@ class Comb(Table):
     slot_mm: float = bounded(0.1, 0.01, 3, "least slot that can be cut")
     web_mm: float = bounded(0.2, 0.02, 5, "least web between slots and to the sheet's edge")
     clearance_mm: float = bounded(0.02, 0, 1, "of a slot beyond the plate's thickness")
-    tolerance_mm: float = bounded(0.02, 0, 1, "of a slot's place")
+    tolerance_mm: float | None = bounded(
+        None,
+        0,
+        1,
+        "of a cut edge's place; absent: 0.01 (stencil laser, wire erosion), beside machined parts "
+        "0.005 (fine wire erosion)",
+        example=0.01,
+    )
 
 
 class Mold(Table):
@@ -98,7 +108,8 @@ class Mold(Table):
         None,
         0.1,
         50,
-        "width of plates' legs; absent: by the sheet and the plate's thickness",
+        "width of plates' legs, at most; absent: the plate's length where it reaches the finger's "
+        "end, half of it where its legs stay in the rubber, or what has room",
         example=0.6,
     )
     wire_mm: float = bounded(

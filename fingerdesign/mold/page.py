@@ -17,7 +17,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.errors import PictureError
-from fingerdesign.mold.part import CORE, MoldMeshes, PartMesh, axis_name
+from fingerdesign.mold.part import CORE, OUTER, MoldMeshes, PartMesh, axis_name
 from fingerdesign.report.page import rendered
 from fingerdesign.report.table import number_text
 from fingerdesign.runtime.isolate import ProcessError, Wait, beside
@@ -189,6 +189,7 @@ def _moved(part: PartMesh, size: Array) -> tuple[float, float, float]:
         far = 0.0 if inside else 0.45 if part.name == CORE else 0.95
         return (0.0, -far * size[1], 0.0)
     shares = (0.25, 0.75, 0.3) if part.made == "sheet" else (0.5, 0.75, 0.85)
+    shares = (0.0, 0.75, 1.3) if part.name.endswith(OUTER) else shares
     x, y, z = (np.array(shares) * size * part.draw).tolist()
     return (x, y, z)
 

@@ -13,6 +13,7 @@ from fingerdesign.arrays import Array, IntArray
 Made = Literal["process", "sheet", "metal", "silicone"]
 
 INSERT, BASE, CORE, RUBBER = "contact_insert", "base_plate", "core", "rubber"
+OUTER = "_outer"  # ends the names of combs on the outside: no part of the filled block
 
 
 def axis_name(draw: Sequence[float]) -> str:

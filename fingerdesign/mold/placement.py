@@ -34,7 +34,8 @@ from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.section.section import mesh_section, section_sizes
 from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh
-from fingerdesign.mold.plan.plan import MoldPlan, limits_of
+from fingerdesign.mold.plan.outer import bow
+from fingerdesign.mold.plan.plan import MoldPlan, comb_tolerance, limits_of
 from fingerdesign.mold.products.notes import effect_sentences, unknown_effect
 
 _LEAST_AREA = 0.2  # of its own, that a moved triangle keeps: below it the move is too far
@@ -188,21 +189,41 @@ def section_plates(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
 def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float]:
     """How far (mm) and by what angle (degrees) a plate may be off, by the slots that hold it.
 
-    A slot's place is off by the tolerance of the sheet (comb) or of the process (slots), and the
-    plate stands off its middle by half of the play that shims leave across the slot, or by half of
-    that along it, where it is larger. One end of
-    the slot may be off against the other by the tolerance, and the leg turns in it by the play over
-    its width: an angle. Of a plate's two ends the worse one counts.
+    A slot's place is off by the tolerance of the sheet (comb) or of the process (slots). One end of
+    it may be off against the other by as much: an angle. Where a second comb pushes the leg against
+    a face of its slot, that is all, and the bow of its middle. Else the plate stands off the slot's
+    middle by half of the play that shims leave across it, or by half of that along it, where it is
+    larger, and turns by the play over the leg's width. Of a plate's two ends the worse one counts.
     """
-    comb, process = design.mold.comb.tolerance_mm, limits_of(design.mold).tolerance_mm
+    comb, process = comb_tolerance(design.mold), limits_of(design.mold).tolerance_mm
     places, angles = [0.0], [0.0]
     for side, slot, width in plan.held():
         if slot.plate == plate:
             tolerance = comb if side.holding == "comb" else process
+            if side.outer:
+                places.append(tolerance + bow(design, plan, side))
+                angles.append(math.degrees(math.atan(tolerance / width)))
+                continue
             play = max(slot.width - slot.shim - plan.thickness[plate], 0.0)
             places.append(tolerance + 0.5 * max(play, slot.length - width))
             angles.append(math.degrees(math.atan(tolerance / slot.length + play / width)))
     return max(places), max(angles)
+
+
+def row_tolerances(design: Design, plan: MoldPlan) -> tuple[float, float]:
+    """How far the whole row may be off against the contact surface, along x and in height, mm.
+
+    Where base plate and insert lie on the combs, these, cut with their slots in one go, are as high
+    as the finger and have its profile: their tolerance counts, and in height the form of the
+    insert's face that they stand on; along x, too, on a flat top, which only its rounded ends hold.
+    A tilt of the surface against the base is not the row's. Else insert and walls are placed by
+    pins: their clearance and the process's tolerance.
+    """
+    limits, cut = limits_of(design.mold), comb_tolerance(design.mold)
+    if plan.seam > 0.0:
+        seated = cut + limits.form_mm
+        return (seated if design.body.kind.flat else cut), seated
+    return (limits.clearance_mm + limits.tolerance_mm,) * 2
 
 
 def scene_for(design: Design) -> Scene:
@@ -225,13 +246,14 @@ def _measured(
     off = np.array([tolerances(design, plan, frame.index) for frame in frames])
 
     def work(zone: Zone) -> Effect:
-        return _in_zone(design, frames, off, zone, scene, sizes)
+        return _in_zone(design, plan, frames, off, zone, scene, sizes)
 
     return in_wide_zone(design, zone, work)
 
 
 def _in_zone(
     design: Design,
+    plan: MoldPlan,
     frames: tuple[PlateFrame, ...],
     off: Array,
     zone: Zone,
@@ -269,9 +291,8 @@ def _in_zone(
         | {"rms_alike": _rms(ways[0, k]), "rms_opposed": _rms(ways[-1, k])}
         for k in range(3)
     ]
-    limits = limits_of(design.mold)
-    tolerance = limits.clearance_mm + limits.tolerance_mm
-    rows, part = changed(_moves(np.full_like(off, tolerance))[:2])
+    row_off = row_tolerances(design, plan)
+    rows, part = changed([np.tile(way, (len(frames), 1)) for way in np.diag([*row_off, 0.0])[:2]])
     together = np.sqrt((share**2).sum(axis=0))
     found: Effect = {
         "tolerance_mm": sizes_off[0],
@@ -284,8 +305,9 @@ def _in_zone(
         "largest_reading_microstrain": [float(value) for value in most],
     }
     row: Effect = {
-        "tolerance_mm": round(tolerance, 6),
-        "changes": [_change(k, round(tolerance, 6), rows[k], part[k], frames) for k in range(2)],
+        "tolerance_mm": round(max(row_off), 6),
+        "seated": plan.seam > 0.0,
+        "changes": [_change(k, round(row_off[k], 6), rows[k], part[k], frames) for k in range(2)],
         "together": _summary(np.sqrt((rows**2).sum(axis=0)), frames),
     }
     return found | {"sentences": effect_sentences(design, found, row), "row": row}

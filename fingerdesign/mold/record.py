@@ -16,7 +16,7 @@ from typing_extensions import TypedDict
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.fitting import gage_fit, gage_words
 from fingerdesign.mold.part import Check, MoldMeshes, PartMesh
-from fingerdesign.mold.plan.plan import MoldPlan, Side, SidePlan, limits_of
+from fingerdesign.mold.plan.plan import MoldPlan, Side, SidePlan, comb_tolerance, limits_of
 from fingerdesign.mold.products.drawing import FlatPattern
 from fingerdesign.mold.products.notes import (
     ItemData,
@@ -52,6 +52,7 @@ class LimitsData(TypedDict):
     clearance_mm: Size
     pin_mm: Size
     tolerance_mm: Size
+    form_mm: Size
 
 
 @closed
@@ -136,6 +137,10 @@ class FixtureData(TypedDict):
     narrowest_slot_mm: Size | None
     shim_mm: Size
     sheet_mm: Size | None
+    held_over_mm: Annotated[
+        Size, Field(description="of a leg, from the finger's face to where it is last held")
+    ]
+    pushed: Annotated[bool, Field(description="by a second comb, so that no play counts")]
 
 
 @closed
@@ -278,7 +283,7 @@ def mold_record(
             ],
             "plates": [_pattern(pattern, files) for pattern in patterns],
             "placements": _placements(plan, patterns),
-            "fixture": [_fixture(side) for side in plan.sides],
+            "fixture": [_fixture(plan, side) for side in plan.sides],
             "base": _base(plan),
             "checks": [
                 asdict(check) | {"measured": _finite(check.measured), "bound": _finite(check.bound)}
@@ -309,7 +314,8 @@ def _process(design: Design, plan: MoldPlan) -> dict[str, Any]:
         pour=plan.pour,
         closed_for=plan.closed_for,
         limits=values_of(LimitsData, limits_of(design.mold)),
-        comb=design.mold.comb.model_dump(mode="json"),
+        comb=design.mold.comb.model_dump(mode="json")
+        | {"tolerance_mm": comb_tolerance(design.mold)},
     )
 
 
@@ -400,7 +406,10 @@ def _placements(plan: MoldPlan, patterns: Sequence[FlatPattern]) -> list[dict[st
     ]
 
 
-def _fixture(side: SidePlan) -> dict[str, Any]:
+def _fixture(plan: MoldPlan, side: SidePlan) -> dict[str, Any]:
+    over = {"wall": 0.0, "comb": side.sheet, "slots": plan.wall(side.side)}[side.holding]
+    if side.outer:
+        over = plan.wall(side.side) + side.sheet
     return values_of(
         FixtureData,
         side,
@@ -408,6 +417,8 @@ def _fixture(side: SidePlan) -> dict[str, Any]:
         narrowest_slot_mm=min((slot.width for slot in side.slots), default=None),
         shim_mm=max((slot.shim for slot in side.slots), default=0.0),
         sheet_mm=side.sheet or None,
+        held_over_mm=over,
+        pushed=side.outer is not None,
     )
 
 

@@ -21,17 +21,19 @@ def legs(design):
     return fixture_of(design).legs
 
 
-def test_full_plates_have_wide_tabs_and_embedded_ones_thin_legs_that_stay_within_the_plate():
+def test_legs_are_as_wide_as_their_plates_and_half_of_it_where_they_stay_in_the_rubber():
     found = legs(shipped("maeno2000"))
     assert len(found) == 30
     for leg in found:
         assert leg.flat
         assert leg.start == leg.exit == 5.0
-        assert leg.width == pytest.approx(0.6 * 0.9)
+        assert leg.width == pytest.approx(0.9)
         assert leg.tip == pytest.approx(5.0 + 0.3 + 3.0)  # a tab beyond the comb
     found = legs(shipped("domed"))
-    assert {(leg.width, leg.start, leg.exit, leg.flat) for leg in found} == {(0.3, 4.0, 7.0, True)}
-    assert {leg.width for leg in legs(shipped("domed", mold__leg_mm=5.0))} == {2.0}
+    assert {(leg.width, leg.start, leg.exit, leg.flat) for leg in found} == {(1.0, 4.0, 7.0, True)}
+    for name in ("maeno2000", "domed"):  # a given width means the same for both
+        assert {leg.width for leg in legs(shipped(name, mold__leg_mm=0.4))} == {0.4}
+    assert {1.0 < leg.width <= 2.0 for leg in legs(shipped("domed", mold__leg_mm=5.0))} == {True}
 
 
 @pytest.mark.parametrize(
@@ -91,7 +93,7 @@ def test_shrinkage_moves_middles_and_exits_but_keeps_sizes():
     assert {round(leg.exit, 9) for leg in legs(design)} == {round(5.0 * scale, 9)}
     # A full plate of a shrinking rubber has tabs still.
     for leg in legs(made({"shape": "block"}, {"count": 3}, {"cure": "condensation"})):
-        assert leg.width == pytest.approx(1.2)
+        assert leg.width == pytest.approx(2.0)
         assert leg.exit - leg.start == pytest.approx(5.0 / 0.98 - 5.0)
     # A core moves with the rubber unless it stands on the base.
     core = made({"core": {"height_mm": 2.0, "bottom_mm": 3.0}}).body.core

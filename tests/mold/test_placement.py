@@ -98,8 +98,8 @@ def test_the_effect_grows_with_the_tolerance_and_is_nil_without(three):
 
     none, small, large = effect(0.0), effect(0.01), effect(0.02)
     assert none["reason"] is None
-    assert none["together"]["worst"] == 0.0
-    assert small["tolerance_mm"] == 0.01
+    assert none["together"]["worst"] == pytest.approx(0.0, abs=1e-9)
+    assert 0.01 < small["tolerance_mm"] < 0.02  # and the bow of a plate whose legs are pushed
     for before, after in zip(small["changes"], large["changes"], strict=True):
         assert 0.0 < before["rms"] <= before["worst"] < 0.3
         assert max(before["rms_alike"], before["rms_opposed"]) <= before["rms"]
@@ -108,9 +108,9 @@ def test_the_effect_grows_with_the_tolerance_and_is_nil_without(three):
     assert large["together"]["rms"] == pytest.approx(sums)
     assert [each["plate"] for each in large["gages"]] == [0, 1, 2]
     assert json.loads(json.dumps(large, allow_nan=False)) == large
-    # A better comb does not place the row: pins of 0.1 mm clearance and prints of 0.1 mm do.
-    assert none["row"] == large["row"]
-    assert none["row"]["tolerance_mm"] == 0.2
+    # The insert stands on the combs: its face's form counts, and how true these are cut.
+    assert (none["row"]["tolerance_mm"], large["row"]["tolerance_mm"]) == (0.05, 0.07)
+    assert [each["largest"] for each in large["row"]["changes"]] == [0.02, 0.07]
     assert 0.0 < none["row"]["together"]["rms"] < none["row"]["together"]["worst"] < 1.0
 
 
@@ -140,12 +140,12 @@ def test_bent_plates_are_moved_as_they_are():
 @pytest.mark.parametrize(
     ("holding", "off", "slope"),
     [
-        ("comb", 0.02 + 0.01, 0.02 / 0.74 + 0.02 / 0.72),  # its tolerance, half of its clearance
-        ("slots", 0.1 + 0.1, 0.1 / 0.92 + 0.05 / 0.72),  # resin prints; the play of a shim
+        ("comb", 0.01 + 0.01, 0.01 / 1.22 + 0.02 / 1.2),  # its tolerance, half of its clearance
+        ("slots", 0.1 + 0.1, 0.1 / 1.04 + 0.05 / 0.84),  # resin prints; the play of a shim
     ],
 )
 def test_what_holds_a_plate_says_how_far_it_may_be_off(three, holding, off, slope):
-    values = {"mold.plate_fixture": holding, "mold.wire_mm": 0.0}
+    values = {"mold.plate_fixture": holding, "mold.wire_mm": 0.0, "mold.pour": "closed"}
     design = with_values(three, {**values, "plates.angle_deg": 0.0, "plates.follow": "level"})
     found, angle = tolerances(design, plan_mold(design), 0)
     assert found == pytest.approx(off)

@@ -216,6 +216,8 @@ def _parts(
         formed.append((plan.side(side).wall, (x, y, z), order, "process"))
         if comb := plan.side(side).comb:  # it comes off after the wall behind it
             formed.append((comb, (x, y, z), order + 1, "sheet"))
+        if outer := plan.side(side).outer_comb:
+            formed.append((outer, (x, y, z), INSERT_ORDER, "sheet"))
     found = []
     for name, draw, order, made in formed:
         blank, filling = blanks[name]

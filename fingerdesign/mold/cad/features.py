@@ -5,7 +5,7 @@ slots, windows and the base's holes are cut. Importing this module loads the CAD
 """
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import cadquery as cq
@@ -19,6 +19,7 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.cad.parting import prism_of, slab
 from fingerdesign.mold.part import BASE, CORE, INSERT
 from fingerdesign.mold.plan.extent import seam_height
+from fingerdesign.mold.plan.outer import ROOMS_MM
 from fingerdesign.mold.plan.plan import (
     BaseHole,
     CorePin,
@@ -66,12 +67,11 @@ def _leg(frame: PlateFrame, leg: Leg) -> cq.Solid:
     return plate_solid(replace(strip, low=low, high=high, holes=()))
 
 
-def slot_tools(plan: MoldPlan, planned: SidePlan) -> Iterator[cq.Solid]:
-    """What is cut for the slots of a side: of each its rectangle, and the round relief for the
+def slot_tools(plan: MoldPlan, side: Side, slots: Sequence[Slot]) -> Iterator[cq.Solid]:
+    """What is cut for slots of a side: of each its rectangle, and the round relief for the
     leads at its end, drawn outward from the mid-plane."""
-    side = planned.side
     reach = plan.reach(side) + BEYOND_MM
-    for slot in planned.slots:
+    for slot in slots:
         along, upward = _axes(slot)
         s, v = 0.5 * slot.length * along, 0.5 * slot.width * upward
         centre = in_space(side, slot.place, slot.y)
@@ -161,8 +161,20 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
         names = {plan.side(core_pin.side).wall, plan.side(core_pin.side).holder, CORE}
         found.take(_core_pin(plan, core_pin, clearance), *names)
     for planned in plan.sides:
-        for tool in slot_tools(plan, planned):
+        for tool in slot_tools(plan, planned.side, planned.slots):
             found.take(tool, planned.holder)
+        if planned.outer and planned.outer_comb:
+            for tool in slot_tools(plan, planned.side, planned.outer.slots):
+                found.take(tool, planned.outer_comb)
+            for bolt in plan.bolts:  # room to be slid by
+                wide = bolt.diameter + 2.0 * ROOMS_MM[0]
+                foot = bolt.at(0.0)
+                bar = _cylinder(wide, foot, direction(planned.side), bolt.high + BEYOND_MM)
+                found.take(bar, planned.outer_comb)
+        if planned.framed and plan.seam > 0.0:
+            low = (-plan.reach_x - BEYOND_MM, -BEYOND_MM, 0.0)
+            high = (plan.reach_x + BEYOND_MM, plan.seam, plan.reach_z + BEYOND_MM)
+            found.take(slab(planned.side, low, high), planned.wall)
         for opening in window_tools(design, plan, planned):
             found.take(opening, planned.wall)
     return found

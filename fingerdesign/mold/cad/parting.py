@@ -24,7 +24,7 @@ from OCP.TopTools import TopTools_ListOfShape
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.cad.kernel import box, extruded, flat_face, one_solid, polygon
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.part import INSERT
+from fingerdesign.mold.part import INSERT, OUTER
 from fingerdesign.mold.plan.plan import (
     SIDES,
     MoldPlan,
@@ -227,7 +227,10 @@ def parted(outline: cq.Solid, plan: MoldPlan) -> dict[str, tuple[cq.Solid, cq.So
                 name = wall_name(side)
                 blocks[name] = one_solid(blocks[name].fuse(upper).clean(), name)
     filled = box(*plan.block)
-    return {name: (part, _within(part, filled, name)) for name, part in blocks.items()}
+    return {
+        name: (part, part if name.endswith(OUTER) else _within(part, filled, name))
+        for name, part in blocks.items()
+    }
 
 
 def _layers(
@@ -277,6 +280,10 @@ def _framed(
     if comb:
         found[comb] = extruded(own.face, planned.sheet * direction(end))
         whole = one_solid(whole.cut(found[comb]), name)
+    if planned.outer and planned.outer_comb:
+        outer = planned.outer
+        far = (outer.half, outer.high, deep + planned.sheet)
+        found[planned.outer_comb] = slab(end, (-outer.half, outer.low, deep), far)
     return {**found, name: one_solid(whole.fuse(*beside).clean(), name)}
 
 

@@ -12,7 +12,7 @@ from manifold3d import Error, Manifold, Mesh64
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.part import BASE, CORE, MoldMeshes, PartMesh, doubled_areas
+from fingerdesign.mold.part import BASE, CORE, OUTER, MoldMeshes, PartMesh, doubled_areas
 from fingerdesign.mold.plan.plan import (
     CorePin,
     Limits,
@@ -154,8 +154,8 @@ def from_pin(pin: CorePin, points: Array) -> Array:
 def planned(plan: MoldPlan, points: Array, clearance_mm: float, slack_mm: float) -> BoolArray:
     """Whether points (n, 3) lie in an opening of the plan, or within ``slack_mm`` of one; core pins
     have a clearance all round."""
-    open_ = np.zeros(len(points), dtype=bool)
     below = points[:, 1] < slack_mm
+    open_ = (points[:, 1] > 0.0) & (points[:, 1] < plan.seam + slack_mm) & (plan.seam > 0.0)
     for hole in plan.base_holes:
         radius = 0.5 * max(hole.diameter, hole.outer_diameter) + slack_mm
         open_ |= below & (np.hypot(points[:, 0] - hole.x, points[:, 2] - hole.z) <= radius)
@@ -215,4 +215,5 @@ def assemble(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> Assembly:
 
 def filling(meshes: MoldMeshes) -> tuple[PartMesh, ...]:
     """The parts whose blanks fill the block around the cavity."""
-    return tuple(part for part in meshes.parts if part.name not in (BASE, CORE))
+    beside = (BASE, CORE)
+    return tuple(p for p in meshes.parts if p.name not in beside and not p.name.endswith(OUTER))

@@ -114,8 +114,14 @@ def _openings(assembly: Assembly) -> Iterator[Tried]:
         bar = round_bar(np.array([hole.x, 0.0, hole.z]), plan.base * down, *sizes)
         yield f"the {hole.kind} at ({hole.x:.2f}, {hole.z:.2f})", bar, (BASE,)
     for held, slot, _ in plan.held():
-        bar = slot_bar(plan, slot, tight)
+        ends = plan.half(slot.side), plan.reach(slot.side)
+        bar = slot_bar(slot, ends, tight)
         yield f"the slot of plate {slot.plate}, side {slot.side},", bar, (held.holder,)
+    for held in plan.sides:
+        for slot in held.outer.slots if held.outer else ():
+            ends = plan.reach(held.side), plan.reach(held.side) + held.sheet
+            what = f"the outer slot of plate {slot.plate}, side {held.side},"
+            yield what, slot_bar(slot, ends, tight), (str(held.outer_comb),)
     every = tuple(part.name for part in assembly.meshes.parts)
     for number, bolt in enumerate(plan.bolts, 1):
         way, size = bolt.at(bolt.high) - bolt.at(bolt.low), bolt.diameter - 2.0 * tight
@@ -153,12 +159,13 @@ def round_bar(foot: Array, way: Array, first: float, last: float) -> Manifold:
     return bar.transform(np.column_stack([side, np.cross(axis, side), axis, foot]))
 
 
-def slot_bar(plan: MoldPlan, slot: Slot, less: float) -> Manifold:
-    """A bar that fills a slot from the finger's face out, ``less`` smaller all round."""
+def slot_bar(slot: Slot, ends: tuple[float, float], less: float) -> Manifold:
+    """A bar that fills a slot between two distances from the mid-plane, ``less`` smaller all
+    round."""
     angle, middle = np.radians(slot.angle_deg), in_space(slot.side, slot.place, slot.y)
     along = in_space(slot.side, float(np.cos(angle)), float(np.sin(angle)))
     out = direction(slot.side)
-    low, high = plan.half(slot.side), plan.reach(slot.side)
+    low, high = ends
     size = (slot.length - 2.0 * less, slot.width - 2.0 * less, high - low)
     bar = Manifold.cube(size, True)
     over = np.cross(out, along)
@@ -223,7 +230,17 @@ def _side(design: Design, plan: MoldPlan, side: SidePlan, limits: Limits) -> lis
         ),
         _least("leads pass", where, leads, wire, f"hole for a plate's leads, {where},"),
         _least("planned webs", where, between.tolist(), web, f"web of {where}"),
+        *_outer(side, where, web),
     ]
+
+
+def _outer(side: SidePlan, where: str, web: float) -> list[Check]:
+    """The webs of a second comb."""
+    if side.outer is None:
+        return []
+    between = webs(side.outer.slots)[2].tolist()
+    what = f"web of the outer comb of {where}"
+    return [_least("planned outer webs", where, between, web, what)]
 
 
 def _for_leads(slot: Slot) -> float:

@@ -267,6 +267,7 @@ def wall_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check]:
     """Least wall of every part that is made, least web between the slots of those that hold."""
     found: list[Check] = []
     sides = {side.holder: side for side in assembly.plan.sides if side.slots}
+    sides |= {side.outer_comb: side for side in assembly.plan.sides if side.outer_comb}
     for part in assembly.meshes.parts:
         if part.made not in ("process", "sheet"):
             continue

@@ -1,6 +1,7 @@
 """Legs of plates: how wide they are and where along the plate they stand, so that they can be held.
 
-Wide tabs on plates that reach the finger's end, thin legs on those embedded in it. They are moved
+As wide as can be, for a wide leg holds its plate's angle; half as wide on plates that end inside
+the finger, where they stay in the rubber. They are moved
 along the plate and narrowed until they leave the finger outside its contact zone, clear of other
 plates, and their slots keep the webs; what cannot be had is a fault of planning.py. Numbers
 only.
@@ -21,8 +22,10 @@ from fingerdesign.mold.plan.leg_room import Fixture
 from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, MoldPlan, Side, limits_of
 from fingerdesign.mold.plan.slots import end_of, frames_in_mold, scale_of, sides_of_plate
 
-_LEAST_WIDTH_MM = 0.3  # a thinner strip of thin metal buckles when the rubber is poured
-_TAB = 0.6  # of the plate's length: the most of a tab's width
+LEAST_WIDTH_MM = 0.3  # a thinner strip of thin metal buckles when the rubber is poured
+# Of the plate's length, the most of a leg that stays in the rubber: half the width turns twice as
+# far in its slot, the whole displaces twice the rubber.
+_EMBEDDED = 0.5
 # What is worst about legs: for each, and for each millimetre of web that lacks.
 _CROSSED, _LEFT, _NOT_FLAT, _LACK = 1000.0, 100.0, 1e-5, 100.0
 CLOSE = 1e-6  # mm; rounding
@@ -53,11 +56,13 @@ class Search(Fixture):
 
     def width(self, frame: PlateFrame, full: bool, share: float) -> float:
         """A leg's width, ``share`` of the way from the least to the most."""
-        least = min(frame.length, max(2.0 * frame.thickness, _LEAST_WIDTH_MM))
-        if not full:
-            given = self.design.mold.leg_mm
-            return least if given is None else min(given, frame.length)
-        return least + share * max(_TAB * frame.length - least, 0.0)
+        most, given = frame.length, self.design.mold.leg_mm
+        least = min(most, max(2.0 * frame.thickness, LEAST_WIDTH_MM))
+        if given is not None:
+            most = min(most, given)
+        elif not full:
+            most *= _EMBEDDED
+        return min(least, most) + share * max(most - least, 0.0)
 
     def stance(self, share: float, place: float) -> Stance:
         """All legs at one width and place."""
@@ -178,7 +183,7 @@ def fixture_of(design: Design, thorough: bool = True) -> Fixture:
         return search
     best: tuple[Leg, ...] = ()
     least = np.inf
-    shares: tuple[float, ...] = _SHARES if search.full.any() else _SHARES[:1]
+    shares: tuple[float, ...] = _SHARES
     rounds: list[tuple[tuple[float, ...], tuple[tuple[float, float], ...]]]
     rounds = [(_COARSE, _ZIGZAGS), (_FINE, _FANS)]
     if not thorough:

@@ -1,9 +1,9 @@
 """The open mold, of the fewest parts that a finger can be cast in: whether it can be, and its plan.
 
 Contact insert, two half frames that meet at z = 0, and the base plate, which is pressed on last:
-four parts, and a comb in each frame's end where plates leave through it. It is filled from above,
-so that no gate, riser or vent is needed. Two bolts along z clamp the frames; four pins below the
-insert place both, two keys on the base plate place that. Numbers only, mm.
+four parts, and where plates leave a comb in each frame's end and another on its outer face. It is
+filled from above, so that no gate, riser or vent is needed. Two bolts along z clamp the frames;
+four pins below the insert place both, two keys on the base plate place that. Numbers only, mm.
 """
 
 from dataclasses import replace
@@ -27,6 +27,7 @@ from fingerdesign.mold.plan.fasteners import (
     z_bolt_height,
 )
 from fingerdesign.mold.plan.leg_room import Fixture
+from fingerdesign.mold.plan.outer import held_twice
 from fingerdesign.mold.plan.plan import (
     SIDES,
     Bolt,
@@ -42,6 +43,9 @@ from fingerdesign.mold.plan.plan import (
 )
 
 _END_WALLS = 3.0  # of the process's least wall, behind the comb: it is drawn by its end
+# Between a comb and the outer one, which bends each plate's middle off its place, the less the
+# farther they are apart (outer.bow): 0.006 mm of it are less than a comb's own tolerance.
+_HELD_MM = 6.0
 _LONGEST_KEY_MM = 8.0
 AUTO_BOLTS = ("M3", "M2.5", "M2")
 
@@ -77,10 +81,14 @@ def open_plan(
     if mold.wall_mm is not None and mold.wall_mm < columns.wall_z - 1e-9:
         of = {"limits": limits, "least": columns.wall_z}
         return None, refusal("thin_frames", "mold.wall_mm", mold.wall_mm, **of)
-    wall_z = columns.wall_z if mold.wall_mm is None else mold.wall_mm
+    wall_z = _wall(design, columns.wall_z, max(side.sheet for side in plan.sides))
     plan = replace(plan, wall_x=columns.wall_x, wall_z=wall_z)
     plan = replace(plan, base_holes=locks_of(design, plan, limits))
-    return _fastened(design.body, plan, columns), ""
+    plan = _fastened(design.body, plan, columns)
+    plan = held_twice(design, plan, limits, columns.x1 + 0.5 * columns.hole)
+    proud = max((side.sheet for side in plan.sides if side.outer), default=0.0)
+    bolts = tuple(replace(b, low=b.low - proud, high=b.high + proud) for b in plan.bolts)
+    return replace(plan, bolts=bolts), ""
 
 
 def _needs_walls(design: Design, fixture: Fixture, extent: Extent) -> str:
@@ -109,6 +117,13 @@ def _side(fixture: Fixture, extent: Extent, side: Side) -> SidePlan:
     return replace(planned, window=window, framed=True)
 
 
+def _wall(design: Design, least: float, sheets: float) -> float:
+    """The thickness of the frames' ends: given, else what they need and what combs stand apart."""
+    if design.mold.wall_mm is not None:
+        return max(design.mold.wall_mm, least)
+    return max(least, _HELD_MM) if sheets else least
+
+
 def _columns(design: Design, plan: MoldPlan, columns: Columns) -> Columns:
     """Columns of an open mold: bolts nearest to the finger, then pins and keys in one line."""
     limits, gap = columns.limits, columns.gap
@@ -118,7 +133,7 @@ def _columns(design: Design, plan: MoldPlan, columns: Columns) -> Columns:
     # Keys as long as they are high, then the insert's pins, along each frame.
     least = KEY_MM + limits.clearance_mm + gap + 2.0 * columns.socket + gap
     wall_z = max(sheets + _END_WALLS * limits.wall_mm, least - plan.half_depth)
-    reach_z = plan.half_depth + max(wall_z, design.mold.wall_mm or 0.0)
+    reach_z = plan.half_depth + _wall(design, wall_z, sheets)
     return replace(
         columns,
         reach=SLENDER * columns.small,

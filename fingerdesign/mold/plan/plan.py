@@ -5,10 +5,10 @@ elastomer's outline enlarged by ``scale`` for its shrinkage about the origin; me
 Lengths in mm. Cast with the base up: gravity points along +y.
 
 Parts of an open mold: the contact insert above the contact surface (drawn along +y), two half
-frames that meet at z = 0 (drawn along +-z), a comb in the end of each where plates leave the finger
-through a flat face, and the base plate below y = 0, which is pressed on last and stays on the
-finger. A closed one has two end walls (drawn along +-z) and two side walls between them (drawn
-along +-x) instead of the frames, and openings in its base plate.
+frames that meet at z = 0 (drawn along +-z), where plates leave the finger through a flat face a
+comb in the end of each and another on its outer face, and the base plate below y = 0, which is
+pressed on last and stays on the finger. A closed one has two end walls (drawn along +-z) and two
+side walls between them (drawn along +-x) instead of the frames, and openings in its base plate.
 """
 
 import math
@@ -26,6 +26,7 @@ from fingerdesign.design.mold import Mold
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
 from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mold.part import OUTER
 from fingerdesign.report.page import macros
 
 
@@ -40,6 +41,7 @@ class Limits:
     clearance_mm  all round, between parts that slide into each other
     pin_mm        least diameter of a pin at its root
     tolerance_mm  of a place, to either side
+    form_mm       of a face over the finger's width, to either side, where it stands on another
     """
 
     name: str
@@ -50,6 +52,7 @@ class Limits:
     clearance_mm: float
     pin_mm: float
     tolerance_mm: float
+    form_mm: float
 
     @property
     def dowels(self) -> bool:
@@ -58,14 +61,16 @@ class Limits:
 
 
 # What makers of desktop machines and job shops commonly advise (no one source; assumed): cut a
-# test piece. In the order of the fields: wall, feature, hole, slot, clearance, pin, tolerance.
+# test piece. The fields: wall, feature, hole, slot, clearance, pin, tolerance, form.
 # A slot goes through a wall of a centimetre: narrower than half a millimetre (two strands of a
 # filament print) resin, strands or chips stay in it. Wire erosion makes finer ones.
 PROFILES: Mapping[str, Limits] = MappingProxyType(
     {
-        "sla": Limits("sla", 1.0, 0.4, 0.8, 0.5, 0.1, 2.0, 0.1),  # desktop resin printers
-        "fdm": Limits("fdm", 1.6, 0.8, 1.5, 0.8, 0.2, 3.0, 0.2),  # 0.4 mm nozzle: two lines a web
-        "machined": Limits("machined", 1.5, 0.5, 0.8, 0.5, 0.02, 3.0, 0.03),  # milled aluminium
+        "sla": Limits("sla", 1.0, 0.4, 0.8, 0.5, 0.1, 2.0, 0.1, 0.05),  # desktop resin printers
+        "fdm": Limits("fdm", 1.6, 0.8, 1.5, 0.8, 0.2, 3.0, 0.2, 0.1),  # 0.4 mm nozzle
+        "machined": Limits(
+            "machined", 1.5, 0.5, 0.8, 0.5, 0.02, 3.0, 0.03, 0.01
+        ),  # milled aluminium
     }
 )
 
@@ -91,6 +96,18 @@ def limits_of(mold: Mold) -> Limits:
     """
     given = mold.limits.model_dump(exclude_none=True)
     return replace(PROFILES[mold.process], **given)
+
+
+# Of an edge's place in a cut sheet, mm: wire erosion in two or three passes, in four to six (shops
+# say 0.01 and 0.005); lasers that cut solder stencils hold the former.
+_CUT_MM, _FINE_CUT_MM = 0.01, 0.005
+
+
+def comb_tolerance(mold: Mold) -> float:
+    """How far an edge of a comb may be off its place, mm: given, or by who else makes the mold."""
+    if mold.comb.tolerance_mm is not None:
+        return mold.comb.tolerance_mm
+    return _FINE_CUT_MM if mold.process == "machined" else _CUT_MM
 
 
 def density_of(design: Design) -> float:
@@ -190,7 +207,8 @@ class Slot:
     direction ``angle_deg`` (as of a plate's frame), ``width`` across it. ``wire``: diameter of the
     bundle of the plate's leads that passes here (0: none), through a round hole of diameter
     ``relief`` joined to the slot's end away from the contact surface. ``shim``: thickness of the
-    stock that fills the width beyond the plate, 0 where the opening fits the plate.
+    stock that fills the width beyond the plate, 0 where the opening fits the plate. above: the
+    relief is at the other end.
     """
 
     plate: int
@@ -203,17 +221,35 @@ class Slot:
     wire: float
     shim: float
     relief: float = 0.0
+    above: bool = False
 
     @property
     def relief_centre(self) -> tuple[float, float]:
         """Centre (place, y) of the relief: down along the slot; along it where it lies level. It
         lies so far beyond the slot's end that it takes all of that end."""
         angle = math.radians(self.angle_deg)
-        way = -1.0 if math.sin(angle) > 1e-9 else 1.0
+        way = -1.0 if (math.sin(angle) > 1e-9) != self.above else 1.0
         half = 0.5 * min(self.width, self.relief)
         joined = math.sqrt(0.25 * self.relief**2 - half**2) - JOINED_MM
         out = way * (0.5 * self.length + joined)
         return self.place + out * math.cos(angle), self.y + out * math.sin(angle)
+
+
+@dataclass(frozen=True)
+class OuterComb:
+    """A second comb on a half frame's outer face, some millimetres from the first. It is slid along
+    ``push`` (place, y), a unit vector, until it holds each leg against one face and one end of its
+    slot in the first: then no play counts, and a leg's bending is the spring that keeps it there.
+
+    slots    as they stand when it holds the legs; wider than these toward ``push``
+    half, low, high   of its rectangle: |place|, and heights
+    """
+
+    slots: tuple[Slot, ...]
+    push: tuple[float, float]
+    half: float
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -223,7 +259,8 @@ class SidePlan:
     holding "wall": no plate leaves here. "comb": a sheet of ``sheet`` thickness is the finger's
     face, backed by the wall. "slots": the wall itself has slots, through all of its thickness.
     ``window``: (place low, place high, y low) of the opening behind a comb, open toward the insert
-    and outward; None without one. framed: the wall is a half frame of an open mold.
+    and outward; None without one. framed: the wall is a half frame of an open mold. outer: the
+    second comb on it, None without one.
     """
 
     side: Side
@@ -232,6 +269,7 @@ class SidePlan:
     window: tuple[float, float, float] | None
     slots: tuple[Slot, ...]
     framed: bool = False
+    outer: OuterComb | None = None
 
     @property
     def wall(self) -> str:
@@ -242,6 +280,11 @@ class SidePlan:
     def comb(self) -> str | None:
         """The comb's name; None without one."""
         return f"comb_{WORDS[self.side]}" if self.holding == "comb" else None
+
+    @property
+    def outer_comb(self) -> str | None:
+        """The second comb's name; None without one."""
+        return f"comb_{WORDS[self.side]}{OUTER}" if self.outer else None
 
     @property
     def holder(self) -> str:
@@ -376,6 +419,7 @@ class MoldPlan(Extent):
                   end walls, the insert and the base plate reach along x
     pour          "open": two half frames, filled from above; "closed": four walls, gate and vents
     closed_for    why it is not an open one, where that was looked into; else ""
+    seam          by how much half frames end short of the base plate, which lies on the combs
     """
 
     scale: float
@@ -395,6 +439,7 @@ class MoldPlan(Extent):
     keys: tuple[Key, ...] = ()
     pour: Pour = "closed"
     closed_for: str = ""
+    seam: float = 0.0
 
     @property
     def walls(self) -> tuple[str, ...]:

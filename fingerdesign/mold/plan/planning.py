@@ -29,7 +29,7 @@ from fingerdesign.mold.plan.fasteners import (
     z_bolt_height,
 )
 from fingerdesign.mold.plan.leg_room import Fixture
-from fingerdesign.mold.plan.legs import fixture_of
+from fingerdesign.mold.plan.legs import LEAST_WIDTH_MM, fixture_of
 from fingerdesign.mold.plan.open_pour import AUTO_BOLTS, open_plan
 from fingerdesign.mold.plan.plan import (
     SIDES,
@@ -144,6 +144,9 @@ def plan_mold(design: Design) -> MoldPlan:
     """
     with _within(REMEDIES_S):
         plan, faults = _planned(design)
+        no_room = {fault.key for fault in faults} <= {_BOLT, _PIN, _WALL}
+        if plan is None and no_room and design.mold.leg_mm is None:  # thin legs leave some
+            plan, _ = _planned(_with_mold(design, leg_mm=LEAST_WIDTH_MM))
         if plan is None:
             raise DesignError(_with_remedies(design, faults), design.design.name)
     return plan

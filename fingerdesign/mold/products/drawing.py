@@ -265,8 +265,8 @@ def write_drawings(
     if patterns:
         write_dxf([plate_sheet(pattern) for pattern in patterns], folder / PLATES_FILE)
     for side in plan.sides:
-        if side.comb:
-            write_dxf([comb_sheet(meshes.part(side.comb), side.side)], folder / f"{side.comb}.dxf")
+        for comb in filter(None, (side.comb, side.outer_comb)):
+            write_dxf([comb_sheet(meshes.part(comb), side.side)], folder / f"{comb}.dxf")
 
 
 def plate_sheet(pattern: FlatPattern) -> Sheet:

@@ -24,12 +24,13 @@ from fingerdesign.materials import MATERIALS, gent_shore_a
 from fingerdesign.mold.part import MoldMeshes, PartMesh, axis_name
 from fingerdesign.mold.plan.base import TILT_DEG
 from fingerdesign.mold.plan.legs import legs_share
-from fingerdesign.mold.plan.plan import WORDS, Bolt, MoldPlan, density_of
+from fingerdesign.mold.plan.plan import WORDS, Bolt, MoldPlan, density_of, limits_of
 from fingerdesign.mold.products.drawing import FlatPattern, numbers_text
 from fingerdesign.records.base import Count, Size, closed, write_csv
 from fingerdesign.report.page import macros
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
+_STEEP = 0.2  # sine of a plate's angle, from which a pitch parts plates
 SURFACE_TENSION_N_M = 0.021  # of silicone oils; cured and uncured rubber differ little
 
 
@@ -292,6 +293,7 @@ def casting_notes(
         front=WORDS,
         axis_name=axis_name,
         tilt=TILT_DEG,
+        form=limits_of(design.mold).form_mm,
     )
     sections = [section.partition("\n") for section in f"\n{text}".split("\n# ")[1:]]
     made = [{"title": title, "steps": _items(steps)} for title, _, steps in sections]
@@ -309,10 +311,13 @@ def warnings_of(design: Design, plan: MoldPlan, placement: Mapping[str, Any]) ->
     return stock + _items(macros(TEMPLATES / "notes.j2").warnings(*given))
 
 
-def bridged_gap(design: Design, plan: MoldPlan) -> tuple[PlateGap, float, float] | None:
+def bridged_gap(
+    design: Design, plan: MoldPlan
+) -> tuple[PlateGap, float, float, float, float | None] | None:
     """The closest two plates, where rubber that closes the gap between them keeps the air in it:
-    with the pressures of wetting and of buoyancy, Pa. None where buoyancy is the greater, or where
-    the gap is wider than the plates are high: no channel.
+    with the pressures of wetting and of buoyancy, Pa, the gap that would let it go, mm, and about
+    the pitch of that (None of placed plates and level ones). None where buoyancy is the greater, or
+    where the gap is wider than the plates are high: no channel.
 
     Wetting holds a meniscus across a gap g by 2 gamma / g; a bubble as high as the plate lifts by
     rho g h.
@@ -327,7 +332,13 @@ def bridged_gap(design: Design, plan: MoldPlan) -> tuple[PlateGap, float, float]
         return None
     wetting = 2.0 * SURFACE_TENSION_N_M / (1e-3 * gap.distance)
     buoyancy = 1e3 * density_of(design) * GRAVITY * 1e-3 * high
-    return (gap, wetting, buoyancy) if wetting > buoyancy else None
+    if wetting <= buoyancy:
+        return None
+    apart = min(high, gap.distance * wetting / buoyancy)
+    pitch = None
+    if design.plates.placement is None and sine > _STEEP:
+        pitch = design.plates.pitch_mm + (apart - gap.distance) / sine
+    return gap, wetting, buoyancy, apart, pitch
 
 
 def placement_worst(placement: Mapping[str, Any] | None) -> float:

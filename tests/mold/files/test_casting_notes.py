@@ -116,7 +116,9 @@ def test_large_effects_and_another_fixture_are_warned_of(hand_made):
 def test_a_gap_that_rubber_bridges_asks_for_a_vacuum(hand_made):
     design = shipped("maeno2000")
     plan = plan_mold(design)
-    gap, wetting, buoyancy = bridged_gap(design, plan)
+    gap, wetting, buoyancy, apart, pitch = bridged_gap(design, plan)
+    assert gap.distance < apart == pytest.approx(0.1 * np.sqrt(0.5) + 0.9 * np.sqrt(0.5))
+    assert pitch == pytest.approx(0.75 + (apart - gap.distance) * np.sqrt(2.0))
     assert gap.distance == pytest.approx(0.378, abs=1e-3)
     assert wetting == pytest.approx(0.042 / (1e-3 * gap.distance))
     assert buoyancy == pytest.approx(1.1 * 9.80665 * (0.9 + 0.1) * np.sqrt(0.5))

@@ -39,7 +39,7 @@ def test_like_plates_are_cut_alike_with_their_gages():
     assert (only.name, only.count, only.plates) == ("plate_A", 15, tuple(range(15)))
     assert (only.bend_radius, only.seen) == (None, "lower")
     assert np.ptp(only.outline, axis=0) == pytest.approx([0.9, 10.0 + 2 * 3.3])
-    assert polygon_area(only.outline) == pytest.approx(0.9 * 10.0 + 2 * 0.54 * 3.3)
+    assert polygon_area(only.outline) == pytest.approx(0.9 * (10.0 + 2 * 3.3))
     assert legs_volume(plan) == 0.0
     assert only.faces == ("upper",)
     assert only.gage.mean(axis=0) == pytest.approx([0.0, 0.5])
@@ -67,7 +67,7 @@ def test_plates_along_z_are_another_kind_and_legs_displace_little_rubber():
     assert len({pattern.name for pattern in found}) == len(found)
     design = shipped("domed")
     plan = plan_mold(design)
-    assert legs_volume(plan) == pytest.approx(26 * 0.3 * 0.1 * 3.0)
+    assert legs_volume(plan) == pytest.approx(26 * 1.0 * 0.1 * 3.0)
     assert 1e-4 < legs_share(design, plan) < 1e-2
 
 

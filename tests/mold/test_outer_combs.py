@@ -1,0 +1,102 @@
+"""Second combs: where their slots push the legs, what that takes off the tolerance, and the bow."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.checks.load import with_values
+from fingerdesign.checks.starter import find_design
+from fingerdesign.mold.placement import row_tolerances, tolerances
+from fingerdesign.mold.plan.outer import bow, push_of, ways
+from fingerdesign.mold.plan.plan import Slot, direction
+from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.plan.slots import turned_bar, webs
+
+
+def slot(angle):
+    return Slot(0, "+z", 0.0, 5.0, angle, 1.0, 0.12, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("angles", "least"),
+    [((45.0, 45.0), 0.7), ((45.0, -45.0), 0.7), ((30.0, 80.0), 0.3), ((90.0,), 0.7)],
+)
+def test_one_slide_pushes_every_leg_onto_a_face_and_an_end(angles, least):
+    slots = [slot(angle) for angle in angles]
+    push = np.array(push_of(slots))
+    assert np.hypot(*push) == pytest.approx(1.0)
+    across, along = ways(slots)
+    assert min((across @ push).min(), (along @ push).min()) >= least
+    for each, way in zip(slots, along, strict=True):  # away from the hole for the leads
+        hole = np.array(each.relief_centre) - (each.place, each.y)
+        assert hole @ way < 0.0
+
+
+def test_no_slide_pushes_legs_that_stand_across_each_other_in_every_way():
+    assert push_of([slot(angle) for angle in (5.0, 60.0, 120.0, 175.0)]) is None
+
+
+@pytest.mark.parametrize("name", ["maeno2000", "domed", "tees"])
+def test_legs_stand_between_a_face_of_each_comb(name):
+    plan = plan_mold(find_design(name))
+    frames = {frame.index: frame for frame in plan.frames}
+    pushed = [side for side in plan.sides if side.outer]
+    assert [side.side for side in pushed] == ["+z", "-z"]
+    for side in pushed:
+        legs = [leg for leg in plan.legs if leg.side == side.side]
+        inner, outer = ways(side.slots), ways(side.outer.slots)
+        for k, leg in enumerate(legs):
+            bar = turned_bar(frames[leg.plate], leg.width, leg.offset)
+            sizes = (bar.thickness, bar.length)
+            for slots, found, sign in ((side.slots, inner, 1), (side.outer.slots, outer, -1)):
+                each, centre = slots[k], np.array([slots[k].place, slots[k].y])
+                for way, size, wide in zip(
+                    (found[0][k], found[1][k]), sizes, (each.width, each.length), strict=True
+                ):
+                    behind = (bar.centre - centre) @ way + sign * 0.5 * size
+                    assert behind == pytest.approx(sign * 0.5 * wide, abs=1e-9)
+            assert leg.tip == pytest.approx(plan.reach_z + side.sheet + 3.0)
+            # Over sixty times its thickness, outside the finger.
+            assert plan.reach(side.side) + side.sheet - leg.exit > 60 * bar.thickness
+        assert webs(side.outer.slots)[2].min() >= 0.2 - 1e-9
+        assert direction(side.side)[2] != 0.0
+
+
+def test_the_clearance_of_pushed_legs_counts_no_more_and_the_width_of_a_leg_does():
+    def off(**mold):
+        design = with_values(find_design("maeno2000"), {f"mold.{k}": v for k, v in mold.items()})
+        plan = plan_mold(design)
+        return (*tolerances(design, plan, 7), *row_tolerances(design, plan))
+
+    wide, narrow = off(), off(leg_mm=0.45)
+    place, angle, along, height = wide
+    assert 0.01 < place < 0.02
+    assert np.tan(np.radians(angle)) == pytest.approx(0.01 / 0.9)
+    assert np.tan(np.radians(narrow[1])) == pytest.approx(0.01 / 0.45)
+    assert off(**{"comb.clearance_mm": 0.04})[:2] == pytest.approx(wide[:2])
+    assert (along, height) == pytest.approx((0.01, 0.06))
+    assert off(process="machined")[2:] == pytest.approx((0.005, 0.015))
+    assert off(pour="closed")[2:] == pytest.approx((0.2, 0.2))  # by pins alone
+    assert off(pour="closed")[1] > 2.5 * angle
+
+
+def test_the_bow_is_that_of_an_elastic_bar():
+    design = find_design("maeno2000")
+    plan = plan_mold(design)
+    side = plan.side("+z")
+    long, beyond, pushed = 10.0, 6.0, 0.02
+    # Two elements of a bar's half: its middle (no slope), the inner comb (held), the outer one.
+    stiffness = np.zeros((6, 6))
+    for first, h in ((0, 0.5 * long), (2, beyond)):
+        own = np.array(
+            [
+                [12.0, 6 * h, -12.0, 6 * h],
+                [6 * h, 4 * h * h, -6 * h, 2 * h * h],
+                [-12.0, -6 * h, 12.0, -6 * h],
+                [6 * h, 2 * h * h, -6 * h, 4 * h * h],
+            ]
+        )
+        stiffness[first : first + 4, first : first + 4] += own / h**3
+    free, given = [0, 3, 5], [1, 2, 4]
+    known = np.array([0.0, 0.0, pushed])
+    found = np.linalg.solve(stiffness[np.ix_(free, free)], -stiffness[np.ix_(free, given)] @ known)
+    assert bow(design, plan, side) == pytest.approx(abs(found[0]), rel=1e-9)
