@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Relaxation
-from fingerdesign.control.plants.plant import CondensedPlant, is_lifted, press
+from fingerdesign.control.plants.plant import CondensedPlant, Truth, is_lifted, press
 from fingerdesign.design.grip import GRAVITY, WeightChange
 
 MASS = 200.0
@@ -21,6 +21,12 @@ def raised(plant):
         if plant.truth().lifted:
             return plant
     raise AssertionError("never lifted")
+
+
+def test_before_the_first_move_nothing_has_moved_or_is_carried(half_plane):
+    assert LiftPlant(half_plane, "upper", MASS).truth() == Truth(
+        *(0.0, 0.0, 0.0, 0.0, None, 0.0, False), lifted=False
+    )
 
 
 def test_standing_the_support_carries_the_rest_and_the_finger_feels_as_on_a_stage(half_plane):

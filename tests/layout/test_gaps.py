@@ -7,9 +7,16 @@ from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
 from fingerdesign.design.body import Body, Core
+from fingerdesign.design.plates import Plates
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.clearance import cover_clearances, least_dome_radius
-from fingerdesign.layout.frames import PlateFrame, crest_height, plate_frames, surface_height
+from fingerdesign.layout.frames import (
+    PlateFrame,
+    crest_height,
+    holes_of,
+    plate_frames,
+    surface_height,
+)
 from fingerdesign.layout.gaps import core_gaps, least_gap
 
 QUICK = settings(max_examples=40, derandomize=True, deadline=None)
@@ -150,6 +157,28 @@ def test_least_dome_radius_leaves_the_corners_that_high(base, depth, sagitta_sca
     assert corner(least * (1 + 1e-9)) >= 0.1 - 1e-6
     lower = corner(least * (1 - 1e-6))
     assert np.isnan(lower) or lower < 0.1 + 1e-6
+
+
+def test_holes_lie_a_pitch_apart_about_the_middle_and_leave_a_diameter_at_the_ends():
+    made = Plates(hole_diameter_mm=0.4, hole_pitch_mm=1.0)
+    places = [hole.w for hole in holes_of(made, 0.3, 5.0)]
+    assert places == pytest.approx([-1.2, -0.2, 0.8, 1.8])
+    assert {hole.radius for hole in holes_of(made, 0.3, 5.0)} == {0.2}
+    # The outermost may end a diameter before the span does, and not later.
+    assert len(holes_of(made, 0.0, 4.2)) == 4
+    assert len(holes_of(made, 0.0, 4.19)) == 2
+    assert holes_of(Plates(), 0.3, 5.0) == ()
+
+
+def test_a_row_across_a_dome_is_level_with_its_crest_wherever_its_span_lies():
+    body = {"shape": "dome", "dome_radius_mm": 20.0}
+    rows = [
+        plate_frames(Design(design={"name": "a"}, body=body, plates={"span_mm": 2.0, **more}))
+        for more in ({}, {"span_offset_mm": 1.5, "stagger_mm": 0.5})
+    ]
+    for frame, shifted in zip(*rows, strict=True):
+        crest = float(surface_height(Body(**body), frame.x, 0.0))
+        assert frame.y == shifted.y == pytest.approx(crest - 2.0, abs=1e-12)
 
 
 def test_frames_follow_the_surface_and_mirror():

@@ -6,9 +6,10 @@ from cadquery import Workplane
 from fingerdesign_bench.any_finger.step_samples import sample_step
 
 from fingerdesign.checks.load import judge_design
+from fingerdesign.design.plates import Plates
 from fingerdesign.design.schema import Body
 from fingerdesign.layout.clearance import cover_clearances, surface_clearances
-from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.frames import PlateFrame, row_frames
 from fingerdesign.layout.zone import summarise
 from tests.support.steps import read_here, write
 
@@ -56,6 +57,24 @@ def test_depths_are_those_of_the_like_rounded_block(filleted):
     assert found[0] == pytest.approx(found[1], abs=1e-6)
     assert step.body.kind.curvatures(step.body) == (0.0, 0.0)
     assert summarise(step).body == "step"
+
+
+@pytest.mark.parametrize("along", ["x", "z"])
+def test_turned_plates_follow_a_rounded_edge(filleted, along):
+    """6.5 or 4.5 mm along the flat, then around the edge's 1.5 mm."""
+    body = judge_design(filleted).value.body
+    flat = (8.0 if along == "x" else 6.0) - 1.5
+    turn = np.radians(40.0)
+    row = {"count": 2, "pitch_mm": 2.0 * (flat + 1.5 * turn), "cover_mm": 0.5, "angle_deg": 10.0}
+    frames = row_frames(body, Plates(**row, follow="bent", along=along), 0)
+    for frame, side in zip(frames, (-1.0, 1.0), strict=True):
+        assert frame.place == pytest.approx(side * (flat + 1.0 * np.sin(turn)), abs=0.01)
+        assert frame.y == pytest.approx(8.5 + 1.0 * np.cos(turn), abs=0.01)
+        assert frame.angle_deg == pytest.approx(10.0 - side * 40.0, abs=0.5)
+        assert frame.bend_radius == pytest.approx(1.0, abs=0.05)
+    (middle,) = row_frames(body, Plates(**row | {"count": 1}, follow="bent", along=along), 0)
+    assert (middle.place, middle.y, middle.angle_deg) == pytest.approx((0.0, 9.5, 10.0))
+    assert middle.bend_radius is None
 
 
 def test_each_fault_is_blamed_on_its_key(filleted):

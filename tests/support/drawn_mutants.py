@@ -1,9 +1,11 @@
 """Mutants drawn by lot: one operator, comparison or number made wrong, somewhere in what matters.
 
-    python tests/support/drawn_mutants.py [--count 200] [--seed 0] [--kept FILE]
+    python tests/support/drawn_mutants.py [--count 200] [--seed 0] [--kept FILE] [--touched FILE]
 
 A line a mutant: where, what became what, and the first test that fails, or LIVES; a run over its
 time is caught. --kept: results that are there are taken, new ones added, so a run may be cut off.
+--touched, of ``tests/support/touched.py``: a mutant meets the tests that run its line, the quick
+ones first; without it, and where none does, all those of its place.
 What lives is to be read: it is a test that lacks, or a change that changes nothing (a tolerance,
 a first guess, an order of work). Lines of words, errors and types are left out.
 """
@@ -12,6 +14,7 @@ import argparse
 import ast
 import json
 import random
+import shlex
 import sys
 import tempfile
 from pathlib import Path
@@ -104,14 +107,24 @@ def drawn(count, seed):
         yield Mutant(what, str(path), tests, "".join(lines), broken)
 
 
+def closest(mutant, touched):
+    """The mutant, to be met by the tests that run its line, quick ones first."""
+    of, seconds = touched["lines"], touched["seconds"]
+    tests = sorted(of.get(mutant.what.partition(": ")[0], []), key=seconds.__getitem__)
+    return mutant._replace(tests=shlex.join(tests)) if tests else mutant
+
+
 def main():
     """Try the mutants in one copy of the tree, and say which share is caught."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--kept", type=Path, help="JSON lines: what is known of each")
+    parser.add_argument("--touched", type=Path, help="which tests run which lines")
     given = parser.parse_args()
-    known = {}
+    known, touched = {}, {"lines": {}}
+    if given.touched is not None:
+        touched = json.loads(given.touched.read_text("utf-8"))
     if given.kept is not None and given.kept.exists():
         known = dict(json.loads(line) for line in given.kept.read_text("utf-8").splitlines())
     results = []
@@ -119,7 +132,7 @@ def main():
         tree = copied(Path(folder))
         for mutant in drawn(given.count, given.seed):
             if mutant.what not in known:
-                known[mutant.what] = caught_by(mutant, tree)
+                known[mutant.what] = caught_by(closest(mutant, touched), tree)
                 if given.kept is not None:
                     with given.kept.open("a", encoding="utf-8") as file:
                         file.write(json.dumps([mutant.what, known[mutant.what]]) + "\n")

@@ -8,6 +8,7 @@ made wrong is no longer there.
 """
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -141,7 +142,7 @@ def caught_by(mutant, tree):
     try:
         paths = [str(tree / each) for each in (".", "cli", "benchmarks")]
         done = subprocess.run(
-            [sys.executable, "-m", "pytest", "-x", "-m", "not slow", *mutant.tests.split()],
+            [sys.executable, "-m", "pytest", "-x", "-m", "not slow", *shlex.split(mutant.tests)],
             cwd=tree,
             env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
             capture_output=True,
@@ -153,6 +154,8 @@ def caught_by(mutant, tree):
         return "it never ends"
     finally:
         path.write_text(text, "utf-8")
+    if done.returncode == 2:  # interrupted: a file of tests cannot even be imported
+        return "its import"
     if done.returncode not in (0, 1):  # no test ran: that would catch anything
         raise SystemExit(done.stdout[-2000:])
     failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
