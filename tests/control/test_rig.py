@@ -454,6 +454,7 @@ def test_a_weight_that_grows_is_carried_caught_or_dropped(
     assert (result.caught, result.gross_slip) == (caught, caught is not None)
     assert episode.ending == {None: "lifted", True: "caught", False: "complete slip"}[caught]
     assert (result.slid_mm > 0.0, result.catch_s is not None) == (caught is not None, bool(caught))
+    assert (f"{result.slid_mm:.2f} mm" in episode.reason) == (caught is not None)
     assert 20.0 < result.swing_Hz < 500.0
     slipped = episode.trace.stick_ratio[100:] == 0.0
     assert slipped.any() == (caught is not None)

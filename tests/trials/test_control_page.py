@@ -219,6 +219,9 @@ def test_reaction_counts_from_the_tug_to_the_first_answer():
     assert reaction_steps(trace([*still, 0.26, 0.30], lift=11), 12, 0.005) == 1
     # A hand that closes anyway has not answered.
     assert reaction_steps(trace(0.1 + 0.001 * np.arange(40), lift=5), 20, 0.002) is None
+    # However tightly it is judged, from two steps on.
+    for lift in (5, 18):
+        assert reaction_steps(trace(0.1 + 0.001 * np.arange(40), lift=lift), 20, 1e-9) is None
     faster = np.concatenate([0.001 * np.arange(22), 0.021 + 0.003 * np.arange(1, 19)])
     assert reaction_steps(trace(0.1 + faster, lift=5), 20, 0.0035) == 3
 
