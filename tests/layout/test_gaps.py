@@ -1,5 +1,7 @@
 """Distances of plates to each other, core and surface against those of points all over them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,6 +13,7 @@ from fingerdesign.design.plates import Plates
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.clearance import cover_clearances, least_dome_radius
 from fingerdesign.layout.frames import (
+    Hole,
     PlateFrame,
     crest_height,
     holes_of,
@@ -66,6 +69,19 @@ def test_a_plates_outline_goes_once_around_it_anticlockwise(radius):
     x, y = plate(0, 0.3, -0.2, 30.0, -1.0, 1.0, bend=radius).outline(256).T
     area = 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
     assert area == pytest.approx(2.0 * 0.3, rel=1e-4)
+
+
+@pytest.mark.parametrize("radius", [None, 1.5])
+def test_a_plate_holds_the_points_of_its_metal_alone(radius):
+    """2 mm long, 0.3 thick, from -1 to 3 across, a hole of 0.2 mm radius at (0.5, 1)."""
+    frame = replace(plate(0, 0.3, -0.2, 30.0, -1.0, 3.0, bend=radius), holes=(Hole(0.5, 1.0, 0.2),))
+    metal = [(0.0, 0.0, 1.0), (0.99, 0.14, 2.99), (-0.99, -0.14, -0.99), (0.71, 0.0, 1.0)]
+    metal += [(0.5, 0.0, 0.79)]
+    none = [(1.01, 0.0, 0.0), (-1.01, 0.0, 0.0), (0.0, 0.16, 0.0), (0.0, -0.16, 0.0)]
+    none += [(0.0, 0.0, 3.01), (0.0, 0.0, -1.01), (0.69, 0.0, 1.0), (0.5, 0.14, 0.81)]
+    s, v, w = np.array(metal + none).T
+    held = frame.holds(frame.to_space(frame.from_local(s, v), w))
+    assert held.tolist() == [True] * len(metal) + [False] * len(none)
 
 
 @QUICK
