@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.forecast.forecast import impossible
 from fingerdesign.errors import SolverError
 from fingerdesign.report.style import PAPER, SERIES, canvas, house_style
 from fingerdesign.runtime.isolate import ProcessError, call
@@ -71,6 +72,7 @@ def kind(record: dict[str, Any]) -> str:
 Record = dict[str, Any]
 
 ASKED = 2.0  # issue 5: "within a factor 2"
+SHARE = 0.9  # of random fingers that must be: one that is unlike all others may be off
 TIME_LIMIT_S = 1800.0
 QUANTITIES = ("dofs", "memory_MB", "time_s")
 _SWEPT: dict[str, object] = {"mesh.mesher": "extrude"}
@@ -110,18 +112,18 @@ class Forecasts:
 
     records: list[Record]
     machine: dict[str, Any] = field(default_factory=dict)
+    share: float = 1.0
 
     def checks(self) -> list[Check]:
-        """The worst factor between forecast and measurement, either way, by quantity."""
+        """By quantity the factor between forecast and measurement, either way, that a share of the
+        analyses stays within: the worst where it is all of them."""
         done = [each for each in self.records if each["status"] == "ok"]
-        found = [
-            Check(
-                f"{words}: worst factor between forecast and measured, {len(done)} analyses",
-                ASKED,
-                max((factor(each, name) for each in done), default=float("inf")),
-            )
-            for name, words in zip(QUANTITIES, ("dofs", "peak memory", "time"), strict=True)
-        ]
+        most = "worst factor" if self.share == 1.0 else f"factor that {self.share:.0%} stay within"
+        found = []
+        for name, words in zip(QUANTITIES, ("dofs", "peak memory", "time"), strict=True):
+            what = f"{words}: {most} between forecast and measured, {len(done)} analyses"
+            factors = [float("inf"), *sorted(factor(each, name) for each in done)]
+            found.append(Check(what, ASKED, factors[int(np.ceil(self.share * len(done)))]))
         found.append(Check("analyses that failed", 0, len(self.records) - len(done)))
         slowest = max((float(each["asking_s"]) for each in done), default=0.0)
         found.append(Check("seconds that a forecast takes", 1.0, slowest, "s"))
@@ -148,6 +150,18 @@ def plain_pairs(quick: bool = False) -> list[Record]:
     return own
 
 
+def random_pairs(count: int, first: int = 0) -> list[Record]:
+    """So many of the random designs from ``first`` on: every other one in plane strain, where it
+    can be, the rest in 3-D."""
+    found = []
+    for number in range(first, first + count):
+        flat = {"design": f"any_{number}", "scene": "", "fidelity": "plane-strain", "values": {}}
+        case = case_of(flat)
+        space = number % 2 or impossible(case, case.path_scene)
+        found.append(flat | {"fidelity": "3d"} if space else flat)
+    return found
+
+
 def case_of(pair: Record) -> Case:
     """The case of a pair."""
     from fingerdesign.checks.load import parse_design, with_values
@@ -171,16 +185,18 @@ def case_of(pair: Record) -> Case:
     return Case(design, scene, pair["fidelity"], scene_name=pair["scene"])
 
 
-def measure_forecasts(report: Report = lambda message: None, quick: bool = False) -> Forecasts:
+def measure_forecasts(
+    report: Report = lambda message: None, quick: bool = False, random: int = 0
+) -> Forecasts:
     """Forecast and run each pair in a process of its own, one after the other."""
     from fingerdesign_bench.machine import machine
 
     records = []
-    chosen = plain_pairs(quick)
+    chosen = random_pairs(random) if random else plain_pairs(quick)
     for number, pair in enumerate(chosen, start=1):
         report(f"{number} of {len(chosen)}: {name_of(pair)}")
         records.append(_run(pair))
-    return Forecasts(records, machine())
+    return Forecasts(records, machine(), SHARE if random else 1.0)
 
 
 def name_of(pair: Record) -> str:
