@@ -6,6 +6,7 @@ import click
 
 from fingerdesign.mold.make import FOLDER, older_passed, write_mold
 from fingerdesign.mold.part import axis_name
+from fingerdesign.mold.profile import with_profile
 from fingerdesign.mold.record import MoldData, PartData
 from fingerdesign_cli.inputs import read_case, refuse_foreign
 from fingerdesign_cli.terminal import open_page, print_json, print_table, progress
@@ -19,12 +20,15 @@ def mold(
     process: str | None,
     fixture: str | None,
     pour: str | None,
+    profile: Path | None,
     quiet: bool,
     as_json: bool,
 ) -> int:
     """Make the mold that DESIGN is cast in: parts, plate fixture, checks, casting notes."""
     design, _ = read_case(design_file)
     name = design.design.name
+    if profile is not None:
+        design = with_profile(design, profile)
     given = {"process": process, "plate_fixture": fixture, "pour": pour}
     given = {key: value for key, value in given.items() if value is not None}
     design = design.model_copy(update={"mold": design.mold.model_copy(update=given)})

@@ -31,6 +31,7 @@ from fingerdesign.mold.products.notes import (
     write_bill,
 )
 from fingerdesign.mold.products.three_mf import laid_out, write_3mf
+from fingerdesign.mold.profile import PROFILE_FILE, profile_text
 from fingerdesign.mold.record import RECORD_FILE, MoldData, Products, mold_record
 from fingerdesign.records.base import ResultError, json_text
 from fingerdesign.records.folder import RecordFolder
@@ -47,7 +48,7 @@ FOLDER = RecordFolder(
     RECORD_FILE,
     (
         *(RECORD_FILE, REPORT_FILE, PICTURE_FILE, "assembly.step"),
-        *(BILL_FILE, PRINT_FILE, "plates.dxf", "comb_*.dxf"),
+        *(BILL_FILE, PRINT_FILE, PROFILE_FILE, "plates.dxf", "comb_*.dxf"),
         *(f"{stem}.{kind}" for stem in (*_STEMS, "plate_*", "rubber") for kind in ("stl", "step")),
     ),
 )
@@ -197,6 +198,7 @@ def write_products(design: Design, plan: MoldPlan, meshes: MoldMeshes, folder: P
     silicone = silicone_of(design, plan, meshes)
     items = bill_of_materials(design, plan, meshes, patterns, silicone)
     write_bill(items, folder / BILL_FILE)
+    (folder / PROFILE_FILE).write_text(profile_text(design), encoding="utf-8")
     return Products(meshes, patterns, posed, silicone, items)
 
 

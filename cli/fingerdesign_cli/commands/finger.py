@@ -223,15 +223,21 @@ def validate() -> None:
     type=click.Choice(["auto", "open", "closed"]),
     help="Instead of mold.pour: open has the fewest parts; auto takes it where the finger allows.",
 )
+@click.option(
+    "--profile",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Instead of mold.process, [mold.limits] and [mold.comb]: what your machine and cutter "
+    "hold, as measured on the profile.toml of a first mold.",
+)
 @open_option
 @output_options
 def mold() -> None:
     """Make the mold that DESIGN is cast in: parts, plate fixture, checks, casting notes.
 
     OUT/NAME then holds each part as STL and STEP, mold.3mf (printed parts on the bed, in mm), DXF
-    drawings of plates and combs, bill_of_materials.csv, exploded.png, mold_report.json and
-    report.html with the casting notes. The design's [mold] table says how it is made; docs/molds.md
-    tells its keys.
+    drawings of plates and combs, bill_of_materials.csv, profile.toml, exploded.png,
+    mold_report.json and report.html with the casting notes. The design's [mold] table says how it
+    is made; docs/molds.md tells its keys.
 
     Exit code 1 where a check fails: record and report say which, and why.
     """

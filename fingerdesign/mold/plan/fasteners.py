@@ -138,15 +138,17 @@ def obstacles(plan: MoldPlan, side: Side) -> Array:
     return np.concatenate([openings_of(plan.side(side)), np.array(pins).reshape(-1, 4)])
 
 
-def z_bolt_height(plan: MoldPlan, columns: Columns) -> float | None:
-    """Height at which bolts along z pass through both side walls; None where none fits."""
+def z_bolt_height(plan: MoldPlan, columns: Columns, floor: float = 0.0) -> float | None:
+    """Height at which bolts along z pass through both side walls, which begin at a height of
+    ``floor``; None where none fits."""
     every = np.concatenate([obstacles(plan, side) for side, _ in FLANKS])
-    return _free_height(plan.rim, columns.radius + columns.gap, every)
+    return _free_height(plan.rim, columns.radius + columns.gap, every, floor)
 
 
-def _free_height(rim: float, room: float, held: Array) -> float | None:
-    """The height nearest to the middle that is ``room`` away from 0, rim and obstacles (n, 4)."""
-    heights = np.arange(room, rim - room + 1e-9, _STEP_MM)
+def _free_height(rim: float, room: float, held: Array, floor: float = 0.0) -> float | None:
+    """The height nearest to the middle that is ``room`` away from floor, rim and obstacles
+    (n, 4)."""
+    heights = np.arange(floor + room, rim - room + 1e-9, _STEP_MM)
     heights = heights[clear(heights, room, held[:, 2], held[:, 3])]
     return float(heights[np.argmin(np.abs(heights - 0.5 * rim))]) if len(heights) else None
 

@@ -45,6 +45,12 @@ from fingerdesign.mold.plan.slots import (
 LEAST_GAP_MM = 0.1
 
 
+def seam_of(limits: Limits) -> float:
+    """By how much half frames end short of a base plate that has to lie on their combs, mm: frames
+    may come out higher by their tolerance, and the plate bend by its form."""
+    return limits.tolerance_mm + limits.form_mm
+
+
 def _spanned(frames: Iterable[PlateFrame]) -> tuple[PlateFrame, ...]:
     """Frames with some span each: a leg that ends where it starts has none."""
     return tuple(replace(f, high=max(f.high, f.low + 1e-6)) for f in frames)
@@ -300,7 +306,7 @@ class Fixture:
         return (
             float(max(low - _WINDOW_MM, min(-most, low))),
             float(min(high + _WINDOW_MM, max(most, high))),
-            float(max(bottom - _WINDOW_MM, min(self.room.wall, bottom))),
+            float(max(bottom - _WINDOW_MM, min(self.room.wall + seam_of(self.limits), bottom))),
         )
 
     @property

@@ -26,7 +26,7 @@ from fingerdesign.mold.plan.fasteners import (
     most_draft,
     z_bolt_height,
 )
-from fingerdesign.mold.plan.leg_room import Fixture
+from fingerdesign.mold.plan.leg_room import Fixture, seam_of
 from fingerdesign.mold.plan.outer import held_twice
 from fingerdesign.mold.plan.plan import (
     SIDES,
@@ -72,7 +72,10 @@ def open_plan(
     )
     sizes = AUTO_BOLTS if mold.bolt == "auto" else (mold.bolt,)
     tried = [_columns(design, plan, columns_of(plan, mold, limits, size, True)) for size in sizes]
-    columns = next((c for c in tried if z_bolt_height(plan, c) is not None), None)
+    # Bolts that leave room for a seam go before larger ones that do not.
+    floors = (seam_of(limits), 0.0) if fixture.legs else (0.0,)
+    fits = (c for floor in floors for c in tried if z_bolt_height(plan, c, floor) is not None)
+    columns = next(fits, None)
     if columns is None:
         return None, f"its walls, {extent.rim:.3g} mm high, hold no bolt along z"
     why = _too_small(plan, columns)
@@ -167,7 +170,8 @@ def _key_height(plan: MoldPlan, columns: Columns) -> float:
 
 def _fastened(body: Body, plan: MoldPlan, columns: Columns) -> MoldPlan:
     """The plan with its two bolts, four pins and two keys, of which one each is small."""
-    height = z_bolt_height(plan, columns)
+    height = z_bolt_height(plan, columns, seam_of(columns.limits))
+    height = z_bolt_height(plan, columns) if height is None else height
     assert height is not None
     reach, of = plan.reach_z, (columns.size, columns.hole)
     bolts = [Bolt("z", sign * columns.x1, height, -reach, reach, *of) for _, sign in FLANKS]

@@ -15,7 +15,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.plan.leg_room import Fixture
+from fingerdesign.mold.plan.leg_room import Fixture, seam_of
 from fingerdesign.mold.plan.plan import (
     Leg,
     Limits,
@@ -44,10 +44,12 @@ def held_twice(design: Design, plan: MoldPlan, limits: Limits, reach: float) -> 
     sides = tuple(_side(fixture, plan, side, reach) for side in plan.sides)
     tips = {s.side: plan.reach(s.side) + s.sheet + design.mold.tab_mm for s in sides if s.outer}
     legs = tuple(replace(leg, tip=tips.get(leg.side, leg.tip)) for leg in plan.legs)
-    # The base plate has to lie on both combs: frames may come out higher by their tolerance.
+    seam = seam_of(limits)
+    lows = [side.window[2] for side in sides if side.window]
+    lows += [bolt.second - 0.5 * bolt.diameter for bolt in plan.bolts]
+    walls = min(lows, default=0.0) - seam >= limits.wall_mm - 1e-9  # what is left below them
     both = sum(side.outer is not None for side in sides) == 2
-    seam = limits.tolerance_mm + limits.form_mm if both else 0.0
-    return replace(plan, sides=sides, legs=legs, seam=seam)
+    return replace(plan, sides=sides, legs=legs, seam=seam if both and walls else 0.0)
 
 
 def bow(design: Design, plan: MoldPlan, side: SidePlan) -> float:

@@ -31,7 +31,7 @@ FAILED = Check("wall", "base_plate", False, 0.5, 1.0, "mm", "its least wall is 0
 FILES = [
     *("assembly.step", "base_plate.step", "base_plate.stl", "bill_of_materials.csv"),
     *("comb_back.dxf", "comb_front.dxf", "exploded.png", "mold.3mf", "mold_report.json"),
-    *("plates.dxf", "report.html"),
+    *("plates.dxf", "profile.toml", "report.html"),
 ]
 CHANGE = {"rms": 0.01, "worst": 0.03, "worst_plate": 1}
 EFFECT = {
@@ -211,6 +211,10 @@ def test_the_command_exits_1_where_a_check_fails(stages, command, tmp_path):
     process = data["process"]  # the command's go before the table's
     assert (process["name"], process["plate_fixture"]) == ("fdm", "slots")
     assert process["limits"]["slot_mm"] == PROFILES["fdm"].slot_mm
+    profile = tmp_path / "mine.toml"
+    profile.write_text('process = "sla"\n[limits]\nslot_mm = 0.41\n', encoding="utf-8")
+    data = json.loads(command("--profile", profile, "--process", "fdm", "--json", code=1).out)
+    assert (data["process"]["name"], data["process"]["limits"]["slot_mm"]) == ("fdm", 0.41)
 
 
 def test_the_command_exits_2_for_a_mold_that_cannot_be(stages, command, tmp_path):
