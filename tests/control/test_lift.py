@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Relaxation
+from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Relaxation, Timed
 from fingerdesign.control.plants.plant import CondensedPlant, Truth, is_lifted, press
-from fingerdesign.design.grip import GRAVITY, WeightChange
+from fingerdesign.design.grip import GRAVITY, Grip, HardwareTable, WeightChange
 
 MASS = 200.0
 
@@ -59,6 +59,13 @@ def test_rubber_that_relaxes_loses_its_share_in_a_minute():
     assert relaxing.left(6000) == pytest.approx(0.9)
     # Evenly in the logarithm of time, once that is far over its 0.1 s.
     assert relaxing.left(600) - relaxing.left(6000) == pytest.approx(0.1 / np.log10(601), rel=0.01)
+
+
+def test_a_designs_grip_relaxes_as_it_says():
+    grip = Grip(relaxation_per_minute=0.1)
+    grip = grip.model_copy(update={"hardware": HardwareTable(sample_rate_Hz=50.0)})
+    assert Timed.of(grip).relaxation.left(3000) == pytest.approx(0.9)  # a minute
+    assert Timed.of(Grip()).relaxation is None
 
 
 def test_held_still_the_grip_weakens_and_the_weight_is_carried_on(half_plane):

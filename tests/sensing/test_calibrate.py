@@ -141,6 +141,10 @@ def test_points_are_means_at_rest_without_what_is_stale():
     assert points.readings[:, 0] == pytest.approx([2.0, 5.0])
     assert points.approach == pytest.approx([0.1, 0.2])
     assert points.samples.tolist() == [20.0, 20.0]
+    # Of a rest as short as the delay the last row alone counts.
+    points = points_of(trace, delay=3)
+    assert points.normal_force == pytest.approx([2.0, 5.0])
+    assert points.samples.tolist() == [1.0, 1.0]
 
 
 def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
