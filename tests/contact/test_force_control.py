@@ -318,7 +318,7 @@ def test_the_stick_zone_is_cattaneos(strip, share):
     *_, step = follow(strip, [Forces(1.0, 0.0), Forces(1.0, share * 0.5)])
     m = step.measures
     exact = cattaneo_mindlin_line(share * 0.5, 1.0, 0.5)
-    assert m.stick_width / m.contact_width == pytest.approx(exact, abs=0.03)
+    assert m.stick_width / m.contact_width == pytest.approx(exact, abs=0.007)  # 40 facets
 
 
 def test_just_below_complete_slip_there_is_one(strip):
