@@ -174,7 +174,7 @@ def test_the_molds_page_plans_its_mold_and_reports_profiles_as_they_are(capsys):
     first, sentence = run_python("docs/molds.md", capsys).splitlines()
     assert first.endswith(" True")
     assert 0.01 < float(first.split()[0]) < 0.02
-    assert sentence.startswith("Among the others, a plate 0.016 mm off along x")
+    assert sentence.startswith("Against its neighbours a plate 0.016 mm off along x")
     for name, limits in PROFILES.items():
         (row,) = re.findall(rf"^\| `{name}` .*$", text, flags=re.MULTILINE)
         reported = [float(cell.split()[0]) for cell in row.strip("| ").split("|")[1:]]
