@@ -1,7 +1,7 @@
 """Open molds: which fingers get one, of how few parts, and that its parts are what was planned.
 
-What is made is checked by others than those that made it: STL files by trimesh, STEP files by the CAD
-kernel's own common volumes and distances, drawings by ezdxf.
+What is made is checked by others than those that made it: STL files by trimesh, STEP files by the
+CAD kernel's own common volumes and distances, drawings by ezdxf.
 """
 
 from itertools import combinations
