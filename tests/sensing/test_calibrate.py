@@ -236,6 +236,13 @@ def with_closing(text, share):
     return "\n".join(map(",".join, rows)) + "\n"
 
 
+def ending_harder(text):
+    """Three times the normal force in the last row."""
+    *rows, last = (line.split(",") for line in text.splitlines())
+    last[rows[0].index("normal_force_N")] = f"{3.0 * float(last[rows[0].index('normal_force_N')])}"
+    return "\n".join(map(",".join, [*rows, last])) + "\n"
+
+
 def opened(text):
     return with_closing(text, -1.0)
 
@@ -247,6 +254,7 @@ def still(text):
 @pytest.mark.parametrize(
     ("file", "change", "named"),
     [
+        ("slide.csv", ending_harder, "slide.csv: tangential_force"),
         ("phases.csv", lambda t: without_column(t, "friction_coefficient"), "friction_coefficient"),
         ("phases.csv", lambda t: t.replace("press,0.5", "press,"), "column friction_coefficient"),
         (
