@@ -179,7 +179,7 @@ def dask(place, workers=2, protocol="tcp"):
     address += ["--protocol", protocol]
     module, quiet = ["-m", "distributed.cli.dask_scheduler"], "--no-dashboard"
     scheduler = place.start(*module, *address, quiet)
-    until(where.exists, scheduler)
+    until(lambda: where.exists() and where.read_text().endswith("}"), scheduler)  # whole, that is
     at = json.loads(where.read_text())["address"]
     join = ["distributed.cli.dask_worker", at, "--nthreads", "1", "--no-nanny", quiet]
     joined = [place.start("-m", *join) for _ in range(workers)]
