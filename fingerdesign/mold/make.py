@@ -19,18 +19,20 @@ from fingerdesign.analysis.case import Clock
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError, GeometryError, PictureError
 from fingerdesign.mold.checks.run import run_checks
-from fingerdesign.mold.page import Exploded, exploded_job, exploded_of, mold_html
+from fingerdesign.mold.page import mold_html
 from fingerdesign.mold.part import Check, MoldMeshes
+from fingerdesign.mold.picture import Pictures, pictures_job, pictures_of
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.drawing import flat_patterns, write_drawings
 from fingerdesign.mold.products.notes import (
     bill_of_materials,
+    casting_notes,
     silicone_of,
     unknown_effect,
     write_bill,
 )
-from fingerdesign.mold.products.three_mf import laid_out, write_3mf
+from fingerdesign.mold.products.three_mf import Posed, laid_out, write_3mf
 from fingerdesign.mold.profile import PROFILE_FILE, profile_text
 from fingerdesign.mold.record import RECORD_FILE, MoldData, Products, mold_record
 from fingerdesign.records.base import ResultError, json_text
@@ -41,15 +43,19 @@ from fingerdesign.runtime.isolate import ProcessError, Wait, beside, call
 Report = Callable[[str, float], None]
 
 REPORT_FILE, PICTURE_FILE = "report.html", "exploded.png"
-PRINT_FILE, BILL_FILE = "mold.3mf", "bill_of_materials.csv"
-_STEMS = ("contact_insert", "frame_*", "end_wall_*", "side_wall_*", "comb_*", "base_plate", "core")
+PRINT_FILE, COUPON_FILE, BILL_FILE = "mold.3mf", "coupon.3mf", "bill_of_materials.csv"
+_STEMS = (
+    *("contact_insert", "frame_*", "end_wall_*", "side_wall_*", "comb_*", "base_plate", "core"),
+    *("plate_*", "coupon*", "rubber"),
+)
 FOLDER = RecordFolder(
     "mold",
     RECORD_FILE,
     (
         *(RECORD_FILE, REPORT_FILE, PICTURE_FILE, "assembly.step"),
-        *(BILL_FILE, PRINT_FILE, PROFILE_FILE, "plates.dxf", "comb_*.dxf"),
-        *(f"{stem}.{kind}" for stem in (*_STEMS, "plate_*", "rubber") for kind in ("stl", "step")),
+        *(BILL_FILE, PRINT_FILE, COUPON_FILE, PROFILE_FILE, "plates.dxf", "nested_*.dxf"),
+        *("comb_*.dxf", "coupon_comb_*.dxf"),
+        *(f"{stem}.{kind}" for stem in _STEMS for kind in ("stl", "step")),
     ),
 )
 PLACEMENT_LIMIT_S = 60.0  # it takes 1 to 4 s; a busy machine far longer
@@ -126,27 +132,31 @@ def _made(
     """Files, report and record. The page's own time is not yet known to either."""
     checks: tuple[Check, ...] = ()
     products: Products | None = None
-    picture: Exploded | None = None
+    pictures: Pictures | None = None
     missing, failure = "There are no parts to draw.", None
     try:
         report("building the parts", 0.05)
         with clock.stage("cad"):
             meshes = mold_meshes(design, plan, folder, CAD_LIMIT_S)
-        with exploded_job(meshes) as drawing:
+        patterns, silicone = flat_patterns(design, plan), silicone_of(design, plan, meshes)
+        notes, views = casting_notes(design, plan, meshes, patterns, silicone)
+        with pictures_job(meshes, views) as drawing:
             report("checking the parts", 0.45)
             with clock.stage("checks"):
                 checks = run_checks(design, plan, meshes)
             failure = failure_of(checks)
             report("writing the files", 0.8)
             with clock.stage("files"):
-                products = write_products(design, plan, meshes, folder)
+                items = bill_of_materials(design, plan, meshes, patterns, silicone)
+                products = Products(meshes, patterns, printed_of(meshes), silicone, items, notes)
+                write_products(design, plan, products, folder)
             with clock.stage("placement"):
                 placement = placement_of(placing)
             report("writing the report", 0.9)
             with clock.stage("picture"):
                 try:
-                    picture = exploded_of(drawing, meshes)
-                    (folder / PICTURE_FILE).write_bytes(picture.png)
+                    pictures = pictures_of(drawing, meshes, views)
+                    (folder / PICTURE_FILE).write_bytes(pictures.opened.png)
                 except PictureError as error:
                     missing = f"The mold could not be drawn: {error}."
     except GeometryError as error:
@@ -158,7 +168,7 @@ def _made(
     files = sorted({path.name for path in folder.iterdir()} | {RECORD_FILE, REPORT_FILE})
     timing = (clock.seconds, time.perf_counter() - start)
     record = mold_record(design, plan, checks, products, placement, failure, files, *timing)
-    (folder / REPORT_FILE).write_text(mold_html(record, picture, missing), encoding="utf-8")
+    (folder / REPORT_FILE).write_text(mold_html(record, pictures, missing), encoding="utf-8")
     (folder / RECORD_FILE).write_text(json_text(record), encoding="utf-8")
     return record
 
@@ -174,7 +184,7 @@ def mold_meshes(
     exceeds the time limit. ResultError where the disk or the memory is full, or somebody ended the
     process.
     """
-    build, name = "fingerdesign.mold.cad.build:build_and_write", design.design.name
+    build, name = "fingerdesign.mold.cad.write:build_and_write", design.design.name
     try:
         found: MoldMeshes = call(build, design, plan, folder.resolve(), time_s=time_limit_s)
     except DesignError as error:
@@ -189,17 +199,21 @@ def mold_meshes(
     return found
 
 
-def write_products(design: Design, plan: MoldPlan, meshes: MoldMeshes, folder: Path) -> Products:
-    """mold.3mf, the drawings and bill_of_materials.csv; GeometryError where one is not sound."""
-    patterns = flat_patterns(design, plan)
-    posed = laid_out(tuple(part for part in meshes.parts if part.made == "process"))
-    write_3mf(posed, folder / PRINT_FILE, f"{design.design.name}: mold")
-    write_drawings(plan, meshes, patterns, folder)
-    silicone = silicone_of(design, plan, meshes)
-    items = bill_of_materials(design, plan, meshes, patterns, silicone)
-    write_bill(items, folder / BILL_FILE)
+def printed_of(meshes: MoldMeshes) -> tuple[Posed, ...]:
+    """The mold's parts as they lie on the printer's bed."""
+    return laid_out(tuple(part for part in meshes.parts if part.made == "process"))
+
+
+def write_products(design: Design, plan: MoldPlan, made: Products, folder: Path) -> None:
+    """mold.3mf, coupon.3mf, the drawings, bill_of_materials.csv and profile.toml; GeometryError
+    where one is not sound."""
+    name = design.design.name
+    coupon = laid_out(tuple(part for part in made.meshes.coupon if part.made == "process"))
+    write_3mf(made.posed, folder / PRINT_FILE, f"{name}: mold")
+    write_3mf(coupon, folder / COUPON_FILE, f"{name}: coupon")
+    write_drawings(plan, made.meshes, made.patterns, folder)
+    write_bill(made.items, folder / BILL_FILE)
     (folder / PROFILE_FILE).write_text(profile_text(design), encoding="utf-8")
-    return Products(meshes, patterns, posed, silicone, items)
 
 
 def placement_of(wait: Wait) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from fingerdesign.arrays import Array, IntArray
 Made = Literal["process", "sheet", "metal", "silicone"]
 
 INSERT, BASE, CORE, RUBBER = "contact_insert", "base_plate", "core", "rubber"
+COUPON, COUPON_PIN, CELL, COUPON_COMB = "coupon", "coupon_pin", "coupon_cell", "coupon_comb"
 OUTER = "_outer"  # ends the names of combs on the outside: no part of the filled block
 
 
@@ -75,6 +76,7 @@ class MoldParts(Generic[Kind]):
     rubber   the elastomer in mold space: the enlarged outline without plates (legs too) and core
     outline  the enlarged outline: elastomer, plates and core of the design, without legs
     low, high   corners of the block that cavity and blanks fill, base plate left out
+    coupon   pieces of the test coupon, which are no part of the mold
     """
 
     parts: tuple[Kind, ...]
@@ -83,6 +85,7 @@ class MoldParts(Generic[Kind]):
     outline: Kind
     low: tuple[float, float, float]
     high: tuple[float, float, float]
+    coupon: tuple[Kind, ...] = ()
 
     def part(self, name: str) -> Kind:
         """The part of a name; KeyError for another."""
@@ -90,9 +93,10 @@ class MoldParts(Generic[Kind]):
 
     def each(self, made: Callable[[Kind], Other]) -> MoldParts[Other]:
         """The same of what is ``made`` of each."""
-        parts, plates = (tuple(map(made, some)) for some in (self.parts, self.plates))
+        kinds = self.parts, self.plates, self.coupon
+        parts, plates, coupon = (tuple(map(made, some)) for some in kinds)
         last = made(self.rubber), made(self.outline)
-        return MoldParts(parts, plates, *last, self.low, self.high)
+        return MoldParts(parts, plates, *last, self.low, self.high, coupon)
 
 
 MoldMeshes = MoldParts[PartMesh]

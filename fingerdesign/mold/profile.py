@@ -1,32 +1,99 @@
-"""What a machine and a cutter hold, as a file of one's own.
+"""What a machine and a cutter hold, as a file of one's own, and the coupon that it is measured on.
 
-It is written beside each mold, to be measured on its parts and corrected; ``--profile`` reads it.
+The file is written beside each mold, to be corrected by what the coupon shows; ``--profile`` reads
+it.
 """
 
+from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
+from typing import Literal
 
 from fingerdesign.checks.load import parse_toml, read_text, with_values
-from fingerdesign.design.mold import Comb, MoldLimits
+from fingerdesign.design.mold import Comb, Mold, MoldLimits
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.plan.plan import comb_tolerance, limits_of
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mold.plan.plan import MoldPlan, Side, comb_tolerance, limits_of
 
 PROFILE_FILE = "profile.toml"
 _HEAD = """\
-# What this mold was planned with, mm. Measure it on its parts, cast once with plates that carry
-# no gages, correct it here, and plan the next mold: fingerdesign mold DESIGN --profile FILE
+# What this mold was planned with, mm. Make the coupon, measure it row by row, correct the values
+# here, and plan the mold again: fingerdesign mold DESIGN --profile FILE
 """
+STEPS = (0.5, 0.7, 1.0, 1.4, 2.0)  # sizes of a row of the coupon, of what the process is taken for
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """One row of the coupon: one kind of feature in sizes (mm, rising) around what the process is
+    taken to hold. key: of ``[mold.limits]``. measure: what of the row is the key's value."""
+
+    key: str
+    kind: Literal["slot", "hole", "wall", "rib", "pin", "socket"]
+    sizes: tuple[float, ...]
+    measure: str
+
+
+def ladders_of(mold: Mold) -> tuple[Ladder, ...]:
+    """The rows of the coupon, in their order on it.
+
+    >>> [ladder.sizes for ladder in ladders_of(Mold()) if ladder.kind == "slot"]
+    [(0.25, 0.35, 0.5, 0.7, 1.0)]
+    """
+    limits = limits_of(mold)
+
+    def sizes(value: float) -> tuple[float, ...]:
+        return tuple(round(step * value, 3) for step in STEPS)
+
+    found = [
+        Ladder("slot_mm", "slot", sizes(limits.slot_mm), "the least that is open throughout"),
+        Ladder("hole_mm", "hole", sizes(limits.hole_mm), "the least that is open throughout"),
+        Ladder("wall_mm", "wall", sizes(limits.wall_mm), "the least that stands straight"),
+        Ladder("feature_mm", "rib", sizes(limits.feature_mm), "the least that is whole"),
+    ]
+    if not limits.dowels:
+        found.append(Ladder("pin_mm", "pin", sizes(limits.pin_mm), "the least that stays on"))
+    if limits.clearance_mm > 0.0:
+        by = "a steel dowel" if limits.dowels else "coupon_pin"
+        what = f"the least into which {by} slides"
+        found.append(Ladder("clearance_mm", "socket", sizes(limits.clearance_mm), what))
+    return tuple(found)
+
+
+def cell_plates(plan: MoldPlan) -> tuple[PlateFrame, ...]:
+    """Two neighbouring plates that leave through the same sides, combs before slots, in the middle
+    of those that do; of a finger with one plate that leaves, that one. Empty: there are none."""
+    held: dict[int, set[Side]] = {}
+    combed = {slot.plate for side, slot, _ in plan.held() if side.comb}
+    for side, slot, _ in plan.held():
+        held.setdefault(slot.plate, set()).add(side.side)
+    frames = tuple(frame for frame in plan.frames if frame.index in held)
+    pairs = [
+        (one, two)
+        for one, two in pairwise(frames)
+        if held[one.index] == held[two.index] and one.along == two.along
+    ]
+    pairs = [pair for pair in pairs if pair[0].index in combed] or pairs
+    if pairs:
+        return pairs[len(pairs) // 2]
+    return frames if len(frames) == 1 else ()
 
 
 def profile_text(design: Design) -> str:
-    """The profile that a mold is planned with, as TOML; each key with its meaning."""
+    """The profile that a mold is planned with, as TOML; each key with its meaning, and with the row
+    of the coupon that shows it."""
     mold = design.mold
     limits = {key: getattr(limits_of(mold), key) for key in MoldLimits.model_fields}
     comb = mold.comb.model_dump() | {"tolerance_mm": comb_tolerance(mold)}
+    rows = {ladder.key: ladder for ladder in ladders_of(mold)}
     lines = [_HEAD, f'process = "{mold.process}"']
     for name, table, values in (("limits", MoldLimits, limits), ("comb", Comb, comb)):
         lines.append(f"\n[{name}]")
         for key, field in table.model_fields.items():
             meaning = (field.description or "").partition(";")[0]
+            if name == "limits" and key in rows:
+                sizes = ", ".join(f"{size:g}" for size in rows[key].sizes)
+                lines.append(f"# coupon, {rows[key].kind}s of {sizes}: {rows[key].measure}")
             lines.append(f"{key} = {values[key]:g}  # {meaning}")
     return "\n".join(lines) + "\n"
 

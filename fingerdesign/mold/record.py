@@ -21,11 +21,11 @@ from fingerdesign.mold.products.drawing import FlatPattern
 from fingerdesign.mold.products.notes import (
     ItemData,
     SiliconeData,
-    casting_notes,
     placement_worst,
     warnings_of,
 )
 from fingerdesign.mold.products.three_mf import Posed
+from fingerdesign.mold.profile import ladders_of
 from fingerdesign.records.base import Count, Size, closed, plain
 from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.version import __version__, versions
@@ -144,6 +144,16 @@ class FixtureData(TypedDict):
 
 
 @closed
+class LadderData(TypedDict):
+    """A row of the test coupon, and what of it is a key's value."""
+
+    key: Annotated[str, Field(description="of [mold.limits]")]
+    kind: Literal["slot", "hole", "wall", "rib", "pin", "socket"]
+    sizes_mm: Annotated[list[Size], Field(description="along the row; of a socket: its clearance")]
+    measure: str
+
+
+@closed
 class HoleData(TypedDict):
     """A hole of the base plate, seen from its back: x to the right, z up."""
 
@@ -230,6 +240,7 @@ class MoldData(TypedDict):
     sensor: SensorData
     warnings: list[str]
     notes: list[NotesData]
+    coupon: list[LadderData]
     bill: list[ItemData]
     files: Annotated[list[str], Field(description="names beside the record")]
     timings_s: dict[str, Size]
@@ -241,13 +252,14 @@ class MoldData(TypedDict):
 @dataclass(frozen=True)
 class Products:
     """What was built and written of a mold: parts, patterns, parts on the printer's bed, silicone,
-    the bill of materials."""
+    the bill of materials, the casting notes."""
 
     meshes: MoldMeshes
     patterns: tuple[FlatPattern, ...]
     posed: tuple[Posed, ...]
     silicone: SiliconeData
     items: tuple[ItemData, ...]
+    notes: list[dict[str, Any]]
 
 
 def mold_record(
@@ -293,7 +305,8 @@ def mold_record(
             "placement": placement,
             "sensor": sensor_of(design, placement),
             "warnings": warnings_of(design, plan, placement) if placement else [],
-            "notes": casting_notes(design, plan, parts, patterns, made.silicone) if made else [],
+            "notes": made.notes if made else [],
+            "coupon": [values_of(LadderData, each) for each in ladders_of(design.mold)],
             "bill": list(made.items) if made else [],
             "files": files,
             "timings_s": dict(timings_s),

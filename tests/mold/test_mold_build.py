@@ -13,8 +13,9 @@ from fingerdesign.cad.kernel import volume_of
 from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
-from fingerdesign.mold.cad.build import build_mold, meshed, undercuts
+from fingerdesign.mold.cad.build import build_mold, undercuts
 from fingerdesign.mold.cad.features import cut_plates
+from fingerdesign.mold.cad.write import meshed
 from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.make import mold_meshes
 from fingerdesign.mold.part import BASE, CORE, INSERT

@@ -165,7 +165,7 @@ def test_its_notes_press_the_base_plate_on_last_and_know_no_gate(made):
     design, plan, meshes, _ = made
     silicone = silicone_of(design, plan, meshes)
     patterns = flat_patterns(design, plan)
-    notes = casting_notes(design, plan, meshes.parts, patterns, silicone)
+    notes, views = casting_notes(design, plan, meshes, patterns, silicone)
     steps = [step for section in notes for step in section["steps"]]
     text = " ".join(steps)
     for word in ("gate", "riser", "vent ", "end wall", "side wall"):
@@ -173,4 +173,6 @@ def test_its_notes_press_the_base_plate_on_last_and_know_no_gate(made):
     last = next(k for k, step in enumerate(steps) if "Press the base plate on last" in step)
     assert last > next(k for k, step in enumerate(steps) if "Pour a thread" in step)
     assert "gate" not in silicone["sentence"]
+    pressed = [view.up for view in views if view.names == ("base_plate",)]
+    assert pressed == ["-y"]
     assert silicone["gate_risers_vents_cm3"] == 0.0

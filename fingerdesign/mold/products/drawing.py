@@ -5,8 +5,9 @@ mid-surface), w across it, along +z or +x, from the middle of its span. Layers o
 HOLES, GAGES, BEND and TEXT; ezdxf loads when a file is written. Lengths in mm.
 """
 
+import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count, groupby, product
 from pathlib import Path
 from string import ascii_uppercase
@@ -19,9 +20,10 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.checks.assembly import solid_of
-from fingerdesign.mold.part import MoldMeshes, PartMesh
-from fingerdesign.mold.plan.plan import Leg, MoldPlan, Side, across, direction
+from fingerdesign.mold.part import MoldMeshes, PartMesh, axis_name
+from fingerdesign.mold.plan.plan import SIDES, Leg, MoldPlan, Side, across, direction
 from fingerdesign.mold.plan.slots import end_of
+from fingerdesign.mold.profile import cell_plates
 
 Face = Literal["upper", "lower"]
 _ALIKE = 3  # digits of a millimetre by which plates are distinguished
@@ -123,7 +125,8 @@ def _kind(frame: PlateFrame, legs: tuple[Leg, ...]) -> tuple[object, ...]:
 
 # layer -> AutoCAD colour number (7: black on white): each also differs by its name
 LAYERS = {"CUT": 7, "HOLES": 1, "GAGES": 5, "BEND": 3, "TEXT": 8}
-GAP_MM = 5.0  # between sheets of one drawing
+GAP_MM = 5.0  # between sheets of one drawing, and parts on one bed
+LINE = 1.6  # of a text's height, from line to line
 MILLIMETRES = 4  # $INSUNITS
 
 
@@ -155,23 +158,47 @@ def polygon_area(points: Array) -> float:
     return abs(float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1))))
 
 
+def in_rows(sizes: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Places (x, y) of the lower left corners of rectangles (width, depth), in the order given: in
+    rows from the deepest to the least deep, with gaps, that make about a square.
+
+    >>> in_rows([(2.0, 1.0), (4.0, 3.0)])
+    [(0.0, 8.0), (0.0, 0.0)]
+    """
+    area = sum((wide + GAP_MM) * (deep + GAP_MM) for wide, deep in sizes)
+    limit = max(1.2 * math.sqrt(area), *(wide for wide, _ in sizes), 0.0)
+    places, x, y, row = [(0.0, 0.0)] * len(sizes), 0.0, 0.0, 0.0
+    for k in sorted(range(len(sizes)), key=lambda each: -sizes[each][1]):
+        wide, deep = sizes[k]
+        if x > 0.0 and x + wide > limit:
+            x, y, row = 0.0, y + row + GAP_MM, 0.0
+        places[k] = x, y
+        x, row = x + wide + GAP_MM, max(row, deep)
+    return places
+
+
 def write_dxf(sheets: Sequence[Sheet], path: Path) -> None:
-    """Draw sheets from left to right in millimetres; GeometryError where that can't be written."""
+    """Draw sheets in rows, in millimetres; GeometryError where that can't be written."""
     import ezdxf
 
     document = ezdxf.new("R2010", units=MILLIMETRES)
     for layer, colour in LAYERS.items():
         document.layers.add(layer, color=colour)
-    space, left = document.modelspace(), 0.0
-    for sheet in sheets:
-        low, high = sheet.outline.min(axis=0), sheet.outline.max(axis=0)
-        _draw(space, sheet, np.array([left, 0.0]) - low)
-        letters = max((len(line) for line in sheet.text), default=0)
-        left += max(float(high[0] - low[0]), 0.9 * _text_height(sheet) * letters) + GAP_MM
+    space = document.modelspace()
+    for sheet, (x, y) in zip(sheets, in_rows([_room(sheet) for sheet in sheets]), strict=True):
+        below = LINE * _text_height(sheet) * len(sheet.text)
+        _draw(space, sheet, np.array([x, y + below]) - sheet.outline.min(axis=0))
     try:
         document.saveas(path)
     except (OSError, ezdxf.DXFError) as error:
         raise GeometryError(f"{path.name} could not be written: {error}") from error
+
+
+def _room(sheet: Sheet) -> tuple[float, float]:
+    """Width and depth of a sheet with what is written below it."""
+    (wide, deep), height = np.ptp(sheet.outline, axis=0).tolist(), _text_height(sheet)
+    letters = max((len(line) for line in sheet.text), default=0)
+    return max(wide, 0.9 * height * letters), deep + LINE * height * len(sheet.text)
 
 
 def _draw(space: Any, sheet: Sheet, shift: Array) -> None:
@@ -188,7 +215,7 @@ def _draw(space: Any, sheet: Sheet, shift: Array) -> None:
     height = _text_height(sheet)
     low = sheet.outline.min(axis=0) + shift
     for number, line in enumerate(sheet.text, start=1):
-        place = (float(low[0]), float(low[1]) - 1.6 * height * number)
+        place = (float(low[0]), float(low[1]) - LINE * height * number)
         space.add_text(line, height=height, dxfattribs={"layer": "TEXT"}).set_placement(place)
 
 
@@ -261,12 +288,26 @@ PLATES_FILE = "plates.dxf"
 def write_drawings(
     plan: MoldPlan, meshes: MoldMeshes, patterns: Sequence[FlatPattern], folder: Path
 ) -> None:
-    """All drawings into a folder. GeometryError where one is not what was cut."""
+    """All drawings into a folder: each kind of plate, each comb, and by material and thickness all
+    that is cut (nested_*.dxf, the coupon's plates and combs too). GeometryError where one is not
+    what was cut."""
     if patterns:
         write_dxf([plate_sheet(pattern) for pattern in patterns], folder / PLATES_FILE)
-    for side in plan.sides:
-        for comb in filter(None, (side.comb, side.outer_comb)):
-            write_dxf([comb_sheet(meshes.part(comb), side.side)], folder / f"{comb}.dxf")
+    nested: dict[str, list[Sheet]] = {}
+    for pattern in patterns:
+        more = len({frame.index for frame in cell_plates(plan)}.intersection(pattern.plates))
+        sheet, name = plate_sheet(pattern), f"{pattern.material}_{pattern.thickness:g}mm"
+        alike = replace(sheet, text=(pattern.name,))
+        nested.setdefault(name, []).extend([alike] * (pattern.count + more))
+    for comb in (*meshes.parts, *meshes.coupon):
+        side = next((each for each in SIDES if comb.draw and axis_name(comb.draw) == each), None)
+        if comb.made == "sheet" and side is not None:
+            sheet = comb_sheet(comb, side)
+            write_dxf([sheet], folder / f"{comb.name}.dxf")
+            name = f"combs_{np.ptp(comb.vertices @ direction(side)):.3g}mm"
+            nested.setdefault(name, []).append(replace(sheet, text=(comb.name,)))
+    for name, sheets in nested.items():
+        write_dxf(sheets, folder / f"nested_{name}.dxf")
 
 
 def plate_sheet(pattern: FlatPattern) -> Sheet:

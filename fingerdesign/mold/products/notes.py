@@ -4,12 +4,13 @@ The words stand in ``templates``; here are the numbers that they are made from.
 """
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from typing_extensions import TypedDict
@@ -21,11 +22,12 @@ from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.gaps import PlateGap, least_gap
 from fingerdesign.materials import MATERIALS, gent_shore_a
-from fingerdesign.mold.part import MoldMeshes, PartMesh, axis_name
+from fingerdesign.mold.part import COUPON, MoldMeshes, axis_name
 from fingerdesign.mold.plan.base import TILT_DEG
 from fingerdesign.mold.plan.legs import legs_share
 from fingerdesign.mold.plan.plan import WORDS, Bolt, MoldPlan, density_of, limits_of
 from fingerdesign.mold.products.drawing import FlatPattern, numbers_text
+from fingerdesign.mold.profile import cell_plates
 from fingerdesign.records.base import Count, Size, closed, write_csv
 from fingerdesign.report.page import macros
 
@@ -130,8 +132,8 @@ def bill_of_materials(
     gage = None if fit is None else fit.found
     rubber, open_ = rubber_words(design), plan.pour == "open"
     return (
-        *_lines("parts", design, meshes.parts, _extent),
-        *_lines("plates", design, patterns, _extent),
+        *_lines("parts", design, (*meshes.parts, *meshes.coupon), _extent),
+        *_lines("plates", design, patterns, _extent, {each.index for each in cell_plates(plan)}),
         *hardware(plan),
         *_lines("consumed", rubber, design, silicone, mixing, gages, gage, metres, wire, open_),
     )
@@ -271,19 +273,53 @@ def rubber_words(design: Design) -> str:
     return words
 
 
+Up = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
+PLATES = "plates"  # all of them, among the names of a view
+_VIEW = re.compile(r"\[(put|take) ([+-][xyz]): ([\w ]+)\] *")
+
+
+@dataclass(frozen=True)
+class View:
+    """What a step's picture shows: parts (and PLATES, and the rubber) that it puts in their places,
+    or that are ``taken`` away, and the axis of mold space that is up on the bench."""
+
+    section: str
+    step: int
+    up: Up
+    taken: bool
+    names: tuple[str, ...]
+
+    @property
+    def words(self) -> str:
+        """What is seen, as a sentence.
+
+        >>> View("Cure and open", 3, "+y", True, ("contact_insert",)).words
+        'Step 3 of "Cure and open": contact insert is taken off.'
+        """
+        names = [name.replace("_", " ") for name in self.names]
+        listed = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+        verb = "are" if len(names) > 1 or PLATES in names else "is"
+        done = "taken off" if self.taken else "put in place"
+        return f'Step {self.step} of "{self.section}": {listed} {verb} {done}.'
+
+
 def casting_notes(
     design: Design,
     plan: MoldPlan,
-    parts: Sequence[PartMesh],
+    meshes: MoldMeshes,
     patterns: Sequence[FlatPattern],
     silicone: SiliconeData,
-) -> list[dict[str, Any]]:
-    """Sections of steps, in the order of the work; what this mold does not need is left out."""
+) -> tuple[list[dict[str, Any]], list[View]]:
+    """Sections of steps, in the order of the work, and what there is to see of them; what this mold
+    does not need is left out."""
     bolts = sorted(plan.bolts, key=lambda bolt: str((bolt.size, bolt_length(bolt))))
+    trial = cell_plates(plan)
+    apart = least_gap(trial)
+    bar = next(part for part in meshes.coupon if part.name == COUPON)
     text = macros(TEMPLATES / "notes.j2").notes(
         design=design,
         plan=plan,
-        parts=parts,
+        parts=meshes.parts,
         thickness=lambda part: round(float(np.ptp(part.vertices, axis=0).min()), 4),
         patterns=patterns,
         silicone=silicone,
@@ -294,10 +330,21 @@ def casting_notes(
         axis_name=axis_name,
         tilt=TILT_DEG,
         form=limits_of(design.mold).form_mm,
+        trial=trial,
+        gap=None if apart is None else apart.distance,
+        bar=round(float(np.ptp(bar.vertices[:, 0])), 3),
     )
     sections = [section.partition("\n") for section in f"\n{text}".split("\n# ")[1:]]
-    made = [{"title": title, "steps": _items(steps)} for title, _, steps in sections]
-    return [section for section in made if section["steps"]]
+    made: list[dict[str, Any]] = []
+    views = []
+    for title, _, lines in sections:
+        steps = _items(lines)
+        for number, step in enumerate(steps, start=1):
+            for verb, up, names in _VIEW.findall(step):
+                views.append(View(title, number, up, verb == "take", tuple(names.split())))
+        if steps:
+            made.append({"title": title, "steps": [_VIEW.sub("", step) for step in steps]})
+    return made, views
 
 
 def warnings_of(design: Design, plan: MoldPlan, placement: Mapping[str, Any]) -> list[str]:

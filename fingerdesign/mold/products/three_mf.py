@@ -18,8 +18,8 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.checks.assembly import areas
 from fingerdesign.mold.part import PartMesh
+from fingerdesign.mold.products.drawing import in_rows
 
-GAP_MM = 5.0  # between neighbours on the bed
 FLAT = 1e-6  # mm; how far from its plane a face may lie
 OUTSIDE = 1.5  # how much more a face that is drawn away from the finger counts: its other side
 # forms the finger, and prints best when it looks up
@@ -55,17 +55,8 @@ def laid_out(parts: tuple[PartMesh, ...]) -> tuple[Posed, ...]:
     """
     posed = [_posed(part) for part in parts]
     posed.sort(key=lambda each: (-each.size[1], each.name))
-    area = sum((each.size[0] + GAP_MM) * (each.size[1] + GAP_MM) for each in posed)
-    widest = max((each.size[0] for each in posed), default=0.0)
-    limit = max(widest, 1.2 * float(np.sqrt(area)))
-    placed, x, y, row = [], 0.0, 0.0, 0.0
-    for each in posed:
-        wide, deep, _ = each.size
-        if x > 0.0 and x + wide > limit:
-            x, y, row = 0.0, y + row + GAP_MM, 0.0
-        placed.append(replace(each, place=(x, y)))
-        x, row = x + wide + GAP_MM, max(row, deep)
-    return tuple(placed)
+    places = in_rows([each.size[:2] for each in posed])
+    return tuple(replace(each, place=place) for each, place in zip(posed, places, strict=True))
 
 
 def flat_faces(part: PartMesh) -> list[tuple[float, Array]]:

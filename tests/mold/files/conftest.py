@@ -49,7 +49,8 @@ def block_meshes(plan):
         for f in plan.frames
     ]
     rubber = box("rubber", (-10, 0, -5), (10, 12, 5), made="silicone")
-    return MoldMeshes(tuple(parts), tuple(plates), rubber, rubber, *plan.block)
+    coupon = (box("coupon", (0, 0, 0), (32, 36, 10)), box("coupon_cell", (0, 0, 0), (9, 9, 9)))
+    return MoldMeshes(tuple(parts), tuple(plates), rubber, rubber, *plan.block, coupon)
 
 
 @pytest.fixture(scope="session")

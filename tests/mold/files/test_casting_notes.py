@@ -29,13 +29,15 @@ from tests.support.molds import shipped
 
 SILENT = {"reason": "no gages", "sentences": ["Not known."]}
 CLOSE, OPEN = "Close the mold", "Cure and open"
-TITLES = ("Make the parts", "Clean, cure, test", "Plates and gages", CLOSE, "Mix and pour", OPEN,
-          "Finish and measure")  # fmt: skip
+TITLES = (
+    *("Try machine and cutter first", "Make the parts", "Clean, cure, test", "Plates and gages"),
+    *(CLOSE, "Mix and pour", OPEN, "Finish and measure"),
+)
 
 
 def notes_of(design, plan, meshes):
     silicone = silicone_of(design, plan, meshes)
-    sections = casting_notes(design, plan, meshes.parts, flat_patterns(design, plan), silicone)
+    sections, _ = casting_notes(design, plan, meshes, flat_patterns(design, plan), silicone)
     return {section["title"]: " ".join(section["steps"]) for section in sections}
 
 
@@ -169,6 +171,7 @@ def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
         counts[row["item"]] += int(row["count"])
     assert {part.name for part in meshes.parts} <= set(counts)
     assert counts["plate_A"] == 3
+    assert counts["plate_A, for the coupon"] == 2
     assert counts["strain gage"] == 6  # both faces of three plates
     assert counts["bolt"] == counts["nut"] == len(plan.bolts)
     assert counts["washer"] == 2 * len(plan.bolts)

@@ -18,8 +18,8 @@ from fingerdesign_cli.main import main
 from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.mold import make
-from fingerdesign.mold.page import Badge, Exploded, exploded_job
 from fingerdesign.mold.part import Check
+from fingerdesign.mold.picture import Badge, Picture, Pictures, pictures_job
 from fingerdesign.mold.plan.plan import PROFILES
 from fingerdesign.mold.record import mold_digest
 from fingerdesign.records.base import ResultError, json_schema
@@ -31,7 +31,8 @@ FAILED = Check("wall", "base_plate", False, 0.5, 1.0, "mm", "its least wall is 0
 FILES = [
     *("assembly.step", "base_plate.step", "base_plate.stl", "bill_of_materials.csv"),
     *("comb_back.dxf", "comb_front.dxf", "exploded.png", "mold.3mf", "mold_report.json"),
-    *("plates.dxf", "profile.toml", "report.html"),
+    *("plates.dxf", "profile.toml", "report.html", "coupon.3mf"),
+    *("nested_combs_0.3mm.dxf", "nested_phosphor_bronze_0.1mm.dxf"),
 ]
 CHANGE = {"rms": 0.01, "worst": 0.03, "worst_plate": 1}
 EFFECT = {
@@ -77,9 +78,9 @@ def stages(hand_made, monkeypatch):
         monkeypatch.setattr(make, "beside", lambda *given, **limits: nullcontext())
         monkeypatch.setattr(make, "placement_of", lambda job: dict(EFFECT))
         if not drawn:
-            picture = Exploded(b"PNG", (Badge(1, "contact_insert", 0.5, 0.2),), "The mold opened.")
-            monkeypatch.setattr(make, "exploded_job", lambda *given: nullcontext())
-            monkeypatch.setattr(make, "exploded_of", lambda *given: picture)
+            picture = Picture(b"PNG", (Badge(1, "contact_insert", 0.5, 0.2),), "The mold opened.")
+            monkeypatch.setattr(make, "pictures_job", lambda *given: nullcontext())
+            monkeypatch.setattr(make, "pictures_of", lambda *given: Pictures(picture, {}))
         return design
 
     return install
@@ -178,7 +179,7 @@ def test_a_file_that_cannot_be_written_keeps_the_checks(stages, tmp_path, monkey
 
 def test_a_picture_that_fails_is_said_in_its_place(stages, tmp_path, monkeypatch):
     design = stages(drawn=True)
-    monkeypatch.setattr(make, "exploded_job", partial(exploded_job, time_limit_s=0.01))
+    monkeypatch.setattr(make, "pictures_job", partial(pictures_job, time_limit_s=0.01))
     report = make.make_mold(design, tmp_path)
     assert report["status"] == "ok"
     assert "The mold could not be drawn" in (tmp_path / "report.html").read_text("utf-8")

@@ -1,4 +1,4 @@
-"""A mold's exploded picture: what moves where, the drawing itself, a drawing that fails."""
+"""Pictures of a mold: what moves where, what each step shows, the drawing, one that fails."""
 
 import struct
 from dataclasses import replace
@@ -7,18 +7,22 @@ import numpy as np
 import pytest
 
 from fingerdesign.errors import PictureError
-from fingerdesign.mold import page as mold_picture
-from fingerdesign.mold.page import (
+from fingerdesign.mold import picture as mold_picture
+from fingerdesign.mold.picture import (
     AXES,
     FILLED,
     SIZE,
     VIEW_ANGLE,
     camera_at,
-    exploded_job,
-    exploded_of,
+    camera_axes,
     exploded_parts,
     numbered,
+    pictures_job,
+    pictures_of,
+    step_parts,
 )
+from fingerdesign.mold.products.drawing import flat_patterns
+from fingerdesign.mold.products.notes import View, casting_notes, silicone_of
 from tests.support.molds import box
 
 
@@ -49,17 +53,55 @@ def test_the_camera_sees_every_corner(meshes):
     assert places.min(axis=0) + places.max(axis=0) == pytest.approx(0.0, abs=0.04)
 
 
-def test_drawn_in_a_process_with_its_badges(meshes):
-    with exploded_job(meshes) as job:
-        shown = exploded_of(job, meshes)
-    assert shown.png[:8] == b"\x89PNG\r\n\x1a\n"
-    assert struct.unpack(">II", shown.png[16:24]) == SIZE
-    tops = {badge.name: badge.top for badge in shown.badges}
+STEPS = (
+    View("Close the mold", 3, "+z", False, ("end_wall_back", "comb_back")),
+    View("Close the mold", 4, "+z", False, ("plates",)),
+)
+
+
+def test_drawn_in_a_process_with_its_badges_and_steps(meshes):
+    with pictures_job(meshes, STEPS) as job:
+        shown = pictures_of(job, meshes, STEPS)
+    png = shown.opened.png
+    assert png[:8] == b"\x89PNG\r\n\x1a\n"
+    assert struct.unpack(">II", png[16:24]) == SIZE
+    tops = {badge.name: badge.top for badge in shown.opened.badges}
     assert tops["contact_insert"] < tops["end_wall_front"] < tops["base_plate"]
-    assert "1 contact insert" in shown.alternative
+    assert "1 contact insert" in shown.opened.alternative
+    assert list(shown.steps) == [("Close the mold", 3), ("Close the mold", 4)]
+    assert "plates are put in place" in shown.steps["Close the mold", 4].alternative
+    assert shown.steps["Close the mold", 3].png != shown.steps["Close the mold", 4].png
+
+
+def test_what_is_there_is_pale_and_what_comes_is_on_its_way(meshes):
+    (wall, comb), (*before, plate, _, _) = step_parts(meshes, STEPS)
+    assert (wall.name, comb.name) == ("end_wall_back", "comb_back")
+    assert [each.move for each in before] == [(0.0, 0.0, 0.0)] * 2
+    assert [each.name for each in before] == ["end_wall_back", "comb_back"]
+    assert all(each.colour > shown.colour for each, shown in zip(before, (wall, comb), strict=True))
+    assert plate.move[2] > 0.0  # from above, where z is up
+
+
+@pytest.mark.parametrize("up", ["+x", "-x", "+y", "-y", "+z", "-z"])
+def test_a_picture_is_turned_until_its_axis_is_up(up):
+    right, above, out = camera_axes((-0.7, 0.5, 1.0), up)
+    axis = np.eye(3)["xyz".index(up[1])] * (1 if up[0] == "+" else -1)
+    assert axis @ right == pytest.approx(0.0, abs=1e-12)
+    assert axis @ above > 0.8
+    assert np.linalg.det([right, above, out]) == pytest.approx(1.0)
+
+
+def test_every_part_is_put_once_and_what_is_drawn_is_taken(hand_made):
+    design, plan, made = hand_made()
+    silicone = silicone_of(design, plan, made)
+    _, views = casting_notes(design, plan, made, flat_patterns(design, plan), silicone)
+    put = [name for view in views if not view.taken for name in view.names]
+    taken = [name for view in views if view.taken for name in view.names]
+    assert sorted(put) == sorted([*(part.name for part in made.parts), "plates", "rubber"])
+    assert sorted(taken) == sorted(part.name for part in made.parts if part.draw is not None)
 
 
 def test_a_drawing_that_fails_is_a_sentence(meshes, monkeypatch):
     monkeypatch.setattr(mold_picture, "COLOURS", dict.fromkeys(mold_picture.COLOURS, "no colour"))
-    with exploded_job(meshes) as job, pytest.raises(PictureError, match=r"it failed: .*colour"):
-        exploded_of(job, meshes)
+    with pictures_job(meshes, ()) as job, pytest.raises(PictureError, match=r"it failed: .*colour"):
+        pictures_of(job, meshes, ())

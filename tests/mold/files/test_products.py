@@ -1,5 +1,6 @@
 """What is cut and printed: patterns of plates, outlines of sheets, DXF and 3MF, read back."""
 
+import itertools
 import locale
 import zipfile
 from dataclasses import replace
@@ -20,6 +21,7 @@ from fingerdesign.mold.products.drawing import (
     comb_sheet,
     flat_patterns,
     polygon_area,
+    write_drawings,
     write_dxf,
 )
 from fingerdesign.mold.products.three_mf import flat_faces, laid_out, write_3mf
@@ -142,8 +144,8 @@ def test_drawn_in_millimetres_on_its_layers_pieces_apart(tmp_path):
     assert not document.audit().has_errors
     assert all(line.closed for line in document.modelspace().query("LWPOLYLINE"))
     assert [polygon_area(np.array(each.get_points("xy"))) for each in lines] == [20.0, 64.0]
-    spans = [[x for x, _ in line.get_points("xy")] for line in lines]
-    assert min(spans[1]) - max(spans[0]) >= 5.0
+    spans = [[y for _, y in line.get_points("xy")] for line in lines]
+    assert min(spans[1]) - max(spans[0]) > 4.99  # in the next row
 
 
 def printed(name, size, draw=(0.0, 1.0, 0.0)):
@@ -219,3 +221,20 @@ def test_a_file_that_was_cut_short_is_refused(tmp_path, monkeypatch):
 def test_a_folder_that_is_not_there_is_a_sentence(tmp_path, write):
     with pytest.raises(GeometryError, match=r"a\.file could not be written"):
         write(path=tmp_path / "none" / "a.file")
+
+
+def test_a_nested_drawing_has_each_plate_as_often_as_it_is_cut_and_none_on_another(
+    hand_made, tmp_path
+):
+    design, plan, meshes = hand_made()
+    write_drawings(plan, meshes, flat_patterns(design, plan), tmp_path)
+    drawn = ezdxf.filemanagement.readfile(tmp_path / "nested_phosphor_bronze_0.1mm.dxf")
+    outlines = drawn.modelspace().query('LWPOLYLINE[layer=="CUT"]')
+    boxes = [np.array(each.get_points("xy")) for each in outlines]
+    assert len(boxes) == 3 + 2  # two more for the coupon's cell
+    for one, other in itertools.combinations(boxes, 2):
+        apart = np.maximum(one.min(axis=0) - other.max(axis=0), other.min(axis=0) - one.max(axis=0))
+        assert apart.max() >= 5.0
+    combs = ezdxf.filemanagement.readfile(tmp_path / "nested_combs_0.3mm.dxf")
+    names = {each.dxf.text for each in combs.modelspace().query("TEXT")}
+    assert names == {"comb_front", "comb_back"}

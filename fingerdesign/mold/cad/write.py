@@ -1,0 +1,123 @@
+"""Built -> MoldMeshes and files: triangles of each solid, STL and STEP of each, one assembly; mm.
+
+Vertices are rounded to the single precision of STL: what is checked is what is written. Importing
+this module loads the CAD kernel.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import cadquery as cq
+import numpy as np
+from OCP.BRepGProp import BRepGProp
+from OCP.GProp import GProp_GProps
+
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.cad.export import (
+    BONE,
+    BRONZE,
+    SILICONE_GREY,
+    check_whole_step,
+    merge_vertices,
+    triangulate_measured,
+    write_triangles,
+)
+from fingerdesign.cad.kernel import volume_of
+from fingerdesign.design.schema import Design
+from fingerdesign.mold.cad.build import Built, BuiltPart, build_mold
+from fingerdesign.mold.cad.coupon import build_coupon
+from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, MoldMeshes, PartMesh
+from fingerdesign.mold.plan.plan import MoldPlan
+from fingerdesign.mold.products.drawing import flat_patterns
+
+Rgba = tuple[float, float, float, float]
+
+ASSEMBLY = "assembly.step"
+ROUNDING_MM = 1e-5  # more than single precision takes from places within 100 mm
+ADAPTIVE = (1e-3, 1e-6, 1e-9)  # what the kernel's adaptive rule is asked for
+AGREED = 1e-6  # of the volume: the most by which its three answers may differ
+ANGLE_RAD = 0.17  # of a chord of a round hole: a wall full of holes keeps its volume to 1e-3
+STEEL: Rgba = (0.70, 0.72, 0.75, 1.0)
+COLOURS: dict[str, Rgba] = {
+    INSERT: (0.35, 0.55, 0.80, 1.0),
+    BASE: (0.45, 0.45, 0.48, 1.0),
+    CORE: BONE,
+    RUBBER: SILICONE_GREY,
+    "plate": BRONZE,
+    "end": (0.50, 0.70, 0.55, 1.0),
+    "frame": (0.50, 0.70, 0.55, 1.0),
+    "side": (0.80, 0.68, 0.45, 1.0),
+    "comb": STEEL,
+}
+
+
+def meshed(part: BuiltPart, chord_mm: float) -> PartMesh:
+    """A part's triangles within ``chord_mm`` of its solid.
+
+    GeometryError where the kernel yields none or does not keep the chord.
+    """
+    vertices, triangles, chord = _triangles(part.solid, chord_mm)
+    blank = vertices, triangles, part_volume(part.solid)
+    found = part.name, vertices, triangles, part.draw, part.order, part.made, blank[2], chord
+    if part.blank is not None and part.blank is not part.solid:
+        blank = *_triangles(part.blank, chord_mm)[:2], part_volume(part.blank)
+    return PartMesh(*found, *blank)
+
+
+def part_volume(solid: cq.Shape) -> float:
+    """Volume of a part, mm^3, good to 1e-6 of it.
+
+    On extruded faces that curves trim, Gauss-Kronrod's rule takes seconds. There the adaptive rule
+    is asked thrice, ever finer: below splines with breaks it is 1e-4 off, and its answers differ.
+    """
+    if any(face.geomType() == "EXTRUSION" for face in solid.Faces()):
+        found = []
+        for share in ADAPTIVE:
+            whole = GProp_GProps()
+            BRepGProp.VolumeProperties_s(solid.wrapped, whole, share, False, True)
+            found.append(float(whole.Mass()))
+        if max(found) - min(found) <= AGREED * abs(found[-1]):
+            return found[-1]
+    return volume_of(solid)
+
+
+def write_files(
+    design: Design, plan: MoldPlan, built: Built, meshes: MoldMeshes, folder: Path
+) -> None:
+    """Write NAME.stl and NAME.step of each part and of each different plate ("plate_A", ... as of
+    ``flat_patterns``), and assembly.step.
+
+    GeometryError where triangles are not watertight or enclose another volume than their solid.
+    """
+    solids = {part.name: part.solid for part in (*built.parts, *built.coupon, *built.plates)}
+    laid = {mesh.name: mesh for mesh in (*meshes.parts, *meshes.coupon, *meshes.plates)}
+    wanted = {part.name: part.name for part in (*built.parts, *built.coupon)}
+    for pattern in flat_patterns(design, plan):
+        wanted[pattern.name] = f"plate_{pattern.plates[0]}"
+    for name, source in wanted.items():
+        solid, mesh = solids[source], laid[source]
+        slack = (mesh.chord + ROUNDING_MM) * float(solid.Area())
+        write_triangles(mesh.vertices, mesh.triangles, folder / f"{name}.stl", mesh.volume, slack)
+        solid.exportStep(str(folder / f"{name}.step"))
+        check_whole_step(folder / f"{name}.step")
+    assembly = cq.Assembly(name="mold")
+    for part in (*built.parts, *built.plates, built.rubber):
+        colour = next((c for start, c in COLOURS.items() if part.name.startswith(start)), STEEL)
+        assembly.add(part.solid, name=part.name, color=cq.Color(*colour))
+    assembly.export(str(folder / ASSEMBLY), "STEP")
+    check_whole_step(folder / ASSEMBLY)
+
+
+def _triangles(solid: cq.Solid, chord_mm: float) -> tuple[Array, IntArray, float]:
+    """Vertices in single precision, distinct there, triangles, and the greatest chord, mm."""
+    vertices, triangles, chord = triangulate_measured([solid], chord_mm, ANGLE_RAD)
+    rounded = vertices.astype(np.float32).astype(np.float64)
+    return *merge_vertices(rounded, triangles), chord
+
+
+def build_and_write(design: Design, plan: MoldPlan, folder: Path) -> MoldMeshes:
+    """Build a planned mold, write its files into ``folder``; its triangles."""
+    built = replace(build_mold(design, plan), coupon=build_coupon(design, plan))
+    meshes = built.each(lambda part: meshed(part, design.mold.chord_mm))
+    write_files(design, plan, built, meshes, folder)
+    return meshes
