@@ -11,11 +11,15 @@ import ezdxf
 import numpy as np
 import pytest
 import trimesh
+from fingerdesign_bench.any_finger.designs import random_design
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
+from fingerdesign.design.schema import Design
+from fingerdesign.design.step import resolved
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.volume import outline_volume
+from fingerdesign.mold.cad.build import build_mold
 from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.make import mold_meshes
 from fingerdesign.mold.part import BASE, INSERT
@@ -62,6 +66,19 @@ def test_a_finger_that_needs_a_closed_mold_gets_one_and_the_reason(name, word):
     assert fault.key == "mold.pour"
     assert plan.closed_for in fault.bound
     assert "auto" in fault.remedy
+
+
+@pytest.mark.parametrize("seed", [16, 31])
+def test_frames_of_a_dome_with_chamfers_are_whole_beside_their_combs_windows(seed):
+    # The kernel's difference of frame and comb was nothing, and a window reached into the flanks.
+    design = Design.model_validate(resolved(random_design(seed))[0])
+    plan = plan_mold(design)
+    assert plan.pour == "open"
+    built = build_mold(design, plan)
+    x, y = plan.half_width + 0.02, plan.rim + 0.2  # beside the flank, whose top is an arc
+    for name, z in (("frame_front", 0.1), ("frame_back", -0.1)):
+        for place in (x, -x):
+            assert built.part(name).solid.isInside(cq.Vector(place, y, z))
 
 
 def test_what_is_too_large_for_an_open_mold_is_closed_or_refused():

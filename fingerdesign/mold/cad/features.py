@@ -114,9 +114,10 @@ def window_tools(design: Design, plan: MoldPlan, planned: SidePlan) -> Iterator[
 
 
 def _opening(plan: MoldPlan, side: Side, low: float, high: float, bottom: float) -> cq.Solid:
-    """The box above ``bottom`` between two places, from the mid-plane out of the block."""
+    """The box above ``bottom`` between two places, from the finger's face out of the block: what
+    forms the finger's other sides stays."""
     far = (high, plan.top + BEYOND_MM, plan.reach(side) + BEYOND_MM)
-    return slab(side, (low, bottom, 0.0), far)
+    return slab(side, (low, bottom, plan.half(side)), far)
 
 
 @dataclass(frozen=True)

@@ -69,6 +69,17 @@ class FlatSide:
         moved = face.translate(cq.Vector(*(first * way))) if abs(first) > 1e-12 else face
         return extruded(moved, (end - start) * way)
 
+    def beside(self, reach: float, start: float, end: float) -> tuple[cq.Solid, cq.Solid]:
+        """What :meth:`drawn` of an end has beyond the face itself: a box to the left, one to the
+        right, out to +-``reach``."""
+        corners = [vertex.toTuple() for edge in self.top for vertex in edge.Vertices()]
+        places = np.array(corners) @ across(self.side)
+        low, high = float(places.min()), float(places.max())
+        return (
+            slab(self.side, (-reach, 0.0, start), (low, self.height_low, end)),
+            slab(self.side, (high, 0.0, start), (reach, self.height_high, end)),
+        )
+
     def holds(self, points: Array, normals: Array) -> BoolArray:
         """Whether points (n, 3) of the outline with normals (n, 3) lie on the face, (n,)."""
         way = direction(self.side)
@@ -274,12 +285,14 @@ def _framed(
             raise GeometryError(f"{comb}: the finger's {end} side is not one flat face")
         return {name: one_solid(half.cut(outline), name)}
     own = flat[end]
-    whole = own.drawn(reach, own.away, deep)
+    behind = own.away + planned.sheet if comb else own.away
+    whole = own.drawn(reach, behind, deep)
     beside = [flat[side].drawn(reach, flat[side].away, reach).intersect(half) for side in FLANKS]
     found = {}
     if comb:
         found[comb] = extruded(own.face, planned.sheet * direction(end))
-        whole = one_solid(whole.cut(found[comb]), name)
+        # Not cut out: of curves that two solids share, the kernel's difference may be nothing.
+        beside += own.beside(reach, own.away, behind)
     if planned.outer and planned.outer_comb:
         outer = planned.outer
         far = (outer.half, outer.high, deep + planned.sheet)
