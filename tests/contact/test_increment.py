@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
 from fingerdesign.contact.laws import OPEN, SLIP, Certificate, certify
 from fingerdesign.contact.measures import completely_slips
-from fingerdesign.contact.newton import NewtonResult
+from fingerdesign.contact.newton import NewtonResult, newton
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.errors import SolverError
@@ -96,6 +96,12 @@ def test_what_cannot_be_solved_is_an_error_with_a_reason(monkeypatch):
     anew = Workspace(follows=False)
     with pytest.raises(SolverError, match="no accepted answer at approach"):
         solve_increment(problem, ContactState.untouched(problem), Motion(0.05, 0.02), anew)
+
+
+def test_newton_counts_its_steps_from_one():
+    offset, answer = np.array([[-1.0, 0.2]]), np.array([[1.0, -0.2]])  # it sticks
+    assert newton(np.eye(2), offset, 0.5, answer).iterations == 1
+    assert newton(np.eye(2), offset, 0.5, np.zeros((1, 2)), max_iterations=1).iterations == 1
 
 
 def test_motions_and_frictions_that_cannot_be_are_refused():

@@ -66,6 +66,10 @@ def test_the_motion_is_that_of_a_force_that_changes_evenly(speed, first, last):
 def test_what_is_held_waits_and_what_is_held_no_more_begins():
     assert slide(0.0, -1.0, -2.0, 0.01) == slide(-3.0, -1.0, -2.0, 0.01)
     assert slide(0.0, -1.0, -2.0, 0.01).caught == 0.0
+    late = slide(0.0, -0.5, 0.5, 1.0)  # however little it takes
+    assert (late.way, late.waited) == (pytest.approx(0.5**3 / 6.0), pytest.approx(0.5))
+    brief = slide(0.0, 0.5, -0.5, 1.0)
+    assert brief.way == pytest.approx(0.25 - 1.0 / 6.0)
     begun = slide(0.0, -100.0, 300.0, 0.04)
     assert (begun.caught, begun.waited) == (None, pytest.approx(0.01))
     assert begun.speed == pytest.approx(0.5 * 300.0 * 0.03)

@@ -13,7 +13,7 @@ from fingerdesign.fem import body, factor
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.model import MIXED_FROM, body_of, build_model, element_of, fixed_dofs
-from fingerdesign.fem.readout import gage_rows, strain_rows
+from fingerdesign.fem.readout import gage_rows, locate, strain_rows
 from fingerdesign.fem.system import assemble_system
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.layout.frames import plate_frames
@@ -183,6 +183,8 @@ def test_constant_strain_is_read_exactly_and_a_point_outside_is_refused():
         assert np.allclose(gages, axis @ slope[:2, :2] @ axis, atol=1e-9)
         with pytest.raises(DesignError, match=r"readout\.points_mm"):
             strain_rows(mesh, np.array([0.0, 30.0, 0.0])[:d])
+        just_in, just_out = (np.array([0.5, y, 0.4])[:d] for y in (1e-4, -1e-4))
+        assert locate(mesh, just_out) == locate(mesh, just_in)  # a place on a surface that bends
 
 
 def test_slow_fallback_gives_the_same(monkeypatch):

@@ -27,7 +27,8 @@ from tests.support.mutants import Mutant, caught_by, copied  # noqa: E402
 # Of each folder or file: the fast tests that must see to it.
 PLACES = {
     "fingerdesign/contact": "tests/contact tests/control/test_memory.py tests/control/test_rig.py",
-    "fingerdesign/control": "tests/control tests/trials/test_control_page.py",
+    "fingerdesign/control": "tests/control tests/trials/test_control_page.py "
+    "tests/sensing/test_calibrate.py",
     "fingerdesign/fem/readout.py": "tests/fem",
     "fingerdesign/fem/elements.py": "tests/fem",
     "fingerdesign/design/digest.py": "tests/design",
