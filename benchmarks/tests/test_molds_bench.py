@@ -13,11 +13,14 @@ from fingerdesign_bench.any_finger.molds import (
     words,
     write_molds,
 )
-from fingerdesign_bench.any_finger.molds_worker import reported
+from fingerdesign_bench.any_finger.molds_worker import design_of, remedies_of, reported
 from fingerdesign_bench.lines import read_lines
 from fingerdesign_cli.main import main
 
+from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import shipped_designs
+from fingerdesign.errors import DesignError
+from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.runtime.isolate import ProcessError
 
 
@@ -33,7 +36,8 @@ def failing(found):
 
 def refused(case):
     reason = "mold.limits.slot_mm = 0.2: must be at least 0.3; raise it"
-    return record(case, status="refused", reason=reason, volume_error=None)
+    then = {"remedy": "mold.limits.slot_mm = 0.3", "then": "made"}
+    return record(case, status="refused", reason=reason, volume_error=None) | then
 
 
 def test_an_interrupted_run_goes_on_where_it_stopped(monkeypatch, tmp_path):
@@ -63,7 +67,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(monkeypatch, tmp_path):
         ({"volume_error": 2e-3}, "cavity less plates against the finger's body"),
         ({"insert_chord_mm": 0.011}, "chord on the contact surface"),
         ({"chord_mm": 0.011}, "chord on any part"),
-        ({"seconds": 21.0}, "slowest mold, 2 at once"),
+        ({"seconds": 21.0}, "slowest answer, 2 at once"),
     ],
 )
 def test_each_check_can_fall_short(invalid, falls):
@@ -72,10 +76,22 @@ def test_each_check_can_fall_short(invalid, falls):
     assert failing(Molds([record("40", **invalid), *good])) == [falls]
 
 
-def test_a_twentieth_may_be_refused_and_no_more():
-    good = [record(str(k)) for k in range(19)]
-    assert failing(Molds([refused("a"), *good])) == []
-    assert failing(Molds([refused("a"), refused("b"), *good])) == ["designs without a mold"]
+def test_three_of_a_hundred_may_be_refused_with_a_remedy_and_no_more():
+    good, three = [record(str(k)) for k in range(97)], [refused("a"), refused("b"), refused("c")]
+    assert failing(Molds([*three, *good])) == []
+    assert failing(Molds([*three, refused("d"), *good])) == ["designs without a mold"]
+    for then in ({"remedy": "", "then": "refused"}, {"then": "failed"}):
+        found = failing(Molds([refused("a") | then, *good]))
+        assert found == ["refusals whose remedies give no mold"]
+
+
+def test_what_a_refusal_tells_to_set_is_tried_until_a_plan_is_found():
+    design, _ = design_of("46")  # a core too thin for the pins that hold it
+    with pytest.raises(DesignError) as error:
+        plan_mold(design)
+    changes = [change for fault in error.value.faults for change in remedies_of(fault)]
+    assert {"body.core.bottom_mm": 0.0} in changes
+    assert plan_mold(with_values(design, {"body.core.bottom_mm": 0.0})).walls
 
 
 def test_a_process_that_ends_early_is_a_crash(monkeypatch):
@@ -127,7 +143,7 @@ def test_tables_and_chart_are_written(tmp_path):
 
 def test_the_command_reports_what_was_not_made(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(molds, "_run", lambda case: refused(case) if case == "0" else record(case))
-    code = main(["bench", "molds", "--out", str(tmp_path), "--seeds", "30"])
+    code = main(["bench", "molds", "--out", str(tmp_path), "--seeds", "40"])
     shown = capsys.readouterr().out
     assert code == 0
     assert "0 (arc, level): refused: mold.limits.slot_mm = 0.2" in shown

@@ -76,8 +76,8 @@ def _place(record: dict[str, Any], number: int) -> float:
 SEEDS, WORKERS = 100, 2
 TIME_LIMIT_S = 300.0  # of one mold, CAD and pictures and all: fifteen times what is asked
 LINES = "molds.jsonl"
-# What issue 7 asks.
-MADE_SHARE, VOLUME_ERROR, CHORD_MM, SECONDS = 0.95, 1e-3, 0.01, 20.0
+# What issue 20 asks.
+MADE_SHARE, VOLUME_ERROR, CHORD_MM, SECONDS = 0.97, 1e-3, 0.01, 20.0
 MADE, REFUSED, FAILED, CRASHED = "made", "refused", "failed", "crashed"
 
 
@@ -86,8 +86,8 @@ class Molds:
     """A record a design, shipped ones first.
 
     status of a record: "made" (every check holds), "refused" (before any CAD, with the faults in
-    ``reason``), "failed" (made, but the checks in ``failed`` do not hold) or "crashed". ``workers``
-    were at work at once.
+    ``reason``, a ``remedy`` of theirs that gives a plan, and what ``then`` becomes of it), "failed"
+    (made, but the checks in ``failed`` do not hold) or "crashed". ``workers`` were at work at once.
     """
 
     records: list[Record]
@@ -98,23 +98,30 @@ class Molds:
         """The records of a status."""
         return [each for each in self.records if each["status"] == status]
 
+    def unmended(self) -> list[Record]:
+        """Refused designs of which no change that the refusal names makes a mold."""
+        return [each for each in self.with_status(REFUSED) if each.get("then") != MADE]
+
     def checks(self) -> list[Check]:
-        """What issue 7 asks, against what was measured."""
+        """What issue 20 asks, against what was measured."""
         made, number = self.with_status(MADE), max(1, len(self.records))
         built = made + self.with_status(FAILED)
-        slowest = max((float(each["seconds"]) for each in built), default=0.0)
+        slowest = max(
+            (float(each["seconds"]) for each in self.records if "seconds" in each), default=0.0
+        )
         worst = [
             max((float(each[name]) for each in built if each[name] is not None), default=0.0)
             for name in ("volume_error", "insert_chord_mm", "chord_mm")
         ]
         return [
             Check("designs without a mold", 1.0 - MADE_SHARE, 1.0 - len(made) / number),
+            Check("refusals whose remedies give no mold", 0, len(self.unmended())),
             Check("molds that fail a check", 0, len(self.with_status(FAILED))),
             Check("crashes and hangs", 0, len(self.with_status(CRASHED))),
             Check("cavity less plates against the finger's body", VOLUME_ERROR, worst[0]),
             Check("chord on the contact surface", CHORD_MM, worst[1], "mm"),
             Check("chord on any part", CHORD_MM, worst[2], "mm"),
-            Check(f"slowest mold, {self.workers} at once", SECONDS, slowest, "s"),
+            Check(f"slowest answer, {self.workers} at once", SECONDS, slowest, "s"),
         ]
 
 
@@ -155,7 +162,8 @@ def words(record: Record) -> str:
         return f"{name}: {record['checks']} checks hold, {record['seconds']:.1f} s"
     if record["status"] == FAILED:
         return f"{name}: failed: {'; '.join(record['failed'])}"
-    return f"{name}: {record['status']}: {record['reason']}"
+    said = f"{name}: {record['status']}: {record['reason']}"
+    return f"{said}; with {record['remedy']}: {record['then']}" if record.get("remedy") else said
 
 
 def by_kind(records: Sequence[Record]) -> list[tuple[str, int, int, int, float, float]]:

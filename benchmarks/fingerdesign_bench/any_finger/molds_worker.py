@@ -6,17 +6,24 @@ A case is a shipped design's name or the seed of a random one.
 from __future__ import annotations
 
 import os
+import re
 import tempfile
 import time
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from fingerdesign.errors import DesignError
+from fingerdesign.checks.load import with_values
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.mold.plan.planning import plan_mold
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.mold.record import MoldData
 
 Record = dict[str, Any]
+ROUNDS = 3  # of remedies, where one leads to the next refusal
+_CHANGE = re.compile(r"(\w+(?:\.\w+)+)(?: = | to at (?:least|most) )('\w+'|[\d.]*\d)")
+_BOUND = re.compile(r"^at (?:least|most) ([\d.]*\d)")
 
 
 def mold_one(case: str) -> Record:
@@ -36,10 +43,53 @@ def mold_one(case: str) -> Record:
         except DesignError as error:
             seconds = round(time.perf_counter() - start, 2)
             reason = " | ".join(str(fault) for fault in error.faults)
-            return record | {"status": "refused", "reason": reason, "seconds": seconds}
+            remedy, then = after_remedies(design, error.faults)
+            record |= {"status": "refused", "reason": reason, "seconds": seconds}
+            return record | {"remedy": remedy, "then": then}
         record["seconds"] = round(time.perf_counter() - start, 2)
         record["cpu_s"] = round(sum(os.times()[:4]) - before, 2)
         return record | reported(report)
+
+
+def after_remedies(design: Design, faults: Sequence[Fault]) -> tuple[str, str]:
+    """The first remedies of a refusal that lead to a plan ("key = value, ..."; "": none did), and
+    what then becomes of the mold: "made", "failed" or "refused"."""
+    from fingerdesign.mold.make import make_mold
+
+    tried: dict[str, object] = {}
+    for _ in range(ROUNDS):
+        for values in [values for fault in faults for values in remedies_of(fault)]:
+            try:
+                mended = with_values(design, tried | values)
+                plan_mold(mended)
+            except DesignError:
+                continue
+            said = ", ".join(f"{key} = {value}" for key, value in (tried | values).items())
+            with tempfile.TemporaryDirectory(prefix="fingerdesign-bench-") as name:
+                return said, str(reported(make_mold(mended, name))["status"])
+        tried |= {
+            key: value for each in faults for key, value in next(remedies_of(each), {}).items()
+        }
+        try:
+            plan_mold(with_values(design, tried))
+        except DesignError as error:
+            faults = error.faults
+    return "", "refused"
+
+
+def remedies_of(fault: Fault) -> Iterator[dict[str, object]]:
+    """What a refusal tells to set, one change at a time, as values by their keys.
+
+    >>> list(remedies_of(Fault("body.core.height_mm", 1.0, "at least 1.6 for it", "thicken it")))
+    [{'body.core.height_mm': 1.6}]
+    >>> list(remedies_of(Fault("plates.pitch_mm", 0.8, "wider", "set mold.wire_mm = 0")))
+    [{'mold.wire_mm': 0.0}]
+    """
+    found = _CHANGE.findall(fault.remedy) or [
+        (fault.key, each) for each in _BOUND.findall(fault.bound)
+    ]
+    for key, value in found:
+        yield {key: value.strip("'") if value.startswith("'") else float(value)}
 
 
 def reported(report: MoldData) -> Record:
