@@ -275,6 +275,50 @@ class Ramp:
         return Truth(self.y, self.x, self.y, self.x, 0.5, 0.0, False)
 
 
+class Springs:
+    """Shear raises both forces; gage k reads a_k F_n + b_k F_t."""
+
+    alone, sticking = np.array([10.0, -4.0]), np.array([3.0, 7.0])
+
+    def __init__(self):
+        self.x = self.y = 0.0
+
+    def move(self, dx, dy):
+        self.x += dx
+        self.y += dy
+        normal, tangential = 5.0 * self.y + 2.0 * self.x, 4.0 * self.x
+        return Sample(self.alone * normal + self.sticking * tangential, normal, tangential)
+
+
+def test_responses_to_shear_are_without_what_the_normal_force_does():
+    found = calibrate(Springs, np.array([-1.0, 1.0]), Bounds(0.2, 0.1, 1.0, 40))
+    assert found.full_stick == pytest.approx(Springs.sticking)
+    assert found.sticking.readings == pytest.approx(
+        np.tile(Springs.sticking, (len(found.stiffness), 1))
+    )
+    assert found.stiffness == pytest.approx(4.0)
+
+
+def test_an_estimator_in_a_grip_is_that_of_the_hardwares_noise(half_plane, design):
+    asked = []
+
+    class Asked:
+        def at_noise(self, noise):
+            asked.append(noise)
+            return self
+
+    for noise in (0.0, 0.7):
+        keys = {"grip.hardware.gage_noise_microstrain": noise, "grip.controller": "fixed_force"}
+        run_episodes(half_plane, with_values(design, keys), [], MASS, estimator=Asked())
+    assert asked == [0.7]
+
+
+def test_what_was_not_moved_has_no_truth_but_zero(half_plane):
+    truth = CondensedPlant(half_plane.with_friction(0.3), "both").truth()
+    assert (truth.approach, truth.shear, truth.normal_force, truth.tangential_force) == (0.0,) * 4
+    assert (truth.stick_ratio, truth.slip_distance, truth.complete_slip) == (None, 0.0, False)
+
+
 def imperfect(seed=0, plates=None, **hardware):
     return ImperfectPlant(Ramp(), Hardware(**hardware), np.random.default_rng(seed), plates)
 

@@ -1,5 +1,7 @@
 """The rivals: where their forces end, what they react to, and that none of them reads a gage."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -146,6 +148,19 @@ def test_a_tug_is_answered_by_a_harder_grip(lift, name):
     assert trace.tangential_force[at] > trace.tangential_force[at - 1] + 0.1
     ratio = trace.tangential_force[-1] / trace.tangential_force[at - 1]
     assert trace.normal_force[-1] / trace.normal_force[at - 1] == pytest.approx(ratio, rel=0.05)
+
+
+@pytest.mark.parametrize("carried", [0.3, 3.0])
+def test_a_tug_is_a_twentieth_more_than_at_the_lift(bench, grip, carried):
+    hand = controller("reactive", with_grip(grip, {"reactive.first_force_N": 4.0}))
+
+    def lifted(normal, share):
+        return replace(felt(normal, share * carried, 0.0), lifted=True)
+
+    hand.start(bench, felt(0.5, 0.0, 0.0))
+    hand.command(lifted(4.0, 1.0))
+    assert hand.command(lifted(4.0, 1.02)).dy == pytest.approx(0.0, abs=1e-12)
+    assert hand.command(lifted(4.0, 1.1)).dy > 0.0
 
 
 NAMES = CONTROLLERS.names()

@@ -6,7 +6,7 @@ from fingerdesign.checks.load import dump_design, parse_design, with_values, wit
 from fingerdesign.checks.starter import find_design
 from fingerdesign.design.digest import LATER
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.frames import mirrors_in_z
+from fingerdesign.layout.frames import Hole, PlateFrame, mirrors_in_z
 from fingerdesign.layout.gaps import layered
 from fingerdesign.materials import (
     MATERIALS,
@@ -141,6 +141,13 @@ def test_a_revolved_body_is_as_deep_as_wide_and_a_dome_needs_its_radius():
     sound = parse_design(NAME + 'body.shape = "dome"\nbody.dome_radius_mm = 25')
     assert not sound.extruded
     assert mirrors_in_z(sound)
+
+
+def test_a_plate_with_a_hole_on_one_side_alone_does_not_mirror():
+    one, other = (Hole(0.2, w, 0.1) for w in (1.0, -1.0))
+    for holes, mirrors in (((), True), ((one, other), True), ((one,), False)):
+        plate = PlateFrame(0, 0.0, 5.0, 45.0, 1.0, 0.1, -5.0, 5.0, holes=holes)
+        assert plate.mirrors_in_z is mirrors
 
 
 def test_rows_take_what_they_do_not_say_from_the_table():
