@@ -160,8 +160,9 @@ def _remedies(design: Design, lift: Lift) -> Iterator[str]:
         yield (
             f"at a friction of {lift.friction_coefficient:g} gages on plates of "
             f"{design.plates.material} will hardly be measurable: about {gain:.2g} times too "
-            f"little for {noise:g} microstrain of noise; take softer or thinner plates, or a "
-            "quieter amplifier"
+            f"little for {noise:g} microstrain of noise (a forecast, right within a factor of "
+            f"{_GAGES_OFF:g}; analyse measures it); take softer or thinner plates, or a quieter "
+            "amplifier"
         )
 
 
