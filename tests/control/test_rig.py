@@ -13,7 +13,13 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.metrics import outcome
-from fingerdesign.control.plants.plant import CondensedPlant, Memory, RememberedPlant, Truth
+from fingerdesign.control.plants.plant import (
+    CondensedPlant,
+    Memory,
+    RememberedPlant,
+    Truth,
+    press,
+)
 from fingerdesign.control.plants.rig import Hardware, ImperfectPlant, Rig
 from fingerdesign.control.signals import Sample
 from fingerdesign.records.folder import write_grip_csv
@@ -317,6 +323,13 @@ def test_what_was_not_moved_has_no_truth_but_zero(half_plane):
     truth = CondensedPlant(half_plane.with_friction(0.3), "both").truth()
     assert (truth.approach, truth.shear, truth.normal_force, truth.tangential_force) == (0.0,) * 4
     assert (truth.stick_ratio, truth.slip_distance, truth.complete_slip) == (None, 0.0, False)
+
+
+def test_a_press_is_of_equal_moves_of_at_most_a_step_and_one_where_that_does():
+    for depth, moves in ((0.2, 1), (0.3, 1), (0.5, 2), (0.9, 3)):
+        plant = Springs()
+        assert len(list(press(plant, depth, 0.3))) == moves
+        assert plant.y == pytest.approx(depth)
 
 
 def imperfect(seed=0, plates=None, **hardware):

@@ -6,7 +6,7 @@ from fingerdesign.checks.load import dump_design, parse_design, with_values, wit
 from fingerdesign.checks.starter import find_design
 from fingerdesign.design.digest import LATER
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.frames import Hole, PlateFrame, mirrors_in_z
+from fingerdesign.layout.frames import Hole, PlateFrame, mirrors_in_z, plate_frames
 from fingerdesign.layout.gaps import layered
 from fingerdesign.materials import (
     MATERIALS,
@@ -148,6 +148,14 @@ def test_a_plate_with_a_hole_on_one_side_alone_does_not_mirror():
     for holes, mirrors in (((), True), ((one, other), True), ((one,), False)):
         plate = PlateFrame(0, 0.0, 5.0, 45.0, 1.0, 0.1, -5.0, 5.0, holes=holes)
         assert plate.mirrors_in_z is mirrors
+
+
+def test_every_other_plate_of_a_staggered_row_is_half_of_it_to_either_side():
+    text = (
+        "plates.count = 4\nplates.span_mm = 6\nplates.stagger_mm = 1.0\nplates.span_offset_mm = 0.2"
+    )
+    middles = [frame.middle for frame in plate_frames(parse_design(NAME + text))]
+    assert middles == pytest.approx([0.7, -0.3, 0.7, -0.3])
 
 
 def test_rows_take_what_they_do_not_say_from_the_table():
