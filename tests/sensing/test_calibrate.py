@@ -19,10 +19,17 @@ from fingerdesign.control.estimator import (
     Layer,
     feature_count,
 )
-from fingerdesign.control.plants.measured import bench_curves, points_of, read_bench
+from fingerdesign.control.plants.measured import (
+    Phase,
+    Points,
+    bench_curves,
+    points_of,
+    read_bench,
+)
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.plants.recorded import Trace
 from fingerdesign.control.plants.rig import ImperfectPlant
+from fingerdesign.control.signals import Sample
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.moved import with_plates_moved
@@ -147,6 +154,26 @@ def test_points_are_means_at_rest_without_what_is_stale():
     assert points.samples.tolist() == [1.0, 1.0]
 
 
+class Springs:
+    """F_n = 5 N/mm of the closing, F_t = 2 N/mm of the shear; a gage reads the former."""
+
+    x = y = 0.0
+
+    def move(self, dx, dy):
+        self.x, self.y = self.x + dx, self.y + dy
+        return Sample(np.array([5.0 * self.y]), 5.0 * self.y, 2.0 * self.x)
+
+
+def test_a_phase_played_on_another_plant_makes_the_same_moves_from_touch_on():
+    approach, shear, none = np.array([0.1, 0.3, 0.3]), np.array([0.0, 0.0, 0.2]), np.zeros(3)
+    points = Points(approach, shear, none, none, none[:, None], none)
+    played = Phase("a shear", "shear", 0.5, 0.0, points).played(Springs()).points
+    assert played.normal_force == pytest.approx(5.0 * approach)
+    assert played.tangential_force == pytest.approx(2.0 * shear)
+    assert played.readings[:, 0] == pytest.approx(5.0 * approach)
+    assert np.isinf(played.samples).all()
+
+
 def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
     design, measured, tmp_path, said
 ):
@@ -265,6 +292,7 @@ def still(text):
         ("phases.csv", lambda t: t.replace(",tilt,0.5,2,", ",tilt,0.5,,"), "column tilt_deg"),
         ("phases.csv", lambda t: t.replace("press.csv,press", "press.csv,pres"), "one of press"),
         ("phases.csv", lambda t: t.replace("quick.csv", "quik.csv"), "quik.csv"),
+        ("phases.csv", lambda t: f"{t.rstrip()}\n{t.split()[-1]}\n", "at most one row"),
         ("phases.csv", lambda t: t.replace("quick.csv", "qui\0ck.csv"), "column trace"),
         ("phases.csv", lambda t: t.replace("quick.csv", "/dev/zero"), "an ordinary file"),
         ("phases.csv", lambda t: t.replace(",100", ",1e300"), "must be 1 to 1e+06"),
