@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from fingerdesign.checks.load import parse_scene
 from fingerdesign.checks.starter import shipped_text
+from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -58,8 +59,8 @@ class Case:
 
     @property
     def runs_grips(self) -> bool:
-        """Whether the grips of the ``[grip]`` table are run."""
-        return self.grips and self.scene is None and bool(self.gage_array)
+        """Whether the grips of the ``[grip]`` table are run: with gages enough for a hand."""
+        return self.grips and self.scene is None and len(self.gage_array) >= LEAST_GAGES
 
     @property
     def gage_array(self) -> tuple[int, ...]:

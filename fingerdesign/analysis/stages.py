@@ -16,6 +16,7 @@ from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.kernel import kernel
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.control.slip_study import slip_studies as study
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -94,7 +95,7 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
 
     Each row is cut into four: with eight points a few large steps decide a rank correlation.
     """
-    if case.scene is not None or not case.studied or len(problem.model.gage_x) < 2:
+    if case.scene is not None or not case.studied or len(problem.model.gage_x) < LEAST_GAGES:
         return ()
     frictions = sorted({*STUDY_FRICTION, scene.object.friction_coefficient})
     rows = [(row[0], row[1]) for row in scene.path.rows]

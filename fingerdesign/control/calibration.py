@@ -33,6 +33,7 @@ from fingerdesign.errors import SolverError
 if TYPE_CHECKING:
     from fingerdesign.design.grip import Grip
 
+LEAST_GAGES = 2  # of a hand's finger: the rule compares them
 _SMALL_SHEAR = 0.05  # of the preload: F_t is then 2 % of F_n, far from slip at any usual friction
 _STICKING_SHEAR = 0.2  # of the depth: 8 % of F_n, which noise at rest drowns by some per cent only
 _DEPTHS = 6
@@ -96,16 +97,21 @@ def calibrate(
     make_plant: at rest at each point; make_moving: as the rig feels a grip, None without a delay.
     Raises SolverError where the plant fails, or where nothing is felt: no gages, no force.
     """
-    if len(gage_x) < 2:
+    if len(gage_x) < LEAST_GAGES:
         raise SolverError(
-            f"the grip's rule needs at least 2 gages, the design has {len(gage_x)}; add plates"
+            f"the grip's rule needs at least {LEAST_GAGES} gages, the design has "
+            f"{len(gage_x)}; add plates"
         )
     samples = list(press(make_plant(), bounds.max_approach, bounds.approach_step))
     forces = np.array([0.0, *(sample.normal_force for sample in samples)])
+    approach = np.linspace(0.0, bounds.max_approach, len(forces))  # press moves evenly
+    readings = np.array([np.zeros_like(samples[0].readings), *(s.readings for s in samples)])
+    # A mesh may have no node on the crest: it is felt some steps after the touch.
+    felt = max(int(np.argmax(forces > 0.0)) - 1, 0)
+    forces, approach, readings = forces[felt:], approach[felt:], readings[felt:]
     if len(forces) < 2 or not (np.diff(forces) > 0.0).all():
         raise SolverError("pressed without shear, the normal force does not rise at every step")
-    untouched = np.zeros_like(samples[0].readings)
-    normal = NormalCalibration(forces, np.array([untouched, *(s.readings for s in samples)]))
+    normal = NormalCalibration(forces, readings)
 
     plant = make_plant()
     *_, pressed = press(plant, bounds.preload, bounds.approach_step)
@@ -118,7 +124,6 @@ def calibrate(
     if not full_stick.max() > 0.0:
         raise SolverError("no gage answers to a shear at the preload")
     sticking, stiffness = _sticking(make_plant, bounds, normal)
-    approach = np.linspace(0.0, bounds.max_approach, len(forces))  # press moves evenly
     x = np.asarray(gage_x, dtype=float)
     delay = 0
     if make_moving is not None:

@@ -59,8 +59,11 @@ def peak_memory_MB() -> float:
 
 
 def largest_memory_MB() -> float:
-    """Largest resident memory of this process or of one that it started, since they began."""
-    return max(_largest_MB(children) for children in (False, True))
+    """Largest resident memory of this process or of one that it started, since they began.
+
+    Not by the system's count of this process, which begins with what its parent had.
+    """
+    return max(_own_peak_MB(), _largest_MB(children=True))
 
 
 def _largest_MB(children: bool = False) -> float:

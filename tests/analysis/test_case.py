@@ -6,6 +6,7 @@ import pytest
 from fingerdesign.analysis.analysis import CAVEATS, MODEL, _at_side, of_choices
 from fingerdesign.analysis.case import Case, gage_array
 from fingerdesign.analysis.forecast.limits import refuse
+from fingerdesign.analysis.page.words import verdict
 from fingerdesign.checks.load import parse_design, parse_scene
 from fingerdesign.design.schema import Design, StepFile
 from fingerdesign.errors import DesignError
@@ -45,6 +46,15 @@ def design_of(**tables):
 )
 def test_the_rule_samples_one_row_along_x(plates, chosen):
     assert gage_array(design_of(plates=plates)) == chosen
+
+
+def test_a_hand_needs_two_gages_and_a_finger_with_one_is_analysed_without():
+    assert Case(design_of(plates={"count": 2})).runs_grips
+    lone = Case(design_of(plates={"count": 1}), fidelity="plane-strain", fields=False)
+    assert not lone.runs_grips
+    result = run(lone).result
+    assert (result.status, result.grips, result.slip_studies) == ("ok", (), ())
+    assert "One plate's gages" in verdict(result)[0].detail
 
 
 def test_half_only_where_design_and_scene_mirror():

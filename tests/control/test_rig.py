@@ -305,6 +305,23 @@ def test_responses_to_shear_are_without_what_the_normal_force_does():
     assert found.stiffness == pytest.approx(4.0)
 
 
+def test_a_finger_that_is_felt_some_steps_after_the_touch_is_calibrated_from_there_on():
+    class Late(Springs):
+        def __init__(self):
+            super().__init__()
+            self.y = -0.25
+
+        def move(self, dx, dy):
+            felt = super().move(dx, dy)
+            return felt if self.y > 0.0 else Sample(0.0 * felt.readings, 0.0, 0.0)
+
+    found = calibrate(Late, np.array([-1.0, 1.0]), Bounds(0.5, 0.1, 1.0, 40))
+    assert found.normal.normal_force[0] == 0.0
+    assert found.approach == pytest.approx(np.arange(2, 11) / 10.0)
+    assert found.normal.normal_force[1:] == pytest.approx(5.0 * (found.approach[1:] - 0.25))
+    assert found.full_stick == pytest.approx(Springs.sticking)
+
+
 def test_an_estimator_in_a_grip_is_that_of_the_hardwares_noise(half_plane, design):
     asked = []
 

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, replace
 from fingerdesign.analysis.analysis import ENOUGH_NODES, SMALL_STRAIN
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.checks.follow import lift_approach
+from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.control.measurable import (
     HELD_USED,
     SEEN,
@@ -59,7 +60,7 @@ class Lift:
 
 def lifts(design: Design) -> list[Lift]:
     """The forecast at each friction of the grips; none of a finger that is not gripped with."""
-    if len(gage_array(design)) < 2:
+    if len(gage_array(design)) < LEAST_GAGES:
         return []
     return [_lift(design, friction) for friction in sorted(design.grip.friction_coefficients)]
 

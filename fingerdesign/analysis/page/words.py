@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.control.metrics import MOST_FORCE
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.records.arrays import GripTrace
@@ -310,6 +311,7 @@ def _touches(found: Sequence[IncrementResult]) -> Question:
         count=len(found),
         aside=leaves_section(found),
         bare=not found[0].gages,
+        single=0 < len(found[0].gages) < LEAST_GAGES,
     )
 
 
