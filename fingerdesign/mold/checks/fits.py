@@ -204,7 +204,7 @@ def _plates(assembly: Assembly) -> Check:
 
 
 _ROUNDING_MM = 1e-9
-ROOM_MM = 0.005  # beside a plate and its shim, or they cannot be pushed in
+ROOM_MM = 0.005  # beside a plate, or it cannot be pushed in
 
 
 def plan_checks(design: Design, plan: MoldPlan) -> list[Check]:
@@ -219,15 +219,13 @@ def plan_checks(design: Design, plan: MoldPlan) -> list[Check]:
 def _side(design: Design, plan: MoldPlan, side: SidePlan, limits: Limits) -> list[Check]:
     least = least_slot(design, side.holding, limits)
     web = least_web(design, side.holding, limits)
-    room = [slot.width - slot.shim - plan.thickness[slot.plate] for slot in side.slots]
+    room = [slot.width - plan.thickness[slot.plate] for slot in side.slots]
     leads = [_for_leads(slot) for slot in side.slots if slot.wire > 0.0]
     wire = max((slot.wire for slot in side.slots), default=0.0)
     where, between = f"side {side.side}", webs(side.slots)[2]
     return [
         _least("planned slots", where, [s.width for s in side.slots], least, f"slot of {where}"),
-        _least(
-            "room of plates", where, room, ROOM_MM, f"room beside a plate and its shim, {where}"
-        ),
+        _least("room of plates", where, room, ROOM_MM, f"room beside a plate, {where}"),
         _least("leads pass", where, leads, wire, f"hole for a plate's leads, {where},"),
         _least("planned webs", where, between.tolist(), web, f"web of {where}"),
         *_outer(side, where, web),
