@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerdesign.mold.checks.fits import plan_checks
 from fingerdesign.mold.plan.legs import fixture_of
 from fingerdesign.mold.plan.plan import SIDES, Slot
 from fingerdesign.mold.plan.planning import fixture_faults, plan_mold, with_walls
 from fingerdesign.mold.plan.slots import frames_in_mold, slot_corners, webs
+from tests.support.as_planned import plan_checks
 from tests.support.molds import keys, made, shipped
 
 SHIPPED = ("block", "boned", "both_ways", "domed", "homogeneous", "maeno2000", "narrow", "pin")
@@ -226,6 +226,24 @@ LEANING = slot(1.0 + 0.5 * np.sqrt(0.5), 0.2 + 0.5 * np.sqrt(0.5), 135)
 )
 def test_webs_are_true_distances_between_rectangles(slots, wanted):
     assert webs(slots)[2].min(initial=np.inf) == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("name", [*SHIPPED, "fine_tees", "sensitive", "tees", "wide"])
+@pytest.mark.parametrize("pour", ["auto", "closed"])
+def test_plans_of_shipped_designs_can_be_cut(name, pour):
+    """No slot, web or hole for leads is less than what makes it holds, outer combs' neither."""
+    design = shipped(name, mold__pour=pour)
+    checks = plan_checks(design, plan_mold(design))
+    assert [check.sentence for check in checks if not check.ok] == []
+    assert bool(checks) is (name != "homogeneous")
+
+
+def test_a_slot_without_clearance_lets_its_plate_in_all_the_same():
+    for how in ({"comb": {"clearance_mm": 0.0}}, SLOTS | {"limits": {"clearance_mm": 0.0}}):
+        fixture = fixture_of(with_mold(few(), **how, wire_mm=0.0))
+        assert fixture_faults(fixture) == []
+        for leg, slot in zip(fixture.on("-z"), fixture.slots("-z"), strict=True):
+            assert min(slot.length - leg.width, slot.width - 0.1) >= 0.005 - 1e-9
 
 
 def test_leads_have_room_in_every_hole_that_is_planned():

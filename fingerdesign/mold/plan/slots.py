@@ -107,6 +107,7 @@ def leg_bar(frame: PlateFrame, leg: Leg) -> PlateFrame:
 
 
 _THREADED_MM = 0.05  # leads are threaded through a hole wider by this at least
+_LEAST_PLAY_MM = 0.005  # with less a plate cannot be pushed in
 _WIDER = 1.1  # a relief is wider than its slot
 
 
@@ -153,6 +154,7 @@ def slot_of(design: Design, holding: Holding, limits: Limits, bar: PlateFrame, l
     from the contact surface. A wall's slot is far wider than the leg, which stands in it against
     the face and the end toward the contact surface; a comb's has the leg in its middle."""
     play = design.mold.comb.clearance_mm if holding == "comb" else 2.0 * limits.clearance_mm
+    play = max(play, _LEAST_PLAY_MM)
     width = max(bar.thickness + play, least_slot(design, holding, limits))
     relief = relief_diameter(design, holding, limits, leg.side, width)
     slot = Slot(
