@@ -86,7 +86,7 @@ class Mold(Table):
     )
     plate_fixture: FixtureName = Field(
         default="comb",
-        description="comb (a cut sheet holds the plates) | slots (in the walls, filled by shims); "
+        description="comb (a cut sheet holds the plates) | slots (in the walls, filled by clay); "
         "slots where a side is not flat",
     )
     wall_mm: float | None = bounded(

@@ -38,6 +38,9 @@ from fingerdesign.mold.plan.outer import bow
 from fingerdesign.mold.plan.plan import MoldPlan, comb_tolerance, limits_of
 from fingerdesign.mold.products.notes import effect_sentences, unknown_effect
 
+# What a leg stands off the face of a slot that it is pushed against by hand, under a lens, until
+# clay holds it; assumed: half a tenth is seen well at ten times.
+_BY_HAND_MM = 0.05
 _LEAST_AREA = 0.2  # of its own, that a moved triangle keeps: below it the move is too far
 
 
@@ -191,9 +194,10 @@ def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float
 
     A slot's place is off by the tolerance of the sheet (comb) or of the process (slots). One end of
     it may be off against the other by as much: an angle. Where a second comb pushes the leg against
-    a face of its slot, that is all, and the bow of its middle. Else the plate stands off the slot's
-    middle by half of the play that shims leave across it, or by half of that along it, where it is
-    larger, and turns by the play over the leg's width. Of a plate's two ends the worse one counts.
+    a face of its slot, that is all, and the bow of its middle. Else the plate is off by half of the
+    larger play, across the slot or along it, and turns by the play over the leg's width; in the
+    wide slots of a wall, where a hand pushes it against a face and an end, by what that leaves. Of
+    a plate's two ends the worse one counts.
     """
     comb, process = comb_tolerance(design.mold), limits_of(design.mold).tolerance_mm
     places, angles = [0.0], [0.0]
@@ -204,8 +208,9 @@ def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float
                 places.append(tolerance + bow(design, plan, side))
                 angles.append(math.degrees(math.atan(tolerance / width)))
                 continue
-            play = max(slot.width - slot.shim - plan.thickness[plate], 0.0)
-            places.append(tolerance + 0.5 * max(play, slot.length - width))
+            left = math.inf if side.holding == "comb" else _BY_HAND_MM
+            play = min(max(slot.width - plan.thickness[plate], 0.0), left)
+            places.append(tolerance + 0.5 * max(play, min(slot.length - width, left)))
             angles.append(math.degrees(math.atan(tolerance / slot.length + play / width)))
     return max(places), max(angles)
 

@@ -135,7 +135,6 @@ class FixtureData(TypedDict):
     holding: Literal["wall", "comb", "slots"]
     slots: Count
     narrowest_slot_mm: Size | None
-    shim_mm: Size
     sheet_mm: Size | None
     held_over_mm: Annotated[
         Size, Field(description="of a leg, from the finger's face to where it is last held")
@@ -428,7 +427,6 @@ def _fixture(plan: MoldPlan, side: SidePlan) -> dict[str, Any]:
         side,
         slots=len(side.slots),
         narrowest_slot_mm=min((slot.width for slot in side.slots), default=None),
-        shim_mm=max((slot.shim for slot in side.slots), default=0.0),
         sheet_mm=side.sheet or None,
         held_over_mm=over,
         pushed=side.outer is not None,

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerdesign.mold.checks.fits import plan_checks
 from fingerdesign.mold.plan.legs import fixture_of
 from fingerdesign.mold.plan.plan import SIDES, Slot
 from fingerdesign.mold.plan.planning import fixture_faults, plan_mold, with_walls
 from fingerdesign.mold.plan.slots import frames_in_mold, slot_corners, webs
+from tests.support.as_planned import plan_checks
 from tests.support.molds import keys, made, shipped
 
 SHIPPED = ("block", "boned", "both_ways", "domed", "homogeneous", "maeno2000", "narrow", "pin")
@@ -45,7 +45,6 @@ def test_a_comb_has_slots_of_the_sheet_and_a_window_around_them():
     slot = front.slots[7]
     assert slot.width == pytest.approx(0.12)
     assert slot.length == pytest.approx(0.9 + 0.02)
-    assert slot.shim == 0.0
     assert slot.wire == 0.3
     assert slot.relief == pytest.approx(0.35)
     assert {(s.wire, s.relief) for s in sides["-z"].slots} == {(0.0, 0.0)}
@@ -70,8 +69,8 @@ def test_leads_leave_on_the_side_away_from_the_surface():
 
 
 def test_a_bundle_of_leads_passes_and_the_webs_count_its_hole():
-    one = Slot(0, "+z", 0.0, 5.0, 0.0, 1.0, 0.2, 0.3, 0.0, 0.4)
-    two = Slot(1, "+z", 1.5, 5.0, 0.0, 1.0, 0.2, 0.0, 0.0)
+    one = Slot(0, "+z", 0.0, 5.0, 0.0, 1.0, 0.2, 0.3, 0.4)
+    two = Slot(1, "+z", 1.5, 5.0, 0.0, 1.0, 0.2, 0.0)
     reach = np.sqrt(0.2**2 - 0.1**2) - 0.02 + 0.2
     assert webs([one, two])[2] == pytest.approx([0.5 - reach])
     assert webs([two, one])[2] == pytest.approx([0.5 - reach])
@@ -85,17 +84,30 @@ def test_a_comb_s_clearance_reaches_no_mold_without_a_comb():
 
 
 @pytest.mark.parametrize(
-    ("name", "mold", "width", "shim"),
+    ("name", "mold", "width"),
     [
-        ("maeno2000", {"comb": {"slot_mm": 0.2}}, 0.2, 0.0),  # the least slot of the comb
-        ("wide", {"plate_fixture": "slots"}, 0.5, 0.3),  # stock, with room to slide
+        ("maeno2000", {"comb": {"slot_mm": 0.2}}, 0.2),  # the least slot of the comb
+        ("wide", {"plate_fixture": "slots"}, 0.5),
     ],
 )
-def test_slots_are_as_wide_as_what_holds_needs_and_filled_by_shims(name, mold, width, shim):
+def test_slots_are_as_wide_as_what_holds_needs(name, mold, width):
     sides, _, faults = planned(with_mold(shipped(name), **mold))
     assert faults == []
     for slot in sides["-z"].slots:
-        assert (slot.width, slot.shim) == pytest.approx((width, shim))
+        assert slot.width == pytest.approx(width)
+
+
+def test_a_leg_in_its_place_stands_against_its_wall_s_slot():
+    """Its face and its end toward the contact surface are those of the slot."""
+    fixture = fixture_of(with_mold(shipped("wide"), plate_fixture="slots"))
+    for leg, slot in zip(fixture.on("+z"), fixture.slots("+z"), strict=True):
+        bar, angle = fixture.bar(leg), np.radians(slot.angle_deg)
+        along = np.array([np.cos(angle), np.sin(angle)])
+        off = np.array([bar.place - slot.place, bar.y - slot.y])
+        assert bar.thickness < slot.width
+        assert off @ along == pytest.approx(0.5 * (slot.length - bar.length))
+        across = off @ [-along[1], along[0]]
+        assert across == pytest.approx(0.5 * (slot.width - bar.thickness))
 
 
 def test_a_bent_plate_s_slot_is_wider_by_its_sagitta():
@@ -139,13 +151,14 @@ def few(count=3, **keys):
 ROUND = {"shape": "revolved", "width_mm": 16.0, "arc_radius_mm": 12.0}
 HIGH = {"count": 1, "span_mm": 3.0, "cover_mm": 0.6, "angle_deg": 0.0, "length_mm": 1.0}
 SLOTS = {"plate_fixture": "slots"}
+FDM_SLOTS = SLOTS | {"process": "fdm"}
 
 
 @pytest.mark.parametrize(
     ("design", "mold", "key", "bound"),
     [
         (few(cover_mm=2.0, pitch_mm=0.5), SLOTS, "pitch_mm", "mold.limits.feature_mm = 0.4 mm"),
-        (few(1), SLOTS | {"process": "fdm"}, "cover_mm", "0.8 mm below the contact surface"),
+        (few(1, cover_mm=0.6), FDM_SLOTS, "cover_mm", "0.8 mm below the contact surface"),
         (made(ROUND, HIGH), {}, "cover_mm", "the contact zone"),
     ],
 )
@@ -189,7 +202,7 @@ def test_legs_wider_than_a_plate_or_through_a_wall_drawn_across_them_are_refused
 
 
 def slot(place, y, angle=0.0, length=2.0, width=0.4):
-    return Slot(0, "+z", place, y, angle, length, width, 0.0, 0.0)
+    return Slot(0, "+z", place, y, angle, length, width, 0.0)
 
 
 # Before the corner of a level slot at the origin: that one's edges do not part the two.
@@ -213,6 +226,24 @@ LEANING = slot(1.0 + 0.5 * np.sqrt(0.5), 0.2 + 0.5 * np.sqrt(0.5), 135)
 )
 def test_webs_are_true_distances_between_rectangles(slots, wanted):
     assert webs(slots)[2].min(initial=np.inf) == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("name", [*SHIPPED, "fine_tees", "sensitive", "tees", "wide"])
+@pytest.mark.parametrize("pour", ["auto", "closed"])
+def test_plans_of_shipped_designs_can_be_cut(name, pour):
+    """No slot, web or hole for leads is less than what makes it holds, outer combs' neither."""
+    design = shipped(name, mold__pour=pour)
+    checks = plan_checks(design, plan_mold(design))
+    assert [check.sentence for check in checks if not check.ok] == []
+    assert bool(checks) is (name != "homogeneous")
+
+
+def test_a_slot_without_clearance_lets_its_plate_in_all_the_same():
+    for how in ({"comb": {"clearance_mm": 0.0}}, SLOTS | {"limits": {"clearance_mm": 0.0}}):
+        fixture = fixture_of(with_mold(few(), **how, wire_mm=0.0))
+        assert fixture_faults(fixture) == []
+        for leg, slot in zip(fixture.on("-z"), fixture.slots("-z"), strict=True):
+            assert min(slot.length - leg.width, slot.width - 0.1) >= 0.005 - 1e-9
 
 
 def test_leads_have_room_in_every_hole_that_is_planned():

@@ -21,6 +21,7 @@ from fingerdesign.mold.make import mold_meshes
 from fingerdesign.mold.part import BASE, CORE, INSERT
 from fingerdesign.mold.plan.plan import SIDES, Plug, SidePlan, in_space, wall_name
 from fingerdesign.mold.plan.planning import plan_mold
+from tests.support.as_planned import as_planned
 from tests.support.molds import CLOSED, shipped
 
 BENT = 'follow = "bent"\nangle_deg = 0.0\n'
@@ -197,9 +198,9 @@ def test_a_built_mold_passes_every_check(process, written):
         design = design_of(process=process)
         plan, built = built_of(design)
         meshes = built.each(lambda part: meshed(part, design.mold.chord_mm))
-    found = run_checks(design, plan, meshes)
+    found = [*run_checks(design, plan, meshes), *as_planned(design, plan, meshes)]
     assert [check.sentence for check in found if not check.ok] == []
-    assert {"planned openings", "pins and keys", "demolding"} <= {c.name for c in found}
+    assert "demolding" in {check.name for check in found}
     for pin in plan.pins if process == "machined" else ():  # dowels are holes in both parts
         root, way = np.array(pin.root), np.array(pin.direction)
         assert pin.dowel

@@ -6,14 +6,14 @@ import pytest
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
 from fingerdesign.mold.placement import row_tolerances, tolerances
-from fingerdesign.mold.plan.outer import bow, push_of, ways
+from fingerdesign.mold.plan.outer import bow, push_of
 from fingerdesign.mold.plan.plan import Slot, direction
 from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.mold.plan.slots import turned_bar, webs
+from fingerdesign.mold.plan.slots import turned_bar, ways, webs
 
 
 def slot(angle):
-    return Slot(0, "+z", 0.0, 5.0, angle, 1.0, 0.12, 0.0, 0.0)
+    return Slot(0, "+z", 0.0, 5.0, angle, 1.0, 0.12, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -141,7 +141,7 @@ def test_bent_plates_are_moved_as_they_are():
     ("holding", "off", "slope"),
     [
         ("comb", 0.01 + 0.01, 0.01 / 1.22 + 0.02 / 1.2),  # its tolerance, half of its clearance
-        ("slots", 0.1 + 0.1, 0.1 / 1.04 + 0.05 / 0.84),  # resin prints; the play of a shim
+        ("slots", 0.1 + 0.025, 0.1 / 1.04 + 0.05 / 0.84),  # resin prints; pushed by hand
     ],
 )
 def test_what_holds_a_plate_says_how_far_it_may_be_off(three, holding, off, slope):

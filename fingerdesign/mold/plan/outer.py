@@ -13,7 +13,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
 from fingerdesign.mold.plan.leg_room import Fixture, seam_of
 from fingerdesign.mold.plan.plan import (
@@ -25,7 +24,14 @@ from fingerdesign.mold.plan.plan import (
     Slot,
     comb_tolerance,
 )
-from fingerdesign.mold.plan.slots import least_web, openings_corners, relief_diameter, webs
+from fingerdesign.mold.plan.slots import (
+    least_web,
+    moved,
+    openings_corners,
+    relief_diameter,
+    ways,
+    webs,
+)
 
 # By how much an outer slot is wider and longer than the inner one: legs are threaded through all of
 # them at once, and the sheet is slid by it. The first that leaves webs is taken.
@@ -74,11 +80,11 @@ def _side(fixture: Fixture, plan: MoldPlan, side: SidePlan, reach: float) -> Sid
     if push is None:
         return side
     web = least_web(fixture.design, "comb", fixture.limits) - 1e-9
-    inner = tuple(_against(fixture, leg, slot) for leg, slot in zip(legs, side.slots, strict=True))
+    pairs = list(zip(legs, side.slots, strict=True))
+    inner = tuple(moved(slot, fixture.bar(leg), -1.0) for leg, slot in pairs)
     if webs(inner)[2].min(initial=math.inf) < web:
         return side
     for room in ROOMS_MM:
-        pairs = zip(legs, side.slots, strict=True)
         outer = tuple(_wider(fixture, leg, slot, room) for leg, slot in pairs)
         if webs(outer)[2].min(initial=math.inf) >= web:
             corners = openings_corners(outer).reshape(-1, 2)
@@ -91,17 +97,6 @@ def _side(fixture: Fixture, plan: MoldPlan, side: SidePlan, reach: float) -> Sid
             size = (float(half) + STRIP_MM, low, float(high) + STRIP_MM)
             return replace(side, slots=inner, outer=OuterComb(outer, push, *size))
     return side
-
-
-def ways(slots: Sequence[Slot]) -> tuple[Array, Array]:
-    """Unit vectors (n, 2) that legs are pushed along: across each slot toward the contact surface,
-    and along it, away from the hole for the leads."""
-    angle = np.radians([slot.angle_deg for slot in slots])
-    along = np.column_stack([np.cos(angle), np.sin(angle)])
-    across = np.column_stack([-along[:, 1], along[:, 0]])
-    along[np.sin(angle) <= 1e-9] *= -1.0  # as of ``Slot.relief_centre``
-    across[across[:, 1] < -1e-9] *= -1.0
-    return across, along
 
 
 def push_of(slots: Sequence[Slot]) -> tuple[float, float] | None:
@@ -117,23 +112,9 @@ def push_of(slots: Sequence[Slot]) -> tuple[float, float] | None:
     return float(x), float(y)
 
 
-def _against(fixture: Fixture, leg: Leg, slot: Slot) -> Slot:
-    """The inner slot, moved so that the leg stands in its place against a face and an end."""
-    return _moved(fixture, leg, slot, -1.0)
-
-
 def _wider(fixture: Fixture, leg: Leg, slot: Slot, room: float) -> Slot:
     """The outer slot: where the slide ends, its faces behind the leg touch that."""
     wide = slot.width + room
     relief = relief_diameter(fixture.design, "comb", fixture.limits, leg.side, wide)
     larger = replace(slot, width=wide, length=slot.length + room, relief=relief, above=True)
-    return _moved(fixture, leg, larger, 1.0)
-
-
-def _moved(fixture: Fixture, leg: Leg, slot: Slot, sign: float) -> Slot:
-    bar = fixture.bar(leg)
-    (across,), (along,) = ways([slot])
-    shift = (
-        0.5 * sign * ((slot.width - bar.thickness) * across + (slot.length - bar.length) * along)
-    )
-    return replace(slot, place=float(bar.place + shift[0]), y=float(bar.y + shift[1]))
+    return moved(larger, fixture.bar(leg), 1.0)

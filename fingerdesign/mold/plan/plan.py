@@ -206,9 +206,8 @@ class Slot:
     Centre (``place``, ``y``): place is x for sides +-z, z for sides +-x. ``length`` along the
     direction ``angle_deg`` (as of a plate's frame), ``width`` across it. ``wire``: diameter of the
     bundle of the plate's leads that passes here (0: none), through a round hole of diameter
-    ``relief`` joined to the slot's end away from the contact surface. ``shim``: thickness of the
-    stock that fills the width beyond the plate, 0 where the opening fits the plate. above: the
-    relief is at the other end.
+    ``relief`` joined to the slot's end away from the contact surface. above: the relief is at the
+    other end.
     """
 
     plate: int
@@ -219,7 +218,6 @@ class Slot:
     length: float
     width: float
     wire: float
-    shim: float
     relief: float = 0.0
     above: bool = False
 

@@ -3,7 +3,6 @@
 Numbers only; mm.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -107,9 +106,8 @@ def leg_bar(frame: PlateFrame, leg: Leg) -> PlateFrame:
     return replace(bar, low=low, high=high)
 
 
-_LEAST_SHIM_MM = 0.02  # the thinnest shim stock; less is left as play
-_SLIDES_MM = 0.01  # a shim is thinner than its room by this at least
 _THREADED_MM = 0.05  # leads are threaded through a hole wider by this at least
+_LEAST_PLAY_MM = 0.005  # with less a plate cannot be pushed in
 _WIDER = 1.1  # a relief is wider than its slot
 
 
@@ -151,26 +149,15 @@ def relief_diameter(
     return max(needed, limits.slot_mm, beside)
 
 
-def stock_shim(play: float) -> float:
-    """The thickest shim of stock that slides into ``play``, mm: in steps of 0.01 up to 0.1, of 0.05
-    beyond; 0 where none does.
-
-    >>> stock_shim(0.2), stock_shim(0.075), stock_shim(0.02)
-    (0.15, 0.06, 0.0)
-    """
-    room = play - _SLIDES_MM + 1e-9
-    step = 0.05 if room >= 0.1 else 0.01
-    thick = round(math.floor(room / step) * step, 2)
-    return thick if thick >= _LEAST_SHIM_MM else 0.0
-
-
 def slot_of(design: Design, holding: Holding, limits: Limits, bar: PlateFrame, leg: Leg) -> Slot:
     """The slot of a leg whose section ``bar`` just holds; the leads' hole lies on the side away
-    from the contact surface."""
+    from the contact surface. A wall's slot is far wider than the leg, which stands in it against
+    the face and the end toward the contact surface; a comb's has the leg in its middle."""
     play = design.mold.comb.clearance_mm if holding == "comb" else 2.0 * limits.clearance_mm
+    play = max(play, _LEAST_PLAY_MM)
     width = max(bar.thickness + play, least_slot(design, holding, limits))
     relief = relief_diameter(design, holding, limits, leg.side, width)
-    return Slot(
+    slot = Slot(
         plate=leg.plate,
         side=leg.side,
         place=float(bar.place),
@@ -179,9 +166,30 @@ def slot_of(design: Design, holding: Holding, limits: Limits, bar: PlateFrame, l
         length=bar.length + play,
         width=width,
         wire=design.mold.wire_mm if relief else 0.0,
-        shim=stock_shim(width - bar.thickness) if holding == "slots" else 0.0,
         relief=relief,
     )
+    return moved(slot, bar, -1.0) if holding == "slots" else slot
+
+
+def ways(slots: Sequence[Slot]) -> tuple[Array, Array]:
+    """Unit vectors (n, 2) that legs are pushed along: across each slot toward the contact surface,
+    and along it, away from the hole for the leads."""
+    angle = np.radians([slot.angle_deg for slot in slots])
+    along = np.column_stack([np.cos(angle), np.sin(angle)])
+    across = np.column_stack([-along[:, 1], along[:, 0]])
+    along[np.sin(angle) <= 1e-9] *= -1.0  # as of ``Slot.relief_centre``
+    across[across[:, 1] < -1e-9] *= -1.0
+    return across, along
+
+
+def moved(slot: Slot, bar: PlateFrame, sign: float) -> Slot:
+    """The slot by all of its play to one side of its leg's ``bar``: with -1 the leg, pushed along
+    ``ways``, stands in its place against a face and an end; with 1 the slot's other ones push it.
+    """
+    (across,), (along,) = ways([slot])
+    shift = (slot.width - bar.thickness) * across + (slot.length - bar.length) * along
+    place, y = np.array([bar.place, bar.y]) + 0.5 * sign * shift
+    return replace(slot, place=float(place), y=float(y))
 
 
 def as_bars(bar: PlateFrame, slot: Slot) -> tuple[PlateFrame, PlateFrame]:

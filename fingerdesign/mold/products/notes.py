@@ -83,7 +83,7 @@ def _flash(plan: MoldPlan) -> float:
     """Slots less the legs in them, as deep as what holds them: sheets, or the whole wall."""
     whole = 0.0
     for side, slot, width in plan.held():
-        metal = width * (plan.thickness[slot.plate] + slot.shim)
+        metal = width * plan.thickness[slot.plate]
         hole = 0.25 * np.pi * (slot.relief**2 - slot.wire**2) if slot.relief else 0.0
         free = max(0.0, slot.length * slot.width - metal) + hole
         whole += free * (side.sheet or plan.wall(side.side))
@@ -179,18 +179,14 @@ def bolt_words(bolt: Bolt) -> str:
 
 
 def hardware(plan: MoldPlan) -> tuple[ItemData, ...]:
-    """Bolts with nuts and washers, dowels, core pins, core screws, shims."""
+    """Bolts with nuts and washers, dowels, core pins, core screws."""
     bolts = Counter((b.size, bolt_length(b), round(b.high - b.low, 2)) for b in plan.bolts)
     sizes = Counter(bolt.size for bolt in plan.bolts)
     rods = Counter(bolt.size for bolt in plan.bolts if bolt_length(bolt) is None)
-    shims = (
-        (slot.shim, width, plan.wall(side.side)) for side, slot, width in plan.held() if slot.shim
-    )
     alike = (
         _alike((pin.diameter, pin.length) for pin in plan.pins if pin.dowel),
         _alike((pin.diameter, plan.reach(pin.side) - abs(pin.tip)) for pin in plan.core_pins),
         _alike((hole.diameter,) for hole in plan.base_holes if hole.kind == "screw"),
-        _alike(shims),
     )
     nuts = [(size, (count, rods[size])) for size, count in sorted(sizes.items())]
     return tuple(_lines("hardware", plan, sorted(bolts.items(), key=str), nuts, *alike))

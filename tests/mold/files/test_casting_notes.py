@@ -70,10 +70,10 @@ ORDERS = [
     ("comb", "Clean, cure, test", "Wash", "Bake", "wet-sand", "barrier coat", "Inhibition test"),
     # The front's holder, where the wires leave, comes after the plates stand in the back.
     ("comb", CLOSE, "push plates 0-2 into", "comb front", "Set the contact insert on"),
-    ("slots", CLOSE, "push plates 0-2 into", "end wall front", "Measure the gap beside each leg"),
+    ("slots", CLOSE, "push plates 0-2 into", "end wall front", "push each leg from outside"),
     ("comb", OPEN, "contact insert", "end wall front (", "comb front (", "side wall right ("),
-    # Wires are freed and shims pulled before walls are drawn.
-    ("slots", OPEN, "no connector yet", "Pull every shim", "Draw, each straight outward"),
+    # Wires are freed and clay picked out before walls are drawn.
+    ("slots", OPEN, "no connector yet", "Pick the clay", "Draw, each straight outward"),
 ]
 
 
@@ -83,7 +83,7 @@ def test_steps_come_in_the_order_of_the_work(hand_made, order):
     notes = notes_of(*hand_made(holding))
     places = [notes[section].index(each) for each in words]
     assert places == sorted(places)
-    assert ("shim" in notes[OPEN]) is (holding == "slots")
+    assert ("Pick the clay" in notes[OPEN]) is (holding == "slots")
     assert "base plate (" not in notes[OPEN]  # it stays
 
 
@@ -175,7 +175,6 @@ def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
     assert counts["strain gage"] == 6  # both faces of three plates
     assert counts["bolt"] == counts["nut"] == len(plan.bolts)
     assert counts["washer"] == 2 * len(plan.bolts)
-    assert counts["shim"] == (6 if holding == "slots" else 0)
     assert counts["dowel pin"] == (len(plan.pins) if holding == "slots" else 0)
     by_item = {row["item"]: row for row in rows}
     assert float(by_item["elastomer, mixed"]["mass_g"]) > 0.0

@@ -1,78 +1,31 @@
-"""Whether each part is sound, and what is planned is there and can be made.
+"""What a mold's plan says, and whether it is in the parts as they are made: proofs of the planner
+and of the CAD, not of one mold.
 
-Parts' triangles; the least slot, hole, pin, wall and web of the plan against what process and comb
-hold; planned openings, pins, keys and plates in the triangles as they are made.
+The least slot, web and room for leads of a plan against what process and comb hold; planned
+openings, pins, keys and plates in the triangles.
 """
-
-from collections.abc import Iterator, Sequence
 
 import numpy as np
 from manifold3d import Manifold
 
-from fingerdesign.arrays import Array
-from fingerdesign.design.schema import Design
-from fingerdesign.layout.volume import enclosed_volume, plate_volume
-from fingerdesign.mold.checks.assembly import Assembly, areas, curved_area, sound
-from fingerdesign.mold.part import BASE, CORE, Check, PartMesh
-from fingerdesign.mold.plan.plan import (
-    Key,
-    Limits,
-    MoldPlan,
-    Pin,
-    SidePlan,
-    Slot,
-    direction,
-    in_space,
-    limits_of,
-    side_drawn,
-)
+from fingerdesign.layout.volume import plate_volume
+from fingerdesign.mold.checks.assembly import assemble
+from fingerdesign.mold.part import BASE, CORE, Check
+from fingerdesign.mold.plan.plan import direction, in_space, limits_of, side_drawn
 from fingerdesign.mold.plan.slots import least_slot, least_web, webs
-
-VOLUME_SHARE = 1e-3
-EXACT_SHARE = 1e-6  # of the kernel's own volumes
-SINGLE = 2.0**-24
-
-
-def part_checks(part: PartMesh, solid: Manifold, chord_mm: float) -> list[Check]:
-    """One closed solid, its volume and its chord. Rubber alone may enclose a core."""
-    name, pieces = part.name, len(solid.decompose()) if sound(solid) else 0
-    one = pieces == 1 or (pieces > 1 and part.made == "silicone")
-    closed = f"{name}: its triangles are {pieces or 'no'} closed shell{'s' if pieces > 1 else ''}"
-    chord = f"{name}: triangles leave the exact surface by at most {part.chord:.4f} mm"
-    return [
-        Check("watertight", name, one, float(pieces), 1.0, "shells", closed),
-        _volume(part),
-        Check.most("chord", name, part.chord, chord_mm, "mm", chord),
-    ]
-
-
-def _volume(part: PartMesh) -> Check:
-    """Triangles within a chord of a curved face enclose at most chord times its area more or less:
-    holes, smaller as polygons, leave a wall heavier. Vertices are single."""
-    found = enclosed_volume(part.vertices, part.triangles)
-    error = abs(found - part.volume) / abs(part.volume)
-    rounded = SINGLE * float(np.abs(part.vertices).max())
-    slack = part.chord * curved_area(part.vertices, part.triangles)
-    slack += rounded * float(areas(part.vertices, part.triangles).sum())
-    bound = slack / abs(part.volume) + EXACT_SHARE
-    if part.made == "metal":  # a bent plate's two faces err alike
-        bound = min(VOLUME_SHARE, bound)
-    sentence = (
-        f"{part.name}: its triangles enclose {found:.4f} mm^3, the exact solid "
-        f"{part.volume:.4f} mm^3 ({error:.1e} apart)"
-    )
-    return Check.most("volume", part.name, error, bound, "1", sentence)
-
 
 ROUND = 64  # sides of a bar that is tried in a round hole
 TIGHT_MM = 2e-3  # of a bar, all round: round holes are polygons within their circles
 TOUCHING_MM3 = 1e-4
 WHOLE = 0.98  # of a pin that stands on its part
 
-Tried = tuple[str, Manifold, tuple[str, ...]]
+
+def as_planned(design, plan, meshes):
+    """All checks of a plan, and of the parts that were made by it."""
+    return [*plan_checks(design, plan), *built_checks(assemble(design, plan, meshes))]
 
 
-def built_checks(assembly: Assembly) -> list[Check]:
+def built_checks(assembly):
     """What is planned is there: every opening is free, pins and keys stand, plates are whole.
 
     A hole that was filled leaves every part sound and the block filled; only the plan knows of it.
@@ -105,7 +58,7 @@ def built_checks(assembly: Assembly) -> list[Check]:
     ]
 
 
-def _openings(assembly: Assembly) -> Iterator[Tried]:
+def _openings(assembly):
     """Each opening that is planned, what must fit into it, and the parts that it passes."""
     plan, tight = assembly.plan, assembly.chord + TIGHT_MM
     down, combs = np.array([0.0, -1.0, 0.0]), tuple(s.comb for s in plan.sides if s.comb)
@@ -140,7 +93,7 @@ def _openings(assembly: Assembly) -> Iterator[Tried]:
         yield "a core pin", round_bar(foot, way, size, size), passed
 
 
-def _standing(assembly: Assembly) -> Iterator[Tried]:
+def _standing(assembly):
     """Each pin and key that a part has."""
     for number, pin in enumerate(assembly.plan.pins, 1):
         if not pin.dowel:
@@ -149,7 +102,7 @@ def _standing(assembly: Assembly) -> Iterator[Tried]:
         yield f"the key into {key.into}", key_bar(key, 0.0), (BASE,)
 
 
-def round_bar(foot: Array, way: Array, first: float, last: float) -> Manifold:
+def round_bar(foot, way, first, last):
     """A round bar from ``foot`` over ``way`` (3,), its diameters at both ends."""
     long = float(np.linalg.norm(way))
     axis = way / long
@@ -159,7 +112,7 @@ def round_bar(foot: Array, way: Array, first: float, last: float) -> Manifold:
     return bar.transform(np.column_stack([side, np.cross(axis, side), axis, foot]))
 
 
-def slot_bar(slot: Slot, ends: tuple[float, float], less: float) -> Manifold:
+def slot_bar(slot, ends, less):
     """A bar that fills a slot between two distances from the mid-plane, ``less`` smaller all
     round."""
     angle, middle = np.radians(slot.angle_deg), in_space(slot.side, slot.place, slot.y)
@@ -172,14 +125,14 @@ def slot_bar(slot: Slot, ends: tuple[float, float], less: float) -> Manifold:
     return bar.transform(np.column_stack([along, over, out, middle + 0.5 * (low + high) * out]))
 
 
-def pin_bar(pin: Pin, more: float) -> Manifold:
+def pin_bar(pin, more):
     """A pin, or a dowel's outer half, ``more`` larger all round."""
     first, last = pin.diameter + 2.0 * more, pin.tip_diameter + 2.0 * more
     long = (0.5 * pin.length if pin.dowel else pin.length) + more
     return round_bar(np.array(pin.root), long * np.array(pin.direction), first, last)
 
 
-def key_bar(key: Key, more: float) -> Manifold:
+def key_bar(key, more):
     """A key, ``more`` larger all round but below and along its wall's draw."""
     low, high = np.array(key.low), np.array(key.high)
     across = 0 if side_drawn(key.into).endswith("z") else 2
@@ -191,7 +144,7 @@ def key_bar(key: Key, more: float) -> Manifold:
     return Manifold.hull_points(corners)
 
 
-def _plates(assembly: Assembly) -> Check:
+def _plates(assembly):
     """Every plate of the plan is in the mold, no other, and each is no less than its span."""
     plan = assembly.plan
     made = {plate.name: plate.volume for plate in assembly.meshes.plates}
@@ -204,10 +157,10 @@ def _plates(assembly: Assembly) -> Check:
 
 
 _ROUNDING_MM = 1e-9
-ROOM_MM = 0.005  # beside a plate and its shim, or they cannot be pushed in
+ROOM_MM = 0.005  # beside a plate, or it cannot be pushed in
 
 
-def plan_checks(design: Design, plan: MoldPlan) -> list[Check]:
+def plan_checks(design, plan):
     """The least slot, web, room of a plate and of its leads on every side that holds plates.
 
     What else is planned (walls, holes, pins, clearances) is refused before where it is too small.
@@ -216,25 +169,23 @@ def plan_checks(design: Design, plan: MoldPlan) -> list[Check]:
     return [c for side in plan.sides if side.slots for c in _side(design, plan, side, limits)]
 
 
-def _side(design: Design, plan: MoldPlan, side: SidePlan, limits: Limits) -> list[Check]:
+def _side(design, plan, side, limits):
     least = least_slot(design, side.holding, limits)
     web = least_web(design, side.holding, limits)
-    room = [slot.width - slot.shim - plan.thickness[slot.plate] for slot in side.slots]
+    room = [slot.width - plan.thickness[slot.plate] for slot in side.slots]
     leads = [_for_leads(slot) for slot in side.slots if slot.wire > 0.0]
     wire = max((slot.wire for slot in side.slots), default=0.0)
     where, between = f"side {side.side}", webs(side.slots)[2]
     return [
         _least("planned slots", where, [s.width for s in side.slots], least, f"slot of {where}"),
-        _least(
-            "room of plates", where, room, ROOM_MM, f"room beside a plate and its shim, {where}"
-        ),
+        _least("room of plates", where, room, ROOM_MM, f"room beside a plate, {where}"),
         _least("leads pass", where, leads, wire, f"hole for a plate's leads, {where},"),
         _least("planned webs", where, between.tolist(), web, f"web of {where}"),
         *_outer(side, where, web),
     ]
 
 
-def _outer(side: SidePlan, where: str, web: float) -> list[Check]:
+def _outer(side, where, web):
     """The webs of a second comb."""
     if side.outer is None:
         return []
@@ -243,7 +194,7 @@ def _outer(side: SidePlan, where: str, web: float) -> list[Check]:
     return [_least("planned outer webs", where, between, web, what)]
 
 
-def _for_leads(slot: Slot) -> float:
+def _for_leads(slot):
     """Diameter that is free for leads beside a leg anywhere in its slot, mm: the leg's end may
     stand in the hole's edge."""
     centre = np.hypot(slot.relief_centre[0] - slot.place, slot.relief_centre[1] - slot.y)
@@ -251,7 +202,7 @@ def _for_leads(slot: Slot) -> float:
     return float(slot.relief - max(reaches, 0.0))
 
 
-def _least(name: str, where: str, sizes: Sequence[float], bound: float, what: str) -> Check:
+def _least(name, where, sizes, bound, what):
     """Of nothing, nothing is too small."""
     title = f"{name}, {where}"
     least = min(sizes, default=np.inf)
