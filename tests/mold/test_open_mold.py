@@ -23,6 +23,7 @@ from fingerdesign.mold.cad.build import build_mold
 from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.make import mold_meshes
 from fingerdesign.mold.part import BASE, INSERT
+from fingerdesign.mold.plan.plan import limits_of
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.drawing import flat_patterns, write_drawings
 from fingerdesign.mold.products.notes import casting_notes, hardware, silicone_of
@@ -80,6 +81,15 @@ def test_frames_of_a_dome_with_chamfers_are_whole_beside_their_combs_windows(see
     for name, z in (("frame_front", 0.1), ("frame_back", -0.1)):
         for place in (x, -x):
             assert built.part(name).solid.isInside(cq.Vector(place, y, z))
+
+
+def test_a_wall_is_left_below_the_inserts_pins_where_frames_end_short_of_the_base():
+    design = Design.model_validate(resolved(random_design(78))[0])
+    plan = plan_mold(design)
+    assert plan.seam > 0.0
+    for pin in plan.pins:
+        left = pin.root[1] - pin.length - pin.clearance - plan.seam
+        assert left >= limits_of(design.mold).wall_mm - 1e-9
 
 
 def test_what_is_too_large_for_an_open_mold_is_closed_or_refused():

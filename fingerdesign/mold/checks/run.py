@@ -201,9 +201,10 @@ def backing_check(assembly: Assembly, rng: np.random.Generator) -> Check:
     points = points[:BACKED] + 2.0 * assembly.chord * normals[:BACKED]
     left = ~planned(assembly.plan, points, assembly.limits.clearance_mm, SLACK_MM)
     wanted = int(left.sum())
-    for part in (*assembly.meshes.parts, *assembly.meshes.plates):
-        rest = np.flatnonzero(left)
-        left[rest[inside(assembly.solids[part.name], points[rest])]] = False
+    left[left] = ~_backed(assembly, points[left])
+    # Triangles of two parts that meet along a curve leave slivers as thin as their chords.
+    for way in 2.0 * assembly.chord * np.eye(3):
+        left[left] = ~np.all([_backed(assembly, points[left] + s * way) for s in (-1, 1)], axis=0)
     bare = points[left]
     share = len(bare) / BACKED
     sentence = f"a part stands behind each of {wanted} points on the finger's surface"
@@ -213,6 +214,15 @@ def backing_check(assembly: Assembly, rng: np.random.Generator) -> Check:
             f"of them at {place_text(np.median(bare, axis=0))}"
         )
     return Check("surface backed by parts", "", not len(bare), share, 0.0, "1", sentence)
+
+
+def _backed(assembly: Assembly, points: Array) -> BoolArray:
+    """Whether points (n, 3) lie in a part or a plate, (n,)."""
+    left = np.ones(len(points), dtype=bool)
+    for part in (*assembly.meshes.parts, *assembly.meshes.plates):
+        rest = np.flatnonzero(left)
+        left[rest[inside(assembly.solids[part.name], points[rest])]] = False
+    return ~left
 
 
 # Whether the parts come off, one after another, along their draws.

@@ -21,6 +21,7 @@ from fingerdesign.design.mold import Mold
 from fingerdesign.errors import Fault
 from fingerdesign.mold.part import INSERT
 from fingerdesign.mold.plan.extent import seam_height
+from fingerdesign.mold.plan.leg_room import seam_of
 from fingerdesign.mold.plan.plan import Bolt, Key, Limits, MoldPlan, Pin, Side, refusal, wall_name
 from fingerdesign.mold.plan.slots import clear, openings_of
 
@@ -321,8 +322,10 @@ def insert_pin(
 
 
 def insert_pin_length(plan: MoldPlan, columns: Columns, diameter: float, seam: float) -> float:
-    """How deep a pin below the insert reaches into a wall that is ``seam`` high."""
-    most = seam - columns.gap - columns.clearance
+    """How deep a pin below the insert reaches into a wall that is ``seam`` high; half frames may
+    end short of the base plate."""
+    short = seam_of(columns.limits) if plan.pour == "open" else 0.0
+    most = seam - short - columns.gap - columns.clearance
     if columns.limits.dowels:
         most = min(most, plan.top - plan.crest - columns.gap)
     return min(SLENDER * diameter, most)
