@@ -41,8 +41,8 @@ class PartMesh:
     order   parts of a lower order are taken off before; those of one order together
     made    by the "process" of the mold, of "sheet" metal, "metal" (plates), or "silicone"
     volume  of the exact solid, mm^3; chord: the greatest distance found between the triangles and
-            the exact surface, mm; blank_*: the part before pins, holes, slots and windows (the same
-            triangles where it has none), by which cavity and mold fill the block
+            the exact surface, mm; blank_volume: of the part before pins, holes, slots and
+            windows, by which cavity and mold fill the block
     """
 
     name: str
@@ -53,8 +53,6 @@ class PartMesh:
     made: Made
     volume: float
     chord: float
-    blank_vertices: Array
-    blank_triangles: IntArray
     blank_volume: float
 
 

@@ -39,9 +39,7 @@ def box(name, low, high, draw=None, order=9, made="process"):
 def meshed(name, points, triangles, draw=None, order=9, made="process", volume=None):
     """Triangles as a part; the volume of a box by default."""
     volume = float(np.prod(np.ptp(points, axis=0))) if volume is None else volume
-    return PartMesh(
-        name, points, triangles, draw, order, made, volume, 0.0, points, triangles, volume
-    )
+    return PartMesh(name, points, triangles, draw, order, made, volume, 0.0, volume)
 
 
 def made(body=None, plates=None, mold=None):

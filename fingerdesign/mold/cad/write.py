@@ -57,11 +57,11 @@ def meshed(part: BuiltPart, chord_mm: float) -> PartMesh:
     GeometryError where the kernel yields none or does not keep the chord.
     """
     vertices, triangles, chord = _triangles(part.solid, chord_mm)
-    blank = vertices, triangles, part_volume(part.solid)
-    found = part.name, vertices, triangles, part.draw, part.order, part.made, blank[2], chord
+    volume = blank = part_volume(part.solid)
     if part.blank is not None and part.blank is not part.solid:
-        blank = *_triangles(part.blank, chord_mm)[:2], part_volume(part.blank)
-    return PartMesh(*found, *blank)
+        blank = part_volume(part.blank)
+    found = part.name, vertices, triangles, part.draw, part.order, part.made, volume, chord
+    return PartMesh(*found, blank)
 
 
 def part_volume(solid: cq.Shape) -> float:

@@ -12,7 +12,7 @@ from manifold3d import Error, Manifold, Mesh64
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.part import BASE, CORE, OUTER, MoldMeshes, PartMesh, doubled_areas
+from fingerdesign.mold.part import MoldMeshes, doubled_areas
 from fingerdesign.mold.plan.plan import (
     CorePin,
     Limits,
@@ -167,20 +167,15 @@ def planned(plan: MoldPlan, points: Array, clearance_mm: float, slack_mm: float)
     return open_
 
 
-OUTLINE = "outline"
-
-
 @dataclass(frozen=True)
 class Assembly:
-    """A closed mold: ``solids`` by name (parts, plates, "rubber", "outline") and ``blanks`` of the
-    parts that fill the block (all but base plate and core)."""
+    """A closed mold: ``solids`` by name (parts, plates, "rubber")."""
 
     design: Design
     plan: MoldPlan
     meshes: MoldMeshes
     limits: Limits
     solids: Mapping[str, Manifold]
-    blanks: Mapping[str, Manifold]
 
     @property
     def chord(self) -> float:
@@ -203,17 +198,4 @@ def assemble(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> Assembly:
     """All solids of a mold; one that is not ``sound`` is in it too."""
     everything = (*meshes.parts, *meshes.plates, meshes.rubber)
     solids = {part.name: solid_of(part.vertices, part.triangles) for part in everything}
-    solids[OUTLINE] = solid_of(meshes.outline.vertices, meshes.outline.triangles)
-    blanks = {
-        part.name: solids[part.name]
-        if part.blank_triangles is part.triangles and part.blank_vertices is part.vertices
-        else solid_of(part.blank_vertices, part.blank_triangles)
-        for part in filling(meshes)
-    }
-    return Assembly(design, plan, meshes, limits_of(design.mold), solids, blanks)
-
-
-def filling(meshes: MoldMeshes) -> tuple[PartMesh, ...]:
-    """The parts whose blanks fill the block around the cavity."""
-    beside = (BASE, CORE)
-    return tuple(p for p in meshes.parts if p.name not in beside and not p.name.endswith(OUTER))
+    return Assembly(design, plan, meshes, limits_of(design.mold), solids)

@@ -28,8 +28,7 @@ class Made:
         def apply(part):
             solid = Manifold(Mesh64(part.vertices, part.triangles.astype(np.uint64)))
             new = mesh_of(name, change(solid), part.draw, part.order, part.made)
-            kept = ("blank_vertices", "blank_triangles", "blank_volume")
-            return replace(new, **{key: getattr(part, key) for key in kept})
+            return replace(new, blank_volume=part.blank_volume)
 
         every = (*self.meshes.parts, *self.meshes.plates, self.meshes.rubber)
         return self.with_part(next(apply(part) for part in every if part.name == name))
@@ -67,15 +66,10 @@ def upright(x, z, low, high, bottom, top):
 
 def mesh_of(name, solid, draw=None, order=9, made="process", blank=None):
     """A solid as a part; its exact volume is that of its triangles."""
-
-    def triangles(of):
-        found = of.to_mesh64()
-        vertices = np.array(found.vert_properties)[:, :3]
-        return vertices, np.array(found.tri_verts, dtype=np.int64), of.volume()
-
-    *mesh, volume = triangles(solid)
-    filling = triangles(solid if blank is None else blank)
-    return PartMesh(name, *mesh, draw, order, made, volume, 0.0, *filling)
+    found, volume = solid.to_mesh64(), solid.volume()
+    mesh = np.array(found.vert_properties)[:, :3], np.array(found.tri_verts, dtype=np.int64)
+    filling = volume if blank is None else blank.volume()
+    return PartMesh(name, *mesh, draw, order, made, volume, 0.0, filling)
 
 
 DESIGN = {

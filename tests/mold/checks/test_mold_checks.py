@@ -38,7 +38,7 @@ def test_the_mold_passes_every_check_and_checks_are_repeatable(made):
 
 def test_a_part_with_a_triangle_less_is_reported_and_nothing_is_cut(made):
     part = made.meshes.part("side_wall_left")
-    part = replace(part, triangles=part.triangles[1:], blank_triangles=part.triangles)
+    part = replace(part, triangles=part.triangles[1:])
     found = failed(made.with_part(part))
     assert {"watertight: side_wall_left", "solids"} <= set(found)
     assert "side_wall_left" in found["solids"]
@@ -47,15 +47,18 @@ def test_a_part_with_a_triangle_less_is_reported_and_nothing_is_cut(made):
 
 def test_parts_that_overlap_are_named(made):
     part = made.meshes.part(INSERT)
-    moved = replace(part, blank_vertices=part.blank_vertices + np.array([0.0, -0.05, 0.0]))
-    sentence = failed(made.with_part(moved))["no overlaps"]
-    assert INSERT in sentence
-    assert "end_wall" in sentence
+    moved = replace(part, vertices=part.vertices + np.array([0.0, -0.2, 0.0]))
+    sentence = failed(made.with_part(moved))[f"demolding: {INSERT}"]
+    assert "overlaps end_wall" in sentence or "overlaps rubber" in sentence
 
 
 def test_a_cavity_of_another_finger_or_block(made):
     found = failed(replace(made, meshes=replace(made.meshes, high=(18.0, 18.5, 13.0))))
-    assert {"cavity is the finger", "no voids"} <= set(found)
+    assert "cavity is the finger" in found
+    wall = made.meshes.part("end_wall_front")  # the kernel left half a cubic millimetre too much
+    assert "cavity is the finger" in failed(
+        made.with_part(replace(wall, blank_volume=wall.blank_volume + 0.5))
+    )
     body = made.design.body.model_copy(update={"width_mm": 20.1})
     other = replace(made, design=made.design.model_copy(update={"body": body}))
     # The cavity for a shrinkage of 2 % is no cavity for none: its cube is 6 % off.
