@@ -18,7 +18,12 @@ from fingerdesign.runtime import files, machine
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.journal import Journal, JournalError, held
-from fingerdesign.runtime.machine import forget_peak_memory, peak_memory_MB, processor_seconds
+from fingerdesign.runtime.machine import (
+    forget_peak_memory,
+    largest_memory_MB,
+    peak_memory_MB,
+    processor_seconds,
+)
 from fingerdesign.runtime.pool import Pool
 from tests.support import calls
 
@@ -292,6 +297,14 @@ def test_peak_memory_is_that_since_it_was_forgotten():
     forget_peak_memory()
     assert peak_memory_MB() < high - 150.0
     assert low > 10.0
+
+
+def test_a_process_is_not_charged_with_what_its_parent_had():
+    own = np.ones(50_000_000)  # 400 MB; the system hands the peak on to what is started
+    code = "from fingerdesign.runtime.machine import largest_memory_MB; print(largest_memory_MB())"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert largest_memory_MB() > 8e-6 * len(own)
+    assert 5.0 < float(found.stdout) < 300.0
 
 
 def test_speed_cores_and_memory_are_plausible():
