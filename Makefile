@@ -10,10 +10,10 @@ demo: $(VENV)/.runtime
 	$(BIN)/fingerdesign analyse designs/maeno2000.toml --out out
 
 test: $(VENV)/.dev
-	$(BIN)/python -m pytest -m "not slow" -n auto --dist worksteal
+	$(BIN)/python -m pytest -m "not slow" -n auto --dist worksteal --durations=15
 
 slow-test: $(VENV)/.dev
-	$(BIN)/python -m pytest -m slow -n auto --dist worksteal
+	$(BIN)/python -m pytest -m slow -n auto --dist worksteal --durations=25
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
