@@ -91,8 +91,9 @@ def test_a_picture_is_turned_until_its_axis_is_up(up):
     assert np.linalg.det([right, above, out]) == pytest.approx(1.0)
 
 
-def test_every_part_is_put_once_and_what_is_drawn_is_taken(hand_made):
-    design, plan, made = hand_made()
+@pytest.mark.parametrize("fixture", ["comb", "slots"])
+def test_every_part_is_put_once_and_what_is_drawn_is_taken(hand_made, fixture):
+    design, plan, made = hand_made(fixture)
     silicone = silicone_of(design, plan, made)
     _, views = casting_notes(design, plan, made, flat_patterns(design, plan), silicone)
     put = [name for view in views if not view.taken for name in view.names]
