@@ -162,8 +162,8 @@ def in_rows(sizes: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     """Places (x, y) of the lower left corners of rectangles (width, depth), in the order given: in
     rows from the deepest to the least deep, with gaps, that make about a square.
 
-    >>> in_rows([(2.0, 1.0), (4.0, 3.0)])
-    [(0.0, 8.0), (0.0, 0.0)]
+    >>> in_rows([(2.0, 1.0), (2.0, 3.0), (2.0, 2.0)])
+    [(0.0, 8.0), (0.0, 0.0), (7.0, 0.0)]
     """
     area = sum((wide + GAP_MM) * (deep + GAP_MM) for wide, deep in sizes)
     limit = max(1.2 * math.sqrt(area), *(wide for wide, _ in sizes), 0.0)
