@@ -117,7 +117,7 @@ class Mold(Table):
         0,
         5,
         "diameter of a plate's bundle of leads (four enamelled wires of 0.1 mm "
-        "copper), which leave through a hole beside its slot at the front or right; 0: none",
+        "copper), all of which leave through the base plate; 0: no hole for them",
     )
     gate_mm: float = bounded(4.0, 0.2, 50, "diameter of gate and riser; shrunk to what fits")
     vent_mm: float | None = bounded(

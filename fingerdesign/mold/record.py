@@ -156,7 +156,7 @@ class LadderData(TypedDict):
 class HoleData(TypedDict):
     """A hole of the base plate, seen from its back: x to the right, z up."""
 
-    kind: Literal["gate", "riser", "vent", "lock", "screw"]
+    kind: Literal["gate", "riser", "vent", "lock", "screw", "wires"]
     x_mm: float
     z_mm: float
     diameter_mm: Annotated[Size, Field(description="inside, at the finger")]
@@ -165,7 +165,7 @@ class HoleData(TypedDict):
 
 @closed
 class BaseData(TypedDict):
-    """The base plate's half sizes, the finger's on it, and its holes."""
+    """Half sizes of the base plate, the finger's mount, and of the finger on it; its holes."""
 
     half_x_mm: Size
     half_z_mm: Size
@@ -426,7 +426,7 @@ def _fixture(plan: MoldPlan, side: SidePlan) -> dict[str, Any]:
         FixtureData,
         side,
         slots=len(side.slots),
-        narrowest_slot_mm=min((slot.width for slot in side.slots), default=None),
+        narrowest_slot_mm=min((min(slot.width, slot.length) for slot in side.slots), default=None),
         sheet_mm=side.sheet or None,
         held_over_mm=over,
         pushed=side.outer is not None,
@@ -435,8 +435,8 @@ def _fixture(plan: MoldPlan, side: SidePlan) -> dict[str, Any]:
 
 def _base(plan: MoldPlan) -> dict[str, Any]:
     return {
-        "half_x_mm": plan.reach_x,
-        "half_z_mm": plan.reach_z,
+        "half_x_mm": plan.mount_x,
+        "half_z_mm": plan.mount_z,
         "finger_half_x_mm": plan.half_width,
         "finger_half_z_mm": plan.half_depth,
         "holes": [values_of(HoleData, hole) for hole in plan.base_holes],

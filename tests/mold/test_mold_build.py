@@ -176,9 +176,15 @@ def test_a_comb_is_the_finger_s_end_and_its_slots_let_the_plates_through(usual):
 
 def test_the_base_plate_s_holes_and_keys_have_their_sizes(usual):
     plan, built = usual
-    volume = 4.0 * plan.reach_x * plan.reach_z * plan.base
+    volume = 4.0 * plan.mount_x * plan.mount_z * plan.base
     for hole in plan.base_holes:
         d, outer = hole.diameter, hole.outer_diameter
+        if hole.kind == "wires":  # a hole, a pocket, and a channel from the pocket's edge on
+            volume -= 0.25 * np.pi * (d**2 * (plan.base - hole.pocket) + outer**2 * hole.pocket)
+            t = np.arcsin(d / outer)
+            within = 0.25 * outer**2 * (t + 0.5 * np.sin(2.0 * t))  # of the channel, half the disc
+            volume -= hole.pocket * (d * (plan.mount_z - hole.z) - within)
+            continue
         volume -= np.pi * plan.base * (d**2 + d * outer + outer**2) / 12.0
     bolts = [bolt for bolt in plan.bolts if bolt.axis == "y"]
     volume -= sum(0.25 * np.pi * bolt.diameter**2 * plan.base for bolt in bolts)

@@ -48,7 +48,10 @@ def test_a_finger_that_allows_it_gets_the_fewest_parts_and_two_bolts(name, parts
     assert (plan.pour, plan.closed_for) == ("open", "")
     assert set(plan.walls) == FRAMES
     assert (parts_of(plan), len(plan.bolts)) == (parts, 2)
-    assert {hole.kind for hole in plan.base_holes} == {"lock"}
+    kinds = {"lock", "wires"} if plan.frames else {"lock"}
+    assert {hole.kind for hole in plan.base_holes} == kinds
+    footprint = plan.half_width * plan.half_depth
+    assert footprint < plan.mount_x * plan.mount_z <= 2.0 * footprint
     assert len(hardware(plan)) == 3  # of one kind each: bolts, nuts, washers
     closed = plan_mold(with_values(find_design(name), {"mold.pour": "closed"}))
     assert parts_of(closed) == parts + 2
@@ -90,6 +93,22 @@ def test_a_wall_is_left_below_the_inserts_pins_where_frames_end_short_of_the_bas
     for pin in plan.pins:
         left = pin.root[1] - pin.length - pin.clearance - plan.seam
         assert left >= limits_of(design.mold).wall_mm - 1e-9
+
+
+def test_lugs_of_both_frames_leave_the_mount_its_clearance_and_no_more(made):
+    design, plan, meshes, _ = made
+    gap = limits_of(design.mold).clearance_mm
+    assert len(plan.lugs) == 6
+    for axis, half in ((0, plan.mount_x), (2, plan.mount_z)):
+        low = max(lug.high[axis] for lug in plan.lugs if lug.high[axis] < -half)
+        high = min(lug.low[axis] for lug in plan.lugs if lug.low[axis] > half)
+        assert (-half - low, high - half) == pytest.approx((gap, gap))
+    part = {part.name: part for part in meshes.parts}
+    for name in FRAMES:  # as far below the base's face as lugs are high
+        assert part[name].vertices[:, 1].min() == pytest.approx(-2.0, abs=1e-6)
+    assert np.ptp(part[BASE].vertices, axis=0)[[0, 2]] == pytest.approx(
+        (2 * plan.mount_x, 2 * plan.mount_z)
+    )
 
 
 def test_what_is_too_large_for_an_open_mold_is_closed_or_refused():

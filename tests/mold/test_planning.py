@@ -212,12 +212,35 @@ def test_each_part_of_a_parted_base_has_a_vent_at_its_highest_place():
 def test_gate_and_riser_share_a_small_base_or_are_refused():
     plan = plan_mold(narrow())
     widths = {hole.kind: hole.diameter for hole in plan.base_holes}
-    assert set(widths) == {"gate", "riser", "vent", "lock"}
+    assert set(widths) == {"gate", "riser", "vent", "lock", "wires"}
     assert plan.top == pytest.approx(plan.crest + 6.0)
     assert 0.5 * widths["gate"] <= widths["riser"] <= widths["gate"] < 4.0
     core = {"width_mm": 17.5, "depth_mm": 7.5, "height_mm": 3.0}
     design = shipped("homogeneous", body__core=core, mold__process="fdm")
     assert "mold.gate_mm" in keys(mold_faults(design))
+
+
+@pytest.mark.parametrize("pour", ["open", "closed"])
+def test_all_leads_leave_through_the_base_at_the_front(pour):
+    plan = plan_mold(shipped("maeno2000", mold__pour=pour))
+    (hole,) = (hole for hole in plan.base_holes if hole.kind == "wires")
+    # Half of it is wire; it and its pocket lie below the finger, with a wall to its edge.
+    assert hole.diameter**2 == pytest.approx(2.0 * 15 * 0.3**2)
+    assert hole.x == 0.0
+    assert 3.0 < hole.z < plan.half_depth - 0.5 * hole.outer_diameter
+    assert plan.base - hole.pocket >= 1.0
+    for other in plan.base_holes:
+        if other is not hole:
+            apart = np.hypot(other.x - hole.x, other.z - hole.z)
+            assert apart - 0.5 * (hole.outer_diameter + other.outer_diameter) >= 1.0 - 1e-9
+    none = plan_mold(shipped("maeno2000", mold__pour=pour, mold__wire_mm=0.0))
+    assert "wires" not in {hole.kind for hole in none.base_holes}
+    thick = plan_mold(shipped("maeno2000", mold__pour=pour, mold__wire_mm=0.9))
+    holes = [hole for hole in thick.base_holes if hole.kind == "wires"]
+    assert len(holes) > 1
+    assert sum(hole.diameter**2 for hole in holes) >= 2.0 * 15 * 0.9**2 - 1e-9
+    faults = mold_faults(shipped("maeno2000", mold__pour=pour, mold__wire_mm=3.0))
+    assert "mold.wire_mm" in keys(faults)
 
 
 def test_a_backing_is_screwed_and_a_bone_is_pinned_unless_it_is_too_thin():

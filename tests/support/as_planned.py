@@ -1,8 +1,8 @@
 """What a mold's plan says, and whether it is in the parts as they are made: proofs of the planner
 and of the CAD, not of one mold.
 
-The least slot, web and room for leads of a plan against what process and comb hold; planned
-openings, pins, keys and plates in the triangles.
+The least slot and web of a plan against what process and comb hold; planned openings, pins, keys,
+lugs and plates in the triangles.
 """
 
 import numpy as np
@@ -51,8 +51,8 @@ def built_checks(assembly):
         ),
         Check.none(
             *("pins and keys", "", missing, "places"),
-            f"each of {len(standing)} planned pins and keys stands on its part",
-            f"{len(missing)} planned pins or keys are missing: first {{0}}",
+            f"each of {len(standing)} planned pins, keys and lugs stands on its part",
+            f"{len(missing)} planned pins, keys or lugs are missing: first {{0}}",
         ),
         _plates(assembly),
     ]
@@ -63,7 +63,15 @@ def _openings(assembly):
     plan, tight = assembly.plan, assembly.chord + TIGHT_MM
     down, combs = np.array([0.0, -1.0, 0.0]), tuple(s.comb for s in plan.sides if s.comb)
     for hole in plan.base_holes:
-        sizes = hole.diameter - 2.0 * tight, hole.outer_diameter - 2.0 * tight
+        outer = hole.diameter if hole.kind == "wires" else hole.outer_diameter
+        sizes = hole.diameter - 2.0 * tight, outer - 2.0 * tight
+        if hole.pocket:
+            back = np.array([hole.x, -plan.base, hole.z])
+            wide = hole.outer_diameter - 2.0 * tight
+            yield "a pocket", round_bar(back, -hole.pocket * down, wide, wide), (BASE,)
+            out = np.array([0.0, 0.0, plan.mount_z - hole.z])
+            back[1] += 0.5 * hole.pocket
+            yield "a channel", round_bar(back, out, 0.9 * hole.pocket, 0.9 * hole.pocket), (BASE,)
         bar = round_bar(np.array([hole.x, 0.0, hole.z]), plan.base * down, *sizes)
         yield f"the {hole.kind} at ({hole.x:.2f}, {hole.z:.2f})", bar, (BASE,)
     for held, slot, _ in plan.held():
@@ -94,12 +102,15 @@ def _openings(assembly):
 
 
 def _standing(assembly):
-    """Each pin and key that a part has."""
+    """Each pin, key and lug that a part has."""
     for number, pin in enumerate(assembly.plan.pins, 1):
         if not pin.dowel:
             yield f"pin {number}", pin_bar(pin, 0.0), (pin.on,)
     for key in assembly.plan.keys:
         yield f"the key into {key.into}", key_bar(key, 0.0), (BASE,)
+    for lug in assembly.plan.lugs:
+        low, high = np.array(lug.low), np.array(lug.high)
+        yield f"a lug of {lug.on}", Manifold.cube(high - low).translate(low), (lug.on,)
 
 
 def round_bar(foot, way, first, last):
@@ -161,7 +172,7 @@ ROOM_MM = 0.005  # beside a plate, or it cannot be pushed in
 
 
 def plan_checks(design, plan):
-    """The least slot, web, room of a plate and of its leads on every side that holds plates.
+    """The least slot, web and room of a plate on every side that holds plates.
 
     What else is planned (walls, holes, pins, clearances) is refused before where it is too small.
     """
@@ -173,13 +184,16 @@ def _side(design, plan, side, limits):
     least = least_slot(design, side.holding, limits)
     web = least_web(design, side.holding, limits)
     room = [slot.width - plan.thickness[slot.plate] for slot in side.slots]
-    leads = [_for_leads(slot) for slot in side.slots if slot.wire > 0.0]
-    wire = max((slot.wire for slot in side.slots), default=0.0)
     where, between = f"side {side.side}", webs(side.slots)[2]
     return [
-        _least("planned slots", where, [s.width for s in side.slots], least, f"slot of {where}"),
+        _least(
+            "planned slots",
+            where,
+            [min(s.width, s.length) for s in side.slots],
+            least,
+            f"slot of {where}",
+        ),
         _least("room of plates", where, room, ROOM_MM, f"room beside a plate, {where}"),
-        _least("leads pass", where, leads, wire, f"hole for a plate's leads, {where},"),
         _least("planned webs", where, between.tolist(), web, f"web of {where}"),
         *_outer(side, where, web),
     ]
@@ -192,14 +206,6 @@ def _outer(side, where, web):
     between = webs(side.outer.slots)[2].tolist()
     what = f"web of the outer comb of {where}"
     return [_least("planned outer webs", where, between, web, what)]
-
-
-def _for_leads(slot):
-    """Diameter that is free for leads beside a leg anywhere in its slot, mm: the leg's end may
-    stand in the hole's edge."""
-    centre = np.hypot(slot.relief_centre[0] - slot.place, slot.relief_centre[1] - slot.y)
-    reaches = 0.5 * slot.length - (centre - 0.5 * slot.relief)  # into the slot
-    return float(slot.relief - max(reaches, 0.0))
 
 
 def _least(name, where, sizes, bound, what):

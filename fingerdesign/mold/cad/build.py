@@ -210,7 +210,7 @@ def _parts(
         blank, filling = blanks[name]
         worked = _worked(blank, features, name)
         found.append(BuiltPart(name, worked, draw, order, made, filling))
-    base = box((-plan.reach_x, -plan.base, -plan.reach_z), (plan.reach_x, 0.0, plan.reach_z))
+    base = box((-plan.mount_x, -plan.base, -plan.mount_z), (plan.mount_x, 0.0, plan.mount_z))
     found.append(BuiltPart(BASE, _worked(base, features, BASE), None, STAYS, "process", base))
     corners = core_box(design, plan.scale)
     if corners is not None:

@@ -100,7 +100,6 @@ def _cell(design: Design, plan: MoldPlan) -> tuple[BuiltPart, ...]:
     held = [(side, slot) for side, slot, _ in plan.held() if slot.plate in numbers]
     wall = max(WALL_MM, 1.5 * limits.wall_mm)
     points = np.vstack([frame.corners() for frame in plates])
-    points = np.vstack([points, *([slot.relief_centre] for _, slot in held)])
     (left, low), (right, high) = points.min(axis=0) - AROUND_MM, points.max(axis=0) + AROUND_MM
     ends: tuple[Side, Side] = ("+z", "-z") if plates[0].along == "x" else ("+x", "-x")
     inside, beyond = plan.half(ends[0]), low - 1.0
@@ -116,7 +115,7 @@ def _cell(design: Design, plan: MoldPlan) -> tuple[BuiltPart, ...]:
             continue
         room = AROUND_MM + limits.clearance_mm
         cuts.append(slab(end, (left - room, beyond, inside), (right + room, high + room, groove)))
-        # Behind the comb, legs and wires are free.
+        # Behind the comb, legs are free.
         cuts.append(slab(end, (left, beyond, inside), (right, high, outside + 1.0)))
         corner = (right + AROUND_MM, high + AROUND_MM, inside + sheet)
         comb = slab(end, (left - AROUND_MM, low, inside), corner)

@@ -13,7 +13,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.cad.bodies import plate_solid
-from fingerdesign.cad.kernel import one_solid
+from fingerdesign.cad.kernel import box, one_solid
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.cad.parting import prism_of, slab
@@ -25,6 +25,7 @@ from fingerdesign.mold.plan.plan import (
     CorePin,
     Key,
     Leg,
+    Lug,
     MoldPlan,
     Pin,
     Side,
@@ -68,8 +69,7 @@ def _leg(frame: PlateFrame, leg: Leg) -> cq.Solid:
 
 
 def slot_tools(plan: MoldPlan, side: Side, slots: Sequence[Slot]) -> Iterator[cq.Solid]:
-    """What is cut for slots of a side: of each its rectangle, and the round relief for the
-    leads at its end, drawn outward from the mid-plane."""
+    """What is cut for slots of a side: rectangles, drawn outward from the mid-plane."""
     reach = plan.reach(side) + BEYOND_MM
     for slot in slots:
         along, upward = _axes(slot)
@@ -77,9 +77,6 @@ def slot_tools(plan: MoldPlan, side: Side, slots: Sequence[Slot]) -> Iterator[cq
         centre = in_space(side, slot.place, slot.y)
         corners = [centre - s - v, centre + s - v, centre + s + v, centre - s + v]
         yield prism_of(corners, reach * direction(side))
-        if slot.relief:
-            foot = in_space(side, *slot.relief_centre)
-            yield _cylinder(slot.relief, foot, direction(side), reach)
 
 
 def _axes(slot: Slot) -> tuple[Array, Array]:
@@ -149,12 +146,17 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
         else:
             found.added[pin.on].append(_pin(pin))
         found.take(_socket(pin), pin.into, *combs)
+    for lug in plan.lugs:
+        found.added[lug.on].append(_lug(lug, plan.seam + ROOT_MM))
     for key in plan.keys:
         found.added[BASE].append(_between(key, 0.0, -ROOT_MM, key.high[1], *_ends(key)))
         found.take(_groove(key), key.into, *combs)
     core = design.body.core
     for hole in plan.base_holes:
-        found.take(_base_hole(hole, plan.base), BASE)
+        for tool in (
+            _wire_way(hole, plan) if hole.kind == "wires" else [_base_hole(hole, plan.base)]
+        ):
+            found.take(tool, BASE)
         if hole.kind == "screw" and core is not None:
             found.take(_pilot(hole, core.height_mm), CORE)
     clearance = limits_of(design.mold).clearance_mm
@@ -175,10 +177,18 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
         if planned.framed and plan.seam > 0.0:
             low = (-plan.reach_x - BEYOND_MM, -BEYOND_MM, 0.0)
             high = (plan.reach_x + BEYOND_MM, plan.seam, plan.reach_z + BEYOND_MM)
-            found.take(slab(planned.side, low, high), planned.wall)
+            lugs = [_lug(lug, plan.seam) for lug in plan.lugs if lug.on == planned.wall]
+            short = slab(planned.side, low, high).cut(*lugs)
+            found.take(one_solid(short, planned.wall), planned.wall)
         for opening in window_tools(design, plan, planned):
             found.take(opening, planned.wall)
     return found
+
+
+def _lug(lug: Lug, root: float) -> cq.Solid:
+    """A lug, up to ``root`` above the base plate's face."""
+    x, y, z = lug.high
+    return box(lug.low, (x, y + root, z))
 
 
 def _pin(pin: Pin) -> cq.Solid:
@@ -255,6 +265,20 @@ def _base_hole(hole: BaseHole, base: float) -> cq.Solid:
     last = hole.diameter + (base + BEYOND_MM) * slope
     foot = np.array([hole.x, BEYOND_MM, hole.z])
     return _cone(foot, -_UP, first, last, base + 2.0 * BEYOND_MM)
+
+
+def _wire_way(hole: BaseHole, plan: MoldPlan) -> Iterator[cq.Solid]:
+    """The way of leads through the base plate: a hole, a pocket on the back, a channel from there
+    to the front edge."""
+    foot = np.array([hole.x, BEYOND_MM, hole.z])
+    yield _cylinder(hole.diameter, foot, -_UP, plan.base + 2.0 * BEYOND_MM)
+    if hole.pocket > 0.0:
+        floor, back = hole.pocket - plan.base, -plan.base - BEYOND_MM
+        foot = np.array([hole.x, back, hole.z])
+        yield _cylinder(hole.outer_diameter, foot, _UP, floor - back)
+        half = 0.5 * hole.diameter
+        far = (hole.x + half, floor, plan.mount_z + BEYOND_MM)
+        yield box((hole.x - half, back, hole.z), far)
 
 
 def _pilot(hole: BaseHole, height: float) -> cq.Solid:

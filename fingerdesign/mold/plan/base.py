@@ -1,4 +1,4 @@
-"""Holes through the base plate: vents, gate, riser, locks, and screws into a core; mm.
+"""Holes through the base plate: vents, gate, riser, locks, leads, and screws into a core; mm.
 
 The mold is cast with its base up and tilted by ``TILT_DEG`` so that the corner of the first vent
 is the highest: level plates and the core's face then let their bubbles go. All air gathers below
@@ -6,10 +6,11 @@ the base plate; each of its free regions gets a vent at its highest place, and o
 corner for the way back. The gate stands beside the plates where it can, so that no poured thread
 falls on one, and far from the first vent: where the tilted mold is lowest. Riser and locks are
 placed where there is most room; all are shrunk to it down to the least hole, and wider outside:
-cured, they hold the finger. An open mold is level, has no base plate while it is poured, and locks
-alone in it.
+cured, they hold the finger. An open mold is level, has no base plate while it is poured, and no
+vents, gate and riser in it. The gages' leads leave through it, at the front.
 """
 
+import math
 from dataclasses import dataclass
 from itertools import product
 
@@ -40,6 +41,9 @@ _OPENINGS: list[HoleKind] = ["gate", "riser", "lock", "lock", "lock", "lock", "l
 _SHARES = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3, 0.2)  # of the gate's diameter that are tried
 _LEAST_GATE_MM = 1.5  # of a gate beside the plates: the tip of a small syringe goes in
 _NEARLY = 0.8  # of the largest such gate: the farthest from the vent of all that are as wide
+_FILLED = 0.5  # of a hole for leads: what bundles take of it
+_POCKET = 2.0  # its diameter over that of the hole for leads: a knot stays in it
+_LEAST_POCKET_MM = 0.3
 # Clearance hole and pilot hole of a core's screws, mm (ISO 273, medium; drill for cut threads).
 _SCREWS = ((2.4, 1.6), (1.8, 1.25))
 
@@ -88,11 +92,13 @@ def base_holes_of(
     screws = _screws(design, plan.scale)
     holes: list[BaseHole] = []
     openings: list[BaseHole] | None = None
+    wires: list[BaseHole] | None = None
     for corners in (3, 1):  # on a small base the gate comes before further vents
         vents = _vents(base, vent, limits.hole_mm, corners)
-        holes = [*vents, *screws]
+        wires = _wires(design, plan, limits, base, [*vents, *screws])
+        holes = [*vents, *screws, *(wires or ())]
         openings = _openings(base, holes, mold.gate_mm, mold.lock_mm, limits.hole_mm)
-        if openings is not None:
+        if openings is not None and wires is not None:
             break
     lacking: list[tuple[str, float, str]] = []
     if sum(hole.kind == "vent" for hole in holes) < 2:
@@ -101,17 +107,57 @@ def base_holes_of(
         lacking.append(("mold.gate_mm", mold.gate_mm, "gate and riser"))
     of = {"limits": limits, "core": core is not None and core.bottom_mm == 0.0}
     faults = [refusal("no_hole", key, value, what=what, **of) for key, value, what in lacking]
+    if wires is None:
+        faults.append(
+            refusal("no_leads", "mold.wire_mm", mold.wire_mm, bundles=len(plan.frames), **of)
+        )
     return (*holes, *(openings or ())), faults
 
 
-def locks_of(design: Design, plan: MoldPlan, limits: Limits) -> tuple[BaseHole, ...]:
-    """The holes of an open mold's base plate: locks alone, as many as have room."""
-    base, holes = _base(design, plan, limits.wall_mm), list[BaseHole]()
+def open_holes_of(
+    design: Design, plan: MoldPlan, limits: Limits
+) -> tuple[tuple[BaseHole, ...], list[Fault]]:
+    """The holes of an open mold's base plate: for leads, and locks, as many as have room; and the
+    fault of leads that have none."""
+    base, wire = _base(design, plan, limits.wall_mm), design.mold.wire_mm
+    wires = _wires(design, plan, limits, base, [])
+    if wires is None:
+        of = {"limits": limits, "core": False, "bundles": len(plan.frames)}
+        return (), [refusal("no_leads", "mold.wire_mm", wire, **of)]
+    holes = wires
     for kind in _OPENINGS:
         if kind == "lock":
             hole = _largest(base, holes, kind, design.mold.lock_mm, limits.hole_mm)
             holes += [] if hole is None else [hole]
-    return tuple(holes)
+    return tuple(holes), []
+
+
+def _wires(
+    design: Design, plan: MoldPlan, limits: Limits, base: _Base, holes: list[BaseHole]
+) -> list[BaseHole] | None:
+    """Holes for all bundles of leads, as near to the front as they can be, in the middle of it:
+    one, or several smaller ones where that has no room. None: there is no room."""
+    bundles, wire = len(plan.frames), design.mold.wire_mm
+    if not bundles or wire <= 0.0:
+        return []
+    deep = plan.base - limits.wall_mm - _EDGE_MM
+    for count in range(1, min(bundles, 4) + 1):
+        each = math.ceil(bundles / count)
+        wide = max(limits.hole_mm, wire * (math.sqrt(each / _FILLED) if each > 1 else 1.2))
+        pocket = min(deep, wide) if deep >= _LEAST_POCKET_MM else 0.0
+        outer = _POCKET * wide if pocket else wide
+        found: list[BaseHole] = []
+        for _ in range(count):
+            fits = base.free([*holes, *found]) >= 0.5 * outer
+            if not fits.any():
+                break
+            x, z = base.places[fits][
+                np.lexsort((abs(base.places[fits, 0]), -base.places[fits, 1]))[0]
+            ]
+            found.append(BaseHole("wires", float(x), float(z), wide, outer, pocket))
+        if len(found) == count:
+            return found
+    return None
 
 
 def _openings(

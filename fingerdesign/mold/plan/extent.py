@@ -72,24 +72,23 @@ def exits_of(
     bars: Sequence[PlateFrame],
     sides: Sequence[Side],
     starts: Sequence[float],
-    reliefs: Sequence[PlateFrame] | None = None,
+    followed: bool = True,
 ) -> Exits:
     """How ``bars`` leave on their ``sides``; each lies inside the finger at its ``start``.
 
-    With ``reliefs``, bars beside them, what holds for both: of slots, whose exits that are not in a
-    flat face are not looked for; nearest and farthest are those of the body's extent.
+    Not ``followed``: exits that are not in a flat face are not looked for; nearest and farthest are
+    those of the body's extent.
     """
     if not bars:
         return Exits(*[np.zeros(0)] * 7)
-    groups = [_sections(each) for each in (bars, reliefs) if each is not None]
-    rays = np.concatenate(groups, axis=1) / scale
+    rays = _sections(bars) / scale
     level, way = (np.array([of(side) for side in sides])[:, None] for of in (across, direction))
     foot = rays[..., :1] * level + rays[..., 1:] * np.array([0.0, 1.0, 0.0])
     half = np.array([[half_extent(body, side)] for side in sides])
     face, surface = _margins(body, foot + half[..., None] * way, sides)
     out = np.tile(half, rays.shape[1])
     rest = np.flatnonzero(face < 0.0)
-    if reliefs is None and len(rest):
+    if followed and len(rest):
         first = np.minimum(np.array(starts)[rest, None] / scale, half[rest])
         out[rest] = _followed(body, foot[rest], way[rest], first, half[rest])
     place, height = np.abs(rays[..., 0]), rays[..., 1]

@@ -136,6 +136,9 @@ def obstacles(plan: MoldPlan, side: Side) -> Array:
         for pin in plan.core_pins
         if pin.side == side
     ]
+    if side == "+z":  # the leads' channels run out below that wall
+        wires = (hole for hole in plan.base_holes if hole.kind == "wires")
+        pins += [[h.x - 0.5 * h.diameter, h.x + 0.5 * h.diameter, -np.inf, 0.0] for h in wires]
     return np.concatenate([openings_of(plan.side(side)), np.array(pins).reshape(-1, 4)])
 
 
@@ -236,6 +239,7 @@ def fastened(body: Body, plan: MoldPlan, columns: Columns) -> MoldPlan:
     """The plan with every bolt, pin and key; what cannot be had is a fault of
     :func:`fastener_faults`."""
     plan = replace(plan, wall_x=columns.wall_x, wall_z=columns.wall_z, ear=columns.ear)
+    plan = replace(plan, mount_x=plan.reach_x, mount_z=plan.reach_z)
     height, level = z_bolt_height(plan, columns), pin_height(plan, columns)
     both = pin_height(plan, columns, small=False)
     middle = level if both is None else both

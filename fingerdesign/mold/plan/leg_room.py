@@ -32,12 +32,12 @@ from fingerdesign.mold.plan.plan import (
     Slot,
 )
 from fingerdesign.mold.plan.slots import (
-    as_bars,
+    as_bar,
     core_in_mold,
     leg_bar,
-    openings_corners,
     scale_of,
     sheet_thickness,
+    slot_corners,
     slot_of,
     turned_bar,
 )
@@ -256,14 +256,16 @@ class Fixture:
         return self._exits(legs, [self.bar(leg) for leg in legs])
 
     def slot_exits(self, legs: Sequence[Leg], holding: Holding) -> Exits:
-        """How the legs' slots leave the finger, with their reliefs."""
-        cut = zip(map(self.bar, legs), self._slots(legs, holding), strict=True)
-        both = [as_bars(bar, slot) for bar, slot in cut]
-        return self._exits(legs, [bar for bar, _ in both], [relief for _, relief in both])
+        """How the legs' slots leave the finger; those that leave through no flat face, as if at
+        the body's extent."""
+        bars = list(map(as_bar, map(self.bar, legs), self._slots(legs, holding)))
+        return self._exits(legs, bars, followed=False)
 
-    def _exits(self, legs: Sequence[Leg], *bars: Sequence[PlateFrame]) -> Exits:
+    def _exits(
+        self, legs: Sequence[Leg], bars: Sequence[PlateFrame], followed: bool = True
+    ) -> Exits:
         sides, starts = [leg.side for leg in legs], [leg.start for leg in legs]
-        return exits_of(self.design.body, self.scale, bars[0], sides, starts, *bars[1:])
+        return exits_of(self.design.body, self.scale, bars, sides, starts, followed)
 
     @cached_property
     def loose(self) -> tuple[Leg, ...]:
@@ -300,7 +302,7 @@ class Fixture:
     def _window(self, side: Side, slots: tuple[Slot, ...]) -> tuple[float, float, float]:
         """The opening behind a comb, around all of its slots; walls below it, and in side walls
         beside it, stay as thick as they must be."""
-        corners = openings_corners(slots).reshape(-1, 2)
+        corners = slot_corners(slots).reshape(-1, 2)
         (low, bottom), (high, _) = corners.min(axis=0), corners.max(axis=0)
         most = self.room.extent.corner - self.room.wall if side.endswith("x") else np.inf
         return (

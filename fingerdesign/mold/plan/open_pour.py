@@ -3,22 +3,24 @@
 Contact insert, two half frames that meet at z = 0, and the base plate, which is pressed on last:
 four parts, and where plates leave a comb in each frame's end and another on its outer face. It is
 filled from above, so that no gate, riser or vent is needed. Two bolts along z clamp the frames;
-four pins below the insert place both, two keys on the base plate place that. Numbers only, mm.
+four pins below the insert place both, lugs on the frames place the base plate, which is little
+larger than the finger's base: its mount. Numbers only, mm.
 """
 
+import math
 from dataclasses import replace
 
 from fingerdesign.design.body import Body
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
-from fingerdesign.mold.plan.base import locks_of
+from fingerdesign.mold.plan.base import open_holes_of
 from fingerdesign.mold.plan.fasteners import (
     CORNERS,
+    ENDS,
     FLANKS,
-    KEY_MM,
-    LEAST_KEY_MM,
     LEAST_PIN,
     SLENDER,
+    SPARE_MM,
     Columns,
     columns_of,
     insert_pin,
@@ -32,7 +34,8 @@ from fingerdesign.mold.plan.plan import (
     SIDES,
     Bolt,
     Extent,
-    Key,
+    Limits,
+    Lug,
     MoldPlan,
     Pin,
     Side,
@@ -46,7 +49,10 @@ _END_WALLS = 3.0  # of the process's least wall, behind the comb: it is drawn by
 # Between a comb and the outer one, which bends each plate's middle off its place, the less the
 # farther they are apart (outer.bow): 0.006 mm of it are less than a comb's own tolerance.
 _HELD_MM = 6.0
-_LONGEST_KEY_MM = 8.0
+_FOOTPRINT = 2.0  # the mount's area over the finger's, at most
+_LEDGES_MM = (0.5, 2.0)  # of the mount beside the finger: least and most
+_LUG_MM = 2.0  # height of a lug, at most
+_LUG_LONG_MM = 6.0  # at most
 AUTO_BOLTS = ("M3", "M2.5", "M2")
 
 
@@ -84,10 +90,12 @@ def open_plan(
     if mold.wall_mm is not None and mold.wall_mm < columns.wall_z - 1e-9:
         of = {"limits": limits, "least": columns.wall_z}
         return None, refusal("thin_frames", "mold.wall_mm", mold.wall_mm, **of)
+    holes, lacking = open_holes_of(design, plan, limits)
+    if lacking:
+        return None, lacking[0]
     wall_z = _wall(design, columns.wall_z, max(side.sheet for side in plan.sides))
-    plan = replace(plan, wall_x=columns.wall_x, wall_z=wall_z)
-    plan = replace(plan, base_holes=locks_of(design, plan, limits))
-    plan = _fastened(design.body, plan, columns)
+    plan = replace(plan, wall_x=columns.wall_x, wall_z=wall_z, base_holes=holes)
+    plan = _mounted(_fastened(design.body, plan, columns), limits)
     plan = held_twice(design, plan, limits, columns.x1 + 0.5 * columns.hole)
     proud = max((side.sheet for side in plan.sides if side.outer), default=0.0)
     bolts = tuple(replace(b, low=b.low - proud, high=b.high + proud) for b in plan.bolts)
@@ -128,13 +136,12 @@ def _wall(design: Design, least: float, sheets: float) -> float:
 
 
 def _columns(design: Design, plan: MoldPlan, columns: Columns) -> Columns:
-    """Columns of an open mold: bolts nearest to the finger, then pins and keys in one line."""
+    """Columns of an open mold: bolts nearest to the finger, then pins."""
     limits, gap = columns.limits, columns.gap
     sheets = max(side.sheet for side in plan.sides)
     x3 = columns.x2
     reach_x = x3 + max(columns.radius, columns.socket) + gap
-    # Keys as long as they are high, then the insert's pins, along each frame.
-    least = KEY_MM + limits.clearance_mm + gap + 2.0 * columns.socket + gap
+    least = 2.0 * (columns.socket + gap)  # the insert's pins, in each frame
     wall_z = max(sheets + _END_WALLS * limits.wall_mm, least - plan.half_depth)
     reach_z = plan.half_depth + _wall(design, wall_z, sheets)
     return replace(
@@ -149,44 +156,49 @@ def _columns(design: Design, plan: MoldPlan, columns: Columns) -> Columns:
 
 
 def _too_small(plan: MoldPlan, columns: Columns) -> str:
-    """What of pins and keys an open mold has no room for; "": nothing."""
-    low = min(LEAST_PIN * columns.big, LEAST_KEY_MM)
-    height = _key_height(plan, columns)
-    if height < LEAST_KEY_MM or plan.rim - columns.gap - columns.clearance < low:
-        return f"its walls, {plan.rim:.3g} mm high, hold no pins and keys"
-    least = columns.limits.feature_mm
-    drafts = [most_draft(columns.small, height, least)]
+    """Why an open mold has no room for pins; "": it has."""
+    if plan.rim - columns.gap - columns.clearance < LEAST_PIN * columns.big:
+        return f"its walls, {plan.rim:.3g} mm high, hold no pins"
     if not columns.limits.dowels:
         long = insert_pin_length(plan, columns, columns.small, plan.rim)
-        drafts.append(most_draft(columns.small, max(long, 1e-3), least))
-    if columns.draft_deg > min(drafts):
-        return f"mold.draft_deg above {min(drafts):.3g} leaves its pins and keys no tips"
+        most = most_draft(columns.small, max(long, 1e-3), columns.limits.feature_mm)
+        if columns.draft_deg > most:
+            return f"mold.draft_deg above {most:.3g} leaves its pins no tips"
     return ""
 
 
-def _key_height(plan: MoldPlan, columns: Columns) -> float:
-    return min(KEY_MM, 0.5 * plan.rim, plan.rim - columns.gap - columns.clearance)
-
-
 def _fastened(body: Body, plan: MoldPlan, columns: Columns) -> MoldPlan:
-    """The plan with its two bolts, four pins and two keys, of which one each is small."""
+    """The plan with its two bolts and four pins, of which one is small."""
     height = z_bolt_height(plan, columns, seam_of(columns.limits))
     height = z_bolt_height(plan, columns) if height is None else height
     assert height is not None
     reach, of = plan.reach_z, (columns.size, columns.hole)
     bolts = [Bolt("z", sign * columns.x1, height, -reach, reach, *of) for _, sign in FLANKS]
     pins: list[Pin] = []
-    keys: list[Key] = []
-    end = columns.deep - columns.socket - columns.gap - columns.clearance
-    start = max(columns.clearance, end - _LONGEST_KEY_MM)
     for (side, way), (_, sign) in CORNERS:
         small = way > 0.0 and sign > 0.0
         x, z = sign * columns.x3, way * columns.deep
         pins.append(insert_pin(body, plan, columns, (x, z), small, frame_name(side)))
-        if way == sign:  # one in each frame, across from each other
-            half = 0.5 * (columns.small if small else columns.big)
-            near, far = sorted((way * start, way * end))
-            low, high = (x - half, 0.0, near), (x + half, _key_height(plan, columns), far)
-            draft, clear = columns.draft_deg, columns.clearance
-            keys.append(Key(low, high, draft, clear, frame_name(side)))
-    return replace(plan, bolts=tuple(bolts), pins=tuple(pins), keys=tuple(keys))
+    return replace(plan, bolts=tuple(bolts), pins=tuple(pins))
+
+
+def _mounted(plan: MoldPlan, limits: Limits) -> MoldPlan:
+    """The plan with its mount, beyond finger and combs by a ledge that keeps it below twice the
+    finger's footprint, and with the lugs of each frame: two beside it, one at its end."""
+    sheets = max(side.sheet for side in plan.sides)
+    a, b = 2.0 * plan.half_width, 2.0 * (plan.half_depth + sheets)
+    # (a + 2 l) (b + 2 l) is the area
+    room = (a + b) ** 2 - 4.0 * (a * b - _FOOTPRINT * a * 2.0 * plan.half_depth)
+    ledge = min(max(0.25 * (math.sqrt(max(room, 0.0)) - a - b), _LEDGES_MM[0]), _LEDGES_MM[1])
+    x, z = 0.5 * a + ledge, 0.5 * b + ledge
+    thick, high = limits.wall_mm + SPARE_MM, min(_LUG_MM, 0.5 * plan.base)
+    near, long = limits.clearance_mm, max(min(_LUG_LONG_MM, x, 0.5 * z), limits.wall_mm)
+    lugs = []
+    for side, way in ENDS:
+        for _, sign in FLANKS:
+            left, right = sorted((sign * (x + near), sign * (x + near + thick)))
+            low, far = sorted((way * (z - long), way * z))
+            lugs.append(Lug((left, -high, low), (right, 0.0, far), frame_name(side)))
+        low, far = sorted((way * (z + near), way * (z + near + thick)))
+        lugs.append(Lug((-0.5 * long, -high, low), (0.5 * long, 0.0, far), frame_name(side)))
+    return replace(plan, mount_x=x, mount_z=z, lugs=tuple(lugs))

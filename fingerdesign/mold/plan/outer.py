@@ -27,8 +27,7 @@ from fingerdesign.mold.plan.plan import (
 from fingerdesign.mold.plan.slots import (
     least_web,
     moved,
-    openings_corners,
-    relief_diameter,
+    slot_corners,
     ways,
     webs,
 )
@@ -87,7 +86,7 @@ def _side(fixture: Fixture, plan: MoldPlan, side: SidePlan, reach: float) -> Sid
     for room in ROOMS_MM:
         outer = tuple(_wider(fixture, leg, slot, room) for leg, slot in pairs)
         if webs(outer)[2].min(initial=math.inf) >= web:
-            corners = openings_corners(outer).reshape(-1, 2)
+            corners = slot_corners(outer).reshape(-1, 2)
             (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)
             bolts = [(abs(b.first), b.second, 0.5 * b.diameter + room) for b in plan.bolts]
             half = max(-left, right, reach, *(x + edge for x, _, edge in bolts))
@@ -114,7 +113,5 @@ def push_of(slots: Sequence[Slot]) -> tuple[float, float] | None:
 
 def _wider(fixture: Fixture, leg: Leg, slot: Slot, room: float) -> Slot:
     """The outer slot: where the slide ends, its faces behind the leg touch that."""
-    wide = slot.width + room
-    relief = relief_diameter(fixture.design, "comb", fixture.limits, leg.side, wide)
-    larger = replace(slot, width=wide, length=slot.length + room, relief=relief, above=True)
+    larger = replace(slot, width=slot.width + room, length=slot.length + room)
     return moved(larger, fixture.bar(leg), 1.0)

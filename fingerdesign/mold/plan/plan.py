@@ -7,11 +7,11 @@ Lengths in mm. Cast with the base up: gravity points along +y.
 Parts of an open mold: the contact insert above the contact surface (drawn along +y), two half
 frames that meet at z = 0 (drawn along +-z), where plates leave the finger through a flat face a
 comb in the end of each and another on its outer face, and the base plate below y = 0, which is
-pressed on last and stays on the finger. A closed one has two end walls (drawn along +-z) and two
-side walls between them (drawn along +-x) instead of the frames, and openings in its base plate.
+pressed on last and stays on the finger as its mount. A closed one has two end walls (drawn along
++-z) and two side walls between them (drawn along +-x) instead of the frames, and openings in its
+base plate.
 """
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -132,8 +132,6 @@ SIDES: tuple[Side, ...] = ("+z", "-z", "+x", "-x")
 WORDS: Mapping[Side, str] = {"+z": "front", "-z": "back", "+x": "right", "-x": "left"}
 Holding = Literal["wall", "comb", "slots"]
 Pour = Literal["open", "closed"]
-LEAD_SIDES: tuple[Side, ...] = ("+z", "+x")  # where the gages' leads leave the finger
-JOINED_MM = 0.02  # a relief's circle crosses the slot's sides so far before its end
 
 
 def wall_name(side: Side) -> str:
@@ -204,10 +202,7 @@ class Slot:
     """The opening in a comb or wall for one leg, a rectangle drawn through it along the side.
 
     Centre (``place``, ``y``): place is x for sides +-z, z for sides +-x. ``length`` along the
-    direction ``angle_deg`` (as of a plate's frame), ``width`` across it. ``wire``: diameter of the
-    bundle of the plate's leads that passes here (0: none), through a round hole of diameter
-    ``relief`` joined to the slot's end away from the contact surface. above: the relief is at the
-    other end.
+    direction ``angle_deg`` (as of a plate's frame), ``width`` across it.
     """
 
     plate: int
@@ -217,20 +212,6 @@ class Slot:
     angle_deg: float
     length: float
     width: float
-    wire: float
-    relief: float = 0.0
-    above: bool = False
-
-    @property
-    def relief_centre(self) -> tuple[float, float]:
-        """Centre (place, y) of the relief: down along the slot; along it where it lies level. It
-        lies so far beyond the slot's end that it takes all of that end."""
-        angle = math.radians(self.angle_deg)
-        way = -1.0 if (math.sin(angle) > 1e-9) != self.above else 1.0
-        half = 0.5 * min(self.width, self.relief)
-        joined = math.sqrt(0.25 * self.relief**2 - half**2) - JOINED_MM
-        out = way * (0.5 * self.length + joined)
-        return self.place + out * math.cos(angle), self.y + out * math.sin(angle)
 
 
 @dataclass(frozen=True)
@@ -355,20 +336,33 @@ class Key:
     into: str
 
 
-HoleKind = Literal["gate", "riser", "vent", "lock", "screw"]
+@dataclass(frozen=True)
+class Lug:
+    """A box from ``low`` to ``high`` (three coordinates each) that stands off the half frame ``on``
+    beyond y = 0, beside the base plate, which it places."""
+
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    on: str
+
+
+HoleKind = Literal["gate", "riser", "vent", "lock", "screw", "wires"]
 
 
 @dataclass(frozen=True)
 class BaseHole:
     """A hole through the base plate at (x, z). kind: "gate" (silicone is poured in), "riser",
     "vent", "lock" (silicone or primer holds the finger; wider outside, an undercut), "screw" (to
-    the core). ``diameter`` at y = 0, ``outer_diameter`` at the plate's back."""
+    the core), "wires" (the gages' leads). ``diameter`` at y = 0, ``outer_diameter`` at the plate's
+    back; of "wires" that of a pocket there, ``pocket`` deep, in which the leads are knotted and
+    potted, with a channel out to the plate's front edge."""
 
     kind: HoleKind
     x: float
     z: float
     diameter: float
     outer_diameter: float
+    pocket: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -418,6 +412,7 @@ class MoldPlan(Extent):
     pour          "open": two half frames, filled from above; "closed": four walls, gate and vents
     closed_for    why it is not an open one, where that was looked into; else ""
     seam          by how much half frames end short of the base plate, which lies on the combs
+    mount_x, mount_z   half sizes of the base plate, which stays on the finger as its mount
     """
 
     scale: float
@@ -435,6 +430,9 @@ class MoldPlan(Extent):
     bolts: tuple[Bolt, ...] = ()
     pins: tuple[Pin, ...] = ()
     keys: tuple[Key, ...] = ()
+    lugs: tuple[Lug, ...] = ()
+    mount_x: float = 0.0
+    mount_z: float = 0.0
     pour: Pour = "closed"
     closed_for: str = ""
     seam: float = 0.0
@@ -446,7 +444,7 @@ class MoldPlan(Extent):
 
     @property
     def reach_x(self) -> float:
-        """|x| of the block's faces: insert, end walls and base plate."""
+        """|x| of the block's faces: insert and end walls."""
         return self.half_width + self.wall_x + self.ear
 
     @property

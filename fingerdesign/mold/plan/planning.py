@@ -310,11 +310,9 @@ def _wider(
         found.append(f"move the rows apart by {key}")
     mold = design.mold
     finer = "set mold.plate_fixture = 'comb', whose slots are cut finer"
-    elsewhere = "set mold.wire_mm = 0 and lead the wires out elsewhere"
     changes: tuple[tuple[bool, str, object, str], ...] = (
         ("comb" not in (holding, mold.plate_fixture), "plate_fixture", "comb", finer),
         (mold.leg_mm is not None, "leg_mm", None, "remove mold.leg_mm"),
-        (mold.wire_mm > 0.0, "wire_mm", 0.0, elsewhere),
     )
     for possible, name, value, words in changes:
         if possible and in_time() and holds(_with_mold(design, **{name: value}), thorough=True):

@@ -14,8 +14,6 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.gaps import flat_corners
 from fingerdesign.mold.plan.plan import (
-    JOINED_MM,
-    LEAD_SIDES,
     Holding,
     Leg,
     Limits,
@@ -106,9 +104,7 @@ def leg_bar(frame: PlateFrame, leg: Leg) -> PlateFrame:
     return replace(bar, low=low, high=high)
 
 
-_THREADED_MM = 0.05  # leads are threaded through a hole wider by this at least
 _LEAST_PLAY_MM = 0.005  # with less a plate cannot be pushed in
-_WIDER = 1.1  # a relief is wider than its slot
 
 
 def least_web(design: Design, holding: Holding, limits: Limits) -> float:
@@ -126,58 +122,32 @@ def sheet_thickness(design: Design, holding: Holding) -> float:
     return design.mold.comb.sheet_mm if holding == "comb" else 0.0
 
 
-def relief_diameter(
-    design: Design, holding: Holding, limits: Limits, side: Side, width: float
-) -> float:
-    """Diameter of the hole for a plate's leads beside its slot of a ``width``, mm; 0: none here.
-
-    The leg's end stands in the hole's edge, as deep as the slot's corners reach into it: beside it
-    the leads still pass.
-    """
-    wire = design.mold.wire_mm
-    if wire <= 0.0 or side not in LEAD_SIDES:
-        return 0.0
-    clear = wire + JOINED_MM
-    # r + sqrt(r^2 - (width / 2)^2) = clear; of a wide slot the rounded end does alone
-    beside = _WIDER * width
-    if clear > 0.5 * width:
-        beside = max((clear**2 + 0.25 * width**2) / clear, beside)
-    if holding == "comb":
-        return max(wire + max(design.mold.comb.clearance_mm, _THREADED_MM), beside)
-    needed = wire + max(limits.clearance_mm, _THREADED_MM)
-    # The rounded end of a slot, not a hole by itself: what makes slots makes it.
-    return max(needed, limits.slot_mm, beside)
-
-
 def slot_of(design: Design, holding: Holding, limits: Limits, bar: PlateFrame, leg: Leg) -> Slot:
-    """The slot of a leg whose section ``bar`` just holds; the leads' hole lies on the side away
-    from the contact surface. A wall's slot is far wider than the leg, which stands in it against
-    the face and the end toward the contact surface; a comb's has the leg in its middle."""
+    """The slot of a leg whose section ``bar`` just holds. A wall's slot is far wider than the leg,
+    which stands in it against the face and the end toward the contact surface; a comb's has the leg
+    in its middle."""
     play = design.mold.comb.clearance_mm if holding == "comb" else 2.0 * limits.clearance_mm
     play = max(play, _LEAST_PLAY_MM)
-    width = max(bar.thickness + play, least_slot(design, holding, limits))
-    relief = relief_diameter(design, holding, limits, leg.side, width)
+    least = least_slot(design, holding, limits)
     slot = Slot(
         plate=leg.plate,
         side=leg.side,
         place=float(bar.place),
         y=float(bar.y),
         angle_deg=bar.angle_deg,
-        length=bar.length + play,
-        width=width,
-        wire=design.mold.wire_mm if relief else 0.0,
-        relief=relief,
+        length=max(bar.length + play, least),
+        width=max(bar.thickness + play, least),
     )
     return moved(slot, bar, -1.0) if holding == "slots" else slot
 
 
 def ways(slots: Sequence[Slot]) -> tuple[Array, Array]:
     """Unit vectors (n, 2) that legs are pushed along: across each slot toward the contact surface,
-    and along it, away from the hole for the leads."""
+    and along it, too; toward -x or -z where it lies level."""
     angle = np.radians([slot.angle_deg for slot in slots])
     along = np.column_stack([np.cos(angle), np.sin(angle)])
     across = np.column_stack([-along[:, 1], along[:, 0]])
-    along[np.sin(angle) <= 1e-9] *= -1.0  # as of ``Slot.relief_centre``
+    along[np.sin(angle) <= 1e-9] *= -1.0
     across[across[:, 1] < -1e-9] *= -1.0
     return across, along
 
@@ -192,30 +162,15 @@ def moved(slot: Slot, bar: PlateFrame, sign: float) -> Slot:
     return replace(slot, place=float(place), y=float(y))
 
 
-def as_bars(bar: PlateFrame, slot: Slot) -> tuple[PlateFrame, PlateFrame]:
-    """A leg's bar in section, widened to its slot; and the square around the slot's relief, the
-    slot itself where it has none."""
-    whole = replace(bar, place=slot.place, y=slot.y, length=slot.length, thickness=slot.width)
-    if not slot.relief:
-        return whole, whole
-    place, y = slot.relief_centre
-    return whole, replace(bar, place=place, y=y, length=slot.relief, thickness=slot.relief)
+def as_bar(bar: PlateFrame, slot: Slot) -> PlateFrame:
+    """A leg's bar in section, widened to its slot."""
+    return replace(bar, place=slot.place, y=slot.y, length=slot.length, thickness=slot.width)
 
 
 def slot_corners(slots: Sequence[Slot]) -> Array:
-    """Corners (n, 4, 2) of slots in their side's plane (place, y), anticlockwise; no reliefs."""
+    """Corners (n, 4, 2) of slots in their side's plane (place, y), anticlockwise."""
     sizes = ((s.plate, s.place, s.y, s.angle_deg, s.length, s.width, 0.0, 1.0) for s in slots)
     return flat_corners(tuple(PlateFrame(*each) for each in sizes))
-
-
-def openings_corners(slots: Sequence[Slot]) -> Array:
-    """Corners (m, 4, 2) of slots and of the squares around their reliefs."""
-    squares = (
-        PlateFrame(slot.plate, *slot.relief_centre, 0.0, slot.relief, slot.relief, 0.0, 1.0)
-        for slot in slots
-        if slot.relief
-    )
-    return np.concatenate([slot_corners(slots), flat_corners(tuple(squares))])
 
 
 def openings_of(planned: SidePlan) -> Array:
@@ -223,7 +178,7 @@ def openings_of(planned: SidePlan) -> Array:
     open to the wall's top: infinite."""
     if planned.window is not None:
         return np.array([[*planned.window, np.inf]])
-    corners = openings_corners(planned.slots)
+    corners = slot_corners(planned.slots)
     return np.hstack([corners.min(axis=1), corners.max(axis=1)])[:, [0, 2, 1, 3]]
 
 
@@ -234,30 +189,23 @@ def clear(places: Array, room: float, low: Array, high: Array) -> BoolArray:
 
 
 def webs(slots: Sequence[Slot]) -> tuple[IntArray, IntArray, Array]:
-    """Every pair of slots (first, second) of one side, and the distance between them with their
-    reliefs, mm; 0: they overlap."""
+    """Every pair of slots (first, second) of one side, and the distance between them, mm; 0: they
+    overlap."""
     pairs = np.triu_indices(len(slots), 1)
     if not len(pairs[0]):
         return *pairs, np.zeros(0)
     corners = slot_corners(slots)
     middle, half = corners.mean(axis=1), 0.5 * np.array([[s.length, s.width] for s in slots])
     axes = (corners[:, [1, 3]] - corners[:, [0]]) / (2.0 * half[..., None])
-    centre, radius = np.array([s.relief_centre for s in slots]), np.array([s.relief for s in slots])
-    radius = 0.5 * radius[:, None]
-    points = np.concatenate([corners, centre[:, None]], axis=1)
-    within = np.hstack([np.zeros((len(slots), 4)), radius])
 
     def beside(one: IntArray, other: IntArray) -> tuple[Array, BoolArray]:
-        """How far the others' corners and reliefs are from the rectangles of ``one``, and whether
-        an edge of ``one`` parts the two rectangles."""
-        local = (points[other] - middle[one][:, None]) @ axes[one].transpose(0, 2, 1)
+        """How far the others' corners are from the rectangles of ``one``, and whether an edge of
+        ``one`` parts the two rectangles."""
+        local = (corners[other] - middle[one][:, None]) @ axes[one].transpose(0, 2, 1)
         out = np.linalg.norm(np.maximum(np.abs(local) - half[one][:, None], 0.0), axis=2)
-        low, high = local[:, :4].min(axis=1), local[:, :4].max(axis=1)
+        low, high = local.min(axis=1), local.max(axis=1)
         parted = ((low > half[one]) | (high < -half[one])).any(axis=1)
-        return (out - within[other]).min(axis=1), parted
+        return out.min(axis=1), parted
 
     (first, parted), (second, parted_too) = beside(*pairs), beside(*pairs[::-1])
-    rounds = np.linalg.norm(centre[pairs[0]] - centre[pairs[1]], axis=1)
-    rounds -= radius[pairs[0]][:, 0] + radius[pairs[1]][:, 0]
-    least = np.minimum(np.minimum(first, second), rounds)
-    return *pairs, np.where(parted | parted_too, np.maximum(least, 0.0), 0.0)
+    return *pairs, np.where(parted | parted_too, np.minimum(first, second), 0.0)

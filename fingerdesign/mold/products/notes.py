@@ -84,8 +84,7 @@ def _flash(plan: MoldPlan) -> float:
     whole = 0.0
     for side, slot, width in plan.held():
         metal = width * plan.thickness[slot.plate]
-        hole = 0.25 * np.pi * (slot.relief**2 - slot.wire**2) if slot.relief else 0.0
-        free = max(0.0, slot.length * slot.width - metal) + hole
+        free = max(0.0, slot.length * slot.width - metal)
         whole += free * (side.sheet or plan.wall(side.side))
     return float(whole)
 

@@ -90,7 +90,7 @@ HOLES = (
 def plan_of(design):
     """The plan that the parts below are made by."""
     legs = tuple(Leg(0, side, 3.0, 0.0, 5.0, 5.0, 13.0, True) for side in ("+z", "-z"))
-    slots = {s: (Slot(0, s, 0.0, 8.0, 0.0, 3.2, 0.4, 0.0),) for s in ("+z", "-z")}
+    slots = {s: (Slot(0, s, 0.0, 8.0, 0.0, 3.2, 0.4),) for s in ("+z", "-z")}
     sides = tuple(
         SidePlan(side, "slots" if side in slots else "wall", 0.0, None, slots.get(side, ()))
         for side in ("+z", "-z", "+x", "-x")

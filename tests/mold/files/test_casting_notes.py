@@ -68,12 +68,10 @@ def test_a_silicone_is_bought_by_its_modulus(hand_made):
 
 ORDERS = [
     ("comb", "Clean, cure, test", "Wash", "Bake", "wet-sand", "barrier coat", "Inhibition test"),
-    # The front's holder, where the wires leave, comes after the plates stand in the back.
     ("comb", CLOSE, "push plates 0-2 into", "comb front", "Set the contact insert on"),
     ("slots", CLOSE, "push plates 0-2 into", "end wall front", "push each leg from outside"),
     ("comb", OPEN, "contact insert", "end wall front (", "comb front (", "side wall right ("),
-    # Wires are freed and clay picked out before walls are drawn.
-    ("slots", OPEN, "no connector yet", "Pick the clay", "Draw, each straight outward"),
+    ("slots", OPEN, "Pick the clay", "Draw, each straight outward"),
 ]
 
 

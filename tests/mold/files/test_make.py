@@ -109,7 +109,8 @@ def test_the_folder_holds_everything_its_record_fits_its_schema_and_its_page_sho
     assert page.count('class="badge"') == 8
     # The plan of the base plate: x to the right.
     holes = data["base"]["holes"]
-    assert [hole["kind"] for hole in holes] == [*["vent"] * 4, "gate", "riser", *["lock"] * 6]
+    kinds = [hole["kind"] for hole in holes]
+    assert kinds == [*["vent"] * 4, "wires", "gate", "riser", *["lock"] * 6]
     drawn = ElementTree.fromstring(page[page.index("<svg") : page.index("</svg>") + len("</svg>")])
     circles = [float(each.get("cx")) for each in drawn.iter("circle")]
     assert [circle > 320 for circle in circles] == [hole["x_mm"] > 0 for hole in holes]
