@@ -115,8 +115,7 @@ def test_an_accepted_mesh_is_true_to_the_design(case):
     assert report.worst_plate_volume_error < (round_hole if "perforated" in case else 1e-9)
     outer = set(report.surface_distance_mm) & {"base", "contact", "end", "side", "symmetry"}
     assert max(report.surface_distance_mm[name] for name in outer) < 1e-9
-    # A half circle runs into its sides without an edge: their common border is the mesh's.
-    assert report.worst_face_area_error < (1e-3 if case == "half circle" else 1e-5)
+    assert report.worst_face_area_error < 1e-5
     plates = set(range(design.plates.number + 1)) if design.plates.model == "solid" else {0}
     core = {design.core_region} if design.body.core is not None else set()
     assert set(np.unique(mesh.regions)) == plates | core
@@ -124,6 +123,24 @@ def test_an_accepted_mesh_is_true_to_the_design(case):
     assert mesh.symmetric == CASES[case][1]
     assert ("symmetry" in mesh.facets) == mesh.symmetric
     assert mesh.notes["straightened_contact_nodes"] == 0
+
+
+@pytest.mark.slow
+def test_what_lies_on_the_contact_is_asked_of_snapped_nodes():
+    """A half circle runs into its sides without an edge: micrometres inside, the arc is often
+    nearer to a node of the side; half of all meshes were refused for it."""
+    design, good = made("half circle")
+    (way,), zone = plate_ways(design, True), Zone(3.0)
+    sizes = MeshSizes.of(design, zone).scaled(4.0)  # nothing is refined
+    _, outside = tetwild.finger_triangles(design, tetwild.chord_mm(design.body), True, way.meshed)
+    points = good.points[: good.corners.max() + 1].copy()
+    points[(np.abs(points[:, 0]) > 5.99) & (np.abs(points[:, 1] - 5.0) < 0.01), 1] = 4.9
+    points[:, 0] *= 1.0 - 1e-3  # 6 micrometres at the side
+    field = tetwild.size_field(design, way.sized, sizes, zone)
+    mesh = tetwild.finish(design, way, points, good.corners, outside, True, field, 10**6)
+    contact = mesh.points[np.unique(mesh.facets["contact"])]
+    assert contact[:, 1].min() >= 5.0 - 1e-9
+    assert not Gate().faults(assess(mesh, design))
 
 
 def test_facets_point_outward_with_mid_nodes_between_corners_and_edges_as_requested(unplated):

@@ -213,7 +213,10 @@ def test_plans_of_shipped_designs_can_be_cut(name, pour):
 
 
 def test_a_slot_without_clearance_lets_its_plate_in_all_the_same():
-    for how in ({"comb": {"clearance_mm": 0.0}}, SLOTS | {"limits": {"clearance_mm": 0.0, "slot_mm": 0.3}}):
+    for how in (
+        {"comb": {"clearance_mm": 0.0}},
+        SLOTS | {"limits": {"clearance_mm": 0.0, "slot_mm": 0.3}},
+    ):
         fixture = fixture_of(with_mold(few(), **how))
         assert fixture_faults(fixture) == []
         for leg, slot in zip(fixture.on("-z"), fixture.slots("-z"), strict=True):

@@ -96,17 +96,18 @@ def boundary_facets(
     for region, numbers in carriers.of_part.items():
         own = ~outside & (regions[cell] == region)
         carrier[own], misfit[own] = _nearest(points, corners[own], carriers, numbers)
-    names = _names(points, corners, carrier, carriers)
+    names = boundary_names(points, corners, carrier, carriers)
     return BoundaryFacets(corners, carrier, outside, cell, names, misfit)
 
 
-def _names(
+def boundary_names(
     points: Array, corners: IntArray, carrier: IntArray, carriers: Carriers
 ) -> NDArray[np.str_]:
     """The boundary's name of each facet (f,).
 
     On a carrier of several boundaries, which join without an edge, the contact's facets are those
-    with all corners on it, the others their middle's.
+    with all corners on it, the others their middle's: there points must lie on their faces, for
+    micrometres inside the nearer one is chance.
     """
     names = np.array([face.name for face in carriers.faces])[carrier]
     for number, face in enumerate(carriers.faces):

@@ -1,6 +1,7 @@
 """From fTetWild's tetrahedra to a finger's mesh: inside, tagged, snapped, quadratic, named."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from fingerdesign.mesh.sizing import SizeField
 from fingerdesign.mesh.tetra.boundary import (
     BoundaryFacets,
     boundary_facets,
+    boundary_names,
     enclosed,
     regions_by_centroid,
 )
@@ -166,6 +168,8 @@ def finish(
         raise MeshError(
             f"snapping to the CAD faces inverted {int((volumes <= 0).sum())} tetrahedra"
         )
+    names = boundary_names(points, found.corners, found.carrier, carriers)
+    found = replace(found, name=names)
     return _quadratic(design, way, points, tets, regions, carriers, found, slots, symmetric)
 
 
