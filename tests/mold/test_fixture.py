@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
+from fingerdesign_bench.any_finger.designs import random_design
 
+from fingerdesign.design.schema import Design
+from fingerdesign.design.step import resolved
+from fingerdesign.layout.frames import surface_height
 from fingerdesign.mold.plan.legs import fixture_of
-from fingerdesign.mold.plan.plan import SIDES, Slot
+from fingerdesign.mold.plan.plan import SIDES, Slot, in_space
 from fingerdesign.mold.plan.planning import fixture_faults, plan_mold, with_walls
 from fingerdesign.mold.plan.slots import frames_in_mold, slot_corners, webs
 from tests.support.as_planned import plan_checks
@@ -221,3 +225,28 @@ def test_a_slot_without_clearance_lets_its_plate_in_all_the_same():
         assert fixture_faults(fixture) == []
         for leg, slot in zip(fixture.on("-z"), fixture.slots("-z"), strict=True):
             assert min(slot.length - leg.width, slot.width - 0.1) >= 0.005 - 1e-9
+
+
+def test_no_wall_ends_in_a_feather_edge_below_a_slot_near_the_crest():
+    """A level plate's slot leaves a dome at 25 degrees."""
+    design = Design.model_validate(resolved(random_design(77))[0])
+    plan = plan_mold(design)
+    slots = [slot for side in plan.sides for slot in side.slots]
+    assert any(slot.mouth for slot in slots)
+    for slot in slots:
+        ends = slot.lower
+        if slot.mouth is None:
+            continue
+        out, low = slot.mouth
+
+        def left(out, slot=slot, ends=ends):
+            """Thickness of the wall below both ends of the slot's lowest side."""
+            x, _, z = np.transpose([in_space(slot.side, place, 0.0, out) for place, _ in ends])
+            return ends[:, 1] - plan.scale * surface_height(design.body, x, z)
+
+        assert left(out).min() >= 0.4 - 0.01  # a feature of 'sla'
+        assert left(0.97 * out).min() < 0.4
+        assert (ends[:, 1] - left(out)).min() == pytest.approx(low, abs=1e-2)  # all of it is cut
+    assert {
+        slot.mouth for side in plan_mold(shipped("maeno2000")).sides for slot in side.slots
+    } == {None}

@@ -69,7 +69,8 @@ def _leg(frame: PlateFrame, leg: Leg) -> cq.Solid:
 
 
 def slot_tools(plan: MoldPlan, side: Side, slots: Sequence[Slot]) -> Iterator[cq.Solid]:
-    """What is cut for slots of a side: rectangles, drawn outward from the mid-plane."""
+    """What is cut for slots of a side: rectangles, drawn outward from the mid-plane, and their
+    mouths."""
     reach = plan.reach(side) + BEYOND_MM
     for slot in slots:
         along, upward = _axes(slot)
@@ -77,6 +78,11 @@ def slot_tools(plan: MoldPlan, side: Side, slots: Sequence[Slot]) -> Iterator[cq
         centre = in_space(side, slot.place, slot.y)
         corners = [centre - s - v, centre + s - v, centre + s + v, centre - s + v]
         yield prism_of(corners, reach * direction(side))
+        if slot.mouth:
+            out, low = slot.mouth
+            (left, start), (right, end) = slot.lower
+            edge = [(left, start), (right, end), (right, low), (left, low)]
+            yield prism_of([in_space(side, *corner) for corner in edge], out * direction(side))
 
 
 def _axes(slot: Slot) -> tuple[Array, Array]:

@@ -129,8 +129,8 @@ def seen_from(side: Side, points: Array) -> tuple[Array, Array]:
 
 
 def from_slot(slot: Slot, points: Array) -> Array:
-    """How far points (n, 3) on a slot's side lie beyond it, mm; negative: within. NaN for points of
-    the other half of the mold."""
+    """How far points (n, 3) on a slot's side lie beyond it and its mouth, mm; negative: within. NaN
+    for points of the other half of the mold."""
     place, out = seen_from(slot.side, points)
     angle = np.radians(slot.angle_deg)
     dx, dy = place - slot.place, points[:, 1] - slot.y
@@ -138,6 +138,9 @@ def from_slot(slot: Slot, points: Array) -> Array:
     over = np.abs(dy * np.cos(angle) - dx * np.sin(angle)) - 0.5 * slot.width
     beyond = np.hypot(np.maximum(along, 0.0), np.maximum(over, 0.0))
     beyond = beyond + np.minimum(np.maximum(along, over), 0.0)
+    if slot.mouth:
+        below = [along, slot.mouth[1] - points[:, 1], out - slot.mouth[0], dy]
+        beyond = np.minimum(beyond, np.max(below, axis=0))
     return np.asarray(np.where(out > 0.0, beyond, np.nan))
 
 

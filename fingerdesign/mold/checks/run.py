@@ -33,6 +33,7 @@ from fingerdesign.mold.checks.assembly import (
 )
 from fingerdesign.mold.checks.venting import vent_check
 from fingerdesign.mold.part import BASE, CORE, OUTER, RUBBER, Check, MoldMeshes, PartMesh, axis_name
+from fingerdesign.mold.plan.leg_room import EDGE_DEG
 from fingerdesign.mold.plan.plan import MoldPlan, SidePlan, direction
 from fingerdesign.mold.products.drawing import flat_patterns
 
@@ -250,7 +251,7 @@ def _sliding(part: PartMesh, obstacles: list[Obstacle], chord: float) -> float:
 # walls.
 
 WALL_POINTS = 2500  # and as many centroids: on 2500 mm^2 two in a square millimetre
-OPPOSITE = np.cos(np.radians(30.0))
+OPPOSITE = np.cos(np.radians(EDGE_DEG))
 _START_MM = 1e-6  # off the surface that the ray starts from
 _NEAR_SLOT_MM = 0.05
 _NEAR_PIN_MM = 0.02

@@ -135,12 +135,13 @@ def open_holes_of(
 def _wires(
     design: Design, plan: MoldPlan, limits: Limits, base: _Base, holes: list[BaseHole]
 ) -> list[BaseHole] | None:
-    """Holes for all bundles of leads, as near to the front as they can be, in the middle of it:
-    one, or several smaller ones where that has no room. None: there is no room."""
+    """Holes for all bundles of leads, as near to the front as they can be, in the middle of it
+    unless an end wall's bolt is there: one, or several smaller ones where that has no room. None:
+    there is no room."""
     bundles, wire = len(plan.frames), design.mold.wire_mm
     if not bundles or wire <= 0.0:
         return []
-    deep = plan.base - limits.wall_mm - _EDGE_MM
+    deep, aside = plan.base - limits.wall_mm - _EDGE_MM, 1.0 if plan.plug("x") is None else -1.0
     for count in range(1, min(bundles, 4) + 1):
         each = math.ceil(bundles / count)
         wide = max(limits.hole_mm, wire * (math.sqrt(each / _FILLED) if each > 1 else 1.2))
@@ -151,10 +152,9 @@ def _wires(
             fits = base.free([*holes, *found]) >= 0.5 * outer
             if not fits.any():
                 break
-            x, z = base.places[fits][
-                np.lexsort((abs(base.places[fits, 0]), -base.places[fits, 1]))[0]
-            ]
-            found.append(BaseHole("wires", float(x), float(z), wide, outer, pocket))
+            x, z = base.places[fits].T
+            best = np.lexsort((aside * np.abs(x), -z))[0]
+            found.append(BaseHole("wires", float(x[best]), float(z[best]), wide, outer, pocket))
         if len(found) == count:
             return found
     return None

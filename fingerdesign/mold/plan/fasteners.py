@@ -136,9 +136,6 @@ def obstacles(plan: MoldPlan, side: Side) -> Array:
         for pin in plan.core_pins
         if pin.side == side
     ]
-    if side == "+z":  # the leads' channels run out below that wall
-        wires = (hole for hole in plan.base_holes if hole.kind == "wires")
-        pins += [[h.x - 0.5 * h.diameter, h.x + 0.5 * h.diameter, -np.inf, 0.0] for h in wires]
     return np.concatenate([openings_of(plan.side(side)), np.array(pins).reshape(-1, 4)])
 
 
@@ -187,6 +184,10 @@ def bolt_place(plan: MoldPlan, columns: Columns, side: Side, away: float) -> flo
     held = obstacles(plan, side)
     if away - room > plan.tip(side):
         held = held[np.isfinite(held[:, 3])]
+    if side == "+z":  # the leads' channels run out below that wall
+        wires = [hole for hole in plan.base_holes if hole.kind == "wires"]
+        ways = np.array([[h.x - 0.5 * h.diameter, h.x + 0.5 * h.diameter, 0.0, 0.0] for h in wires])
+        held = np.concatenate([held, ways.reshape(-1, 4)])
     return _free_place(min(_reaches(plan, side)) - room, room, held)
 
 

@@ -16,10 +16,10 @@ from manifold3d import Manifold
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.frames import PlateFrame, surface_height
 from fingerdesign.layout.gaps import FAR_MM, boxes_apart, core_gaps, solids_of
 from fingerdesign.layout.zone import candidate_zone
-from fingerdesign.mold.plan.extent import Exits, exits_of, extent_of
+from fingerdesign.mold.plan.extent import Exits, exits_of, extent_of, half_extent
 from fingerdesign.mold.plan.plan import (
     SIDES,
     Extent,
@@ -30,6 +30,7 @@ from fingerdesign.mold.plan.plan import (
     Side,
     SidePlan,
     Slot,
+    in_space,
 )
 from fingerdesign.mold.plan.slots import (
     as_bar,
@@ -163,6 +164,8 @@ class Room:
 
 
 _FEATHERLESS = 0.8  # cosine of 37 degrees
+EDGE_DEG = 30.0  # the sharpest edge of a wall
+_SAMPLES = 2001  # along a side, where a wall's edge is looked for
 _WINDOW_MM = 0.5  # beside and below the slots: room for leads, and to see
 
 
@@ -293,9 +296,33 @@ class Fixture:
         each = zip(self.loose, self.exits.nearest, self.room.above(self.openings), strict=True)
         return [(leg, float(nearest)) for leg, nearest, above in each if above]
 
+    def _mouthed(self, slot: Slot) -> Slot:
+        """The slot with a mouth, where below it the wall would begin in too sharp an edge: it
+        leaves a contact surface that is nearly level."""
+        half, web = half_extent(self.design.body, slot.side), self.limits.feature_mm
+        lean = math.radians(slot.angle_deg)
+        if min(abs(math.sin(lean)), abs(math.cos(lean))) > math.sin(math.radians(EDGE_DEG)):
+            return slot  # no side of it is as level as that
+        outs = np.linspace(0.0, half, _SAMPLES)
+        points = [
+            [in_space(slot.side, at / self.scale, 0.0, o) for o in outs] for at, _ in slot.lower
+        ]
+        x, _, z = np.moveaxis(np.array(points), 2, 0)
+        with np.errstate(invalid="ignore"):
+            top = self.scale * surface_height(self.design.body, x, z)  # (2, outs); NaN: beyond it
+        thick = slot.lower[:, 1:] - np.where(np.isnan(top), -np.inf, top)
+        begins, stands = (int((thick > least).argmax(axis=1).max()) for least in (0.0, web))
+        run = self.scale * (outs[stands] - outs[begins])
+        if not np.isfinite(top[:, stands]).all() or run <= web / math.tan(math.radians(EDGE_DEG)):
+            return slot
+        return replace(slot, mouth=(self.scale * float(outs[stands]), float(top[:, stands].min())))
+
     def side(self, side: Side) -> SidePlan:
         """How one side is closed and holds its plates."""
         holding, slots = self.holding(side), self.slots(side)
+        if holding == "slots" and self.design.body.step is None:
+            high = {leg.plate for leg, _ in self.high if leg.side == side}
+            slots = tuple(self._mouthed(s) if s.plate in high else s for s in slots)
         window = self._window(side, slots) if holding == "comb" else None
         return SidePlan(side, holding, sheet_thickness(self.design, holding), window, slots)
 

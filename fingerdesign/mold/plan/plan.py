@@ -12,6 +12,7 @@ pressed on last and stays on the finger as its mount. A closed one has two end w
 base plate.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -202,7 +203,9 @@ class Slot:
     """The opening in a comb or wall for one leg, a rectangle drawn through it along the side.
 
     Centre (``place``, ``y``): place is x for sides +-z, z for sides +-x. ``length`` along the
-    direction ``angle_deg`` (as of a plate's frame), ``width`` across it.
+    direction ``angle_deg`` (as of a plate's frame), ``width`` across it. mouth: (out, y), how far
+    from the mid-plane and down to what height all below the slot is cut, where the wall would end
+    there in an edge too sharp to be made.
     """
 
     plate: int
@@ -212,6 +215,19 @@ class Slot:
     angle_deg: float
     length: float
     width: float
+    mouth: tuple[float, float] | None = None
+
+    @property
+    def lower(self) -> Array:
+        """The two ends (2, 2) of its lowest side, which is its long or its short one: places and
+        heights, from low to high places."""
+        angle = math.radians(self.angle_deg)
+        sine, cosine = math.sin(angle), math.cos(angle)
+        along, across = np.array([cosine, sine]), np.array([-sine, cosine])
+        long, short = 0.5 * self.length * along, 0.5 * self.width * across
+        level, down = (long, short) if abs(cosine) > abs(sine) else (short, long)
+        level, down = level * np.copysign(1.0, level[0]), down * np.copysign(1.0, -down[1])
+        return np.asarray(np.array([self.place, self.y]) + down + np.array([-level, level]))
 
 
 @dataclass(frozen=True)
