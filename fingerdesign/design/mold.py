@@ -98,7 +98,7 @@ class Mold(Table):
     )
     insert_mm: float = bounded(6.0, 0.5, 100, "contact insert above the crest")
     base_mm: float = bounded(4.0, 0.5, 50, "base plate's thickness")
-    draft_deg: float = bounded(2.0, 0, 45, "of pins, keys and the insert's plug; not of faces")
+    draft_deg: float = bounded(2.0, 0, 45, "of pins and the insert's plug; not of faces")
     bolt: BoltName = Field(
         default="auto",
         description="auto (M3, or what the walls' height holds) | M2 | M2.5 | M3 | M4",

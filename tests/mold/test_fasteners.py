@@ -1,4 +1,4 @@
-"""Bolts, pins, keys and core pins: walls between all of them, in every kind of body."""
+"""Bolts, pins and core pins: walls between all of them, in every kind of body."""
 
 from functools import cache
 from itertools import combinations, product
@@ -68,13 +68,13 @@ OTHERS = [*product(("narrow", "boned", "wide"), ("fdm", "machined")), ("wide", "
 
 
 @pytest.mark.parametrize("which", [*NAMES, *SEEDS, *OTHERS])
-def test_walls_stand_between_all_holes_and_to_every_face_and_pins_pass_over_keys(which):
+def test_walls_stand_between_all_holes_and_to_every_face(which):
     plan, limits = planned(which)
     for one, other in combinations(bars(plan), 2):
         assert apart(one, other) >= limits.wall_mm - 1e-6, (one[0], other[0])
     assert all(pin.dowel == (limits.name == "machined") for pin in plan.pins)
     assert all(pin.diameter >= limits.pin_mm for pin in plan.pins)
-    assert all(fit.clearance >= limits.clearance_mm for fit in (*plan.pins, *plan.keys))
+    assert all(fit.clearance >= limits.clearance_mm for fit in plan.pins)
     assert all(hole.diameter >= limits.hole_mm for hole in (*plan.bolts, *plan.core_pins))
     assert min(plan.wall_x, plan.wall_z, plan.top - plan.crest, plan.base) >= limits.wall_mm - 1e-9
     sheets = max(side.sheet for side in plan.sides if side.side.endswith("x"))
@@ -90,10 +90,6 @@ def test_walls_stand_between_all_holes_and_to_every_face_and_pins_pass_over_keys
         assert max(beside_x, beside_z) >= room, name  # the finger's footprint
         if across[1]:
             assert room <= start[1] <= plan.top - room, name
-    height = max(key.high[1] for key in plan.keys)
-    assert height >= 0.3
-    for pin in plan.pins:  # those of the side walls pass over the keys
-        assert pin.on == INSERT or pin.root[1] - 0.5 * pin.diameter > height + 0.1
 
 
 @pytest.mark.parametrize("name", ["narrow", "pin", "both_ways"])
@@ -111,18 +107,8 @@ def test_walls_and_insert_fit_one_way_only(name):
         assert here != turned
 
 
-def test_keys_run_along_the_draw_and_pins_stand_on_what_is_taken_off_first_or_last():
+def test_pins_stand_on_what_is_taken_off_first_or_last():
     plan, _ = planned("narrow")
-    assert len(plan.keys) == 4
-    for key in plan.keys:
-        low, high = np.array(key.low), np.array(key.high)
-        assert low[1] == 0.0
-        assert np.all(high > low)
-        assert high[1] + key.clearance <= plan.rim - 1.0
-        assert min(abs(low[2]), abs(high[2])) >= plan.corner
-        assert key.draft_deg == 2.0
-        beside = min(abs(low[0]), abs(high[0])) > plan.half_width + plan.wall_x - 1e-9
-        assert beside or plan.ear == 0
     upright = [pin for pin in plan.pins if pin.on == INSERT]
     assert {pin.direction for pin in upright} == {(0.0, -1.0, 0.0)}
     assert all(pin.root[1] == pytest.approx(plan.rim) for pin in upright)

@@ -174,7 +174,7 @@ def test_a_comb_is_the_finger_s_end_and_its_slots_let_the_plates_through(usual):
         assert holds(wall.solid, (0.5 * (low + high), bottom + height, middle)) is held
 
 
-def test_the_base_plate_s_holes_and_keys_have_their_sizes(usual):
+def test_the_base_plate_s_holes_have_their_sizes(usual):
     plan, built = usual
     volume = 4.0 * plan.mount_x * plan.mount_z * plan.base
     for hole in plan.base_holes:
@@ -188,17 +188,12 @@ def test_the_base_plate_s_holes_and_keys_have_their_sizes(usual):
         volume -= np.pi * plan.base * (d**2 + d * outer + outer**2) / 12.0
     bolts = [bolt for bolt in plan.bolts if bolt.axis == "y"]
     volume -= sum(0.25 * np.pi * bolt.diameter**2 * plan.base for bolt in bolts)
-    for key in plan.keys:
-        wide, high, long = np.array(key.high) - key.low
-        assert key.into.startswith("end")  # it is drawn along z
-        volume += (wide - high * np.tan(np.radians(key.draft_deg))) * high * long
-    assert plan.keys
     assert volume_of(solid(built, BASE)) == pytest.approx(volume, rel=1e-9)
 
 
 @pytest.mark.parametrize("process", ["sla", "machined"])
 def test_a_built_mold_passes_every_check(process, written):
-    """Pins, keys, bolts and holes as planned, in triangles that keep the chord."""
+    """Pins, bolts and holes as planned, in triangles that keep the chord."""
     design, plan, meshes, _ = written
     if process == "machined":
         design = design_of(process=process)
@@ -240,7 +235,7 @@ def test_a_backing_gets_pilot_holes_and_a_bone_holes_for_its_pins():
 def test_beyond_a_plug_the_walls_reach_the_block_s_top(shape, axis):
     design = design_of(DOME, "span_mm = 4.0") if shape == "dome" else round_design()
     sides = tuple(SidePlan(side, "wall", 0.0, None, ()) for side in SIDES)
-    bare = {"bolts": (), "keys": (), "pins": (), "sides": sides}
+    bare = {"bolts": (), "pins": (), "sides": sides}
     plan, built = built_of(design, plugs=(Plug(axis, 2.5, 3.5),), **bare)
     assert abs(unfilled(built)) < 1e-7
     insert, side = solid(built, INSERT), f"+{axis}"

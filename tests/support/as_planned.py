@@ -1,8 +1,8 @@
 """What a mold's plan says, and whether it is in the parts as they are made: proofs of the planner
 and of the CAD, not of one mold.
 
-The least slot and web of a plan against what process and comb hold; planned openings, pins, keys,
-lugs and plates in the triangles.
+The least slot and web of a plan against what process and comb hold; planned openings, pins, lugs
+and plates in the triangles.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from manifold3d import Manifold
 from fingerdesign.layout.volume import plate_volume
 from fingerdesign.mold.checks.assembly import assemble
 from fingerdesign.mold.part import BASE, CORE, Check
-from fingerdesign.mold.plan.plan import direction, in_space, limits_of, side_drawn
+from fingerdesign.mold.plan.plan import direction, in_space, limits_of
 from fingerdesign.mold.plan.slots import least_slot, least_web, webs
 
 ROUND = 64  # sides of a bar that is tried in a round hole
@@ -26,7 +26,7 @@ def as_planned(design, plan, meshes):
 
 
 def built_checks(assembly):
-    """What is planned is there: every opening is free, pins and keys stand, plates are whole.
+    """What is planned is there: every opening is free, pins and lugs stand, plates are whole.
 
     A hole that was filled leaves every part sound and the block filled; only the plan knows of it.
     """
@@ -50,9 +50,9 @@ def built_checks(assembly):
             f"{len(blocked)} planned openings are blocked: first {{0}}",
         ),
         Check.none(
-            *("pins and keys", "", missing, "places"),
-            f"each of {len(standing)} planned pins, keys and lugs stands on its part",
-            f"{len(missing)} planned pins, keys or lugs are missing: first {{0}}",
+            *("pins and lugs", "", missing, "places"),
+            f"each of {len(standing)} planned pins and lugs stands on its part",
+            f"{len(missing)} planned pins or lugs are missing: first {{0}}",
         ),
         _plates(assembly),
     ]
@@ -91,8 +91,6 @@ def _openings(assembly):
     for number, pin in enumerate(plan.pins, 1):
         room = pin_bar(pin, pin.clearance - tight)
         yield f"pin {number} of {pin.on}", room, (pin.into, *combs)
-    for key in plan.keys:
-        yield f"key of {BASE}", key_bar(key, key.clearance - tight), (key.into, *combs)
     for core_pin in plan.core_pins:
         side, size = core_pin.side, core_pin.diameter
         foot = in_space(side, core_pin.place, core_pin.y, core_pin.tip)
@@ -102,12 +100,10 @@ def _openings(assembly):
 
 
 def _standing(assembly):
-    """Each pin, key and lug that a part has."""
+    """Each pin and lug that a part has."""
     for number, pin in enumerate(assembly.plan.pins, 1):
         if not pin.dowel:
             yield f"pin {number}", pin_bar(pin, 0.0), (pin.on,)
-    for key in assembly.plan.keys:
-        yield f"the key into {key.into}", key_bar(key, 0.0), (BASE,)
     for lug in assembly.plan.lugs:
         low, high = np.array(lug.low), np.array(lug.high)
         yield f"a lug of {lug.on}", Manifold.cube(high - low).translate(low), (lug.on,)
@@ -141,18 +137,6 @@ def pin_bar(pin, more):
     first, last = pin.diameter + 2.0 * more, pin.tip_diameter + 2.0 * more
     long = (0.5 * pin.length if pin.dowel else pin.length) + more
     return round_bar(np.array(pin.root), long * np.array(pin.direction), first, last)
-
-
-def key_bar(key, more):
-    """A key, ``more`` larger all round but below and along its wall's draw."""
-    low, high = np.array(key.low), np.array(key.high)
-    across = 0 if side_drawn(key.into).endswith("z") else 2
-    low[across], high[across], high[1] = low[across] - more, high[across] + more, high[1] + more
-    lean = np.tan(np.radians(key.draft_deg)) * (high[1] - low[1])
-    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
-    upper, outer = corners[:, 1] == high[1], corners[:, across] == high[across]
-    corners[upper, across] += np.where(outer[upper], -lean, lean)
-    return Manifold.hull_points(corners)
 
 
 def _plates(assembly):

@@ -1,7 +1,7 @@
 """Features of mold parts as solids: what is added to a blank, and what is cut out of it.
 
-Pins and keys are added to one part and, larger by their clearance, cut out of the other; bolts,
-slots, windows and the base's holes are cut. Importing this module loads the CAD kernel.
+Pins are added to one part and, larger by their clearance, cut out of the other; lugs are added;
+bolts, slots, windows and the base's holes are cut. Importing this module loads the CAD kernel.
 """
 
 from collections import defaultdict
@@ -23,7 +23,6 @@ from fingerdesign.mold.plan.outer import ROOMS_MM
 from fingerdesign.mold.plan.plan import (
     BaseHole,
     CorePin,
-    Key,
     Leg,
     Lug,
     MoldPlan,
@@ -35,11 +34,10 @@ from fingerdesign.mold.plan.plan import (
     direction,
     in_space,
     limits_of,
-    side_drawn,
 )
 
 BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
-ROOT_MM = 0.2  # how deep a pin or key reaches into what it stands on
+ROOT_MM = 0.2  # how deep a pin or lug reaches into what it stands on
 PILOT = 0.72  # of a clearance hole: the core hole of the same screw's thread
 STEEP = 0.5  # fall of a wall's top, mm per mm, from which its edge at a window is cut level
 _UP = np.array([0.0, 1.0, 0.0])
@@ -137,7 +135,7 @@ class Features:
 
 
 def features_of(design: Design, plan: MoldPlan) -> Features:
-    """Every feature of a plan: pins, keys, bolts, the base's holes, slots, windows, core holes."""
+    """Every feature of a plan: pins, lugs, bolts, the base's holes, slots, windows, core holes."""
     found = Features()
     walls, combs = plan.walls, [side.comb for side in plan.sides if side.comb]
     for bolt in plan.bolts:
@@ -154,9 +152,6 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
         found.take(_socket(pin), pin.into, *combs)
     for lug in plan.lugs:
         found.added[lug.on].append(_lug(lug, plan.seam + ROOT_MM))
-    for key in plan.keys:
-        found.added[BASE].append(_between(key, 0.0, -ROOT_MM, key.high[1], *_ends(key)))
-        found.take(_groove(key), key.into, *combs)
     core = design.body.core
     for hole in plan.base_holes:
         for tool in (
@@ -230,36 +225,6 @@ def _cone(foot: Array, way: Array, first: float, last: float, length: float) -> 
 
 def _cylinder(diameter: float, foot: Array, way: Array, length: float) -> cq.Solid:
     return cq.Solid.makeCylinder(0.5 * diameter, length, cq.Vector(*foot), cq.Vector(*way))
-
-
-def _groove(key: Key) -> cq.Solid:
-    """The key's rib with the clearance, and open inward, so that the wall can slide off along its
-    draw."""
-    end = _ends(key)[1] + key.clearance
-    return _between(key, key.clearance, -BEYOND_MM, key.high[1] + key.clearance, 0.0, end)
-
-
-def _ends(key: Key) -> list[float]:
-    """Distances outward at which a key begins and ends."""
-    return sorted(float(np.array(c) @ direction(side_drawn(key.into))) for c in (key.low, key.high))
-
-
-def _between(
-    key: Key, more: float, bottom: float, top: float, start: float, end: float
-) -> cq.Solid:
-    """The key's section, ``more`` wider all round, drawn from ``start`` to ``end`` outward."""
-    side = side_drawn(key.into)
-    lean = np.tan(np.radians(key.draft_deg))
-    wider = more * float(np.hypot(1.0, lean))  # across the leaning side
-    left, right = (float(np.array(c) @ across(side)) for c in (key.low, key.high))
-    left, right = left - wider, right + wider
-    corners = [
-        in_space(side, left + lean * bottom, bottom, start),
-        in_space(side, right - lean * bottom, bottom, start),
-        in_space(side, right - lean * top, top, start),
-        in_space(side, left + lean * top, top, start),
-    ]
-    return prism_of(corners, (end - start) * direction(side))
 
 
 def _base_hole(hole: BaseHole, base: float) -> cq.Solid:

@@ -290,7 +290,7 @@ def thicknesses(solid: Manifold, points: Array, normals: Array) -> Array:
 def _of_part(
     assembly: Assembly, part: PartMesh, side: SidePlan | None, points: Array, normals: Array
 ) -> list[Check]:
-    """Walls, webs and sheets at points that lie on no pin or key; then these."""
+    """Walls, webs and sheets at points that lie on no pin; then these."""
     thick = thicknesses(assembly.solids[part.name], points, normals)
     limits, pins = assembly.limits, _on_pins(assembly.plan, part.name, points)
     if side is None:
@@ -320,8 +320,7 @@ def _of_part(
 
 
 def _on_pins(plan: MoldPlan, name: str, points: Array) -> BoolArray:
-    """Points on the planned pins and keys that stand on a part: their tips may be as thin as a
-    feature."""
+    """Points on the planned pins that stand on a part: their tips may be as thin as a feature."""
     found = np.zeros(len(points), dtype=bool)
     for pin in plan.pins:
         if pin.on != name or pin.dowel:
@@ -331,10 +330,6 @@ def _on_pins(plan: MoldPlan, name: str, points: Array) -> BoolArray:
         radius = np.linalg.norm(away - along[:, None] * np.array(pin.direction), axis=1)
         near = (along > _START_MM) & (along < pin.length + _NEAR_PIN_MM)
         found |= near & (radius < 0.5 * pin.diameter + _NEAR_PIN_MM)
-    for key in plan.keys if name == BASE else ():
-        low, high = np.array(key.low), np.array(key.high)
-        within = (points > low - _NEAR_PIN_MM) & (points < high + _NEAR_PIN_MM)
-        found |= within.all(axis=1) & (points[:, 1] > _START_MM)
     return found
 
 

@@ -1,12 +1,11 @@
-"""Bolts, pins and keys: what clamps the mold's parts and brings them to their places; mm.
+"""Bolts and pins: what clamps the mold's parts and brings them to their places; mm.
 
 z-bolts clamp end wall, side walls and end wall; where the side walls are too low for one (or a
 window is in its way), y-bolts clamp them between insert and base plate. y-bolts go through insert,
 end walls and base plate. Tapered pins along z stand on the side walls' ends, others below the
-insert; where a pin along z does not fit, the insert's pins locate the side walls, too. Keys on the
-base plate run along the end walls' draw; the side walls have none, for its groove would open into
-the finger. One pin and one side's keys differ in size: parts fit one way only. Places are found by
-trying: the nearest to the middle that leaves the process's wall.
+insert; where a pin along z does not fit, the insert's pins locate the side walls, too. One pin of
+each kind differs in size: parts fit one way only. The base plate's place counts little: its bolts
+give it. Places are found by trying: the nearest to the middle that leaves the process's wall.
 """
 
 import math
@@ -22,7 +21,7 @@ from fingerdesign.errors import Fault
 from fingerdesign.mold.part import INSERT
 from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.leg_room import seam_of
-from fingerdesign.mold.plan.plan import Bolt, Key, Limits, MoldPlan, Pin, Side, refusal, wall_name
+from fingerdesign.mold.plan.plan import Bolt, Limits, MoldPlan, Pin, Side, refusal, wall_name
 from fingerdesign.mold.plan.slots import clear, openings_of
 
 # Clearance holes of the medium series (ISO 273), mm; M2.5 in the table of the same series.
@@ -38,7 +37,7 @@ class Columns:
     """Places and sizes of fasteners beside the finger, mm.
 
     Going out along x: the z-bolts (x1), then the tapered pins along z and the y-bolts (x2), then
-    the insert's pins and the base's keys (x3). Going out along z from the corner: the pins along z,
+    the insert's pins (x3). Going out along z from the corner: the pins along z,
     then the y-bolts and the insert's pins.
 
     size         of the bolts; gap: wall that is left everywhere; hole: of a bolt, its diameter
@@ -210,10 +209,8 @@ def _reaches(plan: MoldPlan, side: Side) -> tuple[float, float]:
     return np.inf if plug is None else plug, wall
 
 
-# Every bolt, pin and key at its place.
+# Every bolt and pin at its place.
 
-KEY_MM = 2.0  # most height of a key
-_PASSING_MM = 0.2  # between a key and a pin that passes over it
 LEAST_PIN = 0.4  # of its diameter: a shorter pin guides nothing
 CORNERS = tuple(product(ENDS, FLANKS))
 _ONE = ("+z", "+x")  # the corner whose pin is small
@@ -237,8 +234,7 @@ def _pin(
 
 
 def fastened(body: Body, plan: MoldPlan, columns: Columns) -> MoldPlan:
-    """The plan with every bolt, pin and key; what cannot be had is a fault of
-    :func:`fastener_faults`."""
+    """The plan with every bolt and pin; what it cannot have is told by :func:`fastener_faults`."""
     plan = replace(plan, wall_x=columns.wall_x, wall_z=columns.wall_z, ear=columns.ear)
     plan = replace(plan, mount_x=plan.reach_x, mount_z=plan.reach_z)
     height, level = z_bolt_height(plan, columns), pin_height(plan, columns)
@@ -259,8 +255,7 @@ def fastened(body: Body, plan: MoldPlan, columns: Columns) -> MoldPlan:
     bolts += [Bolt("y", x, z, -plan.base, plan.top, *of) for x, z in upright]
     for side, x, z, small in insert_pins(plan, columns, level is None):
         pins.append(insert_pin(body, plan, columns, (x, z), small, wall_name(side)))
-    keys = _keys(plan, columns)
-    return replace(plan, bolts=tuple(bolts), pins=tuple(pins), keys=tuple(keys))
+    return replace(plan, bolts=tuple(bolts), pins=tuple(pins))
 
 
 def insert_bolts(plan: MoldPlan, columns: Columns, low: bool) -> list[tuple[Side, float, float]]:
@@ -336,35 +331,6 @@ def insert_pin_length(plan: MoldPlan, columns: Columns, diameter: float, seam: f
     return min(SLENDER * diameter, most)
 
 
-def key_height(plan: MoldPlan, columns: Columns) -> float:
-    """Height of the keys: half the wall's at most, with a wall left above the groove, and below the
-    pins along z, which pass over them when the side walls are drawn."""
-    rim = plan.rim
-    most = min(KEY_MM, 0.5 * rim, rim - columns.gap - columns.clearance)
-    both, level = pin_height(plan, columns, small=False), pin_height(plan, columns)
-    if both is not None:
-        return min(most, both - 0.5 * columns.big - _PASSING_MM)
-    return most if level is None else min(most, level - 0.5 * columns.small - _PASSING_MM)
-
-
-def _keys(plan: MoldPlan, columns: Columns) -> list[Key]:
-    """Ribs beside the side walls, from the end walls' inner faces to the insert's pins' sockets."""
-    found = []
-    height = key_height(plan, columns)
-    start = plan.corner + 0.5 * columns.clearance
-    end = columns.deep - columns.socket - columns.gap - columns.clearance
-    for (side, way), (_, sign) in CORNERS:
-        half = 0.5 * (columns.small if way > 0 else columns.big)
-        near, far = sorted((way * start, way * end))
-        low = (sign * columns.x3 - half, 0.0, near)
-        high = (sign * columns.x3 + half, height, far)
-        found.append(Key(low, high, columns.draft_deg, columns.clearance, wall_name(side)))
-    return found
-
-
-LEAST_KEY_MM = 0.3
-
-
 def limit_faults(mold: Mold, limits: Limits, reach: float) -> list[Fault]:
     """Limits that contradict each other, and plates of the mold below the process's wall; pins
     reach as far as ``reach`` into their sockets."""
@@ -406,12 +372,11 @@ def _least_pin(mold: Mold, limits: Limits, reach: float) -> float:
     if slope <= 0.0:  # no diameter helps: the draft itself is refused
         return least
     rest = max(reach - SLENDER * limits.pin_mm, 0.0)
-    key = limits.feature_mm + lean * KEY_MM
-    return max(least, key, (limits.feature_mm + lean * rest) / slope)
+    return max(least, (limits.feature_mm + lean * rest) / slope)
 
 
 def fastener_faults(mold: Mold, plan: MoldPlan, columns: Columns) -> list[Fault]:
-    """What of bolts, pins and keys does not fit the walls of a mold."""
+    """What of bolts and pins does not fit the walls of a mold."""
     faults, of = [], {"limits": columns.limits, "columns": columns}
     if mold.wall_mm is not None and mold.wall_mm < columns.wall_z - 1e-9:
         faults.append(refusal("thin_end_walls", "mold.wall_mm", mold.wall_mm, **of))
@@ -429,7 +394,6 @@ def _height_faults(mold: Mold, plan: MoldPlan, columns: Columns) -> list[Fault]:
     if mold.bolt != "auto" and z_bolt_height(plan, columns) is None:
         faults.append(refusal("big_bolt", "mold.bolt", mold.bolt, rim=rim, columns=columns))
     most = rim - LEAST_PIN * columns.big - columns.clearance - SPARE_MM
-    most = min(most, rim - LEAST_KEY_MM - columns.clearance - SPARE_MM)
     if wall > most + 1e-9:
         of = {"most": most, "rim": rim, "columns": columns, "higher": wall - most}
         faults.append(refusal("low_walls", "mold.limits.wall_mm", wall, **of))
@@ -437,20 +401,19 @@ def _height_faults(mold: Mold, plan: MoldPlan, columns: Columns) -> list[Fault]:
 
 
 def _draft_faults(mold: Mold, plan: MoldPlan, columns: Columns) -> list[Fault]:
+    """Pins without a tip."""
+    if columns.limits.dowels:
+        return []
     least = columns.limits.feature_mm
-    bounds = {"keys": most_draft(columns.small, max(key_height(plan, columns), 1e-3), least)}
-    if not columns.limits.dowels:
-        longest = insert_pin_length(plan, columns, columns.small, plan.rim)
-        if pin_height(plan, columns) is not None:
-            longest = max(longest, columns.reach)
-        bounds["pins"] = most_draft(columns.small, max(longest, 1e-3), least)
-    what = min(bounds, key=lambda each: bounds[each])
-    most = bounds[what]
+    longest = insert_pin_length(plan, columns, columns.small, plan.rim)
+    if pin_height(plan, columns) is not None:
+        longest = max(longest, columns.reach)
+    most = most_draft(columns.small, max(longest, 1e-3), least)
     if mold.draft_deg <= most or (most <= 0.0 and mold.limits.pin_mm is not None):
         return []  # the pin that is too thin is refused
     if most <= 0.0:
         return [refusal("webs_on_pins", "mold.limits.feature_mm", least, columns=columns)]
-    of = {"most": most, "what": what, "columns": columns, "limits": columns.limits}
+    of = {"most": most, "columns": columns, "limits": columns.limits}
     return [refusal("great_draft", "mold.draft_deg", mold.draft_deg, **of)]
 
 

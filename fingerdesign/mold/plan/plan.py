@@ -153,15 +153,6 @@ def frame_name(side: Side) -> str:
     return f"frame_{WORDS[side]}"
 
 
-def side_drawn(wall: str) -> Side:
-    """The side toward which a wall or half frame is drawn, by its name.
-
-    >>> side_drawn("frame_back"), side_drawn("side_wall_right")
-    ('-z', '+x')
-    """
-    return next(side for side in SIDES if wall in (wall_name(side), frame_name(side)))
-
-
 def direction(side: Side) -> Array:
     """The outward unit normal (3,) of a side."""
     return in_space(side, 0.0, 0.0, 1.0)
@@ -338,21 +329,6 @@ class Pin:
 
 
 @dataclass(frozen=True)
-class Key:
-    """A drafted rib on the base plate and its groove in a wall, running along the wall's draw.
-
-    Box from ``low`` to ``high`` (three coordinates each), standing up from y = 0; its sides lean
-    by ``draft_deg``. ``into``: the wall's name; ``clearance`` all round.
-    """
-
-    low: tuple[float, float, float]
-    high: tuple[float, float, float]
-    draft_deg: float
-    clearance: float
-    into: str
-
-
-@dataclass(frozen=True)
 class Lug:
     """A box from ``low`` to ``high`` (three coordinates each) that stands off the half frame ``on``
     beyond y = 0, beside the base plate, which it places."""
@@ -445,7 +421,6 @@ class MoldPlan(Extent):
     ear: float = 0.0
     bolts: tuple[Bolt, ...] = ()
     pins: tuple[Pin, ...] = ()
-    keys: tuple[Key, ...] = ()
     lugs: tuple[Lug, ...] = ()
     mount_x: float = 0.0
     mount_z: float = 0.0

@@ -9,7 +9,7 @@ from manifold3d import Manifold, Mesh64
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mold.part import BASE, INSERT, RUBBER, MoldMeshes, PartMesh
-from fingerdesign.mold.plan.plan import BaseHole, Key, Leg, MoldPlan, Pin, SidePlan, Slot
+from fingerdesign.mold.plan.plan import BaseHole, Leg, MoldPlan, Pin, SidePlan, Slot
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,6 @@ DESIGN = {
     "mold": {"plate_fixture": "slots", "limits": {"slot_mm": 0.4}},  # its slots are milled finely
 }
 PIN = Pin((21.0, 12.0, 9.0), (0.0, -1.0, 0.0), 2.4, 2.0, 3.0, 0.1, INSERT, "end_wall_front", False)
-KEY = Key((19.0, 0.0, 6.0), (22.0, 2.0, 9.0), 0.0, 0.1, "end_wall_front")
 HOLES = (
     BaseHole("gate", 0.0, 0.0, 4.0, 5.0),
     *(BaseHole("vent", x, z, 1.0, 1.0) for x in (-9.0, 9.0) for z in (-4.0, 4.0)),
@@ -99,7 +98,7 @@ def plan_of(design):
     sizes |= {"continued": True}
     sizes |= {"top": 18.0, "wall_x": 8.0, "wall_z": 8.0, "ear": 6.0, "base": 4.0, "scale": 1.0}
     held = {"frames": plate_frames(design), "legs": legs, "sides": sides, "plugs": ()}
-    holes = {"bolts": (), "pins": (PIN,), "keys": (KEY,), "base_holes": HOLES, "core_pins": ()}
+    holes = {"bolts": (), "pins": (PIN,), "base_holes": HOLES, "core_pins": ()}
     return MoldPlan(**sizes, **held, **holes)
 
 
@@ -113,9 +112,8 @@ def made():
     plate = box((-2, 7.95, -5), (2, 8.05, 5)) + box((-1.5, 7.95, -13), (1.5, 8.05, 13))
     outline = box((-10, 0, -5), (10, 12, 5))
     socket = upright(21, 9, 8.9, 12, 2.2, 2.6)
-    groove = box((18.9, -1, 4), (22.1, 2.1, 9.1))
     pin = upright(21, 9, 9, 12.5, 2.0, 2.4 + 0.4 / 6)
-    base = box((-24, -4, -13), (24, 0, 13)) + box((19, -0.2, 6), (22, 2, 9))
+    base = box((-24, -4, -13), (24, 0, 13))
     for hole in HOLES:
         base -= upright(hole.x, hole.z, -4.001, 0.001, hole.outer_diameter, hole.diameter)
     insert = box((-24, 12, -13), (24, 18, 13)) + pin
@@ -123,7 +121,7 @@ def made():
         mesh_of(INSERT, insert, (0.0, 1.0, 0.0), 1, blank=box((-18, 12, -13), (18, 18, 13))),
         mesh_of(
             "end_wall_front",
-            ears[0] - slots[0] - socket - groove,
+            ears[0] - slots[0] - socket,
             (0.0, 0.0, 1.0),
             2,
             blank=front,
