@@ -19,6 +19,7 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.cad.parting import prism_of, slab
 from fingerdesign.mold.part import BASE, CORE, INSERT
 from fingerdesign.mold.plan.extent import seam_height
+from fingerdesign.mold.plan.fasteners import SPARE_MM
 from fingerdesign.mold.plan.outer import ROOMS_MM
 from fingerdesign.mold.plan.plan import (
     BaseHole,
@@ -108,7 +109,7 @@ def window_tools(design: Design, plan: MoldPlan, planned: SidePlan) -> Iterator[
     low, high, bottom = planned.window
     yield _opening(plan, planned.side, low, high, bottom)
     for edge, sign in ((low, -1.0), (high, 1.0)):
-        foot = seam(edge + sign * land)
+        foot = seam(edge + sign * land) - SPARE_MM  # or a sliver of what is beside it stays
         if seam(edge) - foot > STEEP * land and foot > bottom:
             ends = sorted((edge, edge + sign * land))
             yield _opening(plan, planned.side, ends[0], ends[1], foot)
