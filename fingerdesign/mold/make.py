@@ -45,8 +45,8 @@ Report = Callable[[str, float], None]
 REPORT_FILE, PICTURE_FILE = "report.html", "exploded.png"
 PRINT_FILE, COUPON_FILE, BILL_FILE = "mold.3mf", "coupon.3mf", "bill_of_materials.csv"
 _STEMS = (
-    *("contact_insert", "frame_*", "end_wall_*", "side_wall_*", "comb_*", "base_plate", "core"),
-    *("plate_*", "coupon*", "rubber"),
+    *("contact_insert", "frame_*", "end_wall_*", "side_wall_*", "comb_*"),
+    *("base_plate", "base_frame", "core", "plate_*", "coupon*", "rubber"),
 )
 FOLDER = RecordFolder(
     "mold",

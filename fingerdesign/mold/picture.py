@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from fingerdesign.arrays import Array
 from fingerdesign.errors import PictureError
-from fingerdesign.mold.part import BASE, CORE, OUTER, RUBBER, MoldMeshes, PartMesh
+from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, OUTER, RUBBER, MoldMeshes, PartMesh
 from fingerdesign.mold.products.notes import PLATES, Up, View
 from fingerdesign.runtime.isolate import ProcessError, Wait, beside
 
@@ -183,6 +183,8 @@ def _moved(part: PartMesh, size: Array) -> tuple[float, float, float]:
         inside = part.name == CORE and part.vertices[:, 1].min() > 1e-6
         far = 0.0 if inside else 0.45 if part.name == CORE else 0.95
         return (0.0, -far * size[1], 0.0)
+    if part.name == BASE_FRAME:  # beyond the base plate
+        return (0.0, -1.4 * size[1], 0.0)
     shares = (0.25, 0.75, 0.3) if part.made == "sheet" else (0.5, 0.75, 0.85)
     shares = (0.0, 0.75, 1.3) if part.name.endswith(OUTER) else shares
     x, y, z = (np.array(shares) * size * part.draw).tolist()

@@ -154,6 +154,7 @@ DESIGNS = {"round, backed": 87, "parted by a core": 8, "step": 4}
 def bare(design):
     """A plan of nothing but the outline, at the finger's own size."""
     nothing = {"frames": (), "legs": (), "sides": (), "plugs": (), "top": 0.0, "base": 4.0}
+    nothing |= {"mount_x": np.inf, "mount_z": np.inf}
     return MoldPlan(**vars(extent_of(design, 1.0)), scale=1.0, **nothing)
 
 

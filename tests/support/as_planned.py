@@ -83,7 +83,7 @@ def _openings(assembly):
             ends = plan.reach(held.side), plan.reach(held.side) + held.sheet
             what = f"the outer slot of plate {slot.plate}, side {held.side},"
             yield what, slot_bar(slot, ends, tight), (str(held.outer_comb),)
-    every = tuple(part.name for part in assembly.meshes.parts)
+    every = tuple(part.name for part in assembly.meshes.parts if part.name != BASE)
     for number, bolt in enumerate(plan.bolts, 1):
         way, size = bolt.at(bolt.high) - bolt.at(bolt.low), bolt.diameter - 2.0 * tight
         what = f"bolt {number} ({bolt.size} along {bolt.axis})"

@@ -23,9 +23,9 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.cad.features import BEYOND_MM, Features, cut_plates, features_of
 from fingerdesign.mold.cad.parting import FlatSide, parted, seam, sides_followed
-from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, Made, MoldParts
+from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT, RUBBER, Made, MoldParts
 from fingerdesign.mold.plan.base import core_box
-from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side, direction
+from fingerdesign.mold.plan.plan import SIDES, Limits, MoldPlan, Side, direction, limits_of
 
 AGAINST = -1e-6  # normal . draw below which a face looks against the draw
 SAMPLES = 15  # along each of a face's parameters
@@ -212,11 +212,29 @@ def _parts(
         found.append(BuiltPart(name, worked, draw, order, made, filling))
     base = box((-plan.mount_x, -plan.base, -plan.mount_z), (plan.mount_x, 0.0, plan.mount_z))
     found.append(BuiltPart(BASE, _worked(base, features, BASE), None, STAYS, "process", base))
+    if plan.lip > 0.0:
+        below = base_frame(plan, limits_of(design.mold))
+        worked = _worked(below, features, BASE_FRAME)
+        down = (0.0, -1.0, 0.0)
+        found.append(BuiltPart(BASE_FRAME, worked, down, INSERT_ORDER, "process", below))
     corners = core_box(design, plan.scale)
     if corners is not None:
         core = box(*(corner.tolist() for corner in corners))
         found.append(BuiltPart(CORE, _worked(core, features, CORE), None, STAYS, "metal", core))
     return tuple(found)
+
+
+def base_frame(plan: MoldPlan, limits: Limits) -> cq.Solid:
+    """What presses a closed mold's base plate against the walls: a plate with a recess for it, a
+    little less deep than it is thick, and open behind the finger, where it is poured."""
+    back, near = -plan.base - plan.lip, limits.clearance_mm
+    x, z = plan.mount_x + near, plan.mount_z + near
+    whole = box(
+        (-plan.reach_x, back, -plan.reach_z), (plan.reach_x, -limits.tolerance_mm, plan.reach_z)
+    )
+    recess = box((-x, -plan.base, -z), (x, BEYOND_MM, z))
+    x, z = plan.half_width, plan.half_depth
+    return one_solid(whole.cut(recess, box((-x, back - BEYOND_MM, -z), (x, 0.0, z))), BASE_FRAME)
 
 
 def _worked(blank: cq.Solid, features: Features, name: str) -> cq.Solid:

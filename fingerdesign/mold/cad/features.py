@@ -17,11 +17,11 @@ from fingerdesign.cad.kernel import box, one_solid
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.cad.parting import prism_of, slab
-from fingerdesign.mold.part import BASE, CORE, INSERT
+from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT
 from fingerdesign.mold.plan.extent import seam_height
-from fingerdesign.mold.plan.fasteners import SPARE_MM
 from fingerdesign.mold.plan.outer import ROOMS_MM
 from fingerdesign.mold.plan.plan import (
+    SPARE_MM,
     BaseHole,
     CorePin,
     Leg,
@@ -143,7 +143,7 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
         way = _UP if bolt.axis == "y" else direction("+z")
         long = bolt.high - bolt.low + 2.0 * BEYOND_MM
         bar = _cylinder(bolt.diameter, bolt.at(bolt.low - BEYOND_MM), way, long)
-        found.take(bar, INSERT, *walls, *combs, BASE)
+        found.take(bar, INSERT, *walls, *combs, BASE_FRAME)
     for pin in plan.pins:
         if pin.dowel:
             whole = _along(pin, -0.5 * pin.length, pin.diameter, BEYOND_MM, pin.diameter)

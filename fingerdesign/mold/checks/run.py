@@ -32,7 +32,17 @@ from fingerdesign.mold.checks.assembly import (
     surface_points,
 )
 from fingerdesign.mold.checks.venting import vent_check
-from fingerdesign.mold.part import BASE, CORE, OUTER, RUBBER, Check, MoldMeshes, PartMesh, axis_name
+from fingerdesign.mold.part import (
+    BASE,
+    BASE_FRAME,
+    CORE,
+    OUTER,
+    RUBBER,
+    Check,
+    MoldMeshes,
+    PartMesh,
+    axis_name,
+)
 from fingerdesign.mold.plan.leg_room import EDGE_DEG
 from fingerdesign.mold.plan.plan import MoldPlan, SidePlan, direction
 from fingerdesign.mold.products.drawing import flat_patterns
@@ -120,7 +130,7 @@ FLAT_MM = 1e-6
 def finger_check(assembly: Assembly) -> Check:
     """Cavity / scale^3 less plates and core is the body: metal does not shrink, rubber does."""
     design, plan, meshes = assembly.design, assembly.plan, assembly.meshes
-    beside = (BASE, CORE)  # these do not fill the block, nor do sheets outside of it
+    beside = (BASE, BASE_FRAME, CORE)  # these do not fill the block, nor do sheets outside of it
     filling = [p for p in meshes.parts if p.name not in beside and not p.name.endswith(OUTER)]
     inserts = sum(plate_volume(frame) for frame in plate_frames(design)) + core_volume(design)
     wanted = outline_volume(design.body) - inserts

@@ -21,6 +21,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.design.step import step_facts
 from fingerdesign.errors import Fault
 from fingerdesign.mold.plan.plan import (
+    SPARE_MM,
     BaseHole,
     CorePin,
     HoleKind,
@@ -135,13 +136,12 @@ def open_holes_of(
 def _wires(
     design: Design, plan: MoldPlan, limits: Limits, base: _Base, holes: list[BaseHole]
 ) -> list[BaseHole] | None:
-    """Holes for all bundles of leads, as near to the front as they can be, in the middle of it
-    unless an end wall's bolt is there: one, or several smaller ones where that has no room. None:
-    there is no room."""
+    """Holes for all bundles of leads, as near to the front as they can be, in the middle of it:
+    one, or several smaller ones where that has no room. None: there is no room."""
     bundles, wire = len(plan.frames), design.mold.wire_mm
     if not bundles or wire <= 0.0:
         return []
-    deep, aside = plan.base - limits.wall_mm - _EDGE_MM, 1.0 if plan.plug("x") is None else -1.0
+    deep = plan.base - limits.wall_mm - _EDGE_MM
     for count in range(1, min(bundles, 4) + 1):
         each = math.ceil(bundles / count)
         wide = max(limits.hole_mm, wire * (math.sqrt(each / _FILLED) if each > 1 else 1.2))
@@ -153,7 +153,7 @@ def _wires(
             if not fits.any():
                 break
             x, z = base.places[fits].T
-            best = np.lexsort((aside * np.abs(x), -z))[0]
+            best = np.lexsort((np.abs(x), -z))[0]
             found.append(BaseHole("wires", float(x[best]), float(z[best]), wide, outer, pocket))
         if len(found) == count:
             return found
@@ -204,7 +204,9 @@ def _base(design: Design, plan: MoldPlan, web: float) -> _Base:
     from scipy.ndimage import label
 
     region = label(room.reshape(x.shape) > 0.0)[0].ravel().astype(np.int64)
-    return _Base(places, room - _EDGE_MM, region, web, _beside(plan, places))
+    edge = (np.array([plan.mount_x, plan.mount_z]) - np.abs(places)).min(axis=1)  # of the plate
+    room = np.minimum(room - _EDGE_MM, edge - web - SPARE_MM)
+    return _Base(places, room, region, web, _beside(plan, places))
 
 
 def _beside(plan: MoldPlan, places: Array) -> Array:

@@ -4,8 +4,9 @@ z-bolts clamp end wall, side walls and end wall; where the side walls are too lo
 window is in its way), y-bolts clamp them between insert and base plate. y-bolts go through insert,
 end walls and base plate. Tapered pins along z stand on the side walls' ends, others below the
 insert; where a pin along z does not fit, the insert's pins locate the side walls, too. One pin of
-each kind differs in size: parts fit one way only. The base plate's place counts little: its bolts
-give it. Places are found by trying: the nearest to the middle that leaves the process's wall.
+each kind differs in size: parts fit one way only. The base plate, whose place counts little, lies
+in a frame that is bolted below the walls. Places are found by trying: the nearest to the middle
+that leaves the process's wall.
 """
 
 import math
@@ -21,12 +22,20 @@ from fingerdesign.errors import Fault
 from fingerdesign.mold.part import INSERT
 from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.leg_room import seam_of
-from fingerdesign.mold.plan.plan import Bolt, Limits, MoldPlan, Pin, Side, refusal, wall_name
+from fingerdesign.mold.plan.plan import (
+    SPARE_MM,
+    Bolt,
+    Limits,
+    MoldPlan,
+    Pin,
+    Side,
+    refusal,
+    wall_name,
+)
 from fingerdesign.mold.plan.slots import clear, openings_of
 
 # Clearance holes of the medium series (ISO 273), mm; M2.5 in the table of the same series.
 CLEARANCE_HOLES = {"M2": 2.4, "M2.5": 2.9, "M3": 3.4, "M4": 4.5}
-SPARE_MM = 0.05  # beyond the least wall: round holes are measured as triangles
 SLENDER = 1.5  # a pin's length, in diameters
 ENDS: tuple[tuple[Side, float], ...] = (("+z", 1.0), ("-z", -1.0))
 FLANKS: tuple[tuple[Side, float], ...] = (("+x", 1.0), ("-x", -1.0))
@@ -107,7 +116,8 @@ def columns_of(plan: MoldPlan, mold: Mold, limits: Limits, size: str, wide: bool
     x2 = x1 + radius + gap + most
     x3 = x2 + most + gap + socket
     deep = plan.corner + reach + limits.clearance_mm + gap + most
-    bar_bolt = max(plan.half_depth + sheets, tips) + gap + radius
+    bar_bolt = max(plan.half_depth + sheets, tips) + LEDGE_MM + limits.clearance_mm
+    bar_bolt += gap + radius
     bar_pin = bar_bolt + radius + gap + socket
     reach_x, side_x = x3 + socket + gap, x2 + most + gap
     reach_z = max(deep + most + gap, bar_pin + socket + gap if bar else 0.0)
@@ -183,10 +193,6 @@ def bolt_place(plan: MoldPlan, columns: Columns, side: Side, away: float) -> flo
     held = obstacles(plan, side)
     if away - room > plan.tip(side):
         held = held[np.isfinite(held[:, 3])]
-    if side == "+z":  # the leads' channels run out below that wall
-        wires = [hole for hole in plan.base_holes if hole.kind == "wires"]
-        ways = np.array([[h.x - 0.5 * h.diameter, h.x + 0.5 * h.diameter, 0.0, 0.0] for h in wires])
-        held = np.concatenate([held, ways.reshape(-1, 4)])
     return _free_place(min(_reaches(plan, side)) - room, room, held)
 
 
@@ -211,6 +217,9 @@ def _reaches(plan: MoldPlan, side: Side) -> tuple[float, float]:
 
 # Every bolt and pin at its place.
 
+FOOTPRINT = 2.0  # area of the mount over that of the finger's base, at most
+LEAST_LEDGE_MM, LEDGE_MM = 0.5, 2.0  # of the mount beside the finger: least and most
+LIP_MM = 2.0  # of the base frame below the base plate, at least
 LEAST_PIN = 0.4  # of its diameter: a shorter pin guides nothing
 CORNERS = tuple(product(ENDS, FLANKS))
 _ONE = ("+z", "+x")  # the corner whose pin is small
@@ -236,7 +245,8 @@ def _pin(
 def fastened(body: Body, plan: MoldPlan, columns: Columns) -> MoldPlan:
     """The plan with every bolt and pin; what it cannot have is told by :func:`fastener_faults`."""
     plan = replace(plan, wall_x=columns.wall_x, wall_z=columns.wall_z, ear=columns.ear)
-    plan = replace(plan, mount_x=plan.reach_x, mount_z=plan.reach_z)
+    lip = max(LIP_MM, columns.gap)
+    plan = replace(plan, lip=lip)
     height, level = z_bolt_height(plan, columns), pin_height(plan, columns)
     both = pin_height(plan, columns, small=False)
     middle = level if both is None else both
@@ -252,10 +262,22 @@ def fastened(body: Body, plan: MoldPlan, columns: Columns) -> MoldPlan:
         pins.append(_pin(columns, root, (0.0, 0.0, way), small, columns.reach, on, into))
     upright = [(sign * columns.x2, way * columns.deep) for (_, way), (_, sign) in CORNERS]
     upright += [(x, z) for _, x, z in insert_bolts(plan, columns, height is None)]
-    bolts += [Bolt("y", x, z, -plan.base, plan.top, *of) for x, z in upright]
+    bolts += [Bolt("y", x, z, -plan.base - lip, plan.top, *of) for x, z in upright]
     for side, x, z, small in insert_pins(plan, columns, level is None):
         pins.append(insert_pin(body, plan, columns, (x, z), small, wall_name(side)))
     return replace(plan, bolts=tuple(bolts), pins=tuple(pins))
+
+
+def with_mount(body: Body, plan: MoldPlan) -> MoldPlan:
+    """The plan with its base plate's size: beyond finger and combs by a ledge, so that its area is
+    at most FOOTPRINT times that of the finger's base, but for very small fingers."""
+    sheets = max(side.sheet for side in plan.sides)
+    a, b = 2.0 * plan.half_width, 2.0 * (plan.half_depth + sheets)
+    base = 2.0 * a * plan.half_depth * (0.25 * math.pi if body.kind.turned else 1.0)
+    # (a + 2 l) (b + 2 l) is the plate's area.
+    room = (a + b) ** 2 - 4.0 * (a * b - FOOTPRINT * base)
+    ledge = min(max(0.25 * (math.sqrt(max(room, 0.0)) - a - b), LEAST_LEDGE_MM), LEDGE_MM)
+    return replace(plan, mount_x=0.5 * a + ledge, mount_z=0.5 * b + ledge)
 
 
 def insert_bolts(plan: MoldPlan, columns: Columns, low: bool) -> list[tuple[Side, float, float]]:

@@ -7,7 +7,6 @@ four pins below the insert place both, lugs on the frames place the base plate, 
 larger than the finger's base: its mount. Numbers only, mm.
 """
 
-import math
 from dataclasses import replace
 
 from fingerdesign.design.body import Body
@@ -20,18 +19,19 @@ from fingerdesign.mold.plan.fasteners import (
     FLANKS,
     LEAST_PIN,
     SLENDER,
-    SPARE_MM,
     Columns,
     columns_of,
     insert_pin,
     insert_pin_length,
     most_draft,
+    with_mount,
     z_bolt_height,
 )
 from fingerdesign.mold.plan.leg_room import Fixture, seam_of
 from fingerdesign.mold.plan.outer import held_twice
 from fingerdesign.mold.plan.plan import (
     SIDES,
+    SPARE_MM,
     Bolt,
     Extent,
     Limits,
@@ -49,8 +49,6 @@ _END_WALLS = 3.0  # of the process's least wall, behind the comb: it is drawn by
 # Between a comb and the outer one, which bends each plate's middle off its place, the less the
 # farther they are apart (outer.bow): 0.006 mm of it are less than a comb's own tolerance.
 _HELD_MM = 6.0
-_FOOTPRINT = 2.0  # the mount's area over the finger's, at most
-_LEDGES_MM = (0.5, 2.0)  # of the mount beside the finger: least and most
 _LUG_MM = 2.0  # height of a lug, at most
 _LUG_LONG_MM = 6.0  # at most
 AUTO_BOLTS = ("M3", "M2.5", "M2")
@@ -90,6 +88,7 @@ def open_plan(
     if mold.wall_mm is not None and mold.wall_mm < columns.wall_z - 1e-9:
         of = {"limits": limits, "least": columns.wall_z}
         return None, refusal("thin_frames", "mold.wall_mm", mold.wall_mm, **of)
+    plan = with_mount(design.body, plan)
     holes, lacking = open_holes_of(design, plan, limits)
     if lacking:
         return None, lacking[0]
@@ -183,14 +182,8 @@ def _fastened(body: Body, plan: MoldPlan, columns: Columns) -> MoldPlan:
 
 
 def _mounted(plan: MoldPlan, limits: Limits) -> MoldPlan:
-    """The plan with its mount, beyond finger and combs by a ledge that keeps it below twice the
-    finger's footprint, and with the lugs of each frame: two beside it, one at its end."""
-    sheets = max(side.sheet for side in plan.sides)
-    a, b = 2.0 * plan.half_width, 2.0 * (plan.half_depth + sheets)
-    # (a + 2 l) (b + 2 l) is the area
-    room = (a + b) ** 2 - 4.0 * (a * b - _FOOTPRINT * a * 2.0 * plan.half_depth)
-    ledge = min(max(0.25 * (math.sqrt(max(room, 0.0)) - a - b), _LEDGES_MM[0]), _LEDGES_MM[1])
-    x, z = 0.5 * a + ledge, 0.5 * b + ledge
+    """The plan with its mount, and with the lugs of each frame: two beside it, one at its end."""
+    x, z = plan.mount_x, plan.mount_z
     thick, high = limits.wall_mm + SPARE_MM, min(_LUG_MM, 0.5 * plan.base)
     near, long = limits.clearance_mm, max(min(_LUG_LONG_MM, x, 0.5 * z), limits.wall_mm)
     lugs = []
@@ -201,4 +194,4 @@ def _mounted(plan: MoldPlan, limits: Limits) -> MoldPlan:
             lugs.append(Lug((left, -high, low), (right, 0.0, far), frame_name(side)))
         low, far = sorted((way * (z + near), way * (z + near + thick)))
         lugs.append(Lug((-0.5 * long, -high, low), (0.5 * long, 0.0, far), frame_name(side)))
-    return replace(plan, mount_x=x, mount_z=z, lugs=tuple(lugs))
+    return replace(plan, lugs=tuple(lugs))

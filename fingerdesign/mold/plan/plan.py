@@ -61,6 +61,8 @@ class Limits:
         return self.name == "machined"
 
 
+SPARE_MM = 0.05  # beyond the least wall: round holes are measured as triangles
+
 # What makers of desktop machines and job shops commonly advise (no one source; assumed): cut a
 # test piece. The fields: wall, feature, hole, slot, clearance, pin, tolerance, form.
 # A slot goes through a wall of a centimetre: narrower than half a millimetre (two strands of a
@@ -405,6 +407,7 @@ class MoldPlan(Extent):
     closed_for    why it is not an open one, where that was looked into; else ""
     seam          by how much half frames end short of the base plate, which lies on the combs
     mount_x, mount_z   half sizes of the base plate, which stays on the finger as its mount
+    lip           thickness of a closed mold's base frame below that plate
     """
 
     scale: float
@@ -424,6 +427,7 @@ class MoldPlan(Extent):
     lugs: tuple[Lug, ...] = ()
     mount_x: float = 0.0
     mount_z: float = 0.0
+    lip: float = 0.0
     pour: Pour = "closed"
     closed_for: str = ""
     seam: float = 0.0

@@ -26,6 +26,7 @@ from fingerdesign.mold.plan.fasteners import (
     fastener_faults,
     limit_faults,
     pin_height,
+    with_mount,
     z_bolt_height,
 )
 from fingerdesign.mold.plan.leg_room import Fixture
@@ -178,6 +179,7 @@ def _planned(design: Design) -> tuple[MoldPlan | None, list[Fault]]:
         base=mold.base_mm,
         closed_for=closed_for,
     )
+    plan = with_mount(design.body, plan)
     holes, no_room = base_holes_of(design, plan, limits)
     core_pins, no_pins = core_pins_of(design, plan, limits)
     plan = replace(plan, base_holes=holes, core_pins=core_pins)

@@ -37,7 +37,8 @@ def block_meshes(plan):
     parts += [
         box("side_wall_right", (10, 0, -5), (side, 12, 5), (1.0, 0.0, 0.0), 3),
         box("side_wall_left", (-side, 0, -5), (-10, 12, 5), (-1.0, 0.0, 0.0), 3),
-        box("base_plate", (-x, -4, back), (x, 0, front)),
+        box("base_plate", (-11, -4, -6), (11, 0, 6)),
+        box("base_frame", (-x, -6, back), (x, -4, front), (0.0, -1.0, 0.0), 0),
     ]
     plates = [
         box(

@@ -95,7 +95,7 @@ def test_the_folder_holds_everything_its_record_fits_its_schema_and_its_page_sho
     data = record_in(tmp_path / "block")
     assert data["files"] == sorted(FILES)
     assert data["silicone"]["mass_g"] > 0.0
-    assert [part["number"] for part in data["parts"]] == list(range(1, 9))
+    assert [part["number"] for part in data["parts"]] == list(range(1, 10))
     assert data["plates"][0]["count"] == 3
     assert {"plan", "cad", "checks", "files", "picture"} <= set(data["timings_s"])
     page = (tmp_path / "block" / "report.html").read_text("utf-8")
@@ -106,7 +106,7 @@ def test_the_folder_holds_everything_its_record_fits_its_schema_and_its_page_sho
         assert words in page
     assert page.count('type="checkbox"') > 20
     assert "data:image/png;base64," in page
-    assert page.count('class="badge"') == 8
+    assert page.count('class="badge"') == 9
     # The plan of the base plate: x to the right.
     holes = data["base"]["holes"]
     kinds = [hole["kind"] for hole in holes]

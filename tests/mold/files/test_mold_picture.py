@@ -41,7 +41,7 @@ def test_each_part_moves_along_its_draw_and_the_finger_stays(meshes):
     assert moves["base_plate"][1] < moves["core"][1] < 0.0
     assert not moves["rubber"].any()
     assert not moves["plate_0"].any()
-    assert sorted(numbered(meshes).values()) == list(range(1, 10))
+    assert sorted(numbered(meshes).values()) == list(range(1, 11))
 
 
 def test_the_camera_sees_every_corner(meshes):
