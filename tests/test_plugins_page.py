@@ -48,7 +48,7 @@ ALONE, COMMANDS = re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL)
 @pytest.mark.parametrize(
     "line",
     [
-        pytest.param(line, marks=[pytest.mark.slow] * ("analyse" in line))
+        pytest.param(line, marks=[pytest.mark.slow] * ("analyse" in line or "mesh" in line))
         for line in COMMANDS.splitlines()
     ],
 )

@@ -86,7 +86,9 @@ def test_the_tour_begins_with_a_new_design(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "commands",
     [
-        pytest.param(step, id=step[0], marks=[pytest.mark.slow] * ("auto" in step[0]))
+        pytest.param(
+            step, id=step[0], marks=[pytest.mark.slow] * ("auto" in step[0] or " mesh " in step[0])
+        )
         for step in STEPS
     ],
 )
@@ -99,6 +101,7 @@ def test_a_step_of_the_tour_runs(toured, commands, capsys):
         assert (toured / out).is_dir()
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_page_on_the_command_line_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for block in blocks("sh", "docs/cli.md") + blocks("sh", "docs/install.md"):
@@ -122,7 +125,11 @@ def first_finger(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "words",
     [
-        pytest.param(each, id=each[0], marks=[pytest.mark.slow] * (each[-1] == "--open" and n > 1))
+        pytest.param(
+            each,
+            id=each[0],
+            marks=[pytest.mark.slow] * (each[0] == "mold" or (each[-1] == "--open" and n > 1)),
+        )
         for n, each in enumerate(FIRST[1:])
     ],
 )

@@ -53,6 +53,7 @@ def run(installed, cwd, *commands):
     )
 
 
+@pytest.mark.slow
 def test_new_check_analyse(installed, tmp_path):
     (tmp_path / "mine.toml").write_text(starter_text("mine"), "utf-8")
     write_coarser(tmp_path / "mine.toml")

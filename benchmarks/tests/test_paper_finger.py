@@ -15,6 +15,8 @@ from fingerdesign.control.slip_study import slip_studies
 from fingerdesign.errors import FingerDesignError, SolverError
 from fingerdesign.layout.frames import crest_height
 
+pytestmark = pytest.mark.slow
+
 WINNER = 326  # of 384, with quadratic elements; with mixed ones a tie with number 73
 
 

@@ -28,6 +28,8 @@ from fingerdesign.errors import DesignError
 from fingerdesign.records.base import ResultError
 from fingerdesign.report.style import house_style
 
+pytestmark = pytest.mark.slow
+
 QUICK = paper_remade.Effort(frictions=(0.2, 0.3, 0.5, 1.0), samples=(100,), seeds=1)
 COARSE = {
     "mesh.section.contact_size_mm": 0.1,

@@ -21,6 +21,8 @@ from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import reduced_model
 
+pytestmark = pytest.mark.slow
+
 
 def springs(heights, stiffness=2.0, dim=2):
     """Uncoupled nodes on springs of ``stiffness`` N/mm in each direction, at given heights."""

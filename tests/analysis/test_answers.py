@@ -40,6 +40,7 @@ def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
 
 
+@pytest.mark.slow
 def test_an_answer_is_taken_as_it_was_and_drawn_on_demand(
     case, tmp_path, own_cache, capsys, monkeypatch
 ):

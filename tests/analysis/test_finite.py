@@ -76,6 +76,7 @@ def test_newton_ends_quadratically(design, monkeypatch):
             assert after < 3.0 * before**2 + 1e-9
 
 
+@pytest.mark.slow
 def test_auto_goes_on_to_it_where_the_finger_is_pressed_deep(design):
     """A tenth of the height and more; where it knows not how, the result says what to take."""
     case = Case(design, scene_of([[0.6, 0.0]]), "auto", fields=True, tolerance=0.5)

@@ -29,6 +29,7 @@ def design(tmp_path):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fidelity", "dimension", "pictures"),
     [("plane-strain", 2, ["mesh.png", "quality.png"]), ("3d", 3, [])],  # one drawing is enough

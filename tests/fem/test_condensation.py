@@ -211,6 +211,7 @@ def test_slow_fallback_gives_the_same(monkeypatch):
             Condensation(unsound, rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fidelity", "changes"),
     [

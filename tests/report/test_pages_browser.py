@@ -10,6 +10,8 @@ from tests.support.browser import Browser, chromium
 
 browsed = pytest.mark.skipif(chromium() is None, reason="no chromium on this machine")
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def window(solid_report, tmp_path_factory):

@@ -20,9 +20,12 @@ from tests.support.accessible import faults, unexplained
 from tests.support.any_outcomes import HOSTILE, any_outcomes
 from tests.support.browser import Browser, BrowserError, chromium
 
-pytestmark = pytest.mark.skipif(
-    chromium() is None, reason="no chromium on this machine: the page is not opened in a browser"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        chromium() is None, reason="no chromium: the page is not opened in a browser"
+    ),
+]
 WANTED = (Wanted("stick_error", "min"), Wanted("cost", "min"), Wanted("safety_margin", "max"))
 # Many, of which twelve have anything to draw.
 FLAT = any_outcomes(300, seed=1, failed=0.0)

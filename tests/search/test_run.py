@@ -64,6 +64,7 @@ def test_a_second_run_computes_nothing_and_twins_are_computed_once(base, tmp_pat
     assert set(psutil.Process().children()) <= before
 
 
+@pytest.mark.slow
 def test_bad_jobs_are_failures_and_the_rest_is_done(base, tmp_path):
     kinds = {
         "crash": ("crashed", "SIGABRT"),

@@ -174,6 +174,7 @@ def test_a_phase_played_on_another_plant_makes_the_same_moves_from_touch_on():
     assert np.isinf(played.samples).all()
 
 
+@pytest.mark.slow
 def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
     design, measured, tmp_path, said
 ):
@@ -212,6 +213,7 @@ def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
     assert "fitted.toml is this finger" in shown
 
 
+@pytest.mark.slow
 def test_sensitivities_are_kept_and_a_dead_gage_is_named(design, measured, monkeypatch):
     phases = read_bench(measured, GAGES)
     x = [each.x for each in plate_frames(design)]
@@ -345,6 +347,7 @@ def test_wrong_options_and_foreign_estimators_are_refused(design, measured, tmp_
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_the_pages_commands_run(design, tmp_path, monkeypatch, capsys):
     text = (ROOT / "docs/calibrate.md").read_text("utf-8")
     monkeypatch.chdir(tmp_path)
