@@ -107,9 +107,12 @@ def window_tools(design: Design, plan: MoldPlan, planned: SidePlan) -> Iterator[
         return seam_height(design.body, plan, x, z)
 
     low, high, bottom = planned.window
+    most = plan.half_width if planned.side.endswith("z") else plan.half_depth
     yield _opening(plan, planned.side, low, high, bottom)
     for edge, sign in ((low, -1.0), (high, 1.0)):
-        foot = seam(edge + sign * land) - SPARE_MM  # or a sliver of what is beside it stays
+        beyond = edge + sign * land
+        # Where the finger has ended the top is level: a sliver of its end would stay.
+        foot = seam(beyond) - (SPARE_MM if abs(beyond) >= most else 0.0)
         if seam(edge) - foot > STEEP * land and foot > bottom:
             ends = sorted((edge, edge + sign * land))
             yield _opening(plan, planned.side, ends[0], ends[1], foot)
