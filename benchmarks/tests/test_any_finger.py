@@ -29,7 +29,7 @@ from fingerdesign.checks.load import parse_design
 from fingerdesign.design import step as step_facts
 
 # Ten that are of every kind together.
-TEN = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9)
+FIVE = (0, 2, 3, 5, 8)  # `bench any-finger` meshes two hundred
 
 
 def record(seed, **changed):
@@ -78,7 +78,7 @@ def test_straight_designs_extrude_with_angles_over_a_degree():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", TEN)
+@pytest.mark.parametrize("seed", FIVE)
 def test_a_random_design_meshes(seed, monkeypatch, tmp_path):
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     found = mesh_one(seed)
