@@ -29,7 +29,7 @@ from fingerdesign.checks.load import parse_design
 from fingerdesign.design import step as step_facts
 
 # Ten that are of every kind together.
-FIVE = (0, 2, 3, 5, 8)  # `bench any-finger` meshes two hundred
+FIVE = (1, 2, 4, 5, 8)  # `bench any-finger` meshes two hundred
 
 
 def record(seed, **changed):
