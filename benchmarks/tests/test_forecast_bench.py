@@ -22,6 +22,7 @@ def record(pair, **changed):
 def test_every_pair_can_be_analysed():
     pairs = plain_pairs()
     assert len(pairs) == len(bench.PAIRS) + 30
+    assert len({bench.name_of(pair) for pair in pairs}) == len(pairs)
     assert {pair["fidelity"] for pair in pairs} == {"plane-strain", "3d"}
     for pair in pairs:
         case = case_of(json.loads(json.dumps(pair)))
@@ -72,6 +73,22 @@ def test_the_command_says_and_writes_it(monkeypatch, tmp_path, capsys):
     written = json.loads((tmp_path / "forecast.json").read_text())
     assert len(written["records"]) == len(bench.QUICK)
     assert (tmp_path / "forecast.png").stat().st_size > 10_000
+
+
+def test_an_interrupted_run_goes_on_where_it_stopped(monkeypatch, tmp_path):
+    ran = []
+
+    def run(pair):
+        ran.append(bench.name_of(pair))
+        if len(ran) == 2:
+            raise KeyboardInterrupt
+        return record(pair)
+
+    monkeypatch.setattr(bench, "_run", run)
+    with pytest.raises(KeyboardInterrupt):
+        bench.measure_forecasts(tmp_path, quick=True)
+    assert len(bench.measure_forecasts(tmp_path, quick=True).records) == len(bench.QUICK)
+    assert ran.count(ran[0]) == 1
 
 
 @pytest.mark.slow

@@ -1,4 +1,8 @@
-"""``fingerdesign bench forecast``: what was predicted of dofs, memory and time, and what it was."""
+"""``fingerdesign bench forecast``: what was predicted of dofs, memory and time, and what it was.
+
+Each analysis's record is one line of forecast.jsonl, written when it is done: an interrupted run
+goes on where it stopped. Records of other code (any file of fingerdesign/analysis) are made again.
+"""
 
 import json
 from collections.abc import Sequence
@@ -8,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+import fingerdesign.analysis
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.forecast.forecast import impossible
 from fingerdesign.errors import SolverError
@@ -16,7 +21,8 @@ from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.fidelity.pairs import pairs
-from fingerdesign_bench.machine import caption
+from fingerdesign_bench.lines import Record, code_version, resumed
+from fingerdesign_bench.machine import caption, machine
 from fingerdesign_bench.speed.growth import tick
 
 # Forecasts drawn: what was predicted over what was measured, one panel a quantity.
@@ -69,8 +75,7 @@ def kind(record: dict[str, Any]) -> str:
     return mesher.get(record["forecast"]["mesher"], "3-D, fTetWild")
 
 
-Record = dict[str, Any]
-
+LINES = "forecast.jsonl"
 ASKED = 2.0  # issue 5: "within a factor 2"
 SHARE = 0.9  # of random fingers that must be: one that is unlike all others may be off
 TIME_LIMIT_S = 1800.0
@@ -186,17 +191,27 @@ def case_of(pair: Record) -> Case:
 
 
 def measure_forecasts(
-    report: Report = lambda message: None, quick: bool = False, random: int = 0
+    folder: Path,
+    report: Report = lambda message: None,
+    quick: bool = False,
+    random: int = 0,
 ) -> Forecasts:
-    """Forecast and run each pair in a process of its own, one after the other."""
-    from fingerdesign_bench.machine import machine
-
-    records = []
+    """Forecast and run each pair that ``folder`` has no record of yet, in a process of its own, one
+    after the other."""
     chosen = random_pairs(random) if random else plain_pairs(quick)
-    for number, pair in enumerate(chosen, start=1):
-        report(f"{number} of {len(chosen)}: {name_of(pair)}")
-        records.append(_run(pair))
-    return Forecasts(records, machine(), SHARE if random else 1.0)
+    pairs_of = {name_of(pair): pair for pair in chosen}
+    version = code_version(Path(str(fingerdesign.analysis.__file__)).parent)
+    found = resumed(
+        folder / LINES,
+        "case",
+        list(pairs_of),
+        lambda case: {"case": case} | _run(pairs_of[case]),
+        version,
+        1,
+        report,
+        lambda record: " ".join(rows([record])[0]),
+    )
+    return Forecasts(found, machine(), SHARE if random else 1.0)
 
 
 def name_of(pair: Record) -> str:

@@ -17,6 +17,8 @@ from fingerdesign_bench.cli.charts import say_busy, show_checks
 def forecast(folder: Path, quick: bool, random: int, quiet: bool, as_json: bool) -> int:
     """What `check` foretells of dofs, memory and time, against whole analyses.
 
+    An interrupted run goes on where it stopped: run it again with the same --out.
+
     Each analysis runs in a process of its own, with an empty mesh cache. Its forecast is for the
     machine's speed as measured right before and after it, so that other work counts on both sides.
     Exit code 1 where a forecast is off by more than a factor of 2; of random fingers, where more
@@ -25,7 +27,7 @@ def forecast(folder: Path, quick: bool, random: int, quiet: bool, as_json: bool)
     from fingerdesign_bench.any_finger.forecast import measure_forecasts, rows, write_forecasts
 
     with progress("bench forecast", quiet or as_json) as report:
-        found = measure_forecasts(report, quick, random)
+        found = measure_forecasts(folder, report, quick, random)
     say_busy(found.machine, quiet)
     paths = write_forecasts(found, folder)
     if not (quiet or as_json):
