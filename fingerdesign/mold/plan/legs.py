@@ -7,6 +7,7 @@ plates, and their slots keep the webs; what cannot be had is a fault of planning
 only.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -64,16 +65,17 @@ class Search(Fixture):
             most *= _EMBEDDED
         return min(least, most) + share * max(most - least, 0.0)
 
-    def stance(self, share: float, place: float) -> Stance:
-        """All legs at one width and place."""
+    def stances(self, share: float, places: Sequence[float]) -> dict[float, Stance]:
+        """All legs at one width and each of several places, worked out together."""
         requested = self.design.mold.plate_fixture
-        sides = [side for _, side in self.ends]
         drafts = []
-        for (frame, side), full in zip(self.ends, self.full, strict=True):
-            width = round(self.width(frame, bool(full), share), 4)
-            offset = round(place * 0.5 * (frame.length - width), 4)
-            start = end_of(frame, side)
-            drafts.append(Leg(frame.index, side, width, offset, start, start, start, False))
+        for place in places:
+            for (frame, side), full in zip(self.ends, self.full, strict=True):
+                width = round(self.width(frame, bool(full), share), 4)
+                offset = round(place * 0.5 * (frame.length - width), 4)
+                start = end_of(frame, side)
+                drafts.append(Leg(frame.index, side, width, offset, start, start, start, False))
+        sides = [leg.side for leg in drafts]
         exits = self.leg_exits(drafts)
         openings = {way: self.slot_exits(drafts, way) for way in {requested, SLOTS}}
         web = slots.least_web(self.design, requested, self.limits)
@@ -94,7 +96,12 @@ class Search(Fixture):
         penalty = {SLOTS: wrong + _LEFT * ((short > CLOSE) + short)}
         if requested != SLOTS:
             penalty[requested] = wrong + _NOT_FLAT * ~flat
-        return tuple(legs), penalty
+        found = {}
+        for place in places:
+            here, legs = tuple(legs[: len(self.ends)]), legs[len(self.ends) :]
+            found[place] = here, {way: each[: len(here)] for way, each in penalty.items()}
+            penalty = {way: each[len(here) :] for way, each in penalty.items()}
+        return found
 
     @cached_property
     def ranks(self) -> dict[int, tuple[int, float]]:
@@ -188,9 +195,11 @@ def fixture_of(design: Design, thorough: bool = True) -> Fixture:
     rounds = [(_COARSE, _ZIGZAGS), (_FINE, _FANS)]
     if not thorough:
         shares, rounds = tuple(dict.fromkeys((shares[0], shares[-1]))), rounds[:1]
+    known: dict[float, dict[float, Stance]] = {share: {} for share in shares}
     for places, patterns in rounds:
         for share in shares:
-            stances = {place: search.stance(share, place) for place in places}
+            stances = known[share]
+            stances |= search.stances(share, [each for each in places if each not in stances])
             for pattern in patterns:
                 legs, wrong = search.choose(stances, pattern)
                 if wrong < least:

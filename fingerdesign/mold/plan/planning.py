@@ -50,17 +50,17 @@ _BOLT, _PIN, _WALL = "mold.bolt", "mold.limits.pin_mm", "mold.limits.wall_mm"
 _GATE, _VENT, _HOLE = "mold.gate_mm", "mold.vent_mm", "mold.limits.hole_mm"
 _HEIGHT, _WIDTH, _DEPTH = "body.base_height_mm", "body.width_mm", "body.depth_mm"
 _PROCESS = "mold.process"
-# Faults that one change may mend together -> the keys that are tried.
+# Faults that one change may mend together -> the keys that are tried, the finger's own last.
 _GROUPS: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = (
-    ((_BOLT, _PIN, _WALL), (_HEIGHT, _DEPTH, _WALL, _PIN, _PROCESS)),
-    ((_GATE, _VENT), (_HOLE, _WIDTH, _DEPTH, _WALL, _PROCESS)),
+    ((_BOLT, _PIN, _WALL), (_PIN, _WALL, _PROCESS, _HEIGHT, _DEPTH)),
+    ((_GATE, _VENT), (_HOLE, _WALL, _PROCESS, _WIDTH, _DEPTH)),
 )
 
 
 # Remedies are found by planning changed designs: so many seconds of a processor's work, a few more
 # with what was begun. What is refused, and why, does not depend on it; a remedy that was not found
 # in time is said in general. It is work, not waiting, so that a busy machine says the same.
-REMEDIES_S = 8.0
+REMEDIES_S = 4.0
 _until: ContextVar[float] = ContextVar("until", default=math.inf)
 
 
