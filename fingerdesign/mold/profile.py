@@ -4,7 +4,7 @@ The file is written beside each mold, to be corrected by what the coupon shows; 
 it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Literal
@@ -12,6 +12,7 @@ from typing import Literal
 from fingerdesign.checks.load import parse_toml, read_text, with_values
 from fingerdesign.design.mold import Comb, Mold, MoldLimits
 from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.plan.plan import MoldPlan, Side, comb_tolerance, limits_of
 
@@ -79,6 +80,10 @@ def cell_plates(plan: MoldPlan) -> tuple[PlateFrame, ...]:
     return frames if len(frames) == 1 else ()
 
 
+_KEYS = ("process", "limits", "comb")
+_TABLES = "give process, [limits] or [comb]; all else of a mold is its design's"
+
+
 def profile_text(design: Design) -> str:
     """The profile that a mold is planned with, as TOML; each key with its meaning, and with the row
     of the coupon that shows it."""
@@ -99,10 +104,23 @@ def profile_text(design: Design) -> str:
 
 
 def with_profile(design: Design, file: Path) -> Design:
-    """The design with a profile's keys in its [mold] table; DesignError with every fault of it."""
+    """The design with a profile's keys in its [mold] table; DesignError with every fault of it, by
+    its own keys."""
     data = parse_toml(read_text(file), str(file))
     values: dict[str, object] = {}
+    faults = [] if data else [Fault("file", "no key", "a profile", _TABLES)]
     for key, value in data.items():
         inner = value if isinstance(value, dict) else {"": value}
-        values |= {f"mold.{key}.{name}".rstrip("."): each for name, each in inner.items()}
-    return with_values(design, values)
+        for name, each in inner.items():
+            if key not in _KEYS or "." in name:
+                faults.append(Fault(f"{key}.{name}".rstrip("."), each, "a profile's key", _TABLES))
+            else:
+                values[f"mold.{key}.{name}".rstrip(".")] = each
+    try:
+        found = with_values(design, values)
+    except DesignError as error:
+        told = (replace(fault, key=fault.key.removeprefix("mold.")) for fault in error.faults)
+        raise DesignError([*faults, *told], str(file)) from error
+    if faults:
+        raise DesignError(faults, str(file))
+    return found

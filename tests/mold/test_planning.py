@@ -1,11 +1,13 @@
 """Plans of molds: the [mold] table, what shipped designs get, holes of the base, refusals."""
 
+import re
 from itertools import combinations
 
 import numpy as np
 import pytest
 
 from fingerdesign.checks.load import parse_design, with_values
+from fingerdesign.design.mold import Mold
 from fingerdesign.errors import DesignError
 from fingerdesign.mold.checks.venting import pour_turn, upward
 from fingerdesign.mold.plan import planning
@@ -14,7 +16,7 @@ from fingerdesign.mold.plan.extent import extent_of
 from fingerdesign.mold.plan.plan import PROFILES, MoldPlan, density_of, limits_of
 from fingerdesign.mold.plan.planning import plan_mold
 from tests.support.faults import faults_of
-from tests.support.molds import drawn, keys, mold_faults, shipped
+from tests.support.molds import drawn, keys, made, mold_faults, shipped
 
 
 def parsed(line=""):
@@ -257,6 +259,34 @@ def test_a_backing_is_screwed_and_a_bone_is_pinned_unless_it_is_too_thin():
     assert fault.key == "body.core.height_mm"
     least = float(fault.bound.split()[2])
     assert not mold_faults(shipped("boned", body__core__height_mm=least))
+
+
+def test_what_mends_leads_without_room_is_named_and_does():
+    thick = shipped("maeno2000", mold__pour="open", mold__wire_mm=3.0)
+    (fault,) = mold_faults(thick)
+    assert "vents" not in fault.bound
+    found = re.findall(r"(mold\.wire_mm|body\.\w+) = ([\d.]+)", fault.remedy)
+    assert "mold.wire_mm" in dict(found)
+    for key, value in found:
+        assert not mold_faults(with_values(thick, {key: float(value)}))
+
+
+def test_holes_that_nobody_asked_for_are_as_large_as_the_least_and_an_open_mold_has_no_gate():
+    values = {"mold__limits__hole_mm": 4.5, "mold__wire_mm": 0.0}
+    holes = plan_mold(shipped("maeno2000", mold__pour="open", **values)).base_holes
+    assert {(hole.kind, hole.diameter) for hole in holes} == {("lock", 4.5)}
+    asked = shipped("maeno2000", mold__pour="open", mold__gate_mm=1.0, **values)
+    assert not mold_faults(asked)
+    closed = shipped("maeno2000", mold__gate_mm=1.0, mold__lock_mm=1.0, **values)
+    assert {"mold.gate_mm", "mold.lock_mm"} <= set(keys(mold_faults(closed)))
+
+
+@pytest.mark.parametrize("size", [60.0, 200.0])
+def test_round_end_walls_stand_beyond_the_finger(size):
+    body = {"shape": "revolved", "width_mm": size, "base_height_mm": 0.4 * size}
+    plan = plan_mold(made({**body, "arc_radius_mm": 0.6 * size}, {"count": 0}))
+    assert plan.corner < plan.half_depth - 8.0
+    assert plan.reach_z > plan.half_depth + limits_of(Mold()).wall_mm
 
 
 @pytest.mark.parametrize("name", ["block", "maeno2000", "pin", "sensitive", "wide"])

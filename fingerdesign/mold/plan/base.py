@@ -36,6 +36,7 @@ from fingerdesign.mold.plan.slots import clear, core_in_mold, openings_of
 TILT_DEG = 5.0
 VENT_MM = 1.0  # of vents that are not given
 UNDERCUT = 1.3  # outer diameter of gate, riser and locks over that at y = 0
+_ROUNDING_MM = 2e-6
 _EDGE_MM = 0.1  # from a hole to the finger's edge and to the core
 _GRID = 81  # places along each axis that are tried
 _OPENINGS: list[HoleKind] = ["gate", "riser", "lock", "lock", "lock", "lock", "lock", "lock"]
@@ -98,7 +99,8 @@ def base_holes_of(
         vents = _vents(base, vent, limits.hole_mm, corners)
         wires = _wires(design, plan, limits, base, [*vents, *screws])
         holes = [*vents, *screws, *(wires or ())]
-        openings = _openings(base, holes, mold.gate_mm, mold.lock_mm, limits.hole_mm)
+        gate, lock = (max(size, limits.hole_mm) for size in (mold.gate_mm, mold.lock_mm))
+        openings = _openings(base, holes, gate, lock, limits.hole_mm)
         if openings is not None and wires is not None:
             break
     lacking: list[tuple[str, float, str]] = []
@@ -109,9 +111,8 @@ def base_holes_of(
     of = {"limits": limits, "core": core is not None and core.bottom_mm == 0.0}
     faults = [refusal("no_hole", key, value, what=what, **of) for key, value, what in lacking]
     if wires is None:
-        faults.append(
-            refusal("no_leads", "mold.wire_mm", mold.wire_mm, bundles=len(plan.frames), **of)
-        )
+        of |= {"bundles": len(plan.frames), "pour": plan.pour}
+        faults.append(refusal("no_leads", "mold.wire_mm", mold.wire_mm, **of))
     return (*holes, *(openings or ())), faults
 
 
@@ -123,12 +124,13 @@ def open_holes_of(
     base, wire = _base(design, plan, limits.wall_mm), design.mold.wire_mm
     wires = _wires(design, plan, limits, base, [])
     if wires is None:
-        of = {"limits": limits, "core": False, "bundles": len(plan.frames)}
+        of = {"limits": limits, "core": False, "bundles": len(plan.frames), "pour": plan.pour}
         return (), [refusal("no_leads", "mold.wire_mm", wire, **of)]
     holes = wires
     for kind in _OPENINGS:
         if kind == "lock":
-            hole = _largest(base, holes, kind, design.mold.lock_mm, limits.hole_mm)
+            lock = max(design.mold.lock_mm, limits.hole_mm)
+            hole = _largest(base, holes, kind, lock, limits.hole_mm)
             holes += [] if hole is None else [hole]
     return tuple(holes), []
 
@@ -233,7 +235,7 @@ def _gate(base: _Base, holes: list[BaseHole], diameter: float, least: float) -> 
     good = np.flatnonzero(size >= max(low, _NEARLY * size.max()) - 1e-9)
     vent = next(((hole.x, hole.z) for hole in holes if hole.kind == "vent"), (0.0, 0.0))
     best = good[int(np.argmax(np.round(np.linalg.norm(base.places[good] - vent, axis=1), 6)))]
-    wide = float(np.floor(1000.0 * size[best]) / 1000.0)
+    wide = float(np.floor(1000.0 * (size[best] + _ROUNDING_MM)) / 1000.0)
     x, z = (float(value) for value in base.places[best])
     return BaseHole("gate", x, z, wide, UNDERCUT * wide)
 
@@ -292,7 +294,7 @@ def _largest(
         score = -np.linalg.norm(base.places[good], axis=1)
     best = good[int(np.argmax(np.round(score, 6)))]
     x, z = (float(value) for value in base.places[best])
-    wide = float(np.floor(1000.0 * size[best]) / 1000.0)
+    wide = float(np.floor(1000.0 * (size[best] + _ROUNDING_MM)) / 1000.0)
     return BaseHole(kind, x, z, wide, UNDERCUT * wide)
 
 

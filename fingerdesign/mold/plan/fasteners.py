@@ -28,6 +28,7 @@ from fingerdesign.mold.plan.plan import (
     Limits,
     MoldPlan,
     Pin,
+    Pour,
     Side,
     refusal,
     wall_name,
@@ -121,6 +122,7 @@ def columns_of(plan: MoldPlan, mold: Mold, limits: Limits, size: str, wide: bool
     bar_pin = bar_bolt + radius + gap + socket
     reach_x, side_x = x3 + socket + gap, x2 + most + gap
     reach_z = max(deep + most + gap, bar_pin + socket + gap if bar else 0.0)
+    reach_z = max(reach_z, plan.half_depth + sheets + gap)  # round bodies are parted within
     side_x = reach_x if wide else side_x
     return Columns(
         *(limits, mold.draft_deg, size, gap, hole, small, big, reach),
@@ -353,9 +355,9 @@ def insert_pin_length(plan: MoldPlan, columns: Columns, diameter: float, seam: f
     return min(SLENDER * diameter, most)
 
 
-def limit_faults(mold: Mold, limits: Limits, reach: float) -> list[Fault]:
-    """Limits that contradict each other, and plates of the mold below the process's wall; pins
-    reach as far as ``reach`` into their sockets."""
+def limit_faults(mold: Mold, limits: Limits, reach: float, pour: Pour) -> list[Fault]:
+    """Limits that contradict each other, plates of the mold below the process's wall, and holes
+    that are asked for below its hole; pins reach as far as ``reach`` into their sockets."""
     faults = []
     given = mold.limits.model_dump(exclude_none=True)
 
@@ -371,11 +373,11 @@ def limit_faults(mold: Mold, limits: Limits, reach: float) -> list[Fault]:
         limit("thin_pins", "pin_mm", thick=thick, draft=mold.draft_deg)
     if limits.clearance_mm > 0.25 * limits.pin_mm and "pin_mm" not in given:
         limit("wide_sockets", "clearance_mm", most=0.25 * limits.pin_mm)
-    walls, holes = ("insert_mm", "base_mm"), ("gate_mm", "vent_mm", "lock_mm")
-    for key in (*walls, *holes):
-        size = getattr(mold, key)
+    walls, holes = ("insert_mm", "base_mm"), ("lock_mm", "gate_mm", "vent_mm")
+    for key in (*walls, *(holes if pour == "closed" else holes[:1])):
+        size, usual = getattr(mold, key), Mold.model_fields[key].default
         least = limits.wall_mm if key in walls else limits.hole_mm
-        if size is not None and size < least:
+        if size is not None and size < least and (key in walls or size != usual):
             words = "thin_wall" if key in walls else "narrow_hole"
             faults.append(refusal(words, f"mold.{key}", size, limits=limits))
     return faults

@@ -49,11 +49,12 @@ _DOWN = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
 _BOLT, _PIN, _WALL = "mold.bolt", "mold.limits.pin_mm", "mold.limits.wall_mm"
 _GATE, _VENT, _HOLE = "mold.gate_mm", "mold.vent_mm", "mold.limits.hole_mm"
 _HEIGHT, _WIDTH, _DEPTH = "body.base_height_mm", "body.width_mm", "body.depth_mm"
-_PROCESS = "mold.process"
+_PROCESS, _WIRE = "mold.process", "mold.wire_mm"
 # Faults that one change may mend together -> the keys that are tried, the finger's own last.
 _GROUPS: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = (
     ((_BOLT, _PIN, _WALL), (_PIN, _WALL, _PROCESS, _HEIGHT, _DEPTH)),
     ((_GATE, _VENT), (_HOLE, _WALL, _PROCESS, _WIDTH, _DEPTH)),
+    ((_WIRE,), (_WIRE, _HOLE, _PROCESS, _WIDTH, _DEPTH)),
 )
 
 
@@ -128,7 +129,8 @@ def _candidates(design: Design, key: str) -> Iterator[Mapping[str, float | str]]
         values = (round(share * now, 1) for share in _UP)
         yield from (dict.fromkeys(keys, value) for value in values if value > now)
     else:
-        now = float(getattr(limits_of(design.mold), key.removeprefix("mold.limits.")))
+        name = key.rpartition(".")[2]
+        now = float(getattr(design.mold if key == _WIRE else limits_of(design.mold), name))
         yield from ({key: round(share * now, 2)} for share in _DOWN)
 
 
@@ -160,7 +162,7 @@ def _planned(design: Design) -> tuple[MoldPlan | None, list[Fault]]:
     closed_for = "mold.pour asks for it"
     if mold.pour != "closed" and not unheld:
         found, why = open_plan(design, fixture, extent)
-        wrong = limit_faults(mold, limits, 0.0)
+        wrong = limit_faults(mold, limits, 0.0, "open")
         if found is not None and not wrong:
             return found, []
         if isinstance(why, Fault):
@@ -185,7 +187,7 @@ def _planned(design: Design) -> tuple[MoldPlan | None, list[Fault]]:
     plan = replace(plan, base_holes=holes, core_pins=core_pins)
     columns = _columns(plan, mold, limits)
     faults = [
-        *limit_faults(mold, limits, columns.reach),
+        *limit_faults(mold, limits, columns.reach, "closed"),
         *unheld,
         *no_pins,
         *no_room,

@@ -25,10 +25,14 @@ def test_a_profile_reads_back_as_it_was_planned_and_goes_before_the_design(tmp_p
 @pytest.mark.parametrize(
     ("text", "key"),
     [
-        ("[limits]\nslots_mm = 0.3\n", "mold.limits.slots_mm"),
-        ("[comb]\ntolerance_mm = -1.0\n", "mold.comb.tolerance_mm"),
-        ("limits = 3\n", "mold.limits"),
+        ("[limits]\nslots_mm = 0.3\n", "limits.slots_mm"),
+        ("[comb]\ntolerance_mm = -1.0\n", "comb.tolerance_mm"),
+        ("limits = 3\n", "limits"),
         ("[limits\n", "file"),
+        ("", "file"),
+        ("wire_mm = 3.0\n", "wire_mm"),
+        ("[mold.limits]\nhole_mm = 1.0\n", "mold.limits"),
+        ('[limits]\n"hole.mm" = 1.0\n', "limits.hole.mm"),
     ],
 )
 def test_a_wrong_profile_is_refused_by_its_key(tmp_path, text, key):
@@ -37,3 +41,4 @@ def test_a_wrong_profile_is_refused_by_its_key(tmp_path, text, key):
     with pytest.raises(DesignError) as error:
         with_profile(shipped("maeno2000"), file)
     assert [fault.key for fault in error.value.faults] == [key]
+    assert "mine.toml" in str(error.value)
