@@ -261,6 +261,18 @@ def test_a_backing_is_screwed_and_a_bone_is_pinned_unless_it_is_too_thin():
     assert not mold_faults(shipped("boned", body__core__height_mm=least))
 
 
+@pytest.mark.parametrize("design", ["narrow", "block", 48], ids=str)
+def test_the_leads_channel_runs_to_the_front_with_a_wall_to_every_hole(design):
+    plan = plan_mold(shipped(design) if isinstance(design, str) else drawn(design))
+    (hole,) = (hole for hole in plan.base_holes if hole.kind == "wires")
+    assert bool(hole.pocket) == isinstance(design, str)  # the random one has no room for it
+    for other in plan.base_holes if hole.pocket else ():
+        if other is not hole:
+            beside = np.hypot(other.x - hole.x, min(other.z - hole.z, 0.0))
+            radii = 0.5 * (hole.diameter + max(other.diameter, other.outer_diameter))
+            assert beside - radii >= 1.0 - 1e-9
+
+
 def test_what_mends_leads_without_room_is_named_and_does():
     thick = shipped("maeno2000", mold__pour="open", mold__wire_mm=3.0)
     (fault,) = mold_faults(thick)

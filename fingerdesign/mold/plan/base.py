@@ -16,7 +16,7 @@ from itertools import product
 
 import numpy as np
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import step_facts
 from fingerdesign.errors import Fault
@@ -68,10 +68,25 @@ class _Base:
         """The greatest radius (n,) of a hole's outer end at each place, beside ``holes``."""
         free = self.room.copy()
         for hole in holes:
-            apart = np.hypot(self.places[:, 0] - hole.x, self.places[:, 1] - hole.z)
-            outer = 0.5 * max(hole.diameter, hole.outer_diameter)
-            free = np.minimum(free, apart - outer - self.web)
+            dx, dz = (self.places - [hole.x, hole.z]).T
+            free = np.minimum(free, np.hypot(dx, dz) - _radius(hole) - self.web)
+            if hole.pocket:  # the channel of its leads to the front
+                beside = np.hypot(dx, np.minimum(dz, 0.0)) - 0.5 * hole.diameter
+                free = np.minimum(free, beside - self.web)
         return free
+
+    def lead_out(self, holes: list[BaseHole], wide: float) -> BoolArray:
+        """Whether from each place (n,) a channel so wide runs to the front beside ``holes``."""
+        free = np.ones(len(self.places), dtype=bool)
+        for hole in holes:
+            dx, dz = ([hole.x, hole.z] - self.places).T
+            beside = np.hypot(dx, np.minimum(dz, 0.0)) - _radius(hole)
+            free &= beside >= 0.5 * wide + self.web
+        return free
+
+
+def _radius(hole: BaseHole) -> float:
+    return 0.5 * max(hole.diameter, hole.outer_diameter)
 
 
 def core_box(design: Design, scale: float) -> tuple[Array, Array] | None:
@@ -139,19 +154,25 @@ def _wires(
     design: Design, plan: MoldPlan, limits: Limits, base: _Base, holes: list[BaseHole]
 ) -> list[BaseHole] | None:
     """Holes for all bundles of leads, as near to the front as they can be, in the middle of it:
-    one, or several smaller ones where that has no room. None: there is no room."""
+    one, or several smaller ones where that has no room, or without pockets where these have none.
+    None: there is no room."""
     bundles, wire = len(plan.frames), design.mold.wire_mm
     if not bundles or wire <= 0.0:
         return []
     deep = plan.base - limits.wall_mm - _EDGE_MM
-    for count in range(1, min(bundles, 4) + 1):
+    counts = range(1, min(bundles, 4) + 1)
+    pockets = (True, False) if deep >= _LEAST_POCKET_MM else (False,)
+    for with_pocket, count in product(pockets, counts):
         each = math.ceil(bundles / count)
         wide = max(limits.hole_mm, wire * (math.sqrt(each / _FILLED) if each > 1 else 1.2))
-        pocket = min(deep, wide) if deep >= _LEAST_POCKET_MM else 0.0
+        pocket = min(deep, wide) if with_pocket else 0.0
         outer = _POCKET * wide if pocket else wide
         found: list[BaseHole] = []
         for _ in range(count):
-            fits = base.free([*holes, *found]) >= 0.5 * outer
+            others = [*holes, *found]
+            fits = base.free(others) >= 0.5 * outer
+            if pocket:
+                fits &= base.lead_out(others, wide)
             if not fits.any():
                 break
             x, z = base.places[fits].T
