@@ -283,6 +283,12 @@ def test_what_mends_leads_without_room_is_named_and_does():
         assert not mold_faults(with_values(thick, {key: float(value)}))
 
 
+def test_a_process_that_mends_what_has_no_room_is_named():
+    (fault,) = mold_faults(shipped("both_ways", mold__process="machined"))
+    assert "mold.process = 'sla'" in fault.remedy
+    assert not mold_faults(shipped("both_ways", mold__process="sla"))
+
+
 def test_holes_that_nobody_asked_for_are_as_large_as_the_least_and_an_open_mold_has_no_gate():
     values = {"mold__limits__hole_mm": 4.5, "mold__wire_mm": 0.0}
     holes = plan_mold(shipped("maeno2000", mold__pour="open", **values)).base_holes

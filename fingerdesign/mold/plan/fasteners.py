@@ -201,12 +201,14 @@ def bolt_place(plan: MoldPlan, columns: Columns, side: Side, away: float) -> flo
 def pin_place(plan: MoldPlan, columns: Columns, side: Side, small: bool) -> float:
     """Place along a wall of a pin below the insert; NaN where there is no room.
 
-    The pin itself stands on the insert; its socket is in the wall, which reaches on beyond a plug.
+    The pin itself stands on the insert, where a dowel has a hole; its socket is in the wall, which
+    reaches on beyond a plug.
     """
     diameter = columns.small if small else columns.big
     room = 0.5 * diameter + columns.clearance + columns.gap
     plug, reach = _reaches(plan, side)
-    most = min(reach - room, plug - 0.5 * diameter - SPARE_MM)
+    beside = room if columns.limits.dowels else 0.5 * diameter + SPARE_MM
+    most = min(reach - room, plug - beside)
     return _free_place(most, room, obstacles(plan, side))
 
 

@@ -52,7 +52,7 @@ _HEIGHT, _WIDTH, _DEPTH = "body.base_height_mm", "body.width_mm", "body.depth_mm
 _PROCESS, _WIRE = "mold.process", "mold.wire_mm"
 # Faults that one change may mend together -> the keys that are tried, the finger's own last.
 _GROUPS: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = (
-    ((_BOLT, _PIN, _WALL), (_PIN, _WALL, _PROCESS, _HEIGHT, _DEPTH)),
+    ((_BOLT, _PIN, _WALL), (_PROCESS, _PIN, _WALL, _HEIGHT, _DEPTH)),
     ((_GATE, _VENT), (_HOLE, _WALL, _PROCESS, _WIDTH, _DEPTH)),
     ((_WIRE,), (_WIRE, _HOLE, _PROCESS, _WIDTH, _DEPTH)),
 )
@@ -105,7 +105,7 @@ def _mended(design: Design, key: str, group: set[str], before: set[str]) -> str:
             break
         try:
             with _within(0.0):  # the keys of its faults alone are asked for
-                after = {fault.key for fault in _planned(with_values(design, dict(values)))[1]}
+                after = {fault.key for fault in _roomy(with_values(design, dict(values)))[1]}
         except DesignError:
             continue
         if not after & group and after <= before:
@@ -146,13 +146,21 @@ def plan_mold(design: Design) -> MoldPlan:
     places, each with a vent of its own.
     """
     with _within(REMEDIES_S):
-        plan, faults = _planned(design)
-        no_room = {fault.key for fault in faults} <= {_BOLT, _PIN, _WALL}
-        if plan is None and no_room and design.mold.leg_mm is None:  # thin legs leave some
-            plan, _ = _planned(_with_mold(design, leg_mm=LEAST_WIDTH_MM))
+        plan, faults = _roomy(design)
         if plan is None:
             raise DesignError(_with_remedies(design, faults), design.design.name)
     return plan
+
+
+def _roomy(design: Design) -> tuple[MoldPlan | None, list[Fault]]:
+    """The plan, with thin legs where others leave no room for bolts and pins, or its faults."""
+    plan, faults = _planned(design)
+    no_room = {fault.key for fault in faults} <= {_BOLT, _PIN, _WALL}
+    if plan is None and no_room and design.mold.leg_mm is None:
+        thin, _ = _planned(_with_mold(design, leg_mm=LEAST_WIDTH_MM))
+        if thin is not None:
+            return thin, []
+    return plan, faults
 
 
 def _planned(design: Design) -> tuple[MoldPlan | None, list[Fault]]:
