@@ -10,8 +10,8 @@ from fingerdesign_bench.studies import paper_finger as study
 from fingerdesign_bench.studies import paper_finger_bench as bench
 from fingerdesign_cli.main import main
 
+from fingerdesign.analysis.slip_study import slip_studies
 from fingerdesign.checks.load import load_design, load_scene, parse_design, parse_scene
-from fingerdesign.control.slip_study import slip_studies
 from fingerdesign.errors import FingerDesignError, SolverError
 from fingerdesign.layout.frames import crest_height
 

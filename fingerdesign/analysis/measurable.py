@@ -6,18 +6,18 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 
 from fingerdesign.analysis.case import Case, gage_array
+from fingerdesign.analysis.detection import (
+    HELD_USED,
+    WANTED_STICK_CHANGE,
+    amplifier_noise,
+    measured_states,
+)
 from fingerdesign.analysis.path import problem_at_touch
 from fingerdesign.analysis.stages import condense, make_mesh, one_thread
 from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control.measurable import (
-    HELD_USED,
-    WANTED_STICK_CHANGE,
-    amplifier_noise,
-    measured_states,
-)
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design

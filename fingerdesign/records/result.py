@@ -229,7 +229,7 @@ class GageRemedy:
 @strict
 @dataclass(frozen=True)
 class Measurability:
-    """Whether the gages' answer to slip stands above an amplifier's noise (control/measurable.py).
+    """Whether the gages' answer to slip stands above an amplifier's noise (analysis/detection.py).
 
     noise_microstrain: of one sample; noise_stated: by the design's [grip.hardware], else the
     reference amplifier's. wanted_stick_change: what a hand that steers by the stick ratio must see.

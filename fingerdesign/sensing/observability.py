@@ -18,11 +18,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fingerdesign.analysis.case import gage_array
+from fingerdesign.analysis.detection import REFERENCE_NOISE, stick_changes
 from fingerdesign.arrays import Array
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.estimator import LAGS, FingerCurves
-from fingerdesign.control.measurable import REFERENCE_NOISE, stick_changes
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
@@ -56,7 +56,7 @@ from fingerdesign.sensing.teach import (
 )
 
 # The least error that any unbiased estimate can have from the gages: Cramér and Rao's bound, by the
-# change of readings with the stick ratio that control/measurable.py finds.
+# change of readings with the stick ratio that analysis/detection.py finds.
 
 WINDOW = max(LAGS) + 1  # samples that the estimator looks back on
 _FRICTIONS = (0.2, 0.4, 0.8)

@@ -20,13 +20,13 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.analysis.detection import REFERENCE_NOISE, amplifier_noise
+from fingerdesign.analysis.slip_study import normal_calibration
 from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import Workspace, solve_increment
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
-from fingerdesign.control.measurable import REFERENCE_NOISE, amplifier_noise
 from fingerdesign.control.signals import NormalCalibration, gage_readings
-from fingerdesign.control.slip_study import normal_calibration
 from fingerdesign.design.grip import HardwareTable
 from fingerdesign.errors import SolverError
 

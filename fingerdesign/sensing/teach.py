@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.analysis.detection import REFERENCE_NOISE
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import ContactProblem
@@ -35,7 +36,6 @@ from fingerdesign.control.estimator import (
     outputs_of,
     standardised,
 )
-from fingerdesign.control.measurable import REFERENCE_NOISE
 from fingerdesign.control.plants.plant import CondensedPlant, Truth
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.pool import Pool

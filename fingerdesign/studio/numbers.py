@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fingerdesign.analysis.case import gage_array
+from fingerdesign.analysis.detection import amplifier_noise, measured_states
 from fingerdesign.analysis.page.contact import middle_tractions
 from fingerdesign.analysis.path import contact_history
+from fingerdesign.analysis.slip_study import rank_correlation, slip_studies
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion
-from fingerdesign.control.measurable import amplifier_noise, measured_states
 from fingerdesign.control.signals import gage_readings
-from fingerdesign.control.slip_study import rank_correlation, slip_studies
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
 from fingerdesign.records.result import MeasuredState

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fingerdesign.control.measurable import WANTED_STICK_CHANGE
+from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
 from fingerdesign.report.page import said
 from fingerdesign.studio.numbers import Numbers
 

@@ -3,10 +3,10 @@
 import pytest
 
 from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.detection import SEEN, amplifier_noise, measured_states
 from fingerdesign.analysis.page.words import verdict
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
-from fingerdesign.control.measurable import SEEN, amplifier_noise, measured_states
 from fingerdesign.design.grip import HardwareTable
 from fingerdesign.pipeline import run
 from fingerdesign.search.run.measured import metrics_of

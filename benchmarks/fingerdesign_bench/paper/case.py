@@ -21,13 +21,13 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.path import object_at_touch
+from fingerdesign.analysis.slip_study import refined_rows, scaled_rows
 from fingerdesign.analysis.stages import condense, make_mesh
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.measures import completely_slips, level_sets
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
-from fingerdesign.control.slip_study import refined_rows, scaled_rows
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.surface import surface_of
 

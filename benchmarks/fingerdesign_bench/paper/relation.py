@@ -1,7 +1,7 @@
 """Figure 8 and its claim: does one relation of gage area and stick area serve every friction?
 
 The gage area A is where the change of strain per change of tangential force exceeds a threshold
-(control/slip_study.py). The paper says of its relation with the stick area that it "was almost the
+(analysis/slip_study.py). The paper says of its relation with the stick area that it "was almost the
 same for all cases" of friction (3.1). Measured here, on each of the paths of paper/case.py:
 
 - the rank correlation of A with the stick area, at each friction and over all of them at once;
@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.arrays import Array
-from fingerdesign.control.slip_study import (
+from fingerdesign.analysis.slip_study import (
     FORCE_FLOOR_N,
     FORCE_FLOOR_SHARE,
     full_stick_threshold,
@@ -27,6 +26,7 @@ from fingerdesign.control.slip_study import (
     rank_correlation,
     slip_study,
 )
+from fingerdesign.arrays import Array
 from fingerdesign_bench.paper.case import FRICTIONS, PIECES, follow_rows, path_rows
 
 if TYPE_CHECKING:

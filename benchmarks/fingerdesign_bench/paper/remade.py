@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.case import fundamental_scene, result_digest
 from fingerdesign.analysis.path import contact_history, increment_result
+from fingerdesign.analysis.slip_study import slip_studies
 from fingerdesign.analysis.stages import in_wide_zone, one_thread, zone_of
 from fingerdesign.checks.load import with_values
-from fingerdesign.control.slip_study import slip_studies
 from fingerdesign.records.base import ResultError
 from fingerdesign.report.page import rendered
 from fingerdesign.report.style import house_style

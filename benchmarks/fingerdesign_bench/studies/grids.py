@@ -14,6 +14,7 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.path import object_at_touch
+from fingerdesign.analysis.slip_study import slip_studies
 from fingerdesign.analysis.stages import (
     STUDY_FRICTION,
     condense,
@@ -27,7 +28,6 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
 from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.contact.problem import contact_problem
-from fingerdesign.control.slip_study import slip_studies
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.zone import Zone

@@ -27,16 +27,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.analysis.slip_study import (
+    gage_areas,
+    rank_correlation,
+    slip_studies,
+)
 from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.checks.starter import shipped_text
 from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
-from fingerdesign.control.slip_study import (
-    gage_areas,
-    rank_correlation,
-    slip_studies,
-)
 from fingerdesign.design.gages import AREA_SHARE
 from fingerdesign.errors import DesignError, FingerDesignError, SolverError
 from fingerdesign.layout.frames import crest_height

@@ -23,8 +23,8 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 from typing_extensions import TypedDict
 
+from fingerdesign.analysis.detection import UNSEEN_STICK_CHANGE
 from fingerdesign.arrays import Array, BoolArray
-from fingerdesign.control.measurable import UNSEEN_STICK_CHANGE
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import closed
 from fingerdesign.records.outcome import Outcome

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
+from fingerdesign.analysis import slip_study as study
 from fingerdesign.contact.problem import contact_problem
-from fingerdesign.control import slip_study as study
 from fingerdesign.errors import SolverError
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import reduced_model
