@@ -63,7 +63,7 @@ def judged_design(
 def estimator_for(
     design: Design, path: Path | None, fidelity: str | None = None
 ) -> GripEstimator | None:
-    """The estimator in a file that ``fingerdesign teach`` wrote.
+    """The estimator in a file that ``fingerdesign train`` wrote.
 
     DesignError for any other file, and for one that was taught on another design or at another
     fidelity (None: any).

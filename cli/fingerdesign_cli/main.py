@@ -41,24 +41,25 @@ _PATIENCE_S = 2.0  # a second signal within it is the first one's echo
 @click.version_option(fingerdesign.__version__, prog_name="fingerdesign")
 @click.option("--debug", is_flag=True, help="Keep the traceback of an unexpected error.")
 def cli(debug: bool) -> None:
-    """Design, simulate and compare elastic tactile fingers that feel incipient slip.
+    """Design, simulate and compare elastic tactile fingers that detect incipient slip.
 
-    Start with `fingerdesign new mine.toml --short`, `fingerdesign sketch mine.toml --open` and
+    Start with `fingerdesign new mine.toml --short`, `fingerdesign view mine.toml --open` and
     `fingerdesign analyse mine.toml --open`. What is written goes to out/NAME, or below --out.
     """
 
 
-for _each in (
-    *(finger.new, finger.check, finger.sketch, finger.studio, finger.mesh, finger.analyse),
-    *(hand.grip, hand.replay, finger.validate, hand.teach, hand.calibrate, hand.identify),
-    *(hand.export_c, hand.export_onnx),
-    *(hand.gages, hand.tune, hand.study_control, hand.study_unlike, finger.mold),
-    *(finger.generate, finger.sweep, finger.optimise, finger.compare, finger.view, finger.list_),
-):
-    cli.add_command(_each)
+cli.add_under("design", finger.new, finger.check, finger.view, finger.studio, finger.generate)
+cli.add_under("design", finger.mesh)
+cli.add_under("analyse", finger.analyse, hand.grip, finger.validate, hand.gages)
+cli.add_under("choose", finger.sweep, finger.optimise, finger.compare)
+cli.add_under("cast", finger.mold)
+cli.add_under("control", hand.train, hand.study_control, hand.study_unlike, hand.tune)
+cli.add_under("control", hand.calibrate, hand.identify, hand.export_c, hand.export_onnx)
+cli.add_under("control", hand.replay)
+cli.add_under("reference", finger.list_)
 if find_spec("fingerdesign_bench") is not None:  # benchmarks/ is in a checkout, not in the wheel
-    cli.add_command(import_module("fingerdesign_bench.cli.paper").command)
-    cli.add_command(import_module("fingerdesign_bench.cli.bench").command)
+    for _each in ("paper", "bench"):
+        cli.add_under("reference", import_module(f"fingerdesign_bench.cli.{_each}").command)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

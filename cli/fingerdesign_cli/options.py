@@ -44,24 +44,64 @@ class ShippedOrFile(click.Path):
 DESIGN, SCENE, STUDY = (ShippedOrFile(kind) for kind in ("design", "scene", "study"))
 
 
+# Names of former versions, which work until December 2027: the words that now stand for each.
+RENAMED = {
+    "teach": ("train",),
+    "calibrate": ("identify",),
+    "study-control": ("study",),
+    "study-unlike": ("study", "--perturbed"),
+    "tune": ("study", "--tune"),
+    "export-c": ("export", "--to", "c"),
+    "sketch": ("view",),
+    "gages": ("validate", "--gages"),
+}
+
+
 class Group(click.Group):
-    """A group that lists its commands as they were added, and knows what was nearly typed."""
+    """A group that lists its commands under headings, in the order in which they were added; it
+    accepts former names and suggests the nearest one."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.headings: dict[str, list[str]] = {}
+
+    def add_under(self, heading: str, *commands: click.Command) -> None:
+        """Add commands, and list them under the heading."""
+        for each in commands:
+            self.add_command(each)
+            self.headings.setdefault(heading, []).append(each.name or "")
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """In the order of their work, not of the alphabet."""
+        """List the names in the order of the work, not of the alphabet."""
         return list(self.commands)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write a section of ``--help`` for each heading."""
+        if not self.headings:
+            super().format_commands(ctx, formatter)
+            return
+        width = formatter.width - 6 - max(map(len, self.commands))
+        for heading, names in self.headings.items():
+            with formatter.section(heading.capitalize()):
+                rows = [(name, self.commands[name].get_short_help_str(width)) for name in names]
+                formatter.write_dl(rows, col_max=max(map(len, self.commands)))
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command; a UsageError names the nearest: "optimize" is optimise, "gauges" gages."""
+        """Find the command. A former name is replaced, and the new one reported on stderr; the
+        UsageError for an unknown name suggests the nearest: "optimize" is optimise."""
+        words = RENAMED.get(args[0], ())
+        if args[0] not in self.commands and words and words[0] in self.commands:
+            click.echo(f"`{args[0]}` is now `fingerdesign {' '.join(words)}`", err=True)
+            args = [*words, *args[1:]]
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError as error:
             near = get_close_matches(args[0].lower(), self.list_commands(ctx), 1, 0.5)
             if near and not getattr(error, "possibilities", None):  # newer clicks name it
-                words = f"{error.message} Did you mean '{near[0]}'?"
-                raise click.UsageError(words, ctx) from error
+                message = f"{error.message} Did you mean '{near[0]}'?"
+                raise click.UsageError(message, ctx) from error
             raise
 
 
@@ -169,7 +209,7 @@ def design_and_out(function: _Command) -> _Command:
 
 
 def estimator_option(about: str) -> Callable[[_Command], _Command]:
-    """``--estimator`` (``estimator_file``): what ``fingerdesign teach`` wrote."""
+    """``--estimator`` (``estimator_file``): what ``fingerdesign train`` wrote."""
     return click.option("--estimator", "estimator_file", metavar="FILE", type=FILE, help=about)
 
 
@@ -306,7 +346,7 @@ def trial_options(seed_of: str) -> Callable[[_Command], _Command]:
             model_option,
             workers_option,
             estimator_option(
-                "For the regulator: what `fingerdesign teach` wrote for DESIGN. Without it one is "
+                "For the regulator: what `fingerdesign train` wrote for DESIGN. Without it one is "
                 "taught first (minutes), or taken from the cache."
             ),
             click.option("--seed", type=int, default=0, show_default=True, help=f"Of {seed_of}."),

@@ -1,4 +1,4 @@
-"""``gages``, ``teach``, ``export-c``, ``export-onnx``, ``calibrate``, ``identify``: what gages say,
+"""``gages``, ``train``, ``export-c``, ``export-onnx``, ``calibrate``, ``identify``: what gages say,
 to whom."""
 
 import json
@@ -64,10 +64,10 @@ _WORDS = {
 _DRAWN = ("plates", "modulus", "gains")  # what a simulated finger is unlike in
 
 
-# ``fingerdesign teach``: an estimator of the stick ratio for a design's gages, for a rig too.
+# ``fingerdesign train``: an estimator of the stick ratio for a design's gages, for a rig too.
 
 
-def teach(
+def train(
     design_file: Path,
     out: Path,
     noise: float,
@@ -76,7 +76,7 @@ def teach(
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Teach the estimator that the regulator grips by, on DESIGN's own model."""
+    """Train the estimator that the regulator grips by, on DESIGN's own model."""
     design, _ = read_case(design_file)
     from fingerdesign.sensing.training import training_result_for, training_text
 

@@ -87,7 +87,7 @@ def _metrics() -> Iterator[_Row]:
 
 def _controllers() -> Iterator[_Row]:
     for kind in CONTROLLERS.kinds():
-        taught = "an estimator (fingerdesign teach)" if kind.trained else "nothing"
+        taught = "an estimator (fingerdesign train)" if kind.trained else "nothing"
         doc = inspect.getdoc(kind.make) or ""
         if doc.startswith("See the module"):
             doc = getattr(inspect.getmodule(kind.make), "__doc__", "") or ""

@@ -136,7 +136,7 @@ def replay(
     chosen = controller or design.grip.controller
     if estimator is None and needs_training(chosen):
         bound = "a controller that needs no estimator, where none is given"
-        remedy = f"give --estimator FILE (fingerdesign teach {design_file})"
+        remedy = f"give --estimator FILE (fingerdesign train {design_file})"
         raise DesignError([Fault("--controller", chosen, bound, remedy)])
     with recorded(kind, out / name, quiet) as (folder, show):
         found = replay_trace(design, trace_file, chosen, estimator, show, fidelity)

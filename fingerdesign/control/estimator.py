@@ -47,7 +47,7 @@ LEAST_FORCE = 0.05  # N: below it there is hardly a contact
 _LEAST_MOTION = 1e-4  # mm
 _LEAST_CHANGE = 0.02  # N: smaller changes of force tell nothing through a force cell
 _NORMAL_SHARE = 0.3  # of F_n's change counts as much as F_t's
-_NO_FILE = "it is not a file that `fingerdesign teach` wrote"
+_NO_FILE = "it is not a file that `fingerdesign train` wrote"
 _INVALID = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 _CURVES = {  # key of the file: field of FingerCurves
     "normal_force_N": "normal_force",

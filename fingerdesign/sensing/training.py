@@ -273,7 +273,7 @@ def estimator_faults(
     Empty where it was taught on this one, at this fidelity (None: at any), with the same stage
     travel, number of grips and seed.
     """
-    remedy = "teach it on this design: fingerdesign teach DESIGN"
+    remedy = "teach it on this design: fingerdesign train DESIGN"
     wanted, gages = len(gage_array(design)), estimator.gages
     if gages != wanted:
         value = f"one for {gages} gages"
@@ -282,7 +282,7 @@ def estimator_faults(
     known = dict(zip(keys, FIDELITIES, strict=True))
     own = known.get(estimator.design)
     if own is not None and fidelity in FIDELITIES and own != fidelity:
-        where = f"fingerdesign teach DESIGN --fidelity {fidelity}"
+        where = f"fingerdesign train DESIGN --fidelity {fidelity}"
         return [Fault("--estimator", f"taught in {own}", f"one taught in {fidelity}", where)]
     if own is None:
         value = f"one taught on {estimator.design[:12]}"

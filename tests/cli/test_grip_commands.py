@@ -108,7 +108,7 @@ def test_a_faulty_trace_is_refused_by_row_and_column_and_leaves_nothing(folder, 
     [
         (("--controller", "oracle_1.2"), "oracle_1.2"),
         (("--controller", "magic"), "magic"),
-        (("--controller", "regulator"), "give --estimator FILE (fingerdesign teach"),
+        (("--controller", "regulator"), "give --estimator FILE (fingerdesign train"),
         (("--estimator", "none.json"), "--estimator"),
     ],
 )
@@ -186,7 +186,7 @@ def test_an_estimator_reports_is_exported_and_the_regulator_asks(
     assert record["most_friction_used_told"] == pytest.approx(most, abs=1e-4)
 
 
-@pytest.mark.parametrize("command", ["replay", "tune", "teach", "gages", "study-control"])
+@pytest.mark.parametrize("command", ["replay", "tune", "train", "gages", "study-control"])
 def test_a_folder_of_something_else_is_left_alone(command, folder, tmp_path, said):
     (tmp_path / "coarse").mkdir()
     (tmp_path / "coarse/mine.txt").write_text("mine")

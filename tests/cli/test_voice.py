@@ -2,17 +2,16 @@
 what is nearly typed is named; shells complete names; view reads every folder that is written."""
 
 import json
-import os
 
 import click
 import pytest
 from fingerdesign_cli import looks
 from fingerdesign_cli.main import cli
-from fingerdesign_cli.options import FIDELITIES, SHELVES
+from fingerdesign_cli.options import FIDELITIES, RENAMED, SHELVES
 
 from fingerdesign.checks.starter import shipped_names
 
-WRITES_NOWHERE = {"new", "check", "list", "view", "studio", "bench grids", "bench slides"}
+WRITES_NOWHERE = {"new", "check", "list", "studio", "bench grids", "bench slides"}
 
 
 def leaves(group, name=""):
@@ -311,7 +310,7 @@ def test_what_makes_no_record_is_seen_too(tmp_path, said):
 
 @pytest.mark.parametrize("name", ["maeno2000", "both_ways", "homogeneous"])
 def test_a_sketch_names_its_dimensions(name, tmp_path, said):
-    said("sketch", name, "--out", tmp_path)
+    said("view", name, "--out", tmp_path)
     assert (tmp_path / f"{name}.png").read_bytes().startswith(b"\x89PNG")
     svg = (tmp_path / f"{name}.svg").read_text("utf-8")
     assert svg.startswith("<svg ")
@@ -319,25 +318,18 @@ def test_a_sketch_names_its_dimensions(name, tmp_path, said):
         assert words in svg
 
 
-def test_a_watched_sketch_is_drawn_again(tmp_path, monkeypatch, said):
-    from fingerdesign_cli import sketch
+def test_a_former_name_works_and_reports_the_new_one(tmp_path, said):
+    shown = said("sketch", "narrow", "--out", tmp_path)
+    assert shown.err == "`sketch` is now `fingerdesign view`\n"
+    assert (tmp_path / "narrow.svg").is_file()
+    help_text = said("--help").out
+    assert "  sketch " not in help_text
+    order = ("Design:", "Analyse:", "Choose:", "Cast:", "Control:", "Reference:")
+    places = [help_text.index(heading) for heading in order]
+    assert places == sorted(places)
 
-    assert "--watch needs a file" in said("sketch", "narrow", "--watch", code=2).err
-    path, looks_taken = tmp_path / "mine.toml", []
-    said("new", path, "--short", "-q")
 
-    def sleep(_):
-        looks_taken.append(1)
-        if len(looks_taken) == 1:
-            path.write_text("design.name = 3")
-        elif len(looks_taken) == 2:
-            path.write_text('design.name = "mine"\nbody.width_mm = 24\n')
-        elif len(looks_taken) == 3:
-            raise KeyboardInterrupt
-        os.utime(path, ns=(0, len(looks_taken)))
-
-    monkeypatch.setattr(sketch.time, "sleep", sleep)
-    shown = said("sketch", path, "--watch", "--out", tmp_path, code=130)
-    assert "design.name = 3" in shown.err
-    assert shown.out.count("drawn: ") == 2
-    assert "width 24" in (tmp_path / "mine.svg").read_text("utf-8")
+@pytest.mark.parametrize("former", RENAMED)
+def test_a_former_name_stands_for_a_command_that_is(former):
+    if former not in cli.commands:
+        assert RENAMED[former][0] in cli.commands

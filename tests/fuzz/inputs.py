@@ -107,7 +107,7 @@ def designs(folder: Path, out: Path, chance: Chance) -> Lines:
     """A design; each command that takes one refuses what check does."""
     text = SMALL if chance.random() < 0.3 else base(chance, "design")
     file = laid(folder, "a.toml", faulty(text, chance, ("pipe", ".", "a.toml")), chance)
-    words = ("analyse", "grip", "mesh", "validate", "mold", "sketch", "gages", "teach", "tune")
+    words = ("analyse", "grip", "mesh", "validate", "mold", "view", "gages", "train", "tune")
     return [["check", file], [some(chance, words), file, "--out", str(out), "--quiet"]]
 
 

@@ -43,7 +43,7 @@ _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
 )
 
 
-@command("folders", "Write a commented starter design.")
+@command("new", "Write a commented starter design.")
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
 @click.option(
     "--from", "source", metavar="NAME", help="Start from this shipped design, scene or study."
@@ -74,17 +74,6 @@ def check() -> None:
     For sound designs: the plates' clearances, the volume, and forecasts of the contact's
     half-width and of what `analyse` will take: equations, memory and time on this machine. Not
     where SCENE is faulty. Exit code 2 where any file has a fault.
-    """
-
-
-@command("sketch", "Draw a design with its dimensions.")
-@design_and_out
-@click.option("--watch", is_flag=True, help="Draw again whenever the file changes, until Ctrl-C.")
-@open_option
-@output_options
-def sketch() -> None:
-    """Draw DESIGN, a file or a shipped design's name, with its dimensions: section, side, one plate
-    enlarged. OUT/NAME.svg and OUT/NAME.png, in a second: nothing is meshed or solved.
     """
 
 
@@ -251,17 +240,21 @@ def list_() -> None:
     controllers (those of plug-ins too)."""
 
 
-@command("folders", "What is in a folder, and is it good?")
-@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@command("view", "Draw a design, or show a result.")
+@click.argument("target", metavar="DESIGN|DIR", type=DESIGN)
+@out_option
 @open_option
-@click.option("--cad", is_flag=True, help="Write STEP and STL files where they are missing.")
+@click.option("--cad", is_flag=True, help="Of a result: write STEP and STL files if missing.")
 @output_options
 def view() -> None:
-    """Show what a command wrote to DIR, or to the folders right inside DIR: what is in it, what is
-    good and bad in it, in 80 columns, and where its report is. DIR may be a page of compare.
+    """Draw DESIGN with its dimensions, or show what a command wrote to DIR.
 
-    A result's report that is missing is drawn, unless --quiet or --json want no more than what is
-    there.
+    DESIGN is a file or a shipped design's name. OUT/NAME.svg and OUT/NAME.png show its section, its
+    side and one plate enlarged, in a second: nothing is meshed or solved.
+
+    DIR is a folder that a command wrote, a folder of such folders, or a page of compare. The
+    terminal shows what is in it, what is good and bad in it, and where its report is. A result's
+    report that is missing is drawn, but not with --quiet or --json.
 
     Exit code 2 where there is nothing that a command wrote. A failed analysis is shown like any
     other.

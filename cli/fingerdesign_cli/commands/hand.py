@@ -46,7 +46,7 @@ def _finite(
 @click.option("--mass-g", type=float, help="The object's mass. Instead of grip.object_mass_g.")
 @model_option
 @estimator_option(
-    "What the regulator grips by, from `fingerdesign teach`; without it, it is taught first."
+    "What the regulator grips by, from `fingerdesign train`; without it, it is taught first."
 )
 @go_on_option
 @result_options
@@ -83,7 +83,7 @@ def replay() -> None:
     """
 
 
-@command("sensing", "Teach the estimator that the regulator grips by.")
+@command("sensing", "Train the estimator that the regulator grips by.")
 @design_and_out
 @click.option(
     "--noise",
@@ -96,8 +96,8 @@ def replay() -> None:
 @workers_option
 @model_option
 @output_options
-def teach() -> None:
-    """Teach the estimator that the regulator grips by, on DESIGN's own model.
+def train() -> None:
+    """Train the estimator that the regulator grips by, on DESIGN's own model.
 
     OUT/NAME/estimator.json runs on a rig with numpy alone (fingerdesign.control.estimator);
     lesson.json tells its errors on held-out grips: of other fingers, of which nothing was taught
@@ -116,7 +116,7 @@ def teach() -> None:
     help="What the bench recorded: phases.csv and the traces it names, or that table itself.",
 )
 @click.option("--simulate", is_flag=True, help="Play the bench on a finger unlike DESIGN instead.")
-@estimator_option("What `fingerdesign teach` wrote for DESIGN: it is given this finger's curves.")
+@estimator_option("What `fingerdesign train` wrote for DESIGN: it is given this finger's curves.")
 @click.option(
     "--fault",
     "faults",
@@ -198,7 +198,7 @@ def export_c() -> None:
 
     OUT/NAME then holds regulator.c and regulator.h.
 
-    ESTIMATOR is what `fingerdesign teach` wrote for DESIGN. The file computes in single precision
+    ESTIMATOR is what `fingerdesign train` wrote for DESIGN. The file computes in single precision
     and holds the one network for the noise, with 16-bit weights: some 49 kB for 15 gages. How to
     compile and call it: docs/controllers.md.
     """
@@ -210,7 +210,7 @@ def export_c() -> None:
 @noise_of_the_rig
 @output_options
 def export_onnx() -> None:
-    """Write the network of ESTIMATOR, which `fingerdesign teach` wrote for DESIGN, as ONNX.
+    """Write the network of ESTIMATOR, which `fingerdesign train` wrote for DESIGN, as ONNX.
 
     OUT/NAME then holds estimator.onnx.
 

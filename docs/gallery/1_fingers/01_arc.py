@@ -4,7 +4,7 @@ An arc with one row of plates
 
 The finger of the paper that began it all (Maeno, Hiromitsu, Kawai 2000): a section of rubber below
 an arc, drawn straight along z, with fifteen bronze plates at 45 degrees just under the surface. The
-drawing is the one that ``fingerdesign sketch maeno2000`` makes; nothing has been meshed for it.
+drawing is the one that ``fingerdesign view maeno2000`` makes; nothing has been meshed for it.
 """
 
 from fingerdesign.analysis.page.sketch import draw_sketch

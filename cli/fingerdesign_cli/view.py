@@ -1,7 +1,5 @@
-"""``fingerdesign view``: a result in the terminal, and where its report is."""
+"""``fingerdesign view``: a design drawn, or a result in the terminal, and where its report is."""
 
-import re
-import shlex
 import textwrap
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,16 +8,18 @@ import click
 from jinja2 import TemplateError
 
 from fingerdesign.analysis.answers import ARRAYS, PAGE, read_arrays
+from fingerdesign.analysis.page.sketch import draw_sketch, facts
 from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
 from fingerdesign.analysis.page.words import Question, in_short, verdict
-from fingerdesign.checks import starter
-from fingerdesign.design.schema import schema_text
+from fingerdesign.checks.starter import shipped_names
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RESULT_FILE, read_result
 from fingerdesign.records.result import Result
+from fingerdesign.report import style
 from fingerdesign.report.table import Table
-from fingerdesign.runtime.files import why_no_place, write_whole
+from fingerdesign.runtime.files import write_whole
+from fingerdesign_cli.inputs import read_case
 from fingerdesign_cli.looks import Kind, Look, kind_of, look_at, said
 from fingerdesign_cli.terminal import (
     WIDTH,
@@ -38,45 +38,39 @@ _WRONG = (
 )
 
 
-# ``fingerdesign new``: a commented starter design or scene.
-
-
-def new(
-    file: Path, source: str | None, scene: bool, study: bool, short: bool, force: bool, quiet: bool
-) -> None:
-    """Write a commented starter design to FILE.toml, its name taken from FILE; or another file."""
-    if scene + study + short + (short and source is not None) > 1:
-        raise click.UsageError("give one of --scene, --study, --short; --short goes without --from")
-    if file.suffix != ".toml":
-        other = file.with_suffix(".toml") if file.name else Path("finger.toml")
-        raise click.UsageError(f"FILE = {file}: must end in .toml; try {other}")
-    if file.exists() and not file.is_file():
-        raise click.UsageError(f"FILE = {file}: must be a regular file; choose another name")
-    if file.exists() and not force:
-        raise click.UsageError(f"FILE = {file}: must not exist; choose another name or --force")
-    if why := why_no_place(file.parent):
-        wrong = f"must be in a folder that can be written into, and {why}"
-        raise click.UsageError(f"FILE = {file}: {wrong}; choose another")
-    name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
-    kind = "scene" if scene else "study" if study else "design"
-    if scene:
-        text = starter.starter_scene_text(source)
-    elif study:
-        text = starter.starter_study_text(name, source)
+def view(target: Path, out: Path, cad: bool, quiet: bool, as_json: bool) -> None:
+    """Draw a design, or show the result in a folder, or each result in the folders inside it."""
+    if target.is_dir() or _known(target):
+        _show_results(target, cad, quiet, as_json)
+    elif target.exists() or target.suffix == ".toml" or str(target) in shipped_names("design"):
+        _draw(target, out, quiet, as_json)
     else:
-        text = starter.starter_short_text(name) if short else starter.starter_text(name, source)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(file, text)
-    schema = file.parent / f"{kind}.schema.json"
-    if not study and (force or not schema.exists()):
-        write_whole(schema, schema_text(kind))
-    if not quiet:
-        design = "DESIGN --scene " if scene else ""
-        click.echo(f"{file} written; next: fingerdesign check {design}{shlex.quote(str(file))}")
+        bound = "a design's file, a shipped design's name, or a folder that a command wrote"
+        remedy = "`fingerdesign list designs` names what is shipped"
+        raise DesignError([Fault("DESIGN|DIR", target, bound, remedy)])
 
 
-def view(folder: Path, cad: bool, quiet: bool, as_json: bool) -> None:
-    """Show the result in DIR, or each result in the folders of DIR, and where its report is."""
+def _draw(design_file: Path, out: Path, quiet: bool, as_json: bool) -> None:
+    """Write the dimensioned drawing of a design to OUT/NAME.svg and OUT/NAME.png."""
+    design, _ = read_case(design_file)
+    name = design.design.name
+    words = facts(design)
+    with style.house_style():
+        drawing = draw_sketch(design)
+        png = style.to_png(drawing)
+        svg = style.to_svg(drawing, "sketch", f"{name}, a dimensioned drawing: {'; '.join(words)}")
+    out.mkdir(parents=True, exist_ok=True)
+    files = [out / f"{name}.svg", out / f"{name}.png"]
+    write_whole(files[0], svg)
+    write_whole(files[1], png)
+    if as_json:
+        print_json({"design": name, "facts": words, "files": [str(path) for path in files]})
+    elif not quiet:
+        click.echo(f"drawn: {files[0]} and {files[1].name}")
+    open_page(files[0])
+
+
+def _show_results(folder: Path, cad: bool, quiet: bool, as_json: bool) -> None:
     places = _places(folder)
     views = [_view(place) for place in places]
     page = opens() or not (quiet or as_json)

@@ -1,0 +1,45 @@
+"""``fingerdesign new``: a commented starter design, scene or study."""
+
+import re
+import shlex
+from pathlib import Path
+
+import click
+
+from fingerdesign.checks import starter
+from fingerdesign.design.schema import schema_text
+from fingerdesign.runtime.files import why_no_place, write_whole
+
+
+def new(
+    file: Path, source: str | None, scene: bool, study: bool, short: bool, force: bool, quiet: bool
+) -> None:
+    """Write a commented starter design to FILE.toml, its name taken from FILE; or another file."""
+    if scene + study + short + (short and source is not None) > 1:
+        raise click.UsageError("give one of --scene, --study, --short; --short goes without --from")
+    if file.suffix != ".toml":
+        other = file.with_suffix(".toml") if file.name else Path("finger.toml")
+        raise click.UsageError(f"FILE = {file}: must end in .toml; try {other}")
+    if file.exists() and not file.is_file():
+        raise click.UsageError(f"FILE = {file}: must be a regular file; choose another name")
+    if file.exists() and not force:
+        raise click.UsageError(f"FILE = {file}: must not exist; choose another name or --force")
+    if why := why_no_place(file.parent):
+        wrong = f"must be in a folder that can be written into, and {why}"
+        raise click.UsageError(f"FILE = {file}: {wrong}; choose another")
+    name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
+    kind = "scene" if scene else "study" if study else "design"
+    if scene:
+        text = starter.starter_scene_text(source)
+    elif study:
+        text = starter.starter_study_text(name, source)
+    else:
+        text = starter.starter_short_text(name) if short else starter.starter_text(name, source)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(file, text)
+    schema = file.parent / f"{kind}.schema.json"
+    if not study and (force or not schema.exists()):
+        write_whole(schema, schema_text(kind))
+    if not quiet:
+        design = "DESIGN --scene " if scene else ""
+        click.echo(f"{file} written; next: fingerdesign check {design}{shlex.quote(str(file))}")
