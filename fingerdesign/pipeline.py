@@ -48,7 +48,7 @@ from fingerdesign.records.folder import RESULTS
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.report.style import load_ahead
 from fingerdesign.runtime.progress import Report
-from fingerdesign.sensing.training import with_estimator
+from fingerdesign.sensing.train.result import with_estimator
 
 
 def analyse(

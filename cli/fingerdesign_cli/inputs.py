@@ -70,7 +70,7 @@ def estimator_for(
     """
     if path is None:
         return None
-    from fingerdesign.sensing.training import estimator_faults
+    from fingerdesign.sensing.train.result import estimator_faults
 
     try:
         if path.exists() and not path.is_file() and not path.is_dir():

@@ -313,7 +313,6 @@ KINDS = (
     Kind("paper.json", _paper, "paper.html"),
     Kind("phases.csv", _bench),
     Kind("regulator.c", _code),
-    Kind("estimator.onnx", lambda _, folder: Look(f"estimator of {folder.name} as ONNX")),
 )
 
 
@@ -337,8 +336,6 @@ def kind_of(place: Path) -> Kind | None:
 def look_at(kind: Kind, place: Path) -> Look:
     """What is said of a folder of that kind. ValueError and its like where it cannot be read."""
     path = place if place.is_file() else place / kind.record
-    if path.suffix == ".onnx":
-        return kind.look("", place)
     text = whole_text(path)
     found = kind.look(json.loads(text) if path.suffix == ".json" else text, place)
     cut = {key: [shown(each) for each in getattr(found, key)] for key in ("good", "bad", "facts")}

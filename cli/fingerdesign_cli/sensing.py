@@ -1,4 +1,4 @@
-"""``gages``, ``train``, ``export-c``, ``export-onnx``, ``calibrate``, ``identify``: what gages say,
+"""``gages``, ``train``, ``export-c``, ``calibrate``, ``identify``: what gages say,
 to whom."""
 
 import json
@@ -21,8 +21,9 @@ from fingerdesign.records.base import json_text, plain
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.machine import usable_cores
-from fingerdesign.sensing.bench import simulated_bench
-from fingerdesign.sensing.calibrate import (
+from fingerdesign.sensing.identify.bench import simulated_bench
+from fingerdesign.sensing.identify.bench_fit import PRIOR
+from fingerdesign.sensing.identify.bench_report import (
     CALIBRATION,
     ESTIMATOR_FILE,
     FITTED_FILE,
@@ -32,21 +33,24 @@ from fingerdesign.sensing.calibrate import (
     write_calibration,
     write_measured,
 )
-from fingerdesign.sensing.identification import (
+from fingerdesign.sensing.identify.simulated_trace import (
+    SIMULATED,
+    TRACE_FILE,
+    TRUTH_FILE,
+    simulated_trace,
+)
+from fingerdesign.sensing.identify.trace_fit import identified
+from fingerdesign.sensing.identify.trace_page import write_identification
+from fingerdesign.sensing.identify.trace_report import (
     DESIGN_FILE,
     IDENTIFICATION,
     PAGE_FILE,
     IdentificationData,
 )
-from fingerdesign.sensing.identify import identified
-from fingerdesign.sensing.identify_page import write_identification
-from fingerdesign.sensing.latents import PRIOR
 from fingerdesign.sensing.model import gripped_case
-from fingerdesign.sensing.observability import observe, refuse
-from fingerdesign.sensing.onnx_file import ONNX_FILE, onnx_file
-from fingerdesign.sensing.record import FOLDER, Observability, write_observability
-from fingerdesign.sensing.simulated_trace import SIMULATED, TRACE_FILE, TRUTH_FILE, simulated_trace
-from fingerdesign.sensing.teach import TrainingResult
+from fingerdesign.sensing.train.estimator import TrainingResult
+from fingerdesign.validate.gages.record import FOLDER, Observability, write_observability
+from fingerdesign.validate.gages.study import observe, refuse
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded, refuse_foreign
 from fingerdesign_cli.terminal import open_page, print_json, print_table, say
 
@@ -78,7 +82,7 @@ def train(
 ) -> int:
     """Train the estimator that the regulator grips by, on DESIGN's own model."""
     design, _ = read_case(design_file)
-    from fingerdesign.sensing.training import training_result_for, training_text
+    from fingerdesign.sensing.train.result import training_result_for, training_text
 
     name = design.design.name
     kind = RecordFolder("lesson", "lesson.json", ("lesson.json", "estimator.json"))
@@ -121,17 +125,12 @@ def _held_out(result: TrainingResult) -> str:
     return f"{grips} other grips of the same finger or fingers: on another one it is not judged"
 
 
-# ``fingerdesign export-c``, ``export-onnx``: the regulator, or its network, for a hand's computer.
+# ``fingerdesign export-c``: the regulator for a hand's computer.
 
 
 def export_c(**given: Any) -> int:
     """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99."""
     return _exported("regulator in C", lambda e, design: c_files(e, design.grip), **given)
-
-
-def export_onnx(**given: Any) -> int:
-    """Write the network of ESTIMATOR, taught on DESIGN, as ONNX."""
-    return _exported("network as ONNX", lambda e, _: {ONNX_FILE: onnx_file(e)}, **given)
 
 
 def _exported(

@@ -3,7 +3,7 @@
     estimator = GripEstimator.from_json(text)
     reported = estimator.estimate(history)     # reported.stick_ratio, reported.used
 
-A small network, taught on a design's own model (sensing/teach.py) and evaluated here with numpy
+A small network, taught on a design's own model (sensing/train) and evaluated here with numpy
 alone, so that a rig can carry its JSON. It is never given friction or weight. ``used`` is
 
     F_t / (mu F_n),   1 / used the safety margin,
@@ -134,7 +134,7 @@ class FingerCurves:
 class Estimated:
     """Stick area / contact area, and F_t / (mu F_n), both within 0 and 1.
 
-    spread: standard deviation that ``used`` was found to have on held-out grips (sensing/teach.py:
+    spread: standard deviation that ``used`` was found to have on held-out grips (sensing/train:
     of other fingers, where many are taught) at moments of which the network says as much doubt.
     """
 

@@ -45,11 +45,11 @@ SCHEMAS = {
         "Controllers on fingers unlike the model (fingerdesign study-unlike)",
     ),
     "calibration": (
-        "fingerdesign.sensing.calibrate:CalibrationData",
+        "fingerdesign.sensing.identify.bench_report:CalibrationData",
         "One finger as its bench measured it (fingerdesign calibrate)",
     ),
     "identification": (
-        "fingerdesign.sensing.identification:IdentificationData",
+        "fingerdesign.sensing.identify.trace_report:IdentificationData",
         "Rubber, friction and gages from one trace (fingerdesign identify)",
     ),
     "mold": ("fingerdesign.mold.record:MoldData", "A finger's mold (fingerdesign mold)"),

@@ -1,1 +1,1 @@
-"""What gages tell: grip paths, teaching, observability."""
+"""Training of the estimator, identification of hidden values, perturbed fingers."""

@@ -74,7 +74,7 @@ def replay_trace(
     not hold them.
     """
     from fingerdesign.sensing.model import grip_problem
-    from fingerdesign.sensing.training import estimator_faults
+    from fingerdesign.sensing.train.result import estimator_faults
 
     faults = [] if estimator is None else estimator_faults(design, estimator)
     if faults:

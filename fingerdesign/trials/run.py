@@ -37,7 +37,7 @@ from fingerdesign.sensing.model import (
     model_data,
     opposite_problem,
 )
-from fingerdesign.sensing.training import estimator_faults, training_result_for
+from fingerdesign.sensing.train.result import estimator_faults, training_result_for
 from fingerdesign.trials.bench import GOOD_AMPLIFIER, Cell, ControlGrid, GripBench, refuse
 from fingerdesign.trials.page import chart_png, control_html
 from fingerdesign.trials.record import (

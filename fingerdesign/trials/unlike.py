@@ -1,6 +1,6 @@
 """Controllers on fingers that are not the one that was taught: every fault alone, and all at once.
 
-Each plant is drawn by :mod:`fingerdesign.sensing.unlike`, is pressed and sheared on its bench as a
+Each plant is drawn by :mod:`fingerdesign.sensing.perturb`, is pressed and sheared on its bench as a
 rig would be, and then lifts a few objects. All controllers meet the same plants and objects.
 """
 
@@ -28,8 +28,8 @@ from fingerdesign.records.statistics import Share, Spread, spread_of
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, MESHED, gripped_case
-from fingerdesign.sensing.training import estimator_faults, training_result_for
-from fingerdesign.sensing.unlike import ALL, FAULTS, refuse_unlike, unlike, unlike_problems
+from fingerdesign.sensing.perturb.finger import ALL, FAULTS, refuse_unlike, unlike, unlike_problems
+from fingerdesign.sensing.train.result import estimator_faults, training_result_for
 from fingerdesign.trials.bench import (
     FRICTIONS,
     GOOD_AMPLIFIER,

@@ -19,8 +19,7 @@ from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.recorded import trace_of
 from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
 from fingerdesign.sensing.model import grip_problem
-from fingerdesign.sensing.onnx_file import onnx_file
-from fingerdesign.sensing.training import settings_of, training_key
+from fingerdesign.sensing.train.result import settings_of, training_key
 
 DESIGN = """
 [design]
@@ -166,12 +165,10 @@ def test_an_estimator_reports_is_exported_and_the_regulator_asks(
     path = estimator(training_key(design, settings_of(design)))
     louder = GripEstimator.from_json(path.read_text()).at_noise(2.0)
     given = [path, folder / "coarse.toml", "--noise", 2.0, "--out"]
-    said("export-c", *given, tmp_path / "c")
+    weights = 3 * feature_count(15)
+    assert f"15 gages, {weights} weights" in said("export-c", *given, tmp_path / "c").out
     written = {file.name: file.read_text() for file in (tmp_path / "c/coarse").iterdir()}
     assert written == c_files(louder, design.grip)
-    weights = 3 * feature_count(15)
-    assert f"15 gages, {weights} weights" in said("export-onnx", *given, tmp_path / "onnx").out
-    assert (tmp_path / "onnx/coarse/estimator.onnx").read_bytes() == onnx_file(louder)
     replay("--estimator", path, "--controller", "regulator", "--quiet")
     record, rows = replayed(tmp_path)
     for row in rows:

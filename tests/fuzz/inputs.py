@@ -18,7 +18,7 @@ import numpy as np
 
 from fingerdesign import load_design, parse_design
 from fingerdesign.checks.starter import shipped_names, shipped_text
-from fingerdesign.sensing.training import settings_of, training_key
+from fingerdesign.sensing.train.result import settings_of, training_key
 from tests.cli.test_voice import FOLDERS
 from tests.control.test_estimator import estimator
 from tests.control.test_recorded import text as trace_text

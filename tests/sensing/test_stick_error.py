@@ -11,7 +11,7 @@ from fingerdesign.control.signals import NormalCalibration
 from fingerdesign.design.grip import HardwareTable
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing.model import grip_problem
-from fingerdesign.sensing.stick_error import (
+from fingerdesign.sensing.train.stick_error import (
     GRIPS,
     Instants,
     Listening,

@@ -28,7 +28,7 @@ from tests.support.mutants import Mutant, caught_by, copied  # noqa: E402
 PLACES = {
     "fingerdesign/contact": "tests/contact tests/control/test_memory.py tests/control/test_rig.py",
     "fingerdesign/control": "tests/control tests/trials/test_control_page.py "
-    "tests/sensing/test_calibrate.py",
+    "tests/sensing/test_identify_bench.py",
     "fingerdesign/fem/readout.py": "tests/fem",
     "fingerdesign/fem/elements.py": "tests/fem",
     "fingerdesign/design/digest.py": "tests/design",

@@ -21,7 +21,7 @@ from fingerdesign.design.grip import GRAVITY
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.runtime.journal import Journal
-from fingerdesign.sensing.training import settings_of, training_key
+from fingerdesign.sensing.train.result import settings_of, training_key
 from fingerdesign.trials import bench as control_bench
 from fingerdesign.trials import run as control_study
 from fingerdesign.trials.bench import Cell, ControlGrid, GripBench, Tug, refuse, seed_of

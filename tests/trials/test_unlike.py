@@ -21,7 +21,7 @@ from fingerdesign.mesh.make import mesher_name
 from fingerdesign.records.base import ResultError, plain
 from fingerdesign.sensing import model
 from fingerdesign.sensing.model import meshed_for_grips
-from fingerdesign.sensing.unlike import (
+from fingerdesign.sensing.perturb.finger import (
     ALL,
     APART,
     FAULTS,

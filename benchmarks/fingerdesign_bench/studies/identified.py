@@ -14,9 +14,9 @@ from fingerdesign.errors import SolverError
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
-from fingerdesign.sensing.identification import identification
-from fingerdesign.sensing.identify import identified
-from fingerdesign.sensing.simulated_trace import simulated_trace
+from fingerdesign.sensing.identify.simulated_trace import simulated_trace
+from fingerdesign.sensing.identify.trace_fit import identified
+from fingerdesign.sensing.identify.trace_report import identification
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.lines import Record, code_version, resumed
 

@@ -14,8 +14,8 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.runtime.progress import Report
-from fingerdesign.sensing.bench import AT_REST, SimulatedBench, simulated_bench
-from fingerdesign.sensing.latents import AXES, PRIOR, LatentFit, Noise, fit_latents
+from fingerdesign.sensing.identify.bench import AT_REST, SimulatedBench, simulated_bench
+from fingerdesign.sensing.identify.bench_fit import AXES, PRIOR, LatentFit, Noise, fit_latents
 from fingerdesign_bench.check import Check
 
 DRAWN = ("plates", "modulus", "gains")

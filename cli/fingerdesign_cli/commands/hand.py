@@ -204,21 +204,6 @@ def export_c() -> None:
     """
 
 
-@command("sensing", "Write the estimator's network as ONNX.")
-@click.argument("estimator_file", metavar="ESTIMATOR", type=FILE)
-@design_and_out
-@noise_of_the_rig
-@output_options
-def export_onnx() -> None:
-    """Write the network of ESTIMATOR, which `fingerdesign train` wrote for DESIGN, as ONNX.
-
-    OUT/NAME then holds estimator.onnx.
-
-    Features in, stick ratio and friction in use out, in single precision; for one noise. It needs
-    the extra "onnx". The regulator around it leaves as C: `fingerdesign export-c`.
-    """
-
-
 @command("sensing", "How few gages tell the stick ratio, and where.")
 @design_and_out
 @click.option(

@@ -21,7 +21,7 @@ from fingerdesign.records.outcome import GripOutcome, Numbers, Traces, bounded
 from fingerdesign.records.result import GripResult, IncrementResult
 from fingerdesign.report.style import spread
 from fingerdesign.search.study.file import Cost
-from fingerdesign.sensing.stick_error import Listening, stick_error
+from fingerdesign.sensing.train.stick_error import Listening, stick_error
 
 MOST_INCREMENTS, MOST_CONTACT, MOST_STEPS = 40, 120, 60
 _PULLED = 0.01  # of the normal force: what pressing an uneven finger gives is no pull

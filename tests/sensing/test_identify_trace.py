@@ -14,11 +14,11 @@ from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.plants.recorded import Trace, parse_trace
 from fingerdesign.errors import DesignError
 from fingerdesign.records.base import DATA, plain
-from fingerdesign.sensing.identification import identification, identified_design
-from fingerdesign.sensing.identify import identified, noise_of
+from fingerdesign.sensing.identify.simulated_trace import simulated_trace
+from fingerdesign.sensing.identify.trace_fit import identified, noise_of
+from fingerdesign.sensing.identify.trace_path import MOST_MOVES, TracePath, played
+from fingerdesign.sensing.identify.trace_report import identification, identified_design
 from fingerdesign.sensing.model import grip_problem
-from fingerdesign.sensing.simulated_trace import simulated_trace
-from fingerdesign.sensing.trace_path import MOST_MOVES, TracePath, played
 from tests.support.accessible import unexplained
 
 ROOT = Path(__file__).parents[2]
@@ -119,7 +119,7 @@ def test_the_design_carries_what_was_found_and_its_source(design, found, data):
 
 
 def test_the_record_has_its_schema_and_the_page_its_terms(found, data):
-    from fingerdesign.sensing.identify_page import identify_html
+    from fingerdesign.sensing.identify.trace_page import identify_html
 
     schema = json.loads((DATA / "identification.schema.json").read_text("utf-8"))
     jsonschema.validate(plain(data), schema)

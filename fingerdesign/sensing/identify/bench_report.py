@@ -28,8 +28,8 @@ from fingerdesign.layout.frames import plate_frames
 from fingerdesign.records.base import Count, Size, closed, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.progress import Report
-from fingerdesign.sensing.joined import joined_calibration
-from fingerdesign.sensing.latents import AXES, TOLERANCE, LatentFit, Noise, fit_latents
+from fingerdesign.sensing.identify.bench_fit import AXES, TOLERANCE, LatentFit, Noise, fit_latents
+from fingerdesign.sensing.identify.joined_curves import joined_calibration
 from fingerdesign.sensing.model import gripped_case
 from fingerdesign.version import versions
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.control.plants.measured import BenchCurves
     from fingerdesign.design.schema import Design
-    from fingerdesign.sensing.bench import SimulatedBench
+    from fingerdesign.sensing.identify.bench import SimulatedBench
 
 RECORD_FILE, ESTIMATOR_FILE, FITTED_FILE = "calibration.json", "estimator.json", "fitted.toml"
 DRAWN_FILE = "drawn.toml"

@@ -1,7 +1,7 @@
 """A finger's curves from its bench and its fitted model together: as good as the better of both.
 
 Measured curves are noisy where points are single samples, and end where the bench did. The fitted
-model's (sensing/latents.py) are smooth, go on to the end of the stage, and are wrong by what meshes
+model's (bench_fit.py) are smooth, go on to the end of the stage, and are wrong by what meshes
 differ by, or by what the fit leaves. With m measured and f fitted, of deviations s and e,
 
     curve(F) = f(F) + w (m - f)(F),     w = e^2 / (e^2 + s^2),
@@ -21,8 +21,8 @@ from fingerdesign.arrays import Array
 from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.plants.measured import Phase
 from fingerdesign.control.signals import NormalCalibration
-from fingerdesign.sensing.bench import model_curves, protocol
-from fingerdesign.sensing.latents import MESH, LatentFit, Noise, small_pulls
+from fingerdesign.sensing.identify.bench import model_curves, protocol
+from fingerdesign.sensing.identify.bench_fit import MESH, LatentFit, Noise, small_pulls
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design

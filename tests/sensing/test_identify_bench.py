@@ -34,11 +34,11 @@ from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.moved import with_plates_moved
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.sensing import latents
-from fingerdesign.sensing.bench import phase_problems, protocol, simulated_bench
-from fingerdesign.sensing.calibrate import calibrated_finger, write_measured
-from fingerdesign.sensing.latents import Noise, fit_latents
-from fingerdesign.sensing.training import settings_of, training_key
+from fingerdesign.sensing.identify import bench_fit as latents
+from fingerdesign.sensing.identify.bench import phase_problems, protocol, simulated_bench
+from fingerdesign.sensing.identify.bench_fit import Noise, fit_latents
+from fingerdesign.sensing.identify.bench_report import calibrated_finger, write_measured
+from fingerdesign.sensing.train.result import settings_of, training_key
 
 SOFT = """
 [design]

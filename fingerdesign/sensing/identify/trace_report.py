@@ -13,12 +13,12 @@ from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
 from fingerdesign.records.base import Count, Size, closed
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.sensing.trace_path import TracePath
+from fingerdesign.sensing.identify.trace_path import TracePath
 from fingerdesign.version import versions
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.sensing.identify import Identified, TraceFit, Unknown
+    from fingerdesign.sensing.identify.trace_fit import Identified, TraceFit, Unknown
 
 RECORD_FILE, DESIGN_FILE, PAGE_FILE = "identification.json", "identified.toml", "identify.html"
 IDENTIFICATION = RecordFolder("identification", RECORD_FILE, (RECORD_FILE, DESIGN_FILE, PAGE_FILE))

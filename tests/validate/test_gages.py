@@ -16,12 +16,18 @@ from fingerdesign.control.estimator import FingerCurves, Moment, feature_count, 
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError
-from fingerdesign.sensing import learners
 from fingerdesign.sensing import model as grip_model
-from fingerdesign.sensing.learners import QuickLearner, Samples, errors_of, gage_columns, sample_all
-from fingerdesign.sensing.observability import eliminate, floors, layouts, observe_grips, refuse
-from fingerdesign.sensing.record import FOLDER, write_observability
-from fingerdesign.sensing.teach import Settings, finger_curves, random_grip_paths
+from fingerdesign.sensing.train.estimator import Settings, finger_curves, random_grip_paths
+from fingerdesign.validate.gages import learners
+from fingerdesign.validate.gages.learners import (
+    QuickLearner,
+    Samples,
+    errors_of,
+    gage_columns,
+    sample_all,
+)
+from fingerdesign.validate.gages.record import FOLDER, write_observability
+from fingerdesign.validate.gages.study import eliminate, floors, layouts, observe_grips, refuse
 
 GAGES = 5
 BOUNDS = Bounds(preload=0.01, approach_step=0.004, max_approach=0.15, max_steps=0)
@@ -69,7 +75,7 @@ def test_a_gage_makes_its_own_columns_and_no_others(gage):
 
 
 def test_a_dead_gage_is_one_that_reads_nothing(problem, grips, monkeypatch):
-    monkeypatch.setattr("fingerdesign.sensing.teach._GAIN_SPREAD", 0.0)
+    monkeypatch.setattr("fingerdesign.sensing.train.estimator._GAIN_SPREAD", 0.0)
     curves = finger_curves(problem, "upper", BOUNDS)
     sampled = sample_all(grips[:4], curves, SETTINGS, 0.5, silent=True)
     dead = sampled.with_dead(2)

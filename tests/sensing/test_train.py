@@ -11,8 +11,8 @@ from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.estimator import GripEstimator, feature_count
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
-from fingerdesign.sensing import training
-from fingerdesign.sensing.teach import (
+from fingerdesign.sensing.train import result as training
+from fingerdesign.sensing.train.estimator import (
     BANDS,
     FRICTIONS,
     NOISES,
@@ -22,7 +22,7 @@ from fingerdesign.sensing.teach import (
     sample,
     teach,
 )
-from fingerdesign.sensing.training import own_grips
+from fingerdesign.sensing.train.result import own_grips
 
 BOUNDS = Bounds(preload=0.01, approach_step=0.004, max_approach=0.12, max_steps=0)
 SETTINGS = Settings(face="upper", bounds=BOUNDS, grips=60, hearings=1, seed=1)
@@ -66,8 +66,8 @@ def test_what_is_sampled_has_the_noise_that_was_requested(problem, grips):
 
 
 def test_what_is_taught_beats_nothing_and_its_file_says_the_same(problem, grips, monkeypatch):
-    monkeypatch.setattr("fingerdesign.sensing.teach._TEACHING", ((2e-3, 25),))
-    monkeypatch.setattr("fingerdesign.sensing.teach.BANDS", ((0.25, 15.0),))
+    monkeypatch.setattr("fingerdesign.sensing.train.estimator._TEACHING", ((2e-3, 25),))
+    monkeypatch.setattr("fingerdesign.sensing.train.estimator.BANDS", ((0.25, 15.0),))
     result = teach(problem, "key", SETTINGS, grips=grips)
     used = np.concatenate([each.used for each in grips])
     assert result.noises == NOISES
@@ -84,7 +84,7 @@ def test_what_is_taught_beats_nothing_and_its_file_says_the_same(problem, grips,
 
 
 def test_a_pilots_own_grips_are_of_their_seed_and_true(problem, grips, monkeypatch):
-    monkeypatch.setattr("fingerdesign.sensing.teach._TEACHING", ((2e-3, 5),))
+    monkeypatch.setattr("fingerdesign.sensing.train.estimator._TEACHING", ((2e-3, 5),))
     pilot = teach(problem, "pilot", SETTINGS, grips=grips, bands=BANDS[:1]).estimator
     assert len(pilot.bands) == 1
     grip = Grip(preload_mm=0.01, max_approach_mm=0.12, max_steps=40)
@@ -103,7 +103,7 @@ def test_a_pilots_own_grips_are_of_their_seed_and_true(problem, grips, monkeypat
 
 def test_errors_are_of_other_fingers_where_there_are_some(problem, grips, monkeypatch):
     """Sixty grips, of one finger or of so many; the first nine are held out."""
-    monkeypatch.setattr("fingerdesign.sensing.teach._TEACHING", ((2e-3, 1),))
+    monkeypatch.setattr("fingerdesign.sensing.train.estimator._TEACHING", ((2e-3, 1),))
     curves = [finger_curves(problem, "upper", BOUNDS) for _ in range(20)]
     # So many grips a finger: by one of which some are taught nothing is judged.
     for each, fingers, judged in ((60, 0, 9), (3, 3, 9), (4, 2, 8), (20, 0, 9)):
@@ -120,7 +120,7 @@ def test_too_few_grips_are_refused(problem, grips):
 
 @pytest.mark.slow
 def test_many_unlike_fingers_teach_the_same_with_any_number_of_workers(monkeypatch, tmp_path):
-    monkeypatch.setattr("fingerdesign.sensing.teach._TEACHING", ((2e-3, 8),))
+    monkeypatch.setattr("fingerdesign.sensing.train.estimator._TEACHING", ((2e-3, 8),))
     keys = {"taught_fingers": 4, "taught_grips": 80}
     values = {f"grip.regulator.{key}": value for key, value in keys.items()}
     coarse = {"plates.count": 5, "mesh.section.contact_size_mm": 0.3}
@@ -142,7 +142,7 @@ def test_it_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypatch, tm
         taught.append(key)
         return teach(problem, key, SETTINGS, grips=grips)
 
-    monkeypatch.setattr("fingerdesign.sensing.teach._TEACHING", ((2e-3, 2),))
+    monkeypatch.setattr("fingerdesign.sensing.train.estimator._TEACHING", ((2e-3, 2),))
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     monkeypatch.setattr(training, "teach", teacher)
     design = with_values(find_design("sensitive"), {"grip.regulator.taught_fingers": 1})

@@ -23,7 +23,7 @@ from fingerdesign.control.estimator import (
     standardised,
 )
 from fingerdesign.errors import SolverError
-from fingerdesign.sensing.teach import (
+from fingerdesign.sensing.train.estimator import (
     RandomGripPath,
     Settings,
     sample,

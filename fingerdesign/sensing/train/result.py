@@ -42,7 +42,8 @@ from fingerdesign.sensing.model import (
     bench_problem,
     grip_problem,
 )
-from fingerdesign.sensing.teach import (
+from fingerdesign.sensing.perturb.finger import OF_OBJECTS, Unlike, facing, taught_faults, unlike
+from fingerdesign.sensing.train.estimator import (
     BANDS,
     FRICTIONS,
     RandomGripPath,
@@ -52,7 +53,6 @@ from fingerdesign.sensing.teach import (
     teach,
     wandering,
 )
-from fingerdesign.sensing.unlike import OF_OBJECTS, Unlike, facing, taught_faults, unlike
 from fingerdesign.version import __version__
 
 # Grips by the regulator's own hand, to be taught on: what it meets is not what random paths meet.

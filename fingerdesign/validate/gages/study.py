@@ -27,7 +27,14 @@ from fingerdesign.design.digest import content_digest
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.runtime.progress import Report
-from fingerdesign.sensing.learners import (
+from fingerdesign.sensing.train.estimator import (
+    RandomGripPath,
+    Settings,
+    ends_as_meant,
+    finger_curves,
+    random_grip_paths,
+)
+from fingerdesign.validate.gages.learners import (
     LEAST_GRIPS,
     Errors,
     Network,
@@ -37,7 +44,7 @@ from fingerdesign.sensing.learners import (
     sample_all,
     teach_network,
 )
-from fingerdesign.sensing.record import (
+from fingerdesign.validate.gages.record import (
     Count,
     Dead,
     Floor,
@@ -46,13 +53,6 @@ from fingerdesign.sensing.record import (
     NoiseLevel,
     Observability,
     Pressing,
-)
-from fingerdesign.sensing.teach import (
-    RandomGripPath,
-    Settings,
-    ends_as_meant,
-    finger_curves,
-    random_grip_paths,
 )
 
 # The least error that any unbiased estimate can have from the gages: Cramér and Rao's bound, by the
@@ -199,7 +199,7 @@ def observe(
     :func:`grip_problem` and :func:`random_grip_paths` raise.
     """
     from fingerdesign.sensing.model import grip_problem
-    from fingerdesign.sensing.training import settings_of
+    from fingerdesign.sensing.train.result import settings_of
 
     refuse(design, noise, grips)
     start = time.perf_counter()

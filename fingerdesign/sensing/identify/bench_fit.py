@@ -4,7 +4,7 @@
     fit.values, fit.deviations          # beside fit.latents: what each is, and what it was before
 
 Regularised least squares. With x the latents, each 0 in the design and known before the fit to a
-standard deviation d (a careful workshop's tolerances, sensing/unlike.py), minimise
+standard deviation d (a careful workshop's tolerances, sensing/perturb/finger.py), minimise
 
     sum_i ((m_i(x) - y_i) / s_i)^2 + sum_k (x_k / d_k)^2
 
@@ -45,16 +45,16 @@ from fingerdesign.layout.frames import plate_frames
 from fingerdesign.runtime.cache import GARBLED, Cache, packed, unpacked
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
-from fingerdesign.sensing.bench import MOST_LEAN_DEG, model_curves, protocol
+from fingerdesign.sensing.identify.bench import MOST_LEAN_DEG, model_curves, protocol
 from fingerdesign.sensing.model import MESHED
-from fingerdesign.sensing.unlike import taught_faults
+from fingerdesign.sensing.perturb.finger import taught_faults
 from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 _EVEN = 3.0**-0.5  # standard deviation of what lies evenly between -1 and 1
-# Before the fit: standard deviations of sensing/unlike.py's draws, and of a touch seen by eye.
+# Before the fit: standard deviations of sensing/perturb's draws; of a touch seen by eye.
 PRIOR = {
     "x": 0.1 * _EVEN,
     "y": 0.1 * _EVEN,

@@ -27,7 +27,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.errors import DesignError, Fault, SolverError
-from fingerdesign.sensing.trace_path import Points, TracePath, played
+from fingerdesign.sensing.identify.trace_path import Points, TracePath, played
 
 if TYPE_CHECKING:
     from fingerdesign.contact.problem import ContactProblem

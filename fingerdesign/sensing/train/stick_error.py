@@ -7,7 +7,7 @@ own. A small learner (ridge regression on random rectified sums of the features;
 "Random features for large-scale kernel machines", NIPS 2007) is taught the stick ratio from gages
 and forces and judged on other grips of the same finger, on frictions unknown to it. It hears one
 instant, with neither the past nor the hand's moves, so it errs more than the network of
-sensing/observability.py, which takes fifty times as long. Where gages say nothing it errs by 0.23,
+validate/gages/study.py, which takes fifty times as long. Where gages say nothing it errs by 0.23,
 about the spread of the stick ratio itself.
 (docs/gages.md compares the two.) Another seed moves all designs together by some
 0.02; designs of one study share theirs. numpy only.
@@ -30,7 +30,7 @@ from fingerdesign.control.signals import NormalCalibration, gage_readings
 from fingerdesign.design.grip import HardwareTable
 from fingerdesign.errors import SolverError
 
-FORCE_NOISE_N, GAIN_SPREAD = 0.005, 0.01  # as sensing/teach.py has them
+FORCE_NOISE_N, GAIN_SPREAD = 0.005, 0.01  # as sensing/train/estimator.py has them
 FRICTIONS = (0.15, 1.0)
 GRIPS, FOLDS = 18, 9
 _PRESSED = (0.07, 0.9)  # of the greatest approach, where a grip begins and ends to pull

@@ -15,7 +15,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.plants.recorded import Trace
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.sensing.trace_path import TracePath, played
+from fingerdesign.sensing.identify.trace_path import TracePath, played
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design

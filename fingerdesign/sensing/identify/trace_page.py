@@ -14,7 +14,7 @@ from fingerdesign.records.base import json_text
 from fingerdesign.report import style
 from fingerdesign.report.page import captioned, rendered
 from fingerdesign.report.table import Table
-from fingerdesign.sensing.identification import (
+from fingerdesign.sensing.identify.trace_report import (
     DESIGN_FILE,
     PAGE_FILE,
     RECORD_FILE,
@@ -26,7 +26,7 @@ from fingerdesign.sensing.identification import (
 
 if TYPE_CHECKING:
     from fingerdesign.report.style import Axes
-    from fingerdesign.sensing.identify import Identified
+    from fingerdesign.sensing.identify.trace_fit import Identified
 
 TEMPLATES = Path(__file__).parent / "templates"
 WORDS = TEMPLATES / "identify_words.txt.j2"

@@ -26,7 +26,7 @@ from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.sensing.model import against, bench_problem
-from fingerdesign.sensing.unlike import ALL, unlike
+from fingerdesign.sensing.perturb.finger import ALL, unlike
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design

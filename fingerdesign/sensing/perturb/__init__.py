@@ -1,0 +1,1 @@
+"""Fingers and objects that came out different from their design (domain randomisation)."""

@@ -1,0 +1,1 @@
+"""The information that gages give about the stick ratio (validate --gages)."""
