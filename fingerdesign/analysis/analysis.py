@@ -34,7 +34,7 @@ from fingerdesign.records.result import (
     Result,
     SlipStudySummary,
 )
-from fingerdesign.report.page import said, sentences
+from fingerdesign.report.page import paragraphs, sentences
 from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.version import versions
 
@@ -64,7 +64,7 @@ def caveats(
     if ladder is not None and not ladder.reached:
         quantity, worst = max(ladder.error_estimates.items(), key=lambda item: item[1])
         found["not_reached"] = {"ladder": ladder, "quantity": quantity, "worst": worst}
-    return tuple(said(CAVEATS, macro, **values)[0] for macro, values in found.items())
+    return tuple(paragraphs(CAVEATS, macro, **values)[0] for macro, values in found.items())
 
 
 def _of_path(case: Case, problem: ContactProblem, steps: list[Step]) -> Facts:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.mold.part import axis_name
-from fingerdesign.report.page import rendered
+from fingerdesign.report.page import render_page
 from fingerdesign.report.table import number_text
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ TEMPLATE = Path(__file__).parent / "templates" / "mold.html.j2"
 
 def mold_html(record: MoldData, pictures: Pictures | None, missing: str = "") -> str:
     """The page, from what mold_report.json holds; ``missing`` says why there are no pictures."""
-    return rendered(
+    return render_page(
         TEMPLATE,
         data=record,
         pictures=pictures,

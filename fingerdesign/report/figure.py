@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.report.page import COMMON, macros, packed, said
+from fingerdesign.report.page import COMMON, macros, pack, paragraphs
 from fingerdesign.report.style import COLOURS, ReportFigure
 
 Figure = dict[str, Any]
@@ -28,17 +28,17 @@ START = (-32.0, 24.0)  # degrees: turn about y and tilt of the view that a finge
 _FONT = 'system-ui, "Segoe UI", Roboto, Helvetica, Arial, sans-serif'
 
 
-def rounded(values: Any) -> list[float | int | None]:
+def round_values(values: Any) -> list[float | int | None]:
     """To DIGITS significant digits, whole numbers without a point; what is no number is None.
 
-    >>> rounded((1.23456, None, 120.0, 0.0, float("nan")))
+    >>> round_values((1.23456, None, 120.0, 0.0, float("nan")))
     [1.235, None, 120, 0, None]
     """
     return [number(value) for value in values]
 
 
 def number(value: float | None) -> float | int | None:
-    """One of :func:`rounded`."""
+    """One of :func:`round_values`."""
     if value is None or not math.isfinite(value):
         return None
     near = float(f"{value:.{DIGITS}g}")
@@ -112,17 +112,17 @@ def micrometres(values: Any) -> list[float | None]:
 def triangles_of(solids: Iterable[Any]) -> Triangles:
     """The surfaces of solids, as layout/gaps.py makes them."""
     meshes = [solid.to_mesh64() for solid in solids]
-    return together((mesh.vert_properties, mesh.tri_verts.astype(int)) for mesh in meshes)
+    return merge_triangles((mesh.vert_properties, mesh.tri_verts.astype(int)) for mesh in meshes)
 
 
 def fans(polygons: Iterable[Array]) -> Triangles:
     """Convex polygons (n, 3), each as a fan."""
-    return together(
+    return merge_triangles(
         (ring, np.array([(0, k, k + 1) for k in range(1, len(ring) - 1)])) for ring in polygons
     )
 
 
-def together(parts: Iterable[tuple[Array, IntArray]]) -> Triangles:
+def merge_triangles(parts: Iterable[tuple[Array, IntArray]]) -> Triangles:
     """Several surfaces, vertices and triangles, as one."""
     vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=int)], 0
     for points, own in parts:
@@ -228,7 +228,12 @@ def panels(drawn: Sequence[Panel], columns: int) -> Figure:
         layout["annotations"].append({"text": f"<b>{panel.title}</b>", **place, "showarrow": False})
         for look, (name, xs, ys) in zip(panel.looks, panel.lines, strict=False):
             own = LOOKS["series"][look]
-            trace: Figure = {"x": rounded(xs), "y": rounded(ys), "name": name, "legendgroup": name}
+            trace: Figure = {
+                "x": round_values(xs),
+                "y": round_values(ys),
+                "name": name,
+                "legendgroup": name,
+            }
             trace |= {"xaxis": f"x{number}", "yaxis": f"y{number}", "showlegend": name not in named}
             trace["mode"] = "lines+markers" if panel.marked else "lines"
             trace["line"] = {"color": own["colour"], "dash": own["dash"], "width": 2}
@@ -237,14 +242,14 @@ def panels(drawn: Sequence[Panel], columns: int) -> Figure:
     return {"data": data, "layout": layout, "config": LOOKS["options"]}
 
 
-def charted(figure: Figure, template: Path, name: str, **values: Any) -> ReportFigure:
+def caption_chart(figure: Figure, template: Path, name: str, **values: Any) -> ReportFigure:
     """A figure for a page with the words of a macro: title, how to read it, what it shows.
 
     It lies packed behind its place, and behind fields that stand for its slider and its menus: the
     page's script (templates/figures.js) draws it without these.
     """
-    title, reading, alternative = said(template, name, **values)
-    data = packed(json.dumps(figure, allow_nan=False, separators=(",", ":")))
+    title, reading, alternative = paragraphs(template, name, **values)
+    data = pack(json.dumps(figure, allow_nan=False, separators=(",", ":")))
     image = macros(COMMON / "plot.html.j2").plot(name, data, figure["layout"])
     return ReportFigure(name, title, image, reading, alternative, drawn=True)
 

@@ -17,7 +17,7 @@ from fingerdesign.report.style import Canvas, ReportFigure, png_element, to_svg
 COMMON = Path(__file__).parent / "templates"  # parts.html.j2 and report.css, for every page
 
 
-def rendered(template: Path, **values: Any) -> str:
+def render_page(template: Path, **values: Any) -> str:
     """A feature's template as text, all values escaped; ``style`` is the common style sheet.
 
     The first use of each term of the glossary leads to its entry at the end of the page's <main>.
@@ -26,7 +26,7 @@ def rendered(template: Path, **values: Any) -> str:
     """
     made = _environment(template.parent, COMMON, autoescape=True)
     style = _safe((COMMON / "report.css").read_text(encoding="utf-8"))
-    return explained(str(made.get_template(template.name).render(style=style, **values)))
+    return add_definitions(str(made.get_template(template.name).render(style=style, **values)))
 
 
 # The glossary: glossary.toml, and the links of a page to the entries of the terms that it uses.
@@ -78,7 +78,7 @@ def terms_in(html: str) -> dict[str, Entry]:
     return {entry.key: entry for entry in found}
 
 
-def explained(page: str) -> str:
+def add_definitions(page: str) -> str:
     """The page with its first use of each term linked to a glossary at the end of its <main>."""
     head, opening, rest = page.partition('<main id="main">')
     inside, closing, foot = rest.partition("</main>")
@@ -144,20 +144,20 @@ def _environment(*folders: Path, autoescape: bool) -> Any:
     return made
 
 
-def said(template: Path, name: str, /, **values: Any) -> list[str]:
+def paragraphs(template: Path, name: str, /, **values: Any) -> list[str]:
     """The paragraphs of a macro, parted by lines of ---; any white space in them is one blank."""
     text = str(getattr(macros(template), name)(**values))
     return [" ".join(part.split()) for part in text.split("\n---\n")]
 
 
-def captioned(
+def caption_drawing(
     drawing: Canvas, template: Path, name: str, key: str = "", **values: Any
 ) -> ReportFigure:
     """A drawing with the words of a macro: its title, how to read it, what it shows.
 
     key: of the figure on the page, by default the macro's name.
     """
-    title, reading, alternative = said(template, name, **values)
+    title, reading, alternative = paragraphs(template, name, **values)
     image = to_svg(drawing, key or name, alternative)
     return ReportFigure(key or name, title, image, reading, alternative)
 
@@ -196,7 +196,7 @@ def plotly_script() -> tuple[str, str]:
         text = place.read_text(encoding="utf-8")
     except OSError as error:
         raise FingerDesignError(f"plotly has no script: {error}; install plotly again") from error
-    return packed(text), digest(text)
+    return pack(text), digest(text)
 
 
 def drawing_scripts(wanted: bool, *more: Path) -> dict[str, Any]:
@@ -211,7 +211,7 @@ def drawing_scripts(wanted: bool, *more: Path) -> dict[str, Any]:
     return {"plotly": plotly, "scripts": scripts, "policy": policy}
 
 
-def packed(text: str) -> str:
+def pack(text: str) -> str:
     """gzip in base64: browsers open a page of a few MB faster than one of many."""
     return base64.b64encode(gzip.compress(text.encode(), 6, mtime=0)).decode("ascii")
 

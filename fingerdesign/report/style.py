@@ -124,7 +124,7 @@ def shared_legend(axes: Sequence[Axes], columns: int, where: str = "lower center
 
 
 def to_svg(figure: Canvas, key: str, alternative: str) -> str:
-    """The figure as one inline <svg>: see :func:`inlined`."""
+    """The figure as one inline <svg>: see :func:`inline_svg`."""
     for axis in (each for axes in figure.axes for each in (axes.xaxis, axes.yaxis)):
         if not axis.get_label_text():
             axis.set_label_coords(0.5, 0.0)  # else a place is sought for it
@@ -133,7 +133,7 @@ def to_svg(figure: Canvas, key: str, alternative: str) -> str:
         figure.set_layout_engine(None)  # else the whole figure is drawn twice
     stream = io.StringIO()
     figure.savefig(stream, format="svg", metadata={"Date": None}, dpi=150)
-    return inlined(stream.getvalue(), key, alternative)
+    return inline_svg(stream.getvalue(), key, alternative)
 
 
 def to_png(figure: Canvas) -> bytes:
@@ -143,7 +143,7 @@ def to_png(figure: Canvas) -> bytes:
     return stream.getvalue()
 
 
-def inlined(text: str, key: str, alternative: str) -> str:
+def inline_svg(text: str, key: str, alternative: str) -> str:
     """A drawing's SVG file as an element: ids made unique by ``key``, colours as CSS variables."""
     import html
 
@@ -188,10 +188,10 @@ def small_multiples(
     return list(grid[:count])
 
 
-def spread(count: int, most: int) -> list[int]:
+def evenly_spaced(count: int, most: int) -> list[int]:
     """Up to ``most`` whole numbers from 0 to count - 1, evenly spread, both ends in.
 
-    >>> spread(8, 4), spread(2, 4), spread(0, 4)
+    >>> evenly_spaced(8, 4), evenly_spaced(2, 4), evenly_spaced(0, 4)
     ([0, 2, 5, 7], [0, 1], [])
     """
     return sorted({round(i) for i in np.linspace(0, count - 1, min(most, count))})

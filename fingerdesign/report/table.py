@@ -15,7 +15,9 @@ from fingerdesign.records.result import IncrementResult
 NOISE = 1e-9  # of a column's scale, or of its unit (N, mm, MPa, microstrain) if that is more
 
 
-def cleaned(values: Iterable[float | None] | NDArray[np.float64], scale: float = 0.0) -> np.ndarray:
+def without_noise(
+    values: Iterable[float | None] | NDArray[np.float64], scale: float = 0.0
+) -> np.ndarray:
     """The values with rounding noise, and minus zero, made zero; None becomes NaN.
 
     scale: the largest value of what they are compared with; their own largest counts anyway.
@@ -49,16 +51,16 @@ def column_texts(
     >>> column_texts([0.0, 0.000123])
     ['0.00000', '0.00012']
     """
-    tidy = cleaned(values, scale)
+    tidy = without_noise(values, scale)
     most = float(np.abs(tidy[np.isfinite(tidy)]).max(initial=0.0))
     if most > 0:
         decimals = max(decimals, min(6, 1 - math.floor(math.log10(most))))
     return [number_text(value, decimals) for value in tidy.tolist()]
 
 
-def under_load(rows: Sequence[IncrementResult]) -> list[int]:
+def loaded_increments(rows: Sequence[IncrementResult]) -> list[int]:
     """Which increments press on the finger, by their place."""
-    force = cleaned(row.normal_force_N for row in rows)
+    force = without_noise(row.normal_force_N for row in rows)
     return np.flatnonzero(force > 0).tolist()
 
 

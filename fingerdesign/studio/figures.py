@@ -12,7 +12,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
-from fingerdesign.report.figure import LOOKS, Figure, chart, finger_in_space, rounded
+from fingerdesign.report.figure import LOOKS, Figure, chart, finger_in_space, round_values
 from fingerdesign.search.compare.geometry import packed_geometry
 from fingerdesign.studio.numbers import PRESSES, Numbers
 
@@ -44,7 +44,7 @@ def bars(now: Numbers, picked: int | None, pinned: Numbers | None = None) -> Fig
         {
             "type": "bar",
             "x": plates.tolist(),
-            "y": rounded(now.signals),
+            "y": round_values(now.signals),
             "customdata": plates.tolist(),
             "marker": {"color": looks},
             "name": "now",
@@ -58,7 +58,7 @@ def bars(now: Numbers, picked: int | None, pinned: Numbers | None = None) -> Fig
             {
                 "mode": "markers",
                 "x": other.tolist(),
-                "y": rounded(pinned.signals),
+                "y": round_values(pinned.signals),
                 "customdata": other.tolist(),
                 "marker": marks,
                 "name": "pinned",
@@ -107,8 +107,8 @@ def _line(
 ) -> Figure:
     return {
         "mode": "lines",
-        "x": rounded(x),
-        "y": rounded(y),
+        "x": round_values(x),
+        "y": round_values(y),
         "name": name,
         "line": {"color": colour, "dash": dash, "width": width},
     }
@@ -117,8 +117,8 @@ def _line(
 def _beneath(x: Array, y: Array) -> Figure:
     return {
         "mode": "lines",
-        "x": rounded(x),
-        "y": rounded(y),
+        "x": round_values(x),
+        "y": round_values(y),
         "name": "pinned",
         "line": _PINNED,
         "showlegend": False,

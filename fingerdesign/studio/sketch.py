@@ -14,7 +14,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.contact.laws import OPEN, STICK
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame, crest_height, plate_frames, surface_height
-from fingerdesign.report.page import said
+from fingerdesign.report.page import paragraphs
 from fingerdesign.studio.numbers import Numbers
 from fingerdesign.studio.verdict import WORDS
 
@@ -53,7 +53,7 @@ def sketch(design: Design, now: Numbers | None, picked: int | None = None) -> st
     frame = _Frame(body.width_mm, crest)
     plates = [each for each in plate_frames(design) if each.along == "x"]
     values = {"name": design.design.name, "width": body.width_mm, "crest": crest}
-    words = said(WORDS, "sketch", **values, plates=len(plates), now=now, dimension=2)[0]
+    words = paragraphs(WORDS, "sketch", **values, plates=len(plates), now=now, dimension=2)[0]
     parts = [
         f'<svg class="sketch" viewBox="0 0 {WIDTH:.0f} {frame.height:.0f}" role="img" '
         f'aria-label="{html.escape(words, quote=True)}">',

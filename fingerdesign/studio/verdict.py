@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
-from fingerdesign.report.page import said
+from fingerdesign.report.page import paragraphs
 from fingerdesign.studio.numbers import Numbers
 
 WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
@@ -52,7 +52,7 @@ def _graded(value: float | None, good: float, fair: float) -> str:
 
 
 def _finding(name: str, answer: str, **values: Any) -> dict[str, str]:
-    question, detail = said(WORDS, name, answer=answer, **values)
+    question, detail = paragraphs(WORDS, name, answer=answer, **values)
     return {"answer": answer, "question": question, "detail": detail}
 
 

@@ -16,7 +16,7 @@ from fingerdesign.analysis.page.words import Question
 from fingerdesign.control.roster import ControllerKind
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.report import style
-from fingerdesign.report.page import captioned, rendered, sentences
+from fingerdesign.report.page import caption_drawing, render_page, sentences
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.record import ControlData
 
@@ -62,7 +62,7 @@ def control_html(
         paths_figure(traces, noise),
     ]
     page = TEMPLATES / "control.html.j2"
-    return rendered(page, data=data, answers=answers(data), figures=figures, noise=noise)
+    return render_page(page, data=data, answers=answers(data), figures=figures, noise=noise)
 
 
 def look_of(controller: str) -> tuple[str, Any, str]:
@@ -78,7 +78,7 @@ def success_figure(data: ControlData) -> style.ReportFigure:
     """Success against noise, a line a controller, with Wilson's intervals."""
     most = data["criteria"]["most_force_ratio"]
     with style.house_style():
-        return captioned(
+        return caption_drawing(
             _success(data), WORDS, "success", controllers=data["controllers"], most=most
         )
 
@@ -141,7 +141,7 @@ def force_figure(data: ControlData, rows: Sequence[Row], noise: float) -> style.
         axes.set_xscale("log")
         _plain_log(axes)
         axes.set_xlabel("peak normal force over the least that holds")
-        return captioned(
+        return caption_drawing(
             figure, WORDS, "force", noise=noise, criteria=data["criteria"], peaks=peaks
         )
 
@@ -183,7 +183,7 @@ def map_figure(data: ControlData, rows: Sequence[Row], noise: float) -> style.Re
             for why, (marker, colour) in _MARKS.items()
         ]
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
-        return captioned(figure, WORDS, "maps", noise=noise, counts=counts)
+        return caption_drawing(figure, WORDS, "maps", noise=noise, counts=counts)
 
 
 def _draw_map(
@@ -206,7 +206,7 @@ def _draw_map(
         axes.plot(x, y, color=colour, marker=marker, ms=4, mew=1.2, ls="none")
     axes.grid(False)
     for axis, along, decimals in ((axes.xaxis, frictions, 2), (axes.yaxis, masses, 0)):
-        ticks = style.spread(len(along), 4)
+        ticks = style.evenly_spaced(len(along), 4)
         axis.set_ticks(ticks, [f"{along[k]:.{decimals}f}" for k in ticks])
 
 
@@ -226,7 +226,7 @@ def paths_figure(traces: Sequence[GripTrace], noise: float) -> style.ReportFigur
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=5)
         every = [each for own in objects.values() for each in own]
-        return captioned(figure, WORDS, "paths", noise=noise, traces=every)
+        return caption_drawing(figure, WORDS, "paths", noise=noise, traces=every)
 
 
 def _draw_paths(axes: Axes, traces: Sequence[GripTrace]) -> None:

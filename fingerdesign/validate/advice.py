@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fingerdesign.report.page import said
+from fingerdesign.report.page import paragraphs
 from fingerdesign.validate.record import THRESHOLDS, ComparisonData, Kind, Place, Spread, Verdict
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -115,9 +115,9 @@ def advise(
         values = {"worst": worst, "most": most, "good": good, "fair": fair, "bad": bad}
         values["seconds"] = (dearest.assumed.seconds, dearest.better.seconds)
         values["worth"] = _WORTH
-    return verdict, said(WORDS, kind, verdict=verdict, **values)[0]
+    return verdict, paragraphs(WORDS, kind, verdict=verdict, **values)[0]
 
 
 def off_middle(along_z: Sequence[Place]) -> str:
     """A sentence on gages that do not lie in the middle of the depth."""
-    return said(WORDS, "off_middle", place=along_z[-1])[0]
+    return paragraphs(WORDS, "off_middle", place=along_z[-1])[0]

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from fingerdesign.report import style
-from fingerdesign.report.page import captioned, rendered
+from fingerdesign.report.page import caption_drawing, render_page
 from fingerdesign.report.style import Axes, Axis, Canvas
 from fingerdesign.report.table import Table
 from fingerdesign.validate.advice import GROUPS, NONE, TEMPLATES, WORDS, percent_cell, spread_cell
@@ -47,7 +47,7 @@ def chart_figure(of: Validation) -> style.ReportFigure:
         for number, row in _tested(of)
     ]
     with style.house_style():
-        return captioned(_chart(of), WORDS, "chart", rows=rows)
+        return caption_drawing(_chart(of), WORDS, "chart", rows=rows)
 
 
 def chart_png(of: Validation) -> bytes:
@@ -74,7 +74,7 @@ def along_z_figure(of: Validation) -> style.ReportFigure | None:
         axes.set_ylabel("against the middle (%)")
         axes.set_ylim(bottom=0.0)
         axes.legend()
-        return captioned(figure, WORDS, "along_z", "along-z", profile=profile)
+        return caption_drawing(figure, WORDS, "along_z", "along-z", profile=profile)
 
 
 def _chart(of: Validation) -> Canvas:
@@ -197,7 +197,7 @@ def _greatest(row: Row, sides: Iterable[str], quantities: Iterable[str]) -> floa
 def validate_html(of: Validation) -> str:
     """The page of a validation."""
     rows = of.assumptions
-    return rendered(
+    return render_page(
         TEMPLATES / "validate.html.j2",
         data=of,
         answers=ANSWERS,

@@ -17,7 +17,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.layout.zone import contact_reach, greatest_approach
-from fingerdesign.report.page import said
+from fingerdesign.report.page import paragraphs
 
 # All errors are plane strain against 3-D at the mid-plane: forces and contact width relative
 # (signed: > 0 where plane strain says more), stick ratio absolute, gage strains relative to the
@@ -165,7 +165,7 @@ class PlaneStrainEstimate:
     @property
     def words(self) -> str:
         """One sentence."""
-        return said(WORDS, "plane_strain_estimate", of=self)[0]
+        return paragraphs(WORDS, "plane_strain_estimate", of=self)[0]
 
 
 def plane_strain_error(

@@ -16,7 +16,7 @@ from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.report.page import said
+from fingerdesign.report.page import paragraphs
 from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.runtime.registry import unknown_name
 from fingerdesign.validate.advice import TEMPLATES, advise, off_middle
@@ -146,7 +146,7 @@ def _row(of: Assumption, solves: Solves, deep: bool, failed: list[Row]) -> Row:
 
 def untested_row(of: Assumption, reason: str) -> Row:
     """The row of an assumption that could not be tested."""
-    title, assumed, better = said(TEMPLATES / "assumptions.txt.j2", of.key)
+    title, assumed, better = paragraphs(TEMPLATES / "assumptions.txt.j2", of.key)
     nothing = dict.fromkeys(("seconds", "better_seconds", "saving", "equal_motion", "equal_force"))
     return Row(
         assumption=of.key,

@@ -36,7 +36,7 @@ from fingerdesign.design.schema import Design, Gages
 from fingerdesign.errors import FingerDesignError, SolverError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.zone import Zone
-from fingerdesign.report.page import said
+from fingerdesign.report.page import paragraphs
 from fingerdesign.runtime.progress import Report
 from fingerdesign.validate.advice import WORDS
 from fingerdesign.validate.comparison import Answer
@@ -127,9 +127,9 @@ class Solves:
     ) -> Solved:
         return self._kept(
             f"{dimension} {scale} {sorted(values.items())} {plates}",
-            said(WORDS, "solving", dimension=dimension, scale=scale, values=values, plates=plates)[
-                0
-            ],
+            paragraphs(
+                WORDS, "solving", dimension=dimension, scale=scale, values=values, plates=plates
+            )[0],
             lambda: self._solve(dimension, scale, values, plates),
         )
 

@@ -12,8 +12,7 @@ from fingerdesign.design.schema import Design, StepFile
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.pipeline import run
-from fingerdesign.report.page import said as sentence
-from fingerdesign.report.page import sentences
+from fingerdesign.report.page import paragraphs, sentences
 
 ACROSS = {"along": "z", "count": 5, "cover_mm": 5.0}
 DEEP = {"count": 3, "cover_mm": 5.0}
@@ -161,6 +160,6 @@ def test_what_a_key_does_is_said_where_it_may_be_missed(text, scene, fidelity, w
     scene = parse_scene(scene)
     case = Case(parse_design(f'design.name = "a"\n{text}'), scene, fidelity)
     found = of_choices(case, scene).items()
-    said = [sentence(CAVEATS, name, **values)[0] for name, values in found]
-    assert len(said) == bool(words)
-    assert all(each in said[0] for each in words)
+    stated = [paragraphs(CAVEATS, name, **values)[0] for name, values in found]
+    assert len(stated) == bool(words)
+    assert all(each in stated[0] for each in words)

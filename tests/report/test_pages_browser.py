@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from fingerdesign.report.page import explained, glossary, terms_in
+from fingerdesign.report.page import add_definitions, glossary, terms_in
 from tests.support.accessible import faults, unexplained
 from tests.support.browser import Browser, chromium
 
@@ -121,7 +121,7 @@ def test_the_check_finds_what_it_is_for(window, tmp_path):
 
 
 def test_a_page_links_the_first_use_of_each_term_to_its_entry():
-    page = explained(
+    page = add_definitions(
         '<main id="main"><h2>Gage area</h2><p title="stick ratio">The stick ratio, gage&#39;s '
         "<code>stick ratio</code>; stick ratios.</p></main>"
     )
@@ -130,7 +130,7 @@ def test_a_page_links_the_first_use_of_each_term_to_its_entry():
     links = set(re.findall(r'href="#([^"]+)"', page))
     assert links <= set(re.findall(r'id="([^"]+)"', page))
     assert 'id="term-gage_area"' in page  # a heading holds no link, its term has an entry
-    assert explained('<main id="main"><p>Nothing.</p></main>') == (
+    assert add_definitions('<main id="main"><p>Nothing.</p></main>') == (
         '<main id="main"><p>Nothing.</p></main>'
     )
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.report import style
-from fingerdesign.report.page import macros, rendered
+from fingerdesign.report.page import macros, render_page
 from fingerdesign.report.table import Table
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.known.case import Case, Outcome, Picture, Solution
@@ -115,7 +115,7 @@ def write_suite(found: Found, folder: Path, problems: bool = False) -> list[Path
         "cases": [each.as_dict() for each in found.outcomes],
     }
     table = tuple(row(each) for each in found.outcomes)
-    page = rendered(
+    page = render_page(
         TEMPLATES / "suite.html.j2",
         table=Table("cases", "Every case", HEADINGS, table, frozenset({0, 1, 7})),
         groups=[

@@ -14,7 +14,7 @@ import numpy as np
 
 from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.design.grip import weight_per_finger
-from fingerdesign.report.page import said
+from fingerdesign.report.page import paragraphs
 from fingerdesign_bench.paper.case import PATHS
 from fingerdesign_bench.paper.lifts import (
     MEASURED_FRICTIONS,
@@ -99,7 +99,7 @@ def claims_of(found: Remade) -> tuple[Claim, ...]:
     claims = []
     for key, measure in CLAIMS.items():
         values, verdict, numbers = measure(found)
-        title, where, words, why, measured = said(TEMPLATES / "claims.txt.j2", key, **values)
+        title, where, words, why, measured = paragraphs(TEMPLATES / "claims.txt.j2", key, **values)
         kept = {
             name: None if value is None or not np.isfinite(value) else float(value)
             for name, value in numbers.items()

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.records.base import write_csv
-from fingerdesign.report.page import said
-from fingerdesign.report.style import PAPER, ReportFigure, inlined
+from fingerdesign.report.page import paragraphs
+from fingerdesign.report.style import PAPER, ReportFigure, inline_svg
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -57,13 +57,13 @@ def paper_figure(
     **values: Any,
 ) -> PaperFigure:
     """Save a drawing in all its forms, with the template's words; inside the house style."""
-    title, reading, alternative = said(WORDS, key, **values)
+    title, reading, alternative = paragraphs(WORDS, key, **values)
     canvas.draw_without_rendering()  # lays out once for both
     canvas.set_layout_engine("none")
     picture, drawing = io.BytesIO(), io.StringIO()
     canvas.savefig(picture, format="png", dpi=160, facecolor=PAPER, metadata={"Software": None})
     canvas.savefig(drawing, format="svg", facecolor=PAPER, metadata={"Date": None})
-    image = inlined(drawing.getvalue(), key, alternative)
+    image = inline_svg(drawing.getvalue(), key, alternative)
     shown = ReportFigure(key, title, image, reading, alternative)
     cells = tuple(tuple(_text(value) for value in row) for row in rows)
     return PaperFigure(shown, picture.getvalue(), drawing.getvalue(), tuple(columns), cells)

@@ -130,7 +130,7 @@ def _draw_all_steps(spare: Axes, alike: Likeness) -> None:
 def likeness_figure(alike: Likeness) -> PaperFigure:
     """Plates' normal strain beside the shear strain of the finger without plates."""
     slope = alike.overall_slope
-    chosen = style.spread(len(alike.shear), _PANELS)
+    chosen = style.evenly_spaced(len(alike.shear), _PANELS)
     figure = style.canvas(7.2, 4.6)
     panels = style.small_multiples(figure, len(chosen) + 1 + (len(chosen) + 1) % 2, 3)
     for axes, step in zip(panels, chosen, strict=False):

@@ -22,7 +22,7 @@ from fingerdesign.analysis.slip_study import slip_studies
 from fingerdesign.analysis.stages import in_wide_zone, one_thread, zone_of
 from fingerdesign.checks.load import with_values
 from fingerdesign.records.base import ResultError
-from fingerdesign.report.page import rendered
+from fingerdesign.report.page import render_page
 from fingerdesign.report.style import house_style
 from fingerdesign.runtime.files import move_into, whole_folder
 from fingerdesign.version import versions
@@ -91,7 +91,7 @@ def paper_figures(found: Remade) -> list[PaperFigure]:
 def paper_html(found: Remade, figures: list[PaperFigure], versions: dict[str, str]) -> str:
     """The page: verdicts first, then each figure with the paper's words about it."""
     claims = {claim.figure: claim for claim in found.claims}
-    return rendered(
+    return render_page(
         TEMPLATES / "paper.html.j2",
         found=found,
         figures=[(figure, claims.get(figure.key)) for figure in figures],

@@ -11,10 +11,10 @@ from fingerdesign.contact.recovery import middle_weights
 from fingerdesign.records.arrays import OPEN, SLIP, STICK, ContactHistory
 from fingerdesign.records.result import IncrementResult, Result
 from fingerdesign.report import style
-from fingerdesign.report.figure import Figure, Panel, charted, panels
-from fingerdesign.report.page import captioned
+from fingerdesign.report.figure import Figure, Panel, caption_chart, panels
+from fingerdesign.report.page import caption_drawing
 from fingerdesign.report.style import Axes, Canvas
-from fingerdesign.report.table import cleaned
+from fingerdesign.report.table import without_noise
 
 
 def path_chart(result: Result) -> Figure:
@@ -41,17 +41,22 @@ def path_chart(result: Result) -> Figure:
 def _loads(rows: Sequence[IncrementResult]) -> tuple[Array, Array, Array, Array]:
     """F_n, F_t, F_z (N) and the twist moment (N mm), rid of noise."""
     both = np.array([[row.normal_force_N, row.tangential_force_N] for row in rows])
-    normal, tangential = cleaned(both).T  # on one scale: F_t may be noise beside F_n
+    normal, tangential = without_noise(both).T  # on one scale: F_t may be noise beside F_n
     most = float(np.abs(normal).max(initial=0.0))
-    along = cleaned((row.force_z_N for row in rows), scale=most)
-    return normal, tangential, along, cleaned((row.twist_moment_Nmm for row in rows), scale=most)
+    along = without_noise((row.force_z_N for row in rows), scale=most)
+    return (
+        normal,
+        tangential,
+        along,
+        without_noise((row.twist_moment_Nmm for row in rows), scale=most),
+    )
 
 
 def force_figure(result: Result) -> style.ReportFigure:
     """:func:`path_chart` for the page, with its words."""
     rows = result.increments
     normal, tangential, along, moment = _loads(rows)
-    return charted(
+    return caption_chart(
         path_chart(result),
         FIGURES,
         "forces",
@@ -92,8 +97,8 @@ def contact_chart(contact: ContactHistory, chosen: Sequence[int]) -> Figure:
 def _middle(contact: ContactHistory) -> tuple[Array, Array, Array, bool]:
     """Places (l,), pressure and shear traction (k, l) there, and whether it is a magnitude."""
     x, normal, tangential = middle_tractions(contact, contact.mid_line())
-    pressure = cleaned(normal)
-    both = cleaned(tangential, scale=float(pressure.max(initial=0.0)))
+    pressure = without_noise(normal)
+    both = without_noise(tangential, scale=float(pressure.max(initial=0.0)))
     size = np.linalg.norm(both, axis=2)
     # A free mesh has no row of nodes on z = 0: a little stands aside there even in pure shear.
     turned = bool(np.abs(both[..., 1:]).max(initial=0.0) > 0.02 * size.max(initial=0.0))
@@ -105,9 +110,9 @@ def traction_figure(contact: ContactHistory) -> style.ReportFigure:
     x, pressure, shear, turned = _middle(contact)
     touching = np.flatnonzero((contact.status != OPEN).any(axis=1))
     shown = touching if len(touching) else np.arange(len(pressure))
-    chosen = [int(shown[i]) for i in style.spread(len(shown), 4)]
+    chosen = [int(shown[i]) for i in style.evenly_spaced(len(shown), 4)]
     last = chosen[-1]
-    return charted(
+    return caption_chart(
         contact_chart(contact, chosen),
         FIGURES,
         "tractions",
@@ -173,7 +178,7 @@ def status_figure(contact: ContactHistory, shear_grows: bool = False) -> style.R
     """
     flat = contact.dimension == 2
     touching = np.flatnonzero((contact.status != OPEN).any(axis=1))
-    return captioned(
+    return caption_drawing(
         _status_rows(contact),
         FIGURES,
         "status",

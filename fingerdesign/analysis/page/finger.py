@@ -28,18 +28,18 @@ from fingerdesign.report.figure import (
     Figure,
     Triangles,
     camera,
-    charted,
+    caption_chart,
     corners,
     fans,
     finger_in_space,
+    merge_triangles,
     micrometres,
     number,
     places,
-    together,
     triangles_of,
 )
 from fingerdesign.report.style import ReportFigure
-from fingerdesign.report.table import cleaned
+from fingerdesign.report.table import without_noise
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.analysis import Analysis
@@ -281,13 +281,13 @@ def _plates(analysis: Analysis) -> Iterator[Painted]:
     if not analysis.plates:
         return
     solids = [triangles_of([solid]) for solid in solids_of(analysis.plates)]
-    drawn = together((solid.vertices, solid.triangles) for solid in solids).drawn()
+    drawn = merge_triangles((solid.vertices, solid.triangles) for solid in solids).drawn()
     trace = {"name": "plates", **LOOKS["solid"], **LOOKS["finger"]["plates"], **(drawn or {})}
     rows = analysis.result.increments
     if not rows or len(rows[0].gages) != len(solids):
         yield Painted(trace, np.zeros((0, 0)))
         return
-    readings = cleaned(np.array([[gage.reading for gage in row.gages] for row in rows]))
+    readings = without_noise(np.array([[gage.reading for gage in row.gages] for row in rows]))
     most = number(np.abs(readings).max()) or 1.0
     scale = [[0.0, "--blue"], [0.5, "--open"], [1.0, "--vermilion"]]
     bar = _bar("gages (microstrain)", 0.76)
@@ -316,7 +316,7 @@ def _contact(analysis: Analysis) -> Iterator[Painted]:
         most = number(values.max(initial=0.0)) or 1.0
         look = {"colorscale": "Cividis", "cmin": 0.0, "cmax": most}
         trace = {"name": name, **common, **drawn, **look, "colorbar": _bar(name, 0.24)}
-        yield Painted(trace, cleaned(values)[:, patch.owner], patch.half)
+        yield Painted(trace, without_noise(values)[:, patch.owner], patch.half)
     points, triangles, owner = patch.apart()
     drawn = places(points) | corners(triangles)
     steps = [k / len(_STATUS) for k in range(len(_STATUS) + 1)]
@@ -501,7 +501,7 @@ def finger_report(analysis: Analysis) -> ReportFigure:
     solid = mesh.parts["plates"]
     count = len(set(mesh.regions[solid].tolist())) if solid.any() else len(analysis.plates)
     field, contact = last_field(analysis), analysis.contact
-    return charted(
+    return caption_chart(
         figure,
         FIGURES,
         "space",

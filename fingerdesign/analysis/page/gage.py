@@ -10,10 +10,10 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.records.arrays import GripTrace, SlipStudy
 from fingerdesign.records.result import IncrementResult, Result
 from fingerdesign.report import style
-from fingerdesign.report.figure import Figure, Panel, charted, panels
-from fingerdesign.report.page import captioned
+from fingerdesign.report.figure import Figure, Panel, caption_chart, panels
+from fingerdesign.report.page import caption_drawing
 from fingerdesign.report.style import Axes
-from fingerdesign.report.table import cleaned, under_load
+from fingerdesign.report.table import loaded_increments, without_noise
 
 # Figures of the grips: force paths against the friction limit, and what the rule saw (Fig. 10).
 
@@ -28,7 +28,7 @@ def paths_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
         axes.set_xlabel("normal force (N)")
     style.shared_legend(panels, 3)
     holds = [len(trace.hold_starts) for trace in traces]
-    return captioned(figure, FIGURES, "paths", traces=traces, holds=holds)
+    return caption_drawing(figure, FIGURES, "paths", traces=traces, holds=holds)
 
 
 def rule_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
@@ -70,7 +70,7 @@ def rule_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
     reporting = any(trace.reported_stick_ratio is not None for trace in traces)
     ratios = [trace.stick_ratio[np.isfinite(trace.stick_ratio)] for trace in traces]
     least = [ratio.min() if len(ratio) else None for ratio in ratios]
-    return captioned(
+    return caption_drawing(
         figure, FIGURES, "rule", traces=traces, sampled=sampled, reporting=reporting, least=least
     )
 
@@ -151,8 +151,8 @@ def gages_chart(
 
 
 def _few_under_load(rows: Sequence[IncrementResult]) -> list[int]:
-    shown = under_load(rows) or list(range(len(rows)))
-    return [shown[i] for i in style.spread(len(shown), 4)]
+    shown = loaded_increments(rows) or list(range(len(rows)))
+    return [shown[i] for i in style.evenly_spaced(len(shown), 4)]
 
 
 def _strains(
@@ -163,7 +163,7 @@ def _strains(
     numbers = np.array([gage.plate for gage in rows[0].gages], dtype=int)
     both = ("membrane", "bending")
     strains = [[[getattr(g, part) for g in row.gages] for row in rows] for part in both]
-    return numbers, len(plates) == len(numbers), cleaned(np.array(strains))
+    return numbers, len(plates) == len(numbers), without_noise(np.array(strains))
 
 
 def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> style.ReportFigure:
@@ -172,7 +172,7 @@ def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> style.Re
     number = _few_under_load(result.increments)[-1]
     last = strains[:, number]
     most, bent = (int(np.abs(values).argmax()) for values in last)
-    return charted(
+    return caption_chart(
         gages_chart(result, plates),
         FIGURES,
         "strains",
@@ -197,7 +197,7 @@ def response_figure(study: SlipStudy) -> style.ReportFigure:
     mu = study.friction_coefficient
     key = f"response-{mu:g}".replace(".", "-")
     usable = np.flatnonzero(np.isfinite(study.response).any(axis=1))
-    chosen = [int(usable[i]) for i in style.spread(len(usable), 8)]
+    chosen = [int(usable[i]) for i in style.evenly_spaced(len(usable), 8)]
     figure = style.canvas(7.2, 0.7 + 1.75 * -(-max(len(chosen), 1) // 4))
     labels = {"across": "plate centre x (mm)", "up": "microstrain/N"}
     panels = style.small_multiples(
@@ -223,7 +223,7 @@ def response_figure(study: SlipStudy) -> style.ReportFigure:
     panels[0].set_ylim(0.0, 1.25 * top)
     if chosen:
         style.shared_legend(panels[:1], 3, "upper right")
-    return captioned(figure, FIGURES, "response", key, study=study, top=top, chosen=chosen)
+    return caption_drawing(figure, FIGURES, "response", key, study=study, top=top, chosen=chosen)
 
 
 def area_figure(studies: tuple[SlipStudy, ...]) -> style.ReportFigure:
@@ -252,6 +252,6 @@ def area_figure(studies: tuple[SlipStudy, ...]) -> style.ReportFigure:
         axes.set_xlabel("step")
         axes.set_ylim(bottom=0.0)
     style.shared_legend(panels[:1], 3)
-    return captioned(
+    return caption_drawing(
         figure, FIGURES, "areas", studies=studies, enough=GOOD_CORRELATION, undefined=UNDEFINED
     )

@@ -14,7 +14,7 @@ from fingerdesign.errors import PictureError
 from fingerdesign.mesh.measures import cell_angles
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.report import style
-from fingerdesign.report.page import captioned, drawing_scripts, rendered
+from fingerdesign.report.page import caption_drawing, drawing_scripts, render_page
 
 RESPONSES = 3  # friction coefficients whose responses are drawn gage by gage; the areas are for all
 SECTIONS = {
@@ -46,7 +46,7 @@ def quality_figure(mesh: Mesh) -> style.ReportFigure:
     figure.supxlabel(f"{what} of a cell (degrees)", fontsize="medium")
     panels[0].set_ylabel("cells")
     worst = {name: angles[own].min() for name, own, *_ in parts}
-    return captioned(
+    return caption_drawing(
         figure, words.FIGURES, "quality", what=what, worst=worst, median=np.median(angles)
     )
 
@@ -61,7 +61,7 @@ def time_figure(stages: dict[str, float]) -> style.ReportFigure:
     axes.grid(visible=False, axis="y")
     axes.set_xlabel("seconds")
     axes.margins(x=0.12)
-    return captioned(figure, words.FIGURES, "time", stages=stages, total=sum(stages.values()))
+    return caption_drawing(figure, words.FIGURES, "time", stages=stages, total=sum(stages.values()))
 
 
 def report_figures(analysis: Analysis) -> dict[str, list[style.ReportFigure]]:
@@ -77,7 +77,7 @@ def report_figures(analysis: Analysis) -> dict[str, list[style.ReportFigure]]:
             figures["contact"].append(traction_figure(analysis.contact))
         if analysis.slip_studies:
             figures["gages"].append(gage.area_figure(analysis.slip_studies))
-            shown = style.spread(len(analysis.slip_studies), RESPONSES)
+            shown = style.evenly_spaced(len(analysis.slip_studies), RESPONSES)
             figures["gages"] += [gage.response_figure(analysis.slip_studies[i]) for i in shown]
         if result.increments and result.increments[0].gages:
             figures["gages"].append(gage.strain_figure(result, analysis.plates))
@@ -108,7 +108,7 @@ def report_html(analysis: Analysis) -> str:
             chart = time_figure({**took, PAGE_STAGE: drawn})
         figures = {**figures, "work": [*figures["work"], chart]}
     all_drawn = [*filter(None, [finger]), *chain(*figures.values())]
-    text = rendered(
+    text = render_page(
         TEMPLATE,
         result=result,
         short=words.in_short(result),

@@ -17,11 +17,11 @@ from fingerdesign.records.statistics import (
 )
 from fingerdesign.report.table import (
     Table,
-    cleaned,
     column_texts,
+    loaded_increments,
     number_text,
-    under_load,
     value_text,
+    without_noise,
 )
 
 SCENE = "scene."  # how the keys of the scene begin among ``Result.parameters``
@@ -248,13 +248,15 @@ def scene_table(result: Result) -> Table:
 def points_table(result: Result) -> Table:
     """Strain at the scene's readout points, at the last increment under load (else the last)."""
     parts = ("xx", "yy", "zz", "xy", "xz", "yz")
-    loaded = under_load(result.increments)
+    loaded = loaded_increments(result.increments)
     last = loaded[-1] if loaded else len(result.increments) - 1
     points = result.increments[last].points if result.increments else ()
     places: list[Any] = result.parameters.get(f"{SCENE}readout.points_mm") or []
     if len(places) != len(points):
         places = [(None, None, None)] * len(points)
-    strains = cleaned(np.array([[getattr(point, part) for part in parts] for point in points]))
+    strains = without_noise(
+        np.array([[getattr(point, part) for part in parts] for point in points])
+    )
     texts = column_texts(strains.ravel().tolist(), 1)  # one format for all six
     columns: dict[str, Iterable[str]] = {"point": [str(k + 1) for k in range(len(points))]}
     columns |= {f"{x} (mm)": column_texts(p[k] for p in places) for k, x in enumerate("xyz")}

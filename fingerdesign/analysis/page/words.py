@@ -19,8 +19,8 @@ from fingerdesign.records.result import (
     Result,
     SlipStudySummary,
 )
-from fingerdesign.report.page import said
-from fingerdesign.report.table import NOISE, cleaned, under_load, value_text
+from fingerdesign.report.page import paragraphs
+from fingerdesign.report.table import NOISE, loaded_increments, value_text, without_noise
 from fingerdesign.runtime.registry import BODIES, SCENE_OBJECTS, Kind
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -57,7 +57,7 @@ def finger_words(keys: Keys) -> str:
         radius=float(keys.get("body.arc_radius_mm") or 0.0),
         dome=float(keys.get("body.dome_radius_mm") or 0.0),
     )
-    return said(SENTENCES, "finger", keys=keys, top=top, rows=_rows(keys))[0]
+    return paragraphs(SENTENCES, "finger", keys=keys, top=top, rows=_rows(keys))[0]
 
 
 def _below(table: str, keys: Keys) -> dict[str, Any]:
@@ -81,7 +81,7 @@ def object_text(result: Result) -> str:
     shape = str(keys.get("shape") or "plane")
     kind: Kind | None = SCENE_OBJECTS.get(shape)
     radius = keys.get("radius_mm")
-    return said(
+    return paragraphs(
         SENTENCES,
         "object",
         keys=keys,
@@ -153,12 +153,12 @@ def leaves_section(found: Sequence[IncrementResult]) -> bool:
 
 def slip_grows_with_shear(found: Sequence[IncrementResult]) -> bool:
     """Whether the stick ratio falls from its largest to its last as the tangential force grows."""
-    loaded = under_load(found)
+    loaded = loaded_increments(found)
     if len(loaded) < 2 or loaded != list(range(loaded[0], len(found))) or leaves_section(found):
         return False
     rows = [found[place] for place in loaded]
     ratio = np.array([row.stick_ratio or 0.0 for row in rows])
-    force = np.abs(cleaned(row.tangential_force_N for row in rows))
+    force = np.abs(without_noise(row.tangential_force_N for row in rows))
     start = len(ratio) - 1 - int(ratio[::-1].argmax())  # the last of the largest
     falls = bool((np.diff(ratio[start:]) <= 0).all()) and ratio[-1] < ratio[start]
     return falls and bool((np.diff(force[start:]) >= -1e-6 * force.max()).all())
@@ -175,7 +175,7 @@ class Question:
 
 
 def _question(name: str, answer: Answer, **values: Any) -> Question:
-    question, detail = said(SENTENCES, name, answer=answer, **values)
+    question, detail = paragraphs(SENTENCES, name, answer=answer, **values)
     return Question(answer, question, detail)
 
 
@@ -298,7 +298,7 @@ def _graded(good: int, every: int) -> Answer:
 
 def _touches(found: Sequence[IncrementResult]) -> Question:
     """What the contact did, where neither slip study nor grips tell more."""
-    loaded = under_load(found)
+    loaded = loaded_increments(found)
     row = found[loaded[-1]] if loaded else None
     answer: Answer = "open"
     if row is not None:

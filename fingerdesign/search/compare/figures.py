@@ -15,7 +15,7 @@ from typing import Any
 
 from fingerdesign.records.outcome import GripOutcome, Outcome, Traces
 from fingerdesign.report.figure import LOOKS as COMMON_LOOKS
-from fingerdesign.report.figure import Figure, finger_in_space, number, rounded
+from fingerdesign.report.figure import Figure, finger_in_space, number, round_values
 from fingerdesign.report.page import macros
 
 STATUS = "#/."  # stick, slip, open
@@ -106,7 +106,7 @@ def _bars(
 
 def _contact_points(traces: Traces, wide: list[Any], words: str) -> Figure:
     """From above; the points of each status are filled in by the page."""
-    x, z = rounded(traces.contact_x_mm), rounded(traces.contact_z_mm)
+    x, z = round_values(traces.contact_x_mm), round_values(traces.contact_z_mm)
     each = 1
     if all(place is None or place >= -1e-9 for place in z):
         # A model of the half z >= 0 alone is its own mirror image.
@@ -139,7 +139,7 @@ def gages_figure(traces: Traces) -> Figure | None:
         {
             "mode": "lines",
             "x": steps,
-            "y": rounded([row[gage] for row in traces.gages]),
+            "y": round_values([row[gage] for row in traces.gages]),
             "name": f"gage {gage + 1}",
             "line": {"color": "--muted", "width": 0.9},
         }
@@ -170,7 +170,7 @@ def gages_figure(traces: Traces) -> Figure | None:
         "names": names,
         "best": best[0],
         "order": order,
-        "places": rounded([traces.gage_x_mm[gage] for gage in order]),
+        "places": round_values([traces.gage_x_mm[gage] for gage in order]),
     }
 
 
@@ -199,7 +199,10 @@ def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | 
         name = f"limit μ = {friction:g}"
         data.append({"mode": "lines", "name": name, "hoverinfo": "skip", **line})
     data += [_grip(grip, frictions) for grip in grips]
-    normal, tangential = rounded(traces.normal_force_N), rounded(traces.tangential_force_N)
+    normal, tangential = (
+        round_values(traces.normal_force_N),
+        round_values(traces.tangential_force_N),
+    )
     if normal:
         data.append({"x": normal, "y": tangential, **LOOKS["scene_path"]})
     layout = {
@@ -227,8 +230,8 @@ def _grip(grip: GripOutcome, frictions: Mapping[float, int]) -> dict[str, Any]:
     end = "lifted" if good else "not lifted or slipped"
     return {
         "mode": "lines+markers",
-        "x": rounded(grip.normal_force_N),
-        "y": rounded(grip.tangential_force_N),
+        "x": round_values(grip.normal_force_N),
+        "y": round_values(grip.tangential_force_N),
         "name": f"grip μ = {grip.friction_coefficient:g}, {end}",
         "line": {"color": look["colour"], "dash": look["dash"], "width": 1.6},
         "marker": {

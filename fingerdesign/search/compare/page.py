@@ -10,11 +10,11 @@ from typing import Any
 
 from fingerdesign.errors import all_shown, shown
 from fingerdesign.records.outcome import Outcome, Traces, designs_csv, grips_csv, increments_csv
-from fingerdesign.report.figure import rounded
+from fingerdesign.report.figure import round_values
 from fingerdesign.report.page import (
     drawing_scripts,
-    packed,
-    rendered,
+    pack,
+    render_page,
     sentences,
 )
 from fingerdesign.report.table import Table, value_text
@@ -129,7 +129,7 @@ def detail(outcome: Outcome, frictions: Mapping[float, int]) -> dict[str, Any]:
                 "gages": gages_figure(traces),
                 "forces": forces_figure(outcome, frictions),
             },
-            "readings": {key: rounded(getattr(traces, key)) for key in READINGS},
+            "readings": {key: round_values(getattr(traces, key)) for key in READINGS},
             "count": max(len(traces.normal_force_N), len(traces.gages), len(traces.status)),
             "status": traces.status,
             "belief": [line.split("\t") for line in sentences(WORDS, "belief", outcome)],
@@ -191,12 +191,12 @@ def compare_html(
         "increments.csv": increments_csv(outcomes),
         "grips.csv": grips_csv(outcomes),
     }
-    return rendered(
+    return render_page(
         TEMPLATES / "compare.html.j2",
         name=shown(facts.name),
         data=script_json(data),
         details=list(_details(outcomes)),
-        archives={name: packed(text) for name, text in files.items()},
+        archives={name: pack(text) for name, text in files.items()},
         designs=data["designs"],
         summary=summary(outcomes, facts, found),
         table=table,
@@ -273,7 +273,7 @@ def _details(outcomes: Sequence[Outcome]) -> Iterator[str]:
     frictions = frictions_of(outcomes)
     for first in range(0, len(outcomes), TOGETHER):
         some = enumerate(outcomes[first : first + TOGETHER], first)
-        yield packed(script_json({number: detail(each, frictions) for number, each in some}))
+        yield pack(script_json({number: detail(each, frictions) for number, each in some}))
 
 
 def _failures(outcomes: Sequence[Outcome]) -> Table:

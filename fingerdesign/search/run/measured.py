@@ -19,7 +19,7 @@ from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
 from fingerdesign.records.arrays import OPEN, SLIP, ContactHistory
 from fingerdesign.records.outcome import GripOutcome, Numbers, Traces, bounded
 from fingerdesign.records.result import GripResult, IncrementResult
-from fingerdesign.report.style import spread
+from fingerdesign.report.style import evenly_spaced
 from fingerdesign.search.study.file import Cost
 from fingerdesign.sensing.train.stick_error import Listening, stick_error
 
@@ -88,7 +88,7 @@ def own_metrics(design: Design, cost: Cost) -> dict[str, float | None]:
 def traces_of(analysis: Analysis) -> Traces:
     """The path's numbers, gages and contact map, thinned to what a comparison shows."""
     every, contact = analysis.result.increments, analysis.contact
-    kept = spread(len(every), MOST_INCREMENTS)
+    kept = evenly_spaced(len(every), MOST_INCREMENTS)
     rows = [every[k] for k in kept]
     along = ("approach_mm", "shear_mm", "normal_force_N", "tangential_force_N", "stick_ratio")
     path = (*along, "contact_width_mm")
@@ -122,7 +122,7 @@ def grip_outcome(grip: GripResult, normal: Numbers, tangential: Numbers) -> Grip
     facts: dict[str, Any] = {
         each.name: getattr(grip, each.name, ()) for each in fields(GripOutcome)
     }
-    kept = spread(len(normal), MOST_STEPS)
+    kept = evenly_spaced(len(normal), MOST_STEPS)
     normal, tangential = (tuple(path[k] for k in kept) for path in (normal, tangential))
     return replace(GripOutcome(**facts), normal_force_N=normal, tangential_force_N=tangential)
 
@@ -183,11 +183,11 @@ def _shown_points(contact: ContactHistory) -> list[int]:
     what is ever touched."""
     if contact.dimension == 2:
         line = contact.mid_line()
-        return [int(line[k]) for k in spread(len(line), MOST_CONTACT)]
+        return [int(line[k]) for k in evenly_spaced(len(line), MOST_CONTACT)]
     places = contact.points[:, [0, 2]]
     touched = places[(contact.status != OPEN).any(axis=0)]
     if not len(touched):
-        return spread(len(places), MOST_CONTACT)
+        return evenly_spaced(len(places), MOST_CONTACT)
     low, high = touched.min(axis=0), touched.max(axis=0)
     room = np.maximum(_ROOM * (high - low), 1e-9)
     low, high = low - room, high + room

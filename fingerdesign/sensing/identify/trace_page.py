@@ -12,7 +12,7 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.checks.load import dump_design
 from fingerdesign.records.base import json_text
 from fingerdesign.report import style
-from fingerdesign.report.page import captioned, rendered
+from fingerdesign.report.page import caption_drawing, render_page
 from fingerdesign.report.table import Table
 from fingerdesign.sensing.identify.trace_report import (
     DESIGN_FILE,
@@ -48,7 +48,7 @@ def identify_html(found: Identified, data: IdentificationData, plates: Sequence[
     """The page. plates: numbers of the plates whose gages the trace holds, in its order."""
     with style.house_style():
         figures = [_forces(found, data), _gages(found, plates)]
-    return rendered(
+    return render_page(
         TEMPLATES / "identify.html.j2",
         data=data,
         values={each.name: each for each in data.values},
@@ -74,7 +74,9 @@ def _forces(found: Identified, data: IdentificationData) -> style.ReportFigure:
     _by_time(lower)
     figure.legend(loc="outside lower center", ncols=4)
     left = float(np.sqrt(np.mean((felt - said)[:, :2] ** 2)))
-    return captioned(figure, WORDS, "forces", left=left, most=float(felt[:, 0].max()), data=data)
+    return caption_drawing(
+        figure, WORDS, "forces", left=left, most=float(felt[:, 0].max()), data=data
+    )
 
 
 def _gages(found: Identified, plates: Sequence[int]) -> style.ReportFigure:
@@ -93,7 +95,9 @@ def _gages(found: Identified, plates: Sequence[int]) -> style.ReportFigure:
     _by_time(axes)
     figure.legend(loc="outside lower center", ncols=4)
     left = np.sqrt(np.mean((felt - said) ** 2, axis=0))
-    return captioned(figure, WORDS, "gages", left=float(np.median(left)), worst=float(left.max()))
+    return caption_drawing(
+        figure, WORDS, "gages", left=float(np.median(left)), worst=float(left.max())
+    )
 
 
 def _by_time(axes: Axes) -> None:
