@@ -1,4 +1,4 @@
-"""The documentation site's settings: `make site` reads them; why these tools: docs/site.md."""
+"""Settings of the documentation site (docs/reference/site.md); `make site` reads them."""
 
 import os
 import sys

@@ -112,7 +112,7 @@ def read_docstring(
 
 def source_links(app: Any, docname: str, source: list[str]) -> None:
     """Pages name files beside docs/ by relative links: on the site they are words, not links."""
-    source[0] = re.sub(r"\[([^\]]+)\]\((\.\./[^)]+\.py)\)", r"\1", source[0])
+    source[0] = re.sub(r"\[([^\]]+)\]\(((?:\.\./)+[^)]+\.py)\)", r"\1", source[0])
 
 
 def write_keys(app: Any) -> None:

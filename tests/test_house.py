@@ -139,7 +139,7 @@ FILE_NAMED = re.compile(
 
 
 def test_files_that_texts_name_are_there():
-    texts = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("designs/**/*.toml")]
+    texts = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("designs/**/*.toml")]
     for part in ("fingerdesign", "cli", "benchmarks", "tests"):
         texts += (ROOT / part).rglob("*.py")
     named = {(path.name, name) for path in texts for name in FILE_NAMED.findall(path.read_text())}

@@ -1,4 +1,4 @@
-"""docs/plugins.md: its package is installed as it stands, and its commands run."""
+"""docs/how_to/plugins.md: its package is installed as it stands, and its commands run."""
 
 import json
 import re
@@ -16,7 +16,7 @@ from fingerdesign.runtime.isolate import Worker
 from fingerdesign.runtime.registry import CONTROLLERS
 from tests.support.plugins import installed
 
-PAGE = (Path(__file__).parents[1] / "docs" / "plugins.md").read_text("utf-8")
+PAGE = (Path(__file__).parents[1] / "docs/how_to/plugins.md").read_text("utf-8")
 
 COARSER = "section = { contact_size_mm = 0.2, plate_size_mm = 0.2, plate_end_size_mm = 0.1 }"
 

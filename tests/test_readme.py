@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 from fingerdesign_bench.cli.bench import command as bench
+from fingerdesign_bench.known.case import Outcome, load_cases
+from fingerdesign_bench.known.run import row
 from fingerdesign_cli.main import cli, main
 
 from fingerdesign import parse_design
@@ -19,30 +21,8 @@ from tests.support.coarser import write_coarser
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "README.md").read_text("utf-8")
-PAGES = (
-    "README.md",
-    "docs/cli.md",
-    "docs/install.md",
-    "docs/method.md",
-    "docs/benchmarks.md",
-    "docs/suite.md",
-    "docs/fingers.md",
-    "docs/plane_strain.md",
-    "docs/validate.md",
-    "docs/fidelity.md",
-    "docs/plants.md",
-    "docs/controllers.md",
-    "docs/plugins.md",
-    "docs/control.md",
-    "docs/calibrate.md",
-    "docs/identify.md",
-    "docs/gages.md",
-    "docs/three_d.md",
-    "docs/paper.md",
-    "docs/molds.md",
-    "docs/studies.md",
-    "docs/studio.md",
-)
+DOCS = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob("docs/*/*.md"))
+PAGES = ("README.md", *DOCS)
 
 
 def page(name):
@@ -104,13 +84,13 @@ def test_a_step_of_the_tour_runs(toured, commands, capsys):
 @pytest.mark.slow
 def test_the_commands_of_the_page_on_the_command_line_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    for block in blocks("sh", "docs/cli.md") + blocks("sh", "docs/install.md"):
+    for block in blocks("sh", "docs/reference/cli.md") + blocks("sh", "docs/how_to/install.md"):
         for command in block.splitlines():
             assert main(command.split()[1:]) == 0, (command, capsys.readouterr())
     assert (tmp_path / "out/first.svg").is_file()
 
 
-FIRST = [block.split()[1:] for block in blocks("sh", "docs/first_finger.md")]
+FIRST = [block.split()[1:] for block in blocks("sh", "docs/tutorials/first_finger.md")]
 
 
 @pytest.fixture
@@ -119,7 +99,7 @@ def first_finger(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(FIRST[0]) == 0
     assert "[plates]" in Path("mine.toml").read_text("utf-8")
-    Path("mine.toml").write_text(blocks("toml", "docs/first_finger.md")[0], "utf-8")
+    Path("mine.toml").write_text(blocks("toml", "docs/tutorials/first_finger.md")[0], "utf-8")
 
 
 @pytest.mark.parametrize(
@@ -146,17 +126,17 @@ def test_every_design_of_the_fingers_page_is_sound_and_its_python_runs(
 ):
 
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
-    designs = [parse_design(block) for block in blocks("toml", "docs/fingers.md")]
+    designs = [parse_design(block) for block in blocks("toml", "docs/reference/fingers.md")]
     assert [design.design.name for design in designs] == ["pad", "rows", "skin"]
     assert designs[0].body.core is not None
     assert {frame.along for frame in plate_frames(designs[1])} == {"x", "z"}
     assert all(frame.holes and frame.bend_radius for frame in plate_frames(designs[2]))
-    said = run_python("docs/fingers.md", capsys).split()
+    said = run_python("docs/reference/fingers.md", capsys).split()
     assert [float(value) for value in said] == pytest.approx([12.0, 9.0])
 
 
 def test_python_of_the_method_page_runs(capsys):
-    *rows, others = run_python("docs/method.md", capsys).splitlines()
+    *rows, others = run_python("docs/explanation/method.md", capsys).splitlines()
     pressed, sheared, forced = ([float(value) for value in row.split()] for row in rows)
     assert pressed[1] == pytest.approx(0.0, abs=0.05)
     assert pressed[2] > sheared[2] > 0.5
@@ -165,20 +145,20 @@ def test_python_of_the_method_page_runs(capsys):
 
 
 def test_the_page_on_three_dimensions_shows_what_its_python_prints(capsys):
-    said = run_python("docs/three_d.md", capsys)
+    said = run_python("docs/explanation/three_d.md", capsys)
     for depth, *areas in (re.findall(r"[\d.]+", line) for line in said.splitlines()):
-        assert f"| {depth} mm" in page("docs/three_d.md")
-        assert " ".join(areas) in page("docs/three_d.md")
+        assert f"| {depth} mm" in page("docs/explanation/three_d.md")
+        assert " ".join(areas) in page("docs/explanation/three_d.md")
 
 
 def test_the_molds_page_plans_its_mold_and_reports_profiles_as_they_are(capsys):
 
-    text = page("docs/molds.md")
-    (table,) = blocks("toml", "docs/molds.md")
+    text = page("docs/how_to/molds.md")
+    (table,) = blocks("toml", "docs/how_to/molds.md")
     design = parse_design(table)
     assert limits_of(design.mold).slot_mm == 0.25
     assert len(plan_mold(design).legs) == 10
-    first, sentence = run_python("docs/molds.md", capsys).splitlines()
+    first, sentence = run_python("docs/how_to/molds.md", capsys).splitlines()
     assert first.endswith(" True")
     assert 0.01 < float(first.split()[0]) < 0.02
     assert sentence.startswith("Against its neighbours a plate 0.016 mm off along x")
@@ -192,7 +172,7 @@ def test_the_molds_page_plans_its_mold_and_reports_profiles_as_they_are(capsys):
 def test_the_molds_page_reports_refusals_as_they_are():
 
     rows = re.findall(
-        r"^\| `(\w+)` \| `(mold\.\S+) = (.+?)` \| (.*) \|$", page("docs/molds.md"), re.M
+        r"^\| `(\w+)` \| `(mold\.\S+) = (.+?)` \| (.*) \|$", page("docs/how_to/molds.md"), re.M
     )
     assert len(rows) == 5
     for name, key, value, reported in rows:
@@ -213,12 +193,21 @@ def test_make_targets_exist():
         assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), target
 
 
+def test_the_suites_table_is_that_of_its_cases():
+    """The table shows each case's `regression`, the value of `fingerdesign bench suite`."""
+    text = page("docs/reference/suite.md")
+    for case in load_cases():
+        assert "| " + " | ".join(row(Outcome(case, case.regression))) + " |\n" in text
+        assert not case.known_miss or case.known_miss in text
+
+
 @pytest.mark.parametrize("name", PAGES)
 def test_what_a_page_names_exists(name):
     """Files that it links to, commands, benchmarks."""
     text = page(name)
     for target in re.findall(r"\]\(([^)#]+)\)", text):
-        assert target.startswith("http") or ((ROOT / name).parent / target).exists(), target
+        there = (ROOT / name).parent / target
+        assert target.startswith("http") or there.exists() or "examples" in target, target
     for command in re.findall(r"(?:^ {4}|^|`)fingerdesign ([a-z-]+)", text, flags=re.MULTILINE):
         assert command in cli.commands, command
     for command in re.findall(r"fingerdesign bench ([a-z][a-z-]*)", text):

@@ -13,7 +13,7 @@ from fingerdesign_bench.known.patches import sheared_brick
 from fingerdesign_bench.known.run import run_cases, solution, write_suite
 
 CASES = load_cases()
-DOCS = Path(__file__).parents[2] / "docs" / "suite.md"
+DOCS = Path(__file__).parents[2] / "docs/reference/suite.md"
 CHEAP = (
     "patch_",
     "ssnv128",

@@ -40,7 +40,7 @@ COARSE = {
 }
 
 
-TEXT = (Path(__file__).parents[2] / "docs/paper.md").read_text("utf-8")
+TEXT = (Path(__file__).parents[2] / "docs/explanation/paper.md").read_text("utf-8")
 
 
 def coarse_design(**values):
@@ -245,7 +245,7 @@ def test_the_whole_command(tmp_path, capsys):
 @pytest.mark.slow
 def test_its_python_runs(capsys):
     (code,) = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
-    exec(compile(code, "docs/paper.md", "exec"), {})
+    exec(compile(code, "docs/explanation/paper.md", "exec"), {})
     first, second = capsys.readouterr().out.splitlines()
     assert first == f"{len(CLAIMS)} partly"
     assert second == "True"

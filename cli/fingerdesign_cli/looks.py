@@ -19,7 +19,7 @@ from fingerdesign.runtime.files import whole_text
 from fingerdesign_cli.terminal import number
 
 # Of lifts, or of what a study tried. The regulator reaches nine of ten on its own model, a force
-# that is the same for all objects not one of two (docs/control.md).
+# that is the same for all objects not one of two (docs/how_to/control.md).
 GOOD_SHARE, POOR_SHARE = 0.9, 0.5
 GOOD_STICK_ERROR = 0.1  # RMS: a tenth of the contact; at a warning ratio of 0.3 it is seen in time
 LEAST_ANGLE_DEG = 5.0  # dihedral, below which the mesher does not accept a mesh

@@ -17,7 +17,7 @@ from fingerdesign.layout.frames import crest_height
 from fingerdesign.layout.zone import approach_for
 
 _MARGIN = 2.0  # what the paper's rule keeps at the most
-_TRAVEL = 1.5  # over the forecast, which is up to a third short (docs/fingers.md)
+_TRAVEL = 1.5  # over the forecast, which is up to a third short (docs/reference/fingers.md)
 MOST_TRAVEL = 0.25  # of the finger's height: small strains tell nothing beyond
 _FUNDAMENTAL = 4.0 / 3.0, 0.5  # of w over this friction: how hard the fundamental case presses
 

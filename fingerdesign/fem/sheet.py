@@ -16,7 +16,7 @@ Tractions on the faces thus act at their arm t/2, and the rubber has its true sh
 the warping of cross-sections and of the square ends. The strain across matters: pressed by 0.3 MPa
 on both faces phosphor bronze stretches by a microstrain, what a gage reads.
 
-What they cost against solid plates stands in docs/benchmarks.md. Faces are read worse than the mean
+docs/reference/benchmarks.md compares them with solid plates. Faces are read worse than the mean
 of both: gages end near the plate's square ends, where sections warp.
 """
 

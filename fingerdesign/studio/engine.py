@@ -3,7 +3,7 @@
 The studio's section is coarser than an analysis's: edges of twice the length at the contact and
 three times along plates, which leaves a sixth of the triangles. On the paper's finger forces then
 differ by less than 1 %, the stick ratio by 0.003 and what gages say of the shear by 0.8 % of the
-largest (docs/studio.md).
+largest (docs/how_to/studio.md).
 """
 
 from __future__ import annotations

@@ -469,7 +469,7 @@ def test_at_rest_the_mean_of_many_samples_is_left():
     assert (rest.stage_step_mm, rest.backlash_mm) == (0.001, 0.01)
 
 
-TEXT = (Path(__file__).parents[2] / "docs/plants.md").read_text("utf-8")
+TEXT = (Path(__file__).parents[2] / "docs/explanation/plants.md").read_text("utf-8")
 
 
 def blocks(kind):

@@ -1,4 +1,4 @@
-"""docs/studies.md, docs/optimise.md, designs/studies: what they show exists, is read and run."""
+"""The pages on studies and optimising, designs/studies: what they show exists and runs."""
 
 import itertools
 import re
@@ -14,8 +14,8 @@ from fingerdesign.search.study.metrics import METRICS
 from fingerdesign.search.study.variants import base_design, variants
 
 ROOT = Path(__file__).parents[2]
-TEXT = (ROOT / "docs/studies.md").read_text("utf-8")
-PAGE = (ROOT / "docs/optimise.md").read_text("utf-8")
+TEXT = (ROOT / "docs/how_to/studies.md").read_text("utf-8")
+PAGE = (ROOT / "docs/how_to/optimise.md").read_text("utf-8")
 BETTER = read_study("better_maeno")
 STUDIES = sorted(path.stem for path in (ROOT / "designs/studies").glob("*.toml"))
 

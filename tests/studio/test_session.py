@@ -53,7 +53,7 @@ def test_numbers_obey_the_laws(numbers):
 
 
 def test_the_coarse_section_is_near_the_fine_one(numbers):
-    """docs/studio.md: 0.3 and 0.7 % of the forces, 0.003 of the ratio, 0.8 % of readings."""
+    """docs/how_to/studio.md: 0.3 and 0.7 % of the forces, 0.003 of the ratio, 0.8 % of readings."""
     from fingerdesign import analyse
 
     press = Press(0.1, 0.05, 0.5)

@@ -6,7 +6,7 @@ from tests.support.house import ROOT
 
 
 def test_python_of_the_page_runs(capsys):
-    text = (ROOT / "docs/studio.md").read_text("utf-8")
+    text = (ROOT / "docs/how_to/studio.md").read_text("utf-8")
     (block,) = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
     exec(compile(block, "studio.md", "exec"), {"__name__": "page"})
     printed = capsys.readouterr().out.splitlines()

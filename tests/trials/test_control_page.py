@@ -1,4 +1,4 @@
-"""Grips judged and summed up, the page that says it, docs/control.md; made-up grips, no model."""
+"""Grips judged and summed up, their page, docs/how_to/control.md; made-up grips, no model."""
 
 import re
 from dataclasses import asdict, replace
@@ -349,12 +349,12 @@ def test_the_page_says_what_was_said_of_slip_with_cases_and_intervals():
         assert cases in table[: table.index("</table>")]
 
 
-TEXT = (Path(__file__).parents[2] / "docs/control.md").read_text("utf-8")
+TEXT = (Path(__file__).parents[2] / "docs/how_to/control.md").read_text("utf-8")
 
 
 def test_its_python_runs(capsys):
     (code,) = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
-    exec(compile(code, "docs/control.md", "exec"), {})
+    exec(compile(code, "docs/how_to/control.md", "exec"), {})
     reported = capsys.readouterr().out.split()
     assert float(reported[0]) == 1.0
     assert 1.15 < float(reported[-1]) < 1.3

@@ -219,7 +219,7 @@ def test_the_bench_counts_resets_and_steps(made):
 
 
 def test_hands_of_the_docs_lift(gymnasium, capsys):
-    text = (Path(__file__).parents[2] / "docs/plants.md").read_text("utf-8")
+    text = (Path(__file__).parents[2] / "docs/explanation/plants.md").read_text("utf-8")
     (block,) = (
         each
         for each in re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)

@@ -308,7 +308,7 @@ def test_the_command(quick, design_file, tmp_path, capsys):
 
 
 def test_the_pages_python_runs(capsys):
-    page = Path(__file__).parents[2] / "docs/controllers.md"
+    page = Path(__file__).parents[2] / "docs/how_to/controllers.md"
     (block,) = re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), flags=re.DOTALL)
     exec(compile(block, "controllers.md", "exec"), {})
     assert capsys.readouterr().out.split() == ["oracle_1.2", "['grip.oracle.pull_share']", "96"]

@@ -270,7 +270,7 @@ def test_bad_input_is_refused_before_work(tmp_path, capsys, monkeypatch):
             refuse(design, noise, grips)
 
 
-PAGE = (Path(__file__).parents[2] / "docs/gages.md").read_text("utf-8")
+PAGE = (Path(__file__).parents[2] / "docs/explanation/gages.md").read_text("utf-8")
 
 
 @pytest.mark.usefixtures("short_teaching")
@@ -278,6 +278,6 @@ PAGE = (Path(__file__).parents[2] / "docs/gages.md").read_text("utf-8")
 def test_the_pages_python_runs(problem, monkeypatch, capsys):
     monkeypatch.setattr(grip_model, "grip_problem", lambda *given, **more: problem)
     (code,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
-    exec(compile(code, "docs/gages.md", "exec"), {})
+    exec(compile(code, "docs/explanation/gages.md", "exec"), {})
     first = capsys.readouterr().out.splitlines()[0].split()
     assert all(0.0 < float(word) < 1.0 for word in first)

@@ -30,7 +30,7 @@ def test_the_shipped_map_says_what_was_known(depth, known):
     assert found.uncertainty["normal_force"] < 0.5 * known
 
 
-# What `fingerdesign validate maeno2000` finds: docs/validate.md, greatest error at equal motion.
+# `fingerdesign validate maeno2000`: greatest errors at equal motion.
 MAENO = {"normal_force": 0.259, "tangential_force": 0.258}
 
 

@@ -113,12 +113,12 @@ def test_models_that_fail_are_no_success_and_nothing_to_report_is_none(
     assert record["failure"] in shown.err
 
 
-TEXT = (Path(__file__).parents[2] / "docs/validate.md").read_text("utf-8")
+TEXT = (Path(__file__).parents[2] / "docs/how_to/validate.md").read_text("utf-8")
 
 
 def test_its_python_runs(capsys):
     (code,) = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
-    exec(compile(code, "docs/validate.md", "exec"), {})
+    exec(compile(code, "docs/how_to/validate.md", "exec"), {})
     advice, numbers = capsys.readouterr().out.splitlines()
     assert advice.endswith(").")
     assert float(numbers.split()[0]) > 0.05

@@ -226,7 +226,7 @@ def mold() -> None:
     OUT/NAME then holds each part as STL and STEP, mold.3mf (printed parts on the bed, in mm), DXF
     drawings of plates and combs, bill_of_materials.csv, profile.toml, exploded.png,
     mold_report.json and report.html with the casting notes. The design's [mold] table says how it
-    is made; docs/molds.md tells its keys.
+    is made; docs/how_to/molds.md tells its keys.
 
     Exit code 1 where a check fails: record and report say which, and why.
     """

@@ -122,7 +122,7 @@ def train() -> None:
     "faults",
     multiple=True,
     metavar="NAME",
-    help="Of the simulated finger, as docs/control.md names them; may be given again. "
+    help="Of the simulated finger, as docs/how_to/control.md names them; may be given again. "
     "[default: plates, modulus, gains]",
 )
 @click.option(
@@ -139,8 +139,8 @@ def calibrate() -> None:
     """Make the estimator of the one finger that was cast by DESIGN, from what its bench measured.
 
     A press, small shears, a slide and a tilted press, recorded by hand or by a rig
-    (docs/calibrate.md), give the finger's own curves: OUT/NAME/estimator.json. The same fit the
-    model's hidden values (plates' places, moduli, gains): calibration.json says each with its
+    (docs/how_to/calibrate.md), give the finger's own curves: OUT/NAME/estimator.json. The same fit
+    the model's hidden values (plates' places, moduli, gains): calibration.json says each with its
     standard deviation before and after, fitted.toml is the finger as fitted.
 
     The first finger of a design takes minutes (sensitivities, which are kept), others seconds.
@@ -172,9 +172,10 @@ def identify() -> None:
     """Find DESIGN's modulus, relaxation, friction and gages from what one rig recorded in TRACE.
 
     TRACE is a CSV of a press, a shear and a hold, as `fingerdesign replay` reads it, with
-    temperature_C where it was recorded (docs/identify.md). OUT/NAME then holds identification.json,
-    every value with its 95 % interval, and the next motion that would tell most of what is not
-    told; identified.toml, the design with the values; identify.html, measured against modelled.
+    temperature_C where it was recorded (docs/how_to/identify.md). OUT/NAME then holds
+    identification.json, every value with its 95 % interval, and the next motion that would tell
+    most of what is not told; identified.toml, the design with the values;
+    identify.html, measured against modelled.
 
     --simulate writes OUT/NAME/trace.csv of a finger drawn from --seed, and truth.json.
     """
@@ -200,7 +201,7 @@ def export_c() -> None:
 
     ESTIMATOR is what `fingerdesign train` wrote for DESIGN. The file computes in single precision
     and holds the one network for the noise, with 16-bit weights: some 49 kB for 15 gages. How to
-    compile and call it: docs/controllers.md.
+    compile and call it: docs/how_to/controllers.md.
     """
 
 
@@ -306,7 +307,7 @@ def study_control() -> None:
     multiple=True,
     metavar="NAME",
     help="none (the model itself), all (every fault at once), or one of the faults in "
-    "docs/control.md; may be given again. Without it all of these.",
+    "docs/how_to/control.md; may be given again. Without it all of these.",
 )
 @click.option(
     "--plants",

@@ -1,7 +1,7 @@
 """What a lift will take, before any model is built: force, approach, contact nodes, gages.
 
 Forecasts, no results; how far off they were against the models of the shipped fingers stands in
-docs/fingers.md and is held by tests/analysis/test_lift_forecast.py.
+docs/reference/fingers.md and is held by tests/analysis/test_lift_forecast.py.
 """
 
 import math

@@ -20,8 +20,8 @@ class Metric:
 
     good, poor: from these on it is one or the other; None: no number says so for every finger.
     share, step: standard deviation by chance (another mesh, another seed), of the value and in the
-    metric's unit; noisy: ``share`` of three grips whose gages are noisy. docs/compare.md says how
-    each of the numbers was measured.
+    metric's unit; noisy: ``share`` of three grips whose gages are noisy. How each of the
+    numbers was measured: docs/how_to/compare.md.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""A finger's bench on its model: the protocol of docs/calibrate.md, with noise and without."""
+"""Bench of a finger on its model (docs/how_to/calibrate.md), with noise and without."""
 
 from __future__ import annotations
 

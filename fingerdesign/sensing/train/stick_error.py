@@ -9,7 +9,7 @@ and forces and judged on other grips of the same finger, on frictions unknown to
 instant, with neither the past nor the hand's moves, so it errs more than the network of
 validate/gages/study.py, which takes fifty times as long. Where gages say nothing it errs by 0.23,
 about the spread of the stick ratio itself.
-(docs/gages.md compares the two.) Another seed moves all designs together by some
+(docs/explanation/gages.md compares the two.) Another seed moves all designs together by some
 0.02; designs of one study share theirs. numpy only.
 """
 
