@@ -215,18 +215,6 @@ def _variants(data: _Data, folder: Path) -> Look:
     return Look(f"variants of the study {data['name']}", good, bad)
 
 
-def _replay(data: _Data, _: Path) -> Look:
-    rows = [
-        ["closing, mm", number(data["closed_mm"], 3), number(data["asked_closing_mm"], 3)],
-        ["shear, mm", number(data["sheared_mm"], 3), number(data["asked_shear_mm"], 3)],
-    ]
-    what = f"{data['controller']} asked along {data['trace']}, a grip of {data['design']}"
-    facts = [f"rows {data['first_row']} to {data['last_row']}, holds: {data['holds']}"]
-    if (least := data["least_stick_ratio_told"]) is not None:
-        facts.append(f"stick ratio down to {least:.3g}")
-    return Look(what, (), (), facts, ("", "the rig", data["controller"]), rows)
-
-
 def _mesh(data: _Data, _: Path) -> Look:
     angle, inverted = data["min_dihedral_deg"], data["inverted_elements"]
     words = f"least dihedral angle {angle:.1f} degrees, {inverted} inverted elements"
@@ -308,7 +296,6 @@ KINDS = (
     Kind("observability.json", _gages, "observability.png"),
     Kind("study.json", _study, "report.html"),
     Kind("generate.json", _variants),
-    Kind("replay.json", _replay),
     Kind("quality.json", _mesh, "mesh.png"),
     Kind("paper.json", _paper, "paper.html"),
     Kind("phases.csv", _bench),

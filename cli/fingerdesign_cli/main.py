@@ -55,7 +55,6 @@ cli.add_under("choose", finger.sweep, finger.optimise, finger.compare)
 cli.add_under("cast", finger.mold)
 cli.add_under("control", hand.train, hand.study_control, hand.study_unlike, hand.tune)
 cli.add_under("control", hand.calibrate, hand.identify, hand.export_c)
-cli.add_under("control", hand.replay)
 cli.add_under("reference", finger.list_)
 if find_spec("fingerdesign_bench") is not None:  # benchmarks/ is in a checkout, not in the wheel
     for _each in ("paper", "bench"):

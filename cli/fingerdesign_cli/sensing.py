@@ -11,10 +11,10 @@ import click
 import numpy as np
 
 from fingerdesign.analysis.case import gage_array
+from fingerdesign.control.bench_table import TABLE
 from fingerdesign.control.c_code import c_files
 from fingerdesign.control.estimator import GripEstimator
-from fingerdesign.control.plants.measured import TABLE
-from fingerdesign.control.plants.recorded import read_trace
+from fingerdesign.control.trace import read_trace
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
 from fingerdesign.records.base import json_text, plain

@@ -1,6 +1,5 @@
 """``study-control``, ``study-unlike``, ``tune`` and ``replay``: controllers tried on one design."""
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -9,9 +8,7 @@ from typing import Any, TypeVar
 
 import click
 
-from fingerdesign.control.roster import needs_training
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import plain
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.statistics import Rms, Share
@@ -19,7 +16,6 @@ from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.trials.bench import ControlGrid, refuse
 from fingerdesign.trials.page import answers
 from fingerdesign.trials.record import ControlStudy, Foreseen, Summary
-from fingerdesign.trials.replay import Replay, replay_trace
 from fingerdesign.trials.tune import RECORD_FILE, TuningRecord
 from fingerdesign.trials.unlike import UnlikeSummary
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded, refuse_foreign
@@ -112,61 +108,6 @@ def _row(name: str, found: dict[str, Any]) -> list[str]:
         f"{number(best['mean_peak_ratio'])} ({number(default['mean_peak_ratio'])})",
         ", ".join(takes),
     ]
-
-
-# ``fingerdesign replay``: a grip recorded on a rig, put before a controller.
-
-
-def replay(
-    design_file: Path,
-    trace_file: Path,
-    out: Path,
-    controller: str | None,
-    estimator_file: Path | None,
-    fidelity: str,
-    quiet: bool,
-    as_json: bool,
-) -> int:
-    """Ask a controller along a grip recorded on a rig with the finger DESIGN."""
-    design, _ = read_case(design_file)
-    name = design.design.name
-    kind = RecordFolder("replay", "replay.json", ("replay.json", "replay.csv"))
-    refuse_foreign(kind, out / name)
-    estimator = estimator_for(design, estimator_file, fidelity)
-    chosen = controller or design.grip.controller
-    if estimator is None and needs_training(chosen):
-        bound = "a controller that needs no estimator, where none is given"
-        remedy = f"give --estimator FILE (fingerdesign train {design_file})"
-        raise DesignError([Fault("--controller", chosen, bound, remedy)])
-    with recorded(kind, out / name, quiet) as (folder, show):
-        found = replay_trace(design, trace_file, chosen, estimator, show, fidelity)
-        record = json.dumps(found.record(), indent=1, allow_nan=False) + "\n"
-        (folder / "replay.json").write_text(record, encoding="utf-8")
-        (folder / "replay.csv").write_text(found.table(), encoding="utf-8")
-    if as_json:
-        print_json(found.record())
-    elif not quiet:
-        _show_replay(found, out / name)
-    return 0
-
-
-def _show_replay(found: Replay, folder: Path) -> None:
-    record = found.record()
-
-    def reading(key: str) -> str:
-        return "-" if record[key] is None else f"{record[key]:.3g}"
-
-    rows = [
-        ["closing, mm", reading("closed_mm"), reading("asked_closing_mm")],
-        ["shear, mm", reading("sheared_mm"), reading("asked_shear_mm")],
-    ]
-    title = f"{found.design}, rows {record['first_row']} to {record['last_row']} of {found.trace}"
-    print_table(title, ["", "the rig", found.controller], rows)
-    click.echo(f"holds: {found.record()['holds']}")
-    if record["least_stick_ratio_told"] is not None:
-        least, most = reading("least_stick_ratio_told"), reading("most_friction_used_told")
-        click.echo(f"told: stick ratio down to {least}, friction used up to {most}")
-    click.echo(f"row by row: {folder / 'replay.csv'}")
 
 
 def study_control(

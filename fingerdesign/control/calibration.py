@@ -20,7 +20,9 @@ without shear, the finger hardly tells one friction from another.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -128,7 +130,7 @@ def calibrate(
     delay = 0
     if make_moving is not None:
         force = float(np.interp(bounds.preload, approach, forces))
-        delay = delay_of(make_moving(), bounds.preload, force)
+        delay = delay_of(_quick_press(make_moving(), bounds.preload), force)
     measured = normal, full_stick, rise / shear, sticking, stiffness, approach, delay
     return Calibration(x, *measured, _cross_talk(make_plant, bounds))
 
@@ -158,18 +160,27 @@ def _slid(plant: Plant, bounds: Bounds, way: float) -> float | None:
     return None
 
 
-def delay_of(plant: Plant, preload: float, force: float) -> int:
-    """Samples from a quick press until ``force`` (N) is felt: the likeliest step in noise.
+def delay_of(forces: Iterable[float], force: float) -> int:
+    """Samples of F_n from a quick press until ``force`` (N): the likeliest step in noise.
 
-    Raises SolverError where it never is.
+    Raises SolverError where it is not reached.
     """
-    felt = [plant.move(0.0, preload).normal_force]
-    while len(felt) < _MEAN or np.mean(felt[-_MEAN:]) < 0.75 * force:
-        if len(felt) == _PATIENCE:
-            raise SolverError(f"a quick press is not felt within {_PATIENCE} samples")
-        felt.append(plant.move(0.0, 0.0).normal_force)
-    still, pressed = np.square(felt), np.square(np.array(felt) - force)
+    measured: list[float] = []
+    for each in islice(forces, _PATIENCE):
+        measured.append(each)
+        if len(measured) >= _MEAN and np.mean(measured[-_MEAN:]) >= 0.75 * force:
+            break
+    else:
+        raise SolverError(f"a quick press is not measured within {len(measured)} samples")
+    still, pressed = np.square(measured), np.square(np.array(measured) - force)
     return int(np.argmin([0.0, *np.cumsum(still - pressed)]))
+
+
+def _quick_press(plant: Plant, preload: float) -> Iterator[float]:
+    """Normal forces from a press in one move on, N."""
+    yield plant.move(0.0, preload).normal_force
+    while True:
+        yield plant.move(0.0, 0.0).normal_force
 
 
 def _sticking(

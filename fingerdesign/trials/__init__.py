@@ -1,1 +1,1 @@
-"""Controllers compared and tuned: grid, bench, tuning, replay, page; the Gymnasium environment."""
+"""Controllers compared and tuned: grid, bench, tuning, page; the Gymnasium environment."""

@@ -1,12 +1,8 @@
-"""``fingerdesign replay``: a recorded grip put before a controller; faulty ones refused.
-
-``fingerdesign grip``: options over the design's table, the record it leaves, exit codes.
-"""
+"""``fingerdesign grip``: options over the design's table, the record it leaves, exit codes."""
 
 import csv
 import json
 import os
-import re
 
 import numpy as np
 import pytest
@@ -15,9 +11,6 @@ from fingerdesign_cli.inputs import estimator_for
 from fingerdesign import DesignError, load_design
 from fingerdesign.control.c_code import c_files
 from fingerdesign.control.estimator import Band, FingerCurves, GripEstimator, Layer, feature_count
-from fingerdesign.control.plants.lift import LiftPlant
-from fingerdesign.control.plants.recorded import trace_of
-from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
 from fingerdesign.sensing.model import grip_problem
 from fingerdesign.sensing.train.result import settings_of, training_key
 
@@ -36,84 +29,16 @@ plate_end_size_mm = 0.1
 [grip]
 defaults = "fixed"
 """
-MOVES = [(0.0, 0.004)] * 10 + [(0.004, 0.004)] * 20
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A design's file and a grip "recorded" on its model, a little noisy."""
+    """Two designs' files."""
     folder = tmp_path_factory.mktemp("replay")
     (folder / "coarse.toml").write_text(DESIGN)
     fine = DESIGN.replace("contact_size_mm = 0.3", "contact_size_mm = 0.1")
     (folder / "fine.toml").write_text(f"{fine}max_steps = 12\n")
-    problem = grip_problem(load_design(folder / "coarse.toml"), contact_size_mm=0.3)
-    lift = LiftPlant(problem.with_friction(0.3), "both", 500.0)
-    rig = ImperfectPlant(lift, Hardware(gage_noise_microstrain=0.5), np.random.default_rng(0))
-    trace = trace_of([rig.move(*move) for move in MOVES], MOVES, 100.0)
-    (folder / "grip.csv").write_text(trace.to_csv())
     return folder
-
-
-@pytest.fixture
-def replay(folder, tmp_path, said):
-    """``replay(*options)``: the command on a trace of the folder; what was said."""
-
-    def run(*options, trace="grip.csv", code=0):
-        given = (folder / "coarse.toml", folder / trace, "--out", tmp_path / "out")
-        return said("replay", *given, *options, code=code)
-
-    return run
-
-
-def replayed(tmp_path):
-    """The record and the rows of a replay."""
-    with (tmp_path / "out/coarse/replay.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    return json.loads((tmp_path / "out/coarse/replay.json").read_text()), rows
-
-
-def test_what_the_controller_asks_for_stands_beside_what_the_rig_did(replay, tmp_path):
-    printed = json.loads(replay("--json", "--controller", "reactive").out)
-    record, rows = replayed(tmp_path)
-    assert record == printed
-    assert (record["controller"], record["samples"]) == ("reactive", len(MOVES))
-    # 0.03 mm of preload are eight moves; the header is row 1.
-    assert [int(row["row"]) for row in rows] == list(range(10, 32))
-    assert float(rows[-1]["dx_mm"]) == 0.004
-    assert abs(float(rows[-1]["asked_dy_mm"])) <= 0.004  # one approach_step_mm, either way
-    assert {row["stick_ratio_told"] for row in rows} == {""}
-    total = sum(float(row["asked_dx_mm"]) for row in rows)
-    assert record["asked_shear_mm"] == pytest.approx(total, rel=1e-6)
-    assert "rows 10 to 31 of grip.csv" in replay().out  # the table for people
-
-
-def test_a_faulty_trace_is_refused_by_row_and_column_and_leaves_nothing(folder, replay, tmp_path):
-    lines = (folder / "grip.csv").read_text().splitlines()
-    cells = lines[6].split(",")
-    cells[5], cells[7] = "nan", ""
-    (folder / "bad.csv").write_text("\n".join([*lines[:6], ",".join(cells), *lines[7:]]))
-    reported = replay(trace="bad.csv", code=2).err
-    assert len(re.findall(r"bad\.csv.*row 7", reported)) == 2
-    assert "row 7, column gage_1 = nan" in reported
-    assert "row 7, column gage_3 = empty" in reported
-    (folder / "few.csv").write_text("\n".join(",".join(line.split(",")[:10]) for line in lines))
-    reported = replay(trace="few.csv", code=2).err  # another finger's
-    assert "row 1, column gage_6 = 5 gages: must be at least 15" in reported
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("options", "named"),
-    [
-        (("--controller", "oracle_1.2"), "oracle_1.2"),
-        (("--controller", "magic"), "magic"),
-        (("--controller", "regulator"), "give --estimator FILE (fingerdesign train"),
-        (("--estimator", "none.json"), "--estimator"),
-    ],
-)
-def test_unfit_controllers_are_refused(replay, tmp_path, options, named):
-    assert named in replay(*options, code=2).err
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.fixture
@@ -134,11 +59,10 @@ def estimator(tmp_path):
     return write
 
 
-def test_an_estimator_taught_on_another_is_refused(folder, tmp_path, replay, estimator, said):
+def test_an_estimator_taught_on_another_is_refused(folder, tmp_path, estimator, said):
     path, out, own = estimator("another"), tmp_path / "out", folder / "coarse.toml"
     given = ["--out", out, "--estimator", path]
     for reported in (
-        replay("--estimator", path, code=2).err,
         *(said(command, own, *given, code=2).err for command in ("study-control", "tune")),
         said("export-c", path, own, "--out", out, code=2).err,
     ):
@@ -158,9 +82,7 @@ def test_a_pipe_is_no_estimator(tmp_path):
         estimator_for(load_design("maeno2000"), tmp_path / "pipe.json")
 
 
-def test_an_estimator_reports_is_exported_and_the_regulator_asks(
-    folder, tmp_path, replay, estimator, said
-):
+def test_an_estimator_is_exported(folder, tmp_path, estimator, said):
     design = load_design(folder / "coarse.toml")
     path = estimator(training_key(design, settings_of(design)))
     louder = GripEstimator.from_json(path.read_text()).at_noise(2.0)
@@ -169,25 +91,13 @@ def test_an_estimator_reports_is_exported_and_the_regulator_asks(
     assert f"15 gages, {weights} weights" in said("export-c", *given, tmp_path / "c").out
     written = {file.name: file.read_text() for file in (tmp_path / "c/coarse").iterdir()}
     assert written == c_files(louder, design.grip)
-    replay("--estimator", path, "--controller", "regulator", "--quiet")
-    record, rows = replayed(tmp_path)
-    for row in rows:
-        used = float(row["friction_used_told"])
-        assert 0.0 < used <= 1.0
-        ratio = float(row["tangential_force_N"]) / float(row["normal_force_N"])
-        rounding = 0.5e-4 / used + 0.5e-3  # four decimals of what is used, four digits of friction
-        assert float(row["friction_told"]) == pytest.approx(ratio / used, rel=rounding)
-        assert 0.0 <= float(row["stick_ratio_told"]) <= 1.0
-    assert record["controller"] == "regulator"
-    most = max(float(row["friction_used_told"]) for row in rows)
-    assert record["most_friction_used_told"] == pytest.approx(most, abs=1e-4)
 
 
-@pytest.mark.parametrize("command", ["replay", "tune", "train", "gages", "study-control"])
+@pytest.mark.parametrize("command", ["tune", "train", "gages", "study-control"])
 def test_a_folder_of_something_else_is_left_alone(command, folder, tmp_path, said):
     (tmp_path / "coarse").mkdir()
     (tmp_path / "coarse/mine.txt").write_text("mine")
-    more = {"replay": [folder / "grip.csv"], "study-control": ["--quick"]}
+    more = {"study-control": ["--quick"]}
     given = [folder / "coarse.toml", *more.get(command, []), "--out", tmp_path]
     assert "mine.txt" in said(command, *given, code=2).err
     assert [path.name for path in (tmp_path / "coarse").iterdir()] == ["mine.txt"]

@@ -291,7 +291,7 @@ def test_a_record_that_holds_nothing_is_refused(tmp_path, said):
 def test_every_kind_of_folder_is_known_by_a_record_of_its_own():
     records = [kind.record for kind in looks.KINDS]
     assert len(set(records)) == len(records)
-    others = {"study.json", "replay.json", "phases.csv", "regulator.c"}
+    others = {"study.json", "phases.csv", "regulator.c"}
     others |= {"trace.csv"}
     assert set(records) == {*FOLDERS, *others} - {"speed.json"}
 

@@ -21,7 +21,7 @@ from fingerdesign.checks.starter import shipped_names, shipped_text
 from fingerdesign.sensing.train.result import settings_of, training_key
 from tests.cli.test_voice import FOLDERS
 from tests.control.test_estimator import estimator
-from tests.control.test_recorded import text as trace_text
+from tests.control.test_trace import text as trace_text
 from tests.fuzz.hostile import Chance, misvalued, put, spoiled, toml
 from tests.search.test_compare_reading import write_study
 from tests.support.any_outcomes import any_outcomes
@@ -165,9 +165,7 @@ def traces(folder: Path, out: Path, chance: Chance) -> Lines:
     else:
         content = spoiled(content, chance)
     file = laid(folder, "t.csv", content, chance)
-    word = some(chance, ("paper", "fixed_ratio", "reactive"))
-    to = ["--out", str(out), "--quiet", "--controller", word]
-    return [["replay", str(folder / "a.toml"), file, *to]]
+    return [["identify", str(folder / "a.toml"), file, "--out", str(out), "--quiet"]]
 
 
 @kind(3)
@@ -195,9 +193,7 @@ def estimators(folder: Path, out: Path, chance: Chance) -> Lines:
     content = _faulty_json(_taught(), chance)
     file = laid(folder, "e.json", content, chance)
     own, to = str(folder / "a.toml"), ["--out", str(out), "--quiet"]
-    (folder / "t.csv").write_text(trace_text())
-    asked = ["replay", own, str(folder / "t.csv"), "--controller", "regulator", "--estimator", file]
-    return [some(chance, (["export-c", file, own, *to], [*asked, *to]))]
+    return [["export-c", file, own, *to]]
 
 
 def _faulty_json(text: str, chance: Chance) -> bytes:

@@ -11,6 +11,13 @@ from fingerdesign_cli.main import main
 
 from fingerdesign import load_design, parse_design
 from fingerdesign.checks.load import with_values
+from fingerdesign.control.bench_curves import (
+    Phase,
+    Points,
+    bench_curves,
+    points_of,
+)
+from fingerdesign.control.bench_table import read_bench
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.estimator import (
     Band,
@@ -19,17 +26,10 @@ from fingerdesign.control.estimator import (
     Layer,
     feature_count,
 )
-from fingerdesign.control.plants.measured import (
-    Phase,
-    Points,
-    bench_curves,
-    points_of,
-    read_bench,
-)
 from fingerdesign.control.plants.plant import CondensedPlant
-from fingerdesign.control.plants.recorded import Trace
 from fingerdesign.control.plants.rig import ImperfectPlant
 from fingerdesign.control.signals import Sample
+from fingerdesign.control.trace import Trace
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.moved import with_plates_moved

@@ -11,7 +11,7 @@ import pytest
 
 from fingerdesign import load_design, parse_design
 from fingerdesign.control.plants.plant import CondensedPlant
-from fingerdesign.control.plants.recorded import Trace, parse_trace
+from fingerdesign.control.trace import Trace, parse_trace
 from fingerdesign.errors import DesignError
 from fingerdesign.records.base import DATA, plain
 from fingerdesign.sensing.identify.simulated_trace import simulated_trace

@@ -127,8 +127,7 @@ CASES: dict[str, tuple[str, ...]] = {
         "grip maeno2000 --out out --friction -1",
         "mesh finger.toml --out out --format doc",
         "validate maeno2000 --out out --only nothing",
-        "replay finger.toml torn.csv --out out",
-        "replay finger.toml trace.csv --out out --controller regulator",
+        "identify finger.toml torn.csv --out out",
         "teach maeno2000 --out out --workers 0",
         "gages bare.toml --out out",
         "generate wrong_study.toml --out out",
@@ -148,7 +147,6 @@ CASES: dict[str, tuple[str, ...]] = {
         "new ball.toml --scene --from ball",
         "check mine.toml --quiet",
     ),
-    "replay": ("replay finger.toml trace.csv --out out --json",),
     "mesh": (
         "mesh finger.toml --out flat --fidelity plane-strain --format vtu --format vtk "
         "--format xdmf --format msh --format inp --format mdpa",
@@ -175,8 +173,6 @@ CASES: dict[str, tuple[str, ...]] = {
         "grip finger.toml --out grip --controller regulator "
         "--estimator taught/finger/estimator.json",
         "study-control finger.toml --out study --quick --workers 1 "
-        "--estimator taught/finger/estimator.json",
-        "replay finger.toml trace.csv --out replay --controller regulator "
         "--estimator taught/finger/estimator.json",
     ),
     "validate": (

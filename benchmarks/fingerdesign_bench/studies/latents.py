@@ -9,7 +9,7 @@ import numpy as np
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.arrays import Array
 from fingerdesign.checks.starter import find_design
-from fingerdesign.control.plants.measured import bench_curves
+from fingerdesign.control.bench_curves import bench_curves
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.runtime.machine import usable_cores

@@ -1,4 +1,4 @@
-"""Commands about the hand: grips, recorded grips, what the gages tell, controllers."""
+"""Commands about the hand: grips, gages and controllers."""
 
 import math
 
@@ -60,26 +60,6 @@ def grip() -> None:
 
     The controller feels gages and forces only. Exit code 0 also where an object slips or is not
     lifted: that is a finding, and stands in the table and in result.json.
-    """
-
-
-@command("trials", "Ask a controller along a recorded grip.")
-@click.argument("design_file", metavar="DESIGN", type=DESIGN)
-@click.argument("trace_file", metavar="TRACE", type=FILE)
-@out_option
-@controller_option
-@estimator_option(
-    "An estimator taught on DESIGN (JSON): tells the stick ratio; the regulator needs it."
-)
-@model_option
-@output_options
-def replay() -> None:
-    """Ask a controller along a grip recorded on a rig with the finger DESIGN.
-
-    TRACE is a CSV file: time_s, dx_mm, dy_mm, normal_force_N, tangential_force_N, gage_1, ... (in
-    microstrain), and lifted (0 or 1) if the hand sees it; a row a sample. OUT/NAME/replay.csv tells
-    what the controller asks for at each. A trace with gaps, NaN, other units or too few gages is
-    refused by row and column.
     """
 
 
@@ -171,8 +151,8 @@ def calibrate() -> None:
 def identify() -> None:
     """Find DESIGN's modulus, relaxation, friction and gages from what one rig recorded in TRACE.
 
-    TRACE is a CSV of a press, a shear and a hold, as `fingerdesign replay` reads it, with
-    temperature_C where it was recorded (docs/how_to/identify.md). OUT/NAME then holds
+    TRACE is a CSV of a press, a shear and a hold, with temperature_C where it
+    was recorded (docs/how_to/identify.md). OUT/NAME then holds
     identification.json, every value with its 95 % interval, and the next motion that would tell
     most of what is not told; identified.toml, the design with the values;
     identify.html, measured against modelled.

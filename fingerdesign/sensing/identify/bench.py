@@ -12,7 +12,7 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control.plants.measured import (
+from fingerdesign.control.bench_curves import (
     BenchCurves,
     Kind,
     Phase,
@@ -21,8 +21,8 @@ from fingerdesign.control.plants.measured import (
     points_of,
 )
 from fingerdesign.control.plants.plant import CondensedPlant, Plant
-from fingerdesign.control.plants.recorded import trace_of
 from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
+from fingerdesign.control.trace import trace_of
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.sensing.model import against, bench_problem

@@ -36,8 +36,8 @@ from scipy.optimize import least_squares
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.checks.load import with_values
+from fingerdesign.control.bench_curves import BenchCurves, Phase, pressed
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.plants.measured import BenchCurves, Phase, pressed
 from fingerdesign.control.signals import NormalCalibration
 from fingerdesign.design.digest import content_digest
 from fingerdesign.errors import DesignError, SolverError

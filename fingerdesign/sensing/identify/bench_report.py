@@ -15,14 +15,8 @@ import numpy as np
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.checks.load import dump_design
-from fingerdesign.control.plants.measured import (
-    TABLE,
-    Kind,
-    Phase,
-    bench_curves,
-    read_bench,
-    table_text,
-)
+from fingerdesign.control.bench_curves import Kind, Phase, bench_curves
+from fingerdesign.control.bench_table import TABLE, read_bench, table_text
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.records.base import Count, Size, closed, json_text
@@ -34,9 +28,9 @@ from fingerdesign.sensing.model import gripped_case
 from fingerdesign.version import versions
 
 if TYPE_CHECKING:
+    from fingerdesign.control.bench_curves import BenchCurves
     from fingerdesign.control.calibration import Calibration
     from fingerdesign.control.estimator import GripEstimator
-    from fingerdesign.control.plants.measured import BenchCurves
     from fingerdesign.design.schema import Design
     from fingerdesign.sensing.identify.bench import SimulatedBench
 

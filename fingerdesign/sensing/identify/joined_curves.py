@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.control.bench_curves import Phase
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.plants.measured import Phase
 from fingerdesign.control.signals import NormalCalibration
 from fingerdesign.sensing.identify.bench import model_curves, protocol
 from fingerdesign.sensing.identify.bench_fit import MESH, LatentFit, Noise, small_pulls

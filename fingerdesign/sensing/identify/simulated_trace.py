@@ -13,7 +13,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
-from fingerdesign.control.plants.recorded import Trace
+from fingerdesign.control.trace import Trace
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensing.identify.trace_path import TracePath, played
 

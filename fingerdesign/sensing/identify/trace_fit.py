@@ -31,7 +31,7 @@ from fingerdesign.sensing.identify.trace_path import Points, TracePath, played
 
 if TYPE_CHECKING:
     from fingerdesign.contact.problem import ContactProblem
-    from fingerdesign.control.plants.recorded import Trace
+    from fingerdesign.control.trace import Trace
     from fingerdesign.design.schema import Design
 
 MOST_TERMS = 2  # of the Prony series

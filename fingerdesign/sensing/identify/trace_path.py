@@ -16,8 +16,8 @@ from fingerdesign.contact.history import FrictionHistory
 from fingerdesign.contact.increment import solve_increment
 from fingerdesign.contact.memory import Rubber, RubberHistory
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control.plants.recorded import Trace
 from fingerdesign.control.signals import gage_readings
+from fingerdesign.control.trace import Trace
 
 MOST_MOVES = 100  # rows that move and are played, of a longer trace every k-th
 _BIN = 0.1  # of the time at rest so far

@@ -1,4 +1,4 @@
-"""Recorded traces: read as they are, every fault named by row and column; hands along them."""
+"""Recorded traces: read as they are, every fault named by row and column."""
 
 import os
 import re
@@ -6,17 +6,8 @@ import re
 import numpy as np
 import pytest
 
-from fingerdesign.control.estimator import Estimated
 from fingerdesign.control.plants.plant import CondensedPlant
-from fingerdesign.control.plants.recorded import (
-    RecordedPlant,
-    TraceEnded,
-    parse_trace,
-    read_trace,
-    replay,
-    trace_of,
-)
-from fingerdesign.control.roster import Command
+from fingerdesign.control.trace import parse_trace, read_trace, trace_of
 from fingerdesign.errors import DesignError
 
 NAMES = ["time_s", "dx_mm", "dy_mm", "normal_force_N", "tangential_force_N"]
@@ -63,23 +54,15 @@ def faults(trace, gages=None):
     return [str(fault) for fault in caught.value.faults]
 
 
-def test_a_trace_is_played_sample_by_sample(tmp_path):
+def test_a_trace_is_read_sample_by_sample(tmp_path):
     path = tmp_path / "grip.csv"
     path.write_text(text(), "utf-8")
-    plant, expected = RecordedPlant(path, gages=3), table()
-    assert len(plant) == SAMPLES
-    for k in range(SAMPLES):
-        sample = plant.move(9.9, 9.9)  # a record does not do as it is reported
-        assert sample.readings == pytest.approx(expected[k, 5:])
-        assert sample.normal_force == pytest.approx(expected[k, 3])
-        assert sample.tangential_force == pytest.approx(expected[k, 4])
-        assert sample.lifted is False
-        truth = plant.truth()
-        assert truth.approach == pytest.approx(0.01 * (k + 1))
-        assert truth.shear == pytest.approx(expected[: k + 1, 1].sum())
-        assert (truth.stick_ratio, truth.lifted) == (None, None)
-    with pytest.raises(TraceEnded, match="ends in row 13"):
-        plant.move(0.0, 0.0)
+    trace, expected = read_trace(path, gages=3), table()
+    assert len(trace) == SAMPLES
+    assert trace.readings == pytest.approx(expected[:, 5:])
+    assert trace.normal_force == pytest.approx(expected[:, 3])
+    assert trace.tangential_force == pytest.approx(expected[:, 4])
+    assert trace.lifted is None
 
 
 def test_columns_may_stand_in_any_order_and_the_hand_may_see_the_lift():
@@ -90,8 +73,7 @@ def test_columns_may_stand_in_any_order_and_the_hand_may_see_the_lift():
     source["lifted"] = (np.arange(SAMPLES) > 8).astype(float)
     trace = parse_trace(text(np.column_stack([source[name] for name in order]), order))
     assert np.allclose(trace.readings, cells[:, 5:])
-    plant = RecordedPlant(trace)
-    assert [plant.move(0, 0).lifted for _ in range(SAMPLES)] == [False] * 9 + [True] * 3
+    assert trace.lifted.tolist() == [False] * 9 + [True] * 3
     # Ten gages and more stand by their numbers.
     assert (np.diff(parse_trace(text(gages=12), 12).readings, axis=1) > 0.0).all()
 
@@ -199,68 +181,15 @@ def test_a_name_with_a_zero_byte_is_refused(tmp_path):
         read_trace(tmp_path / "a\0b.csv")
 
 
-def test_a_recorded_simulation_feels_as_the_plant_did(half_plane, tmp_path):
+def test_a_recorded_simulation_reads_as_the_plant_was(half_plane, tmp_path):
     """Written from a plant, read back: the same samples."""
     plant = CondensedPlant(half_plane, "both")
     moves = [(0.002 if k > 4 else 0.0, 0.01) for k in range(10)]
     samples = [plant.move(*move) for move in moves]
     path = tmp_path / "simulated.csv"
     path.write_text(trace_of(samples, moves, 50.0).to_csv(), "utf-8")
-    recorded = RecordedPlant(path, 11)
-    assert recorded.trace.time == pytest.approx(np.arange(1, 11) / 50.0)
-    for sample in samples:
-        again = recorded.move(0, 0)
-        assert again.readings == pytest.approx(sample.readings, rel=1e-7, abs=1e-12)
-        assert again.normal_force == pytest.approx(sample.normal_force)
-    assert recorded.truth().shear == pytest.approx(plant.truth().shear)
-
-
-@pytest.fixture(scope="module")
-def recorded(half_plane):
-    plant = CondensedPlant(half_plane, "both")
-    moves = [(0.002 if k > 4 else 0.0, 0.01) for k in range(20)]
-    return trace_of([plant.move(*move) for move in moves], moves, 100.0)
-
-
-class Echo:
-    """Asks for a hundredth of what it feels."""
-
-    name = "echo"
-
-    def start(self, calibration, sample):
-        self.began = sample.normal_force
-
-    def command(self, sample):
-        return Command(0.01 * sample.normal_force, 0.0, False)
-
-
-class Counting:
-    """An estimator that tells how long its history is, and how far it has been sheared."""
-
-    gages = 11
-
-    def estimate(self, history):
-        return Estimated(float(len(history)), float(sum(each.dx for each in history)), 0.0)
-
-
-def test_a_controller_and_an_estimator_are_asked_from_the_preload_on(bench, recorded):
-    hand = Echo()
-    steps = list(replay(RecordedPlant(recorded), bench, 0.04, hand))
-    assert hand.began == recorded.normal_force[3]
-    assert [step.row for step in steps] == list(range(6, 22))
-    assert [step.requested.dx for step in steps] == pytest.approx(0.01 * recorded.normal_force[4:])
-    assert [step.dx for step in steps] == recorded.dx[4:].tolist()
-    assert np.array_equal(steps[0].sample.readings, recorded.readings[4])
-    assert steps[0].estimated is None
-    steps = list(replay(RecordedPlant(recorded), bench, 0.04, Echo(), Counting()))
-    assert [step.estimated.stick_ratio for step in steps] == list(range(5, 21))
-    assert steps[-1].estimated.used == pytest.approx(recorded.dx.sum())  # the rig's moves
-
-
-def test_what_does_not_fit_is_refused(bench, recorded):
-    with pytest.raises(DesignError, match=r"row 21, column dy_mm = 0.2: must be rows that close"):
-        list(replay(RecordedPlant(recorded), bench, 0.5, Echo()))
-    other = Counting()
-    other.gages = 7
-    with pytest.raises(DesignError, match="11 gages: must be 7, for which the estimator"):
-        list(replay(RecordedPlant(recorded), bench, 0.04, Echo(), other))
+    trace = read_trace(path, 11)
+    assert trace.time == pytest.approx(np.arange(1, 11) / 50.0)
+    assert trace.readings == pytest.approx(np.array([s.readings for s in samples]), 1e-7, 1e-12)
+    assert trace.normal_force == pytest.approx([s.normal_force for s in samples])
+    assert trace.dx.sum() == pytest.approx(plant.truth().shear)

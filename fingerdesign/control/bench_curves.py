@@ -1,0 +1,198 @@
+"""Curves of a finger measured on its bench: traces of a few phases (bench_table.py reads them).
+
+    phases.csv: trace, phase, friction_coefficient [, tilt_deg, samples]
+
+A trace (trace.py) begins at first touch, gages and forces zeroed. Rows without a move
+repeat the point before them: the point is their mean, less those that a delay makes stale; rows
+before any move are the zero that is taken off. ``samples``: whose mean a row is already.
+
+    press  closing alone, as far as the stage goes     readings against F_n
+    shear  closed to a depth, then sheared a little    response to F_t where all sticks; dF_t/dx
+    slide  closed, then sheared until all slips        response to F_t at the limit of friction;
+                                                       cross-talk, where there is one to either side
+    tilt   a press against the surface leant by tilt_deg
+    quick  one quick press, every sample a row         the delay
+
+The surface is one plane of known friction coefficient in all phases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.arrays import Array
+from fingerdesign.control.calibration import Calibration, delay_of
+from fingerdesign.control.plants.plant import Plant
+from fingerdesign.control.signals import NormalCalibration
+from fingerdesign.control.trace import Trace
+from fingerdesign.errors import SolverError
+
+Kind = Literal["press", "shear", "slide", "tilt", "quick"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+LEAST_SHEARS = 2
+
+
+@dataclass(frozen=True)
+class Points:
+    """Where a phase stood still, k points: approach and shear (k,) mm since touch, forces (k,) N,
+    readings (k, g) microstrain, samples (k,): of how many each is the mean."""
+
+    approach: Array
+    shear: Array
+    normal_force: Array
+    tangential_force: Array
+    readings: Array
+    samples: Array
+
+
+@dataclass(frozen=True)
+class Phase:
+    """One row of the table and its trace's points; samples: whose mean a row of the trace is;
+    trace: as recorded, None of one that a model played."""
+
+    name: str
+    kind: Kind
+    friction_coefficient: float
+    tilt_deg: float
+    points: Points
+    samples: float = 1.0
+    trace: Trace | None = None
+
+    def played(self, plant: Plant) -> Phase:
+        """The same moves on another plant, point by point."""
+        at = self.points
+        moves = np.diff(np.array([at.shear, at.approach]), axis=1, prepend=0.0).T
+        felt = [plant.move(float(dx), float(dy)) for dx, dy in moves]
+        again = replace(
+            at,
+            normal_force=np.array([each.normal_force for each in felt]),
+            tangential_force=np.array([each.tangential_force for each in felt]),
+            readings=np.array([each.readings for each in felt]),
+            samples=np.full(len(felt), np.inf),
+        )
+        return replace(self, points=again, trace=None)
+
+
+@dataclass(frozen=True)
+class BenchCurves:
+    """What the phases say of a finger. calibration: as a controller takes it; tilted: presses by
+    their tilt, degrees; sliding (g,) microstrain/N: F_t's response where all slips, None without a
+    slide; slid: F_t / F_n there."""
+
+    calibration: Calibration
+    tilted: tuple[tuple[float, NormalCalibration], ...] = ()
+    sliding: Array | None = None
+    slid: float | None = None
+
+
+def points_of(trace: Trace, samples: float = 1.0, delay: int = 0) -> Points:
+    """Where a trace stood still; see the module. ``samples``: of how many each row is the mean."""
+    moved = (trace.dx != 0.0) | (trace.dy != 0.0)
+    values = np.column_stack([trace.normal_force, trace.tangential_force, trace.readings])
+    at_rest = np.flatnonzero(np.cumsum(moved) == 0)
+    zero = values[at_rest].mean(axis=0) if len(at_rest) else np.zeros(values.shape[1])
+    found, counts = [], []
+    starts = np.flatnonzero(moved)
+    for start, end in zip(starts, np.append(starts, len(moved))[1:], strict=True):
+        rows = np.arange(start, end)
+        rows = rows[delay:] if len(rows) > delay else rows[-1:]
+        found.append(values[rows].mean(axis=0) - zero)
+        counts.append(samples * len(rows))
+    table = np.array(found).reshape(len(found), values.shape[1])
+    approach, shear = np.cumsum(trace.dy)[moved], np.cumsum(trace.dx)[moved]
+    return Points(approach, shear, table[:, 0], table[:, 1], table[:, 2:], np.array(counts))
+
+
+def pressed(points: Points) -> tuple[NormalCalibration, Array]:
+    """Readings under F_n alone, from none on, and the approaches (c,) mm of their points.
+
+    Points whose force noise has put below an earlier one's are left out, and so are those that lie
+    no deeper than an earlier one.
+    """
+    rising = _highest(points.normal_force) & _highest(points.approach)
+    force = np.concatenate([[0.0], points.normal_force[rising]])
+    readings = np.concatenate([np.zeros((1, points.readings.shape[1])), points.readings[rising]])
+    return NormalCalibration(force, readings), np.concatenate([[0.0], points.approach[rising]])
+
+
+def _highest(values: Array) -> NDArray[np.bool_]:
+    """Which values are above 0 and above all that come before them."""
+    return np.asarray(values > np.maximum.accumulate(np.concatenate([[0.0], values[:-1]])))
+
+
+def bench_curves(phases: Sequence[Phase], gage_x: Array) -> BenchCurves:
+    """The curves of a bench's phases. Raises SolverError where the shears give none."""
+    (press,) = _of_kind(phases, "press")
+    cross_talk = _cross_talk(phases)
+    normal, approach = pressed(press.points)
+    sheared = [(f, r, k) for f, r, k in (_sheared(p, normal) for p in _of_kind(phases, "shear"))]
+    kept: list[tuple[float, Array, float]] = []
+    for each in sorted(sheared, key=lambda found: found[0]):
+        if each[2] > 0.0 and (not kept or each[0] > kept[-1][0]):
+            kept.append(each)
+    if len(kept) < LEAST_SHEARS:
+        raise SolverError("sheared on the bench, the finger gives no rising tangential force")
+    sticking = NormalCalibration(
+        np.array([f for f, _, _ in kept]), np.array([r for _, r, _ in kept])
+    )
+    stiffness = np.array([k for _, _, k in kept])
+    delay = 0
+    for quick in _of_kind(phases, "quick"):
+        if quick.trace is not None:
+            depth = float(quick.trace.dy.sum())
+            first = int(np.argmax(quick.trace.dy > 0.0))
+            pressing = float(np.interp(depth, approach, normal.normal_force))
+            try:
+                delay = delay_of(quick.trace.normal_force[first:], pressing)
+            except SolverError as error:
+                due = f"75 % of the {pressing:.3g} N that the press has at its depth"
+                raise SolverError(f"{quick.name}, the quick press, never reaches {due}") from error
+    x = np.asarray(gage_x, dtype=float)
+    found = Calibration(
+        gage_x=x,
+        normal=normal,
+        full_stick=np.abs(sticking.readings[0]),
+        tangential_stiffness=float(stiffness[0]),
+        sticking=sticking,
+        stiffness=stiffness,
+        approach=approach,
+        delay=delay,
+        cross_talk=cross_talk,
+    )
+    tilted = tuple((p.tilt_deg, pressed(p.points)[0]) for p in _of_kind(phases, "tilt"))
+    for slide in (each for each in _of_kind(phases, "slide") if each.points.shear[-1] > 0.0):
+        at, force = slide.points, float(slide.points.normal_force[-1])
+        pull = float(at.tangential_force[-1]) - cross_talk * force
+        return BenchCurves(found, tilted, (at.readings[-1] - normal.at(force)) / pull, pull / force)
+    return BenchCurves(found, tilted)
+
+
+def _cross_talk(phases: Sequence[Phase]) -> float:
+    """What is felt as F_t of each newton of F_n: half the sum of F_t / F_n as it slides to either
+    side; 0 where it was not slid to both."""
+    ends = [(at.shear[-1], at.tangential_force[-1] / at.normal_force[-1]) for at in _slides(phases)]
+    ratios = {way > 0.0: float(ratio) for way, ratio in ends}
+    return 0.5 * sum(ratios.values()) if len(ratios) == 2 else 0.0
+
+
+def _slides(phases: Sequence[Phase]) -> list[Points]:
+    return [each.points for each in _of_kind(phases, "slide")]
+
+
+def _of_kind(phases: Sequence[Phase], kind: Kind) -> list[Phase]:
+    return [each for each in phases if each.kind == kind]
+
+
+def _sheared(phase: Phase, normal: NormalCalibration) -> tuple[float, Array, float]:
+    """F_n before a small shear, the gages' response per N of F_t, dF_t/dx."""
+    at = phase.points
+    last = int(np.flatnonzero(at.shear == 0.0)[-1])
+    rise = float(at.tangential_force[-1] - at.tangential_force[last])
+    alone = normal.at(float(at.normal_force[-1])) - normal.at(float(at.normal_force[last]))
+    change = at.readings[-1] - at.readings[last] - alone
+    return float(at.normal_force[last]), change / rise, rise / float(at.shear[-1])

@@ -1,0 +1,224 @@
+"""A grip recorded on a rig, as a CSV file (numpy only): read whole, or refused row by row.
+
+    time_s, dx_mm, dy_mm, normal_force_N, tangential_force_N, gage_1, ..., gage_n
+        [, lifted] [, temperature_C]
+
+A row is one sample: its time, the move of the object that led to it, the finger's two forces and
+the gages in microstrain; lifted is 0 or 1; temperature is the finger's. Signs are those of
+:class:`Sample`. Rows are numbered as in the file, the header being row 1. Whoever reads a trace
+with a gap, a NaN or another unit would compute with it all the same: so it is refused.
+"""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.arrays import Array
+from fingerdesign.control.signals import Sample
+from fingerdesign.control.trace_units import cell_fault, unit_faults
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.runtime.files import whole_text
+
+COLUMNS = ("time_s", "dx_mm", "dy_mm", "normal_force_N", "tangential_force_N")
+TEMPERATURE = "temperature_C"
+LEAST_GAGES = 2  # one tells nothing about where it sticks
+_MOST_FAULTS = 20  # reported at once
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A recorded grip of k samples: (k,) arrays, readings (k, g) microstrain; mm, N, s.
+
+    rows (k,): the samples' rows in their file. lifted (k,) and temperature (k,) in degrees Celsius,
+    None where the rig does not tell.
+    """
+
+    time: Array
+    dx: Array
+    dy: Array
+    normal_force: Array
+    tangential_force: Array
+    readings: Array
+    rows: NDArray[np.int64]
+    lifted: NDArray[np.bool_] | None = None
+    temperature: Array | None = None
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def to_csv(self) -> str:
+        """The trace as its file's text."""
+        gages = [f"gage_{k + 1}" for k in range(self.readings.shape[1])]
+        columns = [self.time, self.dx, self.dy, self.normal_force, self.tangential_force]
+        names = [*COLUMNS, *gages]
+        columns += list(self.readings.T)
+        if self.lifted is not None:
+            names, columns = [*names, "lifted"], [*columns, self.lifted.astype(float)]
+        if self.temperature is not None:
+            names, columns = [*names, TEMPERATURE], [*columns, self.temperature]
+        rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
+        return "\n".join([",".join(names), *rows]) + "\n"
+
+
+def trace_of(samples: Sequence[Sample], moves: Sequence[tuple[float, float]], rate: float) -> Trace:
+    """The trace of samples, the moves (dx, dy) mm that led to them, and their rate in Hz."""
+    count = len(samples)
+    dx, dy = np.array(moves, dtype=float).reshape(count, 2).T
+    normal = np.array([sample.normal_force for sample in samples])
+    tangential = np.array([sample.tangential_force for sample in samples])
+    readings = np.array([sample.readings for sample in samples]).reshape(count, -1)
+    lifted = np.array([sample.lifted for sample in samples], dtype=bool)
+    time, rows = np.arange(1, count + 1) / rate, np.arange(2, count + 2)
+    return Trace(time, dx, dy, normal, tangential, readings, rows, lifted)
+
+
+def read_trace(path: Path | str, gages: int | None = None) -> Trace:
+    """Read a trace's file; ``gages``: how many the finger has, where that is known.
+
+    Raises DesignError with the faults found, each with its row and column.
+    """
+    path = Path(path)
+    try:
+        if path.exists() and not path.is_file() and not path.is_dir():
+            bound, why = "an ordinary file", "a device or pipe may never end"
+            raise DesignError([Fault("trace", str(path), bound, why)])
+        text = whole_text(path, "utf-8-sig")
+    except OSError as error:
+        why = error.strerror or "it cannot be read"
+        raise DesignError([Fault("trace", str(path), "a readable CSV file", why)]) from None
+    except ValueError as error:
+        text_is_bad = isinstance(error, UnicodeDecodeError)
+        why = "it is not UTF-8 text" if text_is_bad else "its name holds a zero byte"
+        raise DesignError([Fault("trace", str(path), "a readable CSV file", why)]) from None
+    return parse_trace(text, gages, str(path))
+
+
+def parse_trace(text: str, gages: int | None = None, source: str = "trace") -> Trace:
+    """As :func:`read_trace`, of a file's text; ``source`` names it in what is raised."""
+    header, lines = _lines(text, source)
+    _refuse(_header_faults(header, gages), source)
+    table, faults = _numbers(header, lines)
+    _refuse(faults, source)
+    rows = np.array([row for row, _ in lines], dtype=np.int64)
+    column = dict(zip(header, table.T, strict=True))
+    lifted = column.get("lifted")
+    if lifted is not None:
+        faults = [
+            cell_fault(int(rows[k]), "lifted", f"{lifted[k]:g}", "0 or 1", "say which")
+            for k in np.flatnonzero(~np.isin(lifted, (0.0, 1.0)))
+        ]
+        lifted = lifted > 0.0
+    _refuse([*faults, *unit_faults(column, rows)], source)
+    readings = table[:, [header.index(name) for name in _gages_of(header)]]
+    time, dx, dy, normal, tangential = (column[name] for name in COLUMNS)
+    own = (lifted, column.get(TEMPERATURE))
+    return Trace(time, dx, dy, normal, tangential, readings, rows, *own)
+
+
+def _refuse(faults: Sequence[Fault], source: str) -> None:
+    if len(faults) > _MOST_FAULTS:
+        left = len(faults) - _MOST_FAULTS
+        more = Fault("trace", f"{left} more faults", "without any", "mend these first")
+        faults = [*faults[:_MOST_FAULTS], more]
+    if faults:
+        raise DesignError(list(faults), source)
+
+
+def _lines(text: str, source: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """The header's names, and (row, cells) of each line that holds anything."""
+    try:
+        reader = csv.reader(text.splitlines(), strict=True)
+        lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader if cells]
+    except csv.Error as error:
+        raise DesignError([Fault("trace", source, "a CSV file", str(error))]) from None
+    if len(lines) < 3:
+        bound = "a header and at least 2 samples"
+        raise DesignError([Fault("trace", f"{len(lines)} rows", bound, "record a grip")], source)
+    return lines[0][1], lines[1:]
+
+
+def _gages_of(header: Sequence[str]) -> list[str]:
+    """The gages' columns in the order of their numbers."""
+    named = [name for name in header if re.fullmatch(r"gage_[1-9]\d*", name)]
+    return sorted(named, key=lambda name: int(name.removeprefix("gage_")))
+
+
+def _header_faults(header: Sequence[str], gages: int | None) -> list[Fault]:
+    found = _gages_of(header)
+    known = [*COLUMNS, *found, "lifted", TEMPERATURE]
+    faults = []
+    for place, name in enumerate(header, 1):
+        if name not in known:
+            near = difflib.get_close_matches(name, [*known, "gage_1"], 1, 0.5)
+            remedy = f"did you mean {near[0]}?" if near else "units stand in the names"
+            faults.append(cell_fault(1, str(place), f"'{name}'", "a known column", remedy))
+        elif name in header[: place - 1]:
+            faults.append(cell_fault(1, str(place), f"'{name}'", "there once", "leave one out"))
+    faults += [
+        cell_fault(1, name, "absent", "there", f"the columns are {', '.join(COLUMNS)}, gage_1, ...")
+        for name in COLUMNS
+        if name not in header
+    ]
+    least = LEAST_GAGES if gages is None else gages
+    whose = "" if gages is None else ", as the finger has"
+    if len(found) < least:
+        bound = f"at least {least} gages (gage_1 to gage_{least}){whose}"
+        name = f"gage_{len(found) + 1}"
+        faults.append(cell_fault(1, name, f"{len(found)} gages", bound, "record every gage"))
+    elif gages is not None and len(found) > gages:
+        remedy = "leave out what the finger has not"
+        faults.append(cell_fault(1, found[gages], f"{len(found)} gages", f"{gages}{whose}", remedy))
+    elif found and found[-1] != f"gage_{len(found)}":
+        bound = f"gage_1 to gage_{len(found)} without a gap"
+        faults.append(cell_fault(1, found[-1], "a number too high", bound, "number them from 1"))
+    return faults
+
+
+def _numbers(
+    header: Sequence[str], lines: Sequence[tuple[int, list[str]]]
+) -> tuple[Array, list[Fault]]:
+    """The table (k, columns), and a fault for each cell that holds no finite number."""
+    table = np.full((len(lines), len(header)), np.nan)
+    faults = []
+    for k, (row, cells) in enumerate(lines):
+        if len(cells) != len(header):
+            bound = f"{len(header)}, one for each name of the header"
+            place = header[min(len(cells), len(header) - 1)]
+            remedy = "mend the row; decimals take a point"
+            faults.append(cell_fault(row, place, f"{len(cells)} cells in the row", bound, remedy))
+            continue
+        if (whole := _sound_row(cells)) is not None:
+            table[k] = whole
+            continue
+        for j, (name, cell) in enumerate(zip(header, cells, strict=True)):
+            try:
+                table[k, j] = float(cell.replace("_", "?"))
+            except ValueError:
+                what = f"'{cell}'" if cell else "empty"
+                remedy = "record it, or cut the trace there"
+                faults.append(cell_fault(row, name, what, "a number", remedy))
+                continue
+            if not np.isfinite(table[k, j]):
+                remedy = "the sensor gave nothing: cut the trace there"
+                faults.append(cell_fault(row, name, cell, "a finite number", remedy))
+    return table, faults
+
+
+def _sound_row(cells: Sequence[str]) -> list[float] | None:
+    """The numbers of a row, None where a cell of it holds no finite number."""
+    if any("_" in cell for cell in cells):  # Python would read 1_0 as 10
+        return None
+    try:
+        numbers = list(map(float, cells))
+    except ValueError:
+        return None
+    return numbers if all(map(math.isfinite, numbers)) else None
