@@ -36,7 +36,7 @@ nitpick_ignore_regex = [
 ]
 # Inner types that signatures of the API name, and that have no page.
 INNER = """
-contact.memory.Rubber contact.newton.ActiveInverse contact.tracking.Tracker
+contact.memory.Rubber contact.solver.newton.ActiveInverse contact.solver.tracking.Tracker
 control.estimator.Band control.estimator.Estimated control.estimator.FingerCurves
 control.estimator.Moment control.plants.slide.Inertia
 design.body.BodyKind design.body.Core design.body.StepFile

@@ -15,8 +15,8 @@ from fingerdesign_bench.stability.judge import SHARP, Judge, Past, fixed_bound, 
 from fingerdesign_bench.stability.run import PRODUCTION, TimeIsUp, Verdict, time_limit
 from fingerdesign_bench.stability.stability import measure_stability, summary, write_stability
 
-from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.problem import Motion
+from fingerdesign.contact.solver.pivots import friction_pivots
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import reduced_model

@@ -8,7 +8,8 @@ from fingerdesign_bench.accuracy import analytic
 from fingerdesign_bench.accuracy import verification_bodies as bodies
 from fingerdesign_bench.accuracy.facing import facing_compliance
 
-from fingerdesign.contact.path import Forces, NoEquilibrium, follow
+from fingerdesign.contact.force_control import Forces, NoEquilibrium
+from fingerdesign.contact.path import follow
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.body import body_model
 from tests.support.boxes import block

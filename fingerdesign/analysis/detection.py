@@ -22,9 +22,9 @@ import numpy as np
 
 from fingerdesign.analysis.slip_study import stick_response
 from fingerdesign.arrays import Array
+from fingerdesign.contact.force_control import Forces, solve_forces
 from fingerdesign.contact.increment import Workspace
 from fingerdesign.contact.measures import measure
-from fingerdesign.contact.path import Forces, solve_forces
 from fingerdesign.contact.problem import ContactProblem, ContactState
 from fingerdesign.control.signals import gage_readings
 from fingerdesign.design.grip import HardwareTable

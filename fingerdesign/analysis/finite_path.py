@@ -13,9 +13,10 @@ import numpy as np
 from fingerdesign.analysis.fidelity.readings import Readings, readings_of
 from fingerdesign.analysis.path import PathStopped, increment_result, object_at_touch, targets
 from fingerdesign.arrays import Array
+from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.measures import measure
-from fingerdesign.contact.path import Forces, Step
+from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import Motion
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design

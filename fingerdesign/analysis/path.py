@@ -6,8 +6,9 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.checks.design import MOST_MOTION
+from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.increment import ZoneExhausted
-from fingerdesign.contact.path import Forces, Step, follow
+from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.control.signals import gage_readings
 from fingerdesign.design.scene import Scene, SceneObject, ScenePath

@@ -14,9 +14,9 @@ from fingerdesign.analysis.path import problem_at_touch, touch_point
 from fingerdesign.analysis.slip_study import slip_studies as study
 from fingerdesign.checks.load import without_plates
 from fingerdesign.contact.increment import ZoneExhausted
-from fingerdesign.contact.kernel import kernel
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.contact.solver.kernel import kernel
 from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design

@@ -16,9 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.force_control import NoEquilibrium
 from fingerdesign.contact.increment import Increment, Workspace, ZoneExhausted, solve_increment
-from fingerdesign.contact.path import NoEquilibrium, stiffness
 from fingerdesign.contact.problem import ContactProblem, ContactState
+from fingerdesign.contact.tangent import stiffness
 from fingerdesign.errors import SolverError
 
 _TOLERANCE = 1e-9  # of the largest force in the balance
@@ -116,16 +117,15 @@ class Attempts:
         Raises ZoneExhausted where the contact outgrows its candidates.
         """
         motion = replace(self.state.motion, approach=approach, shear=shear)
-        self.workspace.patient = False  # one of many trials need not succeed
-        try:
-            found = solve_increment(self.problem, self._guess, motion, self.workspace)
+        try:  # one of many trials, which need not succeed
+            found = solve_increment(
+                self.problem, self._guess, motion, self.workspace, try_slow_methods=False
+            )
         except ZoneExhausted:
             raise
         except SolverError:
             self.workspace.inverse = None
             return None
-        finally:
-            self.workspace.patient = True
         self._guess = replace(self.state, multiplier=found.multiplier, motion=motion)
         self._last = found
         return found

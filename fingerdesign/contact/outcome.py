@@ -38,7 +38,7 @@ class Outcome:
     """The certificate of an answer; what stands below it holds where that is accepted.
 
     force (m, dim) N in x, y(, z); status (m,), and touching: by the force alone; ahead (m, dim) as
-    in tracking.Known; largest normal force; slip, travelled, sliding: of the state it leaves.
+    in tracking.LastIncrement; largest normal force; slip, travelled, sliding: of the new state.
     """
 
     certificate: Certificate

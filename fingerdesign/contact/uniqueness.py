@@ -21,9 +21,9 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import Increment, solve_increment
-from fingerdesign.contact.newton import newton
-from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
+from fingerdesign.contact.solver.newton import newton
+from fingerdesign.contact.solver.pivots import friction_pivots
 from fingerdesign.errors import SolverError
 
 _DISTINCT = 1e-5  # of the largest force: two answers, not one and its rounding

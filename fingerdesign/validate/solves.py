@@ -29,7 +29,8 @@ from fingerdesign.analysis.path import problem_at_touch, targets
 from fingerdesign.analysis.stages import condense, one_thread, zone_of
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
-from fingerdesign.contact.path import Forces, Step, follow
+from fingerdesign.contact.force_control import Forces
+from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import Motion
 from fingerdesign.design.scene import Scene, ScenePath
 from fingerdesign.design.schema import Design, Gages

@@ -7,8 +7,8 @@ import pytest
 from fingerdesign.analysis.forecast.lift import lifts
 from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.checks.starter import find_design
+from fingerdesign.contact.force_control import Forces, solve_forces
 from fingerdesign.contact.measures import measure
-from fingerdesign.contact.path import Forces, solve_forces
 from fingerdesign.contact.problem import ContactState
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.sensing.model import grip_problem

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
 from fingerdesign.contact.laws import OPEN, SLIP, Certificate, certify
 from fingerdesign.contact.measures import completely_slips
-from fingerdesign.contact.newton import NewtonResult, newton
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
+from fingerdesign.contact.solver.newton import NewtonResult, newton
 from fingerdesign.errors import SolverError
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import reduced_model
@@ -87,7 +87,7 @@ def test_mirrored_shear_gives_the_mirrored_answer():
 
 def test_what_cannot_be_solved_is_an_error_with_a_reason(monkeypatch):
     """Non-convergence is reported, and the last iterate is not returned as an answer."""
-    from fingerdesign.contact import increment as module
+    from fingerdesign.contact.solver import attempts as module
 
     problem = contact_problem(half_plane(), Plane(0.0), 0.3)
     stalled = lambda c, offset, *rest, **named: NewtonResult(np.zeros_like(offset), 1.0, 1, False)  # noqa: E731

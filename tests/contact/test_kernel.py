@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerdesign.contact import kernel
 from fingerdesign.contact.increment import TRACKED, ContactState, Workspace, solve_increment
 from fingerdesign.contact.outcome import Answer, outcome
 from fingerdesign.contact.problem import Motion
-from fingerdesign.contact.tracking import Tracker
+from fingerdesign.contact.solver import kernel
+from fingerdesign.contact.solver.tracking import Tracker
 from fingerdesign.runtime import native
 from tests.contact.test_tracking import walk
 

@@ -3,18 +3,20 @@
 import numpy as np
 import pytest
 
-from fingerdesign.contact import increment as strategy
-from fingerdesign.contact.increment import (
-    ContactState,
-    Task,
-    gauss_seidel,
-    solve_increment,
-    solve_task,
-)
+from fingerdesign.contact.increment import ContactState, solve_increment
 from fingerdesign.contact.laws import natural_residual
-from fingerdesign.contact.newton import ActiveInverse, NewtonResult, Rooms, dofs_of, inverse_of
-from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.problem import Motion, contact_problem
+from fingerdesign.contact.solver import attempts as strategy
+from fingerdesign.contact.solver.active_inverse import (
+    ActiveInverse,
+    ScratchBuffers,
+    dofs_of,
+    inverse_of,
+)
+from fingerdesign.contact.solver.attempts import Task, solve_task
+from fingerdesign.contact.solver.gauss_seidel import gauss_seidel
+from fingerdesign.contact.solver.newton import NewtonResult
+from fingerdesign.contact.solver.pivots import friction_pivots
 from fingerdesign.contact.uniqueness import other_solutions
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import reduced_model
@@ -123,7 +125,7 @@ def compliance_of(nodes, dim, seed=0):
     return root @ root.T / nodes + 0.2 * np.eye(nodes * dim)
 
 
-@pytest.mark.parametrize("room", [np.empty, Rooms(36, 2)])
+@pytest.mark.parametrize("room", [np.empty, ScratchBuffers(36, 2)])
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("goal", [[0, 1, 2, 3, 4], [1, 2, 3, 9], [5, 6, 7], [0, 1, 2, 3, 4, 8]])
 def test_moved_inverse_equals_a_new_one(dim, goal, room):
@@ -150,7 +152,7 @@ def test_an_inverse_carried_far_stays_at_rounding():
     place = (x + 1j * y).reshape(-1) - 5.5 - 5.5j
     place = place[np.argsort(np.abs(place), kind="stable")]
     compliance = -np.log(np.abs(place[:, None] - place) / 40.0 + 0.008)
-    inverse, room = ActiveInverse.of(compliance, np.arange(10), 1), Rooms(144, 2)
+    inverse, room = ActiveInverse.of(compliance, np.arange(10), 1), ScratchBuffers(144, 2)
     for count in range(14, 145, 8):
         inverse = inverse.moved_to(compliance, np.arange(count), 1, room)
     product = inverse.inverse @ compliance[:count, :count]

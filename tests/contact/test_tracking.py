@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from fingerdesign.contact.force_control import Forces, solve_forces
 from fingerdesign.contact.increment import TRACKED, ContactState, Workspace, solve_increment
 from fingerdesign.contact.laws import SLIP
-from fingerdesign.contact.path import Forces, follow, solve_forces
+from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion
-from fingerdesign.contact.tracking import Tracker
+from fingerdesign.contact.solver.tracking import Tracker
 
 
 @pytest.fixture(autouse=True, params=["numpy", "compiled"])

@@ -13,7 +13,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.path import Forces, Step, follow
+from fingerdesign.contact.force_control import Forces
+from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.fem.body import CondensedBody, condense_body, reduced_model
 from fingerdesign.fem.elements import quadrature, tabulate

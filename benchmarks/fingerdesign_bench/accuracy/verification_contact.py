@@ -11,7 +11,8 @@ from typing import Literal
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.path import Forces, Step, follow
+from fingerdesign.contact.force_control import Forces
+from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.fem.body import body_model
 from fingerdesign.fem.system import Body

@@ -7,8 +7,9 @@ from functools import lru_cache
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.contact.force_control import Forces, solve_forces
 from fingerdesign.contact.measures import measure
-from fingerdesign.contact.path import Forces, Step, follow, solve_forces
+from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion, contact_problem
 from fingerdesign.fem.body import body_model
 from fingerdesign.reduced import ReducedModel

@@ -22,8 +22,8 @@ import scipy.sparse as sp
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.increment import Increment
 from fingerdesign.contact.laws import OPEN, SLIP, certify, status_of
-from fingerdesign.contact.newton import classify, relative_residual
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
+from fingerdesign.contact.solver.newton import classify, relative_residual
 from fingerdesign.errors import SolverError
 from fingerdesign.fem import factor
 

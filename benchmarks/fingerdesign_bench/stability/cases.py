@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.path import Forces
+from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.problem import Motion
 from fingerdesign.reduced import ReducedModel
 from fingerdesign.shapes.objects import Cylinder, Plane, RigidObject, Sphere, touching

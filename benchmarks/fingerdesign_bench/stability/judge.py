@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.increment import gauss_seidel
 from fingerdesign.contact.problem import Motion
+from fingerdesign.contact.solver.gauss_seidel import gauss_seidel
 from fingerdesign.reduced import ReducedModel
 from fingerdesign.shapes.objects import Indenter
 

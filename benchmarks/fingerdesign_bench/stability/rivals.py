@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.increment import gauss_seidel
+from fingerdesign.contact.solver.gauss_seidel import gauss_seidel
 from fingerdesign.errors import SolverError
 
 # compliance (m dim, m dim), offset (m, dim), friction coefficient, last forces (m, dim), seconds

@@ -12,8 +12,8 @@ from types import FrameType
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.increment import Workspace, ZoneExhausted, solve_increment
-from fingerdesign.contact.path import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion, contact_problem
 from fingerdesign.errors import SolverError
 from fingerdesign.reduced import ReducedModel

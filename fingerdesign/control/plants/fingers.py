@@ -29,11 +29,12 @@ from fingerdesign.contact.balance import (
     rising_root,
     solve_shear,
 )
+from fingerdesign.contact.force_control import NoEquilibrium
 from fingerdesign.contact.history import FrictionHistory
 from fingerdesign.contact.increment import Increment, solve_increment
 from fingerdesign.contact.memory import Rubber, RubberHistory
-from fingerdesign.contact.path import NoEquilibrium, stiffness
 from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.contact.tangent import stiffness
 from fingerdesign.errors import SolverError
 
 _REACH = 4.0  # times (1 + mu) F_n: more than friction carries on any slope that a finger touches

@@ -29,8 +29,8 @@ from math import isfinite
 
 import numpy as np
 
+from fingerdesign.contact.force_control import NoEquilibrium
 from fingerdesign.contact.memory import Rubber
-from fingerdesign.contact.path import NoEquilibrium
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.plants.fingers import Held, Kind, MirrorPair, UnlikePair, Warming
 from fingerdesign.control.plants.plant import Truth, felt

@@ -14,8 +14,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.increment import Increment, Workspace, ZoneExhausted, solve_increment
-from fingerdesign.contact.path import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion, contact_problem
 from fingerdesign.design.gages import Gages
 from fingerdesign.errors import SolverError

@@ -185,7 +185,6 @@ def _grip(
         high = low
     mu = problem.friction_coefficient
     state, workspace = ContactState.untouched(problem), Workspace()
-    workspace.patient = False
     now, shear, slope = None, 0.0, 0.0
     for k in range(1 - _PRESSES, _PULLS + 1):
         approach = low * (k + _PRESSES) / _PRESSES
@@ -196,7 +195,9 @@ def _grip(
             way = (aim - now.tangential_force) / max(slope, 0.2 * first)
             shear += max(way, 1e-3 * low)
         try:
-            increment = solve_increment(problem, state, Motion(approach, shear), workspace)
+            increment = solve_increment(
+                problem, state, Motion(approach, shear), workspace, try_slow_methods=False
+            )
         except SolverError:  # also where the candidates end; the instants before it stand
             return
         before, moved = now, shear - state.motion.shear

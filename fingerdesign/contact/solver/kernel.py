@@ -19,10 +19,10 @@ from scipy.linalg import cython_blas, cython_lapack
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.contact.laws import Certificate, coded, lengths
-from fingerdesign.contact.newton import ActiveInverse
 from fingerdesign.contact.outcome import Answer, Outcome
 from fingerdesign.contact.problem import ContactProblem, ContactState
-from fingerdesign.contact.tracking import Base, Known, Start, Tracker
+from fingerdesign.contact.solver.active_inverse import ActiveInverse
+from fingerdesign.contact.solver.tracking import LastIncrement, Start, Tracker, WorkingSet
 from fingerdesign.runtime.native import compiled
 
 _ROUTINES = {
@@ -100,7 +100,7 @@ class CompiledTracker(Tracker):
         if not self._follower:
             raise MemoryError(f"no memory to follow {m} contact nodes")
         self._end = weakref.finalize(self, library.follower_free, self._follower)
-        self._bound: Base | None = None
+        self._bound: WorkingSet | None = None
         self._problem: ContactProblem | None = None
         self._about: tuple[_Judged, list[Array]]
 
@@ -113,14 +113,14 @@ class CompiledTracker(Tracker):
         status = coded(lengths(guess[:, 1:]) >= limit, guess[:, 0] > 0.0)
         none = np.zeros(0)
         ahead = np.zeros_like(guess)
-        known = Known(guess, yielded, status, ahead, none, none, none, yielded, largest)
+        known = LastIncrement(guess, yielded, status, ahead, none, none, none, yielded, largest)
         try:
             return self._follow(known, offset, Start(1.0))
         except np.linalg.LinAlgError:
             self.base = None
             return None
 
-    def _follow(self, known: Known, offset: Array, start: Start) -> Answer | None:
+    def _follow(self, known: LastIncrement, offset: Array, start: Start) -> Answer | None:
         library, follower = self._library, self._follower
         self._bind(self.base)
         out = np.empty((3, *offset.shape))
@@ -158,7 +158,7 @@ class CompiledTracker(Tracker):
         gap = ctypes.string_at(library.follower_gap(self._follower), 8 * m)
         return np.frombuffer(needed, dtype=np.bool_).copy(), np.frombuffer(gap)
 
-    def _inverse_on(self, base: Base, nodes: IntArray, dim: int) -> ActiveInverse:
+    def _inverse_on(self, base: WorkingSet, nodes: IntArray, dim: int) -> ActiveInverse:
         """Bordered by the kernel where nodes only join."""
         joins = nodes[~base.inside[nodes]]
         k = len(base.nodes) + len(joins)
@@ -215,7 +215,7 @@ class CompiledTracker(Tracker):
             self._problem, self._about = problem, (judged, arrays)
         return ctypes.addressof(self._about[0])
 
-    def _bind(self, base: Base | None) -> None:
+    def _bind(self, base: WorkingSet | None) -> None:
         if base is not self._bound:
             self._bound = base
             if base is None:

@@ -1,9 +1,9 @@
 """An increment near a solved one: Newton on few unknowns (numpy and LAPACK only).
 
-A grip moves by small steps, and from step to step few nodes change their status. Known are forces
-f*, their motion C f* and the statuses of an increment before; wanted is the answer at another
-offset w. Of the base B, closed nodes and a few open ones about them, the inverse G = C_BB^-1 is
-kept. With u what nodes of the base move beyond where f* and w put them,
+A grip moves by small steps, and from step to step few nodes change their status. Given are forces
+f*, their motion C f* and the statuses of the last increment; unknown is the answer at another
+offset w. The inverse G = C_BB^-1 on the working set B (closed nodes and a few open ones about them)
+is stored. With u the motion of its nodes beyond where f* and w put them,
 
     f = f* - G (C f* + w)_closed + G u,        v = (C f* + w)_open + u,
 
@@ -26,10 +26,10 @@ from scipy.linalg.blas import dsymv
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
-from fingerdesign.contact.linearised import TOLERANCE, Factors, Point, System
-from fingerdesign.contact.newton import ActiveInverse, Rooms
 from fingerdesign.contact.outcome import Answer, Outcome, outcome
 from fingerdesign.contact.problem import ContactProblem, ContactState
+from fingerdesign.contact.solver.active_inverse import ActiveInverse, ScratchBuffers
+from fingerdesign.contact.solver.linearised import TOLERANCE, Factors, Point, System
 
 _FACTOR = 0.5  # rho C_ii: ten times newton.py's, which starts from farther; from 2 on it cycles
 _OPPOSED = 1e-8  # of the force: friction off a slip's opposite, which residuals hardly see if short
@@ -48,7 +48,7 @@ _LONGEST = 1.5  # times the last step: so far they are
 
 
 @dataclass(frozen=True)
-class Known:
+class LastIncrement:
     """A solved increment: forces, C f (m, dim), statuses (m,) and how it came about.
 
     ahead (m, dim): what nodes moved in it beyond sticking, or beyond where they were if open, mm.
@@ -78,7 +78,7 @@ class Start:
     turned: bool = False
     trial: bool = False
 
-    def of(self, known: Known) -> Array:
+    def of(self, known: LastIncrement) -> Array:
         """What nodes move beyond where they rest, to begin with (m, dim), mm."""
         if self.turned:
             return np.zeros_like(known.ahead)
@@ -87,7 +87,7 @@ class Start:
         return self.share * known.ahead
 
 
-class Base:
+class WorkingSet:
     """The inverse on ``nodes`` (k,): those closed and a ring about them."""
 
     def __init__(self, inverse: ActiveInverse, count: int) -> None:
@@ -114,10 +114,10 @@ class Tracker:
         self._rho = _FACTOR / self_compliance
         self._length = float(np.median(self_compliance))
         most = len(compliance)
-        self._inverses, self._systems = Rooms(most, 2), Rooms(most, 3)
-        self.base: Base | None = None
+        self._inverses, self._systems = ScratchBuffers(most, 2), ScratchBuffers(most, 3)
+        self.base: WorkingSet | None = None
         self._system: System | None = None
-        self.known: Known | None = None
+        self.known: LastIncrement | None = None
 
     def outcome(self, problem: ContactProblem, past: ContactState, found: Answer) -> Outcome:
         """What an answer from a state amounts to, and its certificate."""
@@ -131,8 +131,8 @@ class Tracker:
         return known.before if known is not None and slip is known.slip else found.yielded
 
     def know(self, found: Answer, outcome: Outcome, change: Array, slip: Array) -> None:
-        """Start the next increment from this accepted one; names as in :class:`Known`."""
-        self.known = Known(
+        """Start the next increment from this accepted one; names as in :class:`LastIncrement`."""
+        self.known = LastIncrement(
             found.multiplier,
             found.yielded,
             outcome.touching,
@@ -171,7 +171,7 @@ class Tracker:
         """Forces and motion at ``offset`` from forces guessed (m, dim), whatever came before."""
         return None
 
-    def _follow(self, known: Known, offset: Array, begin: Start) -> Answer | None:
+    def _follow(self, known: LastIncrement, offset: Array, begin: Start) -> Answer | None:
         """Newton on one set of candidates after the other, until no other node has a say."""
         status, begun, spent = known.status, False, 0
         if begin.turned:
@@ -227,7 +227,7 @@ class Tracker:
 
     def _bring_base(
         self, needed: BoolArray, gap: Array, ring: int | None = None, widen: bool = False
-    ) -> Base:
+    ) -> WorkingSet:
         """See that the base holds the nodes ``needed`` (m,), and not too many others.
 
         ring: so many open nodes are taken in besides. widen: also where none is needed yet.
@@ -247,10 +247,10 @@ class Tracker:
             inverse = ActiveInverse.of(self.compliance, nodes, dim)
         else:
             inverse = self._inverse_on(base, nodes, dim)
-        self.base, self._system = Base(inverse, len(gap)), None
+        self.base, self._system = WorkingSet(inverse, len(gap)), None
         return self.base
 
-    def _inverse_on(self, base: Base, nodes: IntArray, dim: int) -> ActiveInverse:
+    def _inverse_on(self, base: WorkingSet, nodes: IntArray, dim: int) -> ActiveInverse:
         return base.active.moved_to(self.compliance, nodes, dim, self._inverses)
 
     @staticmethod
@@ -258,7 +258,9 @@ class Tracker:
         """So many open nodes the base takes in beside those needed."""
         return max(_LEAST, int(_RING * np.count_nonzero(needed)))
 
-    def _chosen(self, base: Base, known: Known, status: IntArray, astray: BoolArray) -> System:
+    def _chosen(
+        self, base: WorkingSet, known: LastIncrement, status: IntArray, astray: BoolArray
+    ) -> System:
         """Candidates that cover what may change: those at hand, or others.
 
         status (k,): of the base's nodes. Every node is one where the base is small or most of them
@@ -283,7 +285,7 @@ class Tracker:
         return self._system
 
     def _whole(
-        self, base: Base, system: System, start: Array, x: Array, point: Point
+        self, base: WorkingSet, system: System, start: Array, x: Array, point: Point
     ) -> tuple[Array, BoolArray]:
         """Forces (k, dim) of the base, and which of its nodes, no candidates, do not stick."""
         if len(system.nodes) == len(base.nodes):
@@ -297,7 +299,7 @@ class Tracker:
 
     def _newton(
         self,
-        base: Base,
+        base: WorkingSet,
         system: System,
         start: Array,
         rest: Array,

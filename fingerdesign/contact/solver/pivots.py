@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.newton import NewtonResult, relative_residual
+from fingerdesign.contact.solver.newton import NewtonResult, relative_residual
 
 _SEED = 1990
 _SMALL = 1e-11  # relative: a smaller pivot is rounding

@@ -18,7 +18,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs, sgetrf, sgetrs
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.laws import OPEN, SLIP, coded, lengths
-from fingerdesign.contact.newton import Room, dofs_of
+from fingerdesign.contact.solver.active_inverse import Scratch, dofs_of
 
 TOLERANCE = 1e-10  # of the largest normal force, as in newton.py
 _FEW = 3.0  # steps with old factors cost what new ones do of a small system
@@ -55,7 +55,7 @@ class System:
         nodes: IntArray,
         rho: Array,
         friction: float,
-        room: Room = np.empty,
+        room: Scratch = np.empty,
     ) -> None:
         self.nodes, self.friction, self.rho = nodes, friction, rho[nodes]
         self.dim = len(inverse) // len(rho)

@@ -1,0 +1,1 @@
+"""Solvers of one increment: tracking, Newton, complementary pivots, Gauss-Seidel."""
