@@ -124,15 +124,17 @@ def _tuning(data: _Data, _: Path) -> Look:
     return Look(what, good, bad, (), ("controller", "before %", "tuned %"), rows)
 
 
-def _lesson(data: _Data, folder: Path) -> Look:
-    levels = zip(data["noises_microstrain"], data["stick_errors"], data["used_errors"], strict=True)
+def _training(data: _Data, folder: Path) -> Look:
+    former = data.get("used_errors", ())  # the key of former versions
+    frictions = data.get("friction_utilisation_errors", former)
+    levels = zip(data["noises_microstrain"], data["stick_errors"], frictions, strict=True)
     rows = [[f"{noise:g}", f"{stick:.3f}", f"{used:.3f}"] for noise, stick, used in levels]
     least = data["stick_errors"][0]
     words = f"stick ratio with an error of {least:.3f} (RMS) at {rows[0][0]} microstrain"
     good, bad = ([words], []) if least <= GOOD_STICK_ERROR else ([], [words])
     if not data.get("judged_fingers"):
-        bad.append("judged on no other finger than the one taught: unlike ones may do worse")
-    what = f"estimator taught on {folder.name}: {data['samples']} samples; estimator.json"
+        bad.append("tested on no other finger than the training one: perturbed ones may do worse")
+    what = f"estimator trained on {folder.name}: {data['samples']} samples; estimator.json"
     return Look(what, good, bad, (), ("noise, microstrain", "stick ratio", "friction used"), rows)
 
 
@@ -248,7 +250,9 @@ def _bench(text: str, folder: Path) -> Look:
     rows = list(csv.DictReader(text.splitlines()))
     names = [[row.get("trace", ""), row.get("phase", "")] for row in rows]
     what = f"what a bench measured of {folder.name}: {len(rows)} traces"
-    return Look(what, (), (), ("next: fingerdesign calibrate --measured",), ("trace", "is"), names)
+    return Look(
+        what, (), (), (f"next: fingerdesign identify DESIGN {folder}",), ("trace", "is"), names
+    )
 
 
 def _identification(data: _Data, _: Path) -> Look:
@@ -288,7 +292,8 @@ KINDS = (
     Kind("control.json", _control, "control.html"),
     Kind("unlike.json", _unlike),
     Kind("tuning.json", _tuning),
-    Kind("lesson.json", _lesson),
+    Kind("training.json", _training),
+    Kind("lesson.json", _training),  # of former versions
     Kind("calibration.json", _calibration),
     Kind("identification.json", _identification, "identify.html"),
     Kind("trace.csv", _trace),

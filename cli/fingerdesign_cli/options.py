@@ -47,7 +47,7 @@ DESIGN, SCENE, STUDY = (ShippedOrFile(kind) for kind in ("design", "scene", "stu
 # Names of former versions, which work until December 2027: the words that now stand for each.
 RENAMED = {
     "teach": ("train",),
-    "calibrate": ("identify",),
+    "calibrate": ("identify", "--bench"),
     "study-control": ("study",),
     "study-unlike": ("study", "--perturbed"),
     "tune": ("study", "--tune"),

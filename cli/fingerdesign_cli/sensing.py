@@ -1,9 +1,7 @@
-"""``gages``, ``train``, ``export-c``, ``calibrate``, ``identify``: what gages say,
-to whom."""
+"""``train``, ``identify`` and ``export-c``: the estimator, hidden values, the regulator in C."""
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -49,9 +47,7 @@ from fingerdesign.sensing.identify.trace_report import (
 )
 from fingerdesign.sensing.model import gripped_case
 from fingerdesign.sensing.train.estimator import TrainingResult
-from fingerdesign.validate.gages.record import FOLDER, Observability, write_observability
-from fingerdesign.validate.gages.study import observe, refuse
-from fingerdesign_cli.inputs import estimator_for, read_case, recorded, refuse_foreign
+from fingerdesign_cli.inputs import estimator_for, read_case, recorded
 from fingerdesign_cli.terminal import open_page, print_json, print_table, say
 
 _WORDS = {
@@ -65,10 +61,11 @@ _WORDS = {
     "touch": "touch",
     "gain": "gages' gains",
 }
-_DRAWN = ("plates", "modulus", "gains")  # what a simulated finger is unlike in
-
-
-# ``fingerdesign train``: an estimator of the stick ratio for a design's gages, for a rig too.
+_DRAWN = (
+    "plates",
+    "modulus",
+    "gains",
+)  # The faults of a simulated finger, unless others are given.
 
 
 def train(
@@ -85,7 +82,7 @@ def train(
     from fingerdesign.sensing.train.result import training_result_for, training_text
 
     name = design.design.name
-    kind = RecordFolder("lesson", "lesson.json", ("lesson.json", "estimator.json"))
+    kind = RecordFolder("training result", "training.json", ("training.json", "estimator.json"))
     with recorded(kind, out / name, quiet) as (folder, show):
         result = training_result_for(
             design, None, lambda said: show(said, 0.0), workers or usable_cores(), fidelity
@@ -93,7 +90,7 @@ def train(
         result = replace(result, estimator=result.estimator.at_noise(noise))
         record = {k: v for k, v in json.loads(training_text(result)).items() if k != "estimator"}
         (folder / "estimator.json").write_text(result.estimator.to_json(), encoding="utf-8")
-        (folder / "lesson.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+        (folder / "training.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
         show("writing", 1.0)
     if as_json:
         print_json({"design": name, **record})
@@ -125,18 +122,7 @@ def _held_out(result: TrainingResult) -> str:
     return f"{grips} other grips of the same finger or fingers: on another one it is not judged"
 
 
-# ``fingerdesign export-c``: the regulator for a hand's computer.
-
-
-def export_c(**given: Any) -> int:
-    """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99."""
-    return _exported("regulator in C", lambda e, design: c_files(e, design.grip), **given)
-
-
-def _exported(
-    what: str,
-    files_of: Callable[[GripEstimator, Design], Mapping[str, str | bytes]],
-    *,
+def export_c(
     estimator_file: Path,
     design_file: Path,
     out: Path,
@@ -144,6 +130,7 @@ def _exported(
     quiet: bool,
     as_json: bool,
 ) -> int:
+    """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99."""
     design, _ = read_case(design_file)
     try:
         estimator = estimator_for(design, estimator_file)
@@ -152,8 +139,8 @@ def _exported(
         raise DesignError(faults, error.source) from error
     assert estimator is not None
     estimator = estimator if noise is None else estimator.at_noise(noise)
-    name, files = design.design.name, files_of(estimator, design)
-    kind = RecordFolder(what, next(iter(files)), tuple(files))
+    name, files = design.design.name, c_files(estimator, design.grip)
+    kind = RecordFolder("regulator in C", next(iter(files)), tuple(files))
     with recorded(kind, out / name, quiet) as (folder, _):
         for file, content in files.items():
             write_whole(folder / file, content)
@@ -167,126 +154,96 @@ def _exported(
     return 0
 
 
-def gages(
+@dataclass(frozen=True)
+class Shown:
+    """Where an identification writes, and how it reports."""
+
+    out: Path
+    quiet: bool
+    as_json: bool
+
+
+def identify(
     design_file: Path,
-    out: Path,
-    noise: float,
-    grips: int,
-    workers: int | None,
-    fidelity: str,
-    quiet: bool,
-    as_json: bool,
-) -> int:
-    """Tell how well DESIGN's gages determine the stick ratio, how few suffice and where."""
-    design, _ = read_case(design_file)
-    refuse(design, noise, grips)
-    name = design.design.name
-    with recorded(FOLDER, out / name, quiet) as (folder, show):
-        found = observe(
-            design, noise, grips, lambda message: show(message), workers or usable_cores(), fidelity
-        )
-        show("writing", 1.0)
-        write_observability(found, folder)
-    if as_json:
-        print_json(found.data())
-    elif not quiet:
-        _show(found, out / name)
-    open_page(out / name / "observability.png")
-    return 0
-
-
-def _show(found: Observability, folder: Path) -> None:
-    rows = [
-        [
-            str(len(each.kept)) if each.kept else "0 (forces and moves)",
-            f"{each.stick_error:.3f} ± {each.stick_spread:.3f}",
-            f"{each.used_error:.3f}",
-            ", ".join(f"{x:g}" for x in found.places(each)) or "–",
-        ]
-        for each in found.confirmed
-    ]
-    what = "errors (RMS) on other grips of the same finger"
-    title = f"{found.design} at {found.noise:g} microstrain: {what}"
-    print_table(title, ["gages", "stick ratio", "friction in use", "at x, mm"], rows)
-    rows = [
-        [
-            f"{each.x_mm:g}",
-            f"{each.response_microstrain_per_N:.3g}",
-            str(each.rank),
-            f"{each.untold_stick_cost:+.3f}",
-            f"{each.told_stick_cost:+.3f}",
-        ]
-        for each in sorted(found.gages, key=lambda gage: gage.x_mm)
-    ]
-    columns = ["gage at x, mm", "microstrain/N", "rank", "dead, untold", "dead, told"]
-    print_table("each gage: 1 is missed most; what its silence adds to the error", columns, rows)
-    for sentence in (*found.limits, *found.sentences):
-        click.echo(sentence)
-    click.echo(f"{found.seconds:.0f} s; chart: {folder / 'observability.png'}")
-
-
-# ``fingerdesign calibrate``: this very finger's estimator, and what its bench says of it.
-
-
-def calibrate(
-    design_file: Path,
-    out: Path,
+    source: Path | None,
     measured: Path | None,
     simulate: bool,
+    bench: bool,
     estimator_file: Path | None,
     faults: tuple[str, ...],
     seed: int,
+    terms: int | None,
     workers: int | None,
     fidelity: str,
-    quiet: bool,
-    as_json: bool,
+    **output: Any,
 ) -> int:
-    """Measure, or play the measurement of, the finger cast by DESIGN."""
-    if simulate == (measured is not None):
-        raise click.UsageError("give either --measured FOLDER or --simulate")
-    if simulate and estimator_file is not None:
-        raise click.UsageError("--simulate only writes what a bench measures: no --estimator")
-    if not simulate and faults:
-        raise click.UsageError("--fault is of --simulate alone")
-    if simulate:
-        return _simulated(design_file, out, faults or _DRAWN, seed, fidelity, quiet, as_json)
-    assert measured is not None
+    """Fit hidden values of the finger cast by DESIGN to a trace or a bench, or simulate either."""
+    source, shown = source or measured, Shown(**output)
+    if simulate == (source is not None):
+        raise click.UsageError("give either SOURCE (a trace, or a bench's folder) or --simulate")
+    bench = bench or (source is not None and (source.is_dir() or source.name == TABLE))
+    _refuse_options(bench, simulate, estimator_file, faults, terms)
     design, _ = read_case(design_file)
-    target = out / design.design.name
-    refuse_foreign(CALIBRATION, target)
-    estimator = estimator_for(design, estimator_file, fidelity)
-    with recorded(CALIBRATION, target, quiet) as (folder, show):
+    if source is None and bench:
+        return _simulate_bench(design, faults or _DRAWN, seed, fidelity, shown)
+    if source is None:
+        return _simulate_trace(design, seed, fidelity, shown)
+    if bench:
+        estimator = estimator_for(design, estimator_file, fidelity)
+        return _identify_bench(design, source, estimator, workers, fidelity, shown)
+    return _identify_trace(design, source, terms, fidelity, shown)
+
+
+def _refuse_options(
+    bench: bool,
+    simulate: bool,
+    estimator_file: Path | None,
+    faults: tuple[str, ...],
+    terms: int | None,
+) -> None:
+    """Raise UsageError for an option that has no meaning for this source."""
+    if estimator_file is not None and (simulate or not bench):
+        raise click.UsageError("--estimator needs the measurements of a bench")
+    if faults and not (simulate and bench):
+        raise click.UsageError("--fault is for --simulate --bench alone")
+    if terms is not None and (simulate or bench):
+        raise click.UsageError("--terms is for a recorded trace alone")
+
+
+def _identify_bench(
+    design: Design,
+    source: Path,
+    estimator: GripEstimator | None,
+    workers: int | None,
+    fidelity: str,
+    shown: Shown,
+) -> int:
+    target = shown.out / design.design.name
+    with recorded(CALIBRATION, target, shown.quiet) as (folder, show):
         processes = workers or usable_cores()
-        found = calibrated_finger(design, measured, estimator, fidelity, processes, show)
+        found = calibrated_finger(design, source, estimator, fidelity, processes, show)
         show("writing", 1.0)
         write_calibration(found, folder)
-    if as_json:
+    if shown.as_json:
         print_json(plain(found.data))
-    elif not quiet:
+    elif not shown.quiet:
         _show_fit(found, target)
     return 0
 
 
-def _simulated(
-    design_file: Path,
-    out: Path,
-    faults: tuple[str, ...],
-    seed: int,
-    fidelity: str,
-    quiet: bool,
-    as_json: bool,
+def _simulate_bench(
+    design: Design, faults: tuple[str, ...], seed: int, fidelity: str, shown: Shown
 ) -> int:
-    design, _ = read_case(design_file)
-    target = out / design.design.name
-    with recorded(MEASURED, target, quiet) as (folder, show):
-        show("playing the bench")
+    target = shown.out / design.design.name
+    with recorded(MEASURED, target, shown.quiet) as (folder, show):
+        show("simulating the bench")
         bench = simulated_bench(design, faults, seed, fidelity)
         write_measured(bench, folder)
     names = [phase.name for phase in bench.phases]
-    if as_json:
+    if shown.as_json:
         about = {"faults": list(faults), "seed": seed, "lean_deg": bench.lean_deg}
         print_json({"design": design.design.name, **about, "traces": names})
-    elif not quiet:
+    elif not shown.quiet:
         click.echo(f"{target}: {TABLE} and {len(names)} traces; drawn.toml is the finger drawn")
     return 0
 
@@ -305,63 +262,45 @@ def _show_fit(found: CalibratedFinger, folder: Path) -> None:
             cells = [f"{most:+.3g}", f"{before:.2g}", f"{after:.2g}"]
             rows.append([words, *cells, f"{determined} of {len(values)}"])
     headings = ["off the design", "most", "± before", "± after", "determined"]
-    print_table(f"{data.design}: what its bench says of it ({data.fidelity})", headings, rows)
+    print_table(f"{data.design}: values from its bench ({data.fidelity})", headings, rows)
     before, after = data.fit.before_microstrain, data.fit.after_microstrain
     click.echo(f"readings off the model by {before:.3g} microstrain, fitted by {after:.3g} (RMS)")
     for warning in data.warnings:
-        say(f"mind: {warning}")
+        say(f"warning: {warning}")
     written = f"{folder / FITTED_FILE} is this finger"
     if found.estimator is not None:
         written = f"{folder / ESTIMATOR_FILE} is for it; {written}"
     click.echo(f"delay: {data.delay_samples} samples; {written}")
 
 
-# ``fingerdesign identify``: rubber, friction and gages from one trace.
-
-
-def identify(
-    design_file: Path,
-    trace_file: Path | None,
-    out: Path,
-    simulate: bool,
-    seed: int,
-    terms: int | None,
-    fidelity: str,
-    quiet: bool,
-    as_json: bool,
+def _identify_trace(
+    design: Design, source: Path, terms: int | None, fidelity: str, shown: Shown
 ) -> int:
-    """Fit, or play, a trace of the finger cast by DESIGN."""
-    if simulate == (trace_file is not None):
-        raise click.UsageError("give either TRACE or --simulate")
-    design, _ = read_case(design_file)
-    target = out / design.design.name
-    if trace_file is None:
-        return _simulated_trace(design, target, seed, fidelity, quiet, as_json)
+    target = shown.out / design.design.name
     gripped_case(design, fidelity)
-    trace = read_trace(trace_file, len(gage_array(design)))
-    with recorded(IDENTIFICATION, target, quiet) as (folder, show):
-        found = identified(design, trace, str(trace_file), fidelity, terms, show)
+    trace = read_trace(source, len(gage_array(design)))
+    with recorded(IDENTIFICATION, target, shown.quiet) as (folder, show):
+        found = identified(design, trace, str(source), fidelity, terms, show)
         show("writing", 1.0)
-        data = write_identification(found, trace_file.name, folder)
-    if as_json:
+        data = write_identification(found, source.name, folder)
+    if shown.as_json:
         print_json(plain(data))
-    elif not quiet:
+    elif not shown.quiet:
         _show_values(data, target)
     open_page(target / PAGE_FILE)
     return 0
 
 
-def _simulated_trace(
-    design: Design, target: Path, seed: int, fidelity: str, quiet: bool, as_json: bool
-) -> int:
-    with recorded(SIMULATED, target, quiet) as (folder, show):
-        show("playing a trace")
+def _simulate_trace(design: Design, seed: int, fidelity: str, shown: Shown) -> int:
+    target = shown.out / design.design.name
+    with recorded(SIMULATED, target, shown.quiet) as (folder, show):
+        show("simulating a trace")
         made = simulated_trace(design, seed, fidelity)
         (folder / TRACE_FILE).write_text(made.trace.to_csv(), encoding="utf-8")
         (folder / TRUTH_FILE).write_text(json_text(made.truth), encoding="utf-8")
-    if as_json:
+    if shown.as_json:
         print_json({"design": design.design.name, "seed": seed, "rows": len(made.trace)})
-    elif not quiet:
+    elif not shown.quiet:
         click.echo(f"{target / TRACE_FILE}: {len(made.trace)} rows; truth.json is what was drawn")
     return 0
 

@@ -5,7 +5,11 @@ from pathlib import Path
 import click
 
 from fingerdesign.analysis.fidelity.readings import QUANTITIES
+from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.validate.advice import NONE, spread_cell
+from fingerdesign.validate.gages.record import FOLDER as GAGE_STUDY
+from fingerdesign.validate.gages.record import Observability, write_observability
+from fingerdesign.validate.gages.study import observe, refuse
 from fingerdesign.validate.record import Row, Validation
 from fingerdesign_cli.inputs import read_case, recorded
 from fingerdesign_cli.terminal import number, open_page, print_json, print_table
@@ -17,10 +21,22 @@ def validate(
     scene_file: Path | None,
     deep: bool,
     keys: tuple[str, ...],
+    gages: bool,
+    noise: float | None,
+    grips: int | None,
+    workers: int | None,
+    fidelity: str,
     quiet: bool,
     as_json: bool,
 ) -> int:
     """Tell what each modelling assumption costs for DESIGN in a scene, and what it saves."""
+    if gages:
+        if scene_file is not None or deep or keys:
+            raise click.UsageError("--gages takes no --scene, --deep and --only")
+        noise, grips = 0.5 if noise is None else noise, 600 if grips is None else grips
+        return _validate_gages(design_file, out, noise, grips, workers, fidelity, quiet, as_json)
+    if noise is not None or grips is not None:
+        raise click.UsageError("--noise and --grips are for --gages alone")
     finger, scene = read_case(design_file, scene_file)
     from fingerdesign.validate.run import FOLDER, validate, write_validation
 
@@ -70,3 +86,61 @@ def _cells(row: Row) -> list[list[str]]:
         at = name.removeprefix("equal_")
         found.append([title, at, *reported, *(costs if first else [""] * len(costs))])
     return found
+
+
+def _validate_gages(
+    design_file: Path,
+    out: Path,
+    noise: float,
+    grips: int,
+    workers: int | None,
+    fidelity: str,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Report how well DESIGN's gages determine the stick ratio, how few suffice and where."""
+    design, _ = read_case(design_file)
+    refuse(design, noise, grips)
+    name = design.design.name
+    with recorded(GAGE_STUDY, out / name, quiet) as (folder, show):
+        found = observe(
+            design, noise, grips, lambda message: show(message), workers or usable_cores(), fidelity
+        )
+        show("writing", 1.0)
+        write_observability(found, folder)
+    if as_json:
+        print_json(found.data())
+    elif not quiet:
+        _show_gages(found, out / name)
+    open_page(out / name / "observability.png")
+    return 0
+
+
+def _show_gages(found: Observability, folder: Path) -> None:
+    rows = [
+        [
+            str(len(each.kept)) if each.kept else "0 (forces and moves)",
+            f"{each.stick_error:.3f} ± {each.stick_spread:.3f}",
+            f"{each.used_error:.3f}",
+            ", ".join(f"{x:g}" for x in found.places(each)) or "–",
+        ]
+        for each in found.confirmed
+    ]
+    what = "errors (RMS) on other grips of the same finger"
+    title = f"{found.design} at {found.noise:g} microstrain: {what}"
+    print_table(title, ["gages", "stick ratio", "friction in use", "at x, mm"], rows)
+    rows = [
+        [
+            f"{each.x_mm:g}",
+            f"{each.response_microstrain_per_N:.3g}",
+            str(each.rank),
+            f"{each.untold_stick_cost:+.3f}",
+            f"{each.told_stick_cost:+.3f}",
+        ]
+        for each in sorted(found.gages, key=lambda gage: gage.x_mm)
+    ]
+    columns = ["gage at x, mm", "microstrain/N", "rank", "dead, untold", "dead, told"]
+    print_table("each gage: 1 is missed most; what its silence adds to the error", columns, rows)
+    for sentence in (*found.limits, *found.sentences):
+        click.echo(sentence)
+    click.echo(f"{found.seconds:.0f} s; chart: {folder / 'observability.png'}")

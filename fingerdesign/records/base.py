@@ -46,7 +46,7 @@ SCHEMAS = {
     ),
     "calibration": (
         "fingerdesign.sensing.identify.bench_report:CalibrationData",
-        "One finger as its bench measured it (fingerdesign calibrate)",
+        "One finger as its bench measured it (fingerdesign identify)",
     ),
     "identification": (
         "fingerdesign.sensing.identify.trace_report:IdentificationData",

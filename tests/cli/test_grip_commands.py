@@ -93,7 +93,7 @@ def test_an_estimator_is_exported(folder, tmp_path, estimator, said):
     assert written == c_files(louder, design.grip)
 
 
-@pytest.mark.parametrize("command", ["tune", "train", "gages", "study-control"])
+@pytest.mark.parametrize("command", ["tune", "train", "validate", "study-control"])
 def test_a_folder_of_something_else_is_left_alone(command, folder, tmp_path, said):
     (tmp_path / "coarse").mkdir()
     (tmp_path / "coarse/mine.txt").write_text("mine")

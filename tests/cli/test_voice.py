@@ -99,7 +99,6 @@ def test_what_shows_a_page_opens_it(monkeypatch, tmp_path, said):
     [
         (["optimize"], "optimise"),
         (["analyze"], "analyse"),
-        (["gauges"], "gages"),
         (["mould"], "mold"),
         (["bench", "smothness"], "smoothness"),
         (["analyse", "narrow", "--fidelty", "3d"], "--fidelity"),
@@ -188,6 +187,13 @@ FOLDERS = {  # the record that a command writes, as short as it can be
     "tuning.json": {
         "controllers": {"x": {"default": {"success_rate": 0.5}, "best": {"success_rate": 0.4}}},
         "design": "a",
+    },
+    "training.json": {
+        "noises_microstrain": [0.5],
+        "stick_errors": [0.3],
+        "friction_utilisation_errors": [0.2],
+        "samples": 3,
+        "judged_fingers": 0,
     },
     "lesson.json": {
         "noises_microstrain": [0.5],

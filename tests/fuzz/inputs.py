@@ -177,8 +177,8 @@ def benches(folder: Path, out: Path, chance: Chance) -> Lines:
     laid(folder, "bench/phases.csv", spoiled(phases.encode(), chance), chance)
     for word in ("press", "slide"):
         laid(folder, f"bench/{word}.csv", spoiled(trace_text().encode(), chance), chance)
-    measured = ["--measured", str(folder / "bench"), "--out", str(out), "--quiet"]
-    return [["calibrate", str(folder / "a.toml"), *measured]]
+    measured = [str(folder / "bench"), "--out", str(out), "--quiet"]
+    return [["identify", str(folder / "a.toml"), *measured]]
 
 
 @cache

@@ -179,8 +179,8 @@ def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
     design, measured, tmp_path, said
 ):
     taught = estimator_file(design, tmp_path / "taught")
-    given = (measured / "mine.toml", "--measured", measured, "--out", tmp_path / "out")
-    record = json.loads(said("calibrate", *given, "--estimator", taught, "--json").out)
+    given = (measured / "mine.toml", measured, "--out", tmp_path / "out")
+    record = json.loads(said("identify", *given, "--estimator", taught, "--json").out)
     assert record == json.loads((tmp_path / "out/mine/calibration.json").read_text())
     by_name = {each["name"]: each for each in record["latents"]}
     off = by_name["plate_2.x"]
@@ -208,7 +208,8 @@ def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
     assert own.curves.pressed == pytest.approx(curves, rel=1e-4, abs=1e-4)
     exported = (tmp_path / "out/mine/estimator.json", measured / "mine.toml", "--out", tmp_path)
     said("export-c", *exported)
-    shown = said("calibrate", *given, "--measured", measured / "phases.csv").out
+    former = (measured / "mine.toml", "--measured", measured / "phases.csv")
+    shown = said("calibrate", *former, "--out", tmp_path / "out").out
     assert "plates along x, mm" in shown
     assert "fitted.toml is this finger" in shown
 
@@ -316,8 +317,8 @@ def test_bad_measurements_are_refused_before_any_work(
     for each in measured.glob("*.csv"):
         (folder / each.name).write_text(each.read_text())
     rewritten(folder, file, change)
-    given = (measured / "mine.toml", "--measured", folder, "--out", tmp_path / "out")
-    assert named in said("calibrate", *given, code=2).err
+    given = (measured / "mine.toml", folder, "--out", tmp_path / "out")
+    assert named in said("identify", *given, code=2).err
     assert not (tmp_path / "out").exists()
 
 
@@ -335,15 +336,16 @@ def test_wrong_options_and_foreign_estimators_are_refused(design, measured, tmp_
     other = estimator_file(with_values(design, {"body.depth_mm": 9.0}), tmp_path / "other")
     own = measured / "mine.toml"
     for given, named in (
-        ((), "--measured FOLDER or --simulate"),
-        (("--measured", measured, "--simulate"), "either"),
-        (("--measured", measured, "--fault", "gains"), "--fault"),
-        (("--simulate", "--fault", "radius"), "one of modulus"),
-        (("--simulate", "--fault", "magic"), "magic"),
-        (("--measured", tmp_path / "none"), "a folder with phases.csv"),
-        (("--measured", measured, "--estimator", other), "one taught on this design"),
+        ((), "or --simulate"),
+        ((measured, "--simulate"), "either"),
+        ((measured, "--fault", "gains"), "--fault"),
+        ((measured, "--terms", "1"), "--terms"),
+        (("--simulate", "--bench", "--fault", "radius"), "one of modulus"),
+        (("--simulate", "--bench", "--fault", "magic"), "magic"),
+        (("--bench", tmp_path / "none"), "a folder with phases.csv"),
+        ((measured, "--estimator", other), "on this design"),
     ):
-        assert named in said("calibrate", own, *out, *given, code=2).err
+        assert named in said("identify", own, *out, *given, code=2).err
     assert not (tmp_path / "out").exists()
 
 

@@ -204,7 +204,7 @@ def test_the_command_and_its_mistakes(design, made, tmp_path, said):
         assert (out / "small" / name).is_file()
     assert load_design(out / "small" / "identified.toml").design.name == "small"
     assert "youngs modulus" in said("view", out / "small").out
-    assert "either TRACE or --simulate" in said("identify", file, code=2).err
+    assert "either SOURCE" in said("identify", file, code=2).err
     trace.write_text("time_s\n1\n")
     assert "trace.csv" in said("identify", file, trace, code=2).err
     said("identify", file, "--simulate", "--out", tmp_path / "sim", "--quiet")

@@ -154,7 +154,7 @@ def test_it_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypatch, tm
     assert len(taught) == 1
     training.training_result_for(with_values(design, {"plates.count": 13}), problem)
     assert len(set(taught)) == 2
-    (kept,) = (path for path in (tmp_path / "lessons").iterdir() if taught[0] in path.name)
+    (kept,) = (path for path in (tmp_path / "training").iterdir() if taught[0] in path.name)
     kept.write_text(kept.read_text()[:1000])
     training.training_result_for(design, problem)
     assert len(taught) == 3

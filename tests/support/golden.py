@@ -187,7 +187,7 @@ CASES: dict[str, tuple[str, ...]] = {
     ),
     "optimise": ("optimise few.toml --out out --trials 3 --workers 1",),
     "mold": ("mold maeno2000 --out out", "mold maeno2000 --out slots --fixture slots --json"),
-    "gages": ("gages finger.toml --out out --grips 40 --workers 1",),
+    "gages": ("validate finger.toml --gages --out out --grips 40 --workers 1",),
     "paper": ("paper --design finger.toml --out out",),
     "tetwild": ("analyse tetwild.toml --out out --scene scene.toml",),
     "tune": ("tune tetwild.toml --out out --controller fixed_force --workers 1",),

@@ -244,7 +244,7 @@ def test_the_command_writes_a_record(problem, tmp_path, monkeypatch, capsys):
     path = tmp_path / "small.toml"
     path.write_text(DESIGN)
     options = ["--grips", "20", "--workers", "1", "--noise", "2"]
-    assert main(["gages", str(path), "--out", str(tmp_path / "out"), *options]) == 0
+    assert main(["validate", str(path), "--gages", "--out", str(tmp_path / "out"), *options]) == 0
     reported = capsys.readouterr().out
     record = json.loads((tmp_path / "out/small/observability.json").read_text())
     assert record["advice"] in reported.replace("\n", " ")
@@ -258,7 +258,7 @@ def test_bad_input_is_refused_before_work(tmp_path, capsys, monkeypatch):
     path = tmp_path / "one.toml"
     path.write_text(DESIGN.replace("count = 5", "count = 1"))
     options = ["--noise", "-1", "--grips", "3"]
-    assert main(["gages", str(path), "--out", str(tmp_path / "out"), *options]) == 2
+    assert main(["validate", str(path), "--gages", "--out", str(tmp_path / "out"), *options]) == 2
     reported = capsys.readouterr().err.splitlines()
     keys = [line.split(" = ")[0].split(": ")[-1] for line in reported]
     assert keys == ["gages in the array along x", "noise", "grips"]

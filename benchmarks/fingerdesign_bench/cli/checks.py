@@ -104,7 +104,7 @@ def environment(folder: Path, quiet: bool, as_json: bool) -> int:
 @folder_option("latents")
 @output_options
 def latents(fingers: int, folder: Path, quiet: bool, as_json: bool) -> int:
-    """What `fingerdesign calibrate` fits of drawn fingers beside what was drawn, in plane strain.
+    """What `fingerdesign identify` fits of drawn fingers beside what was drawn, in plane strain.
 
     Plates, modulus and gains of `sensitive`, 0.5 microstrain of noise: RMS errors, and how often
     the deviations that the fit states cover them.

@@ -182,6 +182,15 @@ def studio() -> None:
     metavar="ASSUMPTION",
     help=f"This assumption alone; may be given again. One of: {', '.join(_KEYS)}.",
 )
+@click.option("--gages", is_flag=True, help="Validate the gages instead: minutes.")
+@click.option(
+    "--noise",
+    type=float,
+    help="With --gages: standard deviation of a sample, microstrain.  [default: 0.5]",
+)
+@click.option("--grips", type=int, help="With --gages: grips to learn from.  [default: 600]")
+@workers_option
+@fidelity_option("plane-strain")
 @open_option
 @output_options
 def validate() -> None:
@@ -189,6 +198,10 @@ def validate() -> None:
 
     Each is held against the next better model, at equal motion and at equal force. OUT/NAME then
     holds validate.html (table, chart, advice), validate.json, validate.csv and validate.png.
+
+    --gages reports instead how well the gages determine the stick ratio, how few suffice and where:
+    observability.json and .png, counts.csv (error by number of gages), gages.csv (each gage: rank,
+    and the cost of its failure). Errors are of learners on other grips of the same finger.
 
     Exit code 0 also where DESIGN and scene can tell nothing: each row says why. 1, status "failed"
     and a sentence as failure, where models failed and no assumption was reported.

@@ -80,59 +80,31 @@ def train() -> None:
     """Train the estimator that the regulator grips by, on DESIGN's own model.
 
     OUT/NAME/estimator.json runs on a rig with numpy alone (fingerdesign.control.estimator);
-    lesson.json tells its errors on held-out grips: of other fingers, of which nothing was taught
-    (judged_fingers of them), or, with grip.regulator.taught_fingers = 1, of the same one. The first
-    time a quarter of an hour of one core, half an hour in 3-D; what has been taught is kept, and
-    changes of the [grip] table's controllers teach nothing anew.
+    training.json reports its errors on held-out grips: of judged_fingers other fingers or, with
+    grip.regulator.taught_fingers = 1, of the same one. The first training takes a quarter of an
+    hour of one core, half an hour in 3-D. It is cached: changes of the controllers in the [grip]
+    table need no other.
     """
 
 
-@command("sensing", "This very finger's estimator, from its bench.")
-@design_and_out
-@click.option(
-    "--measured",
-    metavar="FOLDER",
-    type=FILE,
-    help="What the bench recorded: phases.csv and the traces it names, or that table itself.",
+@command("sensing", "Hidden values of one finger, from a trace or a bench.")
+@click.argument("design_file", metavar="DESIGN", type=DESIGN)
+@click.argument("source", metavar="[SOURCE]", type=FILE, required=False)
+@out_option
+@click.option("--measured", type=FILE, hidden=True)  # The former name of SOURCE.
+@click.option("--simulate", is_flag=True, help="Simulate a trace of a perturbed finger instead.")
+@click.option("--bench", is_flag=True, help="SOURCE is a bench; with --simulate: simulate a bench.")
+@estimator_option(
+    "For a bench: what `fingerdesign train` wrote for DESIGN; it is given this finger's curves."
 )
-@click.option("--simulate", is_flag=True, help="Play the bench on a finger unlike DESIGN instead.")
-@estimator_option("What `fingerdesign train` wrote for DESIGN: it is given this finger's curves.")
 @click.option(
     "--fault",
     "faults",
     multiple=True,
     metavar="NAME",
-    help="Of the simulated finger, as docs/how_to/control.md names them; may be given again. "
+    help="Of a simulated bench's finger, as docs/how_to/control.md names them; may be given again. "
     "[default: plates, modulus, gains]",
 )
-@click.option(
-    "--seed",
-    type=click.IntRange(0, 2**31 - 1),
-    default=0,
-    show_default=True,
-    help="Of the simulated finger.",
-)
-@workers_option
-@model_option
-@output_options
-def calibrate() -> None:
-    """Make the estimator of the one finger that was cast by DESIGN, from what its bench measured.
-
-    A press, small shears, a slide and a tilted press, recorded by hand or by a rig
-    (docs/how_to/calibrate.md), give the finger's own curves: OUT/NAME/estimator.json. The same fit
-    the model's hidden values (plates' places, moduli, gains): calibration.json says each with its
-    standard deviation before and after, fitted.toml is the finger as fitted.
-
-    The first finger of a design takes minutes (sensitivities, which are kept), others seconds.
-    --simulate writes such a folder of measurements, of a finger drawn from --seed.
-    """
-
-
-@command("sensing", "Rubber, friction and gages from one recorded trace.")
-@click.argument("design_file", metavar="DESIGN", type=DESIGN)
-@click.argument("trace_file", metavar="[TRACE]", type=FILE, required=False)
-@out_option
-@click.option("--simulate", is_flag=True, help="Write a trace of a finger unlike DESIGN instead.")
 @click.option(
     "--seed",
     type=click.IntRange(0, 2**31 - 1),
@@ -143,21 +115,27 @@ def calibrate() -> None:
 @click.option(
     "--terms",
     type=click.IntRange(0, 2),
-    help="Of the relaxation (Prony series).  [default: as many as the trace asks for]",
+    help="For a trace: terms of the relaxation (Prony series).  [default: by Schwarz's criterion]",
 )
+@workers_option
 @model_option
 @open_option
 @output_options
 def identify() -> None:
-    """Find DESIGN's modulus, relaxation, friction and gages from what one rig recorded in TRACE.
+    """Find hidden values of the one finger that was cast by DESIGN, by least squares.
 
-    TRACE is a CSV of a press, a shear and a hold, with temperature_C where it
-    was recorded (docs/how_to/identify.md). OUT/NAME then holds
-    identification.json, every value with its 95 % interval, and the next motion that would tell
-    most of what is not told; identified.toml, the design with the values;
-    identify.html, measured against modelled.
+    SOURCE is a trace: a CSV of a press, a shear and a hold (docs/how_to/identify.md). OUT/NAME then
+    holds identification.json, modulus, relaxation, friction and gages with their 95 % intervals,
+    and the next motion that would narrow them most; identified.toml, the design with them;
+    identify.html.
 
-    --simulate writes OUT/NAME/trace.csv of a finger drawn from --seed, and truth.json.
+    Or SOURCE is a bench: the folder with phases.csv and the traces that it names, or that table
+    (docs/how_to/calibrate.md). OUT/NAME then holds calibration.json, the plates' places, moduli and
+    gains with their deviations before and after; fitted.toml, the finger as fitted; estimator.json
+    with the finger's own curves. The first finger of a design takes minutes, others seconds.
+
+    --simulate writes OUT/NAME/trace.csv of a finger drawn from --seed, and truth.json; with --bench
+    the folder of a bench.
     """
 
 
@@ -182,35 +160,6 @@ def export_c() -> None:
     ESTIMATOR is what `fingerdesign train` wrote for DESIGN. The file computes in single precision
     and holds the one network for the noise, with 16-bit weights: some 49 kB for 15 gages. How to
     compile and call it: docs/how_to/controllers.md.
-    """
-
-
-@command("sensing", "How few gages tell the stick ratio, and where.")
-@design_and_out
-@click.option(
-    "--noise",
-    type=float,
-    default=0.5,
-    show_default=True,
-    help="Standard deviation of a gage's sample, microstrain.",
-)
-@click.option(
-    "--grips",
-    type=int,
-    default=600,
-    show_default=True,
-    help="Grips to learn from; more tell finer differences.",
-)
-@workers_option
-@model_option
-@open_option
-@output_options
-def gages() -> None:
-    """Tell how well DESIGN's gages determine the stick ratio, how few suffice and where.
-
-    OUT/NAME then holds observability.json (all numbers), counts.csv (error by number of gages),
-    gages.csv (each gage: its rank, and what it costs dead) and observability.png. Errors are of
-    learners on other grips of the same finger. A minute or two.
     """
 
 

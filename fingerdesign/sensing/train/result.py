@@ -159,7 +159,7 @@ def training_result_for(
     """
     settings = settings_of(design)
     key = training_key(design, settings, fidelity)
-    kept = Cache("lessons")
+    kept = Cache("training")
     found = _read(kept.text(f"{key}.txt"))
     if found is not None:
         return found
@@ -297,7 +297,7 @@ def training_text(result: TrainingResult) -> str:
         "estimator": json.loads(result.estimator.to_json()),
         "noises_microstrain": result.noises,
         "stick_errors": result.stick_errors,
-        "used_errors": result.used_errors,
+        "friction_utilisation_errors": result.used_errors,
         "samples": result.samples,
         "judged_grips": result.judged_grips,
         "judged_fingers": result.judged_fingers,

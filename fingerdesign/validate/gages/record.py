@@ -122,7 +122,7 @@ class Floor:
 
 @dataclass(frozen=True)
 class Observability:
-    """The record of one ``fingerdesign gages``; noise in microstrain, errors RMS."""
+    """The record of one ``fingerdesign validate --gages``; noise in microstrain, errors RMS."""
 
     noise: float
     grips: int
