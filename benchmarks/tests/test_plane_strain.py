@@ -6,30 +6,30 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from fingerdesign_bench.cli.bench import command
-from fingerdesign_bench.studies import plane_strain
-from fingerdesign_bench.studies.plane_strain import (
-    compare,
-    key_of,
-    known_records,
-    models_of,
-    run_study,
-)
-from fingerdesign_bench.studies.plane_strain_bench import (
-    FINER,
-    judged,
-    mesh_errors,
-    uncertainty,
-    write_plane_strain,
-)
-from fingerdesign_bench.studies.plane_strain_file import (
+from fingerdesign_bench.plane_strain import run as plane_strain
+from fingerdesign_bench.plane_strain.file import (
     StudyMesh,
     parse_study,
     points_of,
     read_study,
     shipped_study,
 )
-from fingerdesign_bench.studies.plane_strain_rule import Rule, fitted
-from fingerdesign_bench.studies.plane_strain_table import (
+from fingerdesign_bench.plane_strain.judge import (
+    FINER,
+    judged,
+    mesh_errors,
+    uncertainty,
+    write_plane_strain,
+)
+from fingerdesign_bench.plane_strain.rule import Rule, fitted
+from fingerdesign_bench.plane_strain.run import (
+    compare,
+    key_of,
+    known_records,
+    models_of,
+    run_study,
+)
+from fingerdesign_bench.plane_strain.table import (
     PRESSED,
     SHEARED,
     half_width,

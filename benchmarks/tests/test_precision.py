@@ -6,11 +6,7 @@ import json
 import numpy as np
 import pytest
 from fingerdesign_bench.speed import precision_run
-from fingerdesign_bench.speed.precision import (
-    QUANTITIES,
-    measure_precision,
-    write_precision,
-)
+from fingerdesign_bench.speed.precision import measure_precision, write_precision
 from fingerdesign_bench.speed.precision_plan import (
     CHARTS,
     REFERENCES,
@@ -19,6 +15,7 @@ from fingerdesign_bench.speed.precision_plan import (
     Line,
     Reference,
 )
+from fingerdesign_bench.speed.precision_points import QUANTITIES
 from fingerdesign_bench.speed.precision_run import STAGES, Method, errors, sized
 
 from fingerdesign.errors import MeshError, SolverError
@@ -64,7 +61,7 @@ def test_points_stages_and_errors(found):
     assert good.seconds == pytest.approx(parts)
     assert good.geometry_s == 0.0
     assert all(0.0 < good.error(key) < 0.2 for key in QUANTITIES)
-    assert found.doubts["short", "all"][0] > 0.0
+    assert found.differences["short", "all"][0] > 0.0
 
 
 def test_failures_and_locking_are_named(found):
@@ -114,7 +111,7 @@ def test_the_plan_is_whole():
     by_name = {each.name: each for each in REFERENCES}
     for chart in CHARTS:
         for group in chart.groups:
-            assert {*group.doubt} <= set(by_name)
+            assert {*group.references} <= set(by_name)
             for line in group.lines:
                 judge = by_name[line.reference]
                 assert judge.method != line.method

@@ -140,7 +140,7 @@ def test_counts_of_some_cells_are_those_of_all(monkeypatch):
     assert counted()[1] != every[1]
 
 
-# Tetrahedra that fTetWild made of random designs (bench any-finger): seed -> elements.
+# Tetrahedra that fTetWild made of random designs: seed -> elements.
 MADE = {0: 4534, 3: 24645, 5: 9312, 6: 7036, 12: 10441, 13: 6299, 18: 3458, 23: 8496, 43: 26602}
 
 

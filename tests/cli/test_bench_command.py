@@ -23,7 +23,7 @@ def test_wrong_use_is_exit_code_2(arguments, tmp_path, monkeypatch, said):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("name", ["precision", "speed", "stability", "condensation"])
+@pytest.mark.parametrize("name", ["precision", "speed", "stability", "whole"])
 def test_a_file_cannot_be_the_folder(name, tmp_path, said):
     taken = tmp_path / "taken"
     taken.write_text("", encoding="utf-8")
@@ -49,12 +49,12 @@ def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, said):
 
 
 def test_numbers_are_written_where_requested(tmp_path, monkeypatch, said):
-    checks = [Check("ripple", 1.0, 0.5)]
-    monkeypatch.setattr("fingerdesign_bench.accuracy.smoothness.smoothness_checks", lambda: checks)
-    printed = said("bench", "smoothness", "--json", "--out", tmp_path).out
-    assert json.loads(printed)[0]["holds"] is True
-    record = json.loads((tmp_path / "smoothness.json").read_text("utf-8"))
-    assert record["checks"][0]["name"] == "ripple"
+    found = [Check("dofs", 1.0, 0.5)], {"mesh": 0.1}
+    monkeypatch.setattr("fingerdesign_bench.speed.whole.whole_checks", lambda fidelity: found)
+    given = ("--fidelity", "plane-strain", "--json", "--out", tmp_path)
+    assert json.loads(said("bench", "whole", *given).out)[0]["holds"] is True
+    record = json.loads((tmp_path / "whole.json").read_text("utf-8"))
+    assert record["checks"][0]["name"] == "dofs"
     assert record["machine"]["cores"] >= 1
 
 

@@ -11,7 +11,7 @@ from fingerdesign_cli.options import FIDELITIES, RENAMED, SHELVES
 
 from fingerdesign.checks.starter import shipped_names
 
-WRITES_NOWHERE = {"new", "check", "list", "studio", "bench grids", "bench slides"}
+WRITES_NOWHERE = {"new", "check", "list", "studio"}
 
 
 def leaves(group, name=""):
@@ -100,7 +100,7 @@ def test_what_shows_a_page_opens_it(monkeypatch, tmp_path, said):
         (["optimize"], "optimise"),
         (["analyze"], "analyse"),
         (["mould"], "mold"),
-        (["bench", "smothness"], "smoothness"),
+        (["bench", "stabilty"], "stability"),
         (["analyse", "narrow", "--fidelty", "3d"], "--fidelity"),
         (["check", "narow"], "narrow"),
         (["check", "fngers"], "fingers"),

@@ -191,7 +191,7 @@ CASES: dict[str, tuple[str, ...]] = {
     "paper": ("paper --design finger.toml --out out",),
     "tetwild": ("analyse tetwild.toml --out out --scene scene.toml",),
     "tune": ("tune tetwild.toml --out out --controller fixed_force --workers 1",),
-    "bench": ("bench reference --quick", "bench stability --quick --out stable"),
+    "bench": ("bench suite --quick", "bench stability --quick --out stable"),
 }
 # What two recordings of one tree do not share: which files, why, and how they are compared instead:
 # "words" (numbers left out, lines in any order) or "there" (that the file is written).

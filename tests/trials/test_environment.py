@@ -205,19 +205,6 @@ def test_noise_is_in_the_gages_alone_and_what_cannot_be_is_refused(made):
         environment.step((float("nan"), 0.0))
 
 
-def test_the_bench_counts_resets_and_steps(made):
-    from fingerdesign_bench.speed.environment import paced, random_hand, scripted_hand
-
-    environment = made()
-    for hand in (random_hand(environment), scripted_hand):
-        pace = paced(environment, hand, 20)
-        counted, alone = pace.checks("here")
-        assert (pace.steps, counted.asked, alone.unit) == (20, 1000.0, "us")
-        assert pace.episodes >= 1
-        assert counted.measured == pytest.approx(1e6 * (pace.step_s + pace.reset_s) / 20)
-        assert alone.measured == pytest.approx(1e6 * pace.step_s / 20)
-
-
 def test_hands_of_the_docs_lift(gymnasium, capsys):
     text = (Path(__file__).parents[2] / "docs/explanation/plants.md").read_text("utf-8")
     (block,) = (

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from fingerdesign_bench.studies.plane_strain_bench import beyond_the_grid, judged
-from fingerdesign_bench.studies.plane_strain_file import points_of, read_study, shipped_study
-from fingerdesign_bench.studies.plane_strain_rule import Rule
+from fingerdesign_bench.plane_strain.file import points_of, read_study, shipped_study
+from fingerdesign_bench.plane_strain.judge import beyond_the_grid, judged
+from fingerdesign_bench.plane_strain.rule import Rule
 
 from fingerdesign import parse_scene, with_values
 from fingerdesign.analysis.case import fundamental_scene

@@ -1,6 +1,6 @@
-"""``fingerdesign bench``: what the numbers of this project rest on, one subcommand each.
+"""``fingerdesign bench``: measurements of speed, accuracy and stability, one subcommand each.
 
-Called without a subcommand it measures precision, speed and stability, and writes it all.
+Without a subcommand it measures precision, speed and stability.
 """
 
 from pathlib import Path
@@ -10,17 +10,8 @@ from click.core import ParameterSource
 from fingerdesign_cli.options import Group, folder_option, output_options
 from fingerdesign_cli.terminal import progress
 
-from fingerdesign_bench.cli import charts as bench_charts
-from fingerdesign_bench.cli import checks as bench_checks
-from fingerdesign_bench.cli import compare as bench_compare
-from fingerdesign_bench.cli import fidelity as bench_fidelity
-from fingerdesign_bench.cli import forecast as bench_forecast
-from fingerdesign_bench.cli import molds as bench_molds
-from fingerdesign_bench.cli import peers as bench_peers
-from fingerdesign_bench.cli import plane_strain as bench_plane_strain
-from fingerdesign_bench.cli import search as bench_search
-from fingerdesign_bench.cli import sweep as bench_sweep
-from fingerdesign_bench.cli.charts import say_busy, show_checks
+from fingerdesign_bench.cli import judged, measured
+from fingerdesign_bench.cli.shared import show_checks, warn_busy
 
 
 @click.group(
@@ -41,8 +32,8 @@ def command(
     `fingerdesign bench` alone runs precision, speed and stability, not the other subcommands (about
     14 minutes on two quiet cores, one with --quick), and writes their charts and tables, the
     machine and the versions (bench.json). Each subcommand does its part alone. Times mean
-    something on a quiet machine only; a busy one is named. Exit code 1 where a number falls short
-    of what was asked.
+    something on a quiet machine only; a busy one is named. Exit code 1 where a number misses its
+    target.
     """
     if context.invoked_subcommand is not None:
         given = context.get_parameter_source("folder") is not ParameterSource.DEFAULT
@@ -56,23 +47,12 @@ def command(
 
     with progress("bench", quiet or as_json) as report:
         found = run_suite(folder, report, quick)
-    say_busy(found.machine, quiet)
-    code = show_checks("What was asked", list(found.checks), found.paths, quiet, as_json)
+    warn_busy(found.machine, quiet)
+    code = show_checks("Targets", list(found.checks), found.paths, quiet, as_json)
     for part, why in found.failures.items():
         click.echo(f"{part} failed: {why}", err=True)
     return 1 if found.failures else code
 
 
-for _each in (
-    *bench_charts.COMMANDS,
-    *bench_checks.COMMANDS,
-    *bench_compare.COMMANDS,
-    *bench_fidelity.COMMANDS,
-    *bench_forecast.COMMANDS,
-    *bench_molds.COMMANDS,
-    *bench_peers.COMMANDS,
-    *bench_search.COMMANDS,
-    *bench_plane_strain.COMMANDS,
-    *bench_sweep.COMMANDS,
-):
+for _each in (*judged.COMMANDS, *measured.COMMANDS):
     command.add_command(_each)

@@ -236,22 +236,22 @@ class FidelityBench:
 
 
 def measure_fidelity(
-    folder: Path, report: Report = lambda message: None, workers: int = 1, anew: bool = False
+    folder: Path, report: Report = lambda message: None, workers: int = 1, again: bool = False
 ) -> FidelityBench:
     """Solve the rungs that ``folder`` does not hold yet (rungs.jsonl), then judge.
 
-    anew: by references computed into ``folder``, not by the shipped ones. Raises ReferencesMissing
+    again: by references computed into ``folder``, not by the shipped ones. Raises ReferencesMissing
     where these are of other pairs.
     """
     from fingerdesign_bench.machine import machine
 
     every = pairs()
-    if not anew:
+    if not again:
         references(every)  # before an hour's work
     path, beyond = folder / "rungs.jsonl", folder / "finest.jsonl"
     run("rungs", [(pair.number, 0) for pair in every], path, workers, report)
     run("finest", _sizes(path), beyond, workers, report)
-    made = make_references(folder, report, workers) if anew else None
+    made = make_references(folder, report, workers) if again else None
     truth = references(every, made.read_text(encoding="utf-8") if made else None)
     return judge(every, [*read_lines(path), *read_lines(beyond)], truth, machine())
 
@@ -267,7 +267,7 @@ def _sizes(rungs: Path) -> list[tuple[int, int]]:
 
 
 def make_references(folder: Path, report: Report, workers: int = 1) -> Path:
-    """Compute the references anew (an hour), into ``folder``; needs its rungs.jsonl."""
+    """Compute the references again (an hour), into ``folder``; needs its rungs.jsonl."""
     path = folder / "references.jsonl"
     run("reference", _sizes(folder / "rungs.jsonl"), path, workers, report)
     found = folder / REFERENCES
@@ -291,7 +291,7 @@ def references(every: list[Pair], text: str | None = None) -> dict[int, Readings
     for pair in every:
         if found.get(pair.number, {}).get("digest") != pair.digest():
             raise ReferencesMissing(
-                f"the shipped reference of {pair.name} is of another pair: make them anew with "
+                f"the shipped reference of {pair.name} is of another pair: make them again with "
                 "`fingerdesign bench fidelity --references`"
             )
     return {number: readings_from(record["readings"]) for number, record in found.items()}

@@ -24,13 +24,15 @@ from fingerdesign.checks.starter import shipped_path, shipped_text
 from fingerdesign.contact.increment import Increment, Workspace, solve_increment
 from fingerdesign.contact.laws import status_of
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion, contact_problem
+from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.control.signals import Sample
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
 from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.speed import peers_worker
-from fingerdesign_bench.speed.steps import recorded_grip
+from fingerdesign_bench.speed.speed_worker import GRIP_SPACE, STEPS, grip_problem, one_grip
 
 PYTHON = Path("/usr/bin/python3")
 PACKAGES = {"siconos": "python3-siconos", "getfem": "python3-getfem"}
@@ -53,6 +55,19 @@ MESHES: dict[str, dict[str, Any]] = {
 # Where the contact's own two laws come together, so that the gages can be compared.
 _FINER = {"mesh.layers": 3, "mesh.contact_size_mm": 0.3}
 Row = dict[str, Any]  # heading -> text, number, or None where nothing converged
+
+
+class _Recorded(CondensedPlant):
+    """A plant that records its motions."""
+
+    def __init__(self, problem: ContactProblem, face: str) -> None:
+        super().__init__(problem, face)
+        self.motions: list[Motion] = []
+
+    def move(self, dx: float, dy: float) -> Sample:
+        sample = super().move(dx, dy)
+        self.motions.append(self._history.state.motion)
+        return sample
 
 
 def installed() -> dict[str, str]:
@@ -98,6 +113,18 @@ def measure_peers(
             report(f"full, 3d, finer, {plates} plates")
             full.append(_full("3d", 1, {"plates.count": plates, **_FINER}))
     return condensed, full
+
+
+def recorded_grip(fidelity: str) -> tuple[Design, ContactProblem, list[Motion]]:
+    """maeno2000, what it is facing the fundamental scene's plane, and the motions of a lift."""
+    values = GRIP_SPACE if fidelity == "3d" else {}
+    design = with_values(load_design(shipped_path("maeno2000")), values)
+    problem, _ = grip_problem(design, fidelity)
+    own = problem.with_friction(design.grip.friction_coefficients[0])
+    moves, _ = one_grip(design, problem, 1.0)
+    plant = _Recorded(own, design.gages.face)
+    one_grip(design, problem, moves / (1.1 * STEPS), plant)
+    return design, problem, plant.motions
 
 
 def work(task: str, given: dict[str, Any]) -> dict[str, Any]:

@@ -13,10 +13,7 @@ from fingerdesign_bench.speed.precision_run import Method
 PLANE = (0.4, 0.2, 0.1, 0.05, 0.025)  # mm, contact facets
 PLANE_LINEAR = (*PLANE, 0.0125)  # linear elements have a quarter of the equations
 SPACE = (0.8, 0.6, 0.45, 0.35, 0.28)
-SPACE_BARE = (0.8, 0.6, 0.45, 0.35, 0.25)  # without plates to resolve
 TETRAHEDRA = (0.8, 0.6, 0.45, 0.35)
-FULL_PLANE = (0.4, 0.2, 0.1, 0.05)
-FULL_SPACE = (0.8, 0.6, 0.45)
 
 LOCKS = "locks"
 MODEL = "the model's own error"
@@ -46,11 +43,11 @@ class Line:
 
 @dataclass(frozen=True)
 class Group:
-    """A row of panels; ``doubt``: the two references whose difference is drawn."""
+    """A row of panels; ``references``: two whose difference is drawn."""
 
     heading: str
     lines: tuple[Line, ...]
-    doubt: tuple[str, str]
+    references: tuple[str, str]
 
 
 @dataclass(frozen=True)
@@ -89,19 +86,14 @@ _HARD, _HARD_GROUP = _elements_at(0.4999)
 _STIFF = {
     kind: Method(kind, "mixed", 0.4999, "none") for kind in ("extruded", "tetwild")
 }  # in 3-D at nu = 0.4999
-_BARE = tuple(replace(each, plates="none") for each in (_PLANE, _EXTRUDED, _TETWILD))
 
 REFERENCES: tuple[Reference, ...] = (
     *_SOFT,
     *_HARD,
     Reference("3-D, extruded", _EXTRUDED, 0.2, 0.45),
     Reference("3-D, tetwild", _TETWILD, 0.22, 0.6),
-    Reference("no plates, mixed", _BARE[0], 0.0125, 0.05),
-    Reference("no plates, P2", replace(_BARE[0], element="P2"), 0.0125, 0.05),
     Reference("3-D, nu = 0.4999, extruded", _STIFF["extruded"], 0.22, 0.45),
     Reference("3-D, nu = 0.4999, tetwild", _STIFF["tetwild"], 0.28, 0.6),
-    Reference("3-D, no plates, extruded", _BARE[1], 0.17, 0.45),
-    Reference("3-D, no plates, tetwild", _BARE[2], 0.2, 0.6),
 )
 
 _SPACE_GROUP = Group(
@@ -139,39 +131,6 @@ CHARTS: tuple[Chart, ...] = (
                     Line("3-D, tetwild", _TETWILD, TETRAHEDRA, "3-D, extruded", quick=1),
                 ),
                 ("3-D, extruded", "3-D, tetwild"),
-            ),
-        ),
-    ),
-    Chart(
-        "solves",
-        "Condensed once, or the whole system factored at each iteration",
-        (
-            Group(
-                "plane strain, no plates",
-                (
-                    Line("condensed", _BARE[0], PLANE, "no plates, P2"),
-                    Line(
-                        "full at each iteration",
-                        replace(_BARE[0], solve="full"),
-                        FULL_PLANE,
-                        "no plates, P2",
-                    ),
-                ),
-                ("no plates, mixed", "no plates, P2"),
-            ),
-            Group(
-                "3-D, extruded, no plates",
-                (
-                    Line("condensed", _BARE[1], SPACE_BARE, "3-D, no plates, tetwild"),
-                    Line(
-                        "full at each iteration",
-                        replace(_BARE[1], solve="full"),
-                        FULL_SPACE,
-                        "3-D, no plates, tetwild",
-                        quick=1,
-                    ),
-                ),
-                ("3-D, no plates, tetwild", "3-D, no plates, extruded"),
             ),
         ),
     ),

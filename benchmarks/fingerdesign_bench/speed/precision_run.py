@@ -15,9 +15,9 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.checks.starter import shipped_path
-from fingerdesign.contact.measures import Measures, measure
+from fingerdesign.contact.measures import Measures
 from fingerdesign.contact.path import follow
-from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
+from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError
@@ -26,7 +26,6 @@ from fingerdesign.layout.zone import Zone, candidate_zone
 from fingerdesign.shapes.objects import Plane
 
 if TYPE_CHECKING:
-    from fingerdesign.fem.model import FiniteElementModel
     from fingerdesign.mesh.types import Mesh
 
 Kind = Literal["plane strain", "extruded", "tetwild"]
@@ -50,7 +49,6 @@ class Method:
     element: Literal["auto", "P1", "P2", "mixed"] = "auto"
     poissons_ratio: float = 0.49
     plates: Literal["solid", "sheet", "none"] = "solid"
-    solve: Literal["condensed", "full"] = "condensed"
 
 
 @dataclass(frozen=True)
@@ -106,13 +104,9 @@ def run_once(method: Method, size_mm: float) -> Run:
     seconds |= {stage: model.timings[stage] for stage in ("assemble", "condense")}
     start = time.perf_counter()
     problem = contact_problem(model.reduced, Plane(crest_height(design.body)), FRICTION)
-    if method.solve == "condensed":
-        with one_thread():
-            steps = [step.measures for step in follow(problem, _motions())]
-        seconds["increments"] = time.perf_counter() - start
-    else:
-        steps, seconds["increments"] = _solved_in_full(design, model, problem)
-        seconds["condense"] = 0.0  # made, but not used
+    with one_thread():
+        steps = [step.measures for step in follow(problem, [Motion(*row) for row in ROWS])]
+    seconds["increments"] = time.perf_counter() - start
     return Run(
         method,
         size_mm,
@@ -162,10 +156,6 @@ def errors(found: Array, reference: Array) -> tuple[float, float, float, float]:
     return float(normal), float(tangential), float(stick), float(gage)
 
 
-def _motions() -> list[Motion]:
-    return [Motion(*row) for row in ROWS]
-
-
 def _mesh(method: Method, design: Design, zone: float) -> Mesh:
     if method.kind == "plane strain":
         from fingerdesign.mesh.section.section import mesh_section
@@ -189,19 +179,6 @@ def _geometry_seconds(design: Design) -> float:
     solid = build_solid(design, half=True)
     triangulate((solid.body, *solid.plates), chord_mm(design.body))
     return time.perf_counter() - start
-
-
-def _solved_in_full(
-    design: Design, model: FiniteElementModel, problem: ContactProblem
-) -> tuple[list[Measures], float]:
-    """Measures and seconds of the whole system factored at each iteration."""
-    from fingerdesign_bench.speed.full_solve import FullSystem, as_increment
-
-    modulus = design.material_of("body").youngs_modulus_MPa
-    start = time.perf_counter()
-    full = list(FullSystem(model.condensed, problem, modulus).follow(_motions()))
-    seconds = time.perf_counter() - start
-    return [measure(problem, as_increment(problem, step)) for step in full], seconds
 
 
 def _answers(measures: Measures) -> list[float]:

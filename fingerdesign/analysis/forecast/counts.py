@@ -38,7 +38,7 @@ from fingerdesign.mesh.types import Mesh
 # any body, then times what the mesher was found to make of it.
 
 EQUILATERAL = np.sqrt(3.0) / 4.0
-# fTetWild made 1.65 times the integral on 20 random designs (bench any-finger), 3.1 times where
+# fTetWild made 1.65 times the integral on 20 random designs, 3.1 times where
 # plates have holes (3 of them): their rims are finer than any size names. Scatter 22 % (a standard
 # deviation), 0.7 to 1.7 times.
 MADE, MADE_WITH_HOLES = 1.65, 3.1

@@ -18,8 +18,8 @@ from fingerdesign.validate.plane_strain import (
     map_of,
 )
 from fingerdesign_bench.check import Check
-from fingerdesign_bench.studies.plane_strain_rule import Rule, fitted
-from fingerdesign_bench.studies.plane_strain_table import table_of, write_table
+from fingerdesign_bench.plane_strain.rule import Rule, fitted
+from fingerdesign_bench.plane_strain.table import table_of, write_table
 
 FINER = "finer"  # the one-off model that shows what the meshes leave
 # Known before (two codes; R = 20, nu = 0.49, approach 0.4, no plates): depth over height and a/H
@@ -76,8 +76,8 @@ def measure_plane_strain(
 ) -> PlaneStrainStudy:
     """Run the study, or what of it ``folder`` has no record of; the map and its rules."""
     from fingerdesign.mesh.section.netgen import start_mesher
-    from fingerdesign_bench.studies.plane_strain import LINES, run_study
-    from fingerdesign_bench.studies.plane_strain_file import points_of, read_study, shipped_study
+    from fingerdesign_bench.plane_strain.file import points_of, read_study, shipped_study
+    from fingerdesign_bench.plane_strain.run import LINES, run_study
 
     asked = read_study(study if study is not None else shipped_study())
     points = list(points_of(asked, quick))
@@ -163,7 +163,7 @@ def mesh_errors(chart: PlaneStrainMap) -> dict[str, float]:
 
 def write_plane_strain(found: PlaneStrainStudy, folder: Path) -> list[Path]:
     """Write the table (JSON, as it ships; CSV, a row an approach) and the chart."""
-    from fingerdesign_bench.studies.plane_strain_chart import PANELS, draw_map
+    from fingerdesign_bench.plane_strain.chart import PANELS, draw_map
 
     folder.mkdir(parents=True, exist_ok=True)
     paths = [write_table(found.chart.table, folder / "plane_strain.json")]

@@ -22,7 +22,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.progress import Report
-from fingerdesign_bench.studies.plane_strain_file import Point
+from fingerdesign_bench.plane_strain.file import Point
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.fidelity.models import Model, Solved
@@ -79,7 +79,7 @@ def known_records(lines: Path) -> tuple[dict[str, Record], int]:
 
 def _record(line: bytes) -> Record | None:
     """The record that a line holds; None: it holds none that can be used."""
-    from fingerdesign_bench.studies.plane_strain_table import table_of
+    from fingerdesign_bench.plane_strain.table import table_of
 
     try:
         record = json.loads(line.decode("utf-8"))
