@@ -9,9 +9,17 @@ from typing import Any
 
 import click
 
-from fingerdesign.analysis.answers import PAGE, is_kept, kept_answer, missing, read_arrays
+from fingerdesign.analysis.answers import (
+    DESIGN,
+    PAGE,
+    is_kept,
+    kept_answer,
+    missing,
+    read_arrays,
+)
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.page.words import in_short, verdict
+from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design, find_scene
 from fingerdesign.design.faults import undexed
@@ -23,14 +31,16 @@ from fingerdesign.records.result import GripResult, Result
 from fingerdesign.runtime.progress import Report
 from fingerdesign_cli.inputs import estimator_for, read_case, refuse_foreign
 from fingerdesign_cli.terminal import (
+    WIDTH,
+    details,
     number,
     open_page,
     opens,
     print_json,
     print_table,
     progress,
-    say_verdict,
-    where_report,
+    say_block,
+    say_findings,
 )
 
 
@@ -148,38 +158,19 @@ def _report(results: list[Result], out: Path, quiet: bool, as_json: bool) -> Non
             if r.failure:
                 click.echo(f"{r.design} failed: {r.failure}", err=True)
         return
-    rows = []
-    for r in results:
-        last = r.increments[-1] if r.increments else None
-        lifted = sum(g.lifted and not g.gross_slip for g in r.grips)
-        rows.append(
-            [
-                r.design,
-                r.status,
-                r.fidelity + (" (auto)" if r.ladder else ""),
-                f"{r.model.dofs}" if r.model else "-",
-                f"{last.normal_force_N:.2f}" if last else "-",
-                f"{last.tangential_force_N:.2f}" if last else "-",
-                f"{lifted} of {len(r.grips)}" if r.grips else "-",
-                f"{sum(r.timings_s.values()):.1f}",
-            ]
-        )
-    columns = ["design", "status", "fidelity", "dofs", "F_n N", "F_t N", "lifted", "s"]
-    print_table("Analysed", columns, rows)
-    for r in results:
-        if r.failure:
-            click.echo(f"{r.design} failed: {r.failure}", err=True)
-        if r.ladder:
-            click.echo(f"{r.design}: {r.ladder.chosen}; {r.ladder.models[-1].why}")
-        missed = "--tolerance" if r.ladder and not r.ladder.reached else None
-        for warning in r.warnings if missed else ():
-            if warning.startswith("--tolerance"):
-                click.echo(f"{r.design}: {warning}", err=True)
-        say_verdict(
-            [*in_short(r), *verdict(r, read_arrays(out / r.design).get("grip_traces", ()))],
-            [each for each in r.warnings if not (missed and each.startswith(missed))],
-        )
-        click.echo(where_report(out / r.design))
+    for result in results:
+        folder = out / result.design
+        say_block(verdict_view(result, str(folder / DESIGN)), folder)
+        if details():
+            _say_details(result, folder)
+
+
+def _say_details(result: Result, folder: Path) -> None:
+    """Everything that the block leaves out: the model, each finding in words, each warning."""
+    if result.ladder:
+        click.echo(f"{result.ladder.chosen}; {result.ladder.models[-1].why}")
+    traces = read_arrays(folder).get("grip_traces", ())
+    say_findings([*in_short(result), *verdict(result, traces)], result.warnings)
 
 
 # ``fingerdesign grip``: lift an object of a weight and friction unknown to the controller.
@@ -250,19 +241,21 @@ def _report_grips(result: Result, out: Path, quiet: bool, as_json: bool) -> None
                 "grips": [asdict(grip) for grip in result.grips],
             }
         )
-    elif not quiet and result.status == "ok":
-        headings = ["friction", "ends", "F_n N", "F_t N", "margin", "least stick", "holds"]
-        headings += ["without the rule", "steps", "slip warned of", "false alarms", "stick error"]
+        return
+    if result.failure:
+        click.echo(f"{result.design} failed: {result.failure}", err=True)
+    elif not quiet:
         first = result.grips[0]
-        title = f"{result.design}: {first.object_mass_g:g} g, {first.controller}, {result.fidelity}"
-        print_table(title, headings, [_row(grip) for grip in result.grips])
+        title = f"{result.design}: {first.object_mass_g:g} g, {first.controller}"
+        headings = ["μ", "ends", "F_n N", "margin", "stick", "holds"]
+        headings += ["stick error", "slip warning"]
+        print_table(title, headings, [_row(grip) for grip in result.grips], WIDTH)
         for grip in result.grips:
             if words := _in_time(grip, result):
                 click.echo(words)
-        say_verdict(in_short(result), result.warnings)
-        click.echo(where_report(folder))
-    if result.failure:
-        click.echo(f"{result.design} failed: {result.failure}", err=True)
+        say_block(verdict_view(result, str(folder / DESIGN)), folder)
+        if details():
+            _say_details(result, folder)
 
 
 def _in_time(grip: GripResult, result: Result) -> str:
@@ -287,25 +280,21 @@ def _row(grip: GripResult) -> list[str]:
         if grip.lifted
         else "not lifted"
     )
-    free = {True: "slips", False: "does not slip", None: "-"}[grip.slips_without_rule]
     return [
         f"{grip.friction_coefficient:g}",
         ends,
         number(grip.final_normal_force_N),
-        number(grip.final_tangential_force_N),
         number(grip.safety_margin),
         number(grip.minimum_stick_ratio),
         f"{grip.holds}",
-        free,
-        f"{grip.steps}",
-        _warned(grip),
-        "-" if grip.alarms is None else f"{grip.false_alarms} of {grip.alarms}",
         number(grip.stick_error, 3),
+        _warned(grip),
     ]
 
 
 def _warned(grip: GripResult) -> str:
+    """When and at which part of F_t the controller warned of complete slip; its false alarms."""
+    words = {"withdrawn": "withdrawn", "none": "no"}.get(grip.slip_warning or "", "-")
     if grip.lead_s is not None:
-        share = number(grip.lead_force_share, 0, 100.0)
-        return f"{grip.lead_s:.2f} s before, at {share} % of F_t"
-    return {"withdrawn": "withdrawn", "none": "no"}.get(grip.slip_warning or "", "-")
+        words = f"{grip.lead_s:.2f} s before, {number(grip.lead_force_share, 0, 100.0)} % F_t"
+    return f"{words}; {grip.false_alarms} of {grip.alarms} false" if grip.alarms else words

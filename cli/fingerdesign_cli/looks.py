@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerdesign.errors import shown
+from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.files import whole_text
 from fingerdesign_cli.terminal import number
 
@@ -338,7 +339,8 @@ def look_at(kind: Kind, place: Path) -> Look:
 def said(look: Look, whole: bool = False) -> list[tuple[str, str]]:
     """Marks and sentences: what is bad first; not more of a sort than fit a screen."""
     found: list[tuple[str, str]] = []
-    for mark, sentences in (("BAD", look.bad), ("GOOD", look.good), ("", look.facts)):
+    marks = (SIGNS["fail"], look.bad), (SIGNS["pass"], look.good), (SIGNS["note"], look.facts)
+    for mark, sentences in marks:
         few = sentences if whole else sentences[:_SHOWN]
         found += [(mark, each) for each in few]
         if len(few) < len(sentences):

@@ -24,6 +24,7 @@ from fingerdesign.runtime.files import is_full
 from fingerdesign.runtime.limits import forget, reached
 from fingerdesign_cli.commands import finger, hand
 from fingerdesign_cli.options import Group
+from fingerdesign_cli.terminal import degrade_signs
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -65,6 +66,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line ``argv`` (without the program's name) and return its exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     warnings.formatwarning = _warned
+    degrade_signs()
     forget()
     try:
         code = cli.main(args=arguments, prog_name="fingerdesign", standalone_mode=False)

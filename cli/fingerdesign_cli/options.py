@@ -105,7 +105,8 @@ class Group(click.Group):
             raise
 
 
-OPEN = "fingerdesign.open"  # where a command's context keeps --open
+OPEN = "fingerdesign.open"  # The name of --open in a command's context.
+DETAILS = "fingerdesign.details"  # The name of --details there.
 OUT = Path("out")  # where commands write that are told no other place
 
 
@@ -267,18 +268,17 @@ def output_options(function: _Command) -> _Command:
     return quiet_option(json_option(function))
 
 
-def _keep(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
-    context.meta[OPEN] = value
+def _context_flag(option: str, key: str, about: str) -> Callable[[_Command], _Command]:
+    """A flag that the terminal reads from the command's context; no function passes it on."""
+
+    def store(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
+        context.meta[key] = value
+
+    return click.option(option, is_flag=True, expose_value=False, callback=store, help=about)
 
 
-# The page itself is opened by terminal.open_page; no command needs to pass the flag on.
-open_option = click.option(
-    "--open",
-    is_flag=True,
-    expose_value=False,
-    callback=_keep,
-    help="Open what was made in the browser.",
-)
+open_option = _context_flag("--open", OPEN, "Open what was made in the browser.")
+details_option = _context_flag("--details", DETAILS, "Print every finding, warning and table.")
 
 
 def result_options(function: _Command) -> _Command:

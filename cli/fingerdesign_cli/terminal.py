@@ -2,27 +2,61 @@
 
 from __future__ import annotations
 
+import codecs
 import json
 import shlex
 import sys
 import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 
 from fingerdesign.errors import printable
-from fingerdesign_cli.options import OPEN
+from fingerdesign.records.verdict import SIGNS, Fix, Verdict, VerdictView
+from fingerdesign_cli.options import DETAILS, OPEN
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from fingerdesign.analysis.page.words import Question
 
-WIDTH = 80  # characters of a line of what `view` and `list` show
-SHORT = 13  # a table's cell of so many characters, as "118 / 29 / 4", stays on one line
+WIDTH = 80  # Characters of a line: a terminal's usual width.
+LINES = 14  # A result fits the upper half of a terminal of usual height.
+SHORT = 13  # A table's cell of so many characters, as "118 / 29 / 4", stays on one line.
+_SIGN_OF = {"yes": SIGNS["pass"], "no": SIGNS["fail"], "partly": SIGNS["warning"]}
+# Plain characters for terminals whose encoding has no others.
+_PLAIN = {
+    "✓": "+",
+    "✗": "x",
+    "·": "-",
+    "μ": "mu",
+    "×": "x",
+    "–": "-",
+    "…": "...",
+    "≥": ">=",
+    "°": "o",
+}
+
+
+def _plain(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    characters = error.object[error.start : error.end]
+    return "".join(_PLAIN.get(each, ascii(each)[1:-1]) for each in characters), error.end
+
+
+codecs.register_error("fingerdesign", _plain)
+
+
+def degrade_signs() -> None:
+    """Let stdout and stderr write plain characters for those that their encoding does not have."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="fingerdesign")
 
 
 class Progress(Protocol):
@@ -93,24 +127,90 @@ def say(text: str, **style: Any) -> None:
 def say_marked(mark: str, text: str) -> None:
     """A sentence behind a mark, in lines of at most 80 characters but for longer words (paths)."""
     lines = textwrap.wrap(
-        printable(text), WIDTH - 9, break_long_words=False, break_on_hyphens=False
+        printable(text), WIDTH - 4, break_long_words=False, break_on_hyphens=False
     )
     for place, words in enumerate(lines):
-        click.echo(f"  {mark if place == 0 else '':6} {words}".rstrip())
+        click.echo(f"  {mark if place == 0 else ' '} {words}".rstrip())
 
 
-def say_verdict(findings: Sequence[Question], warnings: Sequence[str] = ()) -> None:
-    """The questions of a report with their answers, then what is to be minded."""
+def say_findings(findings: Sequence[Question], warnings: Sequence[str] = ()) -> None:
+    """The questions of a report with their answers, then the warnings: all details."""
     for item in findings:
-        say_marked(item.answer.upper(), f"{item.question} {item.detail}")
+        say_marked(_SIGN_OF.get(item.answer, SIGNS["note"]), f"{item.question} {item.detail}")
     for warning in warnings:
-        say_marked("MIND", f"warning: {warning}")
+        say_marked(SIGNS["warning"], warning)
+
+
+def say_block(view: VerdictView, folder: Path) -> None:
+    """A result at a glance, in at most ``LINES`` lines: verdicts, warnings, fixes, its report."""
+    title = f"{view.name} · {view.fidelity} · {view.seconds:.0f} s"
+    lines = [f"{title}{view.summary:>{WIDTH - len(title)}}"]
+    if view.failure:
+        lines += textwrap.wrap(printable(view.failure), WIDTH - 4)[: LINES - 2]
+        lines[1:] = [f"  {SIGNS['fail']} {lines[1]}", *(f"    {line}" for line in lines[2:])]
+    lines += _verdict_lines(view.verdicts)
+    fixes = _fix_lines(view.fixes)
+    room = LINES - 1 - len(lines) - len(fixes)
+    lines += _warning_lines(view.warnings, max(room, 1))
+    lines += fixes[: LINES - 1 - len(lines)]
+    for line in lines:
+        say(line)
+    say(where_report(folder))
+
+
+def _verdict_lines(verdicts: Sequence[Verdict]) -> list[str]:
+    """A line for each verdict, its parts in columns as far as they fit."""
+    judged = [each for each in verdicts if each.target]
+    name = max((len(each.name) for each in verdicts), default=0)
+    number = max((len(each.number) for each in judged), default=0)
+    target = max((len(each.target) for each in judged), default=0)
+    lines = []
+    for each in verdicts:
+        cells = f"{each.number:{number}}  {each.target:{target}}  {each.count}"
+        lines.append(shortened(f"  {each.sign} {each.name:{name}}  {cells}".rstrip()))
+    return lines
+
+
+def _warning_lines(warnings: Sequence[str], room: int) -> list[str]:
+    """The first words of the warnings, in ``room`` lines."""
+    few = warnings if len(warnings) <= room else warnings[: room - 1]
+    lines = [shortened(f"  {SIGNS['warning']} {warning}") for warning in few]
+    if more := len(warnings) - len(few):
+        words = f"{more} {'more ' if few else ''}warning{'s' * (more > 1)}: --details"
+        lines.append(f"  {SIGNS['warning']} {words}")
+    return lines
+
+
+def _fix_lines(fixes: Sequence[Fix]) -> list[str]:
+    """The changes, each to be pasted, and their effects in a column where both fit."""
+    wide = max((len(each.change) for each in fixes if len(each.change) < WIDTH // 2), default=0)
+    lines = []
+    for each in fixes:
+        line = f"  {'' if lines else 'fix':3}  {each.change:{wide}}  "
+        effects = [text for text in (each.effect, each.brings) if len(line) + len(text) <= WIDTH]
+        lines.append(f"{line}{effects[0] if effects else ''}".rstrip())
+    return lines
+
+
+def shortened(line: str) -> str:
+    """The line, ended with three points where it is longer than a terminal is wide."""
+    line = " ".join(line.splitlines())
+    return line if len(line) <= WIDTH else f"{line[: WIDTH - 4].rstrip()} ..."
 
 
 def opens() -> bool:
     """Whether the command that runs was given ``--open``."""
+    return _flag(OPEN)
+
+
+def details() -> bool:
+    """Whether the command that runs was given ``--details``."""
+    return _flag(DETAILS)
+
+
+def _flag(key: str) -> bool:
     context = click.get_current_context(silent=True)
-    return context is not None and bool(context.meta.get(OPEN))
+    return context is not None and bool(context.meta.get(key))
 
 
 def open_page(page: Path) -> None:
@@ -120,11 +220,13 @@ def open_page(page: Path) -> None:
 
 
 def where_report(folder: Path) -> str:
-    """Where a result's page is, or how to get it."""
+    """The place of a result's page, or the command that draws it."""
     page = folder / "report.html"
     if page.is_file():
         return f"report: {page}"
-    return f"{folder} written; its report: fingerdesign view {shlex.quote(str(folder))} --open"
+    if (folder / "arrays.npz").is_file():
+        return f"report: fingerdesign view {shlex.quote(str(folder))} --open"
+    return f"report: none in {folder}"
 
 
 def number(value: float | None, digits: int = 2, factor: float = 1.0, none: str = "-") -> str:

@@ -7,15 +7,17 @@ from pathlib import Path
 import click
 from jinja2 import TemplateError
 
-from fingerdesign.analysis.answers import ARRAYS, PAGE, read_arrays
+from fingerdesign.analysis.answers import ARRAYS, DESIGN, PAGE, read_arrays
 from fingerdesign.analysis.page.sketch import draw_sketch, facts
 from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
 from fingerdesign.analysis.page.words import Question, in_short, verdict
+from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.starter import shipped_names
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RESULT_FILE, read_result
 from fingerdesign.records.result import Result
+from fingerdesign.records.verdict import SIGNS, VerdictView
 from fingerdesign.report import style
 from fingerdesign.report.table import Table
 from fingerdesign.runtime.files import write_whole
@@ -23,13 +25,16 @@ from fingerdesign_cli.inputs import read_case
 from fingerdesign_cli.looks import Kind, Look, kind_of, look_at, said
 from fingerdesign_cli.terminal import (
     WIDTH,
+    details,
     open_page,
     opens,
     print_json,
     print_table,
     say,
+    say_block,
+    say_findings,
     say_marked,
-    say_verdict,
+    shortened,
 )
 
 _WRONG = (
@@ -81,7 +86,10 @@ def _show_results(folder: Path, cad: bool, quiet: bool, as_json: bool) -> None:
         print_json([_summary(each) for each in views])
     elif not quiet:
         for each in views:
-            _show(each)
+            if len(views) == 1 or details():
+                _show(each)
+            else:
+                say(_line(each))
     for each in views:
         if each.report is not None:
             open_page(Path(each.report))
@@ -186,20 +194,39 @@ def _summary(view: _View | _Other) -> dict[str, object]:
 
 
 def _show(view: _View | _Other) -> None:
+    """A result's block, or what was found in another folder; with --details all of it."""
     if isinstance(view, _Other):
         look = view.look
         say("\n".join(textwrap.wrap(look.what, WIDTH - 6)), bold=True)
-        for mark, sentence in said(look):
-            say_marked(mark, sentence)
+        for sign, sentence in said(look, whole=details()):
+            say_marked(sign, sentence)
         if look.rows:
             print_table("", look.headings, look.rows, WIDTH)
         if view.report:
             say(f"report: {view.report}")
         return
-    result = view.result
-    say(f"{result.design} ({result.scene}, {result.fidelity})", bold=True)
-    say_verdict([*in_short(result), *view.findings], result.warnings)
-    for table in view.tables:
-        if table.rows:
-            print_table(table.caption, table.columns, table.rows, WIDTH)
-    say(f"report: {view.report or f'none in {view.place}'}")
+    say_block(_verdicts(view), view.place)
+    if details():
+        say_findings([*in_short(view.result), *view.findings], view.result.warnings)
+        for table in view.tables:
+            if table.rows:
+                print_table(table.caption, table.columns, table.rows, WIDTH)
+
+
+def _verdicts(view: _View) -> VerdictView:
+    return verdict_view(view.result, str(view.place / DESIGN))
+
+
+def _line(view: _View | _Other) -> str:
+    """One line for one of several results: a sign, the folder, and what fails."""
+    if isinstance(view, _Other):
+        bad = [shortened(each) for each in view.look.bad]
+        words = [view.look.what, *bad[:1]]
+        sign = SIGNS["fail" if bad else "pass" if view.look.good else "note"]
+    else:
+        found = _verdicts(view)
+        failing = [each.name for each in found.verdicts if each.status == "fail"]
+        words = [found.fidelity, f"{found.seconds:.0f} s", found.summary, ", ".join(failing)]
+        status = {each.status for each in found.verdicts}
+        sign = SIGNS["fail" if failing or found.failure else "pass" if "pass" in status else "note"]
+    return shortened(f"{sign} {view.place.name}: {' · '.join(each for each in words if each)}")

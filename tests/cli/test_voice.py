@@ -283,7 +283,7 @@ def test_view_says_what_is_bad_in_each_kind_of_folder(record, tmp_path, said):
     (folder / record).write_text(json.dumps(FOLDERS[record]))
     for place in (folder, folder.parent):
         shown = said("view", place).out
-        assert "BAD" in shown
+        assert "✗" in shown
         assert max(len(line) for line in shown.splitlines() if "report:" not in line) <= 80
         (data,) = json.loads(said("view", place, "--json").out)
         assert (data["record"], bool(data["bad"])) == (record, True)

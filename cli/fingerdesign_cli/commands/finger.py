@@ -14,6 +14,7 @@ from fingerdesign_cli.options import (
     ShippedOrFile,
     command,
     design_and_out,
+    details_option,
     fidelity_option,
     folder_option,
     go_on_option,
@@ -135,6 +136,7 @@ def mesh() -> None:
     help="Recover no displacements: the .vtu file and the pictures show the mesh unmoved.",
 )
 @result_options
+@details_option
 @open_option
 @output_options
 def analyse() -> None:
@@ -256,6 +258,7 @@ def list_() -> None:
 @command("view", "Draw a design, or show a result.")
 @click.argument("target", metavar="DESIGN|DIR", type=DESIGN)
 @out_option
+@details_option
 @open_option
 @click.option("--cad", is_flag=True, help="Of a result: write STEP and STL files if missing.")
 @output_options

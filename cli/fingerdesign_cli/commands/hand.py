@@ -11,6 +11,7 @@ from fingerdesign_cli.options import (
     controller_option,
     controllers_option,
     design_and_out,
+    details_option,
     estimator_option,
     go_on_option,
     model_option,
@@ -50,6 +51,7 @@ def _finite(
 )
 @go_on_option
 @result_options
+@details_option
 @open_option
 @output_options
 def grip() -> None:

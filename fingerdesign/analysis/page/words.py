@@ -7,17 +7,24 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fingerdesign.analysis.verdicts import (
+    CLEARLY,
+    GOOD_CORRELATION,
+    HUMAN_MARGIN,
+    follows,
+    force_ratio,
+    lifts,
+    measures,
+    shortfall,
+)
 from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.control.metrics import MOST_FORCE
-from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.result import (
     GripResult,
     IncrementResult,
     Measurability,
-    MeasuredState,
     Result,
-    SlipStudySummary,
 )
 from fingerdesign.report.page import paragraphs
 from fingerdesign.report.table import NOISE, loaded_increments, value_text, without_noise
@@ -30,14 +37,11 @@ MOST_PHASES = 6  # in one sentence; a longer path is described by its ranges
 _MOTIONS = (("approach", "mm"), ("shear", "mm"), ("shear along z", "mm"), ("twist", "degrees"))
 _FORCES = (("normal force", "N"), ("tangential force", "N"))
 _ASIDE = 0.01  # of the normal force, and of it times the contact's width: less is the mesh's
-CLEARLY = 0.1  # over what the step's number alone correlates
-GOOD_CORRELATION = 0.8  # the level that the project set for "the gage area follows the stick area"
 UNDEFINED = "too little force or the area never changes"
 NOT_JUDGED = (
     "Not judged: plates are left out (plates.model = none), so the readings that slip study and "
     "rule rest on are not a gage's."
 )
-HUMAN_MARGIN = (1.2, 1.5)  # Johansson and Westling 1984, as the paper quotes them (2.1)
 
 Keys = Mapping[str, Any]
 # "note": a fact that is neither merit nor fault.
@@ -211,9 +215,9 @@ def in_short(result: Result) -> list[Question]:
     judged = [study for study in result.slip_studies if study.rank_correlation is not None]
     found = result.measurability
     states = found.states if found else ()
-    lifted = [grip for grip in grips if grip.lifted and not grip.gross_slip]
-    failing = [_shortfall(grip, result) for grip in grips if grip not in lifted]
-    seen = [each for each in states if found and _seen(each, found)]
+    lifted = [grip for grip in grips if lifts(grip)]
+    failing = [shortfall(grip, result) for grip in grips if grip not in lifted]
+    seen = [each for each in states if found and measures(each, found)]
     counts = {
         "lifted": (len(lifted), len(grips)),
         "followed": (sum(map(follows, judged)), len(judged)),
@@ -222,17 +226,17 @@ def in_short(result: Result) -> list[Question]:
     nearest = min(lifted, key=lambda grip: grip.safety_margin or np.inf, default=None)
     margin = nearest.safety_margin if nearest else None
     thin = margin is not None and margin < HUMAN_MARGIN[0]
-    hardest = max(lifted, key=_squeeze, default=None)
-    crushed = hardest is not None and _squeeze(hardest) >= MOST_FORCE
+    hardest = max(lifted, key=force_ratio, default=None)
+    crushed = hardest is not None and force_ratio(hardest) >= MOST_FORCE
     whole = not crushed and all(good == every for good, every in counts.values())
     of = {
         "counts": counts,
         "lifted": lifted,
-        "failing": sorted(failing, key=lambda each: -each.wanted_N),
+        "failing": sorted(failing, key=lambda each: -each.needed_N),
         "nearest": nearest,
         "thin": thin,
         "hardest": hardest if crushed else None,
-        "squeeze": _squeeze(hardest) if hardest else 0.0,
+        "squeeze": force_ratio(hardest) if hardest else 0.0,
         "sound": whole and not thin,
         "unlike": [study for study in judged if not follows(study)],
         "found": found,
@@ -248,48 +252,6 @@ def in_short(result: Result) -> list[Question]:
         ("change", "note"),
     )
     return [_question(name, each, of=of) for name, each in names]
-
-
-@dataclass(frozen=True)
-class _Shortfall:
-    """A grip that does not lift, and what would: forces in N, approaches in mm.
-
-    wanted_N: of a hold with the most margin that people keep, by friction alone; wanted_mm: the
-    approach that presses so by the model's own increments, None where they do not tell.
-    light_g: what the force that was reached holds with that margin.
-    """
-
-    grip: GripResult
-    wanted_N: float
-    wanted_mm: float | None
-    light_g: float
-
-
-def _squeeze(grip: GripResult) -> float:
-    """A grip's greatest force over the least that holds the object by friction."""
-    least = weight_per_finger(grip.object_mass_g) / grip.friction_coefficient
-    return grip.peak_normal_force_N / least
-
-
-def _shortfall(grip: GripResult, result: Result) -> _Shortfall:
-    weight = weight_per_finger(grip.object_mass_g)
-    wanted = HUMAN_MARGIN[1] * weight / grip.friction_coefficient
-    light = grip.object_mass_g * grip.peak_normal_force_N / wanted
-    return _Shortfall(grip, wanted, _approach(result.increments, wanted), light)
-
-
-def _approach(rows: Sequence[IncrementResult], force: float) -> float | None:
-    """The approach, mm, that presses with ``force`` N: F_n ~ approach^n through two increments."""
-    pressing = {row.approach_mm: row.normal_force_N for row in rows if row.normal_force_N > NOISE}
-    if len(pressing) < 2:
-        return None
-    (less, low), *_, (more, high) = sorted(pressing.items())
-    power = np.log(high / low) / np.log(more / less) if less > 0.0 else 0.0
-    return float(more * (force / high) ** (1.0 / power)) if power > 0.0 else None
-
-
-def _seen(state: MeasuredState, found: Measurability) -> bool:
-    return state.smallest_stick_change <= found.wanted_stick_change
 
 
 def _graded(good: int, every: int) -> Answer:
@@ -315,12 +277,6 @@ def _touches(found: Sequence[IncrementResult]) -> Question:
     )
 
 
-def follows(study: SlipStudySummary) -> bool:
-    """Whether the gage area follows the stick area, and clearly better than the step's number."""
-    least = max(GOOD_CORRELATION, (study.step_correlation or 0.0) + CLEARLY)
-    return study.rank_correlation is not None and study.rank_correlation >= least
-
-
 def _follows(result: Result) -> Question:
     studies, keys = result.slip_studies, result.parameters
     defined = [s for s in studies if s.rank_correlation is not None]
@@ -335,13 +291,14 @@ def _follows(result: Result) -> Question:
         enough=GOOD_CORRELATION,
         clearly=CLEARLY,
         undefined=UNDEFINED,
+        part=keys.get("gages.area_share", 0.5),
         rows=_rows(keys),
         placed=keys.get("plates.placement") is not None,
     )
 
 
 def _lifts(grips: Sequence[GripResult]) -> Question:
-    good = [grip for grip in grips if grip.lifted and not grip.gross_slip]
+    good = [grip for grip in grips if lifts(grip)]
     margins = [grip.safety_margin for grip in good if grip.safety_margin is not None]
     answer = _graded(len(good), len(grips)) if grips else "open"
     return _question("lifts", answer, grips=grips, good=good, margins=margins, human=HUMAN_MARGIN)
@@ -352,7 +309,7 @@ def _measurable(found: Measurability | None) -> list[Question]:
     if found is None:
         return []
     wanted, states = found.wanted_stick_change, found.states
-    good = sum(_seen(state, found) for state in states)
+    good = sum(measures(state, found) for state in states)
     worst = max(states, key=lambda state: state.smallest_stick_change)
     responses = [state.response_microstrain_per_N for state in states]
     changes = [state.smallest_stick_change for state in states]

@@ -1,0 +1,308 @@
+"""Verdicts on a finger from the numbers of its result, and the fixes that the run worked out.
+
+view = verdict_view(result)
+[(each.sign, each.name, each.number, each.target) for each in view.verdicts]
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from fingerdesign.control.metrics import MOST_FORCE
+from fingerdesign.design.grip import weight_per_finger
+from fingerdesign.materials import MATERIALS
+from fingerdesign.records.result import (
+    GageRemedy,
+    GripResult,
+    IncrementResult,
+    LadderSummary,
+    Measurability,
+    MeasuredState,
+    Result,
+    SlipStudySummary,
+)
+from fingerdesign.records.verdict import SIGNS, Fix, Status, Verdict, VerdictView
+
+# A rank correlation that counts as following the stick area: the project's own level.
+GOOD_CORRELATION = 0.8
+# A correlation must exceed that of the step index by so much: any steady change has the latter.
+CLEARLY = 0.1
+# Safety margins that people keep: Johansson and Westling 1984.
+HUMAN_MARGIN = (1.2, 1.5)
+NOT_JUDGED = "plates are left out of the model"
+_FIDELITIES = {"plane-strain": "plane strain", "3d": "3-D", "finite": "3-D, finite strain"}
+_QUANTITIES = {
+    "normal_force": "F_n",
+    "tangential_force": "F_t",
+    "stick_ratio": "stick ratio",
+    "gage": "gages",
+}
+_PRINTED = ("abs", "pla")  # A printer makes them, and nobody sells them as thin foil.
+_LEAST_PLATE_MPA = 1e3  # Softer materials of the library are rubbers.
+_LEAST_GAIN = 1.5  # A fix that gains less is not worth its line.
+_LISTED = 4  # More friction coefficients are shown as a range.
+_NO_FORCE = 1e-9  # N: rounding noise of a contact without load.
+
+
+def verdict_view(result: Result, design_file: str = "design.toml") -> VerdictView:
+    """Verdicts, fixes and warnings of a result; ``design_file``: of the design in commands."""
+    verdicts: tuple[Verdict, ...] = ()
+    fixes: tuple[Fix, ...] = ()
+    if result.status != "failed":
+        verdicts = tuple(_verdicts(result))
+        failing = {each.name for each in verdicts if each.status in ("fail", "warning")}
+        fixes = tuple(_fixes(result, failing, design_file))
+    fidelity = _FIDELITIES[result.fidelity] + (" by auto" if result.ladder else "")
+    return VerdictView(
+        name=result.design,
+        fidelity=fidelity,
+        seconds=sum(result.timings_s.values()),
+        verdicts=verdicts,
+        fixes=fixes,
+        warnings=result.warnings,
+        failure=result.failure,
+    )
+
+
+def _verdicts(result: Result) -> Iterator[Verdict]:
+    if result.slip_studies or result.grips:
+        judged = result.parameters.get("plates.model") != "none"
+        for each in (slip_sensing(result.slip_studies), *grip_verdicts(result.grips)):
+            yield each if judged else Verdict("note", each.name, f"not judged: {NOT_JUDGED}")
+    elif result.increments:
+        yield _contact(result.increments)
+    if result.measurability is not None:
+        yield _gage_signal(result.measurability)
+    if result.ladder is not None and result.ladder.error_estimates:
+        yield _accuracy(result.ladder)
+
+
+def follows(study: SlipStudySummary) -> bool:
+    """Whether the gage area follows the stick area, and clearly better than the step index."""
+    least = max(GOOD_CORRELATION, (study.step_correlation or 0.0) + CLEARLY)
+    return study.rank_correlation is not None and study.rank_correlation >= least
+
+
+def slip_sensing(studies: Sequence[SlipStudySummary]) -> Verdict:
+    """The rank correlation of gage area and stick area, at each friction coefficient."""
+    found = [each for each in studies if each.rank_correlation is not None]
+    if not found:
+        return Verdict("note", "slip sensing", "not defined" if studies else "not studied")
+    good = sum(map(follows, found))
+    ranks = _span((each.rank_correlation or 0.0 for each in found), ".2f")
+    status: Status = "pass" if good == len(found) else "fail"
+    target = f"target {GOOD_CORRELATION:.2f}"
+    return Verdict(
+        status, "slip sensing", f"rank correlation {ranks}", target, f"{good} of {len(found)} μ"
+    )
+
+
+def lifts(grip: GripResult) -> bool:
+    """Whether a grip lifted its object without complete slip."""
+    return grip.lifted and not grip.gross_slip
+
+
+def grip_verdicts(grips: Sequence[GripResult]) -> Iterator[Verdict]:
+    """The lift, and the force that it took over the least that holds the object by friction."""
+    if not grips:
+        yield Verdict("note", "lifts", "no grip was run")
+        return
+    good = [each for each in grips if lifts(each)]
+    masses = ", ".join(f"{each:g}" for each in sorted({grip.object_mass_g for grip in grips}))
+    found = f"μ {_listed({each.friction_coefficient for each in good})}" if good else "at no μ"
+    status: Status = "pass" if len(good) == len(grips) else "fail"
+    target, count = "no gross slip", f"{len(good)} of {len(grips)} μ"
+    yield Verdict(status, f"lifts {masses} g", found, target, count)
+    if good:
+        yield _grip_force(good)
+
+
+def _grip_force(good: Sequence[GripResult]) -> Verdict:
+    forces = [force_ratio(each) for each in good]
+    margins = [each.safety_margin for each in good if each.safety_margin is not None]
+    status: Status = "pass"
+    count = ""
+    if max(forces) >= MOST_FORCE:
+        status, count = "fail", "crushes"
+    elif margins and min(margins) < HUMAN_MARGIN[0]:
+        status, count = "warning", "thin margin"
+    found = f"{_span([*margins, *forces], '.1f')} x least force"
+    return Verdict(
+        status, "grip force", found, f"target {HUMAN_MARGIN[0]:g} to {MOST_FORCE:g}", count
+    )
+
+
+def force_ratio(grip: GripResult) -> float:
+    """A grip's greatest normal force over the least that holds the object by friction."""
+    least = weight_per_finger(grip.object_mass_g) / grip.friction_coefficient
+    return grip.peak_normal_force_N / least
+
+
+def measures(state: MeasuredState, found: Measurability) -> bool:
+    """Whether the gages show the target's change of the stick ratio in one state."""
+    return state.smallest_stick_change <= found.wanted_stick_change
+
+
+def _gage_signal(found: Measurability) -> Verdict:
+    good = sum(measures(each, found) for each in found.states)
+    status: Status = "pass" if good == len(found.states) else "fail"
+    smallest, target = found.smallest_stick_change, found.wanted_stick_change
+    count = f"{good} of {len(found.states)} μ"
+    if status == "fail":
+        count = f"{two_digits(smallest / target)} x short"
+    number = f"sees a stick change of {two_digits(smallest)}"
+    return Verdict(status, "gage signal", number, f"target {target:.2f}", count)
+
+
+def _contact(rows: Sequence[IncrementResult]) -> Verdict:
+    """The contact at the end of a scene's path: a fact, no requirement."""
+    loaded = [row for row in rows if row.normal_force_N > _NO_FORCE]
+    if not loaded:
+        return Verdict("note", "contact", "the object never presses on the finger")
+    row = loaded[-1]
+    tangential = row.tangential_force_N if abs(row.tangential_force_N) > _NO_FORCE else 0.0
+    forces = f"F_n {row.normal_force_N:.3g} N, F_t {tangential:.3g} N"
+    return Verdict("note", "contact", f"{forces}, {100.0 * (row.stick_ratio or 0.0):.0f} % sticks")
+
+
+def _accuracy(ladder: LadderSummary) -> Verdict:
+    """The estimated error of the model that --fidelity auto chose."""
+    quantity, worst = max(ladder.error_estimates.items(), key=lambda item: item[1])
+    status: Status = "pass" if ladder.reached else "fail"
+    number = f"within {two_digits(100.0 * worst)} % ({_QUANTITIES.get(quantity, quantity)})"
+    return Verdict(status, "accuracy", number, f"target {100.0 * ladder.tolerance:g} %")
+
+
+def _fixes(result: Result, failing: set[str], design_file: str) -> Iterator[Fix]:
+    """One fix or more for each verdict that fails, those of the design's keys first."""
+    if any(name.startswith("lifts") for name in failing):
+        yield from _lift_fixes(result)
+    elif "grip force" in failing:
+        yield from _force_fixes([each for each in result.grips if lifts(each)], design_file)
+    if "gage signal" in failing and result.measurability is not None:
+        yield from _gage_fixes(result.measurability)
+    if "slip sensing" in failing:
+        yield Fix("fingerdesign new search.toml --study", "a search: fingerdesign optimise")
+
+
+def _lift_fixes(result: Result) -> Iterator[Fix]:
+    shortfalls = [shortfall(each, result) for each in result.grips if not lifts(each)]
+    worst = max(shortfalls, key=lambda each: each.needed_N)
+    grip, brings = worst.grip, f"lifts at μ {worst.grip.friction_coefficient:g}"
+    yield Fix('grip.controller = "fixed_force"', brings, "Coulomb")
+    yield Fix(f"grip.fixed_force.force_N = {worst.needed_N:.3g}", "with the line above")
+    travel = result.parameters.get("grip.max_approach_mm")
+    if worst.needed_mm and isinstance(travel, int | float) and 1.2 * worst.needed_mm > travel:
+        yield Fix(f"grip.max_approach_mm = {1.2 * worst.needed_mm:.2g}", "with the line above")
+    if worst.light_g < grip.object_mass_g:
+        yield Fix(f"grip.object_mass_g = {two_digits(worst.light_g)}", brings, "Coulomb")
+
+
+def _force_fixes(good: Sequence[GripResult], design_file: str) -> Iterator[Fix]:
+    if max(map(force_ratio, good)) >= MOST_FORCE:
+        yield Fix(f"fingerdesign study {design_file} --tune", "searches a gentler controller")
+        return
+    nearest = min(good, key=lambda each: each.safety_margin or math.inf)
+    if nearest.safety_margin is not None:
+        light = nearest.object_mass_g * nearest.safety_margin / HUMAN_MARGIN[0]
+        yield Fix(f"grip.object_mass_g = {two_digits(light)}", _passes("grip force"), "Coulomb")
+
+
+def _gage_fixes(found: Measurability) -> Iterator[Fix]:
+    """Materials of the library, thinner plates, and where these do not do a quieter amplifier."""
+    needed = found.smallest_stick_change / found.wanted_stick_change
+    enough = False
+    for remedy in found.remedies:
+        if remedy.key.startswith("materials"):
+            name, gain = _plate_material(remedy, needed)
+            change = f'plates.material = "{name}"' if name else ""
+        else:
+            gain = remedy.gain
+            change = f"{remedy.key} = {remedy.changed:.6g}"
+        if change and gain >= _LEAST_GAIN:
+            enough = enough or gain >= needed
+            part = f"signal x {two_digits(gain)} of {two_digits(needed)}"
+            yield Fix(change, _passes("gage signal") if gain >= needed else part, "section model")
+    if not enough:
+        quiet = two_digits(found.noise_microstrain / needed)
+        change = f"grip.hardware.gage_noise_microstrain = {quiet}"
+        yield Fix(change, _passes("gage signal"), "quieter amplifier")
+
+
+def _plate_material(remedy: GageRemedy, needed: float) -> tuple[str, float]:
+    """A material of the library for the plates and its gain; "" where none is softer.
+
+    The gain follows the power law of the remedy: g = (E / E_m)^s, s = log(gain) / log(E / changed).
+    The stiffest that is enough is taken, else the softest; foils before what is printed.
+    """
+    if not remedy.gain > 1.0:
+        return "", 1.0
+    slope = math.log(remedy.gain) / math.log(remedy.value / remedy.changed)
+    gains = {
+        name: (remedy.value / each.youngs_modulus_MPa) ** slope
+        for name, each in MATERIALS.items()
+        if _LEAST_PLATE_MPA <= each.youngs_modulus_MPa < remedy.value
+    }
+    if not remedy.enough:  # softer than the remedy's value the plate is rubber itself
+        gains = {name: gain for name, gain in gains.items() if gain <= remedy.gain}
+    suited = {name: gain for name, gain in gains.items() if gain >= needed}
+    foils = [name for name in (suited or gains) if name not in _PRINTED]
+    names = foils or list(suited or gains)
+    if not names:
+        return "", 1.0
+    name = (min if suited else max)(names, key=lambda each: gains[each])
+    return name, gains[name]
+
+
+def _passes(name: str) -> str:
+    return f"{name} {SIGNS['pass']}"
+
+
+@dataclass(frozen=True)
+class Shortfall:
+    """A grip that does not lift, and the press that would: forces in N, approaches in mm.
+
+    needed_N: of a hold with the most margin that people keep, by friction alone; needed_mm: the
+    approach that presses so by the model's own increments, None where they do not tell.
+    light_g: what the force that was reached holds with that margin.
+    """
+
+    grip: GripResult
+    needed_N: float
+    needed_mm: float | None
+    light_g: float
+
+
+def shortfall(grip: GripResult, result: Result) -> Shortfall:
+    """The force that a failing grip lacks."""
+    weight = weight_per_finger(grip.object_mass_g)
+    needed = HUMAN_MARGIN[1] * weight / grip.friction_coefficient
+    light = grip.object_mass_g * grip.peak_normal_force_N / needed
+    return Shortfall(grip, needed, _approach(result.increments, needed), light)
+
+
+def _approach(rows: Sequence[IncrementResult], force: float) -> float | None:
+    """The approach, mm, that presses with ``force`` N: F_n ~ approach^n through two increments."""
+    pressing = {r.approach_mm: r.normal_force_N for r in rows if r.normal_force_N > _NO_FORCE}
+    if len(pressing) < 2:
+        return None
+    (less, low), *_, (more, high) = sorted(pressing.items())
+    power = math.log(high / low) / math.log(more / less) if less > 0.0 else 0.0
+    return float(more * (force / high) ** (1.0 / power)) if power > 0.0 else None
+
+
+def two_digits(value: float) -> str:
+    """Two digits, never as a power of ten for usual sizes: "100", "0.048"."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
+def _span(values: Iterable[float], form: str) -> str:
+    """The least and the greatest: "0.71 ... 0.75"; one number where both read alike."""
+    every = list(values)
+    low, high = format(min(every), form), format(max(every), form)
+    return low if low == high else f"{low} ... {high}"
+
+
+def _listed(values: Iterable[float]) -> str:
+    every = sorted(values)
+    return _span(every, "g") if len(every) > _LISTED else " ".join(f"{each:g}" for each in every)
