@@ -25,6 +25,9 @@ DOCS = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob("docs/*/*.
 PAGES = ("README.md", *DOCS)
 
 
+COMING = {"study", "export"}
+
+
 def page(name):
     return (ROOT / name).read_text("utf-8")
 
@@ -41,44 +44,73 @@ def run_python(name, capsys):
     return capsys.readouterr().out
 
 
+ANALYSE = "docs/how_to/analyse.md"
+
+
+def commands(name):
+    """The lines of a page's sh blocks, block by block."""
+    return [[line for line in block.splitlines() if line] for block in blocks("sh", name)]
+
+
 @pytest.fixture
-def toured(tmp_path, monkeypatch):
-    """The folder of somebody who has come to a step of the tour: a design and a scene."""
-    (tmp_path / "scene.toml").write_text(blocks("toml")[0], encoding="utf-8")
+def analysed(tmp_path, monkeypatch):
+    """A folder with the design and the scene of the page on analyses."""
+    (tmp_path / "scene.toml").write_text(blocks("toml", ANALYSE)[0], encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     assert main(["new", "mine.toml"]) == 0
     write_coarser(tmp_path / "mine.toml")
     return tmp_path
 
 
-TOUR = [[line for line in block.splitlines() if line] for block in blocks("sh")]
-STEPS = [TOUR[1], *([command] for block in TOUR[2:] for command in block)]
-
-
-def test_the_tour_begins_with_a_new_design(tmp_path, monkeypatch):
+def test_the_readme_leads_to_a_design(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert sum(map(len, TOUR)) >= 6
-    for command in TOUR[0]:
+    (five,) = commands("README.md")
+    assert len(five) == 5
+    for command in five[:3]:
         assert main(command.split()[1:]) == 0
-    assert (tmp_path / "mine.toml").exists()
+    assert Path("out/mine.png").is_file()
+
+
+@pytest.mark.slow
+def test_the_readme_leads_to_a_mold(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for command in commands("README.md")[0]:
+        assert main(command.split()[1:]) == 0
+    assert Path("molds/mine/report.html").is_file()
 
 
 @pytest.mark.parametrize(
-    "commands",
+    "step",
     [
         pytest.param(
             step, id=step[0], marks=[pytest.mark.slow] * ("auto" in step[0] or " mesh " in step[0])
         )
-        for step in STEPS
+        for step in commands(ANALYSE)
     ],
 )
-def test_a_step_of_the_tour_runs(toured, commands, capsys):
-    for command in commands:
+def test_a_command_of_the_page_on_analyses_runs(analysed, step, capsys):
+    for command in step:
         program, *arguments = command.split()
         assert program == "fingerdesign"
         assert main(arguments) == 0, capsys.readouterr()
         out = Path(arguments[arguments.index("--out") + 1]) if "--out" in arguments else Path()
-        assert (toured / out).is_dir()
+        assert (analysed / out).is_dir()
+
+
+def test_python_of_the_readme_and_of_the_page_on_analyses_runs(analysed, capsys):
+    for name in ("README.md", ANALYSE):
+        assert float(run_python(name, capsys).split()[0]) > 0
+
+
+STUDY = "docs/tutorials/first_study.md"
+
+
+@pytest.mark.parametrize("count", [1, pytest.param(3, marks=pytest.mark.slow)])
+def test_commands_of_the_first_study_run(tmp_path, monkeypatch, capsys, count):
+    monkeypatch.chdir(tmp_path)
+    Path("angles.toml").write_text(blocks("toml", STUDY)[0], "utf-8")
+    for (command,) in commands(STUDY)[:count]:
+        assert main(command.split()[1:]) == 0, capsys.readouterr()
 
 
 @pytest.mark.slow
@@ -115,10 +147,6 @@ def first_finger(tmp_path, monkeypatch):
 )
 def test_a_command_for_the_first_finger_runs(first_finger, words, capsys):
     assert main([word for word in words if word != "--open"]) == 0, capsys.readouterr()
-
-
-def test_python_of_the_tour_runs(toured, capsys):
-    assert float(run_python("README.md", capsys).split()[0]) > 0
 
 
 def test_every_design_of_the_fingers_page_is_sound_and_its_python_runs(
@@ -209,7 +237,7 @@ def test_what_a_page_names_exists(name):
         there = (ROOT / name).parent / target
         assert target.startswith("http") or there.exists() or "examples" in target, target
     for command in re.findall(r"(?:^ {4}|^|`)fingerdesign ([a-z-]+)", text, flags=re.MULTILINE):
-        assert command in cli.commands, command
+        assert command in {*cli.commands, *COMING}, command
     finished = page("docs/reference/finished_studies.md")
     for command in re.findall(r"fingerdesign bench ([a-z][a-z-]*)", text):
         assert command in bench.commands or f"`bench {command}`" in finished, command

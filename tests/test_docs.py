@@ -1,0 +1,146 @@
+"""README and docs: length, length of sentences, and words; what is counted is stated here.
+
+Words are those between white space of README.md and docs/**/*.md, tables and code included.
+A sentence ends with . ! ? or : before white space, and with its paragraph, list item or quotation.
+Headings, tables, code blocks, directives and pictures have no sentences. Inline code and a link's
+text count as the words that are seen, a link's target as none.
+"""
+
+import re
+from pathlib import Path
+from statistics import mean
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGES = (
+    ROOT / "README.md",
+    *sorted(path for path in ROOT.glob("docs/**/*.md") if "generated" not in path.parts),
+)
+# Pages that still wait for their plain text.
+OLD = {
+    "docs/api/contact.md",
+    "docs/api/grips.md",
+    "docs/api/index.md",
+    "docs/api/making.md",
+    "docs/api/start.md",
+    "docs/explanation/architecture.md",
+    "docs/explanation/gages.md",
+    "docs/explanation/method.md",
+    "docs/explanation/paper.md",
+    "docs/explanation/plane_strain.md",
+    "docs/explanation/plants.md",
+    "docs/explanation/three_d.md",
+    "docs/how_to/calibrate.md",
+    "docs/how_to/compare.md",
+    "docs/how_to/control.md",
+    "docs/how_to/controllers.md",
+    "docs/how_to/identify.md",
+    "docs/how_to/install.md",
+    "docs/how_to/molds.md",
+    "docs/how_to/optimise.md",
+    "docs/how_to/plugins.md",
+    "docs/how_to/studies.md",
+    "docs/how_to/studio.md",
+    "docs/how_to/validate.md",
+    "docs/index.md",
+    "docs/reference/benchmarks.md",
+    "docs/reference/cli.md",
+    "docs/reference/fingers.md",
+    "docs/reference/finished_studies.md",
+    "docs/reference/keys.md",
+    "docs/reference/site.md",
+    "docs/reference/suite.md",
+}
+MOST_WORDS, MOST_WORDS_README, MOST_LINES_README = 30_000, 1_200, 130
+LONGEST, MEAN = 35, 18.0
+DIALECT = {
+    "anew",
+    "asked",
+    "beside",
+    "besides",
+    "doubt",
+    "felt",
+    "heard",
+    "hearing",
+    "kept",
+    "lesson",
+    "said",
+    "says",
+    "stands",
+    "taught",
+    "teach",
+    "tell",
+    "tells",
+    "told",
+    "unlike",
+    "wander",
+    "wanted",
+    "whoever",
+}
+
+
+def named(page):
+    """Path of a page in the repository."""
+    return page.relative_to(ROOT).as_posix()
+
+
+PLAIN = [page for page in PAGES if named(page) not in OLD]
+
+
+def prose(text):
+    """The paragraphs of a page without headings, tables, code, directives and pictures."""
+    text = re.sub(r"^([`:]{3,}).*?^\1", "", text, flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(r"!\[[^\]]*\]\([^)]*\)", "", text)
+    text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text)
+    lines = [
+        "" if re.match(r"#|\||    (?! *[-*] )", line) else re.sub(r"^\s*([-*>]|\d+\.) ", "\n", line)
+        for line in text.splitlines()
+    ]
+    return [part for part in re.split(r"\n\s*\n", "\n".join(lines)) if part.strip()]
+
+
+def sentences(text):
+    """Lists of words."""
+    found = []
+    for paragraph in prose(text):
+        plain = re.sub(r"`[^`]*`", "code", paragraph)
+        for sentence in re.split(r"(?<=[.!?:])[*_)\"]*\s+", plain):
+            words = [word for word in sentence.split() if re.search(r"\w", word)]
+            if words:
+                found.append(words)
+    return found
+
+
+def test_how_sentences_are_counted():
+    text = (
+        "# No\n\nOne `a b` two. Three:\n\n- four [five](x.md) six\n- seven\n\n| a |\n\n    code\n"
+    )
+    assert [len(each) for each in sentences(text)] == [3, 1, 3, 1]
+
+
+def test_readme_is_short():
+    text = (ROOT / "README.md").read_text("utf-8")
+    assert len(text.split()) <= MOST_WORDS_README
+    assert len(text.splitlines()) <= MOST_LINES_README
+
+
+def test_all_pages_together_are_short():
+    counts = {named(page): len(page.read_text("utf-8").split()) for page in PAGES}
+    assert OLD or sum(counts.values()) <= MOST_WORDS, sorted(
+        counts.items(), key=lambda each: -each[1]
+    )
+
+
+@pytest.mark.parametrize("page", PLAIN, ids=named)
+def test_no_sentence_is_long(page):
+    found = sentences(page.read_text("utf-8"))
+    assert [" ".join(words) for words in found if len(words) > LONGEST] == []
+    assert not found or mean(map(len, found)) < MEAN
+
+
+@pytest.mark.parametrize("page", PLAIN, ids=named)
+def test_no_word_of_the_dialect(page):
+    text = " ".join(prose(page.read_text("utf-8")))
+    words = re.findall(r"[a-z]+", re.sub(r"`[^`]*`", "", text).lower())
+    assert sorted(set(words) & DIALECT) == []
