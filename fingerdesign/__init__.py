@@ -1,4 +1,4 @@
-"""Design, simulate, cast and compare elastic tactile fingers that feel incipient slip.
+"""Design, simulate, cast and compare elastic tactile fingers that detect incipient slip.
 
 >>> import fingerdesign
 >>> design = fingerdesign.parse_design('design.name = "mine"')
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from fingerdesign.errors import SolverError as SolverError
     from fingerdesign.pipeline import analyse as analyse
     from fingerdesign.records.result import Result as Result
+    from fingerdesign.runtime.registry import allow_code as allow_code
 
 
 _HOMES = {
@@ -37,6 +38,7 @@ _HOMES = {
     "Result": "fingerdesign.records.result",
     "Scene": "fingerdesign.design.scene",
     "SolverError": "fingerdesign.errors",
+    "allow_code": "fingerdesign.runtime.registry",
     "load_result": "fingerdesign.analysis.analysed",
     "load_design": "fingerdesign.checks.starter",
     "load_scene": "fingerdesign.checks.starter",

@@ -11,9 +11,9 @@ from fingerdesign_cli.main import main
 
 from fingerdesign import DesignError, with_values
 from fingerdesign.checks.starter import find_design
-from fingerdesign.runtime.child import MODULES
+from fingerdesign.runtime.child import ALLOWED, MODULES
 from fingerdesign.runtime.isolate import Worker
-from fingerdesign.runtime.registry import CONTROLLERS
+from fingerdesign.runtime.registry import CONTROLLERS, allow_code
 from tests.support.plugins import installed
 
 PAGE = (Path(__file__).parents[1] / "docs/how_to/plugins.md").read_text("utf-8")
@@ -70,6 +70,7 @@ def here(folder, monkeypatch):
     monkeypatch.setattr(sys, "path", [each for each in sys.path if each])
     monkeypatch.setattr(CONTROLLERS, "_references", {})
     monkeypatch.setenv(MODULES, "")
+    monkeypatch.setenv(ALLOWED, "")
     before = set(sys.modules)
     yield folder
     for name in set(sys.modules) - before:
@@ -90,6 +91,7 @@ def test_a_controller_in_one_file_grips(here, line, capsys):
 
 
 def test_a_class_is_found_by_worker_processes_and_its_file_counts(here):
+    allow_code("steady:Steady", "steady:Stedy")
     design = with_values(find_design("sensitive"), {"grip.controller": "steady:Steady"})
     with Worker() as worker:
         there = worker.call("tests.support.calls:hand_of", design, time_s=60.0)

@@ -53,6 +53,10 @@ def run(installed, cwd, *commands):
     )
 
 
+def test_types_ship(installed):
+    assert (installed / "fingerdesign" / "py.typed").is_file()
+
+
 @pytest.mark.slow
 def test_new_check_analyse(installed, tmp_path):
     (tmp_path / "mine.toml").write_text(starter_text("mine"), "utf-8")

@@ -23,7 +23,7 @@ from fingerdesign.errors import DesignError, FingerDesignError, PluginWarning, p
 from fingerdesign.runtime.files import is_full
 from fingerdesign.runtime.limits import forget, reached
 from fingerdesign_cli.commands import finger, hand
-from fingerdesign_cli.options import Group
+from fingerdesign_cli.options import Group, limit, permit
 from fingerdesign_cli.terminal import degrade_signs
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -41,11 +41,35 @@ _PATIENCE_S = 2.0  # a second signal within it is the first one's echo
 )
 @click.version_option(fingerdesign.__version__, prog_name="fingerdesign")
 @click.option("--debug", is_flag=True, help="Keep the traceback of an unexpected error.")
+@click.option(
+    "--allow-code",
+    is_flag=True,
+    expose_value=False,
+    callback=permit,
+    help="Import the code that a design or study names (package.module:Class): if you trust it.",
+)
+@click.option(
+    "--time-limit",
+    metavar="S",
+    type=click.FloatRange(0.1, 1e7),
+    expose_value=False,
+    callback=limit,
+    help="Stop after so many seconds; finished work is kept.",
+)
+@click.option(
+    "--memory-limit",
+    metavar="MB",
+    type=click.FloatRange(1.0, 1e7),
+    expose_value=False,
+    callback=limit,
+    help="Stop when all processes together use more; finished work is kept.",
+)
 def cli(debug: bool) -> None:
     """Design, simulate and compare elastic tactile fingers that detect incipient slip.
 
     Start with `fingerdesign new mine.toml --short`, `fingerdesign view mine.toml --open` and
-    `fingerdesign analyse mine.toml --open`. What is written goes to out/NAME, or below --out.
+    `fingerdesign analyse mine.toml --open`. What is written goes to out/NAME, or below --out. The
+    options below may also stand behind a command.
     """
 
 

@@ -16,7 +16,7 @@ from click.shell_completion import CompletionItem
 
 from fingerdesign.runtime.files import why_no_place
 from fingerdesign.runtime.limits import limited
-from fingerdesign.runtime.registry import CONTROLLERS, is_reference
+from fingerdesign.runtime.registry import CONTROLLERS, code_allowed, is_reference
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
@@ -71,6 +71,26 @@ class Group(click.Group):
             self.add_command(each)
             self.headings.setdefault(heading, []).append(each.name or "")
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Take this group's own options from anywhere in front of ``--``: every command has them.
+
+        ``--version`` and ``--help`` stay where they are.
+        """
+        end = args.index("--") if "--" in args else len(args)
+        own = {
+            name: 1 if option.is_flag else 2
+            for option in self.params
+            if isinstance(option, click.Option) and not option.is_eager
+            for name in option.opts
+        }
+        first, rest, place = list[str](), list[str](), 0
+        while place < end:
+            name, equals, _ = args[place].partition("=")
+            size = 1 if equals else own.get(name, 1)
+            (first if name in own else rest).extend(args[place : min(place + size, end)])
+            place += size
+        return super().parse_args(ctx, [*first, *rest, *args[end:]])
+
     def list_commands(self, ctx: click.Context) -> list[str]:
         """List the names in the order of the work, not of the alphabet."""
         return list(self.commands)
@@ -107,6 +127,7 @@ class Group(click.Group):
 
 OPEN = "fingerdesign.open"  # The name of --open in a command's context.
 DETAILS = "fingerdesign.details"  # The name of --details there.
+COMMON = "Also: --time-limit, --memory-limit, --allow-code (see `fingerdesign --help`)."
 OUT = Path("out")  # where commands write that are told no other place
 
 
@@ -124,9 +145,25 @@ def command(module: str, short: str) -> Callable[[Callable[[], None]], click.Com
             function
         )
         found.callback = work
+        found.epilog = COMMON
         return found
 
     return made
+
+
+def limit(context: click.Context, parameter: click.Parameter, value: float | None) -> None:
+    """Limit the command's time or memory (runtime/limits.py)."""
+    if value is not None and not math.isfinite(value):
+        raise click.BadParameter(f"{value} is not a finite number", param=parameter)
+    if value is not None:
+        seconds = parameter.name == "time_limit"
+        context.with_resource(limited(value) if seconds else limited(memory_MB=value))
+
+
+def permit(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
+    """Let files run the code that they name, while this command runs."""
+    if value:
+        context.with_resource(code_allowed())
 
 
 def output_folder(
@@ -151,39 +188,7 @@ def out_option(function: _Command) -> _Command:
         callback=output_folder,
         help="Where to write: DIR/NAME, the name that of the design or study.",
     )
-    return option(limit_options(function))
-
-
-def _limit(context: click.Context, parameter: click.Parameter, value: float | None) -> None:
-    if value is not None and not math.isfinite(value):
-        raise click.BadParameter(f"{value} is not a finite number", param=parameter)
-    if value is not None:
-        seconds = parameter.name == "time_limit"
-        context.with_resource(limited(value) if seconds else limited(memory_MB=value))
-
-
-def limit_options(function: _Command) -> _Command:
-    """``--time-limit`` and ``--memory-limit`` (runtime/limits.py), of all that computes."""
-    for option in (
-        click.option(
-            "--memory-limit",
-            metavar="MB",
-            type=click.FloatRange(1.0, 1e7),
-            expose_value=False,
-            callback=_limit,
-            help="Stop where all processes together take more; finished work is kept.",
-        ),
-        click.option(
-            "--time-limit",
-            metavar="S",
-            type=click.FloatRange(0.1, 1e7),
-            expose_value=False,
-            callback=_limit,
-            help="Stop after so many seconds; finished work is kept.",
-        ),
-    ):
-        function = option(function)
-    return function
+    return option(function)
 
 
 def folder_option(name: str = "") -> Callable[[_Command], _Command]:
@@ -201,7 +206,7 @@ def folder_option(name: str = "") -> Callable[[_Command], _Command]:
         callback=output_folder,
         help="Where to write: into this very folder.",
     )
-    return lambda function: option(limit_options(function))
+    return option
 
 
 def design_and_out(function: _Command) -> _Command:
@@ -309,11 +314,12 @@ def complete_controller(
 
 
 def _imported(
-    _context: click.Context, _parameter: click.Parameter, value: str | tuple[str, ...] | None
+    context: click.Context, _parameter: click.Parameter, value: str | tuple[str, ...] | None
 ) -> str | tuple[str, ...] | None:
-    """Import classes before a file is read: their tables may stand in it."""
+    """Import the classes that the user named before a file is read: it may hold their tables."""
     for name in [value] if isinstance(value, str) else value or ():
         if is_reference(name):
+            context.with_resource(code_allowed(name))
             CONTROLLERS.find(name, "--controller")
     return value
 

@@ -6,6 +6,7 @@ a design whose keys are sound, the geometry.
 
 import tomllib
 from collections.abc import Iterator, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -22,6 +23,7 @@ from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, unknown_materials
 from fingerdesign.design.step import resolved
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.runtime.registry import code_allowed
 
 # A finger without its plates: the other side of a rig that reads one finger alone.
 
@@ -57,9 +59,12 @@ class Judged(Generic[_Found]):
         return self.value
 
 
-def load_design(path: str | Path) -> Design:
-    """Read a design file. Raises :class:`DesignError` with every fault found in it."""
-    return parse_design(read_text(path), str(path), Path(path).parent)
+def load_design(path: str | Path, *, allow_code: bool = False) -> Design:
+    """Read a design file. Raises :class:`DesignError` with every fault found in it.
+
+    allow_code: import the controller's class that the file names as "package.module:Class".
+    """
+    return parse_design(read_text(path), str(path), Path(path).parent, allow_code=allow_code)
 
 
 def load_scene(path: str | Path) -> Scene:
@@ -67,16 +72,19 @@ def load_scene(path: str | Path) -> Scene:
     return parse_scene(read_text(path), str(path))
 
 
-def parse_design(text: str, source: str = "", folder: Path | None = None) -> Design:
+def parse_design(
+    text: str, source: str = "", folder: Path | None = None, *, allow_code: bool = False
+) -> Design:
     """Return the design that TOML ``text`` says; ``source`` names it in the faults.
 
     Files that it names lie in ``folder`` (None: the working directory) or are absolute. The sizes
-    of a STEP body are read from its file.
+    of a STEP body are read from its file. allow_code: as of :func:`load_design`.
 
     Raises :class:`DesignError` with every fault of the keys; where they are sound, with every one
     of the geometry.
     """
-    return judge_design(text, source, folder).sound(source)
+    with code_allowed() if allow_code else nullcontext():
+        return judge_design(text, source, folder).sound(source)
 
 
 def parse_scene(text: str, source: str = "") -> Scene:
@@ -96,6 +104,7 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
     0.9
 
     A further row's keys are written ``plates.rows[0].cover_mm``. None takes a key's value away.
+    A controller "package.module:Class" must be permitted first, by ``fingerdesign.allow_code``.
     Raises :class:`DesignError` with every fault.
     """
     data = design_data(design)

@@ -108,10 +108,12 @@ def find_scene(file_or_name: str | Path) -> Scene:
     return parse_scene(file_text(file_or_name, "scene"), str(file_or_name))
 
 
-def find_design(file_or_name: str | Path) -> Design:
-    """As :func:`find_scene`, of a design."""
+def find_design(file_or_name: str | Path, *, allow_code: bool = False) -> Design:
+    """As :func:`find_scene`, of a design. allow_code: import the controller's class that the file
+    names as "package.module:Class"."""
     folder = Path(file_or_name).parent
-    return parse_design(file_text(file_or_name), str(file_or_name), folder)
+    text = file_text(file_or_name)
+    return parse_design(text, str(file_or_name), folder, allow_code=allow_code)
 
 
 load_design, load_scene = find_design, find_scene  # as the package offers them

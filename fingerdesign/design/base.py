@@ -85,6 +85,10 @@ def _as_tuple(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
+# Quotients of smaller positive values overflow or divide by zero. A nanometre, a nanonewton and a
+# nanosecond are far below anything that a finger can show.
+LEAST = 1e-9
+
 _T = TypeVar("_T")
 _U = TypeVar("_U")
 Pair = Annotated[tuple[_T, _U], BeforeValidator(_as_tuple)]
@@ -101,9 +105,9 @@ def bounded(
     return Field(default=default, ge=least, le=most, description=description, examples=examples)
 
 
-def positive(default: Any, most: float, description: str) -> Any:
-    """A number's key that is over 0 and at most ``most``."""
-    return Field(default=default, gt=0, le=most, description=description)
+def positive(default: Any, most: float, description: str, least: float = LEAST) -> Any:
+    """A number's key that is positive: at least ``least`` and at most ``most``."""
+    return Field(default=default, ge=least, le=most, description=description)
 
 
 def refuse(value: object, bound: str, remedy: str, key: str = "") -> PydanticCustomError:

@@ -11,6 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.base import (
+    LEAST,
     Many,
     Named,
     Pair,
@@ -23,6 +24,10 @@ from fingerdesign.design.base import (
 from fingerdesign.runtime.registry import CONTROLLERS
 
 # ``[grip]`` tables of what is gripped with: hardware, and what happens to a lifted object.
+
+# A milligram, and a friction below that of ice on ice or of any rubber: lighter and slipperier
+# objects are errors of units, and forces divide by both.
+LEAST_MASS_G, LEAST_FRICTION = 1e-3, 1e-3
 
 PlantName = Literal["finger", "lift"]
 OppositeName = Literal["mirror", "bare"]
@@ -47,7 +52,7 @@ class WeightChange(Table):
     """``[[grip.weight_changes]]``: the lifted object has another mass from a step on."""
 
     step_after_lift: int = Field(ge=1, le=100_000, description="1 is the next after the lift")
-    object_mass_g: float = Field(gt=0, le=1e5, description="its mass from then on")
+    object_mass_g: float = Field(ge=LEAST_MASS_G, le=1e5, description="its mass from then on")
 
 
 GRAVITY = 9.80665  # m/s^2
@@ -192,7 +197,7 @@ class HardwareTable(Table):
         return np.asarray(1.0 + self.force_gain_spread * draw)
 
 
-Friction = Annotated[float, Field(gt=0, le=5)]
+Friction = Annotated[float, Field(ge=LEAST_FRICTION, le=5)]
 
 
 def _or_auto(schema: dict[str, Any]) -> None:
@@ -206,8 +211,9 @@ def _or_auto(schema: dict[str, Any]) -> None:
 def _followed(default: float | None, least: float, most: float, description: str) -> Any:
     """A number's key that follows finger and object where it is absent or "auto"."""
     said = f'{description}; absent or "auto": follows finger and object'
-    bounds = {"gt": 0} if least == 0 else {"ge": least}
-    return Field(default=default, le=most, description=said, json_schema_extra=_or_auto, **bounds)
+    return Field(
+        default=default, ge=least or LEAST, le=most, description=said, json_schema_extra=_or_auto
+    )
 
 
 class Grip(Table):
@@ -247,7 +253,9 @@ class Grip(Table):
         le=1,
         description="of the friction coefficient, what is left of it where the contact slides",
     )
-    object_mass_g: float = positive(500.0, 1e5, "two fingers carry half the weight each")
+    object_mass_g: float = positive(
+        500.0, 1e5, "two fingers carry half the weight each", LEAST_MASS_G
+    )
     plant: PlantName = Field(
         default="finger",
         description="finger: one finger on a stage, lifted where 2 F_t exceeds the weight, as in "

@@ -22,6 +22,7 @@ from fingerdesign.errors import FingerDesignError
 
 HEAD = struct.Struct("<Q")
 PARENT = "FINGERDESIGN_PARENT"  # environment variable: the number of the process that started this
+ALLOWED = "FINGERDESIGN_ALLOWED_CODE"  # references that files may name; "*": any
 MODULES = "FINGERDESIGN_MODULES"  # folders in which it finds what a reference names, too
 _WATCH_S = 0.5
 _idle_since: list[float] = []  # empty while a call runs

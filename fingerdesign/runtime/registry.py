@@ -11,10 +11,11 @@ A kind from outside the package is registered by a module that an entry point na
     [project.entry-points."fingerdesign.plugins"]
     mine = "my_package.my_kinds"
 
-or by any module that is imported before a file is read; a controller also by its name,
-"package.module:Class", of a module that lies in the working directory or is installed. Files that
-ship kinds are loaded when a registry is first used, entry points when a design is first read;
-importing this is light.
+or by any module that is imported before a file is read. A controller may also be named by a
+reference, "package.module:Class", to a module in the working directory or an installed one. A file
+must not run code by naming it: a reference is followed only where :func:`allow_code` permits it, or
+where an entry point names its module. Files that ship kinds are loaded when a registry is first
+used, entry points when a design is first read; importing this is light.
 """
 
 import contextlib
@@ -24,7 +25,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, fields
 from difflib import get_close_matches
 from functools import cache, cached_property
@@ -35,7 +36,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from fingerdesign.errors import DesignError, Fault, PluginWarning
-from fingerdesign.runtime.child import MODULES, PARENT
+from fingerdesign.runtime.child import ALLOWED, MODULES, PARENT
 
 PLUGINS = "fingerdesign.plugins"
 LAST = 1000  # where a kind stands in lists that does not say: behind those that are shipped
@@ -91,8 +92,44 @@ def is_reference(name: object) -> bool:
     return isinstance(name, str) and ":" in name
 
 
+def allow_code(*references: str) -> None:
+    """Permit files to name these references, "package.module:Class", in this process and in those
+    that it starts from now on; without any, every reference."""
+    allowed = [*os.environ.get(ALLOWED, "").split(), *(references or ("*",))]
+    os.environ[ALLOWED] = " ".join(dict.fromkeys(allowed))
+
+
+@contextlib.contextmanager
+def code_allowed(*references: str) -> Iterator[None]:
+    """Permit references as :func:`allow_code` does, within the block.
+
+    What is imported in the block stays permitted.
+    """
+    before = os.environ.get(ALLOWED, "")
+    allow_code(*references)
+    try:
+        yield
+    finally:
+        os.environ[ALLOWED] = before
+        followed = [each for registry in REGISTRIES for each in registry.followed()]
+        if followed:
+            allow_code(*followed)
+
+
+def _refuse_forbidden(name: str, key: str) -> None:
+    """Raise DesignError for a reference that nobody permitted."""
+    allowed, module = os.environ.get(ALLOWED, "").split(), name.partition(":")[0]
+    plugins = {point.module for point in entry_points(group=PLUGINS)}
+    if not ({"*", name} & set(allowed) or module in plugins):
+        bound = "a registered name, unless code that a file names may run"
+        remedy = "if you trust its author, add --allow-code (in Python allow_code=True)"
+        raise DesignError([Fault(key, name, bound, remedy)])
+
+
 def _referred(name: str, key: str) -> Any:
-    """What "package.module:Class" names. Raises DesignError, whatever the module raises."""
+    """Import what "package.module:Class" names. Raises DesignError, whatever the module raises, and
+    without importing anything where it is not permitted."""
+    _refuse_forbidden(name, key)
     module, _, path = name.partition(":")
 
     def fault(bound: str, remedy: str) -> DesignError:
@@ -184,9 +221,13 @@ class Registry:
         """Whether references are taken."""
         return self._adopt is not None
 
+    def followed(self) -> list[str]:
+        """List the references whose classes were imported."""
+        return sorted(self._references)
+
     def contents(self) -> list[str]:
         """As :meth:`content_of`, of every reference that was followed."""
-        return [self.content_of(each) for each in sorted(self._references)]
+        return [self.content_of(each) for each in self.followed()]
 
     def load(self) -> None:
         """Import the files that ship kinds."""

@@ -379,3 +379,13 @@ def test_a_length_of_slide_without_inertia_is_refused_not_passed_over():
     parse_design('design.name = "a"\ngrip.drop_mm = 10.0\n')
     lift = 'grip.plant = "lift"\ngrip.inertia = true'
     parse_design(f'design.name = "a"\n{lift}\ngrip.drop_mm = 5.0\n')
+
+
+@pytest.mark.parametrize("value", ["1e-308", "5e-324", "1e-20"])
+@pytest.mark.parametrize(
+    "key", ["grip.object_mass_g", "grip.friction_coefficients", "grip.max_approach_mm"]
+)
+def test_values_next_to_zero_are_refused(key, value):
+    value = f"[{value}]" if key.endswith("coefficients") else value
+    with pytest.raises(DesignError, match="at least"):
+        parse_design(f'design.name = "a"\n{key} = {value}\n')

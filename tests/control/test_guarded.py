@@ -13,6 +13,7 @@ from fingerdesign.control.roster import Command, make_controller
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import DesignError
+from fingerdesign.runtime.registry import allow_code
 
 FELT = Sample(np.zeros(3), 1.0, 0.0)
 
@@ -100,6 +101,7 @@ def test_what_it_is_handed_stays_and_what_it_prints_is_no_output(capsys):
 
 
 def test_one_that_is_named_is_watched_and_a_shipped_one_is_as_it_was():
+    allow_code(f"{__name__}:Hand", f"{__name__}:Abstractless")
     hand = make_controller(f"{__name__}:Hand", Grip())
     with pytest.raises(ControllerError, match="type Grip"):
         hand.command(FELT)

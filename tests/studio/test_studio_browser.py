@@ -1,5 +1,7 @@
 """The studio in a real Chromium: moves are answered, the view stays, all is local."""
 
+import itertools
+
 import pytest
 
 from fingerdesign.checks.starter import starter_text
@@ -77,6 +79,20 @@ def test_pin_save_and_watch(studio):
     browser.wait("document.querySelector('[data-key=\"plates.angle_deg\"]').value === '21'")
     browser.click("#pin")
     browser.wait("!document.querySelector('.pinned')")
+
+
+def test_sliders_stand_at_the_side_of_the_pictures_on_a_wide_screen(studio):
+    _, browser, _ = studio
+    screen = {"width": 1440, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    browser.call("Emulation.setDeviceMetricsOverride", **screen)
+    places = browser.evaluate(
+        "[...document.querySelector('main').children].map(e => e.getBoundingClientRect())"
+        ".filter(r => r.width > 0).map(r => [r.left, r.right, r.top])"
+    )
+    assert len(places) >= 2
+    for (_, right, top), (left, _, beside) in itertools.pairwise(places):
+        assert right <= left
+        assert beside == pytest.approx(top, abs=2.0)
 
 
 def test_nothing_is_wider_than_a_telephone_and_nothing_is_fetched(studio):

@@ -15,6 +15,7 @@ from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.outcome import Failure, FailureKind, Outcome, Validity, bounded
 from fingerdesign.runtime.machine import forget_peak_memory, peak_memory_MB, processor_seconds
+from fingerdesign.runtime.registry import allow_code, is_reference
 from fingerdesign.search.run.measured import (
     grips_of,
     metrics_of,
@@ -112,7 +113,11 @@ class Job:
 
     @classmethod
     def from_data(cls, data: dict[str, Any]) -> Self:
-        """The job of :meth:`to_data`."""
+        """Make the job of :meth:`to_data`. Its sender has judged the design, so that the class of
+        its controller may be imported here."""
+        name = data.get("design", {}).get("grip", {}).get("controller")
+        if is_reference(name):
+            allow_code(name)
         load_controller(data.get("design"))
         return TypeAdapter(cls).validate_python(data)
 
