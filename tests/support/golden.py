@@ -1,21 +1,20 @@
 """Golden records: what the command line writes, kept to show that a change changed nothing.
 
     python tests/support/golden.py record --tree CHECKOUT --out DIR [--only NAME ...] [--jobs N]
-    python tests/support/golden.py compare DIR_A DIR_B
+    python tests/support/golden.py compare OLD_DIR NEW_DIR [--numbers]
 
 ``record`` runs every case in a folder of its own with a fresh cache, so that none leans on another,
 on an older run or on the caches of whoever runs it. Of each call it keeps the exit code and what
 was said; of each file written what must come again: text without times, folders and versions, the
-digest of all else. ``compare`` shows what differs and exits with 1 if anything does. Run it with a
-Python that has the program's dependencies. Libraries run on one thread: sums keep their order.
+digest of all else. ``compare`` (golden_compare.py) shows what differs and exits with 1 if anything
+does. Run it with a Python that has the program's dependencies. Libraries run on one thread: sums
+keep their order.
 """
 
 import argparse
 import base64
 import contextlib
 import csv
-import difflib
-import fnmatch
 import gzip
 import hashlib
 import json
@@ -31,6 +30,10 @@ import zipfile
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from tests.support.golden_compare import differences
 
 FINGER = """
 [design]
@@ -193,13 +196,6 @@ CASES: dict[str, tuple[str, ...]] = {
     "tune": ("tune tetwild.toml --out out --controller fixed_force --workers 1",),
     "bench": ("bench suite --quick", "bench stability --quick --out stable"),
 }
-# What two recordings of one tree do not share: which files, why, and how they are compared instead:
-# "words" (numbers left out, lines in any order) or "there" (that the file is written).
-UNSTEADY = (
-    ("tetwild/*.html.txt", "fTetWild never makes the same mesh twice", "there"),
-    ("tetwild/*", "fTetWild never makes the same mesh twice", "words"),
-)
-
 # Keys and columns of the moment or of the machine, in JSON and CSV; their values are left out.
 MOMENT = {
     *("timings_s", "seconds", "better_seconds", "seconds_by_method", "seconds_left", "time_s"),
@@ -438,37 +434,6 @@ def record(tree, out, names, jobs):
             print(line, flush=True)
 
 
-def differences(one, other):
-    """Each file that differs, with its first lines that do; cases in one record only are named."""
-    cases = [{each.name for each in folder.iterdir() if each.is_dir()} for folder in (one, other)]
-    for name in sorted(cases[0] ^ cases[1]):
-        yield f"{name}: recorded only in {one if name in cases[0] else other}"
-    both = sorted(cases[0] & cases[1])
-    files = [{p.relative_to(d) for n in both for p in (d / n).rglob("*.txt")} for d in (one, other)]
-    for path in sorted(files[0] ^ files[1]):
-        yield f"{path}: only in {one if path in files[0] else other}"
-    for path in sorted(files[0] & files[1]):
-        a, b = ((folder / path).read_text("utf-8") for folder in (one, other))
-        if not alike(path, a, b):
-            lines = difflib.unified_diff(a.splitlines(), b.splitlines(), n=0, lineterm="")
-            shown = [line[:200] for line in list(lines)[2:12]]
-            yield "\n    ".join([f"{path}:", *shown])
-
-
-def alike(path, a, b):
-    """Whether a file is the same in two records, or as like as ``UNSTEADY`` asks."""
-    for pattern, _, way in UNSTEADY:
-        if fnmatch.fnmatch(str(path), pattern):
-            return way == "there" or words_alone(a) == words_alone(b)
-    return a == b
-
-
-def words_alone(text):
-    """The different lines of a text, digests and numbers left out."""
-    text = re.sub(r"SHA-256 \w+|[-+]?\d[\d.,]*(e[-+]?\d+)?", "#", text)
-    return sorted(set(text.splitlines()))
-
-
 def main():
     """Record or compare; 1 where something differs."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
@@ -480,11 +445,13 @@ def main():
     recording.add_argument("--jobs", type=int, default=1, help="cases at a time")
     comparing = commands.add_parser("compare", help="show what differs between two records")
     comparing.add_argument("folders", type=Path, nargs=2, metavar="DIR")
+    words = "values of JSON, CSV and TOML, exit codes, digests of geometry; no words and pages"
+    comparing.add_argument("--numbers", action="store_true", help=words)
     given = parser.parse_args()
     if given.command == "record":
         record(given.tree, given.out, given.only, given.jobs)
         return 0
-    found = list(differences(*given.folders))
+    found = list(differences(*given.folders, given.numbers))
     print("\n".join(found) or "nothing differs")
     return int(bool(found))
 
