@@ -1,6 +1,6 @@
 """Every failure that fingerdesign can name.
 
-A failure says what went wrong and what to do about it. Bad input is a :class:`DesignError` that
+A message gives what went wrong and the remedy. Bad input is a :class:`DesignError` that
 carries *all* faults found; everything else is the failure of one stage of the work.
 """
 
@@ -9,9 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
-# Text of strangers made fit to be shown: names of designs, reasons of failures, values.
-
-MOST_TEXT = 400  # characters of any one text that is shown
+MOST_TEXT = 400  # Characters of any one text of a stranger that are shown.
 # Control, format (direction marks among them), surrogates, private use, line and paragraph ends.
 _UNSEEN = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
 
@@ -41,7 +39,7 @@ def all_shown(value: Any) -> Any:
 
 
 def cell_text(text: str) -> str:
-    """As :func:`shown`, for a table of numbers: no spreadsheet takes it for a formula.
+    """Make a text fit for a table of numbers: no spreadsheet takes it for a formula.
 
     >>> cell_text("=1+1"), cell_text("maeno2000")
     ("'=1+1", 'maeno2000')
@@ -99,7 +97,7 @@ class DesignError(FingerDesignError):
 
     @classmethod
     def together(cls, errors: Sequence[Self]) -> Self:
-        """One error with the faults of several, each said with its own source."""
+        """Join several errors into one with all faults, each with its own source."""
         every = cls([fault for each in errors for fault in each.faults])
         every.args = ("\n".join(str(each) for each in errors if each.faults),)
         return every
@@ -114,7 +112,7 @@ class MeshError(FingerDesignError):
 
 
 class PictureError(FingerDesignError):
-    """The picture could not be drawn; the message says why."""
+    """The picture could not be drawn; the message gives the reason."""
 
 
 class SolverError(FingerDesignError):

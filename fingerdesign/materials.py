@@ -1,4 +1,4 @@
-"""Elastomers and plate metals by name; each value with its source, or said to be assumed.
+"""Elastomers and plate metals by name; each value with its source, or marked as assumed.
 
 The elastomers' values are small-strain ones and typical only: batches, cure and age move them by
 tens of percent, so measure yours (``fingerdesign identify``) and give it in the file's
@@ -11,25 +11,30 @@ Poisson's ratio of an elastomer is below 0.5 by about E / (6 K), K = 1 to 2 GPa:
 
 from dataclasses import dataclass
 
+# Sources disagree if the greatest published modulus is more than this multiple of the least.
+DISAGREEMENT = 1.25
+_PSI = 0.00689476  # MPa
+_ASSUMED_RATIO = "Poisson's ratio assumed: nearly incompressible"
+
 
 @dataclass(frozen=True)
 class MaterialData:
     """Isotropic linear elasticity: Young's modulus in MPa, Poisson's ratio, where both are from.
 
-    told_MPa: the least and the greatest modulus that its sources give, where these differ; told_by:
-    what gives the others.
+    published_MPa: the least and the greatest modulus of its sources, where these differ;
+    published_by: the sources of the others.
     """
 
     youngs_modulus_MPa: float
     poissons_ratio: float
     source: str
-    told_MPa: tuple[float, float] | None = None
-    told_by: str = ""
+    published_MPa: tuple[float, float] | None = None
+    published_by: str = ""
 
     @property
-    def spread(self) -> float:
-        """The greatest modulus told over the least; 1 where one is told."""
-        return 1.0 if self.told_MPa is None else self.told_MPa[1] / self.told_MPa[0]
+    def modulus_ratio(self) -> float:
+        """The greatest published modulus over the least; 1 where there is only one."""
+        return 1.0 if self.published_MPa is None else self.published_MPa[1] / self.published_MPa[0]
 
 
 def gent_youngs_modulus(shore_a: float) -> float:
@@ -67,20 +72,16 @@ def stretched_youngs_modulus(stress_at_double_MPa: float) -> float:
     return 3.0 * stress_at_double_MPa / 1.75
 
 
-_PSI = 0.00689476  # MPa
-_ASSUMED_RATIO = "Poisson's ratio assumed: nearly incompressible"
-
-
 def _shore(name: str, shore_a: float, stretched_psi: float | None = None) -> MaterialData:
-    """A rubber by its Shore A hardness; its modulus at 100 % (psi) tells another one."""
+    """A rubber by its Shore A hardness; its modulus at 100 % (psi) gives another one."""
     source = f"{name}, Shore A {shore_a:g} by its maker, E by Gent 1958; {_ASSUMED_RATIO}"
     modulus = round(gent_youngs_modulus(shore_a), 3)
     if stretched_psi is None:
         return MaterialData(modulus, 0.49, source)
     other = round(stretched_youngs_modulus(stretched_psi * _PSI), 3)
-    told = (min(modulus, other), max(modulus, other))
+    published = (min(modulus, other), max(modulus, other))
     words = f"{other:g} MPa by its maker's {stretched_psi:g} psi at 100 %, neo-Hookean"
-    return MaterialData(modulus, 0.49, source, told, words)
+    return MaterialData(modulus, 0.49, source, published, words)
 
 
 def _stretched(name: str, hardness: str, stretched_psi: float) -> MaterialData:
@@ -142,7 +143,7 @@ MATERIALS: dict[str, MaterialData] = {
 }
 # Linear thermal expansion, 1/K near 25 degrees C, and where it is from: figures in common
 # use, these documents being their origin; measure a filled silicone, whose filler decides.
-_ASSUMED_EXPANSION = "assumed: makers of filled silicones tell 2.5e-4 to 3.4e-4"
+_ASSUMED_EXPANSION = "assumed: makers of filled silicones publish 2.5e-4 to 3.4e-4"
 _CDA = "Copper Development Association data, 20 to 300 degrees C"
 EXPANSION: dict[str, tuple[float, str]] = {
     **dict.fromkeys(MATERIALS, (3.0e-4, _ASSUMED_EXPANSION)),
@@ -158,18 +159,23 @@ EXPANSION: dict[str, tuple[float, str]] = {
     "aluminium": (2.3e-5, "EN 1999-1-1 clause 3.2.5"),
     "polyimide": (2.0e-5, "DuPont Kapton HN data sheet, 20 ppm/K"),
 }
-DOUBTFUL = 1.25  # times the least modulus told: beyond it, sources are said to disagree
 
 
-def doubt_of(name: str, youngs_modulus_MPa: float) -> str | None:
-    """What to know of a material of the library whose sources disagree by more than a quarter;
-    None where they agree, or the modulus is not the library's."""
+def disagreement_of(name: str, youngs_modulus_MPa: float) -> str | None:
+    """Describe the disagreement of a library material's sources, if it is more than a quarter.
+
+    None where they agree, or the modulus is not the library's.
+    """
     known = MATERIALS.get(name)
-    if known is None or known.spread <= DOUBTFUL or known.youngs_modulus_MPa != youngs_modulus_MPa:
+    if (
+        known is None
+        or known.modulus_ratio <= DISAGREEMENT
+        or known.youngs_modulus_MPa != youngs_modulus_MPa
+    ):
         return None
-    told = known.told_MPa
-    assert told is not None
+    published = known.published_MPa
+    assert published is not None
     return (
-        f"{name} of {youngs_modulus_MPa:g} MPa: its sources tell {told[0]:g} to {told[1]:g} MPa "
-        f"({known.told_by}); measure yours: fingerdesign identify"
+        f"{name} of {youngs_modulus_MPa:g} MPa: its sources give {published[0]:g} to "
+        f"{published[1]:g} MPa ({known.published_by}); measure yours: fingerdesign identify"
     )

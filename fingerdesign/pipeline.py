@@ -167,7 +167,7 @@ def _path(
     finite strain where the finger is pressed too deep for small ones."""
     own = chosen.case
     if own.fidelity != "finite":
-        chosen.model.condensed.prepare_fields(wanted=case.fields)
+        chosen.model.condensed.prepare_fields(needed=case.fields)
         with one_thread():
             steps = follow_path(problem, scene, own.design)
         deep = case.fidelity == "auto" and own.fidelity == "3d" and strained(own.design, steps)

@@ -6,7 +6,7 @@ The body is linear, so everything that contact and gages need is linear in the c
     gage strain   e = B f      B = gage readout, 1/N
 
 with f the nodal contact forces on the finger (N) in the global axes x, y(, z), node by node. Node i
-stands for the hat function phi_i of a corner of the contact facets: its traction is f_i / a_i with
+represents the hat function phi_i of a corner of the contact facets: its traction is f_i / a_i with
 a_i = integral of phi_i, its displacement and gap are means weighted with phi_i / a_i. Tractions are
 thus piecewise linear, never negative where the nodal ones are not, integrate to the forces, and
 reproduce uniform pressure exactly, also on quadratic tetrahedra, whose own corner forces cannot.

@@ -1,4 +1,4 @@
-"""The version, for whatever is kept or written by it."""
+"""The version, which stored work and written files name."""
 
 from functools import cache
 

@@ -11,7 +11,7 @@ from fingerdesign_bench.accuracy.facing import facing_compliance
 from fingerdesign.contact.force_control import Forces, NoEquilibrium
 from fingerdesign.contact.path import follow
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.body import body_model
+from fingerdesign.fem.reduction import body_model
 from tests.support.boxes import block
 
 

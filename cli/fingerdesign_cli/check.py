@@ -20,7 +20,7 @@ from fingerdesign.errors import DesignError, printable
 from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.zone import Summary, summarise
-from fingerdesign.materials import doubt_of
+from fingerdesign.materials import disagreement_of
 from fingerdesign_cli.inputs import judged_design, judged_scene
 from fingerdesign_cli.terminal import number, print_json, print_table, say
 
@@ -151,7 +151,7 @@ def _notes(design: Design) -> list[str]:
             f"{design.body.shape} body it overstates forces several times"
         )
     rubber = design.body.material
-    doubt = doubt_of(rubber, design.material_of("body").youngs_modulus_MPa)
+    doubt = disagreement_of(rubber, design.material_of("body").youngs_modulus_MPa)
     found += [doubt] if doubt else []
     words = gage_words(design, gage_fit(design))
     found += [*([words] if words else []), *sheet_words(design)]

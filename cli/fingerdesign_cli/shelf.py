@@ -63,11 +63,11 @@ def _studies() -> Iterator[_Row]:
 
 def _materials() -> Iterator[_Row]:
     for name, material in MATERIALS.items():
-        told = material.told_MPa
+        told = material.published_MPa
         yield {
             "name": name,
             "youngs_modulus_MPa": material.youngs_modulus_MPa,
-            "told_MPa": "–" if told is None else f"{told[0]:g} to {told[1]:g}",
+            "published_MPa": "–" if told is None else f"{told[0]:g} to {told[1]:g}",
             "poissons_ratio": material.poissons_ratio,
             "expansion_per_K": EXPANSION[name][0],
             "source": material.source,

@@ -23,7 +23,9 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.fem.body import CondensedBody, condense_body
 from fingerdesign.fem.finite.body import finite_body
-from fingerdesign.fem.finite.row import Facing, Follower, Row, facing, gage_lines, untouched
+from fingerdesign.fem.finite.facing import Facing, facing
+from fingerdesign.fem.finite.gage_lines import gage_lines
+from fingerdesign.fem.finite.row import Follower, Row, untouched
 from fingerdesign.fem.model import body_of, candidate_facets, free_ends
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.layout.frames import plate_frames

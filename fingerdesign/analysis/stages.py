@@ -80,7 +80,7 @@ def condense(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> FiniteElem
     if not len(candidate_facets(mesh, zone.half_width, zone.half_depth)):
         raise ZoneExhausted(f"no whole contact facet lies in the candidate zone ({zone})")
     points = np.array(scene.readout.points_mm).reshape(-1, 3)
-    return build_model(design, mesh, zone.half_width, points, zone.half_depth, keep=True)
+    return build_model(design, mesh, zone.half_width, points, zone.half_depth, store=True)
 
 
 def one_thread() -> AbstractContextManager[object]:

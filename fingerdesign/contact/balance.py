@@ -3,7 +3,7 @@
     F_t(approach, shear) = tangential        (whole finger; unknown: the shear)
 
 At a held approach F_t grows with the shear, ever slower, until the whole contact slides: so a
-weight hanging on the finger finds its shear. Newton with the increments' own tangent, kept between
+weight hanging on the finger finds its shear. Newton with the increments' own tangent stays between
 a shear that carries too little and one that carries too much. Every trial starts from the same
 frozen state: friction history moves once, with the accepted increment.
 """
@@ -43,7 +43,7 @@ class ForceSlope:
 
 
 class OutOfReach(SolverError):
-    """The force never becomes what is asked for; ``most`` N is where it stays."""
+    """The force never reaches the target; it stays at ``most`` N."""
 
     def __init__(self, most: float) -> None:
         super().__init__(f"the force stays at {most:.4g} N")
@@ -58,7 +58,7 @@ def rising_root(
     softest: float,
     most: float = np.inf,
 ) -> float:
-    """Where a force that rises with a motion reaches ``target``; it was evaluated there last.
+    """Find the motion at which a rising force reaches ``target``; it was evaluated there last.
 
     evaluate gives None where the model has no answer. start: the first try, mm; last: a place near
     it where the model has an answer; softest: mm/N, a spring softer than any without slip; most: a
@@ -211,5 +211,5 @@ def solve_shear(
             f"complete slip. At friction {problem.friction_coefficient:g} the contact carries "
             f"{reached.most:.4g} N there; ask for less or press harder"
         ) from None
-    trials.workspace.passed(state, trials.last.state)
+    trials.workspace.record(state, trials.last.state)
     return trials.last

@@ -21,26 +21,27 @@ from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.contact.tangent import stiffness
 from fingerdesign.errors import SolverError
 
-_TOLERANCE = 1e-9  # of the normal force asked for
+_TOLERANCE = 1e-9  # Relative to the target normal force.
 _ITERATIONS = 60
-_SHORTEST = 1e-3  # of a Newton step
+_SHORTEST = 1e-3  # The shortest piece of a Newton step.
 _DOUBLINGS, _BISECTIONS = 12, 60
 _SHARES = 8
-_OUTSIDE = 3  # trials of one Newton search that outgrow the candidates: the answer is out there too
+# After so many trials that outgrow the candidates the answer lies outside them too.
+_OUTSIDE = 3
 # Stiffness against shear over that of the stiffest trial: below it friction carries no more.
 _SLACK = 1e-7
 
 
 class NoEquilibrium(SolverError):
-    """No motion gives the forces asked for: friction can't carry them, or nothing is touched."""
+    """No motion gives the target forces: friction cannot carry them, or there is no contact."""
 
 
 @dataclass(frozen=True)
 class Forces:
     """Forces on the whole finger, N: normal > 0 in compression, tangential > 0 toward +x.
 
-    tangential None: the shear is held instead. ``held`` gives the amplitudes that are not found
-    (shear where it is held, shear_z, twist, load).
+    tangential None: the shear is prescribed instead. ``held`` gives the amplitudes that are not
+    unknown (shear where it is prescribed, shear_z, twist, load).
     """
 
     normal: float
@@ -80,7 +81,7 @@ def solve_forces(
         raise NoEquilibrium(f"{forces}: a contact can only press; the normal force must be over 0")
     held = forces.held.amplitudes
     if not (np.isfinite(forces.tangential or 0.0) and np.isfinite(held).all()):
-        raise SolverError(f"{forces}: the tangential force and what is held must be finite")
+        raise SolverError(f"{forces}: tangential force and prescribed motion must be finite")
     _refuse_beyond_friction(problem, forces)
     workspace = workspace or Workspace()
     try:
@@ -89,7 +90,7 @@ def solve_forces(
         raise
     except SolverError:  # near a jump between answers the fast methods may all fail
         found = _Search(problem, state, forces, workspace, try_slow_methods=True).run()
-    workspace.passed(state, found.state)
+    workspace.record(state, found.state)
     return found
 
 
@@ -131,8 +132,8 @@ class _Search:
         self.problem, self.state, self.forces = problem, state, forces
         self.workspace, self.try_slow_methods = workspace, try_slow_methods
         self.free = [0] if forces.tangential is None else [0, 1]
-        wanted = [forces.normal, forces.tangential or 0.0]
-        self.wanted = np.array(wanted)[self.free]
+        target = [forces.normal, forces.tangential or 0.0]
+        self.target = np.array(target)[self.free]
         self.exhausted: ZoneExhausted | None = None
         self.guess = state  # carries forces and motion to start from; its history is the state's
         self.outside = 0  # trials of this Newton search
@@ -153,18 +154,18 @@ class _Search:
         Where friction is large the motion alone may have several answers, an open one among them;
         this leads along the one that carries the forces.
         """
-        goal = self.wanted
+        goal = self.target
         force = self.problem.to_global(self.state.multiplier)
         total = self.problem.model.total_force(force)
         start = np.array([-total[1], total[0]])
         found = None
         for part in range(1, _SHARES + 1):
-            self.wanted = start + (goal - start) * (part / _SHARES)
+            self.target = start + (goal - start) * (part / _SHARES)
             found = self._newton()
             if found is None:
                 break
             self._start_from(found)
-        self.wanted, self.guess = goal, self.state
+        self.target, self.guess = goal, self.state
         return found
 
     def _start_from(self, trial: Increment) -> None:
@@ -181,9 +182,9 @@ class _Search:
             pressed = np.inf if trial is None else float(self._resultant(trial)[0])
             if trial is not None and self._reached(pressed, 0):
                 return trial
-            low, high = (approach, high) if pressed < self.wanted[0] else (low, approach)
+            low, high = (approach, high) if pressed < self.target[0] else (low, approach)
             slope = 0.0 if trial is None else float(self._tangent(trial)[0, 0])
-            step = (self.wanted[0] - pressed) / slope if slope > 0.0 else np.inf
+            step = (self.target[0] - pressed) / slope if slope > 0.0 else np.inf
             approach += step
             if not low < approach < high:
                 approach = 0.5 * (low + high) if np.isfinite(high) else low + 2.0 * (near - low)
@@ -210,7 +211,7 @@ class _Search:
         for _ in range(_ITERATIONS):
             if trial is None:
                 return None
-            missing = self.wanted - self._resultant(trial)
+            missing = self.target - self._resultant(trial)
             if np.abs(missing).max() <= _TOLERANCE * self.forces.normal:
                 return trial
             tangent = self._tangent(trial)
@@ -218,7 +219,7 @@ class _Search:
             stiffest = max(stiffest, stiffness)
             if not stiffness > _SLACK * stiffest:
                 # All slides: more shear changes nothing, but less of it makes nodes stick.
-                tangent = self._tangent(trial, held=True)
+                tangent = self._tangent(trial, turning_back=True)
             try:
                 step: Array = np.linalg.solve(tangent, missing).astype(float)
             except np.linalg.LinAlgError:
@@ -237,13 +238,13 @@ class _Search:
         here, carried = start, self._pulled(start)
         if self._reached(carried, 1):
             return self._last
-        onward = 1.0 if self.wanted[1] > carried else -1.0
+        onward = 1.0 if self.target[1] > carried else -1.0
         for doubling in range(_DOUBLINGS):
             there = start + onward * reach * 2.0 ** (doubling - 2)
             pulled = self._pulled(there)
             if self._reached(pulled, 1):
                 return self._last
-            if onward * (pulled - self.wanted[1]) > 0.0:
+            if onward * (pulled - self.target[1]) > 0.0:
                 return self._bisect(here, there)
             here = there
         touching = self._last.multiplier[:, 0] > 0.0
@@ -258,14 +259,14 @@ class _Search:
             pulled = self._pulled(middle)
             if self._reached(pulled, 1):
                 return self._last
-            if onward * (pulled - self.wanted[1]) > 0.0:
+            if onward * (pulled - self.target[1]) > 0.0:
                 high = middle
             else:
                 low = middle
         raise self._failure()
 
     def _pulled(self, shear: float) -> float:
-        """Tangential force at ``shear`` under the normal force asked for; the increment is kept."""
+        """Tangential force at ``shear`` under the target normal force; the increment is stored."""
         held = replace(self.forces.held, shear=shear)
         pressed = Forces(self.forces.normal, None, held)
         search = _Search(self.problem, self.state, pressed, self.workspace, self.try_slow_methods)
@@ -274,11 +275,11 @@ class _Search:
         except ZoneExhausted:
             raise
         except SolverError:
-            raise self._failure() from None  # it names the forces asked for, not the inner ones
+            raise self._failure() from None  # it names the target forces, not the inner ones
         return float(self.problem.model.total_force(self._last.force)[0])
 
     def _reached(self, force: float, which: int) -> bool:
-        return abs(force - float(self.wanted[which])) <= _TOLERANCE * self.forces.normal
+        return abs(force - float(self.target[which])) <= _TOLERANCE * self.forces.normal
 
     def _start(self) -> Array:
         """The last motion, brought just into contact where it is not."""
@@ -316,9 +317,9 @@ class _Search:
         force = self.problem.model.total_force(increment.force)
         return np.array([-force[1], force[0]])[self.free]
 
-    def _tangent(self, increment: Increment, held: bool = False) -> Array:
+    def _tangent(self, increment: Increment, turning_back: bool = False) -> Array:
         """d(F_n, F_t) / d(approach, shear) of the free ones, N/mm."""
-        whole = stiffness(self.problem, increment, self.workspace, held)
+        whole = stiffness(self.problem, increment, self.workspace, turning_back)
         return whole[np.ix_(self.free, self.free)]
 
     @staticmethod
@@ -336,7 +337,7 @@ class _Search:
         while length >= _SHORTEST:
             trial = self._solve(unknown + length * step)
             if trial is not None:
-                left = float(np.abs(self.wanted - self._resultant(trial)).max())
+                left = float(np.abs(self.target - self._resultant(trial)).max())
                 if left <= (1.0 - 1e-3 * length) * missing:
                     self._start_from(trial)
                     return unknown + length * step, trial

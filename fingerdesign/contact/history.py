@@ -2,15 +2,15 @@
 
 A node that slipped in the last accepted increment meets the kinetic coefficient in the next one,
 mu_k = share mu; one that stuck, or was open, meets the static one, mu. So within an increment every
-node has one coefficient, and laws, certificate and solvers are Coulomb's as ever; friction changes
+node has one coefficient, and laws, certificate and solvers stay Coulomb's; friction changes
 between increments alone, by the shares of :meth:`ContactProblem.patchy`, with which it multiplies.
 
 The rule knows no rate and lags by one increment: a node that begins to slip carries the static
 limit to the end of that increment and falls to the kinetic one in the next, where its neighbours
-take over what it drops. That is right for a quasi-static path whose increments are small against
-the slip of the zone that slides: slip then lasts many increments, and the one that it lags by is
-nothing. In one large increment the whole contact would slide at the static limit. A node that came
-to rest, also for a single increment, is as strong as ever: rubber heals at once.
+take over the load that it loses. That is right for a quasi-static path whose increments are small
+against the slip of the zone that slides: slip then lasts many increments, and a lag of one is
+negligible. In one large increment the whole contact would slide at the static limit. A node that
+came to rest, also for a single increment, has the static limit again: rubber heals at once.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from fingerdesign.contact.increment import Increment, Workspace
 from fingerdesign.contact.laws import SLIP, lengths
 from fingerdesign.contact.problem import ContactProblem, ContactState
 
-_STILL = 1e-9  # of a node's yielding to its own force: a slip shorter than this is rounding
+_STILL = 1e-9  # Relative to a node's displacement under its own force: a shorter slip is rounding.
 
 
 class FrictionHistory:
-    """What a path of increments has left: ``problem`` and ``state`` to solve the next one from.
+    """The state after a path of increments: ``problem`` and ``state`` to solve the next one from.
 
     last: the last accepted increment, in the problem's components; workspace: to solve with.
     settled: whether the same motion once more would leave all forces as they are.
@@ -49,7 +49,7 @@ class FrictionHistory:
 
     def accept(self, increment: Increment) -> None:
         """Go on from an increment that was solved from ``problem`` and ``state``."""
-        self.workspace.passed(self.state, increment.state)
+        self.workspace.record(self.state, increment.state)
         before, self.state, self.last = self.state, increment.state, increment
         if self._share == 1.0:
             return
@@ -70,7 +70,7 @@ class FrictionHistory:
             state=self.state,
         )
         self.workspace = Workspace(self.workspace.follows)
-        self.workspace.passed(_rescaled_state(before, scale), self.state)
+        self.workspace.record(_rescaled_state(before, scale), self.state)
 
     def displace(self, lag: Array) -> None:
         """Solve the next increments on a surface displaced by ``lag`` (m, dim) mm, in the first

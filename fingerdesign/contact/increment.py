@@ -18,13 +18,14 @@ from fingerdesign.contact.solver.newton import NewtonResult
 from fingerdesign.contact.solver.tracking import Tracker
 from fingerdesign.errors import SolverError
 
-ACCEPT = 1e-8  # the laws; Newton ends below 1e-10, so a pass is never a close call
-TRACKED = "tracking"  # an increment's method where none of Newton's attempts was needed
+# The bound of the laws' errors. Newton ends below 1e-10, so a pass is never a close call.
+ACCEPT = 1e-8
+TRACKED = "tracking"  # The method of an increment that needed none of the attempts.
 STARTED = "tracking, from a guess"
-ACCEPT_BALANCE = 1e-6  # the model's own rounding, not the solver's (fem.model)
-_MOST = 0.5  # of the nodes: with more than these near, all are solved for
-_LONGEST = 1.5  # times the last increment: as far as its change is taken on
-_MARGIN = 0.1  # of the deepest overlap: nodes this near join the first solve
+ACCEPT_BALANCE = 1e-6  # The rounding of the model (fem.reduction), not of the solver.
+_MOST = 0.5  # Solve on all nodes if more than this fraction is near contact.
+_LONGEST = 1.5  # The longest extrapolation, in lengths of the last increment.
+_MARGIN = 0.1  # Nodes nearer than this part of the deepest overlap join the first solve.
 
 
 class ZoneExhausted(SolverError):
@@ -49,10 +50,10 @@ class Increment:
 
 
 class Workspace:
-    """What the last increment of a path leaves to speed up the next: its inverse, its change.
+    """Data of the last increment that speed up the next one: its inverse, its change.
 
-    It saves time and changes no answer by more than rounding. One per path; friction and state are
-    not in it. follows: begin from the last increment (tracking.py), else solve each anew.
+    It saves time and changes no answer by more than rounding. Each path has its own; friction and
+    state are not in it. follows: start from the last increment (tracking.py), else from nothing.
     """
 
     def __init__(self, follows: bool = True) -> None:
@@ -62,7 +63,7 @@ class Workspace:
         self._last: tuple[ContactState, ContactState] | None = None
 
     def tracker(self, problem: ContactProblem) -> Tracker:
-        """Of the increments on this compliance, at this friction."""
+        """Get the tracker of the increments on this compliance, at this friction."""
         tracker, friction = self._tracker, problem.friction_coefficient
         if (
             tracker is None
@@ -73,14 +74,14 @@ class Workspace:
             self._tracker = tracker
         return tracker
 
-    def passed(self, before: ContactState, after: ContactState) -> None:
+    def record(self, before: ContactState, after: ContactState) -> None:
         """Note an accepted increment."""
         self._last = before, after
 
     def predicted(self, state: ContactState, motion: Motion, friction_coefficient: float) -> Array:
-        """Forces to start from: going on as in the last increment, as far as the motion does.
+        """Extrapolate the forces of the last increment along the motion; they are admissible.
 
-        Nodes that touch nothing yet are left so, and the forces are admissible.
+        Nodes that were not in contact stay without force.
         """
         if self._last is None or self._last[1] is not state:
             return state.multiplier
@@ -96,7 +97,7 @@ class Workspace:
         return project(guess, friction_coefficient)
 
     def on(self, index: IntArray, nodes: int, dim: int) -> ActiveInverse | None:
-        """The inverse with its nodes numbered by their place in ``index``."""
+        """Renumber the inverse's nodes by their place in ``index``."""
         if self.inverse is None:
             return None
         place = np.full(nodes, -1)
@@ -135,7 +136,7 @@ def solve_increment(
         raise _exhausted(problem, found.multiplier, motion)
     after = ContactState(outcome.slip, found.multiplier, motion, outcome.travelled, outcome.sliding)
     workspace.tracker(problem).know(found, outcome, change, state.slip)
-    workspace.passed(state, after)
+    workspace.record(state, after)
     return Increment(
         motion=motion,
         multiplier=found.multiplier,

@@ -23,7 +23,7 @@ _NO_FORCE = 1e-9  # N: below it there is no load
 
 @dataclass(frozen=True)
 class Measures:
-    """What one increment amounts to, whole finger, mm, N, MPa. Strains are plain (not micro)."""
+    """Measures of one increment: whole finger, mm, N, MPa. Strains are plain (not micro)."""
 
     normal_force: float
     tangential_force: float
@@ -177,7 +177,7 @@ def _along(line: tuple[IntArray, IntArray, Array], values: Array) -> Array:
 
 
 def limits(problem: ContactProblem, increment: Increment) -> tuple[Array, Array]:
-    """Where contact and stick begin and end on z = 0: two (2,) of x in mm, NaN where none is."""
+    """Borders of contact and of stick on z = 0: two (2,) of x in mm, NaN where none is."""
     line = problem.model.mid_line
     contact, stick = level_sets(problem, increment)
     points = problem.model.points

@@ -4,7 +4,7 @@ All moduli of a finger being relaxed alike, by R of the time since, with Poisson
 
     R(t) = 1 - sum_i g_i (1 - exp(-t / T_i)),        f(t) = integral R(t - s) df_e(s),
 
-where f are the contact forces and f_e those that fresh rubber would need for the same surface
+where f are the contact forces and f_e those that unrelaxed rubber would need for the same surface
 displacement, u = C f_e (the correspondence principle; for contacts that grow, where f_e is the
 elastic answer itself: Lee and Radok, J. Appl. Mech. 27 (1960) 438; Graham, Int. J. Eng. Sci. 3
 (1965) 27). Over a control step h in which f_e moves evenly, with q_i = integral
@@ -18,8 +18,8 @@ So of one step the unknown f enters as of elastic rubber that was displaced befo
     u = C f / A + lag,        lag = C (f_e - f_left / A),
 
 and contact, stick and slip are those of the true forces: Signorini's and Coulomb's laws do not mind
-the factor A. No growing of the contact is asked for: where it shrinks, the dent left behind
-recovers in time. What is approximate is the step: the laws hold at its end.
+the factor A. The contact need not grow: where it shrinks, the dent left behind recovers in
+time. What is approximate is the step: the laws hold at its end.
 """
 
 from dataclasses import dataclass
@@ -59,7 +59,7 @@ class Rubber:
         return np.asarray(-np.expm1(-ratio) / ratio)
 
     @cached_property
-    def fresh(self) -> float:
+    def relaxation_factor(self) -> float:
         """A: force at a step's end over the elastic force of an even change in it."""
         return float(1.0 - np.array(self.shares) @ (1.0 - self.taken))
 
@@ -70,7 +70,7 @@ class Rubber:
 
 
 class RubberHistory:
-    """What the rubber at one contact remembers; multipliers (m, dim) N as a problem has them."""
+    """The history of the rubber at one contact; multipliers (m, dim) N as a problem has them."""
 
     def __init__(self, rubber: Rubber, problem: ContactProblem) -> None:
         self.rubber = rubber
@@ -84,7 +84,7 @@ class RubberHistory:
         rubber, shares = self.rubber, np.array(self.rubber.shares)
         faded = (shares * rubber.fading) @ self._parts.reshape(len(shares), -1)
         elastic = (1.0 - shares.sum()) * self._elastic
-        return np.asarray((elastic + faded.reshape(elastic.shape)) / rubber.fresh)
+        return np.asarray((elastic + faded.reshape(elastic.shape)) / rubber.relaxation_factor)
 
     @property
     def rest_force(self) -> Array:
@@ -93,14 +93,14 @@ class RubberHistory:
 
     @property
     def lag(self) -> Array:
-        """What the surface (m, dim) is displaced by beside C f / A, mm."""
+        """Displacement of the surface (m, dim) in addition to C f / A, mm."""
         moved = self._problem.compliance @ (self._elastic - self.rest).reshape(-1)
         return np.asarray(moved.reshape(self._problem.shape))
 
-    def passed(self, multiplier: Array) -> None:
+    def record(self, multiplier: Array) -> None:
         """A step is over, its forces over A being ``multiplier``."""
         change = multiplier - self.rest
         rubber = self.rubber
-        kept = rubber.fading[:, None, None] * self._parts
-        self._parts = kept + rubber.taken[:, None, None] * change
+        faded = rubber.fading[:, None, None] * self._parts
+        self._parts = faded + rubber.taken[:, None, None] * change
         self._elastic = self._elastic + change

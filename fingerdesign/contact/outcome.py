@@ -1,4 +1,4 @@
-"""What an answer amounts to: its certificate, and the state that it leaves (numpy only)."""
+"""The outcome of an answer: its certificate and the state after it (numpy only)."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The certificate of an answer; what stands below it holds where that is accepted.
+    """The certificate of an answer; all else holds where that is accepted.
 
     force (m, dim) N in x, y(, z); status (m,), and touching: by the force alone; ahead (m, dim) as
     in tracking.LastIncrement; largest normal force; slip, travelled, sliding: of the new state.
@@ -54,7 +54,7 @@ class Outcome:
 
 
 def outcome(problem: ContactProblem, past: ContactState, found: Answer, before: Array) -> Outcome:
-    """Of an answer that starts from a state, where C f was ``before`` (m, dim)."""
+    """Certify an answer that starts from a state, where C f was ``before`` (m, dim)."""
     multiplier, local, model = found.multiplier, found.motion, problem.model
     force, free = problem.to_global(multiplier), model.balanced
     certificate = certify(
@@ -82,7 +82,7 @@ def outcome(problem: ContactProblem, past: ContactState, found: Answer, before: 
         float(multiplier[:, 0].max(initial=0.0)),
         bool((multiplier[model.rim, 0] > 0.0).any()),
         local[:, 1:] + past.slip,
-        # A sticking node has not moved, whatever the rounding; an open one starts anew.
+        # A sticking node has not moved, whatever the rounding; an open one starts from zero.
         (status != OPEN) * (past.travelled + moved * (status == SLIP)),
         sliding,
     )
@@ -91,8 +91,8 @@ def outcome(problem: ContactProblem, past: ContactState, found: Answer, before: 
 def _sliding(problem: ContactProblem, past: ContactState, multiplier: Array, moved: Array) -> Array:
     """Slip (m,) mm of nodes on their friction limit; their last one where nothing has ``moved``.
 
-    A motion that stands still leaves such nodes on the limit without a slip of their own: they are
-    still those that slid.
+    Without motion such nodes stay on the limit without a slip of their own: they are still those
+    that slid.
     """
     limit = problem.friction_coefficient * multiplier[:, 0]
     near = limit - _ON_LIMIT * float(multiplier[:, 0].max(initial=0.0))

@@ -1,4 +1,4 @@
-"""What one object does to one finger: gaps, local frames, motions (numpy only; objects.py).
+"""One object against one finger: gaps, local frames, motions (numpy only; objects.py).
 
 Local components at node i: 0 along the object's outward normal n_i (toward the finger), 1 and 2 in
 its tangent plane. With the object moved by U(x), small motions give
@@ -24,7 +24,7 @@ from fingerdesign.shapes.objects import Indenter
 
 @dataclass(frozen=True)
 class Motion:
-    """Rigid motion of the object from touch, and the share of the body's own loads.
+    """Rigid motion of the object from first contact, and the fraction of the body's own loads.
 
     approach (closing > 0), shear toward +x, shear_z toward +z: mm; twist_deg: turn about +y
     through x = z = 0, degrees, small; load: 0 to 1 (bodies with loads of their own only).
@@ -86,7 +86,7 @@ class ContactProblem:
 
     @cached_property
     def own_compliance(self) -> Array:
-        """What a node yields to a normal force beyond its most yielding neighbour (m,), mm/N."""
+        """Self-compliance of a node less that of its most compliant neighbour (m,), mm/N."""
         own = self.self_compliance
         dim = self.shape[1]
         normal, pairs = self.compliance[::dim, ::dim], self.model.facets
@@ -135,7 +135,7 @@ class ContactProblem:
 
 @dataclass(frozen=True)
 class ContactState:
-    """What the past leaves: slip so far (m, dim - 1) mm, and the last forces as a first guess."""
+    """The frozen past: slip so far (m, dim - 1) mm, and the last forces as a first guess."""
 
     slip: Array
     multiplier: Array

@@ -18,15 +18,15 @@ from fingerdesign.arrays import Array, IntArray
 # that had no part in the choice by 3.5 %. On the first, with 2.25 and 3 by 4 %, for the scatter
 # still shows; with 3 by 3 %, for its waves over the plates are flattened.
 REACH, ALONG_Z = 2.75, 4.0
-_ENOUGH = 6  # nodes that a parabola is fitted to; with fewer the patch grows
-_NEIGHBOURS = 12  # gaps along the line that say how far apart nodes are here
+_ENOUGH = 6  # Nodes that a parabola is fitted to; with fewer the patch grows.
+_NEIGHBOURS = 12  # Gaps along the line from which the local spacing of nodes is taken.
 
 
 def middle_weights(points: Array, areas: Array, line: IntArray, x: Array, half: bool) -> Array:
     """Weights (places, m) of nodal tractions at ``points`` (m, 3) mm, recovered at (x, z = 0).
 
-    areas: (m,) mm^2 of the nodes; line: (l,) the nodes on z = 0 by rising x, which say how far
-    apart nodes are; half: the points are the half z >= 0 of what mirrors. What is constant along z
+    areas: (m,) mm^2 of the nodes; line: (l,) the nodes on z = 0 by rising x, for the spacing of
+    nodes; half: the points are the half z >= 0 of what mirrors. What is constant along z
     and at most a parabola in x comes out exactly.
     """
     reaches = REACH * np.interp(x, points[line, 0], _local_spacing(points[line, 0]))
@@ -46,7 +46,7 @@ def middle_weights(points: Array, areas: Array, line: IntArray, x: Array, half: 
 
 
 def _local_spacing(x: Array) -> Array:
-    """Of rising ``x`` (n,): the median of the _NEIGHBOURS gaps about each."""
+    """Median of the _NEIGHBOURS gaps about each of rising ``x`` (n,)."""
     if len(x) < 2:
         return np.ones(len(x))
     gaps = np.pad(np.diff(x), _NEIGHBOURS // 2, mode="edge")

@@ -24,11 +24,11 @@ def force_response(
     increment: Increment,
     modes: Array,
     workspace: Workspace | None = None,
-    held: bool = False,
+    turning_back: bool = False,
 ) -> Array:
     """Change of the multipliers (k, m, dim) N per unit of each mode (k, m, dim) of gap and slip.
 
-    ``held``: sliding nodes are taken to stick, as they do when the motion turns back.
+    turning_back: sliding nodes are taken to stick, as they do when the motion reverses.
     """
     m, dim = problem.shape
     motion = np.column_stack([increment.gap, increment.slip_increment])
@@ -50,7 +50,7 @@ def force_response(
         base = WorkingSet(inverse.moved_to(problem.compliance, index, dim), m)
     nodes = base.nodes
     forces = -(modes * closed[:, None])[:, nodes].reshape(len(modes), -1) @ base.inverse
-    moving = np.flatnonzero(status[nodes] == OPEN if held else status[nodes] != STICK)
+    moving = np.flatnonzero(status[nodes] == OPEN if turning_back else status[nodes] != STICK)
     if len(moving):  # the others stick
         system = System(base.inverse, moving, rho[nodes], friction)
         mine = nodes[moving]
@@ -70,9 +70,9 @@ def stiffness(
     problem: ContactProblem,
     increment: Increment,
     workspace: Workspace | None = None,
-    held: bool = False,
+    turning_back: bool = False,
 ) -> Array:
-    """d(F_n, F_t) / d(approach, shear) (2, 2) of the whole finger, N/mm; ``held`` as above."""
-    changes = force_response(problem, increment, problem.modes[:2], workspace, held)
+    """d(F_n, F_t) / d(approach, shear) (2, 2) of the whole finger, N/mm; arguments as above."""
+    changes = force_response(problem, increment, problem.modes[:2], workspace, turning_back)
     columns = [problem.model.total_force(problem.to_global(change)) for change in changes]
     return np.array([[-column[1], column[0]] for column in columns]).T

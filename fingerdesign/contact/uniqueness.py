@@ -1,6 +1,6 @@
-"""Is the answer of an increment the only one? A search for others, and a count (numpy only).
+"""Search for other answers of an increment, and count them (numpy only).
 
-With the motion given there always is an answer (pivots.py says why). For a small friction
+With the motion given there always is an answer (pivots.py proves it). For a small friction
 coefficient it is the only one; for a large one there may be several, jammed and free ones among
 them, and nothing in the laws prefers one. Each that is found here passed the certificate; that none
 was found proves nothing.
@@ -26,9 +26,9 @@ from fingerdesign.contact.solver.newton import newton
 from fingerdesign.contact.solver.pivots import friction_pivots
 from fingerdesign.errors import SolverError
 
-_DISTINCT = 1e-5  # of the largest force: two answers, not one and its rounding
-_SHARES = (0.25, 0.5, 0.75)  # of the way between two answers, where a third lies mostly
-_FACTORS = (0.5, 2.0, 10.0)  # large augmentations hold at answers that the ordinary one leaves
+_DISTINCT = 1e-5  # Two answers differ by more than this part of the largest force.
+_SHARES = (0.25, 0.5, 0.75)  # Starts between two answers, where a third one mostly lies.
+_FACTORS = (0.5, 2.0, 10.0)  # Large augmentations stay at answers that the ordinary one leaves.
 
 
 def other_solutions(

@@ -4,123 +4,41 @@
     R u = C f          C = R K^-1 R^T compliance
 
 R holds the contact trace, the caller's readouts and the sums of the supports' forces, so that one
-factorisation gives every answer; they are kept. A readout of a body's own loads l, rows
-l^T, gives the contact displacement under them.
+factorisation gives every answer; answers are stored (answers.py). A readout of a body's own loads
+l, rows l^T, gives the contact displacement under them.
 """
 
 from __future__ import annotations
 
-import hashlib
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 from threading import Lock, Thread
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.arrays import Array
 from fingerdesign.errors import SolverError
+from fingerdesign.fem.answers import Answers, key_of, load_answers, store_answers
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.system import Body, System, assemble_system
 from fingerdesign.fem.trace import ContactTrace, contact_trace, owners
-from fingerdesign.reduced import ReducedModel
-from fingerdesign.runtime.cache import GARBLED, Cache, code_digest
-from fingerdesign.version import __version__
-
-# What condensing a body gave, kept by content: the same body is never condensed twice.
-#
-# A body is what its mesh, held dofs, contact facets, functionals and *relative* moduli are: one
-# factor on all moduli divides compliance and readouts, and changes nothing else. Friction, object,
-# path and controller are no part of it.
-
-# A model of 480 nodes in 3-D takes 8 MB, one of a section 0.2 MB.
-KEPT, KEPT_MB = 1000, 1000.0
-_DIGITS = 12  # of relative moduli: the factor's own rounding is no difference
-
-# Of CondensedBody, what one factorisation answers; these are divided by the moduli.
-_DIVIDED = ("compliance", "readouts", "between")
-Answers = dict[str, Array]
-
-
-def key_of(words: str, moduli: Array, parts: Iterable[Array | sp.csr_matrix | None]) -> str:
-    """SHA-256, in hexadecimal, of what answers depend on: relative moduli, arrays, words."""
-    code = code_digest(Path(__file__).parent)
-    content = hashlib.sha256(f"{code} {__version__} {words}".encode())
-    values, place = np.unique(moduli, return_inverse=True)
-    rounded = np.array([float(f"{value:.{_DIGITS}g}") for value in values])[place]
-    arrays: list[NDArray[Any] | None] = [rounded]
-    for part in parts:
-        if isinstance(part, sp.csr_matrix):
-            arrays += [part.data, part.indices, part.indptr]
-        else:
-            arrays.append(part)
-    for array in arrays:
-        whole = np.ascontiguousarray(np.empty(0) if array is None else array)
-        content.update(f"{array is None} {whole.dtype} {whole.shape}".encode())
-        content.update(whole.tobytes())
-    return content.hexdigest()
-
-
-def load_answers(key: str, modulus: float) -> tuple[Answers, int] | None:
-    """The answers kept under a key, where moduli are relative to ``modulus`` (MPa), and how many
-    equations there were; None: nothing kept that can be read."""
-    found = _kept().arrays(f"{key}.npz")
-    if found is None:
-        return None
-    data, about = found
-    try:
-        size = data["readouts"].shape[1]
-        lower = np.zeros((size, size))
-        lower[_lower(size)] = data.pop("compliance")
-        data["compliance"] = lower + np.tril(lower, -1).T
-        factor = about["modulus"] / modulus
-        for name in _DIVIDED:
-            data[name] = factor * data[name]
-        return data, int(about["dofs"])
-    except GARBLED:
-        return None
-
-
-def keep_answers(key: str, modulus: float, answers: Answers, dofs: int) -> bool:
-    """Keep answers under a key; False where the folder cannot be written (the work goes on)."""
-    compliance = answers["compliance"]
-    arrays = answers | {"compliance": compliance[_lower(len(compliance))]}
-    about = {"modulus": modulus, "dofs": dofs}
-    return _kept().put_arrays(f"{key}.npz", arrays, about, packed=False)
-
-
-def _lower(size: int) -> NDArray[np.bool_]:
-    return np.tri(size, dtype=bool)
-
-
-def _kept() -> Cache:
-    return Cache("models", KEPT, most_MB=KEPT_MB)
-
-
-# Of a contact force: what a body that can still move as a whole loses at the least.
-_NOT_HELD = 0.1
-# Support against contact force: rounding leaves 1e-10 to 2e-8 (plates 27,000 times stiffer than the
-# body); a model that loses force is wrong in the first digits.
-_BALANCE = 1e-6
 
 
 @dataclass(frozen=True)
 class CondensedBody:
-    """What one factorisation tells of a body; forces f are those on its m contact nodes.
+    """A body after one factorisation; forces f are those on its m contact nodes.
 
-    compliance         (m dim, m dim) mm/N; motions that are held answer nothing (zero rows)
-    readouts           one (r, m dim) per block of rows asked for: value per unit contact force
+    compliance         (m dim, m dim) mm/N; constrained motions have zero rows
+    readouts           one (r, m dim) per requested block of rows: value per unit contact force
     between            (r, r) of all these rows: value of one per unit of another's nodal forces
     reaction           (dim, m dim): sum of the supports' forces on the body per contact force
     load_displacement  (m dim,) mm, contact displacement without contact forces; None: zero
-    factors            the equations (``dofs`` of them) and their factorisation; it is made when
-                       first asked for where the answers were kept
+    factors            the equations (``dofs`` of them) and their factorisation; it is made at
+                       the first use where the answers were stored
     """
 
     body: Body
@@ -134,15 +52,17 @@ class CondensedBody:
     timings: dict[str, float]
     load_displacement: Array | None = None
 
-    def prepare_fields(self, wanted: bool) -> None:
-        """Begin to factor, beside other work, where answers were kept and fields are ``wanted``;
-        what fails is raised by :meth:`displacement_fields`."""
+    def prepare_fields(self, needed: bool) -> None:
+        """Begin to factor, concurrently with other work, where fields are ``needed``.
+
+        An error is raised later, by :meth:`displacement_fields`.
+        """
 
         def begin() -> None:
             with suppress(SolverError):
                 self.factors()
 
-        if wanted:
+        if needed:
             Thread(target=begin, daemon=True).start()
 
     def displacement_fields(self, forces: Array, loads: Array | float = 0.0) -> Array:
@@ -155,13 +75,13 @@ class CondensedBody:
 
 
 def condense_body(
-    body: Body, readouts: Sequence[sp.csr_matrix] = (), keep: bool = False
+    body: Body, readouts: Sequence[sp.csr_matrix] = (), store: bool = False
 ) -> CondensedBody:
-    """Assemble, factor once, and read everything off; or read off what has been kept.
+    """Assemble, factor once and read off all answers, or load stored ones.
 
-    readouts: blocks of rows (r, n dim), each a linear functional of the nodal displacements; keep:
-    look among kept answers, and keep these. Raises SolverError where the body is not held, has no
-    contact facet, or is unsound itself.
+    readouts: blocks of rows (r, n dim), each a linear functional of the nodal displacements; store:
+    use stored answers and store these. Raises SolverError where the body can move as a whole, has
+    no contact facet, or is unsound itself.
     """
     check_sound(body)
     start = time.perf_counter()
@@ -171,16 +91,16 @@ def condense_body(
         trace = replace(trace, surface=replace(trace.surface, points=points))
     rows = [trace.operator, *readouts]
     modulus = float(body.youngs_modulus[0]) if body.attached is None else 1.0  # sheets: their own
-    key = _key(body, modulus, rows) if keep else ""
-    kept = load_answers(key, modulus) if keep else None
+    key = _key(body, modulus, rows) if store else ""
+    stored = load_answers(key, modulus) if store else None
     factors: Callable[[], tuple[System, Condensation]]
-    if kept is None:
+    if stored is None:
         answers, pair, timings = _answered(body, rows)
         dofs, factors = pair[0].dofs, lambda: pair
-        if keep:
-            keep_answers(key, modulus, answers, dofs)
+        if store:
+            store_answers(key, modulus, answers, dofs)
     else:
-        (answers, dofs), factors = kept, _once(lambda: _factored(body))
+        (answers, dofs), factors = stored, _once(lambda: _factored(body))
         timings = {"assemble": 0.0, "condense": time.perf_counter() - start}
     ends = np.cumsum([part.shape[0] for part in readouts])
     return CondensedBody(
@@ -199,7 +119,7 @@ def condense_body(
 def _answered(
     body: Body, rows: Sequence[sp.csr_matrix]
 ) -> tuple[Answers, tuple[System, Condensation], dict[str, float]]:
-    """What a body answers to the contact trace and the readouts, ``rows``, and how it was found."""
+    """Compute the answers to ``rows`` (contact trace, readouts), with the factors and timings."""
     size = rows[0].shape[0]
     system, condensation, blocks, timings = condensed_rows(body, rows)
     by_force = [block[:, :size].copy() for block in blocks]
@@ -208,14 +128,14 @@ def _answered(
         "compliance": by_force[0],
         "readouts": np.vstack([np.empty((0, size)), *by_force[1:-1]]),
         "between": np.vstack([block[:, size:read] for block in (blocks[0][:0], *blocks[1:-1])]),
-        # What acts on held dofs goes into the supports at once.
+        # A force on a fixed dof goes into the supports at once.
         "reaction": by_force[-1] - (rows[0] @ system.held).toarray().T,
     }
     return answers, (system, condensation), timings
 
 
 def _key(body: Body, modulus: float, rows: Sequence[sp.csr_matrix]) -> str:
-    """The name of the answers to rows of a body whose moduli are relative to ``modulus``."""
+    """Name the answers of a body whose moduli are relative to ``modulus`` by their content."""
     mesh = body.mesh
     parts = [body.poissons_ratio, body.fixed, mesh.points, mesh.cells, body.contact]
     words = f"{body.element} {body.thickness}"
@@ -226,30 +146,29 @@ def _key(body: Body, modulus: float, rows: Sequence[sp.csr_matrix]) -> str:
 def _once(
     make: Callable[[], tuple[System, Condensation]],
 ) -> Callable[[], tuple[System, Condensation]]:
-    """The same, made by whichever thread asks first; others wait for it."""
-    kept, lock = cache(make), Lock()
+    """Wrap ``make`` so that the first thread makes the pair and the others wait for it."""
+    made, lock = cache(make), Lock()
 
     def once() -> tuple[System, Condensation]:
         with lock:
-            return kept()
+            return made()
 
     return once
 
 
 def _factored(body: Body) -> tuple[System, Condensation]:
-    """The equations of a body and their factorisation alone."""
+    """Assemble and factor the equations of a body, without readouts."""
     system = assemble_system(body)
     return system, Condensation(system.stiffness, system.support[:1], system.pressures)
 
 
 def check_sound(body: Body) -> None:
-    """SolverError, by name, where a body's arrays do not fit its mesh, or have values that no body
-    has."""
+    """Raise SolverError where a body's arrays do not fit its mesh or hold impossible values."""
     cells, shape = len(body.mesh.cells), (body.mesh.points.size,)
     if len(body.contact) == 0:
         raise SolverError("the body has no contact facet: widen the zone or name its facets")
     if body.fixed.shape != shape:
-        raise SolverError(f"fixed has the shape {body.fixed.shape}, the mesh asks for {shape}")
+        raise SolverError(f"fixed has the shape {body.fixed.shape}, the mesh needs {shape}")
     if not np.isfinite(body.mesh.points).all():
         raise SolverError("the mesh has points that are NaN or infinite")
     if not 0.0 < body.thickness < np.inf:
@@ -260,7 +179,7 @@ def check_sound(body: Body) -> None:
     ):
         if np.shape(values) != (cells,):
             raise SolverError(
-                f"{name} has the shape {np.shape(values)}: one for each of {cells} cells is asked"
+                f"{name} has the shape {np.shape(values)}: it needs one for each of {cells} cells"
             )
         wrong = values[~((values > low) & (values < high))]
         if len(wrong):
@@ -283,7 +202,7 @@ def condensed_rows(
     parts = [*(part @ system.lift for part in rows), system.support]
     bordering = sp.vstack(parts, format="csr")
     bordering.sort_indices()
-    silent = np.diff(bordering.indptr) == 0  # motions that are held
+    silent = np.diff(bordering.indptr) == 0  # constrained motions
     condensation = Condensation(system.stiffness, bordering[~silent].tocsr(), system.pressures)
     matrix = np.zeros((len(silent), len(silent)))
     matrix[np.ix_(~silent, ~silent)] = condensation.matrix
@@ -291,100 +210,3 @@ def condensed_rows(
     done = time.perf_counter()
     timings = {"assemble": assembled - start, "condense": done - assembled}
     return system, condensation, blocks, timings
-
-
-def body_model(body: Body) -> ReducedModel:
-    """The reduced model of a body without plates or gages."""
-    return reduced_model(condense_body(body))
-
-
-def reduced_model(
-    condensed: CondensedBody,
-    gage_readout: Array | None = None,
-    point_readout: Array | None = None,
-    gage_positions: Array | None = None,
-    free_ends: tuple[float, float] | None = None,
-    depth: float | None = None,
-    load_gage_strain: Array | None = None,
-) -> ReducedModel:
-    """The model that contact sees, of a condensed body and the readouts it was asked for.
-
-    gage_positions (plates, 3): the gages' centres, mm; free_ends: z (mm) below the first and above
-    the second of which nodes count as at a free end (None: nowhere); depth: mm, for plane strain
-    the thickness by default, in 3-D the extent in z; load_gage_strain (plates, 2): under the loads
-    of its own. Raises SolverError where the supports do not
-    carry every contact force.
-    """
-    body, trace = condensed.body, condensed.trace
-    mesh, nodes = body.mesh, len(trace.nodes)
-    where = mesh.points[trace.nodes]
-    locked = body.fixed.reshape(mesh.points.shape)[trace.nodes]  # no motion of their own
-    if locked.all():
-        raise SolverError("every contact node is held: none can yield to a contact force")
-    compliance = condensed.compliance.copy()
-    _decouple(compliance, locked.reshape(-1))
-    check_balance(condensed.reaction, locked, nodes)
-    factor = 2 if mesh.symmetric else 1
-    if depth is None:
-        depth = body.thickness if mesh.dimension == 2 else factor * float(np.ptp(mesh.points[:, 2]))
-    ends = np.zeros(nodes, dtype=bool)
-    if free_ends is not None and mesh.dimension == 3:
-        ends = (where[:, 2] < free_ends[0]) | (where[:, 2] > free_ends[1])
-    gages = np.empty((0, 3)) if gage_positions is None else gage_positions
-    none = np.empty((0, where.size))
-    moved = condensed.load_displacement
-    return ReducedModel(
-        points=where,
-        facets=trace.facets,
-        facet_areas=trace.facet_areas,
-        areas=trace.areas,
-        compliance=compliance,
-        gage_readout=none if gage_readout is None else gage_readout,
-        point_readout=none if point_readout is None else point_readout,
-        reaction_readout=condensed.reaction,
-        surface=trace.surface,
-        rim=_rim(body, trace),
-        free_end=ends,
-        locked=locked,
-        depth=depth,
-        symmetry_factor=factor,
-        gage_x=gages[:, 0],
-        gage_positions=gages,
-        load_displacement=None if moved is None else moved.reshape(where.shape),
-        load_gage_strain=load_gage_strain,
-    )
-
-
-def _decouple(compliance: Array, locked: BoolArray) -> None:
-    """Give locked components a compliance of their own, so that their force comes out zero."""
-    compliance[locked] = 0.0
-    compliance[:, locked] = 0.0
-    index = np.flatnonzero(locked)
-    compliance[index, index] = np.diag(compliance)[~locked].mean()
-
-
-def check_balance(reaction: Array, locked: BoolArray, nodes: int) -> None:
-    """Every unit contact force must come out at the supports (of free components)."""
-    expected = -np.tile(np.eye(reaction.shape[0]), nodes)
-    free = ~locked.reshape(-1)
-    error = float(np.abs(reaction - expected)[:, free].max())
-    if error > _NOT_HELD:
-        raise SolverError(
-            "the body is not held against every rigid motion: its supports do not bear the contact "
-            "forces; hold more of it"
-        )
-    if not error < _BALANCE:
-        raise SolverError(
-            f"the condensed model loses {error:.1e} of each contact force: stiffnesses or lengths "
-            "differ by more than double precision can carry; bring the moduli closer together or "
-            "the body's height closer to its width"
-        )
-
-
-def _rim(body: Body, trace: ContactTrace) -> BoolArray:
-    """Nodes that also belong to contact facets of the mesh outside the candidates."""
-    mesh = body.mesh
-    facets = mesh.facets.get("contact", body.contact)[:, : mesh.dimension]
-    count_all = np.bincount(facets.ravel(), minlength=len(mesh.points))
-    count_zone = np.bincount(trace.nodes[trace.facets].ravel(), minlength=len(mesh.points))
-    return np.asarray((count_all > count_zone)[trace.nodes])

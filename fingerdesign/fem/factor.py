@@ -27,14 +27,18 @@ import scipy.sparse as sp
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import SolverError
 
-_SHIFT = 1.0  # mm/N, the size of a soft finger's compliance: costs its diagonal one rounding
-
-_TINY = 1e-13  # of a diagonal entry: a pivot below it is what rounding leaves of nothing
-_ONE_THREAD = 1_000_000  # entries; below them a second thread gains next to nothing
+# mm/N. It has the size of a soft finger's compliance, so that it costs the diagonal one rounding.
+_SHIFT = 1.0
+_TINY = 1e-13  # Relative to a diagonal entry: a smaller pivot is the rounding of zero.
+_ONE_THREAD = 1_000_000  # With fewer entries a second thread gains next to nothing.
 
 _NOT_DEFINITE = (
-    "the stiffness is not positive definite: the body is not held, or a material is unsound"
+    "the stiffness is not positive definite: the body is not fixed, or a material is unsound"
 )
+_PARDISO_ERRORS = {
+    -2: "not enough memory for the factorisation; coarsen the mesh",
+    -4: _NOT_DEFINITE,
+}
 
 
 class Condensation:
@@ -43,7 +47,7 @@ class Condensation:
     ``matrix`` (r, r) is symmetric; ``operations``: floating-point ones of the factorisation with
     its border. ``negative``: how many eigenvalues of
     K are below zero, the pressures of a mixed element. Raises SolverError where K has others (a
-    body that is not held, a negative modulus) or memory runs out.
+    body that can move as a whole, a negative modulus) or memory runs out.
     """
 
     def __init__(self, stiffness: sp.csr_matrix, rows: sp.csr_matrix, negative: int = 0) -> None:
@@ -57,26 +61,27 @@ class Condensation:
         self.renew(stiffness)
 
     def renew(self, stiffness: sp.csr_matrix) -> None:
-        """The same of another stiffness with entries in the same places: the order of elimination,
-        half of the time in 3-D, is kept. Answers of the old one are gone, also where this raises.
+        """Factor another stiffness with the same pattern; the order of elimination is used again.
+
+        That order takes half of the time in 3-D. The old factors are lost, also where this raises.
         """
         self._bordered = _border(stiffness, self._rows)
-        kept = self._rows.shape[0]
+        border = self._rows.shape[0]
         work = self._by_pardiso if has_pardiso() else self._by_superlu
-        schur = work(stiffness, kept, self._negative)
+        schur = work(stiffness, border, self._negative)
         self.matrix = -0.5 * (schur + schur.T)
-        self.matrix[np.diag_indices(kept)] -= _SHIFT
+        self.matrix[np.diag_indices(border)] -= _SHIFT
 
-    def _by_pardiso(self, stiffness: sp.csr_matrix, kept: int, negative: int) -> Array:
+    def _by_pardiso(self, stiffness: sp.csr_matrix, border: int, negative: int) -> Array:
         phase = 22
         if self._pardiso is None:
             phase = 12
             self._pardiso = _solver()
             self._pardiso.set_iparm(36, 2)  # the Schur complement, and factors that solve later
             self._pardiso.iparm[18] = -1  # asks for the count of operations, which is in millions
-            self._pardiso.perm = np.zeros(self._size + kept, dtype=np.int32)
+            self._pardiso.perm = np.zeros(self._size + border, dtype=np.int32)
             self._pardiso.perm[self._size :] = 1
-        schur = self._phase(phase, np.zeros((kept, kept), order="F"))
+        schur = self._phase(phase, np.zeros((border, border), order="F"))
         if phase == 12:
             self.operations = 1e6 * float(self._pardiso.iparm[18])
         positive = int(self._pardiso.iparm[21])  # eigenvalues > 0 of the bordered matrix: K's own
@@ -85,18 +90,18 @@ class Condensation:
             raise SolverError(_NOT_DEFINITE)
         return schur
 
-    def _by_superlu(self, stiffness: sp.csr_matrix, kept: int, negative: int) -> Array:
+    def _by_superlu(self, stiffness: sp.csr_matrix, border: int, negative: int) -> Array:
         slow = "pypardiso is not installed: using SuperLU, 3 to 5 times slower in 3-D"
         lacking = "" if find_spec("pymetis") else ", and without pymetis far slower still"
         warnings.warn(slow + lacking, stacklevel=3)
         size = self._size
         if self._order is None:
-            self._order = np.append(_elimination_order(stiffness), np.arange(size, size + kept))
+            self._order = np.append(_elimination_order(stiffness), np.arange(size, size + border))
         self._superlu = _superlu(_full(self._bordered)[self._order][:, self._order])
         lower, upper = self._superlu.L, self._superlu.U
         pivots = upper.diagonal()[:size]  # their signs are those of K's eigenvalues
         tiny = np.abs(pivots) < _TINY * np.abs(stiffness.diagonal()[self._order[:size]])
-        swapped = self._superlu.perm_r != np.arange(size + kept)
+        swapped = self._superlu.perm_r != np.arange(size + border)
         if tiny.any() or swapped.any() or int((pivots < 0.0).sum()) != negative:
             raise SolverError(_NOT_DEFINITE)
         self.operations = float((np.diff(lower.indptr).astype(float) ** 2).sum())
@@ -117,7 +122,7 @@ class Condensation:
         return np.ascontiguousarray(self._phase(333, np.asfortranarray(forward))[: self._size])
 
     def _swept(self, loads: Array, border: Array) -> Array:
-        """What the bordered matrix makes of loads, by SuperLU."""
+        """Solve the bordered system with SuperLU."""
         assert self._order is not None
         found = np.empty((len(self._order), loads.shape[1]))
         found[self._order] = self._superlu.solve(np.vstack([loads, border])[self._order])
@@ -224,9 +229,3 @@ def _point_to_mkl() -> None:
         if found:
             os.environ["PYPARDISO_MKL_RT"] = str(found[0])
             return
-
-
-_PARDISO_ERRORS = {
-    -2: "not enough memory for the factorisation; coarsen the mesh",
-    -4: _NOT_DEFINITE,
-}

@@ -13,8 +13,9 @@ from fingerdesign.arrays import Array
 from fingerdesign.design.body import Body as FingerBody
 from fingerdesign.design.gages import Gages
 from fingerdesign.design.schema import Design
-from fingerdesign.fem.body import CondensedBody, condense_body, reduced_model
+from fingerdesign.fem.body import CondensedBody, condense_body
 from fingerdesign.fem.readout import gage_rows, plate_at, plate_strain_rows, strain_rows
+from fingerdesign.fem.reduction import reduced_model
 from fingerdesign.fem.sheet import sheet_stiffness
 from fingerdesign.fem.system import Body
 from fingerdesign.fem.thermal import thermal_loads
@@ -69,12 +70,12 @@ def build_model(
     zone_half_width: float,
     readout_points: Array | None = None,
     zone_half_depth: float | None = None,
-    keep: bool = False,
+    store: bool = False,
 ) -> FiniteElementModel:
     """Condense the finger onto the contact nodes with |x| <= ``zone_half_width`` (mm).
 
-    readout_points: (p, 3) mm where strain tensors are wanted; zone_half_depth: mm, candidates only
-    within |z| <= it as well; keep: use and make kept answers. Where ``grip.warming_K`` warms the
+    readout_points: (p, 3) mm where strain tensors are read; zone_half_depth: mm, candidates only
+    within |z| <= it as well; store: use and store answers. Where ``grip.warming_K`` warms the
     finger, the load of its own is one kelvin; a free plate's own expansion reads nothing. Raises
     SolverError where the condensed model is out of balance.
     """
@@ -94,7 +95,7 @@ def build_model(
     if warms:
         readouts.append(sp.csr_matrix(thermal_loads(body, expansions_of(design, mesh)).T))
     read = time.perf_counter() - start
-    condensed = condense_body(body, readouts, keep)
+    condensed = condense_body(body, readouts, store)
     alone = None
     if warms:  # the load of its own is that of one kelvin
         condensed = replace(condensed, load_displacement=condensed.readouts[-1][0])
@@ -118,7 +119,7 @@ def build_model(
 
 
 def body_of(design: Design, mesh: Mesh, contact: NDArray[np.int64]) -> Body:
-    """The finger as an elastic body held at its base, with ``contact`` (f, 3 or 6) candidates."""
+    """The finger as an elastic body fixed at its base, with ``contact`` (f, 3 or 6) candidates."""
     young, poisson = materials_of(design, mesh)
     thickness, sheets = design.body.depth_mm if mesh.dimension == 2 else 1.0, None
     if design.plates.model == "sheet":
@@ -170,7 +171,7 @@ def expansions_of(design: Design, mesh: Mesh) -> Array:
 
 
 def fixed_dofs(mesh: Mesh) -> NDArray[np.bool_]:
-    """Dofs (n dim,) held: all on the base, z on the mirror plane."""
+    """Fixed dofs (n dim,): all on the base, z on the mirror plane."""
     fixed = np.zeros(mesh.points.shape, dtype=bool)
     fixed[np.unique(mesh.facets["base"])] = True
     if mesh.symmetric:

@@ -15,7 +15,7 @@ from fingerdesign.mesh.types import Mesh
 
 _INSIDE = 1e-6  # barycentric: a point on a face or an edge belongs to both cells or facets
 _NEAR = 0.02  # barycentric: a point just outside a curved or snapped boundary
-_BENT = 0.1  # barycentric: a bent plate's face beside a straight facet of its own cells
+_BENT = 0.1  # Barycentric: a bent plate's face may lie so far outside its own straight cells.
 _GAUSS_POINTS = 6  # across a gage's width, and along it where its plate is bent
 
 
@@ -187,9 +187,11 @@ def gage_rows(
 
 
 def pairing(frames: Sequence[PlateFrame], gages: Gages) -> sp.csr_matrix | None:
-    """What bridges of two plates read of strains (2 plates,), (2 plates, 2 plates): of each pair
-    half the plate at a positive angle less the other, face by face, in both plates' places; None
-    where each plate has a bridge of its own. ValueError where a plate's fellow is not among them.
+    """Matrix (2 plates, 2 plates) that takes strains to the readings of bridges of two plates.
+
+    A pair reads half of the strain of the plate at a positive angle less that of the other, face by
+    face, at both plates' places. None where each plate has a bridge of its own. Raises ValueError
+    where one plate of a pair is missing.
     """
     if gages.grid != "double_axial":
         return None

@@ -28,10 +28,12 @@ import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.elements import lame_parameters, quadrature, tabulate
+from fingerdesign.fem.elements import quadrature, tabulate
+from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.types import Mesh
 
+_SHEAR_FACTOR = 5.0 / 6.0  # The shear correction of a rectangular section.
 _SAME_PLACE = 1e-6  # mm: far below any element, far above rounding
 
 
@@ -67,7 +69,7 @@ class SheetFacets:
 
     @property
     def dimension(self) -> int:
-        """Of the surface: 1 in plane strain, 2 in space."""
+        """Dimension of the surface: 1 in plane strain, 2 in space."""
         return int(self.tangents.shape[0])
 
     @property
@@ -144,9 +146,6 @@ def _facing(mesh: Mesh, frame: PlateFrame, nodes: IntArray, others: IntArray) ->
     if not np.isfinite(distance).all():
         raise SolverError(f"the faces of plate {frame.index}'s slot do not mirror each other")
     return np.asarray(found, dtype=np.int64)
-
-
-_SHEAR_FACTOR = 5.0 / 6.0  # of a rectangular section
 
 
 def sheet_stiffness(

@@ -17,15 +17,12 @@ from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import (
     EDGES,
-    STRAIGHT,
     inverse_jacobians,
-    lame_parameters,
     physical_gradients,
     quadrature,
-    stiffness_blocks,
-    sum_blocks,
     tabulate,
 )
+from fingerdesign.fem.stiffness import STRAIGHT, lame_parameters, stiffness_blocks, sum_blocks
 from fingerdesign.mesh.measures import curved_cells
 from fingerdesign.mesh.types import Mesh
 
@@ -128,16 +125,16 @@ class System:
 
     @property
     def dofs(self) -> int:
-        """How many equations there are."""
+        """Number of equations."""
         return int(self.stiffness.shape[0])
 
 
 @dataclass(frozen=True)
 class Body:
-    """A linear elastic body on a quadratic mesh, held somewhere, loaded through its contact facets.
+    """A linear elastic body on a quadratic mesh, fixed somewhere, loaded through contact facets.
 
     youngs_modulus (c,) MPa and poissons_ratio (c,) per cell; fixed (n dim,) bool: dofs i dim + k
-    held at zero; contact (f, 3 or 6): the candidate facets, corners then mid-edge nodes;
+    fixed at zero; contact (f, 3 or 6): the candidate facets, corners then mid-edge nodes;
     thickness mm of a plane-strain body (1 in 3-D); pressure_cells (c,) bool: where a mixed element
     has pressures (None: wherever nu > 0); attached (n dim, n dim): upper triangle of a stiffness
     (N/mm) to be added, of sheets say; project: points (q, dim) near the contact facets -> points on
@@ -157,7 +154,7 @@ class Body:
 
     @property
     def pressed(self) -> BoolArray:
-        """Which cells (c,) have pressures of their own."""
+        """Cells (c,) that have pressures of their own."""
         if self.element != "mixed":
             return np.zeros(len(self.mesh.cells), dtype=bool)
         inside = self.poissons_ratio > 0.0
@@ -165,8 +162,10 @@ class Body:
 
 
 def assemble_system(body: Body) -> System:
-    """The system of a sound body; for P1 a corner's own mark of what is held counts. SolverError
-    for a body that is held everywhere, ValueError for an inverted cell."""
+    """Assemble the system of a sound body; for P1 the fixed dofs of corners count.
+
+    Raises SolverError for a body that is fixed everywhere, ValueError for an inverted cell.
+    """
     mesh, element, fixed, thickness = body.mesh, body.element, body.fixed, body.thickness
     youngs_modulus, poissons_ratio, inside = body.youngs_modulus, body.poissons_ratio, body.pressed
     cells, spread = _element_nodes(mesh, element)
@@ -232,7 +231,7 @@ def held_system(whole: sp.csr_matrix, fixed: BoolArray, dimension: int) -> Syste
     """The system on the free dofs of an upper-triangular stiffness of all."""
     free = np.flatnonzero(~fixed)
     if len(free) == 0:
-        raise SolverError("every displacement of the body is held: nothing is left to solve for")
+        raise SolverError("every displacement of the body is fixed: nothing is left to solve for")
     marks = np.zeros((len(fixed), dimension))
     index = np.flatnonzero(fixed)
     marks[index, index % dimension] = 1.0

@@ -10,7 +10,8 @@ Timoshenko and Goodier, Theory of Elasticity (1970), art. 153.
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.fem.elements import lame_parameters, physical_gradients
+from fingerdesign.fem.elements import physical_gradients
+from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body
 
 _ORDER = 2

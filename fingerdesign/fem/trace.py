@@ -20,6 +20,8 @@ from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.mesh.types import TETRA_FACETS, TRIANGLE_EDGES, Mesh, with_mid_nodes
 from fingerdesign.reduced import SurfaceQuadrature
 
+TRACE_ORDER = 6  # The degree of phi (1) x gap of a curved facet (2 and more) x Jacobian.
+
 
 def owners(mesh: Mesh, facets: IntArray) -> IntArray:
     """The cell (f,) that each facet (f, 3 or 6) of a body's boundary bounds.
@@ -44,8 +46,8 @@ def owners(mesh: Mesh, facets: IntArray) -> IntArray:
     named[facets[:, :dimension]] = True
     near = np.flatnonzero(named[mesh.corners].sum(axis=1) >= dimension)
     corners = np.sort(mesh.corners[near][:, np.array(faces)], axis=2).reshape(-1, dimension)
-    wanted = np.sort(facets[:, :dimension], axis=1)
-    _, label = np.unique(np.concatenate([corners, wanted]), axis=0, return_inverse=True)
+    sought = np.sort(facets[:, :dimension], axis=1)
+    _, label = np.unique(np.concatenate([corners, sought]), axis=0, return_inverse=True)
     label = label.reshape(-1)
     twice = len(facets) - len(np.unique(label[len(corners) :]))
     if twice:
@@ -71,9 +73,6 @@ def owners(mesh: Mesh, facets: IntArray) -> IntArray:
             "corners: name them in the order of the edges (0, 1), (1, 2), (0, 2)"
         )
     return found
-
-
-TRACE_ORDER = 6  # phi (1) x gap of a curved facet (2 and more) x Jacobian
 
 
 @dataclass(frozen=True)

@@ -95,9 +95,10 @@ def readings(
 
     Raises SolverError where a row has no answer, ZoneExhausted where the candidates do not do.
     """
-    from fingerdesign.fem.body import condense_body, reduced_model
+    from fingerdesign.fem.body import condense_body
     from fingerdesign.fem.model import body_of, candidate_facets
     from fingerdesign.fem.readout import gage_rows
+    from fingerdesign.fem.reduction import reduced_model
 
     body = body_of(design, mesh, candidate_facets(mesh, zone.half_width))
     condensed = condense_body(body, [gage_rows(mesh, frames, design.gages, design.gage_weights)])

@@ -20,6 +20,11 @@ from fingerdesign.shapes.quadrics import Cone, Plane, Shape, Sphere, dot, unit
 # Where a face ends: its border is cut into short cubic (Hermite) pieces, exact to h^4/(384 R^3) mm
 # for pieces of length h on a curve of radius R.
 
+# A vertical line that meets the surface this near outside of a face's border counts as meeting it:
+# CAD files give places to 1e-7 mm.
+ON_BORDER_MM = 1e-6
+_SAMPLES = 400  # of a face's inside, for a bound of the distance to it
+_SLACK_MM = 1e-5  # of that bound: samples lie on their face to 1e-7 mm
 _NEAR = 8  # pieces looked at: those that meet in a corner, and their neighbours
 
 _CORNER_MM = 1e-7  # places nearer to each other are the one corner where two pieces meet
@@ -49,7 +54,7 @@ class Border:
         slope, weight = self._curve(flat, t)[1], t[:, None]
         inward = (1.0 - weight) * self.inward_start[flat] + weight * self.inward_end[flat]
         inward = unit(inward - dot(inward, unit(slope))[:, None] * unit(slope))
-        # Where two pieces meet in the nearest point, the sum of their directions tells inside.
+        # Where two pieces meet in the nearest point, the sum of their directions points inside.
         best = np.argmin(away, axis=1) + k * np.arange(len(points))
         apart = np.linalg.norm(place.reshape(len(points), k, 3) - place[best][:, None], axis=2)
         toward = ((apart < _CORNER_MM)[..., None] * inward.reshape(len(points), k, 3)).sum(axis=1)
@@ -63,7 +68,7 @@ class Border:
         return np.asarray(self._near(points)[3].min(axis=1))
 
     def _near(self, points: Array) -> tuple[NDArray[Any], Array, Array, Array]:
-        """Of k near pieces for each point: their numbers, the parameters (n k,) and places (n k, 3)
+        """Find k near pieces for each point: their numbers, parameters (n k,) and places (n k, 3)
         nearest to it, and the distances (n, k)."""
         _, near = self._tree.query(points, k=min(_NEAR, len(self.start)))
         near = near.reshape(len(points), -1)
@@ -94,18 +99,11 @@ class Border:
         return cKDTree(self._curve(np.arange(len(self.start)), np.full(len(self.start), 0.5))[0])
 
 
-# A vertical line that meets the surface this near outside of a face's border counts as meeting it:
-# CAD files give places to 1e-7 mm.
-ON_BORDER_MM = 1e-6
-_SAMPLES = 400  # of a face's inside, for a bound of the distance to it
-_SLACK_MM = 1e-5  # of that bound: samples lie on their face to 1e-7 mm
-
-
 class Carrier:
-    """A face of a solid, or several that join smoothly: what nodes of a mesh lie on.
+    """A face of a solid, or several that join smoothly, on which nodes of a mesh lie.
 
-    name: the boundary it stands for, "base", "contact", "side", "end", "symmetry", a part's. flat:
-    whether it is plane, so that straight mid-nodes lie on it already.
+    name: the boundary that it belongs to, "base", "contact", "side", "end", "symmetry", a part's.
+    flat: true if it is plane, so that straight mid-nodes lie on it already.
     """
 
     name: str
@@ -304,5 +302,4 @@ def top_height(faces: Sequence[CadFace], x: Array, z: Array) -> Array:
     return best
 
 
-# What packed faces are made of.
 KINDS = {each.__name__: each for each in (CadFace, Border, Plane, Cone, Sphere, Nurbs)}

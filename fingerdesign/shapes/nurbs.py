@@ -109,7 +109,7 @@ class Nurbs:
             uv[open_rows[~worse]], least[open_rows[~worse]] = new[~worse], after[~worse]
             going = worse & (damping[open_rows] < 1e12) | (moved > 1e-12 * size)
             open_rows = open_rows[going & ~stalled]
-        # Beside a centre of curvature a foot creeps along what is as near everywhere.
+        # Near a centre of curvature a foot creeps along points of equal distance.
         open_rows = open_rows[late[open_rows] - least[open_rows] > _CREEP * size]
         if len(open_rows):
             raise GeometryError(
@@ -166,7 +166,7 @@ class Nurbs:
         _, su, sv, *_ = self.derivatives(*uv.T)
         normal = np.cross(su, sv)
         flat = np.linalg.norm(normal, axis=1) < 1e-9 * np.abs(self.poles).max()
-        if flat.any():  # at a pole of the parameters: just beside it
+        if flat.any():  # at a pole of the parameters: next to it
             middle = np.array(self.bounds).reshape(2, 2).mean(axis=1)
             _, su, sv, *_ = self.derivatives(*(uv[flat] + 1e-7 * (middle - uv[flat])).T)
             normal[flat] = np.cross(su, sv)
@@ -219,7 +219,7 @@ class Nurbs:
             dv = (su[:, 0] * miss[:, 1] - su[:, 2] * miss[:, 0]) / det
             step = self._bounded(uv[alive], np.column_stack([du, dv]))
             new = self._kept(uv[alive], step)
-            # A line that is met comes nearer by half at least; one met 1e-13 mm beside may stay.
+            # A line that is met comes nearer by half at least; one met 1e-13 mm away may stay.
             going = ~hit & (idle[alive] < _PATIENCE)
             going &= (np.abs(step) > 1e-15 * np.ptp(self.bounds)).any(axis=1)
             ended = ~hit & ~going & (away < 1e-9)
@@ -255,7 +255,7 @@ class Nurbs:
 
     @cached_property
     def _poles(self) -> NDArray[np.bool_]:
-        """Whether the surface is a point at least and greatest (rows) u and v (columns)."""
+        """True where the surface is a point, at the least and greatest (rows) u and v (columns)."""
         u0, u1, v0, v1 = self.bounds
         u, v, full = np.linspace(u0, u1, 9), np.linspace(v0, v1, 9), np.ones(9)
         borders = (u0 * full, v), (u, v0 * full), (u1 * full, v), (u, v1 * full)
@@ -285,7 +285,7 @@ class Nurbs:
 
 
 def _lift(hessian: Array, metric: Array) -> Array:
-    """How much metric (n,) makes a Hessian positive: (3, n) each, the entries 11, 12, 22.
+    """Multiple of the metric (n,) that makes a Hessian positive: (3, n) each, entries 11, 12, 22.
 
     None where its least eigenvalue, relative to the metric, is positive; else so much that this
     keeps its size and loses its sign: beyond a centre of curvature Newton's step would climb.

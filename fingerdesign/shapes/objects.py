@@ -4,7 +4,7 @@ Each knows its signed distance (> 0 outside) and outward unit normal at points (
 ``underside``: the height of its lower face over (x, z), by which it is let down onto a finger until
 it touches. In plane strain the object is its section z = 0.
 
-What a scene's ``[object]`` table says of one is answered by its :class:`SceneShape`, registered
+A scene's ``[object]`` table is read by the object's :class:`SceneShape`, which is registered
 with ``@scene_object("name")``.
 """
 
@@ -36,10 +36,10 @@ class Indenter(Protocol):
 
 
 class RigidObject(Indenter, Protocol):
-    """An indenter that can be placed: moved along y, and asked for its lower face."""
+    """An indenter that can be placed: moved along y, with a lower face."""
 
     def underside(self, x: Array, z: Array) -> Array:
-        """Height y of the lower face over (x, z); infinite beside the object."""
+        """Height y of the lower face over (x, z); infinite outside the object."""
 
     def at_height(self, height: float) -> Self:
         """The same object with its reference point at ``height``."""
@@ -148,12 +148,12 @@ def touching(
 
 
 class SceneShape:
-    """A kind of object, as a scene's table asks for it; a new one says at least ``make``.
+    """A kind of object in a scene's table; a new kind defines at least ``make``.
 
     ``table``: ``[object]``, of which every kind may read radius_mm, axis, tilt_deg and turn_deg.
 
-    What is not said is as of an object of which nothing is known: no two sections alike, no mirror
-    plane, as wide a contact as under a flat one.
+    The defaults suit any object: no two sections alike, no mirror plane, as wide a contact as
+    under a flat one.
     """
 
     needs: ClassVar[tuple[str, ...]] = ()  # keys, else absent, that must be given
@@ -172,15 +172,15 @@ class SceneShape:
         return iter(())
 
     def plane_in_z(self, table: Any) -> bool:
-        """Whether every section of constant z is the same."""
+        """True if every section of constant z is the same."""
         return False
 
     def mirrors_in_z(self, table: Any) -> bool:
-        """Whether it is its own mirror image in z = 0."""
+        """True if it is its own mirror image in z = 0."""
         return self.plane_in_z(table)
 
     def words(self, keys: Mapping[str, object]) -> str:
-        """Where it points, as words behind its name; empty: nowhere."""
+        """Words for its direction, to follow its name; empty: no direction."""
         return ""
 
 
@@ -243,7 +243,7 @@ class SceneCylinder(SceneShape):
 
 @scene_object("sphere", place=3)
 class SceneSphere(SceneShape):
-    """The same whichever way it is turned."""
+    """A sphere, the same in each direction."""
 
     needs = ("radius_mm",)
 
@@ -261,7 +261,7 @@ class SceneSphere(SceneShape):
 
 
 def _half_turns(table: Any) -> bool:
-    """Whether the turn is none, or half a turn, or several."""
+    """True if the turn is a whole number of half turns."""
     half_turns = float(table.turn_deg) / 180.0
     return half_turns == round(half_turns)
 

@@ -267,10 +267,10 @@ def test_a_body_is_condensed_once_whatever_its_moduli_are_multiplied_by(monkeypa
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     mesh = mesh_section(DESIGN, 1.5)
 
-    def built(factors=(1.0, 1.0), keep=True):
+    def built(factors=(1.0, 1.0), store=True):
         parts = [DESIGN.material_of(part).youngs_modulus_MPa for part in ("body", "plates")]
         values = {key: f * e for key, f, e in zip(MODULI, factors, parts, strict=True)}
-        return build_model(with_values(DESIGN, values), mesh, 1.5, POINT, keep=keep)
+        return build_model(with_values(DESIGN, values), mesh, 1.5, POINT, store=store)
 
     built()
     calls = []
@@ -278,7 +278,7 @@ def test_a_body_is_condensed_once_whatever_its_moduli_are_multiplied_by(monkeypa
     monkeypatch.setattr(
         body, "assemble_system", lambda *given: calls.append(given) or assemble(*given)
     )
-    kept, fresh = built((2.3, 2.3)), built((2.3, 2.3), keep=False)
+    kept, fresh = built((2.3, 2.3)), built((2.3, 2.3), store=False)
     assert len(calls) == 1  # the fresh one
     for name in ("compliance", "gage_readout", "point_readout", "reaction_readout"):
         one, other = getattr(kept.reduced, name), getattr(fresh.reduced, name)

@@ -5,8 +5,9 @@ import pytest
 import scipy.sparse as sp
 
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.elements import lame_parameters, physical_gradients, quadrature, tabulate
+from fingerdesign.fem.elements import physical_gradients, quadrature, tabulate
 from fingerdesign.fem.factor import Condensation
+from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body, assemble_system
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.mesh.types import boundary_facets

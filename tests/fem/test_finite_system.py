@@ -9,15 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.body import condense_body
-from fingerdesign.fem.elements import lame_parameters
-from fingerdesign.fem.finite.body import (
-    Inverted,
-    deformation,
-    finite_body,
-    finite_system,
-    second_piola,
-    second_piola_change,
-)
+from fingerdesign.fem.finite.body import finite_body
+from fingerdesign.fem.finite.law import Inverted, deformation, second_piola, second_piola_change
+from fingerdesign.fem.finite.system import finite_system
+from fingerdesign.fem.stiffness import lame_parameters
 from tests.support import boxes
 from tests.support.boxes import block_mesh
 

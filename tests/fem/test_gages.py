@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from fingerdesign.design.schema import Design, Gages
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.finite.row import gage_lines
+from fingerdesign.fem.finite.gage_lines import gage_lines
 from fingerdesign.fem.model import build_model, free_ends, gage_positions, materials_of
 from fingerdesign.fem.readout import gage_rows
 from fingerdesign.layout.frames import PlateFrame, plate_frames

@@ -15,10 +15,11 @@ from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.design.schema import Gages
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.elements import lame_parameters, quadrature, tabulate
+from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.model import build_model
 from fingerdesign.fem.readout import gage_rows, plate_at, plate_strain_rows
 from fingerdesign.fem.sheet import SheetFacets, sheet_of, sheet_stiffness
+from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body, assemble_system
 from fingerdesign.layout.frames import PlateFrame, crest_height, plate_frames
 from fingerdesign.layout.zone import Zone

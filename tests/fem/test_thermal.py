@@ -88,6 +88,6 @@ def test_a_warming_finger_is_condensed_with_what_it_does_untouched(kind, element
     part = model.reduced.with_gages([2, 0])
     assert part.load_gage_strain.tolist() == model.reduced.load_gage_strain[[2, 0]].tolist()
     for values in ({}, {"materials.silicone.youngs_modulus_MPa": 5.0}):
-        again = build_model(with_values(design, values), mesh, 1.5, keep=True).reduced
+        again = build_model(with_values(design, values), mesh, 1.5, store=True).reduced
         assert again.load_displacement == pytest.approx(surface, rel=0.02, abs=1e-7)
     assert build_model(DESIGN, mesh, 1.5).reduced.load_displacement is None

@@ -41,7 +41,7 @@ from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.design.plates import Row
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
-from fingerdesign.fem.body import condense_body, reduced_model
+from fingerdesign.fem.body import condense_body
 from fingerdesign.fem.model import (
     body_of,
     build_model,
@@ -50,6 +50,7 @@ from fingerdesign.fem.model import (
     gage_positions,
 )
 from fingerdesign.fem.readout import gage_rows
+from fingerdesign.fem.reduction import reduced_model
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.types import Mesh

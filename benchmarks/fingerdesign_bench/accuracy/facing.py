@@ -8,8 +8,9 @@ import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.body import check_balance, check_sound, condensed_rows
+from fingerdesign.fem.body import check_sound, condensed_rows
 from fingerdesign.fem.elements import inverse_map, tabulate
+from fingerdesign.fem.reduction import check_balance
 from fingerdesign.fem.system import Body
 from fingerdesign.reduced import ReducedModel
 

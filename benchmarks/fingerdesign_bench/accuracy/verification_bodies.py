@@ -16,8 +16,9 @@ from fingerdesign.arrays import Array
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
-from fingerdesign.fem.body import CondensedBody, condense_body, reduced_model
+from fingerdesign.fem.body import CondensedBody, condense_body
 from fingerdesign.fem.elements import quadrature, tabulate
+from fingerdesign.fem.reduction import reduced_model
 from fingerdesign.fem.system import Body
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.shapes.objects import Cylinder, Plane

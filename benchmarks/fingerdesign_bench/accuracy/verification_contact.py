@@ -14,7 +14,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
-from fingerdesign.fem.body import body_model
+from fingerdesign.fem.reduction import body_model
 from fingerdesign.fem.system import Body
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.shapes.objects import Cylinder, Indenter, Plane, Sphere

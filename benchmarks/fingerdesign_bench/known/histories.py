@@ -11,7 +11,7 @@ from fingerdesign.contact.force_control import Forces, solve_forces
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion, contact_problem
-from fingerdesign.fem.body import body_model
+from fingerdesign.fem.reduction import body_model
 from fingerdesign.reduced import ReducedModel
 from fingerdesign.shapes.objects import Cylinder, Plane, Sphere
 from fingerdesign_bench.accuracy import analytic

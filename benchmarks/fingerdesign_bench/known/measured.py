@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
-from fingerdesign.fem.body import body_model
 from fingerdesign.fem.finite.body import finite_body
-from fingerdesign.fem.finite.row import Follower, facing, untouched
+from fingerdesign.fem.finite.facing import facing
+from fingerdesign.fem.finite.row import Follower, untouched
+from fingerdesign.fem.reduction import body_model
 from fingerdesign.fem.system import Body
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.shapes.objects import Plane

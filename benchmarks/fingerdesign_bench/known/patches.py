@@ -8,7 +8,8 @@ import scipy.sparse as sp
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.fem.body import condense_body, reduced_model
+from fingerdesign.fem.body import condense_body
+from fingerdesign.fem.reduction import reduced_model
 from fingerdesign.fem.system import Body
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.shapes.objects import Indenter, Plane

@@ -13,7 +13,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.checks.load import load_design, parse_scene, with_values
 from fingerdesign.checks.starter import shipped_path
 from fingerdesign.contact.path import Step, follow
-from fingerdesign.fem.finite.row import gage_lines
+from fingerdesign.fem.finite.gage_lines import gage_lines
 from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign_bench.speed.peers import MESHES, Row, work
 

@@ -19,20 +19,20 @@ from scipy.linalg.blas import dsyrk
 
 from fingerdesign.arrays import Array, IntArray
 
-_SMALL = 100  # dofs: smaller blocks are inverted at once
-_TILE = 64  # rows mirrored at once: they stay in the cache
+_SMALL = 100  # Blocks of fewer dofs are inverted at once.
+_TILE = 64  # Rows mirrored at a time, so that they stay in the processor's cache.
 _ABOVE = np.triu(np.ones((_TILE, _TILE), dtype=bool), 1)
-_RENEW = 0.3  # part of the nodes changing from which a new inverse is cheaper
+_RENEW = 0.3  # If more than this part of the nodes changes, a new inverse is cheaper.
 
 
-Scratch = Callable[..., Array]  # of a shape (and dtype): unwritten memory, as from numpy.empty
+Scratch = Callable[..., Array]  # shape (and dtype) -> unwritten memory, as from numpy.empty
 
 
 class ScratchBuffers:
-    """Memory for arrays up to ``most``^2 that are made again and again, each from the one before.
+    """Memory for arrays of up to ``most``^2 entries that are computed again and again.
 
-    Given out in turn: an array stands until ``count`` calls after its own. What is freed and made
-    anew is fetched page by page from the system, which takes as long as filling it.
+    Buffers are lent in turn: an array is valid until ``count`` calls after its own. Freed memory
+    would come back from the system page by page, which takes as long as filling it.
     """
 
     def __init__(self, most: int, count: int) -> None:
@@ -53,7 +53,7 @@ class ActiveInverse:
 
     @staticmethod
     def of(compliance: Array, nodes: IntArray, dim: int) -> ActiveInverse:
-        """Made anew. Raises numpy.linalg.LinAlgError where the block is singular."""
+        """Invert the block of ``nodes``. Raises numpy.linalg.LinAlgError where it is singular."""
         dofs = dofs_of(nodes, dim)
         return ActiveInverse(nodes, inverse_of(block(compliance, dofs, dofs)))
 
@@ -62,25 +62,25 @@ class ActiveInverse:
         compliance: Array,
         nodes: IntArray,
         dim: int,
-        room: Scratch = np.empty,
+        scratch: Scratch = np.empty,
     ) -> ActiveInverse:
-        """The inverse on other ``nodes``, by the cheaper of updating and making anew."""
-        wanted = np.zeros(len(compliance) // dim, dtype=bool)
-        wanted[nodes] = True
-        stays = wanted[self.nodes]
-        wanted[self.nodes] = False
-        joins = np.flatnonzero(wanted)
+        """Move the inverse to other ``nodes``: update it, or invert again where that is cheaper."""
+        joining = np.zeros(len(compliance) // dim, dtype=bool)
+        joining[nodes] = True
+        stays = joining[self.nodes]
+        joining[self.nodes] = False
+        joins = np.flatnonzero(joining)
         changed = len(self.nodes) - int(np.count_nonzero(stays)) + len(joins)
         if changed == 0:
             return self
         if changed > _RENEW * len(nodes):
             return ActiveInverse.of(compliance, nodes, dim)
         if not len(joins):
-            return self.restricted(stays, dim, room)
-        return self.restricted(stays, dim)._with(compliance, joins, dim, room)
+            return self.restricted(stays, dim, scratch)
+        return self.restricted(stays, dim)._with(compliance, joins, dim, scratch)
 
     def restricted(
-        self, stays: NDArray[np.bool_], dim: int, room: Scratch = np.empty
+        self, stays: NDArray[np.bool_], dim: int, scratch: Scratch = np.empty
     ) -> ActiveInverse:
         """On those of its nodes that stay (by position)."""
         if stays.all():
@@ -89,23 +89,25 @@ class ActiveInverse:
         drop = dofs_of(np.flatnonzero(~stays), dim)
         rows = self.inverse[drop]
         side = _root_of_inverse(rows[:, drop]) @ rows[:, keep]
-        whole = room((len(keep), len(keep)))
+        whole = scratch((len(keep), len(keep)))
         whole[:] = block(self.inverse, keep, keep)
         return ActiveInverse(self.nodes[stays], _corrected(whole, side, -1.0))
 
-    def _with(self, compliance: Array, joins: IntArray, dim: int, room: Scratch) -> ActiveInverse:
+    def _with(
+        self, compliance: Array, joins: IntArray, dim: int, scratch: Scratch
+    ) -> ActiveInverse:
         """Bordered, in a form that keeps it symmetric to the last digit.
 
         Where it is not, each bordering multiplies its error by ten.
         """
         old, new = dofs_of(self.nodes, dim), dofs_of(joins, dim)
-        beside = compliance[new]
-        rows = beside[:, old]
+        new_rows = compliance[new]
+        rows = new_rows[:, old]
         cross = rows @ self.inverse
-        root = _root_of_inverse(beside[:, new] - cross @ rows.T)
+        root = _root_of_inverse(new_rows[:, new] - cross @ rows.T)
         side = np.concatenate([root @ cross, -root], axis=1)
         k = len(old)
-        whole = room((k + len(new), k + len(new)))
+        whole = scratch((k + len(new), k + len(new)))
         whole[:k, :k], whole[k:] = self.inverse, 0.0
         nodes = np.concatenate([self.nodes, joins])
         return ActiveInverse(nodes, _corrected(whole, side, 1.0))

@@ -24,19 +24,19 @@ from fingerdesign.contact.solver.pivots import friction_pivots
 
 Attempt = Callable[[Array], NewtonResult]
 
-_WARM = 16  # iterations: what takes longer from the guess is better begun anew
-_CUTS = (2, 8)  # pieces that carry the iterate, not the friction history, to the motion
-_SHARES = (0.0, 0.25, 0.5, 0.7, 0.85, 1.0)  # of the friction coefficient
-_FACTORS = (0.01, 0.5)  # of Newton's augmentation; 0.05 is the ordinary one
-_PATHS = 3  # of pivots: the first fails by rounding alone
-_SWEEPS = (100, 1000, 3000)
+_WARM = 16  # Iterations from the guess; after more, another start is faster.
+_CUTS = (2, 8)  # Pieces of the motion; they carry the iterate, not the friction history.
+_SHARES = (0.0, 0.25, 0.5, 0.7, 0.85, 1.0)  # Steps of the friction coefficient.
+_FACTORS = (0.01, 0.5)  # Other augmentations of Newton; 0.05 is the ordinary one.
+_PATHS = 3  # Paths of pivots; the first fails only by rounding.
+_SWEEPS = (100, 1000, 3000)  # Sweeps of Gauss-Seidel, each time followed by Newton.
 
 
 @dataclass(frozen=True)
 class Task:
     """One increment on some nodes: find forces with gap and slip v = compliance f + offset.
 
-    compliance (k dim, k dim); offset (k, dim) at the motion asked, before (k, dim) at the last one;
+    compliance (k dim, k dim); offset (k, dim) at the new motion, before (k, dim) at the last one;
     start (k, dim) the last forces, guess (k, dim) those that the path leads to expect; inverse from
     an earlier solve on these nodes, if there is one.
     """
@@ -55,8 +55,10 @@ class Task:
         return newton(self.compliance, self.offset, friction, start, factor, self.inverse, most)
 
     def warm(self) -> NewtonResult:
-        """From the guess, its contact brought up to date: mostly 3 to 6 steps, where newton from
-        the last forces takes 6 to 8 but hardly ever cycles."""
+        """Newton from the guess, its contact updated: mostly 3 to 6 steps.
+
+        Newton from the last forces takes 6 to 8 but hardly ever cycles.
+        """
         guess = self.guess
         if not np.array_equal(self.offset[:, 0], self.before[:, 0]) or not guess.any():
             guess = active_set_guess(self.compliance, self.offset, guess, self.friction_coefficient)
@@ -81,7 +83,7 @@ def solve_task(task: Task) -> tuple[NewtonResult, str]:
 
 
 def _attempts(task: Task) -> Iterator[tuple[str, Attempt]]:
-    """Names, and what to do with the best forces so far."""
+    """Yield the attempts: a name, and a function of the best forces so far."""
     yield "newton, warm", lambda best: task.warm()
     yield "newton", lambda best: task.newton(task.start)
     yield "newton, other augmentation", lambda best: task.newton(task.start, _FACTORS[0])
@@ -128,7 +130,7 @@ def _along(parts: Sequence[Task], guess: Array) -> NewtonResult:
 
 
 def _sweep(task: Task, sweeps: int, best: Array) -> NewtonResult:
-    """Gauss-Seidel, then Newton from where it got; whichever came nearer."""
+    """Gauss-Seidel, then Newton from its result; the better of both."""
     swept = gauss_seidel(task.compliance, task.offset, task.friction_coefficient, best, sweeps)
     result = task.newton(swept.multiplier)
     spent = swept.iterations + result.iterations

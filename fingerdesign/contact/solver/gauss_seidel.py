@@ -44,7 +44,7 @@ def gauss_seidel(
     until = time.process_time() + time_limit
     sweep = 0
     while sweep < sweeps:
-        # Made anew at each look: rounding of the updates does not add up.
+        # Computed again at each look, so that rounding of the updates does not add up.
         motion = (compliance @ force.reshape(-1)).reshape(m, dim) + offset
         for _ in range(min(_LOOK, sweeps - sweep)):
             _one_sweep(force, motion, rows, normal_diagonal, tangential, friction_coefficient)

@@ -19,7 +19,7 @@ _STEPS = 12  # Newton corrects what is still wrong after so many steps.
 def active_set_guess(
     compliance: Array, offset: Array, guess: Array, friction_coefficient: float
 ) -> Array:
-    """Admissible forces (m, dim): normal ones that close ``offset``'s gap under ``guess``'s pull.
+    """Guess admissible forces (m, dim): normal ones that close the gap under ``guess``'s pull.
 
     compliance (m dim, m dim), offset (m, dim) as in newton.newton. Never fails: a guess.
     """

@@ -1,6 +1,6 @@
 """Following increments, compiled: kernel.c behind tracking.py's Tracker.
 
-Of a step in the plane nearly all is numpy's price of a call, of one in 3-D a third. Where a C
+In the plane nearly all of a step's time is the overhead of numpy's calls, in 3-D a third. Where a C
 compiler is at hand kernel.c does the same work; where none is, tracking.py does it, and either way
 the answers agree to rounding.
 """
@@ -29,9 +29,9 @@ _ROUTINES = {
     cython_blas: ("dsymv", "dgemv", "dgemm", "dtrmm"),
     cython_lapack: ("dpotrf", "dtrtri", "dgetrf", "sgetrf", "dgetrs", "sgetrs"),
 }
-_NONE, _FOUND, _NEEDS_A_BASE = range(3)  # what following came to
+_NONE, _FOUND, _NEEDS_A_BASE = range(3)  # The results of following.
 _AT, _REAL, _INT = ctypes.c_void_p, ctypes.c_double, ctypes.c_int
-_AT_ONCE = 3  # open nodes that a base takes in when it must; more where an increment cost little
+_AT_ONCE = 3  # Open nodes that join the working set at a time.
 _SIGNATURES = {
     "bind_blas": (None, _AT),
     "follower_new": (_AT, _INT, _INT, _REAL, _REAL, _AT, _AT),
@@ -74,7 +74,7 @@ def _routine(module: Any, name: str) -> int | None:
 
 
 class _Judged(ctypes.Structure):
-    """As in kernel.c."""
+    """The problem's data in the layout of kernel.c."""
 
     _fields_ = [
         *((name, _INT) for name in ("m", "dim")),
@@ -141,18 +141,18 @@ class CompiledTracker(Tracker):
             first + 2 * out[0].nbytes,
         )
         while came == _NEEDS_A_BASE:
-            self._bind(self._bring_base(*self._asked(), _AT_ONCE))
+            self._bind(self._bring_base(*self._required(), _AT_ONCE))
             came = library.follower_go(follower, True)
         if came != _FOUND:
             return None
         residual = library.follower_residual(follower)
         iterations = library.follower_iterations(follower)
         if library.follower_runs_short(follower):
-            self._bring_base(*self._asked(), widen=True)
+            self._bring_base(*self._required(), widen=True)
         return Answer(out[0], out[1], out[2], residual, iterations)
 
-    def _asked(self) -> tuple[BoolArray, Array]:
-        """Nodes that the base must hold, and all nodes' gaps (m,)."""
+    def _required(self) -> tuple[BoolArray, Array]:
+        """Nodes that the working set must hold, and all nodes' gaps (m,)."""
         m, library = len(self._rho), self._library
         needed = ctypes.string_at(library.follower_needed(self._follower), m)
         gap = ctypes.string_at(library.follower_gap(self._follower), 8 * m)
@@ -203,9 +203,9 @@ class CompiledTracker(Tracker):
         # A rubber's memory makes a problem a step, on the same finger in the same frames.
         if last is None or last.model is not model or last.frames is not problem.frames:
             own = problem.self_compliance
-            kept = [own, problem.frames, model.reaction_readout, model.balanced, model.rim]
+            sources = [own, problem.frames, model.reaction_readout, model.balanced, model.rim]
             kinds = [np.float64, np.float64, np.float64, np.bool_, np.bool_]
-            arrays = [np.ascontiguousarray(*each) for each in zip(kept, kinds, strict=True)]
+            arrays = [np.ascontiguousarray(*each) for each in zip(sources, kinds, strict=True)]
             judged = _Judged(
                 *problem.shape,
                 problem.friction_coefficient,
@@ -227,7 +227,7 @@ class CompiledTracker(Tracker):
 
 
 def address(array: NDArray[Any]) -> int:
-    """Of a contiguous array's first element."""
+    """Address of a contiguous array's first element."""
     try:
         return ctypes.addressof(
             ctypes.c_char.from_buffer(array.data)
@@ -237,7 +237,7 @@ def address(array: NDArray[Any]) -> int:
 
 
 def tracker_of(compliance: Array, self_compliance: Array, friction: float) -> Tracker:
-    """The compiled one where it can be had."""
+    """Build the compiled tracker, or the numpy one where there is no compiler."""
     library = kernel()
     if library is None:
         return Tracker(compliance, self_compliance, friction)

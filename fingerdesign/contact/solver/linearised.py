@@ -1,4 +1,4 @@
-"""The laws of a few nodes, linearised, and factors that are kept while little changes (LAPACK).
+"""The laws of a few nodes, linearised, and factors that are used again (LAPACK).
 
 Rows of a node's laws, with trial forces f - rho v, their direction e, and t across it:
 
@@ -20,15 +20,20 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.laws import OPEN, SLIP, coded, lengths
 from fingerdesign.contact.solver.active_inverse import Scratch, dofs_of
 
-TOLERANCE = 1e-10  # of the largest normal force, as in newton.py
-_FEW = 3.0  # steps with old factors cost what new ones do of a small system
-_TURNED = np.array([-1.0, 1.0])  # takes (e2, e1) to the direction across e
-_CLOSE = 0.1  # of the bound: within it q is taken from the force that is, e.f_t, not from the bound
+TOLERANCE = 1e-10  # Relative to the largest normal force, as in newton.py.
+_FEW = 3.0  # Steps with old factors that cost as much as new factors of a small system.
+_TURNED = np.array([-1.0, 1.0])  # Takes (e2, e1) to the direction across e.
+# Within this part of the bound, q follows from the force itself, e.f_t, not from the bound.
+_CLOSE = 0.1
+# By dimension and status (OPEN, STICK, SLIP): True for components of the motion that the laws fix.
+_FIXED = {
+    dim: np.array([dim * [False], dim * [True], [True] + (dim - 1) * [False]]) for dim in (2, 3)
+}
 
 
 @dataclass
 class Point:
-    """Where an iteration stands, of c nodes: the laws' rows (c, dim) N, forces, motions, statuses.
+    """The state of an iteration for c nodes: the laws' rows (c, dim) N, forces, motions, statuses.
 
     sliding (s,): which slide; direction (s, dim - 1) and size (s,) N of their trial forces.
     """
@@ -55,7 +60,7 @@ class System:
         nodes: IntArray,
         rho: Array,
         friction: float,
-        room: Scratch = np.empty,
+        scratch: Scratch = np.empty,
     ) -> None:
         self.nodes, self.friction, self.rho = nodes, friction, rho[nodes]
         self.dim = len(inverse) // len(rho)
@@ -65,13 +70,13 @@ class System:
         c = len(self.dofs)
         self.response = inverse
         if len(nodes) < len(rho):
-            rows = inverse.take(self.dofs, 0, out=room((c, len(inverse))), mode="clip")
-            self.response = rows.take(self.dofs, 1, out=room((c, c)), mode="clip")
+            rows = inverse.take(self.dofs, 0, out=scratch((c, len(inverse))), mode="clip")
+            self.response = rows.take(self.dofs, 1, out=scratch((c, c)), mode="clip")
         # Steps are corrected by the next one: single precision is as good, and twice as fast. In
         # the plane all is linear, and one step should do.
         self.coarse = self.response
         if self.dim == 3:
-            self.coarse = room((c, c), dtype=np.float32)
+            self.coarse = scratch((c, c), dtype=np.float32)
             self.coarse[:] = self.response
         self.factors: Factors | None = None
         self._trial_per_motion = np.repeat(-self.rho, self.dim)
@@ -105,12 +110,6 @@ class System:
             rows[s, 1] = one * first + two * second - friction * normal
             rows[s, 2] = one * second - two * first
         return Point(rows, force, motion, status, s, direction, size)
-
-
-# Whether the laws of a status (OPEN, STICK, SLIP) fix a component of the motion, by dimension.
-_FIXED = {
-    dim: np.array([dim * [False], dim * [True], [True] + (dim - 1) * [False]]) for dim in (2, 3)
-}
 
 
 class Factors:
@@ -167,24 +166,24 @@ class Factors:
         return weights, (system.rho.take(point.sliding)[:, None] * ratio) * across
 
     def other(self, point: Point) -> bool:
-        """Whether the point's statuses are others than those of the factors."""
+        """True if the point's statuses differ from those of the factors."""
         return bool((self.status != point.status).any())
 
     def worn(self, residual: float, last: float) -> bool:
-        """Whether as many steps as new factors cost would not do, at the rate of the last one."""
+        """True if new factors are cheaper than further steps at the rate of the last one."""
         few = _FEW + (len(self.free) / 200.0) ** 2
         return bool(residual * (residual / last) ** few > TOLERANCE)
 
     def moved(self, force: Array) -> Array:
-        """Motions (c dim,) that answer a change of the forces (c dim,), what is held staying."""
+        """Motions (c dim,) caused by a change of the forces (c dim,); fixed ones stay."""
         found = np.zeros(len(force))
         found[self.free] = self._freed(self._linear(force))
         return found
 
-    def solve(self, wanted: Array) -> Array:
-        """The step (c dim,) that takes rows ``wanted`` (c dim,) away."""
-        found = np.where(self.held, wanted / -self.system.stiffness, 0.0)
-        rest = wanted[self.free]
+    def solve(self, rows: Array) -> Array:
+        """The step (c dim,) that removes the residual ``rows`` (c dim,)."""
+        found = np.where(self.held, rows / -self.system.stiffness, 0.0)
+        rest = rows[self.free]
         if found.any():
             rest += self._linear(self.system.response @ found)
         found[self.free] = self._freed(rest)
@@ -196,7 +195,7 @@ class Factors:
         return np.concatenate([sliding.reshape(-1), force.take(self._opened)])
 
     def _freed(self, rows: Array) -> Array:
-        """The free unknowns (n,) that take these rows away."""
+        """The free unknowns (n,) that remove these rows."""
         if not len(rows):
             return rows
         substitute = sgetrs if self.system.dim == 3 else dgetrs

@@ -22,8 +22,9 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths, natural_residual
 from fingerdesign.contact.solver.active_inverse import ActiveInverse, block, dofs_of
 
-_TOLERANCE = 1e-10  # relative residual
-_DRIFT = 1e-3  # of what a step should undo: more left shows a spoilt inverse
+_TOLERANCE = 1e-10  # The relative residual at which the iteration ends.
+# A step should remove gap and slip; if more than this part is left, the inverse has lost accuracy.
+_DRIFT = 1e-3
 
 
 @dataclass(frozen=True)
@@ -208,12 +209,12 @@ def _slips(
     nodes = active.nodes[sliding]
     dim = multiplier.shape[1]
     current = multiplier[nodes, 1:]
-    wanted = system.bound[:, None] * system.direction - current  # - F_t
-    wanted += np.einsum("sab,sb->sa", system.keep, current) - system.pull * multiplier[nodes, :1]
-    wanted += rho[nodes] * np.einsum("sab,sb->sa", system.turn, motion[nodes, 1:])
+    target = system.bound[:, None] * system.direction - current  # - F_t
+    target += np.einsum("sab,sb->sa", system.keep, current) - system.pull * multiplier[nodes, :1]
+    target += rho[nodes] * np.einsum("sab,sb->sa", system.turn, motion[nodes, 1:])
     shaped = forces.reshape(-1, dim)[sliding]
-    wanted -= np.einsum("sab,sb->sa", system.keep, shaped[:, 1:]) - system.pull * shaped[:, :1]
-    return np.asarray(np.linalg.solve(system.matrix, wanted.reshape(-1)))
+    target -= np.einsum("sab,sb->sa", system.keep, shaped[:, 1:]) - system.pull * shaped[:, :1]
+    return np.asarray(np.linalg.solve(system.matrix, target.reshape(-1)))
 
 
 def tangential_dofs(nodes: IntArray, dim: int) -> IntArray:

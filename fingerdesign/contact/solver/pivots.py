@@ -167,7 +167,7 @@ def _on_status(
     closed: NDArray[np.bool_],
     direction: NDArray[np.int64],
 ) -> Array:
-    """Forces (m, 2) of the linear system that a status stands for: no rounding of the pivots."""
+    """Forces (m, 2) of the linear system of a status, free of the rounding of the pivots."""
     m = len(offset)
     nodes = np.flatnonzero(closed)
     stuck = np.flatnonzero(closed & (direction == 0))

@@ -14,7 +14,7 @@ closed stick; most of what changes shows after it. No product with C is needed b
 then one, of the symmetric half, for the certificate.
 
 Where this does not lead to an answer (many changes at once, a singular matrix) there is none, and
-the caller solves anew; what it does give is certified like any other.
+the caller solves from the start; an answer found here is certified like any other.
 """
 
 from __future__ import annotations
@@ -31,27 +31,32 @@ from fingerdesign.contact.problem import ContactProblem, ContactState
 from fingerdesign.contact.solver.active_inverse import ActiveInverse, ScratchBuffers
 from fingerdesign.contact.solver.linearised import TOLERANCE, Factors, Point, System
 
-_FACTOR = 0.5  # rho C_ii: ten times newton.py's, which starts from farther; from 2 on it cycles
-_OPPOSED = 1e-8  # of the force: friction off a slip's opposite, which residuals hardly see if short
-_MOST = 15  # iterations on one set of candidates; 95 in 100 take up to 9
-_ROUNDS = 6  # sets of candidates in an increment
-_RING, _LEAST = 0.03, 8  # open nodes that the base takes in: of those needed; at least
-_MORE = 1.5  # times the nodes closed: where more would touch, nothing is near
-_WIDEST = 4  # times the ring: with more open nodes the base drops some
-_NEAR = 0.9  # of its friction limit: such a node may slide next
-_SMALL = 300  # dofs: of smaller bases every node is a candidate
-_STRAY = 5  # nodes that leave sticking unforeseen: with more, every node is a candidate
-_LOOSE = 0.3  # of the candidates: with fewer that slide or are open they are chosen anew
-_BULK = 0.6  # of the base: with more candidates every node is one
-_ONWARD = 0.9  # of a step's square lies along the last one: its slips are taken on
-_LONGEST = 1.5  # times the last step: so far they are
+# rho C_ii. Ten times that of newton.py, which starts from farther away; from 2 on it cycles.
+_FACTOR = 0.5
+# Relative to the force: friction may deviate so much from a slip's opposite direction. Residuals
+# hardly show it where the slip is short.
+_OPPOSED = 1e-8
+_MOST = 15  # Iterations on one set of candidates; 95 of 100 need at most 9.
+_ROUNDS = 6  # Sets of candidates in an increment.
+# Open nodes that the working set includes: a part of the needed ones, and at least so many.
+_RING, _LEAST = 0.03, 8
+_MORE = 1.5  # If more than so many times the closed nodes would touch, the answer is not near.
+_WIDEST = 4  # With more than so many rings of open nodes the working set drops some.
+_NEAR = 0.9  # A node above this part of its friction limit may slide next.
+_SMALL = 300  # In a working set of fewer dofs every node is a candidate.
+_STRAY = 5  # If more nodes than this stop sticking unexpectedly, every node is a candidate.
+_LOOSE = 0.3  # Candidates are chosen again if a smaller part of them slides or is open.
+_BULK = 0.6  # If more than this part of the set are candidates, every node is one.
+# A step continues the last one if this part of its square lies along it; slips are extrapolated.
+_ONWARD = 0.9
+_LONGEST = 1.5  # The longest extrapolation, in lengths of the last step.
 
 
 @dataclass(frozen=True)
 class LastIncrement:
     """A solved increment: forces, C f (m, dim), statuses (m,) and how it came about.
 
-    ahead (m, dim): what nodes moved in it beyond sticking, or beyond where they were if open, mm.
+    ahead (m, dim): motion of the nodes in it beyond sticking, of open ones beyond their place, mm.
     change: of the motion's amplitudes; slip, after (m, dim - 1): the history that it started from
     and the one that it left; before (m, dim): C f where it started. largest: normal force.
     """
@@ -69,9 +74,10 @@ class LastIncrement:
 
 @dataclass(frozen=True)
 class Start:
-    """What of the known increment's motion an increment begins with: ``share`` of it.
+    """First guess of an increment's motion: ``share`` times that of the last increment.
 
-    turned: nothing, and what slid mostly sticks. trial: of the same step, so its slips alone.
+    turned: the motion reverses, so that most nodes that slid stick. trial: another trial of the
+    same step, so that its slips alone are taken.
     """
 
     share: float
@@ -79,7 +85,7 @@ class Start:
     trial: bool = False
 
     def of(self, known: LastIncrement) -> Array:
-        """What nodes move beyond where they rest, to begin with (m, dim), mm."""
+        """First guess of the nodes' motion beyond rest (m, dim), mm."""
         if self.turned:
             return np.zeros_like(known.ahead)
         if self.trial:
@@ -102,8 +108,8 @@ class WorkingSet:
 class Tracker:
     """Follows increments on one compliance and friction; each starts from the one known.
 
-    starts: an increment that cannot be followed is begun from a guess (``start``), which is worth
-    its while where an iteration costs little more than its arithmetic.
+    starts: an increment that cannot be followed starts from a guess (``start``); that pays where
+    an iteration costs little more than its arithmetic.
     """
 
     starts = False
@@ -120,7 +126,7 @@ class Tracker:
         self.known: LastIncrement | None = None
 
     def outcome(self, problem: ContactProblem, past: ContactState, found: Answer) -> Outcome:
-        """What an answer from a state amounts to, and its certificate."""
+        """Certify an answer from a state."""
         return outcome(problem, past, found, self._before(past.slip, found))
 
     def _before(self, slip: Array, found: Answer) -> Array:
@@ -172,7 +178,7 @@ class Tracker:
         return None
 
     def _follow(self, known: LastIncrement, offset: Array, begin: Start) -> Answer | None:
-        """Newton on one set of candidates after the other, until no other node has a say."""
+        """Newton on one set of candidates after the other, until no other node changes."""
         status, begun, spent = known.status, False, 0
         if begin.turned:
             status = np.minimum(status, STICK)
@@ -255,7 +261,7 @@ class Tracker:
 
     @staticmethod
     def _ring(needed: BoolArray) -> int:
-        """So many open nodes the base takes in beside those needed."""
+        """Number of open nodes that the working set includes in addition to the needed ones."""
         return max(_LEAST, int(_RING * np.count_nonzero(needed)))
 
     def _chosen(
@@ -333,7 +339,7 @@ class Tracker:
         return None
 
     def _opposed(self, point: Point, scale: float) -> bool:
-        """Whether friction is against each slip, or the slip as good as none."""
+        """True if friction opposes each slip that is not negligible."""
         if point.force.shape[1] == 2:
             return True
         slip, force = point.motion[point.sliding, 1:], point.force[point.sliding]

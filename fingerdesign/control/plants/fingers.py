@@ -125,7 +125,7 @@ class _Finger:
         history = self.history
         if history.last is None:
             return 0.0
-        found = stiffness(history.problem, history.last, history.workspace, held=True)
+        found = stiffness(history.problem, history.last, history.workspace, turning_back=True)
         return float(found[1, 1])
 
     def slid(self, increment: Increment) -> float:
@@ -140,7 +140,7 @@ class _Finger:
         last = self.history.last
         self._moves += 1
         if self._memory is not None and last is not None:
-            self._memory.passed(self.history.at_rest(last.multiplier))
+            self._memory.record(self.history.at_rest(last.multiplier))
         self._displace()
 
     def _displace(self) -> None:
@@ -157,7 +157,7 @@ class MirrorPair:
 
     def __init__(self, problem: ContactProblem, kind: Kind = Kind()) -> None:
         self._finger = _Finger(problem, kind)
-        self._fresh = 1.0 if kind.rubber is None else kind.rubber.fresh
+        self._fresh = 1.0 if kind.rubber is None else kind.rubber.relaxation_factor
 
     @property
     def problem(self) -> ContactProblem:
@@ -225,7 +225,7 @@ class UnlikePair:
         self, problem: ContactProblem, opposite: ContactProblem, kind: Kind = Kind()
     ) -> None:
         self._both = tuple(_Finger(each, kind) for each in (problem, opposite))
-        self._fresh = 1.0 if kind.rubber is None else kind.rubber.fresh
+        self._fresh = 1.0 if kind.rubber is None else kind.rubber.relaxation_factor
         self._shear = self._drift = 0.0
 
     @property

@@ -147,13 +147,13 @@ def played(
             rubber = Rubber(shares, times, float(step))
             if remembered is None:
                 remembered = RubberHistory(rubber, problem)
-            remembered.rubber, fresh = rubber, rubber.fresh
+            remembered.rubber, fresh = rubber, rubber.relaxation_factor
             history.displace(remembered.lag)
         motion = replace(history.state.motion, approach=float(approach), shear=float(shear))
         increment = solve_increment(history.problem, history.state, motion, history.workspace)
         history.accept(increment)
         if remembered is not None:
-            remembered.passed(history.at_rest(increment.multiplier))
+            remembered.record(history.at_rest(increment.multiplier))
         force = problem.model.total_force(increment.force)
         readings = gage_readings(problem.model.gage_strain(increment.force), face)
         found.append(fresh * np.array([-force[1], force[0], *readings]))

@@ -1,0 +1,85 @@
+"""Answers of a condensed body, stored by content: the same body is never condensed twice.
+
+A body is identified by its mesh, fixed dofs, contact facets, functionals and *relative* moduli: one
+factor on all moduli divides compliance and readouts, and changes nothing else. Friction, object,
+path and controller are no part of it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fingerdesign.arrays import Array
+from fingerdesign.runtime.cache import GARBLED, Cache, code_digest
+from fingerdesign.version import __version__
+
+# A model of 480 nodes in 3-D takes 8 MB, one of a section 0.2 MB.
+MOST_MODELS, MOST_MB = 1000, 1000.0
+_DIGITS = 12  # Digits of relative moduli: the rounding of the common factor is no difference.
+# The arrays that are inversely proportional to the moduli.
+_DIVIDED = ("compliance", "readouts", "between")
+Answers = dict[str, Array]
+
+
+def key_of(words: str, moduli: Array, parts: Iterable[Array | sp.csr_matrix | None]) -> str:
+    """SHA-256 (hexadecimal) of all that answers depend on: relative moduli, arrays, words."""
+    code = code_digest(Path(__file__).parent)
+    content = hashlib.sha256(f"{code} {__version__} {words}".encode())
+    values, place = np.unique(moduli, return_inverse=True)
+    rounded = np.array([float(f"{value:.{_DIGITS}g}") for value in values])[place]
+    arrays: list[NDArray[Any] | None] = [rounded]
+    for part in parts:
+        if isinstance(part, sp.csr_matrix):
+            arrays += [part.data, part.indices, part.indptr]
+        else:
+            arrays.append(part)
+    for array in arrays:
+        whole = np.ascontiguousarray(np.empty(0) if array is None else array)
+        content.update(f"{array is None} {whole.dtype} {whole.shape}".encode())
+        content.update(whole.tobytes())
+    return content.hexdigest()
+
+
+def load_answers(key: str, modulus: float) -> tuple[Answers, int] | None:
+    """Load the answers stored under a key and the number of equations; None if there are none.
+
+    modulus: MPa, to which moduli are relative.
+    """
+    found = _store().arrays(f"{key}.npz")
+    if found is None:
+        return None
+    data, about = found
+    try:
+        size = data["readouts"].shape[1]
+        lower = np.zeros((size, size))
+        lower[_lower(size)] = data.pop("compliance")
+        data["compliance"] = lower + np.tril(lower, -1).T
+        factor = about["modulus"] / modulus
+        for name in _DIVIDED:
+            data[name] = factor * data[name]
+        return data, int(about["dofs"])
+    except GARBLED:
+        return None
+
+
+def store_answers(key: str, modulus: float, answers: Answers, dofs: int) -> bool:
+    """Store answers under a key; False where the folder cannot be written (the work goes on)."""
+    compliance = answers["compliance"]
+    arrays = answers | {"compliance": compliance[_lower(len(compliance))]}
+    about = {"modulus": modulus, "dofs": dofs}
+    return _store().put_arrays(f"{key}.npz", arrays, about, packed=False)
+
+
+def _lower(size: int) -> NDArray[np.bool_]:
+    return np.tri(size, dtype=bool)
+
+
+def _store() -> Cache:
+    return Cache("models", MOST_MODELS, most_MB=MOST_MB)

@@ -1,0 +1,108 @@
+"""Stiffness of linear isotropic elasticity on quadratic simplices, in a few large products.
+
+    K[(i,k),(j,l)] = lame T_ij[k,l] + mu T_ij[l,k] + mu delta_kl sum_m T_ij[m,m],
+    T_ij[k,l] = integral of dN_i/dx_k dN_j/dx_l
+
+On a straight cell the shape gradients are those of the reference cell times a constant matrix, so
+one product with a constant table gives the blocks of all cells; curved cells are integrated point
+by point. The result equals scikit-fem's own elasticity form with the same quadrature to 1e-12
+(tested), and is many times faster. Only node pairs i <= j are formed: the factorisation needs the
+upper triangle alone.
+"""
+
+import numpy as np
+import scipy.sparse as sp
+
+from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.fem.elements import inverse_jacobians, physical_gradients, quadrature, tabulate
+from fingerdesign.mesh.measures import curved_cells
+
+_CHUNK = 8192  # Curved cells integrated at a time: 60 MB of temporaries in 3-D.
+_ORDER = 2  # The order of the quadrature: strain times strain.
+# A mid-node this close to the middle, relative to the edge, leaves the mapping affine.
+STRAIGHT = 1e-13
+
+
+def lame_parameters(youngs_modulus: Array, poissons_ratio: Array) -> tuple[Array, Array]:
+    """Lame's first parameter and the shear modulus (MPa), also those of plane strain."""
+    shear = youngs_modulus / (2.0 * (1.0 + poissons_ratio))
+    first = youngs_modulus * poissons_ratio / ((1 + poissons_ratio) * (1 - 2 * poissons_ratio))
+    return first, shear
+
+
+def stiffness_blocks(
+    points: Array, cells: IntArray, first: Array, shear: Array, degree: int = 2
+) -> tuple[IntArray, IntArray, Array]:
+    """Local node pairs i <= j and their blocks (pairs, c, d d), N/mm per mm of depth in 2-D.
+
+    degree 1: linear shape functions on the corners (same geometry). Raises ValueError where a cell
+    is inverted.
+    """
+    dimension = points.shape[1]
+    table = tabulate(dimension, *quadrature(dimension, _ORDER), degree)
+    rows, columns = np.triu_indices(len(table.value))
+    products = np.einsum("iaq,jbq,q->ijab", table.gradient, table.gradient, table.weights)
+    constant = products[rows, columns].reshape(len(rows), -1)
+    straight = ~curved_cells(points, cells, STRAIGHT)
+    inverse, determinant = inverse_jacobians(points, cells, straight)
+    unit = np.einsum("c,cak,cbl->abckl", determinant, inverse, inverse, optimize=True)
+    unit = isotropic(unit, first, shear).reshape(len(constant.T), -1)
+    blocks = (constant @ unit).reshape(len(rows), len(cells), -1)
+    curved = np.flatnonzero(~straight)
+    for start in range(0, len(curved), _CHUNK):
+        part = curved[start : start + _CHUNK]
+        gradients, weights = physical_gradients(points, cells[part], _ORDER, degree)
+        flat = gradients.reshape(*gradients.shape[:2], -1)
+        product = np.matmul((flat * weights[:, :, None]).transpose(0, 2, 1), flat)
+        size = len(table.value)
+        product = product.reshape(len(part), size, dimension, size, dimension)
+        pairs = product[:, rows, :, columns, :]  # (pairs, c, d, d)
+        blocks[:, part] = isotropic(pairs, first[part], shear[part]).reshape(
+            len(rows), len(part), -1
+        )
+    return rows, columns, blocks
+
+
+def isotropic(product: Array, first: Array, shear: Array) -> Array:
+    """lame T + mu T^T + mu tr T for products T (..., c, d, d)."""
+    trace = np.einsum("...kk->...", product)
+    result = first[:, None, None] * product
+    result += shear[:, None, None] * np.swapaxes(product, -1, -2)
+    for k in range(product.shape[-1]):
+        result[..., k, k] += shear * trace
+    return result
+
+
+def sum_blocks(rows: IntArray, columns: IntArray, blocks: Array, nodes: int) -> sp.csr_matrix:
+    """Sum blocks (pairs, c, d d) at node pairs (pairs, c) into an upper-triangular CSR matrix.
+
+    Each pair of nodes occurs once, in either order; ``blocks`` is overwritten.
+    """
+    width = blocks.shape[-1]
+    dimension = round(width**0.5)
+    swapped = rows > columns
+    turned = np.arange(width).reshape(dimension, dimension).T.ravel()
+    blocks[swapped] = blocks[swapped][:, turned]
+    key = (np.minimum(rows, columns) * nodes + np.maximum(rows, columns)).ravel()
+    position = np.argsort(key)
+    ordered = key[position]
+    start = np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]]))
+    add = sp.csr_matrix(
+        (np.ones(len(key)), position, np.append(start, len(key))), shape=(len(start), len(key))
+    )
+    summed = add @ blocks.reshape(-1, width)
+    row, column = np.divmod(ordered[start], nodes)
+    pointer = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=nodes))])
+    matrix = sp.bsr_matrix(
+        (summed.reshape(-1, dimension, dimension), column, pointer),
+        shape=(nodes * dimension, nodes * dimension),
+    ).tocsr()
+    row_of = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
+    return take(matrix, matrix.indices >= row_of, row_of)
+
+
+def take(matrix: sp.csr_matrix, mask: BoolArray, row_of: IntArray) -> sp.csr_matrix:
+    """The entries of a sorted CSR matrix that ``mask`` keeps; ``row_of``: their rows."""
+    columns = matrix.indices[mask]
+    pointer = np.concatenate([[0], np.cumsum(np.bincount(row_of[mask], minlength=matrix.shape[0]))])
+    return sp.csr_matrix((matrix.data[mask], columns, pointer), shape=matrix.shape)
