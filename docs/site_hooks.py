@@ -117,7 +117,7 @@ def source_links(app: Any, docname: str, source: list[str]) -> None:
 
 def write_keys(app: Any) -> None:
     """The starter files with every key and its meaning, for the page that shows them."""
-    from fingerdesign.checks.starter import starter_scene_text, starter_text
+    from fingerdesign.design.starter import starter_scene_text, starter_text
 
     folder = Path(app.srcdir) / KEPT
     shutil.rmtree(folder, ignore_errors=True)

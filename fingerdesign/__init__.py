@@ -16,13 +16,13 @@ from fingerdesign.version import __version__ as __version__
 if TYPE_CHECKING:
     from fingerdesign.analysis.analysed import load_result as load_result
     from fingerdesign.cad.from_python import with_body as with_body
+    from fingerdesign.checks.load import load_design as load_design
     from fingerdesign.checks.load import parse_design as parse_design
-    from fingerdesign.checks.load import parse_scene as parse_scene
     from fingerdesign.checks.load import with_values as with_values
-    from fingerdesign.checks.starter import load_design as load_design
-    from fingerdesign.checks.starter import load_scene as load_scene
+    from fingerdesign.design.io import parse_scene as parse_scene
     from fingerdesign.design.scene import Scene as Scene
     from fingerdesign.design.schema import Design as Design
+    from fingerdesign.design.shipped import load_scene as load_scene
     from fingerdesign.errors import DesignError as DesignError
     from fingerdesign.errors import FingerDesignError as FingerDesignError
     from fingerdesign.errors import SolverError as SolverError
@@ -40,10 +40,10 @@ _HOMES = {
     "SolverError": "fingerdesign.errors",
     "allow_code": "fingerdesign.runtime.registry",
     "load_result": "fingerdesign.analysis.analysed",
-    "load_design": "fingerdesign.checks.starter",
-    "load_scene": "fingerdesign.checks.starter",
+    "load_design": "fingerdesign.checks.load",
+    "load_scene": "fingerdesign.design.shipped",
     "parse_design": "fingerdesign.checks.load",
-    "parse_scene": "fingerdesign.checks.load",
+    "parse_scene": "fingerdesign.design.io",
     "with_values": "fingerdesign.checks.load",
     "with_body": "fingerdesign.cad.from_python",
     "analyse": "fingerdesign.pipeline",

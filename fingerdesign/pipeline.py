@@ -33,12 +33,13 @@ from fingerdesign.analysis.stages import (
     slip_studies,
     zone_of,
 )
-from fingerdesign.checks.starter import find_design, find_scene
+from fingerdesign.checks.load import load_design
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.make import mesher_of
@@ -63,8 +64,8 @@ def analyse(
     Without a scene: the fundamental case and the design's grips. Raises DesignError for wrong
     input, another FingerDesignError where the work fails.
     """
-    design = design if isinstance(design, Design) else find_design(design)
-    scene = scene if isinstance(scene, Scene | None) else find_scene(scene)
+    design = design if isinstance(design, Design) else load_design(design)
+    scene = scene if isinstance(scene, Scene | None) else load_scene(scene)
     return Analysed.of(run(Case(design, scene, fidelity, grips=scene is None, fields=False)))
 
 

@@ -13,8 +13,8 @@ from fingerdesign.analysis.fidelity.ladder import Choice
 from fingerdesign.analysis.page.tables import ladder_table
 from fingerdesign.analysis.path import follow_path
 from fingerdesign.checks.design import plane_strain_faults
-from fingerdesign.checks.load import dump_design
-from fingerdesign.checks.starter import shipped_designs, shipped_path
+from fingerdesign.design.io import dump_design
+from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError, Fault, MeshError
 from fingerdesign.fem import factor
 from fingerdesign.fem.model import FiniteElementModel
@@ -34,14 +34,14 @@ SCENE = parse_scene("[path]\nincrements_mm = [[0.1, 0.0], [0.15, 0.05]]")
 
 def cut_by_one_section():
     """The shipped designs that plane strain can show."""
-    designs = {name: load_design(shipped_path(name)) for name in shipped_designs()}
+    designs = {name: load_design(name) for name in shipped_names()}
     return [name for name, design in designs.items() if not plane_strain_faults(design)]
 
 
 @pytest.mark.parametrize("name", cut_by_one_section())
 def test_every_shipped_design_is_analysed(name):
     """The fundamental case with its study and the grips, on a coarse section."""
-    design = with_values(load_design(shipped_path(name)), COARSE)
+    design = with_values(load_design(name), COARSE)
     analysis = run(Case(design, fidelity="plane-strain", fields=False))
     result = analysis.result
     assert result.status == "ok"
@@ -56,7 +56,7 @@ def test_every_shipped_design_is_analysed(name):
 
 
 def test_public_call_and_its_record():
-    design = with_values(load_design(shipped_path("maeno2000")), COARSE)
+    design = with_values(load_design("maeno2000"), COARSE)
     result = analyse(design, SCENE, "plane-strain")
     last = result.increments[-1]
     assert last.normal_force_N > last.tangential_force_N > 0
@@ -75,7 +75,7 @@ def test_public_call_and_its_record():
 
 
 def test_plane_strain_forces_grow_with_the_depth_and_free_ends_soften():
-    design = with_values(load_design(shipped_path("homogeneous")), COARSE)
+    design = with_values(load_design("homogeneous"), COARSE)
     one = analyse(design, SCENE, "plane-strain").increments[-1]
     deeper = with_values(design, {"body.depth_mm": 2.0 * design.body.depth_mm})
     two = analyse(deeper, SCENE, "plane-strain").increments[-1]
@@ -88,7 +88,7 @@ def test_plane_strain_forces_grow_with_the_depth_and_free_ends_soften():
 
 
 def test_a_zone_too_narrow_is_widened_and_said(monkeypatch):
-    design = with_values(load_design(shipped_path("homogeneous")), COARSE)
+    design = with_values(load_design("homogeneous"), COARSE)
     wide = analyse(design, SCENE, "plane-strain")
     monkeypatch.setattr(stages, "candidate_zone", lambda *given: Zone(0.8))
     narrow = analyse(design, SCENE, "plane-strain")
@@ -178,7 +178,7 @@ def test_one_factorisation_serves_frictions_grips_and_fields(counted, monkeypatc
     # No remedies for its gages: they take models of other plates, made beside.
     monkeypatch.setattr(pipeline, "sections_beside", lambda case: None)
     values = COARSE | {"grip.friction_coefficients": [0.3, 0.8]}
-    design = with_values(load_design(shipped_path("narrow")), values)
+    design = with_values(load_design("narrow"), values)
     analysis = run(Case(design, scene, "plane-strain", fields=scene is not None))
     assert counted == {"factored": 1, "fields": int(scene is not None)}
     assert (analysis.fields is None) == (scene is None)
@@ -253,7 +253,7 @@ def test_a_wrong_tolerance_is_refused_before_work(tolerance):
 
 
 def test_files_and_names_of_what_is_shipped_are_designs_and_scenes(tmp_path):
-    assert load_design("sensitive") == load_design(shipped_path("sensitive"))
+    assert load_design("sensitive") == load_design("sensitive")
     with pytest.raises(DesignError, match="did you mean sensitive"):
         analyse("sensitiv", "pull", "plane-strain")
     design = with_values(load_design("maeno2000"), COARSE)

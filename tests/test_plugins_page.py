@@ -10,7 +10,7 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import DesignError, with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.runtime.child import ALLOWED, MODULES
 from fingerdesign.runtime.isolate import Worker
 from fingerdesign.runtime.registry import CONTROLLERS, allow_code
@@ -92,7 +92,7 @@ def test_a_controller_in_one_file_grips(here, line, capsys):
 
 def test_a_class_is_found_by_worker_processes_and_its_file_counts(here):
     allow_code("steady:Steady", "steady:Stedy")
-    design = with_values(find_design("sensitive"), {"grip.controller": "steady:Steady"})
+    design = with_values(load_design("sensitive"), {"grip.controller": "steady:Steady"})
     with Worker() as worker:
         there = worker.call("tests.support.calls:hand_of", design, time_s=60.0)
     assert there == ("steady", design.digest())

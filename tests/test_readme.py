@@ -12,7 +12,6 @@ from fingerdesign_cli.main import cli, main
 
 from fingerdesign import parse_design
 from fingerdesign.checks.load import load_design, with_values
-from fingerdesign.checks.starter import shipped_path
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mold.plan.plan import PROFILES, limits_of
@@ -205,7 +204,7 @@ def test_the_molds_page_reports_refusals_as_they_are():
     assert len(rows) == 5
     for name, key, value, reported in rows:
         parsed = tomllib.loads(f"value = {value}")["value"]
-        design = with_values(load_design(shipped_path(name)), {key: parsed})
+        design = with_values(load_design(name), {key: parsed})
         with pytest.raises(DesignError) as error:
             plan_mold(design)
         said = str(error.value)

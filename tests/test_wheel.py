@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fingerdesign.checks.starter import starter_text
+from fingerdesign.design.starter import starter_text
 from fingerdesign.records.folder import read_result
 from tests.support.coarser import write_coarser
 

@@ -18,7 +18,7 @@ from fingerdesign_bench.lines import read_lines
 from fingerdesign_cli.main import main
 
 from fingerdesign.checks.load import with_values
-from fingerdesign.checks.starter import shipped_designs
+from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.runtime.isolate import ProcessError
@@ -41,7 +41,7 @@ def refused(case):
 
 
 def test_an_interrupted_run_goes_on_where_it_stopped(monkeypatch, tmp_path):
-    asked, cases = [], [*shipped_designs(), "0", "1", "2", "3"]
+    asked, cases = [], [*shipped_names(), "0", "1", "2", "3"]
     monkeypatch.setattr(molds, "_run", lambda case: asked.append(case) or record(case))
     measure_molds(tmp_path, seeds=4)
     assert sorted(asked) == sorted(cases)

@@ -38,12 +38,12 @@ from fingerdesign_bench.plane_strain.table import (
 )
 
 from fingerdesign import parse_scene, with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.gaps import layered
 from fingerdesign.validate.plane_strain import QUANTITIES, map_of, plane_strain_error
 
-FINGER = find_design("homogeneous")
+FINGER = load_design("homogeneous")
 
 
 def readings(force, width, gages):

@@ -20,10 +20,10 @@ from fingerdesign.analysis.answers import (
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.page.words import in_short, verdict
 from fingerdesign.analysis.verdicts import verdict_view
-from fingerdesign.checks.load import with_values
-from fingerdesign.checks.starter import find_design, find_scene
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.faults import undexed
 from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.folder import RESULTS
@@ -108,11 +108,11 @@ def _read(
     cases: list[Case] = []
     scene = None
     with _kept(faults):
-        scene = None if scene_file is None else find_scene(scene_file)
+        scene = None if scene_file is None else load_scene(scene_file)
     for path in designs:
         with _kept(faults):
             name = scene_file.stem if scene_file is not None else ""
-            cases.append(Case(find_design(path), scene, fidelity, scene_name=name, **options))
+            cases.append(Case(load_design(path), scene, fidelity, scene_name=name, **options))
     for case in cases:
         with _kept(faults):
             if fresh or not is_kept(case):

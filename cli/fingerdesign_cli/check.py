@@ -13,8 +13,8 @@ import click
 
 from fingerdesign.cad.step_rules import check_mirror
 from fingerdesign.checks.design import plane_strain_faults
-from fingerdesign.checks.starter import file_text, kind_of
 from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import file_text, kind_of
 from fingerdesign.design.step import StepFacts, step_facts
 from fingerdesign.errors import DesignError, printable
 from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words

@@ -5,11 +5,12 @@ from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
 from fingerdesign.checks.design import scene_faults
-from fingerdesign.checks.load import Judged, judge_design, judge_scene
-from fingerdesign.checks.starter import file_text
+from fingerdesign.checks.load import judge_design
 from fingerdesign.control.estimator import EstimatorError, GripEstimator
+from fingerdesign.design.io import Judged, judge_scene
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import file_text
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RecordFolder

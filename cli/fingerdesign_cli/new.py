@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from fingerdesign.checks import starter
+from fingerdesign.design import starter
 from fingerdesign.design.schema import schema_text
 from fingerdesign.runtime.files import why_no_place, write_whole
 

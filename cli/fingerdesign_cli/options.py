@@ -34,7 +34,7 @@ class ShippedOrFile(click.Path):
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         """Shipped names that begin alike, then the shell's own files."""
-        from fingerdesign.checks.starter import shipped_names
+        from fingerdesign.design.shipped import shipped_names
 
         names = [name for kind in self.kinds for name in shipped_names(kind)]
         found = [CompletionItem(name) for name in names if name.startswith(incomplete)]

@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from fingerdesign.checks.starter import file_text
+from fingerdesign.design.shipped import file_text
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.compare.read import Comparison
 from fingerdesign.search.compare.recommend import recommend

@@ -5,8 +5,9 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from fingerdesign.checks.load import parse_scene
-from fingerdesign.checks.starter import find_design, shipped_names, shipped_text
+from fingerdesign.checks.load import load_design
+from fingerdesign.design.io import parse_scene
+from fingerdesign.design.shipped import shipped_names, shipped_text
 from fingerdesign.errors import DesignError
 from fingerdesign.materials import EXPANSION, MATERIALS
 from fingerdesign.runtime.registry import CONTROLLERS
@@ -26,7 +27,7 @@ def _why(text: str) -> str:
 
 def _designs() -> Iterator[_Row]:
     for name in shipped_names("design"):
-        design = find_design(name)
+        design = load_design(name)
         yield {
             "name": name,
             "body": design.body.shape,

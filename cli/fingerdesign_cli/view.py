@@ -12,7 +12,7 @@ from fingerdesign.analysis.page.sketch import draw_sketch, facts
 from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
 from fingerdesign.analysis.page.words import Question, in_short, verdict
 from fingerdesign.analysis.verdicts import verdict_view
-from fingerdesign.checks.starter import shipped_names
+from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RESULT_FILE, read_result

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from fingerdesign.checks.load import parse_scene
-from fingerdesign.checks.starter import shipped_text
 from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.control.estimator import GripEstimator
+from fingerdesign.design.io import parse_scene
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import shipped_text
 from fingerdesign.layout.frames import mirrors_in_z, plate_rows
 from fingerdesign.version import __version__
 

@@ -22,7 +22,8 @@ from fingerdesign.analysis.case import Case, Clock, fundamental_scene
 from fingerdesign.analysis.page.page import report_html
 from fingerdesign.arrays import Array
 from fingerdesign.cad.solid_process import finger_cad_beside, write_finger_cad
-from fingerdesign.checks.load import dump_design, load_design
+from fingerdesign.checks.load import load_design
+from fingerdesign.design.io import dump_design
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.elements import tabulate
 from fingerdesign.mesh.types import Mesh

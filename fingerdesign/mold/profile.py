@@ -9,7 +9,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
-from fingerdesign.checks.load import parse_toml, read_text, with_values
+from fingerdesign.checks.load import with_values
+from fingerdesign.design.io import parse_toml, read_text
 from fingerdesign.design.mold import Comb, Mold, MoldLimits
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault

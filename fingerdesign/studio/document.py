@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from fingerdesign.checks.load import judge_design, read_text, with_values
-from fingerdesign.checks.starter import file_text
+from fingerdesign.checks.load import judge_design, with_values
 from fingerdesign.design.faults import leaves, set_value
+from fingerdesign.design.io import read_text
 from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import file_text
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.files import write_whole
 

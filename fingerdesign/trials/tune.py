@@ -15,10 +15,11 @@ from typing import Any
 
 from fingerdesign.analysis.case import Clock
 from fingerdesign.analysis.stages import one_thread
-from fingerdesign.checks.load import dump_design, with_values
+from fingerdesign.checks.load import with_values
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.metrics import JudgedGrip
+from fingerdesign.design.io import dump_design
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import json_text

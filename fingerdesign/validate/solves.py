@@ -27,8 +27,7 @@ from fingerdesign.analysis.fidelity.readings import MICRO, Readings, readings_of
 from fingerdesign.analysis.fidelity.rungs import can_extrude, rung
 from fingerdesign.analysis.path import problem_at_touch, targets
 from fingerdesign.analysis.stages import condense, one_thread, zone_of
-from fingerdesign.checks.load import with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import Motion
@@ -173,7 +172,7 @@ def warm() -> None:
 
     A section of a shipped finger without plates: half a second.
     """
-    design, scene = find_design("homogeneous"), fundamental_scene()
+    design, scene = load_design("homogeneous"), fundamental_scene()
     solve(design, scene, rung(design, scene, "plane strain", _WARM))
 
 

@@ -12,7 +12,6 @@ from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.folder import complete, read_analysis
 from fingerdesign.analysis.page import page
 from fingerdesign.analysis.page.page import report_html
-from fingerdesign.checks.starter import shipped_path
 from fingerdesign.pipeline import analyse_into, run
 from fingerdesign.records.base import ResultError
 
@@ -28,7 +27,7 @@ COARSE = {
 
 @pytest.fixture
 def case():
-    return Case(with_values(load_design(shipped_path("narrow")), COARSE), None, "plane-strain")
+    return Case(with_values(load_design("narrow"), COARSE), None, "plane-strain")
 
 
 def contents(folder):

@@ -7,7 +7,8 @@ from fingerdesign.analysis.analysis import CAVEATS, MODEL, _at_side, of_choices
 from fingerdesign.analysis.case import Case, gage_array
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.page.words import verdict
-from fingerdesign.checks.load import parse_design, parse_scene
+from fingerdesign.checks.load import parse_design
+from fingerdesign.design.io import parse_scene
 from fingerdesign.design.schema import Design, StepFile
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import mirrors_in_z

@@ -5,8 +5,7 @@ import json
 import pytest
 
 from fingerdesign.analysis.forecast.lift import lifts
-from fingerdesign.checks.load import parse_design, with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design, parse_design, with_values
 from fingerdesign.contact.force_control import Forces, solve_forces
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactState
@@ -52,7 +51,7 @@ def against_the_model(design, fidelity):
 
 @pytest.mark.parametrize("name", ["narrow", "sensitive", "wide"])
 def test_approach_and_width_are_forecast_within_a_factor(name):
-    for approach, width in against_the_model(find_design(name), "plane-strain"):
+    for approach, width in against_the_model(load_design(name), "plane-strain"):
         assert 1.0 / APPROACH_OFF < approach < APPROACH_OFF
         assert 1.0 / WIDTH_OFF < width < WIDTH_OFF
 
@@ -66,9 +65,9 @@ def test_the_soft_dome_s_are_in_3d(mass_g):
 
 
 def test_gages_are_forecast_beside_what_is_wanted():
-    assert all(lift.measurable for lift in lifts(find_design("sensitive")))
-    assert any(lift.measurable is False for lift in lifts(find_design("maeno2000")))
-    assert not any(lift.measurable for lift in lifts(find_design("maeno2000")))
+    assert all(lift.measurable for lift in lifts(load_design("sensitive")))
+    assert any(lift.measurable is False for lift in lifts(load_design("maeno2000")))
+    assert not any(lift.measurable for lift in lifts(load_design("maeno2000")))
 
 
 def test_what_the_small_strains_do_not_bear_is_said_with_a_remedy():

@@ -5,8 +5,7 @@ import pytest
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.detection import SEEN, amplifier_noise, measured_states
 from fingerdesign.analysis.page.words import verdict
-from fingerdesign.checks.load import with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.grip import HardwareTable
 from fingerdesign.pipeline import run
 from fingerdesign.search.run.measured import metrics_of
@@ -15,7 +14,7 @@ from fingerdesign.search.study.file import Cost
 
 def analysed(fidelity="plane-strain", **values):
     """The demo's finger with other values, without grips."""
-    design = with_values(find_design("maeno2000"), values)
+    design = with_values(load_design("maeno2000"), values)
     return design, run(Case(design, None, fidelity, grips=False, fields=False))
 
 

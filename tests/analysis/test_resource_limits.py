@@ -18,8 +18,8 @@ from fingerdesign.analysis.forecast.forecast import forecast_case, forecasts
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.stages import condense, make_mesh, zone_of
 from fingerdesign.checks.load import load_design, parse_design, with_values
-from fingerdesign.checks.starter import find_scene, shipped_path
 from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import DesignError
 from fingerdesign.fem.factor import has_pardiso
 from fingerdesign.layout.frames import mirrors_in_z
@@ -36,7 +36,7 @@ COARSE = SWEPT | {"mesh.contact_size_mm": 0.6, "mesh.plate_size_mm": 0.8, "mesh.
 
 
 def shipped(name, values=None):
-    design = load_design(shipped_path(name))
+    design = load_design(name)
     return with_values(design, values) if values else design
 
 
@@ -218,13 +218,13 @@ def test_more_is_requested_more_is_predicted():
     slow = forecast_case(Case(design, None, "plane-strain"), Machine(30.0, 55.0, 2))
     reported = forecast_case(Case(design, None, "plane-strain"), MACHINE)
     assert slow.total_s == pytest.approx(2.0 * reported.total_s)
-    alone = forecast_case(Case(design, find_scene("fundamental"), "plane-strain"), MACHINE)
+    alone = forecast_case(Case(design, load_scene("fundamental"), "plane-strain"), MACHINE)
     assert "grips" in reported.seconds
     assert "grips" not in alone.seconds
     assert alone.total_s < reported.total_s
     swept = shipped("narrow", SWEPT)
-    half = forecast_case(Case(swept, find_scene("fundamental"), "3d"), MACHINE)
-    whole = forecast_case(Case(swept, find_scene("twist"), "3d"), MACHINE)
+    half = forecast_case(Case(swept, load_scene("fundamental"), "3d"), MACHINE)
+    whole = forecast_case(Case(swept, load_scene("twist"), "3d"), MACHINE)
     assert half.half
     assert not whole.half
     assert 1.6 < whole.elements / half.elements < 2.2
@@ -250,7 +250,7 @@ def test_a_mesh_in_the_cache_is_counted_as_it_is(monkeypatch, tmp_path):
 def test_what_cannot_be_analysed_is_not_predicted():
     assert [each.fidelity for each in forecasts(shipped("narrow"))] == ["plane-strain", "3d"]
     assert [each.fidelity for each in forecasts(shipped("both_ways"))] == ["3d"]
-    flat = forecasts(shipped("narrow"), find_scene("ball"))
+    flat = forecasts(shipped("narrow"), load_scene("ball"))
     assert [each.fidelity for each in flat] == ["3d"]
 
 

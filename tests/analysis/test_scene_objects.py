@@ -8,7 +8,6 @@ import pytest
 from fingerdesign import analyse, load_design, parse_scene, with_values
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.path import object_at_touch, touch_point
-from fingerdesign.checks.starter import shipped_path
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, SolverError
@@ -30,7 +29,7 @@ PATH = "path.increments_mm = [[0.15, 0.0], [0.15, 0.04]]\n"
 
 @pytest.fixture(scope="module")
 def design():
-    return with_values(load_design(shipped_path("homogeneous")), COARSE)
+    return with_values(load_design("homogeneous"), COARSE)
 
 
 def forces(design, text, fidelity="plane-strain"):

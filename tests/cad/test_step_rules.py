@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from fingerdesign import DesignError, load_design, parse_design, with_values
-from fingerdesign.checks.load import dump_design
 from fingerdesign.design import step as facts_module
 from fingerdesign.design.body import StepFile
+from fingerdesign.design.io import dump_design
 from fingerdesign.design.step import portable, resolved, step_facts
 from fingerdesign.errors import GeometryError
 from fingerdesign.runtime.isolate import call

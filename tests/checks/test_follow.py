@@ -2,9 +2,11 @@
 
 import pytest
 
-from fingerdesign.checks.load import design_data, dump_design, parse_design, with_values
-from fingerdesign.checks.starter import find_design, shipped_designs, starter_text
+from fingerdesign.checks.load import load_design, parse_design, with_values
 from fingerdesign.design.grip import Grip
+from fingerdesign.design.io import design_data, dump_design
+from fingerdesign.design.shipped import shipped_names
+from fingerdesign.design.starter import starter_text
 from fingerdesign.errors import DesignError
 
 TEXT = 'design.name = "a"\n'
@@ -14,9 +16,9 @@ def follows(**values):
     return with_values(parse_design(TEXT), values).grip
 
 
-@pytest.mark.parametrize("name", shipped_designs())
+@pytest.mark.parametrize("name", shipped_names())
 def test_shipped_designs_keep_their_values(name):
-    grip = find_design(name).grip
+    grip = load_design(name).grip
     assert grip.defaults == "fixed"
     assert {grip.approach_step_mm, grip.shear_step_mm} == {0.004, 0.03}
     assert grip.fundamental_approach_mm is None

@@ -9,7 +9,7 @@ from fingerdesign_cli import looks
 from fingerdesign_cli.main import cli
 from fingerdesign_cli.options import FIDELITIES, RENAMED, SHELVES
 
-from fingerdesign.checks.starter import shipped_names
+from fingerdesign.design.shipped import shipped_names
 
 WRITES_NOWHERE = {"new", "check", "list", "studio"}
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design, with_values
-from fingerdesign.checks.starter import shipped_text
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.control.episode import run_episodes
+from fingerdesign.design.shipped import shipped_text
 from fingerdesign.fem.model import build_model
 from fingerdesign.layout.frames import crest_height
 from fingerdesign.mesh.section.section import mesh_section

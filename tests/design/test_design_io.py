@@ -7,18 +7,16 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fingerdesign.checks.load import (
-    dump_design,
     judge_data,
     judge_design,
     load_design,
-    load_scene,
     parse_design,
-    parse_scene,
     with_values,
 )
-from fingerdesign.checks.starter import kind_of
 from fingerdesign.design.faults import known_keys
+from fingerdesign.design.io import dump_design, parse_scene
 from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import kind_of, load_scene
 from fingerdesign.errors import DesignError
 from tests.support.faults import faults_of as faults
 
@@ -226,11 +224,11 @@ def test_no_value_of_any_kind_crashes(values):
 @settings(max_examples=100, derandomize=True, deadline=None)
 @given(ANY, ANY)
 def test_no_scene_crashes(rows, points):
-    from fingerdesign.checks.load import _validated
+    from fingerdesign.design.io import judge_keys
     from fingerdesign.design.scene import Scene
 
     data = {"path": {"increments_mm": rows}, "readout": {"points_mm": points}}
-    found = _validated(Scene, data)
+    found = judge_keys(Scene, data)
     assert found.value is not None or all(str(fault) for fault in found.faults)
     assert (found.value is None) == bool(found.faults)
 

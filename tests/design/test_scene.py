@@ -3,7 +3,8 @@
 import pytest
 
 from fingerdesign.checks.design import scene_faults
-from fingerdesign.checks.load import judge_scene, parse_design, parse_scene
+from fingerdesign.checks.load import parse_design
+from fingerdesign.design.io import judge_scene, parse_scene
 from tests.support.faults import faults_of
 
 PATH = "path.increments_mm = [[0.1, 0.0], [0.2, 0.05], [0.0, 0.05]]\n"

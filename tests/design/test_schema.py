@@ -2,9 +2,9 @@
 
 import pytest
 
-from fingerdesign.checks.load import dump_design, parse_design, with_values, without_plates
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design, parse_design, with_values, without_plates
 from fingerdesign.design.digest import LATER
+from fingerdesign.design.io import dump_design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import Hole, PlateFrame, mirrors_in_z, plate_frames
 from fingerdesign.layout.gaps import layered
@@ -259,7 +259,7 @@ def test_how_a_finger_is_cast_is_not_in_the_digest(name, digest):
 
     A shipped design or a default that is changed on purpose moves its digest: then pin it anew.
     """
-    design = find_design(name)
+    design = load_design(name)
     assert with_values(design, {"mold": {}}).digest() == digest
     assert with_values(design, {"mold.process": "fdm", "mold.wall_mm": 9.0}).digest() == digest
     bare = without_plates(design)  # is sound

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from fingerdesign.checks.design import scene_faults
-from fingerdesign.checks.load import load_design, load_scene, parse_design
-from fingerdesign.checks.starter import find_design, find_scene, shipped_text, starter_text
+from fingerdesign.checks.load import load_design, parse_design
 from fingerdesign.design import schema as json_schema
 from fingerdesign.design.schema import Body
+from fingerdesign.design.shipped import load_scene, shipped_text
+from fingerdesign.design.starter import starter_text
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import surface_height
 from fingerdesign.layout.volume import outline_volume
@@ -121,20 +122,20 @@ def test_starter_from_a_shipped_design_keeps_its_comments():
 
 def test_designs_and_scenes_are_found_by_file_or_by_name(tmp_path, monkeypatch):
     path = "designs/scenes/fundamental.toml"
-    assert find_scene(path) == find_scene("fundamental") == load_scene(path)
+    assert load_scene(path) == load_scene("fundamental") == load_scene(path)
     for find, name, near in (
-        (find_scene, "fundamentel", "readable TOML file"),
+        (load_scene, "fundamentel", "readable TOML file"),
         (lambda name: shipped_text(name, "scene"), "fundamentel", "did you mean fundamental"),
         (lambda name: starter_text("mine", name), "narow", "did you mean narrow"),
-        (find_design, "meano2000.toml", "did you mean maeno2000"),
+        (load_design, "meano2000.toml", "did you mean maeno2000"),
     ):
         with pytest.raises(DesignError, match=near):
             find(name)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "narrow").mkdir()  # a result's folder
-    assert find_design("narrow").design.name == "narrow"
+    assert load_design("narrow").design.name == "narrow"
     (tmp_path / "wide").write_text('design.name = "mine"')
-    assert find_design("wide").design.name == "mine"
+    assert load_design("wide").design.name == "mine"
 
 
 def test_every_material_is_usable_and_has_a_source():

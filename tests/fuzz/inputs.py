@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fingerdesign import load_design, parse_design
-from fingerdesign.checks.starter import shipped_names, shipped_text
+from fingerdesign.design.shipped import shipped_names, shipped_text
 from fingerdesign.sensing.train.result import settings_of, training_key
 from tests.cli.test_voice import FOLDERS
 from tests.control.test_estimator import estimator

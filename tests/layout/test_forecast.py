@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from fingerdesign.checks.load import parse_design, parse_scene
+from fingerdesign.checks.load import parse_design
+from fingerdesign.design.io import parse_scene
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.layout.zone import (
     approach_for,

@@ -10,7 +10,8 @@ import pytest
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.stages import make_mesh, zone_of
-from fingerdesign.checks.load import parse_design, parse_scene, with_values
+from fingerdesign.checks.load import parse_design, with_values
+from fingerdesign.design.io import parse_scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.layout.zone import Zone

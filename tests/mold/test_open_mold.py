@@ -13,8 +13,7 @@ import pytest
 import trimesh
 from fingerdesign_bench.any_finger.designs import random_design
 
-from fingerdesign.checks.load import with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import resolved
 from fingerdesign.errors import DesignError
@@ -45,7 +44,7 @@ def parts_of(plan):
     ],
 )
 def test_a_finger_that_allows_it_gets_the_fewest_parts_and_two_bolts(name, parts):
-    plan = plan_mold(find_design(name))
+    plan = plan_mold(load_design(name))
     assert (plan.pour, plan.closed_for) == ("open", "")
     assert set(plan.walls) == FRAMES
     assert (parts_of(plan), len(plan.bolts)) == (parts, 2)
@@ -54,7 +53,7 @@ def test_a_finger_that_allows_it_gets_the_fewest_parts_and_two_bolts(name, parts
     footprint = plan.half_width * plan.half_depth
     assert footprint < plan.mount_x * plan.mount_z <= 2.0 * footprint
     assert len(hardware(plan)) == 3  # of one kind each: bolts, nuts, washers
-    closed = plan_mold(with_values(find_design(name), {"mold.pour": "closed"}))
+    closed = plan_mold(with_values(load_design(name), {"mold.pour": "closed"}))
     assert parts_of(closed) == parts + 3
     assert len(closed.bolts) >= 6
 
@@ -63,11 +62,11 @@ def test_a_finger_that_allows_it_gets_the_fewest_parts_and_two_bolts(name, parts
     ("name", "word"), [("boned", "core"), ("both_ways", "right and left"), ("pin", "contact")]
 )
 def test_a_finger_that_needs_a_closed_mold_gets_one_and_the_reason(name, word):
-    plan = plan_mold(find_design(name))
+    plan = plan_mold(load_design(name))
     assert plan.pour == "closed"
     assert word in plan.closed_for
     with pytest.raises(DesignError) as error:
-        plan_mold(with_values(find_design(name), {"mold.pour": "open"}))
+        plan_mold(with_values(load_design(name), {"mold.pour": "open"}))
     (fault,) = error.value.faults
     assert fault.key == "mold.pour"
     assert plan.closed_for in fault.bound
@@ -113,10 +112,10 @@ def test_lugs_of_both_frames_leave_the_mount_its_clearance_and_no_more(made):
 
 
 def test_what_is_too_large_for_an_open_mold_is_closed_or_refused():
-    low = with_values(find_design("maeno2000"), {"mold.bolt": "M4", "mold.limits.wall_mm": 1.5})
+    low = with_values(load_design("maeno2000"), {"mold.bolt": "M4", "mold.limits.wall_mm": 1.5})
     with pytest.raises(DesignError, match=r"mold\.bolt = M4"):  # of the closed one
         plan_mold(low)
-    thin = with_values(find_design("maeno2000"), {"mold.wall_mm": 3.0})
+    thin = with_values(load_design("maeno2000"), {"mold.wall_mm": 3.0})
     with pytest.raises(DesignError, match=r"mold\.wall_mm = 3\.0: must be at least 3\.3"):
         plan_mold(thin)
     assert plan_mold(with_values(thin, {"mold.wall_mm": 3.3})).wall_z == 3.3
@@ -138,7 +137,7 @@ MADE = {
 def made(request, tmp_path_factory):
     """An open mold: design, plan, meshes, their folder."""
     name, values = MADE[request.param]
-    design, folder = with_values(find_design(name), values), tmp_path_factory.mktemp("open")
+    design, folder = with_values(load_design(name), values), tmp_path_factory.mktemp("open")
     plan = plan_mold(design)
     return design, plan, mold_meshes(design, plan, folder, 120.0), folder
 
@@ -230,7 +229,7 @@ def test_its_notes_press_the_base_plate_on_last_and_know_no_gate(made):
 @pytest.mark.parametrize("process", ["sla", "machined"])
 def test_frames_of_a_rounded_block_keep_no_sliver_beside_their_windows(process, tmp_path):
     """Where a rounding ends upright, 0.2 micrometres of it stood as a wall of 1.46 mm."""
-    design = with_values(find_design("block"), {"mold.process": process})
+    design = with_values(load_design("block"), {"mold.process": process})
     plan = plan_mold(design)
     found = run_checks(design, plan, mold_meshes(design, plan, tmp_path, 120.0))
     assert [check.sentence for check in found if not check.ok] == []

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from fingerdesign.checks.load import with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.mold.placement import row_tolerances, tolerances
 from fingerdesign.mold.plan.outer import bow, push_of
 from fingerdesign.mold.plan.plan import Slot, direction
@@ -35,7 +34,7 @@ def test_no_slide_pushes_legs_that_stand_across_each_other_in_every_way():
 
 @pytest.mark.parametrize("name", ["maeno2000", "domed", "tees"])
 def test_legs_stand_between_a_face_of_each_comb(name):
-    plan = plan_mold(find_design(name))
+    plan = plan_mold(load_design(name))
     frames = {frame.index: frame for frame in plan.frames}
     pushed = [side for side in plan.sides if side.outer]
     assert [side.side for side in pushed] == ["+z", "-z"]
@@ -61,7 +60,7 @@ def test_legs_stand_between_a_face_of_each_comb(name):
 
 def test_the_clearance_of_pushed_legs_counts_no_more_and_the_width_of_a_leg_does():
     def off(**mold):
-        design = with_values(find_design("maeno2000"), {f"mold.{k}": v for k, v in mold.items()})
+        design = with_values(load_design("maeno2000"), {f"mold.{k}": v for k, v in mold.items()})
         plan = plan_mold(design)
         return (*tolerances(design, plan, 7), *row_tolerances(design, plan))
 
@@ -78,7 +77,7 @@ def test_the_clearance_of_pushed_legs_counts_no_more_and_the_width_of_a_leg_does
 
 
 def test_the_bow_is_that_of_an_elastic_bar():
-    design = find_design("maeno2000")
+    design = load_design("maeno2000")
     plan = plan_mold(design)
     side = plan.side("+z")
     long, beyond, pushed = 10.0, 6.0, 0.02

@@ -11,8 +11,9 @@ import pytest
 
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.case import Case
-from fingerdesign.checks.load import parse_scene, with_values
-from fingerdesign.checks.starter import find_design, find_scene
+from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.design.io import parse_scene
+from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import DesignError, Fault, MeshError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.records.arrays import OPEN, SLIP, STICK, ContactHistory, GripTrace
@@ -58,7 +59,7 @@ increments_mm = [[0.1, 0.0], [0.2, 0.0], [0.2, 0.05]]
 
 @pytest.fixture(scope="module")
 def design():
-    return with_values(find_design("narrow"), QUICK)
+    return with_values(load_design("narrow"), QUICK)
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +86,7 @@ def test_every_metric_has_a_value(outcome):
 
 
 def test_a_job_survives_a_pipe(job):
-    scene = find_scene("fundamental")
+    scene = load_scene("fundamental")
     given = replace(job, scene=scene, scene_name="mine", fidelity="auto")
     back = Job.from_data(json.loads(json.dumps(given.to_data())))
     assert (back, back.digest()) == (given, given.digest())
@@ -110,7 +111,7 @@ def test_the_digest_changes_with_the_design_and_with_what_is_requested(job, desi
     requested = [
         job,
         *(replace(job, design=with_values(design, dict([each]))) for each in values.items()),
-        replace(job, scene=find_scene("fundamental")),  # that path alone, no grips
+        replace(job, scene=load_scene("fundamental")),  # that path alone, no grips
         replace(job, fidelity="3d"),
         replace(job, fidelity="auto"),
         replace(job, fidelity="auto", tolerance=0.03),
@@ -223,7 +224,7 @@ def test_what_is_no_finite_number_is_none_with_a_warning(job, monkeypatch):
 
 
 MODEL, MESH = ModelSummary(2, "t", 10, 5, False), MeshSummary("m", 3, 30.0, 0.0, None)
-PAPER = find_design("maeno2000")
+PAPER = load_design("maeno2000")
 
 
 def judged(design=PAPER, dimension=2, ladder=None, fidelity="plane-strain"):
@@ -238,7 +239,7 @@ def test_plane_strain_has_a_forecast_and_space_has_none():
     assert judged().mesh_error is None
     found = judged(dimension=3, fidelity="3d")
     assert (found.plane_strain_error, found.mesh_error) == (None, None)
-    found = judged(with_values(find_design("domed"), {"plates.count": 0}))
+    found = judged(with_values(load_design("domed"), {"plates.count": 0}))
     assert found.plane_strain_error is None  # no section shows it
     assert "body.shape" in found.sentences[0]
 
@@ -253,7 +254,7 @@ def test_the_ladder_reports_its_worst(errors, worst):
     assert "no more memory" in " ".join(found.sentences)
 
 
-DESIGN = with_values(find_design("narrow"), {"plates.count": 2, "plates.pitch_mm": 2.0})
+DESIGN = with_values(load_design("narrow"), {"plates.count": 2, "plates.pitch_mm": 2.0})
 
 
 def row(approach, shear, normal, tangential, stick, readings=(0.0, 0.0)):

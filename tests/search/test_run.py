@@ -10,8 +10,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from fingerdesign.checks.load import with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.records.outcome import Failure, Outcome
 from fingerdesign.search.run.cluster import Cluster, ClusterError
 from fingerdesign.search.run.evaluate import Job
@@ -23,7 +22,7 @@ LIMITS = Limits(time_s=20.0, memory_MB=1000.0)
 
 @pytest.fixture(scope="module")
 def base():
-    return find_design("maeno2000")
+    return load_design("maeno2000")
 
 
 @pytest.fixture(autouse=True)

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from fingerdesign.checks.starter import shipped_text
 from fingerdesign.design.schema import safe_name
+from fingerdesign.design.shipped import shipped_text
 from fingerdesign.errors import DesignError
 from fingerdesign.search.study.file import parse_study, read_study
 from fingerdesign.search.study.metrics import METRICS, known_metric

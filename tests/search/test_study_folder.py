@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from fingerdesign.checks.starter import shipped_text
+from fingerdesign.design.shipped import shipped_text
 from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Failure, Outcome
 from fingerdesign.search.compare.read import read_comparison

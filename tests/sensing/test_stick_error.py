@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerdesign.checks.load import with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.control.signals import NormalCalibration
 from fingerdesign.design.grip import HardwareTable
 from fingerdesign.errors import SolverError
@@ -26,7 +25,7 @@ REACH = 0.3
 @pytest.fixture(scope="module")
 def problem():
     coarse = {"mesh.section.plate_size_mm": 0.2, "plates.count": 7, "plates.pitch_mm": 1.5}
-    return grip_problem(with_values(find_design("sensitive"), coarse), contact_size_mm=0.2)
+    return grip_problem(with_values(load_design("sensitive"), coarse), contact_size_mm=0.2)
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerdesign.checks.load import with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.estimator import GripEstimator, feature_count
 from fingerdesign.design.grip import Grip
@@ -124,7 +123,7 @@ def test_many_unlike_fingers_teach_the_same_with_any_number_of_workers(monkeypat
     keys = {"taught_fingers": 4, "taught_grips": 80}
     values = {f"grip.regulator.{key}": value for key, value in keys.items()}
     coarse = {"plates.count": 5, "mesh.section.contact_size_mm": 0.3}
-    design = with_values(find_design("sensitive"), values | coarse | {"grip.max_steps": 60})
+    design = with_values(load_design("sensitive"), values | coarse | {"grip.max_steps": 60})
     found = []
     for workers in (1, 2):
         monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / str(workers)))
@@ -145,7 +144,7 @@ def test_it_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypatch, tm
     monkeypatch.setattr("fingerdesign.sensing.train.estimator._TEACHING", ((2e-3, 2),))
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     monkeypatch.setattr(training, "teach", teacher)
-    design = with_values(find_design("sensitive"), {"grip.regulator.taught_fingers": 1})
+    design = with_values(load_design("sensitive"), {"grip.regulator.taught_fingers": 1})
     first = training.training_result_for(design, problem)
     assert training.training_result_for(design, problem).stick_errors == first.stick_errors
     assert len(taught) == 1

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from fingerdesign.checks.load import parse_design
-from fingerdesign.checks.starter import starter_text
+from fingerdesign.design.starter import starter_text
 from fingerdesign.errors import DesignError
 from fingerdesign.studio.document import Document, with_keys
 from fingerdesign.studio.sliders import sliders_of

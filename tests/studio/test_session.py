@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerdesign.checks.load import with_values
-from fingerdesign.checks.starter import find_design, starter_text
+from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.design.starter import starter_text
 from fingerdesign.studio.engine import coarse, flat_scene
 from fingerdesign.studio.numbers import PRESSES, SHEARS, motions
 from fingerdesign.studio.session import DEEP, FLAT, Session
@@ -57,7 +57,7 @@ def test_the_coarse_section_is_near_the_fine_one(numbers):
     from fingerdesign import analyse
 
     press = Press(0.1, 0.05, 0.5)
-    design = find_design("maeno2000")
+    design = load_design("maeno2000")
     rows = [[each.approach, each.shear] for each in motions(press)]
     scene = flat_scene(press).model_copy(
         update={"path": type(flat_scene(press).path)(increments_mm=rows)}
@@ -148,7 +148,7 @@ def test_the_file_is_watched(tmp_path):
 
 
 def test_coarse_sizes_stay_within_the_schema():
-    design = find_design("maeno2000")
+    design = load_design("maeno2000")
     section = {"mesh.section.gradation": 1.9, "mesh.section.far_size_mm": 90.0}
     found = coarse(with_values(design, section)).mesh.section
     assert (found.gradation, found.far_size_mm) == (2.0, 100.0)

@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from fingerdesign.checks.starter import starter_text
+from fingerdesign.design.starter import starter_text
 from tests.support.browser import Browser, chromium
 from tests.support.studio import FINGER, OBJECT, READY, memory_MB, moved, running
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from fingerdesign.checks.starter import file_text
+from fingerdesign.design.shipped import file_text
 from fingerdesign.records.outcome import Failure, GripOutcome, Outcome, Traces, Validity
 
 INCREMENTS, POINTS, DEEP = 24, 121, 9  # of the path; contact points along x, and along z in 3-D

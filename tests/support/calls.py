@@ -52,10 +52,10 @@ def forces(fidelity, changes, mkl):
         sys.modules["pypardiso"] = None
     from fingerdesign import with_values
     from fingerdesign.analysis.case import Case
-    from fingerdesign.checks.starter import find_design
+    from fingerdesign.checks.load import load_design
     from fingerdesign.pipeline import run
 
-    design = with_values(find_design("maeno2000"), changes)
+    design = with_values(load_design("maeno2000"), changes)
     case = Case(design, None, fidelity, fields=False, grips=False, studied=False)
     found = run(case).result.increments
     numbers = [(each.normal_force_N, each.tangential_force_N, each.stick_ratio) for each in found]

@@ -8,8 +8,7 @@ import lib3mf
 import numpy as np
 from fingerdesign_bench.any_finger.designs import random_design
 
-from fingerdesign.checks.load import with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import resolved
 from fingerdesign.errors import DesignError
@@ -52,7 +51,7 @@ def made(body=None, plates=None, mold=None):
 def shipped(name, **values):
     """A shipped design with other values, ``__`` for the dots of their keys."""
     given = {key.replace("__", "."): value for key, value in values.items()}
-    return with_values(find_design(name), {**CLOSED, **given})
+    return with_values(load_design(name), {**CLOSED, **given})
 
 
 def drawn(seed):

@@ -12,7 +12,7 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import parse_design
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.control import metrics
 from fingerdesign.control.metrics import JudgedGrip
 from fingerdesign.control.plants.lift import LiftPlant
@@ -296,7 +296,7 @@ def test_the_papers_rule_never_slips_wholly_without_noise(tmp_path):
     grid = replace(ControlGrid(), noises=(0.0,), tug=None)
     names = ("paper", "oracle_1.2")
     study = control_study.study_control(
-        find_design("maeno2000"), names, grid, tmp_path / "j", workers=2
+        load_design("maeno2000"), names, grid, tmp_path / "j", workers=2
     )
     reported = study.summary("paper")
     assert (reported.grips, reported.dropped, reported.failed) == (100, 0, 0)
@@ -309,7 +309,7 @@ def test_the_whole_grid_takes_less_than_a_minute_of_two_cores(tmp_path):
     """Processor seconds: the machine may be busy. Measured on a busy one: 15 s of either core."""
     before = os.times()
     study = control_study.study_control(
-        find_design("sensitive"), ("paper",), ControlGrid(), tmp_path / "j", workers=2
+        load_design("sensitive"), ("paper",), ControlGrid(), tmp_path / "j", workers=2
     )
     after = os.times()
     assert len(study.outcomes) == 700

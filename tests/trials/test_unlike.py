@@ -10,8 +10,7 @@ from fingerdesign_cli.main import main
 from pydantic import TypeAdapter
 
 from fingerdesign import parse_design
-from fingerdesign.checks.load import with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.scene import SceneObject
@@ -65,7 +64,7 @@ def test_a_finger_of_other_rubber_is_gripped_as_its_model_says():
 
 
 def test_a_draw_is_its_seeds_and_keeps_within_its_bounds():
-    design = find_design("sensitive")
+    design = load_design("sensitive")
     own, rubber = places(design), design.material_of("body")
     for seed in range(12):
         found = unlike(design, ALL, seed)
@@ -86,14 +85,14 @@ def test_a_draw_is_its_seeds_and_keeps_within_its_bounds():
 
 @pytest.mark.parametrize(("fault", "moved"), [("row", 0), ("cover", 1), ("angle", 2)])
 def test_a_row_moves_as_one(fault, moved):
-    design = find_design("sensitive")
+    design = load_design("sensitive")
     off = places(unlike(design, [fault], 3).design) - places(design)
     assert np.ptp(off, axis=0) == pytest.approx(0.0, abs=1e-5)
     assert np.flatnonzero(np.abs(off).max(axis=0) > 1e-3).tolist() == [moved]
 
 
 def test_a_gage_that_dies_is_one_of_the_designs_and_hardware_is_as_said():
-    design = with_values(find_design("sensitive"), {"grip.hardware.force_cross_talk": 0.03})
+    design = with_values(load_design("sensitive"), {"grip.hardware.force_cross_talk": 0.03})
     drawn = [unlike(design, ["dying", "forces"], seed).design.grip.hardware for seed in range(8)]
     assert len({each.dying_gages for each in drawn}) > 1
     assert all(len(each.dying_gages) == 1 for each in drawn)
@@ -105,17 +104,17 @@ def test_a_gage_that_dies_is_one_of_the_designs_and_hardware_is_as_said():
 
 def test_what_cannot_be_drawn_is_refused():
     with pytest.raises(DesignError, match="--fault"):
-        unlike(find_design("sensitive"), ["rust"], 0)
+        unlike(load_design("sensitive"), ["rust"], 0)
     with pytest.raises(DesignError, match="one level row"):
-        unlike(find_design("both_ways"), ["row"], 0)
-    assert unlike(find_design("both_ways"), ["gains"], 0).held == SceneObject()
-    assert taught_faults(find_design("both_ways")) == ("modulus", "poisson", "tilt", "radius")
+        unlike(load_design("both_ways"), ["row"], 0)
+    assert unlike(load_design("both_ways"), ["gains"], 0).held == SceneObject()
+    assert taught_faults(load_design("both_ways")) == ("modulus", "poisson", "tilt", "radius")
     lift = {"grip.plant": "lift", "grip.opposite": "bare"}
-    bare = with_values(find_design("sensitive"), lift)
+    bare = with_values(load_design("sensitive"), lift)
     assert taught_faults(bare) == TAUGHT
     with pytest.raises(DesignError, match="'mirror'"):
         refuse_unlike(bare, ["gains"])
-    same = with_values(find_design("sensitive"), {"plates.material": "silicone"})
+    same = with_values(load_design("sensitive"), {"plates.material": "silicone"})
     with pytest.raises(DesignError, match="another material"):
         unlike(same, ["plate_modulus"], 0)
 
@@ -124,7 +123,7 @@ def test_a_draw_keeps_what_it_does_not_change():
     """Plates' places along z, worse hardware than the fault's, a foam's Poisson's ratio."""
     keys = {"plates.span_mm": 4.0, "plates.stagger_mm": 2.0, "grip.hardware.delay_samples": 8}
     keys["materials.silicone.poissons_ratio"] = 0.3
-    design = with_values(find_design("sensitive"), keys)
+    design = with_values(load_design("sensitive"), keys)
     found = unlike(design, ALL, 0).design
     middles = [[f.middle for f in plate_frames(each)] for each in (found, design)]
     assert middles[0] == pytest.approx(middles[1])
@@ -169,12 +168,12 @@ def test_another_mesher_is_asked_for_by_name_in_three_dimensions(monkeypatch):
     assert set(FAULTS) - set(ALL) == APART == {"mesher"}
     assert [label for label, _ in chosen_faults(())] == ["none", *ALL, "all"]
     assert chosen_faults(["mesher", "all"]) == [("mesher", ("mesher",)), ("all", ALL)]
-    design = find_design("sensitive")
+    design = load_design("sensitive")
     refuse_unlike(design, ["mesher"], "3d")
     with pytest.raises(DesignError, match="netgen alone meshes sections"):
         refuse_unlike(design, ["mesher"], "plane-strain")
     with pytest.raises(DesignError, match="fTetWild meshes it anyway"):
-        refuse_unlike(find_design("both_ways"), ["mesher"], "3d")
+        refuse_unlike(load_design("both_ways"), ["mesher"], "3d")
     meshed = []
     monkeypatch.setattr(model, "_condensed", lambda case, *given: meshed.append(case.design))
     for fault in ("gains", "mesher"):

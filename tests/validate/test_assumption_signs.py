@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from fingerdesign.analysis.fidelity.readings import QUANTITIES
-from fingerdesign.checks.load import parse_design, parse_scene
+from fingerdesign.checks.load import parse_design
+from fingerdesign.design.io import parse_scene
 from fingerdesign.records.base import DATA
 from fingerdesign.validate.assumptions import nu_values
 from fingerdesign.validate.run import validate

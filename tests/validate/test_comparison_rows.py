@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fingerdesign.analysis.fidelity.readings import Readings
-from fingerdesign.checks.load import parse_scene
 from fingerdesign.contact.problem import Motion
+from fingerdesign.design.io import parse_scene
 from fingerdesign.errors import SolverError
 from fingerdesign.validate.advice import advise, worst_of
 from fingerdesign.validate.comparison import Answer, compare, side_of, usable_rows

@@ -8,7 +8,7 @@ from fingerdesign_bench.plane_strain.rule import Rule
 
 from fingerdesign import parse_scene, with_values
 from fingerdesign.analysis.case import fundamental_scene
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.validate.plane_strain import (
     _STUDY_LENGTH,
     _STUDY_PULL,
@@ -17,7 +17,7 @@ from fingerdesign.validate.plane_strain import (
     shipped_map,
 )
 
-FINGER = find_design("homogeneous")
+FINGER = load_design("homogeneous")
 
 
 @pytest.mark.parametrize(("depth", "known"), [(10.0, 0.31), (40.0, 0.12)])
@@ -36,14 +36,14 @@ MAENO = {"normal_force": 0.259, "tangential_force": 0.258}
 
 def test_the_papers_finger_lies_within_its_estimate():
     """Its plates are half as long as the study's and it is pulled to complete slip."""
-    found = plane_strain_error(find_design("maeno2000"), fundamental_scene())
+    found = plane_strain_error(load_design("maeno2000"), fundamental_scene())
     for quantity, true in MAENO.items():
         assert found.least(quantity) <= true <= found.most(quantity), quantity
     assert found.most("stick_ratio") >= found.most("normal_force") - 1e-12
     assert "pulled further than 0.4 of the approach" in found.words
     assert "between those with and without plates" in found.words
     tees = plane_strain_error(
-        with_values(find_design("maeno2000"), {"gages.grid": "tee"}), fundamental_scene()
+        with_values(load_design("maeno2000"), {"gages.grid": "tee"}), fundamental_scene()
     )
     assert tees.errors["normal_force"] == found.errors["normal_force"]
     assert not any("gage" in quantity for quantity in tees.errors)
@@ -51,7 +51,7 @@ def test_the_papers_finger_lies_within_its_estimate():
 
 
 def test_short_plates_reach_the_error_without_plates():
-    design = find_design("maeno2000")
+    design = load_design("maeno2000")
     half = 2.0
     found = plane_strain_error(design, half_width=half)
     bare = plane_strain_error(with_values(design, {"plates.count": 0}), half_width=half)

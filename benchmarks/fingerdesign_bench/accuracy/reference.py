@@ -5,12 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from fingerdesign.checks.load import parse_design, parse_scene
-from fingerdesign.checks.starter import shipped_text
+from fingerdesign.checks.load import parse_design
 from fingerdesign.contact.measures import limits
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
+from fingerdesign.design.io import parse_scene
 from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import shipped_text
 from fingerdesign.layout.frames import crest_height
 from fingerdesign.shapes.objects import Plane
 from fingerdesign_bench.check import Check, two_codes

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fingerdesign.checks.load import parse_design, parse_scene
+from fingerdesign.checks.load import parse_design
+from fingerdesign.design.io import parse_scene
 from fingerdesign.records.result import IncrementResult
 from fingerdesign_bench.accuracy import analytic
 

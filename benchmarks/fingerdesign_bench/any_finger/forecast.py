@@ -169,8 +169,8 @@ def random_pairs(count: int, first: int = 0) -> list[Record]:
 
 def case_of(pair: Record) -> Case:
     """The case of a pair."""
-    from fingerdesign.checks.load import parse_design, with_values
-    from fingerdesign.checks.starter import find_design, find_scene
+    from fingerdesign.checks.load import load_design, parse_design, with_values
+    from fingerdesign.design.shipped import load_scene
 
     name = str(pair["design"])
     if name.startswith("pair_"):
@@ -183,10 +183,10 @@ def case_of(pair: Record) -> Case:
 
         design = parse_design(tomlkit.dumps(random_design(int(name.removeprefix("any_")))))
     else:
-        design = find_design(Path(name))
+        design = load_design(Path(name))
     if pair["values"]:
         design = with_values(design, pair["values"])
-    scene = find_scene(Path(pair["scene"])) if pair["scene"] else None
+    scene = load_scene(Path(pair["scene"])) if pair["scene"] else None
     return Case(design, scene, pair["fidelity"], scene_name=pair["scene"])
 
 

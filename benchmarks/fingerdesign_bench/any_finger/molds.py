@@ -132,10 +132,10 @@ def measure_molds(
     workers: int = WORKERS,
 ) -> Molds:
     """Make molds that ``folder`` has no record of yet: of shipped designs and ``seeds`` others."""
-    from fingerdesign.checks.starter import shipped_designs
+    from fingerdesign.design.shipped import shipped_names
 
     found_machine = machine()
-    cases = [*shipped_designs(), *(str(seed) for seed in range(seeds))]
+    cases = [*shipped_names(), *(str(seed) for seed in range(seeds))]
     lines, version = folder / LINES, code_version(Path(str(fingerdesign.mold.__file__)).parent)
     records = resumed(lines, "case", cases, _run, version, workers, report, words)
     return Molds(records, workers, found_machine)

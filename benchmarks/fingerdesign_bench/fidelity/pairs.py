@@ -101,7 +101,7 @@ mesh.mesher = "extrude"
 
 def random_scene(rng: np.random.Generator, design: Design, control: str) -> Scene:
     """A plane pressed 0.08 to 0.25 mm, or with about the force of that, then pulled to slip."""
-    from fingerdesign.checks.load import parse_scene
+    from fingerdesign.design.io import parse_scene
 
     approach, friction = float(rng.uniform(0.08, 0.25)), float(rng.uniform(0.3, 0.8))
     pull = float(rng.uniform(0.5, 0.8))

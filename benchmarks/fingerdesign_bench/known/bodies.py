@@ -5,8 +5,8 @@ from functools import lru_cache
 import numpy as np
 
 from fingerdesign.analysis.case import fundamental_scene
-from fingerdesign.checks.load import parse_design, parse_scene
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design, parse_design
+from fingerdesign.design.io import parse_scene
 from fingerdesign.pipeline import analyse
 from fingerdesign_bench.accuracy import analytic, reference
 from fingerdesign_bench.accuracy import verification_bodies as bodies
@@ -163,7 +163,7 @@ def _columns(rows: list[dict[str, float]], name: str) -> tuple[np.ndarray, np.nd
 
 def finger(name: str) -> Solution:
     """A shipped finger through the fundamental case in plane strain, as ``analyse`` has it."""
-    rows = analyse(find_design(name), fundamental_scene(), "plane-strain").increments
+    rows = analyse(load_design(name), fundamental_scene(), "plane-strain").increments
     last, sheared = rows[-1], rows[4]
     values = {
         "normal force": last.normal_force_N,

@@ -90,14 +90,14 @@ class Point:
 
 def shipped_study() -> Path:
     """The study file that comes with the program."""
-    from fingerdesign.checks.starter import shipped_path
+    from fingerdesign.design.shipped import shipped_path
 
     return shipped_path("maeno2000").parent / "studies" / SHIPPED
 
 
 def read_study(path: Path) -> StudyFile:
     """Read a study file. Raises DesignError with every fault of its keys."""
-    from fingerdesign.checks.load import read_text
+    from fingerdesign.design.io import read_text
 
     return parse_study(read_text(path), str(path))
 
@@ -167,11 +167,10 @@ def _refuse_twice(study: StudyFile) -> None:
 
 
 def _base(study: StudyFile) -> Design:
-    from fingerdesign.checks.load import with_values
-    from fingerdesign.checks.starter import find_design
+    from fingerdesign.checks.load import load_design, with_values
 
     name = {"design.name": study.study.name, "mesh.element": "mixed", "mesh.mesher": "extrude"}
-    return with_values(find_design(study.study.base), name | study.fixed)
+    return with_values(load_design(study.study.base), name | study.fixed)
 
 
 def _one_off(study: StudyFile, base: Design, row: Mapping[str, Any]) -> Point:

@@ -112,11 +112,10 @@ def dense_rate(size: int = 4000) -> float:
 
 def condensation_checks() -> list[Check]:
     """Exactness on the reference finger in the section and extruded, and the cost."""
-    from fingerdesign.checks.starter import shipped_path
     from fingerdesign.mesh.section.extrude import extrude
     from fingerdesign.mesh.section.section import mesh_section
 
-    design = load_design(shipped_path("maeno2000"))
+    design = load_design("maeno2000")
     coarse = with_values(design, {"mesh.mesher": "extrude", "mesh.layers": 6})
     return [
         *exactness_checks(design, mesh_section(design, 3.0), 3.0, "plane strain"),

@@ -19,14 +19,15 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.checks.load import load_design, parse_scene, with_values
-from fingerdesign.checks.starter import shipped_path, shipped_text
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.contact.increment import Increment, Workspace, solve_increment
 from fingerdesign.contact.laws import status_of
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion, contact_problem
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample
+from fingerdesign.design.io import parse_scene
 from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import shipped_text
 from fingerdesign.errors import SolverError
 from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.mesh.types import Mesh
@@ -118,7 +119,7 @@ def measure_peers(
 def recorded_grip(fidelity: str) -> tuple[Design, ContactProblem, list[Motion]]:
     """maeno2000, what it is facing the fundamental scene's plane, and the motions of a lift."""
     values = GRIP_SPACE if fidelity == "3d" else {}
-    design = with_values(load_design(shipped_path("maeno2000")), values)
+    design = with_values(load_design("maeno2000"), values)
     problem, _ = grip_problem(design, fidelity)
     own = problem.with_friction(design.grip.friction_coefficients[0])
     moves, _ = one_grip(design, problem, 1.0)
@@ -264,7 +265,7 @@ def _full(fidelity: str, repeats: int, more: Mapping[str, object] | None = None)
 
     scene = fundamental_scene()
     values = {"mesh.element": "P2", **MESHES[fidelity], **(more or {})}
-    design = with_values(load_design(shipped_path("maeno2000")), values)
+    design = with_values(load_design("maeno2000"), values)
     zone = zone_of(Case(design, None, fidelity), scene)
     mesh = make_mesh(design, fidelity, zone)
     rows, friction = scene.path.rows, scene.object.friction_coefficient

@@ -10,9 +10,9 @@ from fingerdesign.analysis.finite_path import finite_steps
 from fingerdesign.analysis.path import problem_at_touch, targets
 from fingerdesign.analysis.stages import condense, make_mesh, one_thread, zone_of
 from fingerdesign.arrays import Array
-from fingerdesign.checks.load import load_design, parse_scene, with_values
-from fingerdesign.checks.starter import shipped_path
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.contact.path import Step, follow
+from fingerdesign.design.io import parse_scene
 from fingerdesign.fem.finite.gage_lines import gage_lines
 from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign_bench.speed.peers import MESHES, Row, work
@@ -28,7 +28,7 @@ def finite_row() -> Row:
     one gage (the mean of its faces, by the elongation of its lines), of each one's largest; and
     what small strain on the mesh is off by."""
     values = {"mesh.element": "P2", "plates.count": 1, **MESHES["3d"]}
-    design = with_values(load_design(shipped_path("maeno2000")), values)
+    design = with_values(load_design("maeno2000"), values)
     deep = _DEEP * float(crest_height(design.body))
     shares = [k / _ROWS for k in range(1, _ROWS + 1)]
     path = [[deep * each, 0.0] for each in shares]

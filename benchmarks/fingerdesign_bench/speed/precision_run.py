@@ -14,7 +14,6 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import load_design, with_values
-from fingerdesign.checks.starter import shipped_path
 from fingerdesign.contact.measures import Measures
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
@@ -121,7 +120,7 @@ def run_once(method: Method, size_mm: float) -> Run:
 
 def sized(method: Method, size_mm: float) -> Design:
     """The design with contact facets of ``size_mm``, the rest in proportion."""
-    design = with_values(load_design(shipped_path("maeno2000")), VALUES)
+    design = with_values(load_design("maeno2000"), VALUES)
     values: dict[str, object] = {
         "mesh.element": method.element,
         "plates.model": method.plates,

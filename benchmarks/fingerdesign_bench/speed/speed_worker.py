@@ -39,8 +39,9 @@ def timed_path(case: dict[str, Any]) -> dict[str, Any]:
 
     case: fidelity ("plane-strain" or "3d"), contact, far (mm), layers, runs.
     """
-    from fingerdesign.checks.load import parse_design, parse_scene
-    from fingerdesign.checks.starter import shipped_text
+    from fingerdesign.checks.load import parse_design
+    from fingerdesign.design.io import parse_scene
+    from fingerdesign.design.shipped import shipped_text
 
     depth = 1.0 if case["fidelity"] == "plane-strain" else 10.0
     sizes = {key: case[key] for key in ("contact", "far", "layers")}
@@ -96,9 +97,8 @@ def timed_grip(case: dict[str, Any]) -> dict[str, Any]:
     case: fidelity, runs, and values (dotted design keys). Model and calibration are not counted.
     """
     from fingerdesign.checks.load import load_design, with_values
-    from fingerdesign.checks.starter import shipped_path
 
-    design = with_values(load_design(shipped_path("maeno2000")), case["values"])
+    design = with_values(load_design("maeno2000"), case["values"])
     problem, contact = grip_problem(design, case["fidelity"])
     moves, _ = one_grip(design, problem, 1.0)
     share = moves / (1.1 * STEPS)

@@ -8,9 +8,9 @@ drawing is the one that ``fingerdesign view maeno2000`` makes; nothing has been 
 """
 
 from fingerdesign.analysis.page.sketch import draw_sketch
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 
-design = find_design("maeno2000")  # a shipped name, or a file of yours
+design = load_design("maeno2000")  # a shipped name, or a file of yours
 drawing = draw_sketch(design)
 
 print("assumed, as the paper does not say it:", ", ".join(design.assumed[:4]), "...")

@@ -8,9 +8,9 @@ depth.
 """
 
 from fingerdesign.analysis.page.sketch import draw_sketch
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 
-design = find_design("domed")
+design = load_design("domed")
 drawing = draw_sketch(design)
 
 print(f"the crest is {design.body.base_height_mm:g} mm of straight sides and the dome above them")

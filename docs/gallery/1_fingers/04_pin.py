@@ -7,7 +7,7 @@ diameter, and the plates are as long along z as the circle allows.
 """
 
 from fingerdesign.analysis.page.sketch import draw_sketch
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 
-design = find_design("pin")
+design = load_design("pin")
 drawing = draw_sketch(design)

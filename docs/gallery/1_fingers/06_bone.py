@@ -7,9 +7,9 @@ A stiff core takes the place of a finger's bone. These plates follow the surface
 """
 
 from fingerdesign.analysis.page.sketch import draw_sketch
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 
-design = find_design("boned")
+design = load_design("boned")
 drawing = draw_sketch(design)
 
 plates = design.plates

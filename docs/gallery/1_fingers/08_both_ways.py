@@ -7,7 +7,7 @@ shear along z, so that the finger knows in which direction it is pulled.
 """
 
 from fingerdesign.analysis.page.sketch import draw_sketch
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 
-design = find_design("both_ways")
+design = load_design("both_ways")
 drawing = draw_sketch(design)

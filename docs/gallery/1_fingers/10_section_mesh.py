@@ -9,10 +9,10 @@ plates, and grow away from them; their sides follow every plate.
 import numpy as np
 from matplotlib import pyplot
 
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.mesh.section.section import mesh_section
 
-design = find_design("maeno2000")
+design = load_design("maeno2000")
 mesh = mesh_section(design, 3.0)  # fine for a contact 3 mm to either side
 
 figure, (whole, near) = pyplot.subplots(

@@ -11,13 +11,13 @@ import numpy as np
 import pyvista
 
 from fingerdesign import with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.mesh.make import mesh_finger
 
 coarse = {"mesh.mesher": "extrude", "mesh.contact_size_mm": 0.8, "mesh.layers": 3}
-design = with_values(find_design("maeno2000"), coarse)
+design = with_values(load_design("maeno2000"), coarse)
 mesh = mesh_finger(design, candidate_zone(design, SceneObject(), 0.1), symmetric=False)
 
 middle = mesh.points[mesh.corners].mean(axis=1)

@@ -13,13 +13,13 @@ from matplotlib.colors import ListedColormap
 
 from fingerdesign import parse_scene
 from fingerdesign.analysis.case import Case
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.pipeline import run
 
 shears = np.linspace(0.0, 0.18, 61)
 rows = [[0.1, float(shear)] for shear in shears]
 scene = parse_scene(f"object.friction_coefficient = 0.5\npath.increments_mm = {rows}")
-contact = run(Case(find_design("maeno2000"), scene, "plane-strain")).contact
+contact = run(Case(load_design("maeno2000"), scene, "plane-strain")).contact
 
 order = contact.mid_line()
 figure, axes = pyplot.subplots(figsize=(7.2, 4.0), layout="constrained")

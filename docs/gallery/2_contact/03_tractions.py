@@ -10,14 +10,14 @@ from matplotlib import pyplot
 
 from fingerdesign import parse_scene
 from fingerdesign.analysis.case import Case
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.pipeline import run
 
 scene = parse_scene("""
 object.friction_coefficient = 0.5
 path.increments_mm = [[0.1, 0.0], [0.1, 0.04], [0.1, 0.08], [0.1, 0.12]]
 """)
-found = run(Case(find_design("maeno2000"), scene, "plane-strain"))
+found = run(Case(load_design("maeno2000"), scene, "plane-strain"))
 contact, steps = found.contact, found.result.increments
 order = contact.mid_line()  # by rising x
 x = contact.points[order, 0]

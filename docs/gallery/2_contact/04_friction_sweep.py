@@ -10,12 +10,12 @@ everything sticks, and each bends over toward its own limit.
 import numpy as np
 from matplotlib import pyplot
 
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion
 from fingerdesign.sensing.model import grip_problem
 
-problem = grip_problem(find_design("sensitive"))  # plane strain, for grips
+problem = grip_problem(load_design("sensitive"))  # plane strain, for grips
 shears = np.linspace(0.0, 0.12, 49)
 path = [Motion(0.1, float(shear)) for shear in shears]
 

@@ -11,10 +11,10 @@ from matplotlib import pyplot
 
 from fingerdesign import parse_scene
 from fingerdesign.analysis.case import Case
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.pipeline import run
 
-design = find_design("homogeneous")
+design = load_design("homogeneous")
 objects = {"a plane": 'shape = "plane"'}
 for radius in (40, 15, 5):
     objects[f"a cylinder of R {radius}"] = f'shape = "cylinder"\nradius_mm = {radius}'

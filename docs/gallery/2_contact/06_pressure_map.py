@@ -11,11 +11,11 @@ from matplotlib import pyplot
 
 from fingerdesign import parse_scene, with_values
 from fingerdesign.analysis.case import Case
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.pipeline import run
 
 coarse = {"plates.count": 0, "plates.span_mm": None, "mesh.contact_size_mm": 0.35}
-design = with_values(find_design("domed"), coarse)
+design = with_values(load_design("domed"), coarse)
 scene = parse_scene("""
 object.friction_coefficient = 0.5
 path.increments_mm = [[0.1, 0.0], [0.2, 0.0], [0.3, 0.0], [0.3, 0.06], [0.3, 0.12]]

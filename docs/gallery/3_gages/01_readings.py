@@ -10,13 +10,13 @@ contact above them lets go.
 import numpy as np
 from matplotlib import pyplot
 
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion
 from fingerdesign.control.signals import gage_readings
 from fingerdesign.sensing.model import grip_problem
 
-design = find_design("sensitive")
+design = load_design("sensitive")
 problem = grip_problem(design).with_friction(0.5)
 pressed = [Motion(float(approach), 0.0) for approach in np.linspace(0.005, 0.1, 20)]
 sheared = [Motion(0.1, float(shear)) for shear in np.linspace(0.005, 0.15, 30)]

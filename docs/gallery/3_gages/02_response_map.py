@@ -11,10 +11,10 @@ import numpy as np
 from matplotlib import pyplot
 
 from fingerdesign.analysis.case import Case
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.pipeline import run
 
-design = find_design("maeno2000")
+design = load_design("maeno2000")
 found = run(Case(design, fidelity="plane-strain", grips=False))  # the fundamental case
 study = found.slip_studies[2]
 

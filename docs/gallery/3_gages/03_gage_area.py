@@ -11,10 +11,10 @@ import numpy as np
 from matplotlib import pyplot
 
 from fingerdesign.analysis.case import Case
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.pipeline import run
 
-found = run(Case(find_design("maeno2000"), fidelity="plane-strain", grips=False))
+found = run(Case(load_design("maeno2000"), fidelity="plane-strain", grips=False))
 
 figure, axes = pyplot.subplots(figsize=(6.4, 4.2), layout="constrained")
 colours = pyplot.colormaps["viridis"](np.linspace(0.05, 0.85, len(found.slip_studies)))

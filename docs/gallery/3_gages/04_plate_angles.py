@@ -11,9 +11,9 @@ import numpy as np
 from matplotlib import pyplot
 
 from fingerdesign import analyse, parse_scene, with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 
-base = with_values(find_design("sensitive"), {"plates.cover_mm": 0.9})
+base = with_values(load_design("sensitive"), {"plates.cover_mm": 0.9})
 scene = parse_scene("""
 object.friction_coefficient = 0.8
 path.increments_mm = [[0.1, 0.0], [0.1, 0.02]]

@@ -10,9 +10,9 @@ an amplifier.
 from matplotlib import pyplot
 
 from fingerdesign import analyse, parse_scene, with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 
-base = find_design("sensitive")
+base = load_design("sensitive")
 scene = parse_scene("""
 object.friction_coefficient = 0.8
 path.increments_mm = [[0.1, 0.0], [0.1, 0.02]]

@@ -10,7 +10,7 @@ weight without touching the line at which the whole contact would slip.
 import numpy as np
 from matplotlib import pyplot
 
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.episode import run_episode
 from fingerdesign.control.plants.lift import LiftPlant
@@ -19,7 +19,7 @@ from fingerdesign.control.roster import make_controller
 from fingerdesign.sensing.model import grip_problem
 
 FRICTION, MASS = 0.3, 500.0
-design = find_design("sensitive")
+design = load_design("sensitive")
 problem, face, bounds = grip_problem(design), design.gages.face, Bounds.of(design.grip)
 known = calibrate(lambda: CondensedPlant(problem, face), problem.model.gage_x, bounds)
 plant = LiftPlant.of(design.grip, problem, face, FRICTION, MASS)

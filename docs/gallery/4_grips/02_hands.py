@@ -9,7 +9,7 @@ none of the others are. All lift 300 g at a friction of 0.5.
 
 from matplotlib import pyplot
 
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.episode import run_episode
 from fingerdesign.control.plants.lift import LiftPlant
@@ -18,7 +18,7 @@ from fingerdesign.control.roster import make_controller
 from fingerdesign.sensing.model import grip_problem
 
 FRICTION, MASS = 0.5, 300.0
-design = find_design("sensitive")
+design = load_design("sensitive")
 problem, face, bounds = grip_problem(design), design.gages.face, Bounds.of(design.grip)
 known = calibrate(lambda: CondensedPlant(problem, face), problem.model.gage_x, bounds)
 

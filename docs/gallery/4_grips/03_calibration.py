@@ -10,12 +10,12 @@ finger's stiffness.
 import numpy as np
 from matplotlib import pyplot
 
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.sensing.model import grip_problem
 
-design = find_design("sensitive")
+design = load_design("sensitive")
 problem, face, bounds = grip_problem(design), design.gages.face, Bounds.of(design.grip)
 known = calibrate(lambda: CondensedPlant(problem, face), problem.model.gage_x, bounds)
 

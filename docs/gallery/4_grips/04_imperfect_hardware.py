@@ -9,12 +9,12 @@ microstrain, a drift, gages that warm by 4 microstrain after the touch, and one 
 import numpy as np
 from matplotlib import pyplot
 
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
 from fingerdesign.sensing.model import grip_problem
 
-design = find_design("sensitive")
+design = load_design("sensitive")
 problem = grip_problem(design)
 hardware = Hardware(
     gage_noise_microstrain=0.5,

@@ -8,7 +8,7 @@ ratio of its forces, so it closes as the load rises; what matters is how much st
 
 from matplotlib import pyplot
 
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.episode import run_episode
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant
@@ -17,7 +17,7 @@ from fingerdesign.control.roster import make_controller
 from fingerdesign.sensing.model import grip_problem
 
 FRICTION, MASS = 0.4, 300.0
-design = find_design("sensitive")
+design = load_design("sensitive")
 problem, face, bounds = grip_problem(design), design.gages.face, Bounds.of(design.grip)
 known = calibrate(lambda: CondensedPlant(problem, face), problem.model.gage_x, bounds)
 tug = Disturbance(40, 0.9, 30)  # 40 steps after the lift, 0.9 N, for 30 steps

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pyvista
 
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 from fingerdesign.mold.make import write_mold
 
 MOVES = {
@@ -28,7 +28,7 @@ COLOURS = {"comb": "#0a8f6b", "base": "#8d939a"}
 
 plotter = pyvista.Plotter(window_size=(1200, 900))
 with tempfile.TemporaryDirectory() as folder:
-    record = write_mold(find_design("maeno2000"), Path(folder) / "mold")
+    record = write_mold(load_design("maeno2000"), Path(folder) / "mold")
     for name, move in MOVES.items():
         part = pyvista.read(Path(folder) / "mold" / f"{name}.stl").translate(move)
         colour = COLOURS.get(name.partition("_")[0], "#b9d3e6")

@@ -10,9 +10,9 @@ rubber, so its three lines are one.
 from matplotlib import pyplot
 
 from fingerdesign import analyse, parse_scene, with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 
-base = find_design("homogeneous")
+base = load_design("homogeneous")
 scene = parse_scene("path.increments_mm = [[0.1, 0.0]]")
 radii = (15.0, 25.0, 40.0, 60.0)
 

@@ -11,10 +11,10 @@ from matplotlib import pyplot
 
 from fingerdesign import with_values
 from fingerdesign.analysis.forecast.lift import lifts
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import load_design
 
 frictions, masses = np.linspace(0.2, 1.0, 17), np.linspace(50.0, 1000.0, 20)
-base = with_values(find_design("domed"), {"grip.defaults": "follow"})
+base = with_values(load_design("domed"), {"grip.defaults": "follow"})
 depth = []
 for mass in masses:
     keys = {

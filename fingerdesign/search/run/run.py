@@ -15,8 +15,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from fingerdesign.checks.starter import find_scene
 from fingerdesign.design.scene import Scene
+from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.records.outcome import Failure, Outcome, OutcomeError
 from fingerdesign.runtime.cache import Cache
@@ -100,7 +100,7 @@ def study_scenes(study: Study, folder: Path | None = None) -> dict[str, Scene | 
     found: dict[str, Scene | None] = {}
     for name in study.study.scenes:
         beside = (folder or Path.cwd()) / name
-        found[Path(name).stem] = find_scene(beside if beside.is_file() else name)
+        found[Path(name).stem] = load_scene(beside if beside.is_file() else name)
     return found
 
 

@@ -14,12 +14,12 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
 from pydantic_core import ErrorDetails
 
-from fingerdesign.checks.load import parse_toml
-from fingerdesign.checks.starter import file_text
 from fingerdesign.design.base import Many, Table, refuse
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.faults import dotted, fault_of, shown
+from fingerdesign.design.io import parse_toml
 from fingerdesign.design.schema import safe_name
+from fingerdesign.design.shipped import file_text
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.search.study.metrics import METRICS, Goal, known_metric
 from fingerdesign.search.study.values import (

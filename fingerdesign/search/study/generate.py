@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fingerdesign.checks.load import dump_design
+from fingerdesign.design.io import dump_design
 from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.records.base import ResultError, json_text
 from fingerdesign.records.folder import RecordFolder

@@ -11,10 +11,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from fingerdesign.checks.load import design_data, with_values
-from fingerdesign.checks.starter import find_design, shipped_designs
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.faults import dotted, fault_of, parts_of, set_value, shown, undexed
+from fingerdesign.design.io import design_data
 from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.search.study.file import Study
 from fingerdesign.search.study.values import (
@@ -289,8 +290,8 @@ def _found(base: str, folder: Path) -> Design:
     """A file beside the study's comes first, then a shipped design."""
     beside = folder / base
     try:
-        shipped = base in shipped_designs() and not beside.is_file()
-        return find_design(base if shipped else beside)
+        shipped = base in shipped_names() and not beside.is_file()
+        return load_design(base if shipped else beside)
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else "it is no path"
         fault = Fault("study.base", shown(base), "a shipped design or a readable file", f"{why}")

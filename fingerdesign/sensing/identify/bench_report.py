@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from fingerdesign.analysis.case import gage_array
-from fingerdesign.checks.load import dump_design
 from fingerdesign.control.bench_curves import Kind, Phase, bench_curves
 from fingerdesign.control.bench_table import TABLE, read_bench, table_text
+from fingerdesign.design.io import dump_design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.records.base import Count, Size, closed, json_text

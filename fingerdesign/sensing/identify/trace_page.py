@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.analysis.case import gage_array
-from fingerdesign.checks.load import dump_design
+from fingerdesign.design.io import dump_design
 from fingerdesign.records.base import json_text
 from fingerdesign.report import style
 from fingerdesign.report.page import caption_drawing, render_page

@@ -4,21 +4,16 @@ import re
 import textwrap
 from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
-from difflib import get_close_matches
-from importlib import resources
-from importlib.resources.abc import Traversable
-from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
-from fingerdesign.checks.load import parse_design, parse_scene, parse_toml, read_text
 from fingerdesign.design.base import OwnTable, described
 from fingerdesign.design.faults import tables_in
+from fingerdesign.design.io import judge_keys, parse_scene, parse_toml
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import DesignError, Fault
-from fingerdesign.runtime.registry import unknown_name
+from fingerdesign.design.shipped import shipped_text
 
 SCHEMA_FILE = "design.schema.json"
 _HEAD = f"""\
@@ -38,101 +33,6 @@ _SCENE_HEAD = f"""\
 _NONE: Mapping[str, Any] = {}
 _SCENE_ROWS = ((0.05, 0.0), (0.1, 0.0), (0.1, 0.03), (0.1, 0.06), (0.1, 0.09))
 _SCENE_EXAMPLES = {"radius_mm": 10.0, "increments_N": [[2.5, 0.0], [5.0, 0.0], [5.0, 1.0]]}
-
-
-def _folder(kind: str) -> Traversable:
-    """Where the shipped files of a kind are: in the installed package, or in the checkout."""
-    installed = resources.files("fingerdesign") / "data" / "designs"
-    designs = installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "designs"
-    return designs if kind == "design" else designs / {"scene": "scenes", "study": "studies"}[kind]
-
-
-def _names(kind: str) -> tuple[str, ...]:
-    files = (entry.name for entry in _folder(kind).iterdir() if entry.is_file())
-    return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
-
-
-def shipped_names(kind: str = "design") -> tuple[str, ...]:
-    """Names of the shipped designs, scenes or studies, in alphabetical order. kind: of which."""
-    return _names(kind)
-
-
-def shipped_designs() -> tuple[str, ...]:
-    """Names of the shipped designs, in alphabetical order."""
-    return _names("design")
-
-
-def kind_of(file_or_name: str | Path) -> str:
-    """What a file holds, or a shipped name means: a "design", a "scene" or a "study".
-
-    A file is known by its tables; one that cannot be read, and an unknown name that is near to none
-    of another kind, is taken for a design, whose reading says what is wrong.
-    """
-    path, kinds = Path(file_or_name), ("design", "scene", "study")
-    if path.is_file():
-        try:
-            tables = set(parse_toml(read_text(path)))
-        except DesignError:
-            return "design"
-        if "study" in tables and "design" not in tables:
-            return "study"
-        own = {"object", "path", "readout"}
-        return "scene" if tables and tables <= own | {"assumed"} and tables & own else "design"
-    near: list[str] = []
-    for kind in kinds:
-        if str(path) in _names(kind):
-            return kind
-        near += [kind] if get_close_matches(path.stem, _names(kind), 1) else []
-    return near[0] if near else "design"
-
-
-def shipped_text(name: str, kind: str = "design") -> str:
-    """Return the text of a shipped design or scene. DesignError for an unknown name."""
-    known = _names(kind)
-    if name not in known:
-        raise DesignError([unknown_name(name, "--from", known)])
-    return (_folder(kind) / f"{name}.toml").read_text("utf-8")
-
-
-def shipped_path(name: str) -> Path:
-    """Return the path of a shipped design's file."""
-    shipped_text(name)
-    return Path(str(_folder("design") / f"{name}.toml"))
-
-
-def find_scene(file_or_name: str | Path) -> Scene:
-    """Return the scene of a file, or the shipped one of that name where there is no such file.
-
-    Raises :class:`DesignError` with every fault of the file.
-    """
-    return parse_scene(file_text(file_or_name, "scene"), str(file_or_name))
-
-
-def find_design(file_or_name: str | Path, *, allow_code: bool = False) -> Design:
-    """As :func:`find_scene`, of a design. allow_code: import the controller's class that the file
-    names as "package.module:Class"."""
-    folder = Path(file_or_name).parent
-    text = file_text(file_or_name)
-    return parse_design(text, str(file_or_name), folder, allow_code=allow_code)
-
-
-load_design, load_scene = find_design, find_scene  # as the package offers them
-
-
-def file_text(file_or_name: str | Path, kind: str = "design") -> str:
-    """Return the text of a design's or scene's file, or of the shipped one of that name.
-
-    A file comes first; of a folder of that name (a result's) no design can be read.
-    """
-    path, known = Path(file_or_name), _names(kind)
-    if not path.is_file() and str(path) in known:
-        return shipped_text(str(path), kind)
-    if path.exists():
-        return read_text(path)
-    near = get_close_matches(path.stem, known, 1)
-    remedy = f"there is no such file; {f'did you mean {near[0]}?' if near else 'check the path'}"
-    bound = f"a readable TOML file or a shipped {kind} ({', '.join(known)})"
-    raise DesignError([Fault("file", str(path), bound, remedy)])
 
 
 def starter_scene_text(source: str | None = None) -> str:
@@ -234,7 +134,7 @@ def starter_short_text(name: str) -> str:
     meaning = described(type(rubber).model_fields["youngs_modulus_MPa"])
     line = _line("youngs_modulus_MPa", rubber.youngs_modulus_MPa, meaning)
     text = "\n".join([*found, f"[materials.{design.body.material}]", line, ""])
-    parse_design(text)
+    judge_keys(Design, parse_toml(text)).sound("")
     return text
 
 
@@ -254,7 +154,7 @@ def starter_text(name: str, source: str | None = None) -> str:
     else:
         text = _with_schema(shipped_text(source), SCHEMA_FILE)
         text = re.sub(r'(?m)^name = ".*"$', f"name = {_toml(name)}", text, count=1)
-    parse_design(text)
+    judge_keys(Design, parse_toml(text)).sound("")
     return text
 
 
