@@ -181,7 +181,7 @@ def _count_faults(kinds: Sequence[str]) -> Iterator[Fault]:
     )
     for kind, right, bound in asked:
         if not right:
-            remedy = "docs/how_to/calibrate.md says what to record"
+            remedy = "docs/how_to/identify.md says what to record"
             yield Fault(f"phase {kind}", f"{counts[kind]} rows", bound, remedy)
 
 

@@ -32,7 +32,7 @@ from fingerdesign.design.grip import Grip
 
 COMPILER = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
 FLAGS = ["-std=c99", "-O2", "-ffp-contract=off", "-fno-fast-math", "-Wall", "-Wextra", "-Werror"]
-PAGE = Path(__file__).parents[2] / "docs/how_to/controllers.md"
+PAGE = Path(__file__).parents[2] / "docs/how_to/control.md"
 GAGES, CROSS_TALK = 11, 0.02
 GRIP = Grip(approach_step_mm=0.002)
 S = np.float32

@@ -96,9 +96,6 @@ def test_the_options_of_the_pages_commands_are_known():
 
 
 def test_the_example_is_the_shipped_study():
-    assert len(BETTER.parameters) == 5
-    assert f"Of {BETTER.optimise.trials} trials" in PAGE
-    assert len(re.findall(r"^\| trial \d+ \|", PAGE, re.MULTILINE)) == BETTER.optimise.confirm
     for objective in BETTER.objectives:
         assert f"`{objective.metric}`" in PAGE
-    assert RANDOM_TRIALS == 20  # "the first twenty"
+    assert RANDOM_TRIALS == 20  # "the first 20 are random"

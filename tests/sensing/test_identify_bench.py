@@ -351,16 +351,16 @@ def test_wrong_options_and_foreign_estimators_are_refused(design, measured, tmp_
 
 @pytest.mark.slow
 def test_the_pages_commands_run(design, tmp_path, monkeypatch, capsys):
-    text = (ROOT / "docs/how_to/calibrate.md").read_text("utf-8")
+    text = (ROOT / "docs/how_to/identify.md").read_text("utf-8")
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.toml").write_text(SOFT)
-    estimator_file(design, tmp_path / "taught/mine")
+    estimator_file(design, tmp_path / "trained/mine")
     for block in re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL):
         for line in block.splitlines():
             assert main(line.partition("#")[0].split()[1:]) == 0, capsys.readouterr()
-    (code,) = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+    code, _ = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
     capsys.readouterr()
-    exec(compile(code, "docs/how_to/calibrate.md", "exec"), {})
+    exec(compile(code, "docs/how_to/identify.md", "exec"), {})
     assert "plate_" in capsys.readouterr().out
     shown = re.search(r"```\n(trace,phase,.*?)```", text, flags=re.DOTALL).group(1)
     assert (tmp_path / "bench/mine/phases.csv").read_text() == shown

@@ -6,7 +6,6 @@ import re
 from collections import Counter
 from contextlib import nullcontext
 from dataclasses import asdict, replace
-from pathlib import Path
 
 import pytest
 from fingerdesign_cli.main import main
@@ -305,10 +304,3 @@ def test_the_command(quick, design_file, tmp_path, capsys):
     assert not list(out.glob("*.sqlite"))
     assert main(["tune", str(design_file), "--out", str(out), "--controller", "fixd_force"]) == 2
     assert "did you mean fixed_force?" in capsys.readouterr().err
-
-
-def test_the_pages_python_runs(capsys):
-    page = Path(__file__).parents[2] / "docs/how_to/controllers.md"
-    (block,) = re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), flags=re.DOTALL)
-    exec(compile(block, "controllers.md", "exec"), {})
-    assert capsys.readouterr().out.split() == ["oracle_1.2", "['grip.oracle.pull_share']", "96"]

@@ -132,7 +132,7 @@ def identify() -> None:
     identify.html.
 
     Or SOURCE is a bench: the folder with phases.csv and the traces that it names, or that table
-    (docs/how_to/calibrate.md). OUT/NAME then holds calibration.json, the plates' places, moduli and
+    (docs/how_to/identify.md). OUT/NAME then holds calibration.json, the plates' places, moduli and
     gains with their deviations before and after; fitted.toml, the finger as fitted; estimator.json
     with the finger's own curves. The first finger of a design takes minutes, others seconds.
 
@@ -161,7 +161,7 @@ def export_c() -> None:
 
     ESTIMATOR is what `fingerdesign train` wrote for DESIGN. The file computes in single precision
     and holds the one network for the noise, with 16-bit weights: some 49 kB for 15 gages. How to
-    compile and call it: docs/how_to/controllers.md.
+    compile and call it: docs/how_to/control.md.
     """
 
 

@@ -1,4 +1,4 @@
-"""Bench of a finger on its model (docs/how_to/calibrate.md), with noise and without."""
+"""Bench of a finger on its model (docs/how_to/identify.md), with noise and without."""
 
 from __future__ import annotations
 

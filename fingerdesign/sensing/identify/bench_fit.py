@@ -20,7 +20,7 @@ answer; gains are exact. The covariance is the inverse of J^T J / c + I in units
 with c = max(1, what the fit leaves over its degrees of freedom): a model that does not fit tells
 less. A bench that leans moves the contact by plates: its lean is looked for first, and
 sensitivities are those there. Cross-talk and the force cells' gains are not fitted: they end up in
-the values (docs/how_to/calibrate.md).
+the values (docs/how_to/identify.md).
 """
 
 from __future__ import annotations
