@@ -22,9 +22,12 @@ from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.page import mold_html
 from fingerdesign.mold.part import Check, MoldMeshes
 from fingerdesign.mold.picture import Pictures, pictures_job, pictures_of
+from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.mold.products.drawing import flat_patterns, write_drawings
+from fingerdesign.mold.plan.refusals import MoldRefused
+from fingerdesign.mold.plan.remedies import remedied
+from fingerdesign.mold.products.drawing import write_drawings
 from fingerdesign.mold.products.notes import (
     bill_of_materials,
     casting_notes,
@@ -78,6 +81,8 @@ def write_mold(
     try:
         with FOLDER.written(target) as folder:
             return make_mold(design, folder, report)
+    except MoldRefused as refused:
+        raise remedied(design, refused) from None
     except OSError as error:
         older = "; the older mold is as it was" if target.is_dir() else ""
         raise ResultError(

@@ -6,12 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, Literal, Protocol, TypeVar
 
-import numpy as np
-
 from fingerdesign.arrays import Array, IntArray
 
 Made = Literal["process", "sheet", "metal", "silicone"]
 
+EDGE_DEG = 30.0  # the sharpest edge of a wall
 INSERT, BASE, CORE, RUBBER = "contact_insert", "base_plate", "core", "rubber"
 BASE_FRAME = "base_frame"  # of a closed mold: it holds the base plate to the walls
 COUPON, COUPON_PIN, CELL, COUPON_COMB = "coupon", "coupon_pin", "coupon_cell", "coupon_comb"
@@ -26,12 +25,6 @@ def axis_name(draw: Sequence[float]) -> str:
     """
     axis = max(range(3), key=lambda k: abs(draw[k]))
     return f"{'+' if draw[axis] > 0 else '-'}{'xyz'[axis]}"
-
-
-def doubled_areas(vertices: Array, triangles: IntArray) -> Array:
-    """Normals times twice the area (t, 3), by the right-hand rule."""
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    return np.asarray(np.cross(b - a, c - a))
 
 
 @dataclass(frozen=True)

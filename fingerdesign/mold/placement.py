@@ -34,8 +34,9 @@ from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.section.section import mesh_section, section_sizes
 from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh
+from fingerdesign.mold.plan.limits import comb_tolerance, limits_of
 from fingerdesign.mold.plan.outer import bow
-from fingerdesign.mold.plan.plan import MoldPlan, comb_tolerance, limits_of
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.notes import effect_sentences, unknown_effect
 
 # What a leg stands off the face of a slot that it is pushed against by hand, under a lens, until
@@ -202,7 +203,7 @@ def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float
     """
     comb, process = comb_tolerance(design.mold), limits_of(design.mold).tolerance_mm
     places, angles = [0.0], [0.0]
-    for side, slot, width in plan.held():
+    for side, slot, width in plan.leg_slots:
         if slot.plate == plate:
             tolerance = comb if side.holding == "comb" else process
             if side.outer:

@@ -15,7 +15,8 @@ from fingerdesign.design.mold import Comb, Mold, MoldLimits
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mold.plan.plan import MoldPlan, Side, comb_tolerance, limits_of
+from fingerdesign.mold.plan.limits import comb_tolerance, limits_of
+from fingerdesign.mold.plan.plan import MoldPlan, Side
 
 PROFILE_FILE = "profile.toml"
 _HEAD = """\
@@ -66,8 +67,8 @@ def cell_plates(plan: MoldPlan) -> tuple[PlateFrame, ...]:
     """Two neighbouring plates that leave through the same sides, combs before slots, in the middle
     of those that do; of a finger with one plate that leaves, that one. Empty: there are none."""
     held: dict[int, set[Side]] = {}
-    combed = {slot.plate for side, slot, _ in plan.held() if side.comb}
-    for side, slot, _ in plan.held():
+    combed = {slot.plate for side, slot, _ in plan.leg_slots if side.comb}
+    for side, slot, _ in plan.leg_slots:
         held.setdefault(slot.plate, set()).add(side.side)
     frames = tuple(frame for frame in plan.frames if frame.index in held)
     pairs = [

@@ -16,8 +16,9 @@ from typing_extensions import TypedDict
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.fitting import gage_fit, gage_words
 from fingerdesign.mold.part import Check, MoldMeshes, PartMesh
-from fingerdesign.mold.plan.plan import MoldPlan, Side, SidePlan, comb_tolerance, limits_of
-from fingerdesign.mold.products.drawing import FlatPattern
+from fingerdesign.mold.plan.limits import comb_tolerance, limits_of
+from fingerdesign.mold.plan.patterns import FlatPattern
+from fingerdesign.mold.plan.plan import MoldPlan, Side, SidePlan
 from fingerdesign.mold.products.notes import (
     ItemData,
     SiliconeData,

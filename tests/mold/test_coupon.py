@@ -6,7 +6,7 @@ import pytest
 from fingerdesign.design.mold import Mold
 from fingerdesign.mold.cad.coupon import build_coupon, ladder_bar
 from fingerdesign.mold.cad.features import cut_plates
-from fingerdesign.mold.plan.plan import limits_of
+from fingerdesign.mold.plan.limits import limits_of
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.profile import cell_plates, ladders_of, profile_text
 from tests.support.molds import shipped

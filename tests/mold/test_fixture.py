@@ -1,5 +1,7 @@
 """Fixtures: slots and their webs, windows, plugs; and what is refused, with its key and bound."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from fingerdesign_bench.any_finger.designs import random_design
@@ -7,10 +9,14 @@ from fingerdesign_bench.any_finger.designs import random_design
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import resolved
 from fingerdesign.layout.frames import surface_height
+from fingerdesign.mold.plan.leg_refusals import leg_refusals
 from fingerdesign.mold.plan.legs import fixture_of
-from fingerdesign.mold.plan.plan import SIDES, Slot, in_space
-from fingerdesign.mold.plan.planning import fixture_faults, plan_mold, with_walls
-from fingerdesign.mold.plan.slots import frames_in_mold, slot_corners, webs
+from fingerdesign.mold.plan.plan import Slot, in_space, slot_corners
+from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.plan.refusals import MoldRefused
+from fingerdesign.mold.plan.remedies import remedied
+from fingerdesign.mold.plan.sides import blocked, sides_of
+from fingerdesign.mold.plan.slots import frames_in_mold, webs
 from tests.support.as_planned import plan_checks
 from tests.support.molds import keys, made, shipped
 
@@ -22,10 +28,11 @@ def with_mold(design, **keys):
     return design.model_copy(update={"mold": table})
 
 
-def planned(design, corner=None):
+def planned(design):
     fixture = fixture_of(design)
-    faults = with_walls(fixture, fixture_faults(fixture), corner)
-    return {side: fixture.side(side) for side in SIDES}, fixture.plugs, faults
+    outline, refusals = sides_of(fixture, leg_refusals(fixture))
+    faults = list(remedied(design, MoldRefused(refusals, "")).faults)
+    return outline.by_side, outline.plugs, faults
 
 
 @pytest.mark.parametrize("name", [*SHIPPED, "sensitive", "wide"])
@@ -172,11 +179,11 @@ def test_slots_and_webs_that_the_file_demands_are_refused_by_their_own_key(given
 
 def test_legs_wider_than_a_plate_or_through_a_wall_drawn_across_them_are_refused():
     assert "mold.leg_mm" in keys(planned(with_mold(few(span_mm=6.0), leg_mm=5.0))[2])
-    design = shipped("pin", plates__cover_mm=6.0)
-    assert planned(design, corner=2.0)[2] == []
-    fault = planned(design, corner=7.9)[2][0]
-    assert fault.key == "plates.pitch_mm"
-    assert "side walls" in fault.bound
+    fixture = fixture_of(shipped("pin", plates__cover_mm=6.0))
+    assert blocked(fixture, replace(fixture.room.extent, corner=2.0)) == []
+    (refusal,) = blocked(fixture, replace(fixture.room.extent, corner=7.9))
+    assert refusal.key == "plates.pitch_mm"
+    assert refusal.numbers["other"] == "side"
 
 
 def slot(place, y, angle=0.0, length=2.0, width=0.4):
@@ -222,7 +229,7 @@ def test_a_slot_without_clearance_lets_its_plate_in_all_the_same():
         SLOTS | {"limits": {"clearance_mm": 0.0, "slot_mm": 0.3}},
     ):
         fixture = fixture_of(with_mold(few(), **how))
-        assert fixture_faults(fixture) == []
+        assert leg_refusals(fixture) == []
         for leg, slot in zip(fixture.on("-z"), fixture.slots("-z"), strict=True):
             assert min(slot.length - leg.width, slot.width - 0.1) >= 0.005 - 1e-9
 

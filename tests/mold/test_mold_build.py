@@ -152,7 +152,7 @@ def test_shrinkage_enlarges_the_rubber_and_leaves_the_metal_as_it_is():
 def test_a_plate_with_its_legs_is_one_piece_of_the_sum_of_volumes(plates):
     plan = plan_mold(design_of("", plates))
     for frame, plate in zip(plan.frames, cut_plates(plan), strict=True):
-        legs = plan.legs_of(frame.index)
+        legs = plan.legs_by_plate.get(frame.index, ())
         assert len(legs) == 2
         volume = plate_volume(frame) + legs_volume(legs, frame.thickness)
         assert volume_of(plate) == pytest.approx(volume, rel=1e-6)
@@ -166,9 +166,9 @@ def test_a_comb_is_the_finger_s_end_and_its_slots_let_the_plates_through(usual):
     assert comb.order > wall.order
     bounds = comb.solid.BoundingBox()
     assert (bounds.zmin, bounds.zmax) == pytest.approx((4.0, 4.3), abs=1e-6)
-    for slot in plan.side("+z").slots:
+    for slot in plan.by_side["+z"].slots:
         assert not holds(comb.solid, (slot.place, slot.y, plan.half_depth + 0.15))
-    low, high, bottom = plan.side("+z").window
+    low, high, bottom = plan.by_side["+z"].window
     middle = plan.half_depth + 0.5 * plan.wall_z
     for height, held in ((0.1, False), (-0.1, True)):
         assert holds(wall.solid, (0.5 * (low + high), bottom + height, middle)) is held

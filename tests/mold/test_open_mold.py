@@ -22,9 +22,10 @@ from fingerdesign.mold.cad.build import build_mold
 from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.make import mold_meshes
 from fingerdesign.mold.part import BASE, INSERT
-from fingerdesign.mold.plan.plan import limits_of
+from fingerdesign.mold.plan.limits import limits_of
+from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.mold.products.drawing import flat_patterns, write_drawings
+from fingerdesign.mold.products.drawing import write_drawings
 from fingerdesign.mold.products.notes import casting_notes, hardware, silicone_of
 from tests.support.as_planned import as_planned
 

@@ -79,7 +79,7 @@ def test_the_clearance_of_pushed_legs_counts_no_more_and_the_width_of_a_leg_does
 def test_the_bow_is_that_of_an_elastic_bar():
     design = load_design("maeno2000")
     plan = plan_mold(design)
-    side = plan.side("+z")
+    side = plan.by_side["+z"]
     long, beyond, pushed = 10.0, 6.0, 0.02
     # Two elements of a bar's half: its middle (no slope), the inner comb (held), the outer one.
     stiffness = np.zeros((6, 6))

@@ -10,13 +10,16 @@ from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.design.mold import Mold
 from fingerdesign.errors import DesignError
 from fingerdesign.mold.checks.venting import pour_turn, upward
-from fingerdesign.mold.plan import planning
-from fingerdesign.mold.plan.base import base_holes_of, core_box
+from fingerdesign.mold.plan import remedies
+from fingerdesign.mold.plan.base import base_holes_of
 from fingerdesign.mold.plan.extent import extent_of
-from fingerdesign.mold.plan.plan import PROFILES, MoldPlan, density_of, limits_of
+from fingerdesign.mold.plan.limits import PROFILES, density_of, limits_of
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.plan.refusals import MoldRefused
+from fingerdesign.mold.plan.slots import core_box
 from tests.support.faults import faults_of
-from tests.support.molds import drawn, keys, made, mold_faults, shipped
+from tests.support.molds import drawn, keys, made, mold_faults, mold_remedies, shipped
 
 
 def parsed(line=""):
@@ -108,7 +111,7 @@ TINY = {
 )
 def test_a_remedy_of_room_has_numbers_and_works(values, key):
     design = shipped("block", **values)
-    fault = next(fault for fault in mold_faults(design) if fault.key == key)
+    fault = next(fault for fault in mold_remedies(design) if fault.key == key)
     start = "one of these mends it: "
     assert fault.remedy.startswith(start)
     assert "at most 0:" not in fault.bound
@@ -155,7 +158,15 @@ DESIGNS = {"round, backed": 87, "parted by a core": 8, "step": 4}
 
 def bare(design):
     """A plan of nothing but the outline, at the finger's own size."""
-    nothing = {"frames": (), "legs": (), "sides": (), "plugs": (), "top": 0.0, "base": 4.0}
+    nothing = {
+        "limits": limits_of(design.mold),
+        "frames": (),
+        "legs": (),
+        "sides": (),
+        "plugs": (),
+        "top": 0.0,
+        "base": 4.0,
+    }
     nothing |= {"mount_x": np.inf, "mount_z": np.inf}
     return MoldPlan(**vars(extent_of(design, 1.0)), scale=1.0, **nothing)
 
@@ -164,7 +175,7 @@ def bare(design):
 def test_holes_are_within_the_base_and_apart(which):
     design = drawn(DESIGNS[which]) if which in DESIGNS else shipped(which)
     limits, extent, core = limits_of(design.mold), bare(design), core_box(design, 1.0)
-    holes, faults = base_holes_of(design, extent, limits)
+    holes, faults = base_holes_of(design, extent, core)
     assert not faults
     kinds = [hole.kind for hole in holes]
     assert kinds[0] == "vent"
@@ -204,7 +215,7 @@ def test_the_first_vent_is_where_the_tilted_base_is_highest(name):
 def test_each_part_of_a_parted_base_has_a_vent_at_its_highest_place():
     design = drawn(DESIGNS["parted by a core"])
     assert design.body.core.depth_mm is None
-    holes, _ = base_holes_of(design, bare(design), limits_of(design.mold))
+    holes, _ = base_holes_of(design, bare(design), core_box(design, 1.0))
     half, deep = 0.5 * design.body.core.width_mm, 0.5 * design.body.depth_mm
     vents = np.array([[hole.x, hole.z] for hole in holes if hole.kind == "vent"])
     left = vents[vents[:, 0] < -half]
@@ -275,7 +286,7 @@ def test_the_leads_channel_runs_to_the_front_with_a_wall_to_every_hole(design):
 
 def test_what_mends_leads_without_room_is_named_and_does():
     thick = shipped("maeno2000", mold__pour="open", mold__wire_mm=3.0)
-    (fault,) = mold_faults(thick)
+    (fault,) = mold_remedies(thick)
     assert "vents" not in fault.bound
     found = re.findall(r"(mold\.wire_mm|body\.\w+) = ([\d.]+)", fault.remedy)
     assert "mold.wire_mm" in dict(found)
@@ -284,7 +295,7 @@ def test_what_mends_leads_without_room_is_named_and_does():
 
 
 def test_a_process_that_mends_what_has_no_room_is_named():
-    (fault,) = mold_faults(shipped("both_ways", mold__process="machined"))
+    (fault,) = mold_remedies(shipped("both_ways", mold__process="machined"))
     assert "mold.process = 'sla'" in fault.remedy
     assert not mold_faults(shipped("both_ways", mold__process="sla"))
 
@@ -329,19 +340,25 @@ def test_every_slot_is_as_wide_as_the_process_makes_it():
         except DesignError:
             continue
         limits = limits_of(design.mold)
-        for side, slot, _ in plan.held():
+        for side, slot, _ in plan.leg_slots:
             least = design.mold.comb.slot_mm if side.comb else limits.slot_mm
             assert slot.width >= least - 1e-9
             assert side.comb or slot.width >= 0.5
 
 
-def test_remedies_are_not_looked_for_beyond_their_time(monkeypatch):
-    """What is refused, and for which keys, does not depend on it."""
-    design = shipped("maeno2000", mold__plate_fixture="slots")
-    with pytest.raises(DesignError) as whole:
+def test_remedies_take_a_fixed_number_of_plans(monkeypatch):
+    """A limit of plans, not of time: what is refused does not depend on it, nor on the machine."""
+    design = shipped("both_ways", mold__process="machined", mold__plate_fixture="slots")
+    with pytest.raises(MoldRefused) as refused:
         plan_mold(design)
-    monkeypatch.setattr(planning, "REMEDIES_S", 0.0)
-    with pytest.raises(DesignError) as short:
-        plan_mold(design)
-    assert [f.key for f in short.value.faults] == [f.key for f in whole.value.faults]
-    assert all(fault.remedy for fault in short.value.faults)
+    plans = []
+
+    def counted(changed):
+        plans.append(changed)
+        return plan_mold(changed)
+
+    monkeypatch.setattr(remedies, "plan_mold", counted)
+    found = remedies.remedied(design, refused.value)
+    assert 0 < len(plans) <= remedies.PLANS
+    assert [f.key for f in found.faults] == [f.key for f in refused.value.faults]
+    assert all(fault.remedy for fault in found.faults)

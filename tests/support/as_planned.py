@@ -11,7 +11,8 @@ from manifold3d import Manifold
 from fingerdesign.layout.volume import plate_volume
 from fingerdesign.mold.checks.assembly import assemble
 from fingerdesign.mold.part import BASE, CORE, Check
-from fingerdesign.mold.plan.plan import direction, in_space, limits_of
+from fingerdesign.mold.plan.limits import limits_of
+from fingerdesign.mold.plan.plan import direction, in_space
 from fingerdesign.mold.plan.slots import least_slot, least_web, webs
 
 ROUND = 64  # sides of a bar that is tried in a round hole
@@ -74,7 +75,7 @@ def _openings(assembly):
             yield "a channel", round_bar(back, out, 0.9 * hole.pocket, 0.9 * hole.pocket), (BASE,)
         bar = round_bar(np.array([hole.x, 0.0, hole.z]), plan.base * down, *sizes)
         yield f"the {hole.kind} at ({hole.x:.2f}, {hole.z:.2f})", bar, (BASE,)
-    for held, slot, _ in plan.held():
+    for held, slot, _ in plan.leg_slots:
         ends = plan.half(slot.side), plan.reach(slot.side)
         bar = slot_bar(slot, ends, tight)
         yield f"the slot of plate {slot.plate}, side {slot.side},", bar, (held.holder,)
@@ -95,7 +96,7 @@ def _openings(assembly):
         side, size = core_pin.side, core_pin.diameter
         foot = in_space(side, core_pin.place, core_pin.y, core_pin.tip)
         way = (plan.reach(side) - core_pin.tip) * direction(side)
-        passed = tuple({plan.side(side).wall, plan.side(side).holder, CORE})
+        passed = tuple({plan.by_side[side].wall, plan.by_side[side].holder, CORE})
         yield "a core pin", round_bar(foot, way, size, size), passed
 
 

@@ -15,6 +15,8 @@ from fingerdesign.errors import DesignError
 from fingerdesign.layout.volume import enclosed_volume as volume
 from fingerdesign.mold.part import PartMesh
 from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.plan.refusals import MoldRefused
+from fingerdesign.mold.plan.remedies import remedied
 from fingerdesign.mold.products.three_mf import _locale_kept
 
 CLOSED = {"mold.pour": "closed"}
@@ -60,12 +62,21 @@ def drawn(seed):
 
 
 def mold_faults(design):
-    """What keeps a design's mold from being planned."""
+    """The faults that keep a design's mold from being planned."""
     try:
         plan_mold(design)
     except DesignError as error:
         return error.faults
-    return []
+    return ()
+
+
+def mold_remedies(design):
+    """The same faults, with their remedies."""
+    try:
+        plan_mold(design)
+    except MoldRefused as refused:
+        return remedied(design, refused).faults
+    return ()
 
 
 def keys(faults):

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.plan.refusals import MoldRefused
+from fingerdesign.mold.plan.remedies import remedied
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -40,7 +42,8 @@ def mold_one(case: str) -> Record:
     with tempfile.TemporaryDirectory(prefix="fingerdesign-bench-") as name:
         try:
             report = make_mold(design, name)
-        except DesignError as error:
+        except MoldRefused as refused:
+            error = remedied(design, refused)
             seconds = round(time.perf_counter() - start, 2)
             reason = " | ".join(str(fault) for fault in error.faults)
             remedy, then = after_remedies(design, error.faults)
@@ -71,7 +74,9 @@ def after_remedies(design: Design, faults: Sequence[Fault]) -> tuple[str, str]:
             key: value for each in faults for key, value in next(remedies_of(each), {}).items()
         }
         try:
-            plan_mold(with_values(design, tried))
+            plan_mold(mended := with_values(design, tried))
+        except MoldRefused as refused:
+            faults = remedied(mended, refused).faults
         except DesignError as error:
             faults = error.faults
     return "", "refused"

@@ -24,8 +24,9 @@ from fingerdesign.errors import GeometryError
 from fingerdesign.mold.cad.features import BEYOND_MM, Features, cut_plates, features_of
 from fingerdesign.mold.cad.parting import FlatSide, parted, seam, sides_followed
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT, RUBBER, Made, MoldParts
-from fingerdesign.mold.plan.base import core_box
-from fingerdesign.mold.plan.plan import SIDES, Limits, MoldPlan, Side, direction, limits_of
+from fingerdesign.mold.plan.limits import Limits, limits_of
+from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side, direction
+from fingerdesign.mold.plan.slots import core_box
 
 AGAINST = -1e-6  # normal . draw below which a face looks against the draw
 SAMPLES = 15  # along each of a face's parameters
@@ -103,7 +104,7 @@ def formed_by(
         else:
             mine = lower & (np.abs(points[:, 2]) <= plan.corner) & (outside > 0.0)
         upper = beyond[side[1]] & (outside > 0.0) & ~lower
-        names[mine | upper], draws[mine | upper] = plan.side(side).wall, away
+        names[mine | upper], draws[mine | upper] = plan.by_side[side].wall, away
     base = (points[:, 1] < 1e-5) & (normals[:, 1] < -1.0 + 1e-9)
     names[base], draws[base] = "", 0.0
     return names, draws
@@ -200,10 +201,10 @@ def _parts(
     for side in SIDES if plan.pour == "closed" else _ENDS:
         x, y, z = direction(side).tolist()
         order = SIDE_ORDER if side.endswith("x") else END_ORDER
-        formed.append((plan.side(side).wall, (x, y, z), order, "process"))
-        if comb := plan.side(side).comb:  # it comes off after the wall behind it
+        formed.append((plan.by_side[side].wall, (x, y, z), order, "process"))
+        if comb := plan.by_side[side].comb:  # it comes off after the wall behind it
             formed.append((comb, (x, y, z), order + 1, "sheet"))
-        if outer := plan.side(side).outer_comb:
+        if outer := plan.by_side[side].outer_comb:
             formed.append((outer, (x, y, z), INSERT_ORDER, "sheet"))
     found = []
     for name, draw, order, made in formed:

@@ -15,7 +15,8 @@ from fingerdesign.mold.cad.build import INSERT_ORDER, BuiltPart, Direction
 from fingerdesign.mold.cad.features import slot_tools
 from fingerdesign.mold.cad.parting import prism_of, slab
 from fingerdesign.mold.part import CELL, COUPON, COUPON_COMB, COUPON_PIN
-from fingerdesign.mold.plan.plan import WORDS, MoldPlan, Side, direction, limits_of
+from fingerdesign.mold.plan.limits import limits_of
+from fingerdesign.mold.plan.plan import WORDS, MoldPlan, Side, direction
 from fingerdesign.mold.profile import Ladder, cell_plates, ladders_of
 
 DEEP_MM = 10.0  # of slots, holes and sockets: about a mold's wall
@@ -97,7 +98,7 @@ def _cell(design: Design, plan: MoldPlan) -> tuple[BuiltPart, ...]:
         return ()
     limits, sheet = limits_of(design.mold), design.mold.comb.sheet_mm
     numbers = {frame.index for frame in plates}
-    held = [(side, slot) for side, slot, _ in plan.held() if slot.plate in numbers]
+    held = [(side, slot) for side, slot, _ in plan.leg_slots if slot.plate in numbers]
     wall = max(WALL_MM, 1.5 * limits.wall_mm)
     points = np.vstack([frame.corners() for frame in plates])
     (left, low), (right, high) = points.min(axis=0) - AROUND_MM, points.max(axis=0) + AROUND_MM
@@ -110,7 +111,7 @@ def _cell(design: Design, plan: MoldPlan) -> tuple[BuiltPart, ...]:
     combs = []
     for end in ends:
         tools = list(slot_tools(plan, end, [slot for side, slot in held if side.side == end]))
-        if plan.side(end).holding != "comb" or not tools:
+        if plan.by_side[end].holding != "comb" or not tools:
             cuts += tools
             continue
         room = AROUND_MM + limits.clearance_mm

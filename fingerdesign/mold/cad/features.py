@@ -19,9 +19,9 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.cad.parting import prism_of, slab
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT
 from fingerdesign.mold.plan.extent import seam_height
+from fingerdesign.mold.plan.limits import SPARE_MM, limits_of
 from fingerdesign.mold.plan.outer import ROOMS_MM
 from fingerdesign.mold.plan.plan import (
-    SPARE_MM,
     BaseHole,
     CorePin,
     Leg,
@@ -34,7 +34,6 @@ from fingerdesign.mold.plan.plan import (
     across,
     direction,
     in_space,
-    limits_of,
 )
 
 BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
@@ -51,7 +50,7 @@ def cut_plates(plan: MoldPlan) -> tuple[cq.Solid, ...]:
     """
     found = []
     for frame in plan.frames:
-        pieces = [_leg(frame, leg) for leg in plan.legs_of(frame.index)]
+        pieces = [_leg(frame, leg) for leg in plan.legs_by_plate.get(frame.index, ())]
         whole = plate_solid(frame)
         whole = whole.fuse(*pieces).clean() if pieces else whole
         found.append(one_solid(whole, f"plate {frame.index} with its legs"))
@@ -166,7 +165,7 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
             found.take(_pilot(hole, core.height_mm), CORE)
     clearance = limits_of(design.mold).clearance_mm
     for core_pin in plan.core_pins:
-        names = {plan.side(core_pin.side).wall, plan.side(core_pin.side).holder, CORE}
+        names = {plan.by_side[core_pin.side].wall, plan.by_side[core_pin.side].holder, CORE}
         found.take(_core_pin(plan, core_pin, clearance), *names)
     for planned in plan.sides:
         for tool in slot_tools(plan, planned.side, planned.slots):

@@ -252,7 +252,7 @@ def _layers(
     Of a side that is not ``flat``, the wall is what of the block below the rim is outside of the
     outline; a comb is possible where it happens to be flat up to the rim.
     """
-    planned, beside, name = plan.side(side), side.endswith("x"), wall_name(side)
+    planned, beside, name = plan.by_side[side], side.endswith("x"), wall_name(side)
     if planned.comb and not beside and plan.corner < plan.half_depth - 1e-6:
         raise GeometryError(f"{planned.comb}: the finger's {side} side is not one flat face")
     inner = plan.half_width if beside else plan.corner
@@ -277,7 +277,7 @@ def _framed(
 ) -> dict[str, cq.Solid]:
     """A half frame of an open mold, and its comb: as large as the finger's end face, in the frame's
     end, so that the frame slides off it and off the plates' legs."""
-    planned, reach, deep = plan.side(end), plan.reach_x, plan.reach_z
+    planned, reach, deep = plan.by_side[end], plan.reach_x, plan.reach_z
     name, comb = planned.wall, planned.comb
     half = slab(end, (-reach, 0.0, 0.0), (reach, plan.rim if flat is None else plan.top, deep))
     if flat is None:

@@ -27,8 +27,8 @@ from fingerdesign.design.schema import Design
 from fingerdesign.mold.cad.build import Built, BuiltPart, build_mold
 from fingerdesign.mold.cad.coupon import build_coupon
 from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, MoldMeshes, PartMesh
+from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.plan import MoldPlan
-from fingerdesign.mold.products.drawing import flat_patterns
 
 Rgba = tuple[float, float, float, float]
 

@@ -13,10 +13,11 @@ from manifold3d import Manifold
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.mesh.types import pieces
-from fingerdesign.mold.checks.assembly import Assembly, from_pin, from_slot, inside, place_text
+from fingerdesign.mold.checks.assembly import Assembly, from_pin, from_slot, place_text
 from fingerdesign.mold.part import BASE, CORE, RUBBER, Check
 from fingerdesign.mold.plan.base import TILT_DEG
 from fingerdesign.mold.plan.plan import MoldPlan, Side, direction
+from fingerdesign.mold.solids import inside
 
 # Beyond an opening's edge, at that tilt, air that stays is no higher than 0.26 mm.
 REACH_MM = 3.0

@@ -19,19 +19,10 @@ import numpy as np
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import step_facts
-from fingerdesign.errors import Fault
-from fingerdesign.mold.plan.plan import (
-    SPARE_MM,
-    BaseHole,
-    CorePin,
-    HoleKind,
-    Limits,
-    MoldPlan,
-    Side,
-    SidePlan,
-    refusal,
-)
-from fingerdesign.mold.plan.slots import clear, core_in_mold, openings_of
+from fingerdesign.mold.plan.limits import SPARE_MM
+from fingerdesign.mold.plan.plan import BaseHole, HoleKind, MoldPlan
+from fingerdesign.mold.plan.refusals import Refusal
+from fingerdesign.mold.plan.slots import Box
 
 TILT_DEG = 5.0
 VENT_MM = 1.0  # of vents that are not given
@@ -89,30 +80,21 @@ def _radius(hole: BaseHole) -> float:
     return 0.5 * max(hole.diameter, hole.outer_diameter)
 
 
-def core_box(design: Design, scale: float) -> tuple[Array, Array] | None:
-    """Corners (3,) of the core in mold space, mm; None without one."""
-    if design.body.core is None:
-        return None
-    core = core_in_mold(design.body.core, scale)
-    depth = design.body.depth_mm if core.depth_mm is None else core.depth_mm
-    low = np.array([-0.5 * core.width_mm, core.bottom_mm, -0.5 * depth])
-    return low, np.array([-low[0], core.bottom_mm + core.height_mm, -low[2]])
-
-
 def base_holes_of(
-    design: Design, plan: MoldPlan, limits: Limits
-) -> tuple[tuple[BaseHole, ...], list[Fault]]:
-    """Every hole of the base plate, the highest vent first, and the fault of what has no room."""
-    mold, core = design.mold, design.body.core
-    base = _base(design, plan, limits.wall_mm)
+    design: Design, plan: MoldPlan, box: Box | None
+) -> tuple[tuple[BaseHole, ...], list[Refusal]]:
+    """Place every hole of a closed mold's base plate, the highest vent first; refuse what has no
+    room. ``box``: of the core."""
+    mold, core, limits = design.mold, design.body.core, plan.limits
+    base = _base(design, plan, box)
     vent = max(VENT_MM, limits.hole_mm) if mold.vent_mm is None else mold.vent_mm
-    screws = _screws(design, plan.scale)
+    screws = _screws(box)
     holes: list[BaseHole] = []
     openings: list[BaseHole] | None = None
     wires: list[BaseHole] | None = None
     for corners in (3, 1):  # on a small base the gate comes before further vents
         vents = _vents(base, vent, limits.hole_mm, corners)
-        wires = _wires(design, plan, limits, base, [*vents, *screws])
+        wires = _wires(design, plan, base, [*vents, *screws])
         holes = [*vents, *screws, *(wires or ())]
         gate, lock = (max(size, limits.hole_mm) for size in (mold.gate_mm, mold.lock_mm))
         openings = _openings(base, holes, gate, lock, limits.hole_mm)
@@ -123,40 +105,44 @@ def base_holes_of(
         lacking.append(("mold.vent_mm", vent, "two vents"))
     if openings is None:
         lacking.append(("mold.gate_mm", mold.gate_mm, "gate and riser"))
-    of = {"limits": limits, "core": core is not None and core.bottom_mm == 0.0}
-    faults = [refusal("no_hole", key, value, what=what, **of) for key, value, what in lacking]
+    of_core = "core, " if core is not None and core.bottom_mm == 0.0 else ""
+    numbers = {"limits": limits, "core": of_core}
+    found = [
+        Refusal("no_hole", key, value, numbers | {"what": what}) for key, value, what in lacking
+    ]
     if wires is None:
-        of |= {"bundles": len(plan.frames), "pour": plan.pour}
-        faults.append(refusal("no_leads", "mold.wire_mm", mold.wire_mm, **of))
-    return (*holes, *(openings or ())), faults
+        found.append(_no_leads(design, plan, f"{of_core}vents and "))
+    return (*holes, *(openings or ())), found
 
 
-def open_holes_of(
-    design: Design, plan: MoldPlan, limits: Limits
-) -> tuple[tuple[BaseHole, ...], list[Fault]]:
-    """The holes of an open mold's base plate: for leads, and locks, as many as have room; and the
-    fault of leads that have none."""
-    base, wire = _base(design, plan, limits.wall_mm), design.mold.wire_mm
-    wires = _wires(design, plan, limits, base, [])
+def _no_leads(design: Design, plan: MoldPlan, holes: str) -> Refusal:
+    numbers = {"limits": plan.limits, "bundles": len(plan.frames), "holes": holes}
+    return Refusal("no_leads", "mold.wire_mm", design.mold.wire_mm, numbers)
+
+
+def open_holes_of(design: Design, plan: MoldPlan) -> tuple[BaseHole, ...] | Refusal:
+    """Place the holes of an open mold's base plate: for leads, and locks, as many as have room; or
+    refuse leads that have none."""
+    base, limits = _base(design, plan, None), plan.limits
+    wires = _wires(design, plan, base, [])
     if wires is None:
-        of = {"limits": limits, "core": False, "bundles": len(plan.frames), "pour": plan.pour}
-        return (), [refusal("no_leads", "mold.wire_mm", wire, **of)]
+        return _no_leads(design, plan, "")
     holes = wires
     for kind in _OPENINGS:
         if kind == "lock":
             lock = max(design.mold.lock_mm, limits.hole_mm)
             hole = _largest(base, holes, kind, lock, limits.hole_mm)
             holes += [] if hole is None else [hole]
-    return tuple(holes), []
+    return tuple(holes)
 
 
 def _wires(
-    design: Design, plan: MoldPlan, limits: Limits, base: _Base, holes: list[BaseHole]
+    design: Design, plan: MoldPlan, base: _Base, holes: list[BaseHole]
 ) -> list[BaseHole] | None:
     """Holes for all bundles of leads, as near to the front as they can be, in the middle of it:
     one, or several smaller ones where that has no room, or without pockets where these have none.
     None: there is no room."""
-    bundles, wire = len(plan.frames), design.mold.wire_mm
+    bundles, wire, limits = len(plan.frames), design.mold.wire_mm, plan.limits
     if not bundles or wire <= 0.0:
         return []
     deep = plan.base - limits.wall_mm - _EDGE_MM
@@ -211,7 +197,8 @@ def _openings(
     return best
 
 
-def _base(design: Design, plan: MoldPlan, web: float) -> _Base:
+def _base(design: Design, plan: MoldPlan, box: Box | None) -> _Base:
+    web = plan.limits.wall_mm
     x, z = np.meshgrid(
         np.linspace(-plan.half_width, plan.half_width, _GRID),
         np.linspace(-plan.half_depth, plan.half_depth, _GRID),
@@ -219,7 +206,6 @@ def _base(design: Design, plan: MoldPlan, web: float) -> _Base:
     )
     places = np.column_stack([x.ravel(), z.ravel()])
     room = _inside(design, plan, places)
-    box = core_box(design, plan.scale)
     if box is not None and box[0][1] == 0.0:
         away = np.abs(places) - box[1][[0, 2]]
         outside = np.linalg.norm(np.maximum(away, 0.0), axis=1) + np.minimum(away.max(axis=1), 0.0)
@@ -319,9 +305,8 @@ def _largest(
     return BaseHole(kind, x, z, wide, UNDERCUT * wide)
 
 
-def _screws(design: Design, scale: float) -> list[BaseHole]:
+def _screws(box: Box | None) -> list[BaseHole]:
     """One or two holes for screws into a core that stands on the base."""
-    box = core_box(design, scale)
     if box is None or box[0][1] != 0.0:
         return []
     wide, deep = float(box[1][0]), float(box[1][2])
@@ -335,74 +320,3 @@ def _screws(design: Design, scale: float) -> list[BaseHole]:
             BaseHole("screw", p if along else 0.0, 0.0 if along else p, hole, hole) for p in places
         ]
     return []
-
-
-DIAMETERS_MM = (2.0, 1.5, 1.2, 1.0, 0.8, 0.6, 0.5)  # steel pins and wire that are sold
-_MOST_DEPTH_MM = 3.0
-_DEPTH_SHARE = 0.3  # of the core's length
-_STEP_MM = 0.1
-_WEB_MM = 0.3  # of the core around a pin's hole, which is drilled
-_AXES: tuple[tuple[Side, Side], ...] = (("+z", "-z"), ("+x", "-x"))
-
-
-def core_pins_of(
-    design: Design, plan: MoldPlan, limits: Limits
-) -> tuple[tuple[CorePin, ...], list[Fault]]:
-    """The core's pins, and the fault of a core that none can hold.
-
-    Straight pins through the walls hold a core that is clear of the base while the rubber cures:
-    two on either side where it is wide enough, else one. They are drawn with their walls.
-    """
-    box = core_box(design, plan.scale)
-    if box is None or box[0][1] == 0.0:
-        return (), []
-    low, high = box
-    height = float(high[1] - low[1])
-    y = 0.5 * float(low[1] + high[1])
-    sizes = [
-        d
-        for d in DIAMETERS_MM
-        if d >= limits.hole_mm and d + 2.0 * (limits.clearance_mm + _WEB_MM) <= height + 1e-9
-    ]
-    # Thinner pins where the wall's foot below their holes would be too low.
-    footed = [d for d in sizes if 0.5 * d + limits.clearance_mm + limits.wall_mm <= y + 1e-9]
-    sizes = footed or sizes
-    for axis, diameter in product(_AXES, sizes):
-        hole = diameter + 2.0 * limits.clearance_mm
-        half, end = (high[0], high[2]) if axis[0].endswith("z") else (high[2], high[0])
-        places = _places(float(half), y, hole, [plan.side(side) for side in axis], limits)
-        if places:
-            depth = min(_MOST_DEPTH_MM, _DEPTH_SHARE * 2.0 * float(end))
-            pins = [
-                CorePin(side, place, y, diameter, float(end) - depth, depth)
-                for side in axis
-                for place in places
-            ]
-            return tuple(pins), []
-    core = design.body.core
-    assert core is not None
-    pin = min((d for d in DIAMETERS_MM if d >= limits.hole_mm), default=limits.hole_mm)
-    least = pin + 2.0 * limits.clearance_mm + 2.0 * _WEB_MM
-    if height < least:
-        of = {"least": least, "pin": pin, "web": _WEB_MM}
-        return (), [refusal("thin_core", "body.core.height_mm", core.height_mm, **of)]
-    return (), [refusal("core_not_reached", "body.core.bottom_mm", core.bottom_mm)]
-
-
-def _places(
-    half: float, y: float, hole: float, sides: list[SidePlan], limits: Limits
-) -> list[float]:
-    """Places across the core, alike on both sides: two far apart, else one, else none."""
-    most = half - 0.5 * hole - _WEB_MM
-    if most < 0.0:
-        return []
-    places = np.arange(0.0, most + 1e-9, _STEP_MM)
-    room = 0.5 * hole + limits.wall_mm
-    low, high, bottom, top = np.concatenate([openings_of(planned) for planned in sides]).T
-    level = (bottom - room < y) & (y < top + room)
-    right, left = (clear(sign * places, room, low[level], high[level]) for sign in (1.0, -1.0))
-    both = places[right & left]
-    if len(both) and both[-1] >= hole + 0.5 * limits.wall_mm:
-        return [-float(both[-1]), float(both[-1])]
-    one = [*places[right][:1], *-places[left][:1]]
-    return [float(one[0])] if one else []

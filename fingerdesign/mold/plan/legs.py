@@ -1,10 +1,9 @@
-"""Legs of plates: how wide they are and where along the plate they stand, so that they can be held.
+"""Legs of plates: their widths and their places along the plate, chosen so that they can be held.
 
-As wide as can be, for a wide leg holds its plate's angle; half as wide on plates that end inside
-the finger, where they stay in the rubber. They are moved
-along the plate and narrowed until they leave the finger outside its contact zone, clear of other
-plates, and their slots keep the webs; what cannot be had is a fault of planning.py. Numbers
-only.
+Legs are as wide as possible, for a wide leg holds its plate's angle, and half as wide on plates
+that end inside the finger, where they stay in the rubber. They are moved along the plate and
+narrowed until they leave the finger outside its contact zone, clear of other plates, and until
+their slots keep the webs. leg_refusals.py refuses what is not reached.
 """
 
 from collections.abc import Sequence
@@ -15,30 +14,40 @@ import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import PlateFrame, plate_rows
-from fingerdesign.layout.volume import outline_volume
+from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.plan import slots
 from fingerdesign.mold.plan.extent import half_extent
-from fingerdesign.mold.plan.leg_room import Fixture
-from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, MoldPlan, Side, limits_of
+from fingerdesign.mold.plan.fixture import Fixture
+from fingerdesign.mold.plan.limits import limits_of
+from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, Side
 from fingerdesign.mold.plan.slots import end_of, frames_in_mold, scale_of, sides_of_plate
 
 LEAST_WIDTH_MM = 0.3  # a thinner strip of thin metal buckles when the rubber is poured
-# Of the plate's length, the most of a leg that stays in the rubber: half the width turns twice as
-# far in its slot, the whole displaces twice the rubber.
+# A leg that stays in the rubber is at most this fraction of its plate's length: half the width
+# turns twice as far in its slot, the whole displaces twice the rubber.
 _EMBEDDED = 0.5
-# What is worst about legs: for each, and for each millimetre of web that lacks.
+# Penalties rank what is wrong with legs; _LACK is for each millimetre of web that lacks.
 _CROSSED, _LEFT, _NOT_FLAT, _LACK = 1000.0, 100.0, 1e-5, 100.0
 CLOSE = 1e-6  # mm; rounding
 SLOTS: Holding = "slots"
+_SHARES = (1.0, 0.8, 0.6, 0.45, 0.3, 0.0)  # of the way from the least width to the most
+# Places are fractions of the way from the plate's centre to its end. The coarse ones are tried for
+# all widths first, then every one.
+_COARSE = (0.0, 0.5, -0.5, 1.0, -1.0)
+_FINE = (*_COARSE, 0.25, -0.25, 0.75, -0.75)
+# Legs of a row are placed in a pattern: neighbours on either side of their plates' centres, or
+# fanned out from one end of the row to the other.
+_ZIGZAGS: tuple[tuple[float, float], ...] = ((0.0, 0.0), (0.5, 0.0), (1.0, 0.0))
+_FANS: tuple[tuple[float, float], ...] = ((0.0, 1.0), (0.0, -1.0), (0.0, 0.5), (0.0, -0.5))
+_GOOD = 1e-2  # sides held by slots where a comb was requested: no fault
 
 
-# Every plate end's leg at one width and place, and what is wrong with each, by how it is held.
+# A stance is every plate end's leg at one width and place, and its penalty by how it is held.
 Stance = tuple[tuple[Leg, ...], dict[Holding, Array]]
 
 
 class Search(Fixture):
-    """What legs are tried for: plates in mold space, and what their process can make."""
+    """A search for legs: plates in mold space, and what their process can make."""
 
     @cached_property
     def ends(self) -> tuple[tuple[PlateFrame, Side], ...]:
@@ -47,7 +56,7 @@ class Search(Fixture):
 
     @cached_property
     def full(self) -> BoolArray:
-        """Whether each plate end lies in the finger's end, (ends,)."""
+        """True for each plate end that lies in the finger's end, (ends,)."""
         body = self.design.body
         found = []
         for frame, side in self.ends:
@@ -89,7 +98,7 @@ class Search(Fixture):
         crossed = replace(self, legs=tuple(legs)).gaps() < self.least_gap - CLOSE
         crossed |= np.array([meets_hole(self.by_index[leg.plate], leg) for leg in legs])
         wrong = _CROSSED * crossed  # meets other metal, or a hole of its own plate
-        short = self.room.wanting(sides, openings[SLOTS], exits)
+        short = self.room.lack(sides, openings[SLOTS], exits)
         short = np.where(np.isfinite(short), short, 1e3 - exits.nearest)
         short += self.room.blocked(sides, openings[SLOTS], exits)
         short += self.room.sunk(openings[SLOTS])
@@ -105,9 +114,9 @@ class Search(Fixture):
 
     @cached_property
     def ranks(self) -> dict[int, tuple[int, float]]:
-        """Of each plate: its number in its row, and its rank there from -1 to 1."""
+        """Each plate's number in its row, and its rank there from -1 to 1."""
         found = {}
-        for row in plate_rows(self.design):
+        for row in self.rows:
             last = 0.5 * (len(row.frames) - 1)
             for k, frame in enumerate(row.frames):
                 found[frame.index] = (k, (k - last) / last if last else 0.0)
@@ -136,9 +145,9 @@ class Search(Fixture):
         for k, (frame, side) in enumerate(self.ends):
             way = SLOTS if ways[side] == "wall" else ways[side]
             number, rank = self.ranks[frame.index]
-            wanted = pattern[0] * (-1.0 if number % 2 else 1.0) + pattern[1] * rank
+            target = pattern[0] * (-1.0 if number % 2 else 1.0) + pattern[1] * rank
             wrong, _, best = min(
-                (float(penalty[way][k]), abs(place - wanted), place)
+                (float(penalty[way][k]), abs(place - target), place)
                 for place, (_, penalty) in stances.items()
             )
             chosen.append(stances[best][0][k])
@@ -148,7 +157,7 @@ class Search(Fixture):
 
 
 def wrong_between(fixture: Fixture) -> float:
-    """What is wrong between legs: webs that are not held (their lack), legs that cross."""
+    """Penalty of what is wrong between legs: webs that lack some width, legs that cross."""
     wrong = _CROSSED * len(fixture.crossings())
     for side in SIDES:
         web = slots.least_web(fixture.design, fixture.holding(side), fixture.limits)
@@ -158,31 +167,19 @@ def wrong_between(fixture: Fixture) -> float:
 
 
 def meets_hole(frame: PlateFrame, leg: Leg) -> bool:
-    """Whether a hole at the plate's end would keep the leg from standing on solid metal."""
+    """True where a hole at the plate's end leaves the leg no solid metal to begin on."""
     end = frame.high if leg.side[0] == "+" else frame.low
     for hole in frame.holes:
-        beside = max(abs(hole.s - leg.offset) - 0.5 * leg.width, 0.0)
-        if np.hypot(beside, hole.w - end) - hole.radius < frame.thickness:
+        apart = max(abs(hole.s - leg.offset) - 0.5 * leg.width, 0.0)
+        if np.hypot(apart, hole.w - end) - hole.radius < frame.thickness:
             return True
     return False
 
 
-_SHARES = (1.0, 0.8, 0.6, 0.45, 0.3, 0.0)  # of the way from the least width to the most
-# Of the way from the plate's centre to its end: the first ones are tried for all, then every one.
-_COARSE = (0.0, 0.5, -0.5, 1.0, -1.0)
-_FINE = (*_COARSE, 0.25, -0.25, 0.75, -0.75)
-# How legs stand along a row: neighbours on either side of their plates' centres; or fanned out
-# from one end of the row to the other.
-_ZIGZAGS: tuple[tuple[float, float], ...] = ((0.0, 0.0), (0.5, 0.0), (1.0, 0.0))
-_FANS: tuple[tuple[float, float], ...] = ((0.0, 1.0), (0.0, -1.0), (0.0, 0.5), (0.0, -0.5))
-_GOOD = 1e-2  # sides held by slots where a comb was asked for: no fault
-
-
 def fixture_of(design: Design, thorough: bool = True) -> Fixture:
-    """The plates in mold space with their legs, two each, plate by plate: the best that can be had.
+    """Find the best legs of all plates, in mold space, two each, plate by plate.
 
-    What still is wrong with them (webs, crossings, exits in the contact zone) is a fault of
-    planning.py. Not ``thorough``: only the likeliest widths and places are tried.
+    Not ``thorough``: only the likeliest widths and places are tried.
     """
     limits = limits_of(design.mold)
     search = Search(design, limits, frames_in_mold(design, scale_of(design)))
@@ -231,17 +228,3 @@ def _with_tips(fixture: Fixture) -> Fixture:
         longest[kind(leg)] = max(longest.get(kind(leg), 0.0), length(leg))
     legs = (replace(leg, tip=leg.start + longest[kind(leg)]) for leg in fixture.legs)
     return replace(fixture, legs=tuple(legs))
-
-
-def legs_volume(plan: MoldPlan) -> float:
-    """Volume of the legs that stay in the rubber, from the plates' ends to the exits, mm^3.
-
-    At most: where a leg leaves through a slanted face, to its farthest point.
-    """
-    thick = plan.thickness
-    return sum(leg.width * thick[leg.plate] * (leg.exit - leg.start) for leg in plan.legs)
-
-
-def legs_share(design: Design, plan: MoldPlan) -> float:
-    """The legs' volume over that of the finger's outline in mold space, 0 to 1."""
-    return legs_volume(plan) / (plan.scale**3 * outline_volume(design.body))

@@ -14,23 +14,10 @@ from dataclasses import replace
 import numpy as np
 
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.plan.leg_room import Fixture, seam_of
-from fingerdesign.mold.plan.plan import (
-    Leg,
-    Limits,
-    MoldPlan,
-    OuterComb,
-    SidePlan,
-    Slot,
-    comb_tolerance,
-)
-from fingerdesign.mold.plan.slots import (
-    least_web,
-    moved,
-    slot_corners,
-    ways,
-    webs,
-)
+from fingerdesign.mold.plan.fixture import Fixture
+from fingerdesign.mold.plan.limits import comb_tolerance
+from fingerdesign.mold.plan.plan import Leg, MoldPlan, OuterComb, SidePlan, Slot, slot_corners
+from fingerdesign.mold.plan.slots import least_web, moved, ways, webs
 
 # By how much an outer slot is wider and longer than the inner one: legs are threaded through all of
 # them at once, and the sheet is slid by it. The first that leaves webs is taken.
@@ -42,14 +29,14 @@ STRIP_MM = 1.0  # of an outer comb, around its slots and bolts
 _TURNS = 72
 
 
-def held_twice(design: Design, plan: MoldPlan, limits: Limits, reach: float) -> MoldPlan:
-    """The plan with outer combs on every side whose legs one slide can push, and legs that reach
-    through them; ``reach``: |x| up to which they lie below the bolts' washers."""
-    fixture = Fixture(design, limits, plan.frames, plan.legs)
+def with_outer_combs(fixture: Fixture, plan: MoldPlan, reach: float) -> MoldPlan:
+    """Add outer combs on every side whose legs one slide can push, and let legs reach through them;
+    ``reach``: |x| up to which the combs lie below the bolts' washers."""
+    design, limits = fixture.design, plan.limits
     sides = tuple(_side(fixture, plan, side, reach) for side in plan.sides)
     tips = {s.side: plan.reach(s.side) + s.sheet + design.mold.tab_mm for s in sides if s.outer}
     legs = tuple(replace(leg, tip=tips.get(leg.side, leg.tip)) for leg in plan.legs)
-    seam = seam_of(limits)
+    seam = limits.seam_mm
     lows = [side.window[2] for side in sides if side.window]
     lows += [bolt.second - 0.5 * bolt.diameter for bolt in plan.bolts]
     walls = min(lows, default=0.0) - seam >= limits.wall_mm - 1e-9  # what is left below them

@@ -13,122 +13,18 @@ base plate.
 """
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from pathlib import Path
-from types import MappingProxyType
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.design.faults import at_least, at_most
-from fingerdesign.design.mold import Mold
-from fingerdesign.design.schema import Design
-from fingerdesign.errors import Fault
 from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.gaps import flat_corners
 from fingerdesign.mold.part import OUTER
-from fingerdesign.report.page import macros
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What a process can make, mm; ``name``: "sla", "fdm" or "machined".
-
-    wall_mm       least wall that stands by itself
-    feature_mm    least web, rib or tip
-    hole_mm       least diameter of a round hole
-    slot_mm       least width of a slot
-    clearance_mm  all round, between parts that slide into each other
-    pin_mm        least diameter of a pin at its root
-    tolerance_mm  of a place, to either side
-    form_mm       of a face over the finger's width, to either side, where it stands on another
-    """
-
-    name: str
-    wall_mm: float
-    feature_mm: float
-    hole_mm: float
-    slot_mm: float
-    clearance_mm: float
-    pin_mm: float
-    tolerance_mm: float
-    form_mm: float
-
-    @property
-    def dowels(self) -> bool:
-        """Whether pins are straight steel dowels in drilled holes, not part of the part."""
-        return self.name == "machined"
-
-
-SPARE_MM = 0.05  # beyond the least wall: round holes are measured as triangles
-
-# What makers of desktop machines and job shops commonly advise (no one source; assumed): cut a
-# test piece. The fields: wall, feature, hole, slot, clearance, pin, tolerance, form.
-# A slot goes through a wall of a centimetre: narrower than half a millimetre (two strands of a
-# filament print) resin, strands or chips stay in it. Wire erosion makes finer ones.
-PROFILES: Mapping[str, Limits] = MappingProxyType(
-    {
-        "sla": Limits("sla", 1.0, 0.4, 0.8, 0.5, 0.1, 2.0, 0.1, 0.05),  # desktop resin printers
-        "fdm": Limits("fdm", 1.6, 0.8, 1.5, 0.8, 0.2, 3.0, 0.2, 0.1),  # 0.4 mm nozzle
-        "machined": Limits(
-            "machined", 1.5, 0.5, 0.8, 0.5, 0.02, 3.0, 0.03, 0.01
-        ),  # milled aluminium
-    }
-)
-
-# Typical of makers' data sheets of the cured rubber; fillers move them by some percent.
-DENSITIES_G_CM3: Mapping[str, float] = MappingProxyType(
-    {
-        "silicone": 1.1,
-        "dragon_skin_20": 1.08,
-        "dragon_skin_30": 1.08,
-        "sylgard_184": 1.03,
-        "polyurethane_60a": 1.04,
-    }
-)
-_ANY_SILICONE_G_CM3 = 1.1
-
-
-def limits_of(mold: Mold) -> Limits:
-    """The process's profile, with what ``[mold.limits]`` gives instead.
-
-    >>> from fingerdesign.design.mold import Mold
-    >>> limits_of(Mold(process="fdm", limits={"slot_mm": 0.5})).slot_mm
-    0.5
-    """
-    given = mold.limits.model_dump(exclude_none=True)
-    return replace(PROFILES[mold.process], **given)
-
-
-# Of an edge's place in a cut sheet, mm: wire erosion in two or three passes, in four to six (shops
-# say 0.01 and 0.005); lasers that cut solder stencils hold the former.
-_CUT_MM, _FINE_CUT_MM = 0.01, 0.005
-
-
-def comb_tolerance(mold: Mold) -> float:
-    """How far an edge of a comb may be off its place, mm: given, or by who else makes the mold."""
-    if mold.comb.tolerance_mm is not None:
-        return mold.comb.tolerance_mm
-    return _FINE_CUT_MM if mold.process == "machined" else _CUT_MM
-
-
-def density_of(design: Design) -> float:
-    """Density of the rubber, g/cm^3: given, typical of its name, or of any silicone."""
-    if design.mold.density_g_cm3 is not None:
-        return design.mold.density_g_cm3
-    return DENSITIES_G_CM3.get(design.body.material, _ANY_SILICONE_G_CM3)
-
-
-_REFUSALS = Path(__file__).parents[1] / "templates" / "refusals.j2"
-
-
-def refusal(words: str, key: str, value: object, /, **of: object) -> Fault:
-    """A fault of a key whose bound and remedy templates/refusals.j2 says, ``of`` some numbers."""
-    text = getattr(macros(_REFUSALS), words)(of, at_least, at_most)
-    bound, remedy = (" ".join(part.split()) for part in text.split("-> "))
-    return Fault(key, value, bound, remedy)
-
+from fingerdesign.mold.plan.limits import Limits
 
 Side = Literal["+z", "-z", "+x", "-x"]
 SIDES: tuple[Side, ...] = ("+z", "-z", "+x", "-x")
@@ -223,6 +119,12 @@ class Slot:
         return np.asarray(np.array([self.place, self.y]) + down + np.array([-level, level]))
 
 
+def slot_corners(slots: Sequence[Slot]) -> Array:
+    """Corners (n, 4, 2) of slots in their side's plane (place, y), anticlockwise."""
+    sizes = ((s.plate, s.place, s.y, s.angle_deg, s.length, s.width, 0.0, 1.0) for s in slots)
+    return flat_corners(tuple(PlateFrame(*each) for each in sizes))
+
+
 @dataclass(frozen=True)
 class OuterComb:
     """A second comb on a half frame's outer face, some millimetres from the first. It is slid along
@@ -258,6 +160,15 @@ class SidePlan:
     slots: tuple[Slot, ...]
     framed: bool = False
     outer: OuterComb | None = None
+
+    @property
+    def openings(self) -> Array:
+        """Rectangles (n, 4) of the window, or of the slots: low, high, bottom, top; infinite at the
+        top of a window, which is open to the wall's top."""
+        if self.window is not None:
+            return np.array([[*self.window, np.inf]])
+        corners = slot_corners(self.slots)
+        return np.hstack([corners.min(axis=1), corners.max(axis=1)])[:, [0, 2, 1, 3]]
 
     @property
     def wall(self) -> str:
@@ -398,6 +309,7 @@ class Extent:
 class MoldPlan(Extent):
     """All of a mold.
 
+    limits        what the process can make
     scale         the outline's enlargement, 1 / (1 - shrinkage)
     frames        the plates in mold space: middles moved with the rubber, metal not enlarged
     top, base     height of the insert's far face; thickness of the base plate
@@ -410,6 +322,7 @@ class MoldPlan(Extent):
     lip           thickness of a closed mold's base frame below that plate
     """
 
+    limits: Limits
     scale: float
     frames: tuple[PlateFrame, ...]
     legs: tuple[Leg, ...]
@@ -470,29 +383,48 @@ class MoldPlan(Extent):
         """Thickness of a side's wall."""
         return self.wall_x if side.endswith("x") else self.wall_z
 
-    def side(self, side: Side) -> SidePlan:
-        """The plan of one side."""
-        return next(each for each in self.sides if each.side == side)
+    @cached_property
+    def by_side(self) -> dict[Side, SidePlan]:
+        """The plan of each side."""
+        return {each.side: each for each in self.sides}
 
-    def plug(self, axis: str) -> float | None:
-        """Half-width of the insert where it is narrowed along an axis; None where it is not."""
-        return next((plug.at_surface for plug in self.plugs if plug.axis == axis), None)
+    @cached_property
+    def plug_widths(self) -> dict[str, float]:
+        """Half-width of the insert along each axis at which a plug narrows it."""
+        return {plug.axis: plug.at_surface for plug in self.plugs}
 
-    def tip(self, side: Side) -> float:
-        """How far plates' ends reach on a side."""
-        return max((leg.tip for leg in self.legs if leg.side == side), default=0.0)
+    @cached_property
+    def tips(self) -> dict[Side, float]:
+        """Reach of the farthest leg on each side that has any."""
+        sides = {leg.side for leg in self.legs}
+        return {side: max(leg.tip for leg in self.legs if leg.side == side) for side in sides}
 
-    def legs_of(self, plate: int) -> tuple[Leg, ...]:
-        """A plate's legs."""
-        return tuple(leg for leg in self.legs if leg.plate == plate)
+    @cached_property
+    def legs_by_plate(self) -> dict[int, tuple[Leg, ...]]:
+        """The legs of each plate that has any."""
+        plates = dict.fromkeys(leg.plate for leg in self.legs)
+        return {k: tuple(leg for leg in self.legs if leg.plate == k) for k in plates}
 
-    def held(self) -> Iterator[tuple[SidePlan, Slot, float]]:
+    @cached_property
+    def leg_slots(self) -> tuple[tuple[SidePlan, Slot, float], ...]:
         """Every slot with its side, and the width of the leg in it."""
         widths = {(leg.plate, leg.side): leg.width for leg in self.legs}
-        for side in self.sides:
-            yield from ((side, slot, widths[slot.plate, side.side]) for slot in side.slots)
+        return tuple(
+            (side, slot, widths[slot.plate, side.side])
+            for side in self.sides
+            for slot in side.slots
+        )
 
     @property
     def thickness(self) -> dict[int, float]:
-        """Of each plate, by its number."""
+        """Thickness of each plate, by its number."""
         return {frame.index: frame.thickness for frame in self.frames}
+
+    @property
+    def legs_volume(self) -> float:
+        """Volume of the legs that stay in the rubber, from the plates' ends to the exits, mm^3.
+
+        At most: where a leg leaves through a slanted face, to its farthest point.
+        """
+        thick = self.thickness
+        return sum(leg.width * thick[leg.plate] * (leg.exit - leg.start) for leg in self.legs)

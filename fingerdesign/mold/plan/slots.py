@@ -12,15 +12,11 @@ from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.body import Core
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame, plate_frames
-from fingerdesign.layout.gaps import flat_corners
-from fingerdesign.mold.plan.plan import (
-    Holding,
-    Leg,
-    Limits,
-    Side,
-    SidePlan,
-    Slot,
-)
+from fingerdesign.mold.plan.limits import Limits
+from fingerdesign.mold.plan.plan import Holding, Leg, Side, Slot, slot_corners
+
+Box = tuple[Array, Array]  # low and high corners (3,)
+_LEAST_PLAY_MM = 0.005  # with less a plate cannot be pushed in
 
 
 def scale_of(design: Design) -> float:
@@ -56,6 +52,16 @@ def core_in_mold(core: Core, scale: float) -> Core:
         return core
     middle = scale * (core.bottom_mm + 0.5 * core.height_mm)
     return core.model_copy(update={"bottom_mm": middle - 0.5 * core.height_mm})
+
+
+def core_box(design: Design, scale: float) -> Box | None:
+    """Corners (3,) of the core in mold space, mm; None without one."""
+    if design.body.core is None:
+        return None
+    core = core_in_mold(design.body.core, scale)
+    depth = design.body.depth_mm if core.depth_mm is None else core.depth_mm
+    low = np.array([-0.5 * core.width_mm, core.bottom_mm, -0.5 * depth])
+    return low, np.array([-low[0], core.bottom_mm + core.height_mm, -low[2]])
 
 
 def sides_of_plate(frame: PlateFrame) -> tuple[Side, Side]:
@@ -102,9 +108,6 @@ def leg_bar(frame: PlateFrame, leg: Leg) -> PlateFrame:
     bar, end = turned_bar(frame, leg.width, leg.offset), max(leg.exit, leg.start)
     low, high = (leg.start, end) if leg.side[0] == "+" else (-end, -leg.start)
     return replace(bar, low=low, high=high)
-
-
-_LEAST_PLAY_MM = 0.005  # with less a plate cannot be pushed in
 
 
 def least_web(design: Design, holding: Holding, limits: Limits) -> float:
@@ -165,27 +168,6 @@ def moved(slot: Slot, bar: PlateFrame, sign: float) -> Slot:
 def as_bar(bar: PlateFrame, slot: Slot) -> PlateFrame:
     """A leg's bar in section, widened to its slot."""
     return replace(bar, place=slot.place, y=slot.y, length=slot.length, thickness=slot.width)
-
-
-def slot_corners(slots: Sequence[Slot]) -> Array:
-    """Corners (n, 4, 2) of slots in their side's plane (place, y), anticlockwise."""
-    sizes = ((s.plate, s.place, s.y, s.angle_deg, s.length, s.width, 0.0, 1.0) for s in slots)
-    return flat_corners(tuple(PlateFrame(*each) for each in sizes))
-
-
-def openings_of(planned: SidePlan) -> Array:
-    """Rectangles (n, 4) of a side's window, or of its slots: low, high, bottom, top; a window is
-    open to the wall's top: infinite."""
-    if planned.window is not None:
-        return np.array([[*planned.window, np.inf]])
-    corners = slot_corners(planned.slots)
-    return np.hstack([corners.min(axis=1), corners.max(axis=1)])[:, [0, 2, 1, 3]]
-
-
-def clear(places: Array, room: float, low: Array, high: Array) -> BoolArray:
-    """Whether places (n,) are ``room`` away from all that reaches from ``low`` to ``high`` (k,)."""
-    beside = (places[:, None] < low - room) | (places[:, None] > high + room)
-    return np.asarray(beside.all(axis=1))
 
 
 def webs(slots: Sequence[Slot]) -> tuple[IntArray, IntArray, Array]:

@@ -21,12 +21,14 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.gaps import PlateGap, least_gap
+from fingerdesign.layout.volume import outline_volume
 from fingerdesign.materials import MATERIALS, gent_shore_a
 from fingerdesign.mold.part import COUPON, MoldMeshes, axis_name
 from fingerdesign.mold.plan.base import TILT_DEG
-from fingerdesign.mold.plan.legs import legs_share
-from fingerdesign.mold.plan.plan import WORDS, Bolt, MoldPlan, density_of, limits_of
-from fingerdesign.mold.products.drawing import FlatPattern, numbers_text
+from fingerdesign.mold.plan.limits import density_of, limits_of
+from fingerdesign.mold.plan.patterns import FlatPattern
+from fingerdesign.mold.plan.plan import WORDS, Bolt, MoldPlan
+from fingerdesign.mold.products.drawing import numbers_text
 from fingerdesign.mold.profile import cell_plates
 from fingerdesign.records.base import Count, Size, closed, write_csv
 from fingerdesign.report.page import macros
@@ -82,7 +84,7 @@ def silicone_of(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> SiliconeD
 def _flash(plan: MoldPlan) -> float:
     """Slots less the legs in them, as deep as what holds them: sheets, or the whole wall."""
     whole = 0.0
-    for side, slot, width in plan.held():
+    for side, slot, width in plan.leg_slots:
         metal = width * plan.thickness[slot.plate]
         free = max(0.0, slot.length * slot.width - metal)
         whole += free * (side.sheet or plan.wall(side.side))
@@ -340,6 +342,11 @@ def casting_notes(
         if steps:
             made.append({"title": title, "steps": [_VIEW.sub("", step) for step in steps]})
     return made, views
+
+
+def legs_share(design: Design, plan: MoldPlan) -> float:
+    """The legs' volume over that of the finger's outline in mold space, 0 to 1."""
+    return plan.legs_volume / (plan.scale**3 * outline_volume(design.body))
 
 
 def warnings_of(design: Design, plan: MoldPlan, placement: Mapping[str, Any]) -> list[str]:

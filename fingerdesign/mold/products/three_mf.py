@@ -16,9 +16,9 @@ from scipy.spatial.transform import Rotation
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.checks.assembly import areas
 from fingerdesign.mold.part import PartMesh
 from fingerdesign.mold.products.drawing import in_rows
+from fingerdesign.mold.solids import areas
 
 FLAT = 1e-6  # mm; how far from its plane a face may lie
 OUTSIDE = 1.5  # how much more a face that is drawn away from the finger counts: its other side

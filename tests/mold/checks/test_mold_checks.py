@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from manifold3d import Manifold
 
-from fingerdesign.mold.checks.assembly import assemble, curved_area, solid_of
-from fingerdesign.mold.checks.run import part_checks, run_checks
+from fingerdesign.mold.checks.assembly import assemble
+from fingerdesign.mold.checks.run import run_checks
+from fingerdesign.mold.checks.shells import part_checks
 from fingerdesign.mold.checks.venting import high_points
 from fingerdesign.mold.part import BASE, INSERT, RUBBER
 from fingerdesign.mold.plan.plan import Bolt
 from fingerdesign.mold.products.notes import silicone_of
+from fingerdesign.mold.solids import curved_area, solid_of
 from tests.support.as_planned import as_planned
 from tests.support.molds import BOX, CORNERS, meshed
 
@@ -161,7 +163,7 @@ def test_a_level_plate_lets_air_go_when_tilted(made):
 
 
 def test_limits_of_the_plan_and_its_slots(made):
-    side = made.plan.side("+z")
+    side = made.plan.by_side["+z"]
     slot = side.slots[0]
     near = replace(slot, y=8.5, angle_deg=3.0)
     slots = (replace(slot, width=0.104), near)

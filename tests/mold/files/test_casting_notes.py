@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from fingerdesign.checks.load import with_values
-from fingerdesign.mold.plan.legs import legs_share
+from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.plan import Bolt, CorePin
 from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.mold.products.drawing import flat_patterns
 from fingerdesign.mold.products.notes import (
     bill_of_materials,
     bolt_length,
     bridged_gap,
     casting_notes,
     hardware,
+    legs_share,
     mixing_of,
     rubber_words,
     silicone_of,

@@ -20,7 +20,7 @@ from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.mold import make
 from fingerdesign.mold.part import Check
 from fingerdesign.mold.picture import Badge, Picture, Pictures, pictures_job
-from fingerdesign.mold.plan.plan import PROFILES
+from fingerdesign.mold.plan.limits import PROFILES
 from fingerdesign.mold.record import mold_digest
 from fingerdesign.records.base import ResultError, json_schema
 from tests.support.accessible import unexplained

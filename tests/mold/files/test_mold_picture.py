@@ -21,7 +21,7 @@ from fingerdesign.mold.picture import (
     pictures_of,
     step_parts,
 )
-from fingerdesign.mold.products.drawing import flat_patterns
+from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.products.notes import View, casting_notes, silicone_of
 from tests.support.molds import box
 

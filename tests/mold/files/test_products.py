@@ -13,17 +13,17 @@ from manifold3d import Manifold
 
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.volume import enclosed_volume as volume
-from fingerdesign.mold.plan.legs import legs_share, legs_volume
+from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.drawing import (
     Sheet,
     as_circle,
     comb_sheet,
-    flat_patterns,
     polygon_area,
     write_drawings,
     write_dxf,
 )
+from fingerdesign.mold.products.notes import legs_share
 from fingerdesign.mold.products.three_mf import flat_faces, laid_out, write_3mf
 from tests.support.molds import BOX, CORNERS, box, meshed, read_3mf, shipped
 
@@ -42,7 +42,7 @@ def test_like_plates_are_cut_alike_with_their_gages():
     assert (only.bend_radius, only.seen) == (None, "lower")
     assert np.ptp(only.outline, axis=0) == pytest.approx([0.9, 10.0 + 2 * 3.3])
     assert polygon_area(only.outline) == pytest.approx(0.9 * (10.0 + 2 * 3.3))
-    assert legs_volume(plan) == 0.0
+    assert plan.legs_volume == 0.0
     assert only.faces == ("upper",)
     assert only.gage.mean(axis=0) == pytest.approx([0.0, 0.5])
     assert np.ptp(only.gage, axis=0) == pytest.approx([0.5, 1.0])
@@ -56,7 +56,7 @@ def test_bent_perforated_plates_keep_their_holes_and_their_bend():
         assert pattern.bend_radius == frame.bend_radius
         assert pattern.material == "spring_steel"
         assert [w for _, w, _ in pattern.holes] == pytest.approx([-1.0, 1.0])
-        legs = plan.legs_of(frame.index)
+        legs = plan.legs_by_plate.get(frame.index, ())
         area = frame.length * 6.0 + sum(leg.width * (leg.tip - leg.start) for leg in legs)
         x, y = pattern.outline.T
         assert 0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)) == pytest.approx(area)
@@ -69,7 +69,7 @@ def test_plates_along_z_are_another_kind_and_legs_displace_little_rubber():
     assert len({pattern.name for pattern in found}) == len(found)
     design = shipped("domed")
     plan = plan_mold(design)
-    assert legs_volume(plan) == pytest.approx(26 * 1.0 * 0.1 * 3.0)
+    assert plan.legs_volume == pytest.approx(26 * 1.0 * 0.1 * 3.0)
     assert 1e-4 < legs_share(design, plan) < 1e-2
 
 

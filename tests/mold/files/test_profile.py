@@ -3,7 +3,7 @@
 import pytest
 
 from fingerdesign.errors import DesignError
-from fingerdesign.mold.plan.plan import comb_tolerance, limits_of
+from fingerdesign.mold.plan.limits import comb_tolerance, limits_of
 from fingerdesign.mold.profile import profile_text, with_profile
 from tests.support.molds import shipped
 

@@ -1,0 +1,84 @@
+"""Check that the parts come off, one after another, along their draws.
+
+A part, moved by ever larger steps, must not overlap what is still there.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from manifold3d import Manifold
+
+from fingerdesign.arrays import Array
+from fingerdesign.mold.checks.assembly import Assembly
+from fingerdesign.mold.part import RUBBER, Check, PartMesh, axis_name
+from fingerdesign.mold.solids import bounds, curved, inside, oriented
+
+SLIDING = 0.3  # faces steeper to the draw part by more than a chord at the first step
+# Undercuts bind at once, hooks later; a plate's leg is met while it is passed.
+STEPS_MM = (0.05, 0.1, 0.2, 0.4, 0.8, 1.5, 3.0, 6.0, 12.0)
+# Flat faces meet, and slide, within rounding: a micrometre's thousandth, over the area.
+FLAT_MM = 1e-6
+
+
+def demolding_checks(assembly: Assembly) -> list[Check]:
+    """One check a part that is drawn: the greatest overlap on its way."""
+    drawn = [part for part in assembly.meshes.parts if part.draw is not None]
+    fixed = [part for part in assembly.meshes.parts if part.draw is None]
+    staying = (RUBBER, *(each.name for each in (*assembly.meshes.plates, *fixed)))
+    found = []
+    for part in sorted(drawn, key=lambda each: each.order):
+        # Those of one order that are drawn one way move together.
+        apart = [p for p in drawn if p.order == part.order and p.draw != part.draw]
+        left = [p.name for p in drawn if p.order > part.order or p in apart]
+        found.append(_drawn(assembly, part, (*staying, *left)))
+    return found
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """What is still there while a part is drawn, with the corners of its box."""
+
+    name: str
+    solid: Manifold
+    low: Array
+    high: Array
+
+    def shared(self, moved: Manifold) -> float:
+        """Volume that it shares with a part whose box it reaches, mm^3."""
+        low, high = bounds(moved)
+        near = np.all(self.low < high) and np.all(low < self.high)
+        return float((moved ^ self.solid).volume()) if near else 0.0
+
+
+def _drawn(assembly: Assembly, part: PartMesh, there: tuple[str, ...]) -> Check:
+    solid, draw = assembly.solids[part.name], np.array(part.draw)
+    way = axis_name(draw.tolist())
+    solids = [(name, assembly.solids[name]) for name in there]
+    obstacles = [Obstacle(name, each, *bounds(each)) for name, each in solids]
+    # How far it must be drawn until its box has parted from all others.
+    far = max(max(each.low @ draw, each.high @ draw) for each in obstacles)
+    clear = max(0.0, float(far - min(corner @ draw for corner in bounds(solid)))) + 1.0
+    bound = _sliding(part, obstacles, assembly.chord)
+    worst, where, name = 0.0, 0.0, ""
+    for step in (step for step in STEPS_MM if step < clear):
+        moved = solid.translate(tuple(step * draw))
+        shares = {each.name: each.shared(moved) for each in obstacles}
+        if sum(shares.values()) > worst:
+            worst, where = sum(shares.values()), step
+            name = max(shares, key=lambda each: shares[each])
+    words = f"moved {clear:.1f} mm along {way} it passes everything that is still there"
+    if worst > bound:
+        words = f"{where:g} mm along {way} it overlaps {name} by {worst:.3g} mm^3"
+    return Check.most("demolding", part.name, worst, bound, "mm^3", f"{part.name}: {words}")
+
+
+def _sliding(part: PartMesh, obstacles: list[Obstacle], chord: float) -> float:
+    """Overlap by triangles alone, mm^3: curved faces that slide along an obstacle lie up to two
+    chords apart from where they should; flat ones meet within rounding."""
+    units, sizes = oriented(part.vertices, part.triangles)
+    sliding = curved(part.vertices, part.triangles)
+    sliding &= np.abs(units @ np.array(part.draw)) < SLIDING
+    rows = np.flatnonzero(sliding)
+    beside = part.vertices[part.triangles[rows]].mean(axis=1) + 3.0 * chord * units[rows]
+    taken = np.any([inside(each.solid, beside) for each in obstacles], axis=0)
+    return float(2.0 * chord * sizes[rows[taken]].sum() + FLAT_MM * sizes.sum())

@@ -1,0 +1,87 @@
+"""Check how thin the parts are, by rays inward from seeded points of their surfaces.
+
+A ray that ends on a face which looks the other way within 30 degrees has crossed a wall; one that
+ends on another face has crossed an edge, which making it blunts. Sharper edges count as thin walls.
+"""
+
+import numpy as np
+
+from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.mold.checks.assembly import Assembly, from_slot, place_text, seen_from
+from fingerdesign.mold.part import Check, PartMesh
+from fingerdesign.mold.plan.plan import MoldPlan, SidePlan, direction
+from fingerdesign.mold.solids import OPPOSITE, START_MM, surface_points, thicknesses
+
+WALL_POINTS = 2500  # and as many centroids: on 2500 mm^2 two in a square millimetre
+_NEAR_SLOT_MM = 0.05
+_NEAR_PIN_MM = 0.02
+
+
+def wall_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check]:
+    """Least wall of every part that is made, least web between the slots of those that hold."""
+    found: list[Check] = []
+    sides = {side.holder: side for side in assembly.plan.sides if side.slots}
+    sides |= {side.outer_comb: side for side in assembly.plan.sides if side.outer_comb}
+    for part in assembly.meshes.parts:
+        if part.made not in ("process", "sheet"):
+            continue
+        points, normals = surface_points(part.vertices, part.triangles, WALL_POINTS, rng)
+        found += _of_part(assembly, part, sides.get(part.name), points, normals)
+    return found
+
+
+def _of_part(
+    assembly: Assembly, part: PartMesh, side: SidePlan | None, points: Array, normals: Array
+) -> list[Check]:
+    """Walls, webs and sheets at points that lie on no pin; then these."""
+    thick = thicknesses(assembly.solids[part.name], points, normals)
+    limits, pins = assembly.limits, _on_pins(assembly.plan, part.name, points)
+    if side is None:
+        kinds = [("wall", ~pins, limits.wall_mm)]
+    elif part.made == "sheet":
+        flat = np.abs(normals @ direction(side.side)) > OPPOSITE
+        kinds = [("sheet", flat, side.sheet), ("web", ~flat, assembly.design.mold.comb.web_mm)]
+    else:
+        slotted = _at_slots(side, points, normals, thick)
+        kinds = [("wall", ~pins & ~slotted, limits.wall_mm)]
+        kinds += [("web", ~pins & slotted, limits.feature_mm)]
+    if pins.any():
+        kinds.append(("pin", pins, limits.feature_mm))
+    slack, found = 2.0 * part.chord + 1e-3, []  # a round hole's chords, and rounding
+    for kind, where, bound in kinds:
+        name = f"least {kind}"
+        row = int(np.argmin(np.where(where, thick, np.inf)))
+        least = thick[row]
+        if not (where[row] and np.isfinite(least)):
+            text = f"{part.name}: has no {kind}"
+            found.append(Check(name, part.name, True, None, bound, "mm", text))
+            continue
+        text = f"{part.name}: {name} {least:.3f} mm, at {place_text(points[row])}; "
+        text += f"{bound:g} mm can be made"
+        found.append(Check.least(name, part.name, least, bound, text, slack))
+    return found
+
+
+def _on_pins(plan: MoldPlan, name: str, points: Array) -> BoolArray:
+    """Points on the planned pins that stand on a part: their tips may be as thin as a feature."""
+    found = np.zeros(len(points), dtype=bool)
+    for pin in plan.pins:
+        if pin.on != name or pin.dowel:
+            continue
+        away = points - np.array(pin.root)
+        along = away @ np.array(pin.direction)
+        radius = np.linalg.norm(away - along[:, None] * np.array(pin.direction), axis=1)
+        near = (along > START_MM) & (along < pin.length + _NEAR_PIN_MM)
+        found |= near & (radius < 0.5 * pin.diameter + _NEAR_PIN_MM)
+    return found
+
+
+def _at_slots(side: SidePlan, points: Array, normals: Array, thick: Array) -> BoolArray:
+    """Points with a slot's face at one end of their rays: between it and the other lies a web."""
+    ends = points - np.where(np.isfinite(thick), thick, 0.0)[:, None] * normals
+    found = np.zeros(len(points), dtype=bool)
+    for slot in side.slots:
+        for each in (points, ends):
+            found |= np.abs(from_slot(slot, each)) < _NEAR_SLOT_MM
+    place, _ = seen_from(side.side, normals)
+    return np.asarray(found & (np.hypot(place, normals[:, 1]) > OPPOSITE))

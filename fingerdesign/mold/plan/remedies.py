@@ -1,0 +1,240 @@
+"""Remedies of refusals: changes of one key that were tried, by a fixed number of plans.
+
+A remedy is searched on a fixed grid of changes, by bisection: the number of plans depends on the
+refusals alone, so that an error reads the same on a slow machine.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fingerdesign.checks.design import is_sound
+from fingerdesign.checks.load import with_values
+from fingerdesign.checks.placing import edge
+from fingerdesign.design.faults import at_least
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError
+from fingerdesign.layout.frames import PlateRow, plate_rows, with_key
+from fingerdesign.mold.plan.fixture import Fixture
+from fingerdesign.mold.plan.leg_refusals import high_legs, narrow_webs
+from fingerdesign.mold.plan.legs import fixture_of
+from fingerdesign.mold.plan.limits import limits_of
+from fingerdesign.mold.plan.planning import plan_mold, with_mold
+from fingerdesign.mold.plan.refusals import MoldRefused, Refusal
+
+# A whole plan takes up to half a second of a quiet core: all remedies of a refusal take some 5 s.
+PLANS = 16
+HALVINGS = 6  # of a step of a pitch or a cover: some hundredths of a millimetre are left
+# A value is tried so many times as large; the factors rise, so that a bisection finds the nearest.
+_UP = (1.05, 1.1, 1.2, 1.3, 1.5, 1.75, 2.0, 2.5)
+_DOWN = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
+_SMALLEST_MM = 0.02  # slot or web
+_BOLT, _PIN, _WALL = "mold.bolt", "mold.limits.pin_mm", "mold.limits.wall_mm"
+_GATE, _VENT, _HOLE = "mold.gate_mm", "mold.vent_mm", "mold.limits.hole_mm"
+_HEIGHT, _WIDTH, _DEPTH = "body.base_height_mm", "body.width_mm", "body.depth_mm"
+_PROCESS, _WIRE = "mold.process", "mold.wire_mm"
+# Keys at fault that one change may mend together, and the keys that are tried, the mold's first.
+_GROUPS: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = (
+    ((_BOLT, _PIN, _WALL), (_PROCESS, _PIN, _WALL, _HEIGHT, _DEPTH)),
+    ((_GATE, _VENT), (_HOLE, _WALL, _PROCESS, _WIDTH, _DEPTH)),
+    ((_WIRE,), (_WIRE, _HOLE, _PROCESS, _WIDTH, _DEPTH)),
+)
+Values = Mapping[str, float | str]
+
+
+def remedied(design: Design, refused: MoldRefused) -> MoldRefused:
+    """Return a design's refusals with the remedies that were found; others keep their general one.
+
+    Slots and webs that the file itself gives are refused instead of the plates that they keep from
+    being held.
+    """
+    found = _demanded(design, list(refused.refusals))
+    found = _with_room(design, [_placed(design, refusal) for refusal in found])
+    return MoldRefused(found, refused.source)
+
+
+@dataclass
+class _Trials:
+    """Changed designs, planned at most PLANS times, for one group of refusals.
+
+    ends    keys that must not be refused any more
+    allowed keys that were refused before: no other may be
+    """
+
+    design: Design
+    ends: set[str]
+    allowed: set[str]
+    left: int = field(default=PLANS)
+
+    def mends(self, values: Values) -> bool:
+        """Plan the design with other values: true where that ends the refusals."""
+        if self.left == 0:
+            return False
+        self.left -= 1
+        try:
+            plan_mold(with_values(self.design, dict(values)))
+        except MoldRefused as refused:
+            after = {refusal.key for refusal in refused.refusals}
+            return not after & self.ends and after <= self.allowed
+        except DesignError:
+            return False
+        return True
+
+    def nearest(self, changes: Sequence[Values]) -> Values | None:
+        """The nearest of ``changes``, ordered by size, that mends; by bisection, which takes one
+        plan more than halvings, and one where none does."""
+        if not changes or not self.mends(changes[-1]):
+            return None
+        low, high = -1, len(changes) - 1
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (low, middle) if self.mends(changes[middle]) else (middle, high)
+        return changes[high]
+
+
+def _with_room(design: Design, refusals: list[Refusal]) -> list[Refusal]:
+    """Name changes of one key that end a group of refusals of room and bring no other."""
+    refused = {refusal.key for refusal in refusals}
+    for keys, tried in _GROUPS:
+        group = refused.intersection(keys)
+        if not group:
+            continue
+        trials = _Trials(design, group, refused)
+        found = [_text(change) for key in tried if (change := _change(trials, key))]
+        if found:
+            remedy = f"one of these mends it: {'; '.join(found)}"
+            refusals = [replace(r, remedy=remedy) if r.key in group else r for r in refusals]
+    return refusals
+
+
+def _text(values: Values) -> str:
+    """A change as in a design file."""
+    texts = (f"{v:g}" if isinstance(v, float) else repr(v) for v in values.values())
+    return ", ".join(f"{key} = {text}" for key, text in zip(values, texts, strict=True))
+
+
+def _change(trials: _Trials, key: str) -> Values | None:
+    """The nearest change of a key that mends; a round body's width is its depth."""
+    body, mold = trials.design.body, trials.design.mold
+    if key == _PROCESS:
+        names = (name for name in ("sla", "machined", "fdm") if name != mold.process)
+        return next((value for name in names if trials.mends(value := {key: name})), None)
+    if not key.startswith("body."):
+        name = key.rpartition(".")[2]
+        now = float(getattr(mold if key == _WIRE else limits_of(mold), name))
+        return trials.nearest([{key: round(factor * now, 2)} for factor in _DOWN])
+    if body.step is not None or (key == _DEPTH and body.kind.turned):
+        return None
+    keys = (key, _DEPTH) if key == _WIDTH and body.kind.turned else (key,)
+    now = float(getattr(body, key.removeprefix("body.")))
+    values = (round(factor * now, 1) for factor in _UP)
+    return trials.nearest([dict.fromkeys(keys, value) for value in values if value > now])
+
+
+def _placed(design: Design, refusal: Refusal) -> Refusal:
+    """Add the remedy of plates too close or too high: a pitch, a cover, another fixture."""
+    if refusal.kind not in ("no_web", "high_legs"):
+        return refusal
+    plate = refusal.numbers["two" if refusal.kind == "no_web" else "plate"]
+    row = next(r for r in plate_rows(design) if plate in (f.index for f in r.frames))
+    texts = _higher(design, row, refusal) if refusal.kind == "high_legs" else []
+    texts += _apart(design, row, refusal) if refusal.kind == "no_web" else []
+    return replace(refusal, remedy=" or ".join(texts))
+
+
+def _higher(design: Design, row: PlateRow, refusal: Refusal) -> list[str]:
+    if row.placed:
+        return []
+    cover = row.table.cover_mm
+    deeper = least_value(
+        design, refusal.key, cover, cover + row.frames[0].y, lambda d: not high_legs(_quick(d))
+    )
+    return [] if deeper is None else [f"raise {refusal.key} to at least {deeper:g}"]
+
+
+def _apart(design: Design, row: PlateRow, refusal: Refusal) -> list[str]:
+    mold, key, one = design.mold, refusal.key, refusal.numbers["one"]
+    found = []
+    if row.placed:
+        found.append(f"move it away from plate {one}")
+    elif any(frame.index == one for frame in row.frames):
+        pitch = row.table.pitch_mm
+        wider = least_value(
+            design, key, pitch, 3.0 * pitch + 1.0, lambda d: not narrow_webs(_quick(d))
+        )
+        found += [] if wider is None else [f"raise {key} to at least {wider:g}"]
+    else:
+        found.append(f"move the rows apart by {key}")
+    combless = mold.plate_fixture != "comb" and refusal.numbers["name"] != "mold.comb.web_mm"
+    changes: tuple[tuple[bool, Design, str], ...] = (
+        (
+            combless,
+            with_mold(design, plate_fixture="comb"),
+            "set mold.plate_fixture = 'comb', whose slots are cut finer",
+        ),
+        (mold.leg_mm is not None, with_mold(design, leg_mm=None), "remove mold.leg_mm"),
+    )
+    for possible, changed, text in changes:
+        if possible and not narrow_webs(fixture_of(changed)):
+            found.append(text)
+    return found
+
+
+def _quick(design: Design) -> Fixture:
+    """The fixture of a changed design, of the likeliest legs alone."""
+    return fixture_of(design, thorough=False)
+
+
+def least_value(
+    design: Design, key: str, low: float, high: float, holds: Callable[[Design], bool]
+) -> float | None:
+    """About the least value of a key in (low, high] from which a sound design ``holds``."""
+
+    def does(value: float) -> bool:
+        trial = with_key(design, key, value)
+        return trial is not None and holds(trial)
+
+    found = next((v for v in np.linspace(low, high, 9)[1:].tolist() if does(v)), None)
+    if found is None:
+        return None
+    over = float(at_least(edge(does, found, found - (high - low) / 8.0, HALVINGS)))
+    trial = with_key(design, key, over)
+    return over if trial is not None and holds(trial) and is_sound(trial) else None
+
+
+def _demanded(design: Design, refusals: list[Refusal]) -> list[Refusal]:
+    """Refuse the slot or web that the file gives, where plates could be held without it, instead of
+    the plates."""
+    of_plates = [refusal for refusal in refusals if refusal.kind in ("high_legs", "no_web")]
+    if not of_plates:
+        return refusals
+    mold = design.mold
+    keys = [("comb", name) for name in ("slot_mm", "web_mm", "clearance_mm")]
+    keys = keys if mold.plate_fixture == "comb" else []
+    keys += [("limits", name) for name in ("slot_mm", "feature_mm", "clearance_mm")]
+    for table, name in keys:
+        given = getattr(mold, table)
+        if name not in given.model_fields_set or getattr(given, name) is None:
+            continue
+        value = float(getattr(given, name))
+        most = _most(design, table, name, value)
+        if most is None:
+            continue
+        numbers = {**of_plates[-1].numbers, "most": most}
+        kind = "much_for_webs" if of_plates[-1].kind == "no_web" else "much_for_height"
+        refusal = Refusal(kind, f"mold.{table}.{name}", value, numbers)
+        return [r for r in refusals if r not in of_plates] + [refusal]
+    return refusals
+
+
+def _most(design: Design, table: str, name: str, high: float) -> float | None:
+    """The greatest of one of the mold's sizes at which its plates are held; None: at none."""
+
+    def holds(size: float) -> bool:
+        changed = getattr(design.mold, table).model_copy(update={name: size})
+        fixture = _quick(with_mold(design, **{table: changed}))
+        return not narrow_webs(fixture) and not high_legs(fixture)
+
+    low = min(_SMALLEST_MM, 0.5 * high)
+    return edge(holds, low, high, HALVINGS + 3) if holds(low) else None
