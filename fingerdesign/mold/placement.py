@@ -14,26 +14,24 @@ together as the root of the sum of their squares.
 
 import math
 import time
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.readings import readings_of
 from fingerdesign.analysis.path import follow_path, problem_at_touch
 from fingerdesign.analysis.stages import in_wide_zone, one_thread, zone_of
-from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.arrays import Array
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError, MeshError, SolverError
 from fingerdesign.layout.frames import PlateFrame, crest_height, plate_frames, surface_height
 from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.measures import cell_volumes
+from fingerdesign.mesh.moved import moved_frames, moved_mesh
 from fingerdesign.mesh.section.section import mesh_section, section_sizes
-from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh
+from fingerdesign.mesh.types import Mesh
 from fingerdesign.mold.plan.limits import comb_tolerance, limits_of
 from fingerdesign.mold.plan.outer import bow
 from fingerdesign.mold.plan.plan import MoldPlan
@@ -42,47 +40,17 @@ from fingerdesign.mold.products.notes import effect_sentences, unknown_effect
 # What a leg stands off the face of a slot that it is pushed against by hand, under a lens, until
 # clay holds it; assumed: half a tenth is seen well at ten times.
 _BY_HAND_MM = 0.05
-_LEAST_AREA = 0.2  # of its own, that a moved triangle keeps: below it the move is too far
+CHANGES = ("along_x", "in_height", "turned")
+_READS = 1e-6  # microstrain: a row whose largest reading is below it has none to be relative to
+_DEEPEST = 0.1 / 8.22  # approach over the crest's height: that of the fundamental case on maeno2000
+_ROWS = ((0.5, 0.0), (1.0, 0.0), (1.0, 0.4), (1.0, 0.8))  # approach, shear over the deepest
+_FRICTION = 0.5
+_LEAST_SHARE = 0.1  # of a change that the mesh cannot follow whole
+# A mesh twice as coarse as [mesh.section] says gives what finer ones do: turned plates change
+# maeno2000's readings by 0.1366 (rms) at factors 2, 1 and 0.6, others by within 2 % of each other.
+_COARSER, _GRADATION = 2.0, 0.3
 
-
-def moved_frames(frames: tuple[PlateFrame, ...], move: Array) -> tuple[PlateFrame, ...]:
-    """The frames where a move (k, 3) leads: along x and y, mm, and by an angle, degrees."""
-    return tuple(
-        replace(frame, place=frame.place + x, y=frame.y + y, angle_deg=frame.angle_deg + turn)
-        for frame, (x, y, turn) in zip(frames, move.tolist(), strict=True)
-    )
-
-
-def moved_mesh(mesh: Mesh, frames: tuple[PlateFrame, ...], move: Array) -> Mesh:
-    """The section's mesh with its plates moved; the same triangles.
-
-    A mesh made anew differs by its own error, which would hide the effect of a few hundredths of a
-    millimetre. So nodes are moved: the plates' rigidly, the rubber's between them by a Laplace
-    equation that lets small triangles deform least; outside and core stay. Raises MeshError where a
-    triangle would lose most of its area: the plates were moved too far.
-    """
-    shift = np.zeros(mesh.points.shape)
-    held = np.zeros(len(mesh.points), dtype=bool)
-    held[np.unique(np.concatenate([facet.ravel() for facet in mesh.facets.values()]))] = True
-    numbers = [frame.index + 1 for frame in frames]
-    apart = ~np.isin(mesh.regions, [0, *numbers])  # a core
-    held[np.unique(mesh.cells[apart])] = True
-    for k, frame in enumerate(frames):
-        nodes = np.unique(mesh.cells[mesh.regions == numbers[k]])
-        angle = np.radians(move[k, 2])
-        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-        offset = mesh.points[nodes] - frame.centre
-        shift[nodes] = offset @ turn.T - offset + move[k, :2]
-        held[nodes] = True
-    shift = _spread(mesh, shift, held)
-    points = mesh.points + shift
-    share = cell_volumes(points, mesh.corners) / cell_volumes(mesh.points, mesh.corners)
-    if share.min() < _LEAST_AREA:
-        raise MeshError(
-            f"moved so far, the plates leave a triangle {share.min():.2g} of its area; plates or "
-            "surface are too close for such a tolerance"
-        )
-    return replace(mesh, points=points)
+Effect = dict[str, Any]
 
 
 def readings(
@@ -113,42 +81,6 @@ def readings(
     problem = problem_at_touch(reduced, scene.object, design.body)
     with one_thread():
         return readings_of(follow_path(problem, scene, design), design.gages.face).reading
-
-
-def _spread(mesh: Mesh, shift: Array, held: BoolArray) -> Array:
-    """Shifts (n, 2) of all nodes from those of the held ones: harmonic over the triangles' corners,
-    each weighing by one over its area; middles of edges stay in the middle."""
-    used = np.unique(mesh.corners)
-    # Of a Laplace equation whose coefficient is one over a triangle's area.
-    corner = mesh.points[mesh.corners]
-    edge = corner[:, [2, 0, 1]] - corner[:, [1, 2, 0]]  # opposite to each corner
-    area = cell_volumes(mesh.points, mesh.corners)
-    local = np.einsum("cia,cja->cij", edge, edge) / (4.0 * area**2)[:, None, None]
-    places = (np.repeat(mesh.corners, 3, axis=1).ravel(), np.tile(mesh.corners, (1, 3)).ravel())
-    stiffness = sp.csr_matrix((local.ravel(), places), shape=(len(mesh.points),) * 2)
-    known, free = used[held[used]], used[~held[used]]
-    spread = shift.copy()
-    if len(free):
-        load = -(stiffness[free][:, known] @ shift[known])
-        spread[free] = sp.linalg.splu(stiffness[free][:, free].tocsc()).solve(load)
-    pairs = mesh.corners[:, TRIANGLE_EDGES].reshape(-1, 2)
-    middles = mesh.cells[:, 3:].reshape(-1)
-    loose = ~held[middles]
-    spread[middles[loose]] = spread[pairs[loose]].mean(axis=1)
-    return spread
-
-
-Effect = dict[str, Any]
-
-CHANGES = ("along_x", "in_height", "turned")
-_READS = 1e-6  # microstrain: a row whose largest reading is below it has none to be relative to
-_DEEPEST = 0.1 / 8.22  # approach over the crest's height: that of the fundamental case on maeno2000
-_ROWS = ((0.5, 0.0), (1.0, 0.0), (1.0, 0.4), (1.0, 0.8))  # approach, shear over the deepest
-_FRICTION = 0.5
-_LEAST_SHARE = 0.1  # of a change that the mesh cannot follow whole
-# A mesh twice as coarse as [mesh.section] says gives what finer ones do: turned plates change
-# maeno2000's readings by 0.1366 (rms) at factors 2, 1 and 0.6, others by within 2 % of each other.
-_COARSER, _GRADATION = 2.0, 0.3
 
 
 def placement_effect(design: Design, plan: MoldPlan, sizes: SectionMesh | None = None) -> Effect:

@@ -11,10 +11,9 @@ from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import plate_frames
+from fingerdesign.mesh.moved import moved_frames, moved_mesh
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mold.placement import (
-    moved_frames,
-    moved_mesh,
     placement_effect,
     readings,
     scene_for,
@@ -72,7 +71,7 @@ def test_a_move_carries_the_plates_and_leaves_the_outside(section):
     middles = 0.5 * (moved.points[mesh.cells[:, 0]] + moved.points[mesh.cells[:, 1]])
     inner = ~np.isin(mesh.cells[:, 3], outside)
     assert moved.points[mesh.cells[inner, 3]] == pytest.approx(middles[inner])
-    with pytest.raises(MeshError, match="of its area"):  # driven into each other
+    with pytest.raises(MeshError, match="of its area or volume"):  # driven into each other
         moved_mesh(mesh, frames, np.outer([0.9, 0.0, -0.9], [1.0, 0.0, 0.0]))
 
 
