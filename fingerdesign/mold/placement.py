@@ -32,8 +32,8 @@ from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.moved import moved_frames, moved_mesh
 from fingerdesign.mesh.section.section import mesh_section, section_sizes
 from fingerdesign.mesh.types import Mesh
+from fingerdesign.mold.plan.fixture.outer import bow
 from fingerdesign.mold.plan.limits import comb_tolerance, limits_of
-from fingerdesign.mold.plan.outer import bow
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.notes import effect_sentences, unknown_effect
 

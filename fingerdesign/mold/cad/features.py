@@ -19,8 +19,8 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.cad.parting import prism_of, slab
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT
 from fingerdesign.mold.plan.extent import seam_height
+from fingerdesign.mold.plan.fixture.outer import ROOMS_MM
 from fingerdesign.mold.plan.limits import SPARE_MM, limits_of
-from fingerdesign.mold.plan.outer import ROOMS_MM
 from fingerdesign.mold.plan.plan import (
     BaseHole,
     CorePin,

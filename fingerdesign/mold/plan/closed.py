@@ -4,10 +4,10 @@ from dataclasses import replace
 
 from fingerdesign.design.schema import Design
 from fingerdesign.mold.plan.base import base_holes_of
-from fingerdesign.mold.plan.columns import fit_of
-from fingerdesign.mold.plan.core_pins import core_pins_of
-from fingerdesign.mold.plan.fastener_refusals import fastener_refusals, limit_refusals
-from fingerdesign.mold.plan.fasteners import fastened, with_mount
+from fingerdesign.mold.plan.fasteners.columns import fit_of
+from fingerdesign.mold.plan.fasteners.core_pins import core_pins_of
+from fingerdesign.mold.plan.fasteners.fasteners import fastened, with_mount
+from fingerdesign.mold.plan.fasteners.refusals import fastener_refusals, limit_refusals
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.refusals import Refusal
 from fingerdesign.mold.plan.slots import core_box

@@ -12,7 +12,7 @@ from dataclasses import replace
 from fingerdesign.design.body import Body
 from fingerdesign.design.schema import Design
 from fingerdesign.mold.plan.base import open_holes_of
-from fingerdesign.mold.plan.columns import (
+from fingerdesign.mold.plan.fasteners.columns import (
     AUTO_BOLTS,
     CORNERS,
     ENDS,
@@ -24,11 +24,11 @@ from fingerdesign.mold.plan.columns import (
     most_draft,
     z_bolt_height,
 )
-from fingerdesign.mold.plan.fastener_refusals import LEAST_PIN
-from fingerdesign.mold.plan.fasteners import insert_pin, with_mount
-from fingerdesign.mold.plan.fixture import Fixture
+from fingerdesign.mold.plan.fasteners.fasteners import insert_pin, with_mount
+from fingerdesign.mold.plan.fasteners.refusals import LEAST_PIN
+from fingerdesign.mold.plan.fixture.fixture import Fixture
+from fingerdesign.mold.plan.fixture.outer import with_outer_combs
 from fingerdesign.mold.plan.limits import SPARE_MM
-from fingerdesign.mold.plan.outer import with_outer_combs
 from fingerdesign.mold.plan.plan import Bolt, Lug, MoldPlan, Pin, SidePlan, frame_name
 from fingerdesign.mold.plan.refusals import Refusal
 

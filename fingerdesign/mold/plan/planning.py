@@ -4,9 +4,9 @@ from dataclasses import replace
 
 from fingerdesign.design.schema import Design
 from fingerdesign.mold.plan.closed import closed_plan
-from fingerdesign.mold.plan.fastener_refusals import limit_refusals
-from fingerdesign.mold.plan.leg_refusals import leg_refusals
-from fingerdesign.mold.plan.legs import LEAST_WIDTH_MM, fixture_of
+from fingerdesign.mold.plan.fasteners.refusals import limit_refusals
+from fingerdesign.mold.plan.fixture.legs import LEAST_WIDTH_MM, fixture_of
+from fingerdesign.mold.plan.fixture.refusals import leg_refusals
 from fingerdesign.mold.plan.open_pour import open_plan
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.refusals import MoldRefused, Refusal

@@ -16,9 +16,9 @@ from fingerdesign.design.faults import at_least
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import PlateRow, plate_rows, with_key
-from fingerdesign.mold.plan.fixture import Fixture
-from fingerdesign.mold.plan.leg_refusals import high_legs, narrow_webs
-from fingerdesign.mold.plan.legs import fixture_of
+from fingerdesign.mold.plan.fixture.fixture import Fixture
+from fingerdesign.mold.plan.fixture.legs import fixture_of
+from fingerdesign.mold.plan.fixture.refusals import high_legs, narrow_webs
 from fingerdesign.mold.plan.limits import limits_of
 from fingerdesign.mold.plan.planning import plan_mold, with_mold
 from fingerdesign.mold.plan.refusals import MoldRefused, Refusal

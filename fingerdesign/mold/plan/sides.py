@@ -13,7 +13,7 @@ import numpy as np
 from fingerdesign.layout.frames import surface_height
 from fingerdesign.mold.part import EDGE_DEG
 from fingerdesign.mold.plan.extent import half_extent
-from fingerdesign.mold.plan.fixture import Fixture
+from fingerdesign.mold.plan.fixture.fixture import Fixture
 from fingerdesign.mold.plan.plan import (
     SIDES,
     Extent,

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.plan.columns import clear
+from fingerdesign.mold.plan.fasteners.columns import clear
 from fingerdesign.mold.plan.limits import Limits
 from fingerdesign.mold.plan.plan import CorePin, MoldPlan, Side, SidePlan
 from fingerdesign.mold.plan.refusals import Refusal

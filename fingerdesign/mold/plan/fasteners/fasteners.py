@@ -16,7 +16,8 @@ import numpy as np
 
 from fingerdesign.design.body import Body
 from fingerdesign.mold.part import INSERT
-from fingerdesign.mold.plan.columns import (
+from fingerdesign.mold.plan.extent import seam_height
+from fingerdesign.mold.plan.fasteners.columns import (
     CORNERS,
     FLANKS,
     LEDGE_MM,
@@ -25,7 +26,6 @@ from fingerdesign.mold.plan.columns import (
     Fit,
     insert_pin_length,
 )
-from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.plan import Bolt, MoldPlan, Pin, wall_name
 
 FOOTPRINT = 2.0  # area of the mount over that of the finger's base, at most

@@ -3,7 +3,13 @@
 import math
 
 from fingerdesign.design.mold import Mold
-from fingerdesign.mold.plan.columns import SLENDER, Columns, Fit, insert_pin_length, most_draft
+from fingerdesign.mold.plan.fasteners.columns import (
+    SLENDER,
+    Columns,
+    Fit,
+    insert_pin_length,
+    most_draft,
+)
 from fingerdesign.mold.plan.limits import SPARE_MM, Limits
 from fingerdesign.mold.plan.plan import MoldPlan, Pour
 from fingerdesign.mold.plan.refusals import Refusal

@@ -1,0 +1,1 @@
+"""Bolts, pins and core pins: their columns, places, and what keeps them from fitting."""
