@@ -119,28 +119,28 @@ def _validate_gages(
 def _show_gages(found: Observability, folder: Path) -> None:
     rows = [
         [
-            str(len(each.kept)) if each.kept else "0 (forces and moves)",
-            f"{each.stick_error:.3f} ± {each.stick_spread:.3f}",
-            f"{each.used_error:.3f}",
+            str(len(each.chosen)) if each.chosen else "0 (forces and moves)",
+            f"{each.stick_error:.3f} ± {each.stick_std:.3f}",
+            f"{each.friction_utilisation_error:.3f}",
             ", ".join(f"{x:g}" for x in found.places(each)) or "–",
         ]
         for each in found.confirmed
     ]
     what = "errors (RMS) on other grips of the same finger"
     title = f"{found.design} at {found.noise:g} microstrain: {what}"
-    print_table(title, ["gages", "stick ratio", "friction in use", "at x, mm"], rows)
+    print_table(title, ["gages", "stick ratio", "friction utilisation", "at x, mm"], rows)
     rows = [
         [
             f"{each.x_mm:g}",
             f"{each.response_microstrain_per_N:.3g}",
             str(each.rank),
-            f"{each.untold_stick_cost:+.3f}",
-            f"{each.told_stick_cost:+.3f}",
+            f"{each.unnoticed_stick_cost:+.3f}",
+            f"{each.known_stick_cost:+.3f}",
         ]
         for each in sorted(found.gages, key=lambda gage: gage.x_mm)
     ]
-    columns = ["gage at x, mm", "microstrain/N", "rank", "dead, untold", "dead, told"]
-    print_table("each gage: 1 is missed most; what its silence adds to the error", columns, rows)
+    columns = ["gage at x, mm", "microstrain/N", "rank", "dead, unnoticed", "dead, known"]
+    print_table("each gage: rank 1 is the most important; the cost of its failure", columns, rows)
     for sentence in (*found.limits, *found.sentences):
         click.echo(sentence)
     click.echo(f"{found.seconds:.0f} s; chart: {folder / 'observability.png'}")

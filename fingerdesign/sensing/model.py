@@ -1,23 +1,22 @@
-"""The model that grips are run on by the hundred: condensed once, small, and said how.
+"""The small model that hundreds of grips run on, condensed once, and its error.
 
-A control step costs what its Python costs below some 150 contact nodes, so the contact is meshed
-for grips with :data:`CONTACT_SIZE_MM` at the crest. On ``sensitive``, against 0.05 mm, over a
+Below some 150 contact nodes a control step costs what its Python costs, so the contact is meshed
+for grips with :data:`CONTACT_SIZE_MM` at the crest. On ``sensitive``, compared with 0.05 mm, over a
 lift's path at mu = 0.2, 0.5 and 0.8: forces to 1e-4, stick ratio 0.006 RMS (at most 0.034, where
 the contact has a few nodes), readings 0.35 microstrain RMS; with 0.15 mm 0.009, 0.041 and 0.7. Of
 16 grips by the paper's rule and 16 at a fixed ratio none ended otherwise than with 0.05 mm, in half
-the time; with 0.15 mm two did. (The rule itself is touchy: one step's difference in a hold changed
-the margin of one of them by 45 %, that of half of them by less than 0.02 %.)
+the time; with 0.15 mm two did.
 
 Away from contact and plates the section coarsens by :data:`GRADATION`: readings change by 0.3 % of
 the largest, and a variant of a study costs a third less.
 
-In 3-D a finger that can be swept through layers is: :data:`LAYERS` of them in half its depth, more
-if it is deeper than 10 mm, thinnest in the middle, where gages are. Over twelve states of approach
-and shear at mu = 0.5, against meshes of 156k to 640k equations, forces keep to 0.9 %. Readings, of
-each state's largest, the mean of both faces and one face alone: ``maeno2000`` (84k equations) 2.8
-and 5.7 %, ``sensitive`` (85k; plates 54 times softer) 1.8 and 1.9, ``narrow`` 2.0 and 9.0, ``wide``
-1.7 and 9.6 (four layers: 4.7 and 12.6). Six layers that thin toward the end, in a section
-that coarsens by 0.2, leave 1.4 and 10 % of ``maeno2000`` with 186k equations.
+In 3-D a finger that can be swept is meshed in layers: :data:`LAYERS` of them in half its depth,
+more if it is deeper than 10 mm, thinnest in the middle, where gages are. Over twelve states of
+approach and shear at mu = 0.5, compared with meshes of 156k to 640k equations, forces agree to
+0.9 %.
+Readings, relative to each state's largest, the mean of both faces and one face alone: ``maeno2000``
+(84k equations) 2.8 and 5.7 %, ``sensitive`` (85k; plates 54 times softer) 1.8 and 1.9, ``narrow``
+2.0 and 9.0, ``wide`` 1.7 and 9.6 (four layers: 4.7 and 12.6).
 """
 
 import math
@@ -39,10 +38,10 @@ from fingerdesign.mesh.moved import with_plates_moved
 
 CONTACT_SIZE_MM = {"plane-strain": 0.1, "3d": 0.4}
 GRADATION = 0.4
-LAYERS, LAYERS_PER_MM, LAYER_GROWTH = 4, 0.7, 0.75  # no fewer; in half the depth
+LAYERS, LAYERS_PER_MM, LAYER_GROWTH = 4, 0.7, 0.75  # The least number, in half the depth.
 MESHED = (CONTACT_SIZE_MM, GRADATION, LAYERS, LAYERS_PER_MM, LAYER_GROWTH)
 FIDELITIES = tuple(CONTACT_SIZE_MM)
-_ROOM = 1.2  # times the zone of a pure approach: a hanging object drags the contact along
+_ROOM = 1.2  # A hanging object drags the contact beyond the zone of a pure approach.
 
 
 def grip_problem(
@@ -51,7 +50,7 @@ def grip_problem(
     contact_size_mm: float | None = None,
     report: Callable[[str], None] = lambda message: None,
 ) -> ContactProblem:
-    """The design against a plane, for the stage travel of its ``[grip]`` table.
+    """Pose the design against a plane, for the stage travel of its ``[grip]`` table.
 
     Its gages are those of the array that the slip rule reads; the friction is the bench's. The
     contact is no finer than ``contact_size_mm``, by default :data:`CONTACT_SIZE_MM`. Raises
@@ -64,9 +63,9 @@ def grip_problem(
 def gripped_case(
     design: Design, fidelity: str = "plane-strain", contact_size_mm: float | None = None
 ) -> Case:
-    """The design as it is gripped with. DesignError where it cannot be; see grip_problem."""
+    """The design as grips use it. DesignError where they cannot; see grip_problem."""
     if design.plates.number < 2:
-        remedy = "add plates: without gages there is nothing to feel"
+        remedy = "add plates: without gages there is nothing to measure"
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
     case = _case(design, fidelity, contact_size_mm)
     refuse(case, fundamental_scene())
@@ -75,25 +74,25 @@ def gripped_case(
 
 def bench_problem(
     design: Design,
-    held: Iterable[SceneObject],
+    objects: Iterable[SceneObject],
     fidelity: str,
-    said: Collection[str] = (),
-    beside: Design | None = None,
+    fixed_keys: Collection[str] = (),
+    neighbour: Design | None = None,
 ) -> ContactProblem:
-    """A finger against the plane of its bench, with room for what it is to grip; said: see
-    meshed_for_grips.
+    """Pose a finger against the plane of its bench, with contact nodes for the objects that it will
+    grip; fixed_keys: see meshed_for_grips.
 
-    beside: a finger of the same body with other places of its flat plates; its mesh is taken, its
-    plates moved, so that answers of both compare without two meshes' difference.
+    neighbour: a finger of the same body with other places of its flat plates. Its mesh is used and
+    the plates in it are moved, so that both fingers compare without the difference of two meshes.
     """
-    case = _case(design, fidelity, said=said)
-    near = None if beside is None else _case(beside, fidelity, said=said)
-    return _condensed(case, case.gage_array, lambda message: None, held, near)
+    case = _case(design, fidelity, fixed_keys=fixed_keys)
+    near = None if neighbour is None else _case(neighbour, fidelity, fixed_keys=fixed_keys)
+    return _condensed(case, case.gage_array, lambda message: None, objects, near)
 
 
-def against(bench: ContactProblem, held: SceneObject, design: Design) -> ContactProblem:
-    """The bench's finger against another object: nothing is condensed anew."""
-    rigid = object_at_touch(held, design.body)
+def against(bench: ContactProblem, met: SceneObject, design: Design) -> ContactProblem:
+    """Pose the bench's finger against another object; nothing is condensed again."""
+    rigid = object_at_touch(met, design.body)
     return contact_problem(bench.model, rigid, bench.friction_coefficient)
 
 
@@ -109,7 +108,7 @@ def opposite_problem(
 
 
 def model_data(problem: ContactProblem) -> dict[str, Any]:
-    """What records say of a model that was gripped with."""
+    """Facts about the model of grips, for records."""
     fidelity = "plane-strain" if problem.model.dimension == 2 else "3d"
     return {
         "fidelity": fidelity,
@@ -122,11 +121,11 @@ def meshed_for_grips(
     design: Design,
     fidelity: str,
     contact_size_mm: float | None = None,
-    said: Collection[str] = (),
+    fixed_keys: Collection[str] = (),
 ) -> Design:
-    """The design as it is gripped with: coarser, and swept through layers where it can be.
+    """The design as grips use it: coarser, and swept in layers where it can be.
 
-    It is meshed no finer than its own file says; keys that are ``said`` stay as they are.
+    Its mesh is no finer than its own file requests; ``fixed_keys`` keep the file's values.
     """
     size = CONTACT_SIZE_MM.get(fidelity, 0.0) if contact_size_mm is None else contact_size_mm
     mesh = design.mesh
@@ -140,16 +139,16 @@ def meshed_for_grips(
             coarse["mesh.mesher"] = "auto"
     else:
         coarse["mesh.section.contact_size_mm"] = max(size, mesh.section.contact_size_mm)
-    return with_values(design, {key: v for key, v in coarse.items() if key not in said})
+    return with_values(design, {key: v for key, v in coarse.items() if key not in fixed_keys})
 
 
 def _case(
     design: Design,
     fidelity: str,
     contact_size_mm: float | None = None,
-    said: Collection[str] = (),
+    fixed_keys: Collection[str] = (),
 ) -> Case:
-    design = meshed_for_grips(design, fidelity, contact_size_mm, said)
+    design = meshed_for_grips(design, fidelity, contact_size_mm, fixed_keys)
     return Case(design, None, fidelity, fields=False, go_on=True)
 
 
@@ -157,20 +156,20 @@ def _condensed(
     case: Case,
     gages: tuple[int, ...],
     report: Callable[[str], None],
-    held: Iterable[SceneObject] = (),
-    beside: Case | None = None,
+    objects: Iterable[SceneObject] = (),
+    neighbour: Case | None = None,
 ) -> ContactProblem:
-    """Against the fundamental scene's plane; the zone has room for each of ``held`` too."""
+    """Condense against the fundamental scene's plane; the zone covers each of ``objects`` too."""
     design, scene = case.design, fundamental_scene()
     reach = design.grip.max_approach_mm
     zones = [candidate_zone(design, scene.object, reach)]
-    zones += [candidate_zone(design, o, reach, touch_point(o, design.body)) for o in held]
+    zones += [candidate_zone(design, o, reach, touch_point(o, design.body)) for o in objects]
     zone = max(zones, key=lambda each: each.half_width).widened(_ROOM, design)
     report("meshing")
     mesh = None
-    if beside is not None:
-        mesh = make_mesh(beside.design, beside.fidelity, zone, beside.symmetric)
-        mesh = with_plates_moved(mesh, plate_frames(beside.design), plate_frames(design))
+    if neighbour is not None:
+        mesh = make_mesh(neighbour.design, neighbour.fidelity, zone, neighbour.symmetric)
+        mesh = with_plates_moved(mesh, plate_frames(neighbour.design), plate_frames(design))
     if mesh is None:
         mesh = make_mesh(design, case.fidelity, zone, case.symmetric)
     report(f"condensing {len(mesh.cells)} elements")

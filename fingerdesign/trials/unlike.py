@@ -28,7 +28,8 @@ from fingerdesign.records.statistics import Share, Spread, spread_of
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, MESHED, gripped_case
-from fingerdesign.sensing.perturb.finger import ALL, FAULTS, refuse_unlike, unlike, unlike_problems
+from fingerdesign.sensing.perturb.faults import ALL, FAULTS
+from fingerdesign.sensing.perturb.finger import perturb, perturbed_problems, refuse_faults
 from fingerdesign.sensing.train.result import estimator_faults, training_result_for
 from fingerdesign.trials.bench import (
     FRICTIONS,
@@ -161,7 +162,7 @@ def study_unlike(
     """
     names = tuple(dict.fromkeys(controllers))
     refuse(ControlGrid(seed=seed), names)
-    refuse_unlike(design, {name for _, chosen in faults for name in chosen}, fidelity)
+    refuse_faults(design, {name for _, chosen in faults for name in chosen}, fidelity)
     gripped_case(design, fidelity)
     if estimator is not None and (wrong := estimator_faults(design, estimator, fidelity)):
         raise DesignError(wrong)
@@ -205,8 +206,8 @@ def lift_plant(shared: _Shared, job: Job) -> tuple[Job, list[JudgedGrip]]:
         for mu, grams in zip(friction, mass, strict=True)
     ]
     try:
-        found = unlike(shared.design, faults, seed)
-        bench, held = unlike_problems(found, shared.fidelity)
+        found = perturb(shared.design, faults, seed)
+        bench, held = perturbed_problems(found, shared.fidelity)
     except FingerDesignError as error:
         return job, [failed_grip(each, seed_of(each, shared.seed), str(error)) for each in cells]
     rig = GripBench(

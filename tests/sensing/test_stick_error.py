@@ -13,7 +13,7 @@ from fingerdesign.sensing.model import grip_problem
 from fingerdesign.sensing.train.stick_error import (
     GRIPS,
     Instants,
-    Listening,
+    SensorErrors,
     instants,
     sampled_error,
     stick_error,
@@ -42,7 +42,7 @@ def made(answer, noise=0.5):
     readings = normal[:, None] * answer * np.column_stack([stick, stick**2])
     forces = np.column_stack([normal, rng.uniform(0.1, 0.5, len(grip)) * normal])
     flat = NormalCalibration(np.array([0.0, 100.0]), np.zeros((2, 2)))
-    return sampled_error(Instants(readings, forces, stick, grip), flat, Listening(noise))
+    return sampled_error(Instants(readings, forces, stick, grip), flat, SensorErrors(noise))
 
 
 def test_it_falls_with_what_gages_answer_over_their_noise():
@@ -61,7 +61,7 @@ def test_grips_cover_stick_and_slip(found):
 
 
 def test_noise_raises_it_and_a_seed_has_its_own(problem):
-    errors = [stick_error(problem, "upper", REACH, Listening(noise)) for noise in (0.5, 20, 1e4)]
+    errors = [stick_error(problem, "upper", REACH, SensorErrors(noise)) for noise in (0.5, 20, 1e4)]
     assert errors[0] < 0.8 * errors[1] < errors[2]
     assert errors[2] > 0.18
     first, again, other = (stick_error(problem, "upper", REACH, seed=seed) for seed in (3, 3, 4))
@@ -79,8 +79,8 @@ def test_gages_far_from_the_contact_tell_less_and_none_is_an_error(problem):
 
 
 def test_what_hardware_leaves_perfect_is_a_good_amplifiers():
-    assert Listening.of(HardwareTable()) == Listening()
+    assert SensorErrors.of(HardwareTable()) == SensorErrors()
     given = HardwareTable(gage_noise_microstrain=3.0, force_noise_N=0.1, gain_spread=0.05)
-    assert Listening.of(given) == Listening(3.0, 0.1, 0.05)
-    stepped = Listening.of(HardwareTable(quantisation_microstrain=12.0))
+    assert SensorErrors.of(given) == SensorErrors(3.0, 0.1, 0.05)
+    stepped = SensorErrors.of(HardwareTable(quantisation_microstrain=12.0))
     assert stepped.noise == pytest.approx(np.hypot(0.5, 12.0**0.5))

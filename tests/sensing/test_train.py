@@ -11,20 +11,13 @@ from fingerdesign.control.estimator import GripEstimator, feature_count
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing.train import result as training
-from fingerdesign.sensing.train.estimator import (
-    BANDS,
-    FRICTIONS,
-    NOISES,
-    Settings,
-    finger_curves,
-    random_grip_paths,
-    sample,
-    teach,
-)
-from fingerdesign.sensing.train.result import own_grips
+from fingerdesign.sensing.train.estimator import BANDS, NOISES, train_estimator
+from fingerdesign.sensing.train.paths import FRICTIONS, Settings, random_grip_paths
+from fingerdesign.sensing.train.policy import policy_grips
+from fingerdesign.sensing.train.samples import finger_curves, sample
 
 BOUNDS = Bounds(preload=0.01, approach_step=0.004, max_approach=0.12, max_steps=0)
-SETTINGS = Settings(face="upper", bounds=BOUNDS, grips=60, hearings=1, seed=1)
+SETTINGS = Settings(face="upper", bounds=BOUNDS, grips=60, replicates=1, seed=1)
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +40,7 @@ def test_random_grip_paths_are_those_of_their_seed_and_meet_all_states(problem, 
     assert other[0].friction_coefficient != grips[0].friction_coefficient
     frictions = [each.friction_coefficient for each in grips]
     assert FRICTIONS[0] <= min(frictions) < 0.25 < 0.6 < max(frictions) <= FRICTIONS[1]
-    used = np.concatenate([each.used for each in grips])
+    used = np.concatenate([each.friction_utilisation for each in grips])
     assert used.min() < 0.3
     assert 0.9 < used.max() <= 1.0 + 1e-6
     stick = [t.stick_ratio for each in grips for t in each.truths if t.stick_ratio is not None]
@@ -65,12 +58,12 @@ def test_what_is_sampled_has_the_noise_that_was_requested(problem, grips):
 
 
 def test_what_is_taught_beats_nothing_and_its_file_says_the_same(problem, grips, monkeypatch):
-    monkeypatch.setattr("fingerdesign.sensing.train.estimator._TEACHING", ((2e-3, 25),))
+    monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 25),))
     monkeypatch.setattr("fingerdesign.sensing.train.estimator.BANDS", ((0.25, 15.0),))
-    result = teach(problem, "key", SETTINGS, grips=grips)
-    used = np.concatenate([each.used for each in grips])
+    result = train_estimator(problem, "key", SETTINGS, grips=grips)
+    used = np.concatenate([each.friction_utilisation for each in grips])
     assert result.noises == NOISES
-    assert result.used_errors[0] < 0.7 * used.std()
+    assert result.friction_utilisation_errors[0] < 0.7 * used.std()
     doubt, spread = result.estimator.bands[0].spread.T
     assert (spread > 0.0).all()
     assert (np.diff(doubt) >= 0.0).all()
@@ -83,43 +76,43 @@ def test_what_is_taught_beats_nothing_and_its_file_says_the_same(problem, grips,
 
 
 def test_a_pilots_own_grips_are_of_their_seed_and_true(problem, grips, monkeypatch):
-    monkeypatch.setattr("fingerdesign.sensing.train.estimator._TEACHING", ((2e-3, 5),))
-    pilot = teach(problem, "pilot", SETTINGS, grips=grips, bands=BANDS[:1]).estimator
+    monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 5),))
+    pilot = train_estimator(problem, "pilot", SETTINGS, grips=grips, bands=BANDS[:1]).estimator
     assert len(pilot.bands) == 1
     grip = Grip(preload_mm=0.01, max_approach_mm=0.12, max_steps=40)
 
     def own(seed):
-        return own_grips(problem, [problem] * 2, "upper", grip, pilot, seed)
+        return policy_grips(problem, [problem] * 2, "upper", grip, pilot, seed)
 
     first = own(0)
     assert [each.truths for each in own(0)] == [each.truths for each in first]
     assert own(1)[0].friction_coefficient != first[0].friction_coefficient
     for each in first:
-        assert max(each.used) <= 1.0 + 1e-6
+        assert max(each.friction_utilisation) <= 1.0 + 1e-6
         pulled = sum(moment.dx for moment in each.moments if not moment.sample.lifted)
         assert pulled > 0.0
 
 
 def test_errors_are_of_other_fingers_where_there_are_some(problem, grips, monkeypatch):
     """Sixty grips, of one finger or of so many; the first nine are held out."""
-    monkeypatch.setattr("fingerdesign.sensing.train.estimator._TEACHING", ((2e-3, 1),))
+    monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 1),))
     curves = [finger_curves(problem, "upper", BOUNDS) for _ in range(20)]
     # So many grips a finger: by one of which some are taught nothing is judged.
     for each, fingers, judged in ((60, 0, 9), (3, 3, 9), (4, 2, 8), (20, 0, 9)):
         made = [replace(grip, curves=curves[k // each]) for k, grip in enumerate(grips)]
         made = grips if each == 60 else made
-        found = teach(problem, "key", SETTINGS, grips=made, bands=BANDS[:1])
+        found = train_estimator(problem, "key", SETTINGS, grips=made, bands=BANDS[:1])
         assert (found.judged_fingers, found.judged_grips) == (fingers, judged)
 
 
 def test_too_few_grips_are_refused(problem, grips):
     with pytest.raises(SolverError, match="more grips"):
-        teach(problem, "key", SETTINGS, grips=grips[:4])
+        train_estimator(problem, "key", SETTINGS, grips=grips[:4])
 
 
 @pytest.mark.slow
 def test_many_unlike_fingers_teach_the_same_with_any_number_of_workers(monkeypatch, tmp_path):
-    monkeypatch.setattr("fingerdesign.sensing.train.estimator._TEACHING", ((2e-3, 8),))
+    monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 8),))
     keys = {"taught_fingers": 4, "taught_grips": 80}
     values = {f"grip.regulator.{key}": value for key, value in keys.items()}
     coarse = {"plates.count": 5, "mesh.section.contact_size_mm": 0.3}
@@ -131,7 +124,7 @@ def test_many_unlike_fingers_teach_the_same_with_any_number_of_workers(monkeypat
     one, two = found
     assert one.estimator.to_json() == two.estimator.to_json()
     assert len(one.estimator.bands) == 2
-    assert one.used_errors[0] < 0.35
+    assert one.friction_utilisation_errors[0] < 0.35
 
 
 def test_it_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypatch, tmp_path):
@@ -139,11 +132,11 @@ def test_it_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypatch, tm
 
     def teacher(problem, key, settings, report, unlike=None, workers=1):
         taught.append(key)
-        return teach(problem, key, SETTINGS, grips=grips)
+        return train_estimator(problem, key, SETTINGS, grips=grips)
 
-    monkeypatch.setattr("fingerdesign.sensing.train.estimator._TEACHING", ((2e-3, 2),))
+    monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 2),))
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
-    monkeypatch.setattr(training, "teach", teacher)
+    monkeypatch.setattr(training, "train_estimator", teacher)
     design = with_values(load_design("sensitive"), {"grip.regulator.taught_fingers": 1})
     first = training.training_result_for(design, problem)
     assert training.training_result_for(design, problem).stick_errors == first.stick_errors

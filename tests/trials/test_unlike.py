@@ -20,15 +20,12 @@ from fingerdesign.mesh.make import mesher_name
 from fingerdesign.records.base import ResultError, plain
 from fingerdesign.sensing import model
 from fingerdesign.sensing.model import meshed_for_grips
+from fingerdesign.sensing.perturb.faults import ALL, FAULTS, ON_REQUEST, TRAINING_FAULTS
 from fingerdesign.sensing.perturb.finger import (
-    ALL,
-    APART,
-    FAULTS,
-    TAUGHT,
-    refuse_unlike,
-    taught_faults,
-    unlike,
-    unlike_problems,
+    perturb,
+    perturbed_problems,
+    refuse_faults,
+    training_faults,
 )
 from fingerdesign.trials import unlike as trials
 from fingerdesign.trials.unlike import UnlikeData, chosen_faults, study_unlike
@@ -58,7 +55,7 @@ def places(design):
 
 def test_a_finger_of_other_rubber_is_gripped_as_its_model_says():
     design = parse_design(COARSE.replace('"fixed"', '"follow"'))
-    other = unlike(design, ["modulus"], 1).design
+    other = perturb(design, ["modulus"], 1).design
     assert other.materials != design.materials
     assert all(getattr(other.grip, key) == getattr(design.grip, key) for key in Grip.FOLLOWING)
 
@@ -67,10 +64,10 @@ def test_a_draw_is_its_seeds_and_keeps_within_its_bounds():
     design = load_design("sensitive")
     own, rubber = places(design), design.material_of("body")
     for seed in range(12):
-        found = unlike(design, ALL, seed)
-        assert found == unlike(design, ALL, seed)
-        assert found == unlike(design, reversed(ALL), seed)
-        assert found != unlike(design, ALL, seed + 100)
+        found = perturb(design, ALL, seed)
+        assert found == perturb(design, ALL, seed)
+        assert found == perturb(design, reversed(ALL), seed)
+        assert found != perturb(design, ALL, seed + 100)
         other = found.design.material_of("body")
         assert abs(other.youngs_modulus_MPa / rubber.youngs_modulus_MPa - 1.0) <= 0.15
         assert 0.47 <= other.poissons_ratio <= 0.4999
@@ -78,7 +75,7 @@ def test_a_draw_is_its_seeds_and_keeps_within_its_bounds():
         off = np.abs(places(found.design) - own)
         assert (off.max(axis=0) > 0.0).all()
         assert (off.max(axis=0) <= [0.2, 0.2, 3.0]).all()
-        held = found.held
+        held = found.object
         assert (held.radius_mm is None) != (held.tilt_deg == 0.0)
         assert held.radius_mm is None or held.radius_mm >= 30.0
 
@@ -86,14 +83,14 @@ def test_a_draw_is_its_seeds_and_keeps_within_its_bounds():
 @pytest.mark.parametrize(("fault", "moved"), [("row", 0), ("cover", 1), ("angle", 2)])
 def test_a_row_moves_as_one(fault, moved):
     design = load_design("sensitive")
-    off = places(unlike(design, [fault], 3).design) - places(design)
+    off = places(perturb(design, [fault], 3).design) - places(design)
     assert np.ptp(off, axis=0) == pytest.approx(0.0, abs=1e-5)
     assert np.flatnonzero(np.abs(off).max(axis=0) > 1e-3).tolist() == [moved]
 
 
 def test_a_gage_that_dies_is_one_of_the_designs_and_hardware_is_as_said():
     design = with_values(load_design("sensitive"), {"grip.hardware.force_cross_talk": 0.03})
-    drawn = [unlike(design, ["dying", "forces"], seed).design.grip.hardware for seed in range(8)]
+    drawn = [perturb(design, ["dying", "forces"], seed).design.grip.hardware for seed in range(8)]
     assert len({each.dying_gages for each in drawn}) > 1
     assert all(len(each.dying_gages) == 1 for each in drawn)
     assert {plate for each in drawn for plate in each.dying_gages} <= set(range(15))
@@ -104,19 +101,19 @@ def test_a_gage_that_dies_is_one_of_the_designs_and_hardware_is_as_said():
 
 def test_what_cannot_be_drawn_is_refused():
     with pytest.raises(DesignError, match="--fault"):
-        unlike(load_design("sensitive"), ["rust"], 0)
+        perturb(load_design("sensitive"), ["rust"], 0)
     with pytest.raises(DesignError, match="one level row"):
-        unlike(load_design("both_ways"), ["row"], 0)
-    assert unlike(load_design("both_ways"), ["gains"], 0).held == SceneObject()
-    assert taught_faults(load_design("both_ways")) == ("modulus", "poisson", "tilt", "radius")
+        perturb(load_design("both_ways"), ["row"], 0)
+    assert perturb(load_design("both_ways"), ["gains"], 0).object == SceneObject()
+    assert training_faults(load_design("both_ways")) == ("modulus", "poisson", "tilt", "radius")
     lift = {"grip.plant": "lift", "grip.opposite": "bare"}
     bare = with_values(load_design("sensitive"), lift)
-    assert taught_faults(bare) == TAUGHT
+    assert training_faults(bare) == TRAINING_FAULTS
     with pytest.raises(DesignError, match="'mirror'"):
-        refuse_unlike(bare, ["gains"])
+        refuse_faults(bare, ["gains"])
     same = with_values(load_design("sensitive"), {"plates.material": "silicone"})
     with pytest.raises(DesignError, match="another material"):
-        unlike(same, ["plate_modulus"], 0)
+        perturb(same, ["plate_modulus"], 0)
 
 
 def test_a_draw_keeps_what_it_does_not_change():
@@ -124,7 +121,7 @@ def test_a_draw_keeps_what_it_does_not_change():
     keys = {"plates.span_mm": 4.0, "plates.stagger_mm": 2.0, "grip.hardware.delay_samples": 8}
     keys["materials.silicone.poissons_ratio"] = 0.3
     design = with_values(load_design("sensitive"), keys)
-    found = unlike(design, ALL, 0).design
+    found = perturb(design, ALL, 0).design
     middles = [[f.middle for f in plate_frames(each)] for each in (found, design)]
     assert middles[0] == pytest.approx(middles[1])
     assert found.grip.hardware.delay_samples == 8
@@ -133,52 +130,52 @@ def test_a_draw_keeps_what_it_does_not_change():
 
 def test_draws_of_one_finger_share_its_model():
     design = parse_design(COARSE)
-    plain, _ = unlike_problems(unlike(design, [], 0))
+    plain, _ = perturbed_problems(perturb(design, [], 0))
     for fault, shared in (("gains", True), ("arm", True), ("tilt", False), ("modulus", False)):
-        bench, held = unlike_problems(unlike(design, [fault], 3))
+        bench, held = perturbed_problems(perturb(design, [fault], 3))
         assert (bench is plain) is shared
         assert held.model is bench.model
-        plain, _ = unlike_problems(unlike(design, [], 1))
+        plain, _ = perturbed_problems(perturb(design, [], 1))
 
 
 def test_patches_are_the_objects_own():
-    found = unlike(parse_design(COARSE), ["patches"], 3)
-    bench, held = unlike_problems(found)
+    found = perturb(parse_design(COARSE), ["patches"], 3)
+    bench, held = perturbed_problems(found)
     assert bench.friction_share is None
     points = np.zeros((4000, 3))
     points[:, 0] = np.linspace(-20.0, 20.0, len(points))
-    shares = found.friction_shares(points)
+    shares = found.friction_fractions(points)
     assert 0.8 <= shares.min() < 0.9
     assert 1.1 < shares.max() <= 1.2
     assert np.abs(np.diff(shares)).max() < 0.4 * 0.0101  # 1 mm from one value to the next
-    np.testing.assert_array_equal(held.friction_share, found.friction_shares(held.model.points))
-    assert unlike(parse_design(COARSE), [], 3).friction_shares(points) is None
+    np.testing.assert_array_equal(held.friction_share, found.friction_fractions(held.model.points))
+    assert perturb(parse_design(COARSE), [], 3).friction_fractions(points) is None
 
 
 def test_friction_in_motion_is_5_to_20_per_cent_less():
-    found = [unlike(parse_design(COARSE), ["kinetic"], seed) for seed in range(40)]
+    found = [perturb(parse_design(COARSE), ["kinetic"], seed) for seed in range(40)]
     shares = [each.design.grip.kinetic_share for each in found]
     assert 0.8 <= min(shares) < 0.82
     assert 0.93 < max(shares) <= 0.95
-    bench, held = unlike_problems(found[0])
+    bench, held = perturbed_problems(found[0])
     assert bench.friction_share is held.friction_share is None  # the plant's, step by step
 
 
 def test_another_mesher_is_asked_for_by_name_in_three_dimensions(monkeypatch):
-    assert set(FAULTS) - set(ALL) == APART == {"mesher"}
+    assert set(FAULTS) - set(ALL) == ON_REQUEST == {"mesher"}
     assert [label for label, _ in chosen_faults(())] == ["none", *ALL, "all"]
     assert chosen_faults(["mesher", "all"]) == [("mesher", ("mesher",)), ("all", ALL)]
     design = load_design("sensitive")
-    refuse_unlike(design, ["mesher"], "3d")
+    refuse_faults(design, ["mesher"], "3d")
     with pytest.raises(DesignError, match="netgen alone meshes sections"):
-        refuse_unlike(design, ["mesher"], "plane-strain")
+        refuse_faults(design, ["mesher"], "plane-strain")
     with pytest.raises(DesignError, match="fTetWild meshes it anyway"):
-        refuse_unlike(load_design("both_ways"), ["mesher"], "3d")
+        refuse_faults(load_design("both_ways"), ["mesher"], "3d")
     meshed = []
     monkeypatch.setattr(model, "_condensed", lambda case, *given: meshed.append(case.design))
     for fault in ("gains", "mesher"):
-        found = unlike(design, [fault], 3)
-        model.bench_problem(found.design, (found.held,), "3d", found.said)
+        found = perturb(design, [fault], 3)
+        model.bench_problem(found.design, (found.object,), "3d", found.fixed_keys)
     swept, other = meshed
     assert (mesher_name(swept), mesher_name(other)) == ("extrude", "tetwild")
     assert 1.6 <= other.mesh.contact_size_mm / swept.mesh.contact_size_mm <= 2.0
@@ -192,7 +189,7 @@ def test_by_another_mesher_a_finger_is_much_the_same(monkeypatch, tmp_path):
     design = parse_design(COARSE + "[mesh]\ncontact_size_mm = 0.8\nplate_size_mm = 0.6")
     felt = []
     for fault in ("gains", "mesher"):
-        bench, held = unlike_problems(unlike(design, [fault], 3), "3d")
+        bench, held = perturbed_problems(perturb(design, [fault], 3), "3d")
         assert held.model is bench.model
         plant = CondensedPlant(held, "both")
         samples = [plant.move(dx, dy) for dx, dy in [(0.0, 0.1), (0.0, 0.1), (0.03, 0.0)]]

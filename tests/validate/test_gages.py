@@ -17,7 +17,8 @@ from fingerdesign.control.signals import Sample
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError
 from fingerdesign.sensing import model as grip_model
-from fingerdesign.sensing.train.estimator import Settings, finger_curves, random_grip_paths
+from fingerdesign.sensing.train.paths import Settings, random_grip_paths
+from fingerdesign.sensing.train.samples import finger_curves
 from fingerdesign.validate.gages import learners
 from fingerdesign.validate.gages.learners import (
     QuickLearner,
@@ -26,8 +27,9 @@ from fingerdesign.validate.gages.learners import (
     gage_columns,
     sample_all,
 )
+from fingerdesign.validate.gages.ranking import eliminate, floors, layouts
 from fingerdesign.validate.gages.record import FOLDER, write_observability
-from fingerdesign.validate.gages.study import eliminate, floors, layouts, observe_grips, refuse
+from fingerdesign.validate.gages.study import observe_grips, refuse
 
 GAGES = 5
 BOUNDS = Bounds(preload=0.01, approach_step=0.004, max_approach=0.15, max_steps=0)
@@ -75,7 +77,7 @@ def test_a_gage_makes_its_own_columns_and_no_others(gage):
 
 
 def test_a_dead_gage_is_one_that_reads_nothing(problem, grips, monkeypatch):
-    monkeypatch.setattr("fingerdesign.sensing.train.estimator._GAIN_SPREAD", 0.0)
+    monkeypatch.setattr("fingerdesign.sensing.train.samples.GAIN_STD", 0.0)
     curves = finger_curves(problem, "upper", BOUNDS)
     sampled = sample_all(grips[:4], curves, SETTINGS, 0.5, silent=True)
     dead = sampled.with_dead(2)
@@ -115,8 +117,8 @@ def test_the_gage_that_reports_is_kept_to_the_last(informative):
 
 def test_taught_chosen_by_and_judged_share_no_grip():
     sampled = made_up(0)
-    parts = [set(sampled.grip[rows]) for rows in (sampled.judged, sampled.chosen_by)]
-    parts.append(set(sampled.grip[~sampled.judged & ~sampled.chosen_by]))
+    parts = [set(sampled.grip[rows]) for rows in (sampled.tested, sampled.chosen_by)]
+    parts.append(set(sampled.grip[~sampled.tested & ~sampled.chosen_by]))
     assert [len(part) for part in parts] == [15, 15, 70]
     assert len(set.union(*parts)) == sampled.grips
 
@@ -131,7 +133,7 @@ def test_the_standard_error_is_that_of_repeated_draws():
         return errors_of(truths + off[:, None], truths, grip)
 
     drawn = [draw() for _ in range(300)]
-    assert np.mean([each.stick_spread for each in drawn]) == pytest.approx(
+    assert np.mean([each.stick_std for each in drawn]) == pytest.approx(
         np.std([each.stick for each in drawn]), rel=0.15
     )
 
@@ -149,18 +151,18 @@ def test_the_least_error_grows_with_noise_and_falls_with_response(problem):
     assert noisy.one_sample_stick_error == pytest.approx(2.0 * one.one_sample_stick_error)
     assert louder.one_sample_stick_error == pytest.approx(one.one_sample_stick_error / 4.0)
     assert one.window_stick_error < one.one_sample_stick_error
-    with pytest.raises(SolverError, match="no gage answers"):
+    with pytest.raises(SolverError, match="no gage responds"):
         floors(silent_problem(problem, 0.0), "upper", (2.0,), 0.5)
 
 
 def test_a_study_judges_all_few_and_none(found):
-    assert [len(each.kept) for each in found.confirmed] == [5, 4, 3, 2, 0]
-    assert [len(each.kept) for each in found.counts] == [5, 4, 3, 2, 1, 0]
+    assert [len(each.chosen) for each in found.confirmed] == [5, 4, 3, 2, 0]
+    assert [len(each.chosen) for each in found.counts] == [5, 4, 3, 2, 1, 0]
     assert sorted(each.rank for each in found.gages) == [1, 2, 3, 4, 5]
     assert [each.x_mm for each in found.gages] == [-4.0, -2.0, 0.0, 2.0, 4.0]
     assert all(0.0 < (each.stick_error or 0.0) < 1.0 for each in found.confirmed)
-    assert found.dead.untold_stick_error == pytest.approx(
-        found.stick_error + max(each.untold_stick_cost for each in found.gages)
+    assert found.dead.unnoticed_stick_error == pytest.approx(
+        found.stick_error + max(each.unnoticed_stick_cost for each in found.gages)
     )
     noises = [each.noise_microstrain for each in found.noises]
     assert noises[0] == 0.0
@@ -177,11 +179,11 @@ def test_a_study_repeats_whatever_the_threads(problem, grips, found):
 @pytest.mark.parametrize(
     ("quick", "error", "spread", "said"),
     [
-        ((0.01, 0.1, 0.3), 0.19, 0.001, ("0.02 microstrain, or plates that answer 25 times as",)),
+        ((0.01, 0.1, 0.3), 0.19, 0.001, ("0.02 microstrain, or plates with 25 times",)),
         ((0.9, 0.1, 0.9), 0.19, 0.001, ("Even without noise",)),
         ((0.01, 0.001, 0.9), 0.19, 0.001, ("Only without any noise", "Cramér and Rao")),
-        ((0.095, 0.001, 0.1), 0.08, 0.001, ("teach on more grips",)),
-        ((0.05, 0.001, 0.1), 0.08, 0.001, ("50 % lower", "goal for its reference finger is 0.05")),
+        ((0.095, 0.001, 0.1), 0.08, 0.001, ("train on more grips",)),
+        ((0.05, 0.001, 0.1), 0.08, 0.001, ("50 % lower", "reference finger is 0.05")),
         ((0.05, 0.001, 0.1), 0.04, 0.001, ("At 0.5 microstrain 1 of 5 gages suffice",)),
         ((0.05, 0.001, 0.1), 0.04, 0.005, ("24 grips are too few", "1 of 5 gages seem enough")),
     ],
@@ -194,12 +196,12 @@ def test_advice_names_what_limits_a_finger(found, quick, error, spread, said):
         for each in found.noises
     ]
     counts = [
-        replace(each, stick_error=error if each.kept else 0.2, stick_spread=spread)
+        replace(each, stick_error=error if each.chosen else 0.2, stick_std=spread)
         for each in found.counts
     ]
     advice = replace(found, noises=tuple(noises), counts=tuple(counts)).advice
     assert all(words in advice for words in said)
-    assert ("goal" in advice) == (error == 0.08)
+    assert ("target" in advice) == (error == 0.08)
 
 
 def test_the_record_is_whole_and_nothing_else_is_replaced(found, tmp_path):
@@ -224,7 +226,7 @@ def test_the_record_is_whole_and_nothing_else_is_replaced(found, tmp_path):
 @pytest.fixture
 def short_teaching(monkeypatch):
     """Networks that have learnt a little: how well is not the question."""
-    monkeypatch.setattr(learners, "_TEACHING", ((2e-3, 4),))
+    monkeypatch.setattr(learners, "_SCHEDULE", ((2e-3, 4),))
 
 
 DESIGN = """

@@ -21,7 +21,7 @@ from fingerdesign.records.outcome import GripOutcome, Numbers, Traces, bounded
 from fingerdesign.records.result import GripResult, IncrementResult
 from fingerdesign.report.style import evenly_spaced
 from fingerdesign.search.study.file import Cost
-from fingerdesign.sensing.train.stick_error import Listening, stick_error
+from fingerdesign.sensing.train.stick_error import SensorErrors, stick_error
 
 MOST_INCREMENTS, MOST_CONTACT, MOST_STEPS = 40, 120, 60
 _PULLED = 0.01  # of the normal force: what pressing an uneven finger gives is no pull
@@ -69,7 +69,7 @@ def stick_error_of(case: Case, analysis: Analysis) -> tuple[float | None, tuple[
     reach = deepest if case.scene is not None else grip.max_approach_mm
     try:
         with one_thread():
-            listening = Listening.of(design.rig.hardware)
+            listening = SensorErrors.of(design.rig.hardware)
             return stick_error(problem, design.gages.face, reach, listening, grip.seed), ()
     except SolverError as error:
         return None, (f"no gage error of the stick ratio: {error}",)

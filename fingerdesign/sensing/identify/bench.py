@@ -26,7 +26,8 @@ from fingerdesign.control.trace import trace_of
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.sensing.model import against, bench_problem
-from fingerdesign.sensing.perturb.finger import ALL, unlike
+from fingerdesign.sensing.perturb.faults import ALL
+from fingerdesign.sensing.perturb.finger import perturb
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -85,7 +86,7 @@ def phase_problems(
     phases: Sequence[Phase],
     fidelity: str,
     lean_deg: float = 0.0,
-    beside: Design | None = None,
+    neighbour: Design | None = None,
 ) -> list[ContactProblem]:
     """The finger against each phase's surface, the bench itself leaning; condensed once.
 
@@ -93,7 +94,7 @@ def phase_problems(
     """
     tilts = [abs(phase.tilt_deg) for phase in phases if phase.kind == "tilt"]
     room = [SceneObject(tilt_deg=max(tilts) + MOST_LEAN_DEG)] if tilts else []
-    bench = bench_problem(design, room, fidelity, beside=beside)
+    bench = bench_problem(design, room, fidelity, neighbour=neighbour)
 
     def facing(phase: Phase) -> ContactProblem:
         tilt = phase.tilt_deg + lean_deg
@@ -108,12 +109,12 @@ def model_curves(
     phases: Sequence[Phase],
     fidelity: str,
     lean_deg: float = 0.0,
-    beside: Design | None = None,
+    neighbour: Design | None = None,
 ) -> BenchCurves:
     """What the design's model does in the phases' moves. Raises SolverError where it has no answer,
     DesignError for a design that is not sound."""
     moved = [phase for phase in phases if phase.kind != "quick"]
-    problems = phase_problems(design, moved, fidelity, lean_deg, beside)
+    problems = phase_problems(design, moved, fidelity, lean_deg, neighbour)
     face = design.gages.face
     with one_thread():
         played = [
@@ -150,11 +151,11 @@ def simulated_bench(
     if wrong := sorted(chosen - set(known)):
         bound = f"one of {', '.join(known)}"
         raise DesignError([Fault("--fault", name, bound, "correct it") for name in wrong])
-    drawn = unlike(design, chosen, seed)
+    drawn = perturb(design, chosen, seed)
     own, rng = drawn.design, np.random.default_rng([seed, 7])
     hardware, plates = own.rig.hardware, gage_array(own)
     plan = protocol(design)
-    problems = phase_problems(own, plan, fidelity, drawn.held.tilt_deg)
+    problems = phase_problems(own, plan, fidelity, drawn.object.tilt_deg)
 
     def imperfect(problem: ContactProblem, of: Hardware) -> Plant:
         return ImperfectPlant(CondensedPlant(problem, own.gages.face), of, rng, plates)
@@ -167,7 +168,7 @@ def simulated_bench(
     plant = imperfect(problems[0], hardware)
     trace = trace_of([plant.move(*each) for each in moves], moves, hardware.sample_rate_Hz)
     quick = replace(plan[0], name="quick.csv", kind="quick", points=points_of(trace), trace=trace)
-    return SimulatedBench((*phases, quick), own, drawn.held.tilt_deg)
+    return SimulatedBench((*phases, quick), own, drawn.object.tilt_deg)
 
 
 def _recorded(phase: Phase, plant: Plant, averaged: int) -> Phase:

@@ -47,7 +47,7 @@ from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.bench import MOST_LEAN_DEG, model_curves, protocol
 from fingerdesign.sensing.model import MESHED
-from fingerdesign.sensing.perturb.finger import taught_faults
+from fingerdesign.sensing.perturb.finger import training_faults
 from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
@@ -152,7 +152,7 @@ class LatentFit:
 def latents_of(design: Design, gages: int, tilted: bool) -> tuple[Latent, ...]:
     """What can be off in a design: plates where they lie in one level row, moduli where rubber and
     plates are of two materials; the bench's lean where a press was tilted."""
-    possible = taught_faults(design)
+    possible = training_faults(design)
     plates = range(len(plate_frames(design))) if "plates" in possible else ()
     found = [Latent(axis, plate) for plate in plates for axis in AXES]
     found += [Latent(kind) for kind in ("modulus", "plate_modulus") if "modulus" in possible]

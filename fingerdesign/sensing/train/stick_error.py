@@ -1,16 +1,15 @@
-"""How well a finger's gages tell its stick ratio: one number, quickly, to compare designs by.
+"""The error of the stick ratio from a finger's gages: one number, quickly, to compare designs by.
 
-    stick_error(problem, face, max_approach, Listening(0.5), seed)       # 0.14 on `sensitive`
+    stick_error(problem, face, max_approach, SensorErrors(0.5), seed)       # 0.14 on `sensitive`
 
-A few seeded grips press and pull on the condensed model, each with a friction coefficient of its
-own. A small learner (ridge regression on random rectified sums of the features; Rahimi and Recht,
-"Random features for large-scale kernel machines", NIPS 2007) is taught the stick ratio from gages
-and forces and judged on other grips of the same finger, on frictions unknown to it. It hears one
-instant, with neither the past nor the hand's moves, so it errs more than the network of
-validate/gages/study.py, which takes fifty times as long. Where gages say nothing it errs by 0.23,
-about the spread of the stick ratio itself.
-(docs/explanation/gages.md compares the two.) Another seed moves all designs together by some
-0.02; designs of one study share theirs. numpy only.
+A few seeded grips press and pull on the condensed model, each with its own friction coefficient. A
+small learner (ridge regression on random rectified sums of the features; Rahimi and Recht, "Random
+features for large-scale kernel machines", NIPS 2007) is trained on the stick ratio from gages and
+forces and tested on other grips of the same finger, at other friction coefficients. It uses one
+instant, neither the past nor the hand's moves, so it errs more than the network of validate/gages,
+which takes fifty times as long. Gages without information give 0.23, about the standard deviation
+of the stick ratio itself (docs/explanation/gages.md compares the two). Another seed moves all
+designs together by some 0.02; designs of one study share theirs. numpy only.
 """
 
 from collections.abc import Iterator
@@ -18,49 +17,48 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.analysis.detection import REFERENCE_NOISE, amplifier_noise
 from fingerdesign.analysis.slip_study import normal_calibration
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.contact.increment import Workspace, solve_increment
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.control.signals import NormalCalibration, gage_readings
 from fingerdesign.design.grip import HardwareTable
 from fingerdesign.errors import SolverError
+from fingerdesign.sensing.train.paths import FRICTIONS
+from fingerdesign.sensing.train.samples import FORCE_NOISE_N, GAIN_STD
 
-FORCE_NOISE_N, GAIN_SPREAD = 0.005, 0.01  # as sensing/train/estimator.py has them
-FRICTIONS = (0.15, 1.0)
 GRIPS, FOLDS = 18, 9
-_PRESSED = (0.07, 0.9)  # of the greatest approach, where a grip begins and ends to pull
+_DEPTHS = (0.07, 0.9)  # Grips begin and end to pull at these fractions of the greatest approach.
 _PRESSES, _PULLS = 2, 8
-_USED = 1.05  # of the friction limit, where a grip would end to pull
-_CLIMB = 0.6  # of the grips go on pressing while they pull
-_HEARINGS = 8  # of each instant, each with noise of its own
+_PULL_END = 1.05  # A grip would end its pull at this fraction of the friction limit.
+_CLIMB = 0.6  # This fraction of the grips presses on while it pulls.
+_REPLICATES = 8  # Each instant is sampled so often, each time with other noise.
 _SUMS, _GAIN, _EDGE = 96, 0.7, 2.0
 _RIDGE = 1e-2
-_OUTLIER = 5.0  # standard deviations
+_OUTLIER = 5.0  # Features are cut off at so many standard deviations.
 _LEAST_FORCE_N = 0.02
-_SLIPPED = 0.01  # stick ratio
-_PRESSED_POINTS = 8
+_SLIPPED = 0.01  # A grip ends below this stick ratio.
+_CALIBRATION_POINTS = 8
 
 
 @dataclass(frozen=True)
-class Listening:
-    """What readings suffer: noise of a sample (microstrain), of a force (N); spread of gains."""
+class SensorErrors:
+    """Errors of readings: noise of a sample (microstrain), of a force (N); std of gains."""
 
     noise: float = REFERENCE_NOISE
     force_noise_N: float = FORCE_NOISE_N
-    gain_spread: float = GAIN_SPREAD
+    gain_std: float = GAIN_STD
 
     @classmethod
     def of(cls, hardware: HardwareTable) -> Self:
-        """As ``[grip.hardware]`` says; what it leaves perfect is that of a good amplifier."""
+        """The errors of ``[grip.hardware]``; a good amplifier's where that table has none."""
         return cls(
             amplifier_noise(hardware),
             hardware.force_noise_N or FORCE_NOISE_N,
-            hardware.gain_spread or GAIN_SPREAD,
+            hardware.gain_spread or GAIN_STD,
         )
 
 
@@ -72,32 +70,32 @@ class Instants:
     readings: Array
     forces: Array
     stick: Array
-    grip: NDArray[np.int64]
+    grip: IntArray
 
 
 def stick_error(
     problem: ContactProblem,
     face: str,
     max_approach: float,
-    listening: Listening | None = None,
+    errors: SensorErrors | None = None,
     seed: int = 0,
 ) -> float:
     """RMS error of the stick ratio on other grips, and frictions, of the same finger.
 
     problem: a finger and an object, with the gages that are sampled; max_approach: mm, of the
-    grips. Raises SolverError where the finger has no gages, or no grips worth the name are found.
+    grips. Raises SolverError where the finger has no gages, or too few grips make contact.
     """
     found = instants(problem, face, max_approach, seed)
-    calibration = normal_calibration(problem, face, max_approach, _PRESSED_POINTS)
-    return sampled_error(found, calibration, listening or Listening(), seed)
+    calibration = normal_calibration(problem, face, max_approach, _CALIBRATION_POINTS)
+    return sampled_error(found, calibration, errors or SensorErrors(), seed)
 
 
 def instants(problem: ContactProblem, face: str, max_approach: float, seed: int = 0) -> Instants:
-    """The grips of a seed, without noise, each with a friction of its own."""
+    """Make the grips of a seed, without noise, each with its own friction."""
     if not len(problem.model.gage_x):
-        raise SolverError("no gages: nothing tells the stick ratio")
+        raise SolverError("no gages: nothing depends on the stick ratio")
     rng = np.random.default_rng([seed, 0])
-    # A Latin hypercube: few grips, spread over frictions, loads and ways of pulling.
+    # A Latin hypercube distributes few grips over frictions, loads and ways of pulling.
     shares = (rng.permuted(np.tile(np.arange(GRIPS), (4, 1)), axis=1) + 0.5) / GRIPS
     least, most = np.log(FRICTIONS)
     rows = []
@@ -105,58 +103,56 @@ def instants(problem: ContactProblem, face: str, max_approach: float, seed: int 
         other = problem.with_friction(float(np.exp(least + friction * (most - least))))
         rows += [(*row, number) for row in _grip(other, face, max_approach, *way)]
     if len({row[3] for row in rows}) < FOLDS:
-        raise SolverError(f"only {len(rows)} instants of contact: nothing can be taught")
+        raise SolverError(f"only {len(rows)} instants of contact: too few to learn from")
     readings, forces, stick, grip = (np.array(column) for column in zip(*rows, strict=True))
     return Instants(readings, forces, stick, grip)
 
 
 def sampled_error(
-    found: Instants, calibration: NormalCalibration, listening: Listening, seed: int = 0
+    found: Instants, calibration: NormalCalibration, errors: SensorErrors, seed: int = 0
 ) -> float:
-    """The error on grips sampled so, by cross-validation: each grip is judged by a learner that was
-    taught on others. calibration: readings of a pure approach, which features are counted from."""
+    """Sample the grips; the error by cross-validation: each grip is tested with a learner that was
+    trained on others. calibration: readings of a pure approach, the zero of the features."""
     rng = np.random.default_rng([seed, 2])
     grips = np.unique(found.grip)
-    sampled = [_features(found, calibration, listening, rng, grips) for _ in range(_HEARINGS)]
+    sampled = [_features(found, calibration, errors, rng, grips) for _ in range(_REPLICATES)]
     inputs = np.concatenate(sampled)
-    truths = np.tile(found.stick, _HEARINGS)
-    fold = np.tile(found.grip % FOLDS, _HEARINGS)
+    truths = np.tile(found.stick, _REPLICATES)
+    fold = np.tile(found.grip % FOLDS, _REPLICATES)
     weight = rng.standard_normal((inputs.shape[1], _SUMS)) * _GAIN / np.sqrt(inputs.shape[1])
     edge = rng.uniform(-_EDGE, _EDGE, _SUMS)
     off = np.concatenate([_off(inputs, truths, fold == k, weight, edge) for k in range(FOLDS)])
     return float(np.sqrt((off**2).mean()))
 
 
-def _off(
-    inputs: Array, truths: Array, judged: NDArray[np.bool_], weight: Array, edge: Array
-) -> Array:
-    """What a learner taught on the others says wrong of the judged."""
-    taught = inputs[~judged]
-    center, scale = taught.mean(axis=0), np.maximum(taught.std(axis=0), 1e-9)
+def _off(inputs: Array, truths: Array, tested: BoolArray, weight: Array, edge: Array) -> Array:
+    """Errors on the tested rows of a learner that was trained on the others."""
+    training = inputs[~tested]
+    center, scale = training.mean(axis=0), np.maximum(training.std(axis=0), 1e-9)
     rows = np.clip((inputs - center) / scale, -_OUTLIER, _OUTLIER)
-    made = np.hstack([rows, np.maximum(rows @ weight + edge, 0.0), np.ones((len(rows), 1))])
-    known = made[~judged]
+    sums = np.hstack([rows, np.maximum(rows @ weight + edge, 0.0), np.ones((len(rows), 1))])
+    known = sums[~tested]
     gram = known.T @ known / len(known)
     gram[np.diag_indices_from(gram)] += _RIDGE
-    answer = np.linalg.solve(gram, known.T @ truths[~judged] / len(known))
-    return np.asarray(np.clip(made[judged] @ answer, 0.0, 1.0) - truths[judged])
+    answer = np.linalg.solve(gram, known.T @ truths[~tested] / len(known))
+    return np.asarray(np.clip(sums[tested] @ answer, 0.0, 1.0) - truths[tested])
 
 
 def _features(
     found: Instants,
     calibration: NormalCalibration,
-    listening: Listening,
+    errors: SensorErrors,
     rng: np.random.Generator,
-    grips: NDArray[np.int64],
+    grips: IntArray,
 ) -> Array:
     """Features (n, g + 2) as a rig has them: readings beyond those of pressing alone, per normal
     force; the ratio of the forces; the logarithm of the normal force."""
     n, g = found.readings.shape
     gains = np.ones((int(grips.max()) + 1, g))
-    gains += listening.gain_spread * rng.standard_normal(gains.shape)
+    gains += errors.gain_std * rng.standard_normal(gains.shape)
     readings = gains[found.grip] * found.readings
-    readings = readings + listening.noise * rng.standard_normal((n, g))
-    forces = found.forces + listening.force_noise_N * rng.standard_normal((n, 2))
+    readings = readings + errors.noise * rng.standard_normal((n, g))
+    forces = found.forces + errors.force_noise_N * rng.standard_normal((n, 2))
     normal = np.maximum(forces[:, 0], _LEAST_FORCE_N)
     alone = np.stack(
         [np.interp(normal, calibration.normal_force, each) for each in calibration.readings.T], 1
@@ -176,10 +172,10 @@ def _grip(
 ) -> Iterator[tuple[Array, tuple[float, float], float]]:
     """Readings, forces, stick ratio from the first pull on, until it slips or no answer is found.
 
-    begin, end: 0 to 1, how deep the object is when it is first and last pulled, whichever is less
-    first; climb: 0 to 1, over ``_CLIMB``: it stays at the first depth.
+    begin, end: 0 to 1, the depths of the first and the last pull, in any order; climb: 0 to 1, a
+    grip over ``_CLIMB`` stays at the first depth.
     """
-    least, most = np.log(_PRESSED)
+    least, most = np.log(_DEPTHS)
     low, high = (max_approach * np.exp(least + s * (most - least)) for s in sorted((begin, end)))
     if climb > _CLIMB:
         high = low
@@ -190,15 +186,15 @@ def _grip(
         approach = low * (k + _PRESSES) / _PRESSES
         if k > 0 and now is not None:
             approach = low + (high - low) * k / _PULLS
-            first = 1.5 * now.normal_force / low  # N/mm: a finger's least stiffness against shear
-            aim = _USED * k / _PULLS * mu * now.normal_force
-            way = (aim - now.tangential_force) / max(slope, 0.2 * first)
+            pressing = 1.5 * now.normal_force / low
+            target = _PULL_END * k / _PULLS * mu * now.normal_force
+            way = (target - now.tangential_force) / max(slope, 0.2 * pressing)
             shear += max(way, 1e-3 * low)
         try:
             increment = solve_increment(
                 problem, state, Motion(approach, shear), workspace, try_slow_methods=False
             )
-        except SolverError:  # also where the candidates end; the instants before it stand
+        except SolverError:  # The earlier instants are valid, also where the candidates end.
             return
         before, moved = now, shear - state.motion.shear
         now, state = measure(problem, increment), increment.state

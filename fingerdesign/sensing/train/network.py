@@ -1,0 +1,107 @@
+"""The network of an estimator: scikit-learn's multilayer perceptron, and its predicted error.
+
+scikit-learn trains it; numpy alone evaluates it (control/estimator.py).
+"""
+
+import math
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.analysis.stages import one_thread
+from fingerdesign.arrays import Array
+from fingerdesign.control.estimator import Band, Layer, outputs_of, standardised
+
+Schedule = Sequence[tuple[float, int]]  # learning rates and epochs, each from the last one's end
+
+_HIDDEN = (128, 64)
+_SCHEDULE = ((2e-3, 40), (5e-4, 20), (1e-4, 15))
+# With more samples, and with perturbed fingers, fewer epochs avoid overfitting.
+_ROWS, _PERTURBED_EPOCHS = 100_000, 0.45
+_PENALTY = 1e-3
+_BATCH = 256
+# scikit-learn's own test of convergence would end the training far too early here.
+_NO_EARLY_END = 10_000
+
+
+def fit_band(inputs: Array, outputs: Array, most_noise: float, seed: int, fingers: int = 1) -> Band:
+    """Train one network on features (n, f) and truths (n, 2); its std is not known yet."""
+    center, scale = center_and_scale(inputs)
+    fewer = min(_PERTURBED_EPOCHS if fingers > 1 else 1.0, _ROWS / len(inputs))
+    schedule = [(rate, math.ceil(fewer * epochs)) for rate, epochs in _SCHEDULE]
+    # Single precision trains twice as fast.
+    rows = standardised(inputs, center, scale).astype(np.float32)
+    with one_thread(), without_convergence_warnings():
+        predicted_error = _predicted_error(rows, outputs, schedule, seed)
+        targets = np.column_stack([outputs, predicted_error])
+        layers = train_layers(rows, targets, schedule, seed)
+    return Band(most_noise, center, scale, layers, np.array([[1.0, 1.0]]))
+
+
+def _predicted_error(
+    rows: NDArray[np.float32], truths: Array, schedule: Schedule, seed: int
+) -> Array:
+    """The third output to train (n,): the expected error of the friction utilisation, so that a
+    hand can rely on accurate estimates. It is the error on each half of the grips of a network that
+    was trained on the other half:
+
+        predicted error = sqrt(|error|) / 3
+
+    The root is taken because many errors are small and few large; the third, so that this output
+    costs the others little accuracy.
+    """
+    found, half = np.zeros(len(rows)), len(rows) // 2
+    for tested in (slice(0, half), slice(half, None)):
+        others = np.ones(len(rows), dtype=bool)
+        others[tested] = False
+        layers = train_layers(rows[others], truths[others], schedule, seed)
+        off = np.clip(outputs_of(layers, rows[tested])[:, 1], 0.0, 1.0) - truths[tested, 1]
+        found[tested] = np.sqrt(np.abs(off)) / 3.0
+    return found
+
+
+def center_and_scale(rows: Array) -> tuple[Array, Array]:
+    """Mean and standard deviation (f,) of rows (n, f), without NaN; 0 for columns of NaN alone."""
+    empty = np.isnan(rows).all(axis=0)
+    rows = np.where(empty, 0.0, rows)
+    return np.nanmean(rows, axis=0), np.maximum(np.nanstd(rows, axis=0), 1e-9)
+
+
+@contextmanager
+def without_convergence_warnings() -> Iterator[None]:
+    """Silence the warnings of networks that end after their epochs; enter it around all threads."""
+    from sklearn.exceptions import ConvergenceWarning
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        yield
+
+
+def train_layers(
+    rows: NDArray[np.float32], truths: Array, schedule: Schedule, seed: int
+) -> tuple[Layer, ...]:
+    """Train a network on standardised rows (n, f) and truths (n, outputs); its layers.
+
+    Call it inside :func:`without_convergence_warnings`, which threads share.
+    """
+    from sklearn.neural_network import MLPRegressor
+
+    network = MLPRegressor(
+        hidden_layer_sizes=_HIDDEN,
+        alpha=_PENALTY,
+        batch_size=min(_BATCH, len(rows)),
+        tol=0.0,
+        n_iter_no_change=_NO_EARLY_END,
+        warm_start=True,
+        random_state=seed,
+    )
+    for rate, epochs in schedule:
+        network.learning_rate_init, network.max_iter = rate, epochs
+        network.fit(rows, truths.astype(np.float32))
+    return tuple(
+        Layer(np.asarray(weight, dtype=float), np.asarray(bias, dtype=float))
+        for weight, bias in zip(network.coefs_, network.intercepts_, strict=True)
+    )

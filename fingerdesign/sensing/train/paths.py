@@ -1,0 +1,183 @@
+"""Random grip paths: seeded grips on a condensed model, without noise, to train an estimator on.
+
+A random grip path presses to a small force and then strings together what hands do: press on, pull
+until some fraction of the friction is in use, climb with both forces growing in some ratio, ease
+off. The steps are as long as a controller's. Noise is added later, when the grips are sampled.
+"""
+
+from collections.abc import Iterable, Iterator
+from contextlib import nullcontext
+from dataclasses import dataclass
+
+import numpy as np
+
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.calibration import Bounds
+from fingerdesign.control.estimator import FingerCurves, Moment
+from fingerdesign.control.plants.plant import CondensedPlant, Truth
+from fingerdesign.errors import SolverError
+from fingerdesign.runtime.pool import Pool
+from fingerdesign.runtime.progress import Report
+
+# Friction coefficients are drawn evenly in their logarithm between these two.
+FRICTIONS = (0.15, 1.0)
+_STEPS = 60  # The most steps of a path.
+_PRELOAD = (0.15, 1.0)  # The range of the first press, N.
+_PRESS = (0.001, 0.01)  # The range of a pressing step, mm.
+_PULL = (0.02, 0.2)  # The range of a pulling step, as a fraction of the friction limit.
+_PULL_END = (0.3, 1.05)  # The range of the friction utilisation at which a pull ends.
+_SLOPE = (0.2, 1.3)  # The range of dF_t / (mu dF_n) of a climb.
+_LEAST_STIFFNESS = 5.0  # No finger is taken to be softer against shear than this, N/mm.
+_SLIPS = 2  # The grip ends after so many steps of complete slip.
+_KINDS, _CHANCES = ("press", "pull", "climb", "ease"), (0.2, 0.35, 0.35, 0.1)
+_PART = 50  # A worker makes so many grips in one job.
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The amount of training. face, bounds and force_noise (N) are the rig's.
+
+    replicates: how often each grip is sampled, each time with other noise; fingers: the number of
+    perturbed fingers that share the grips (1: the design's own model alone).
+    """
+
+    face: str
+    bounds: Bounds
+    grips: int = 3000
+    replicates: int = 2
+    force_noise: float = 0.005
+    seed: int = 0
+    fingers: int = 1
+
+
+@dataclass(frozen=True)
+class RandomGripPath:
+    """One grip without noise: moments and truths, step by step, and its friction coefficient.
+
+    curves: those of its own finger, where that is not the one that the estimator is for.
+    """
+
+    friction_coefficient: float
+    moments: tuple[Moment, ...]
+    truths: tuple[Truth, ...]
+    curves: FingerCurves | None = None
+
+    @property
+    def friction_utilisation(self) -> tuple[float, ...]:
+        """F_t / (mu F_n) of each step, 0 without contact."""
+        mu = self.friction_coefficient
+        return tuple(
+            t.tangential_force / (mu * t.normal_force) if t.normal_force > 0.0 else 0.0
+            for t in self.truths
+        )
+
+
+def random_grip_paths(
+    problem: ContactProblem,
+    settings: Settings,
+    report: Report = lambda message: None,
+    workers: int = 1,
+) -> list[RandomGripPath]:
+    """Make the grips, each from its own seed: the same for any number of worker processes."""
+    parts = [range(k, min(k + _PART, settings.grips)) for k in range(0, settings.grips, _PART)]
+    found: list[RandomGripPath] = []
+    with Pool(workers, shared=(problem, settings)) if workers > 1 else nullcontext() as pool:
+        here = (_paths_of_part(problem, settings, part) for part in parts)
+        for each in pool.in_order(_paths_of_part, [(part,) for part in parts]) if pool else here:
+            found += each
+            report(f"grips: {len(found)} of {settings.grips}")
+    return found
+
+
+def _paths_of_part(
+    problem: ContactProblem, settings: Settings, part: range
+) -> list[RandomGripPath]:
+    return grip_paths_on([problem] * len(part), settings, settings.seed, part.start)
+
+
+def grip_paths_on(
+    problems: Iterable[ContactProblem], settings: Settings, seed: int, first: int = 0
+) -> list[RandomGripPath]:
+    """Make a random grip path on each problem, numbered from ``first``; each from its own seed."""
+    return [
+        random_grip_path(each, settings, np.random.default_rng([seed, 0, number]))
+        for number, each in enumerate(problems, first)
+    ]
+
+
+def random_grip_path(
+    problem: ContactProblem, settings: Settings, rng: np.random.Generator
+) -> RandomGripPath:
+    """Make a random grip path; it is short where it slips or reaches the stage's end."""
+    friction = float(np.exp(rng.uniform(*np.log(FRICTIONS))))
+    plant = CondensedPlant(problem.with_friction(friction), settings.face)
+    moments: list[Moment] = []
+    truths: list[Truth] = []
+    slipped = 0
+    for dx, dy in _moves(plant, friction, rng):
+        try:
+            sample = plant.move(dx, dy)
+        except SolverError:
+            break  # A step that the model cannot solve trains nothing; the earlier ones are valid.
+        truth = plant.truth()
+        moments.append(Moment(sample, dx, dy))
+        truths.append(truth)
+        slipped += truth.complete_slip
+        at_end = truth.approach > settings.bounds.max_approach
+        if len(moments) == _STEPS or slipped == _SLIPS or at_end:
+            break
+    return RandomGripPath(friction, tuple(moments), tuple(truths))
+
+
+def _moves(
+    plant: CondensedPlant, friction: float, rng: np.random.Generator
+) -> Iterator[tuple[float, float]]:
+    """Moves (dx, dy) without end, each chosen by the truth after the last."""
+    preload, step = rng.uniform(*_PRELOAD), rng.uniform(*_PRESS)
+    while plant.truth().normal_force < preload:
+        yield 0.0, step
+    stiffness = _Stiffness(plant)
+    while True:
+        kind = str(rng.choice(_KINDS, p=_CHANCES))
+        dy = float(rng.uniform(*_PRESS))
+        if kind == "press":
+            for _ in range(rng.integers(1, 7)):
+                yield 0.0, dy
+        elif kind == "pull":
+            until, fraction = rng.uniform(*_PULL_END), rng.uniform(*_PULL)
+            for _ in range(12):
+                limit = friction * plant.truth().normal_force
+                if plant.truth().tangential_force >= until * limit:
+                    break
+                yield stiffness.motion(fraction * limit), 0.0
+        elif kind == "climb":
+            slope = float(rng.uniform(*_SLOPE)) * friction
+            for _ in range(rng.integers(3, 13)):
+                yield stiffness.motion(slope * stiffness.pressing * dy), dy
+        else:
+            for _ in range(rng.integers(1, 4)):
+                limit = friction * plant.truth().normal_force
+                yield -stiffness.motion(rng.uniform(0.01, 0.05) * limit), 0.0
+
+
+class _Stiffness:
+    """dF_t/dx and dF_n/dy, N/mm, as the last moves showed them."""
+
+    def __init__(self, plant: CondensedPlant) -> None:
+        self._plant = plant
+        self._before = plant.truth()
+        self._pulling = 0.0
+
+    @property
+    def pressing(self) -> float:
+        truth = self._plant.truth()
+        return 1.5 * truth.normal_force / max(truth.approach, 1e-6)
+
+    def motion(self, force: float) -> float:
+        """The shear dx, mm, that raises F_t by a force, N."""
+        now, before = self._plant.truth(), self._before
+        moved = now.shear - before.shear
+        if moved > 1e-6:
+            self._pulling = (now.tangential_force - before.tangential_force) / moved
+        self._before = now
+        return force / max(self._pulling, 0.3 * self.pressing, _LEAST_STIFFNESS)

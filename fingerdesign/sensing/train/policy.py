@@ -1,0 +1,108 @@
+"""Grips of a behaviour policy: a regulator with a first estimator grips the training fingers.
+
+A network that is trained on random paths alone errs most where its own errors lead: it stops a
+probe too soon, say, and climbs where nothing slips. So a behaviour policy with a first estimator
+grips other fingers, and its grips are added to the random paths (the idea is DAgger's: Ross,
+Gordon, Bagnell 2011, "A reduction of imitation learning ... to no-regret online learning"). On
+perturbed fingers this and probing at 1.5 N raised the lifts without a fault from 77 to 88 %, all
+faults at once.
+"""
+
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.calibration import Bounds, calibrate
+from fingerdesign.control.controllers.regulator import Regulator, RegulatorTable
+from fingerdesign.control.episode import run_episode
+from fingerdesign.control.estimator import GripEstimator, Moment
+from fingerdesign.control.plants.lift import LiftPlant, Relaxation
+from fingerdesign.control.plants.plant import CondensedPlant, Plant, Truth
+from fingerdesign.control.plants.rig import ImperfectPlant
+from fingerdesign.control.roster import Object
+from fingerdesign.control.signals import Sample
+from fingerdesign.design.grip import Grip
+from fingerdesign.errors import SolverError
+from fingerdesign.sensing.train.estimator import BANDS
+from fingerdesign.sensing.train.paths import FRICTIONS, RandomGripPath
+
+_MASSES_G = (80.0, 1200.0)
+_HANGS = 2  # A lifted object is held for so many steps.
+# Half of the lifts have less friction in motion, by up to this fraction, and half have forces that
+# relax by up to this fraction in a minute. In all of them samples come up to so many moves late. A
+# hand on such a finger meets other moments than one on an elastic finger with Coulomb friction.
+_KINETIC, _RELAXATION, _DELAY = 0.2, 0.15, 2
+_LEAST_MOMENTS = 3  # A grip with no more moments is left out.
+# The regulator's own settings are drawn too, so that the training suits any that a design chooses.
+_TARGET, _PROBE_N, _PULL = (0.6, 0.85), (0.6, 1.8), (0.015, 0.05)
+
+
+class _RecordingPlant:
+    """A plant that records the true samples and states, before any noise."""
+
+    def __init__(self, plant: Plant) -> None:
+        self._plant = plant
+        self.moments: list[Moment] = []
+        self.truths: list[Truth] = []
+
+    def move(self, dx: float, dy: float) -> Sample:
+        sample = self._plant.move(dx, dy)
+        self.moments.append(Moment(sample, dx, dy))
+        self.truths.append(self._plant.truth())
+        return sample
+
+    def truth(self) -> Truth:
+        return self._plant.truth()
+
+
+def policy_grips(
+    bench: ContactProblem,
+    objects: Iterable[ContactProblem],
+    face: str,
+    grip: Grip,
+    policy: GripEstimator,
+    seed: int,
+) -> list[RandomGripPath]:
+    """Lift each object with a regulator that uses the estimator ``policy``; without noise, as
+    random paths are.
+
+    bench: the finger against its bench's plane; objects: the finger against each object. Friction,
+    weight, gage noise, delay, relaxation, kinetic friction and the regulator's settings are drawn
+    from the seed. Raises SolverError where the bench fails.
+    """
+    bounds = Bounds.of(grip)
+    known = calibrate(lambda: CondensedPlant(bench, face), bench.model.gage_x, bounds)
+    rng, found = np.random.default_rng([seed, 3]), []
+
+    def drawn(low: float, high: float) -> float:
+        return float(np.exp(rng.uniform(*np.log((low, high)))))
+
+    for problem in objects:
+        friction, mass, noise = drawn(*FRICTIONS), drawn(*_MASSES_G), drawn(*BANDS[0])
+        table = RegulatorTable(
+            target=rng.uniform(*_TARGET), probe_force_N=drawn(*_PROBE_N), pull_share=drawn(*_PULL)
+        )
+        hand = Regulator(grip, table, Object(estimator=policy.at_noise(noise)))
+        relaxes, slides = rng.uniform(0.0, (_RELAXATION, _KINETIC)) * rng.integers(0, 2, 2)
+        creep = Relaxation(float(relaxes), grip.hardware.sample_rate_Hz) if relaxes else None
+        lift = LiftPlant(
+            problem.with_friction(friction), face, mass, None, (), creep, 1.0 - float(slides)
+        )
+        plant, delay = _RecordingPlant(lift), int(rng.integers(0, _DELAY + 1))
+        hardware = grip.hardware.model_copy(
+            update={
+                "delay_samples": delay,
+                "gage_noise_microstrain": noise,
+                "gage_noise_microvolt_per_V": 0.0,
+            }
+        )
+        with suppress(SolverError):  # The moments before the failure are valid.
+            imperfect = ImperfectPlant(plant, hardware, rng)
+            calibration = replace(known, delay=delay)
+            run_episode(imperfect, hand, calibration, bounds, friction, mass, _HANGS)
+        if len(plant.moments) > _LEAST_MOMENTS:
+            found.append(RandomGripPath(friction, tuple(plant.moments), tuple(plant.truths)))
+    return found

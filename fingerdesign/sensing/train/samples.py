@@ -1,0 +1,101 @@
+"""Samples of grips: features and truths with a rig's noise, gains and failing gages upon them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.calibration import Bounds, calibrate
+from fingerdesign.control.estimator import (
+    LEAST_FORCE,
+    FingerCurves,
+    Moment,
+    feature_count,
+    features,
+)
+from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.sensing.train.paths import RandomGripPath, Settings
+
+FORCE_NOISE_N = 0.005  # A good force cell's standard deviation of a sample.
+GAIN_STD = 0.01  # The standard deviation of the gages' gains, drawn again for each replicate.
+_FAILURES = 0.25  # One gage fails in this fraction of the grips.
+
+
+def finger_curves(problem: ContactProblem, face: str, bounds: Bounds) -> FingerCurves:
+    """Measure what the finger's own bench would show without noise; see FingerCurves."""
+    found = calibrate(lambda: CondensedPlant(problem, face), problem.model.gage_x, bounds)
+    return FingerCurves.of(found)
+
+
+def sample_grips(
+    grips: Sequence[RandomGripPath],
+    curves: FingerCurves,
+    settings: Settings,
+    noises: tuple[float, float],
+) -> tuple[Array, Array]:
+    """Sample all grips, each with a noise drawn evenly in its logarithm between two; in some of
+    them a gage fails."""
+    rng, found = np.random.default_rng([settings.seed, 1]), []
+    for each in [each for each in grips for _ in range(settings.replicates)]:
+        noise = float(np.exp(rng.uniform(*np.log(noises))))
+        grip = _with_failing_gage(each, rng) if rng.uniform() < _FAILURES else each
+        found.append(sample(grip, curves, settings, rng, noise))
+    return np.concatenate([each[0] for each in found]), np.concatenate([each[1] for each in found])
+
+
+def _with_failing_gage(grip: RandomGripPath, rng: np.random.Generator) -> RandomGripPath:
+    """The same grip; from some moment on one of the gages reads 0."""
+    gages = len(grip.moments[0].sample.readings)
+    one, since = rng.integers(gages), rng.integers(len(grip.moments))
+    alive = np.arange(gages) != one
+    dead = (
+        replace(each, sample=replace(each.sample, readings=alive * each.sample.readings))
+        for each in grip.moments[since:]
+    )
+    return replace(grip, moments=(*grip.moments[:since], *dead))
+
+
+def sample(
+    grip: RandomGripPath,
+    curves: FingerCurves,
+    settings: Settings,
+    rng: np.random.Generator,
+    noise: float,
+) -> tuple[Array, Array]:
+    """Features (k, f) and truths (k, 2), stick ratio and friction utilisation, of a noisy grip.
+
+    noise: standard deviation of a gage's sample, microstrain.
+    """
+    gains = 1.0 + GAIN_STD * rng.standard_normal(len(grip.moments[0].sample.readings))
+    history = [_noisy(each, noise, gains, settings.force_noise, rng) for each in grip.moments]
+    own = grip.curves or curves
+    # A rig measures the curves through its own gages, so they have the same gains.
+    own = replace(own, pressed=gains * own.pressed, sticking=gains * own.sticking)
+    rows, truths = [], []
+    steps = zip(grip.truths, grip.friction_utilisation, strict=True)
+    for k, (truth, utilisation) in enumerate(steps):
+        if k == 0 or truth.stick_ratio is None or truth.normal_force < 2.0 * LEAST_FORCE:
+            continue
+        rows.append(features(history[: k + 1], own, noise))
+        truths.append([truth.stick_ratio, utilisation])
+    count = feature_count(len(gains))
+    return np.array(rows).reshape(-1, count), np.array(truths).reshape(-1, 2)
+
+
+def _noisy(
+    moment: Moment, noise: float, gains: Array, force_noise: float, rng: np.random.Generator
+) -> Moment:
+    sample = moment.sample
+    readings = gains * sample.readings + noise * rng.standard_normal(len(gains))
+    jitter = force_noise * rng.standard_normal(2)
+    return replace(
+        moment,
+        sample=replace(
+            sample,
+            readings=readings,
+            normal_force=sample.normal_force + float(jitter[0]),
+            tangential_force=sample.tangential_force + float(jitter[1]),
+        ),
+    )
