@@ -4,8 +4,7 @@
     result = analyse(design, scene, "plane-strain")
     result = analyse_into(Case(design), out)     # and the folder that a user opens
 
-Refuse what cannot be; make the model (analysis/stages.py); follow the path (path.py); lift; write
-down what was found (analysis.py).
+Refuse what cannot be; make the model; follow the path; lift; write down what was found.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -13,42 +12,28 @@ from dataclasses import replace
 from pathlib import Path
 
 from fingerdesign.analysis.analysed import Analysed
-from fingerdesign.analysis.analysis import Analysis, analysis_of, failed_analysis, strained
+from fingerdesign.analysis.analysis import Analysis, analysis_of, failed_analysis, too_deep
 from fingerdesign.analysis.answers import extras, keep_answer, kept_answer
 from fingerdesign.analysis.case import Case, Clock
-from fingerdesign.analysis.enough import finer
 from fingerdesign.analysis.fidelity.ladder import Choice, choose
-from fingerdesign.analysis.finite_path import finite_faults, finite_steps
+from fingerdesign.analysis.finite_path import finite_steps
 from fingerdesign.analysis.folder import cad_beside, complete_answer, write_analysis
-from fingerdesign.analysis.forecast.forecast import forecast_case
+from fingerdesign.analysis.forecast.forecast import forecast_progress
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.measurable import Sections, measurability, sections_beside, states_seen
+from fingerdesign.analysis.measurable import Sections, measurability, start_sections, states_seen
 from fingerdesign.analysis.path import follow_path, problem_at_touch
-from fingerdesign.analysis.stages import (
-    bare_opposite,
-    condense,
-    in_wide_zone,
-    make_mesh,
-    one_thread,
-    slip_studies,
-    zone_of,
-)
+from fingerdesign.analysis.stages import condense, make_mesh, one_thread, run_grips, slip_studies
+from fingerdesign.analysis.work import Followed, Lifted, Work
 from fingerdesign.checks.load import load_design
-from fingerdesign.contact.path import Step
-from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control.episode import run_episodes
+from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import load_scene
-from fingerdesign.errors import DesignError, FingerDesignError
-from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.make import mesher_of
-from fingerdesign.mesh.section.netgen import start_mesher
-from fingerdesign.records.arrays import GripTrace
+from fingerdesign.errors import FingerDesignError
 from fingerdesign.records.folder import RESULTS
-from fingerdesign.records.result import GripResult, Result
+from fingerdesign.records.result import Result
 from fingerdesign.report.style import load_ahead
-from fingerdesign.runtime.progress import Report
+from fingerdesign.runtime.progress import Progress, Report, listening, silent
 from fingerdesign.sensing.train.result import with_estimator
 
 
@@ -58,11 +43,9 @@ def analyse(
     """The record of one analysis; design and scene may be files, or names of shipped ones.
 
         result = analyse("maeno2000", "pull", "plane-strain")
-        result.to_dataframe()["normal_force_N"]
         result.plot_finger().show()
 
-    Without a scene: the fundamental case and the design's grips. Raises DesignError for wrong
-    input, another FingerDesignError where the work fails.
+    Without a scene: the fundamental case and the design's grips. Errors as of :func:`run`.
     """
     design = design if isinstance(design, Design) else load_design(design)
     scene = scene if isinstance(scene, Scene | None) else load_scene(scene)
@@ -74,152 +57,94 @@ def run(case: Case, report: Report = lambda message: None, clock: Clock | None =
 
     Raises DesignError for a wrong input, another FingerDesignError where a stage fails.
     """
-    scene = case.path_scene
-    refuse(case, scene)
-    case = with_estimator(case, report)
-    if case.fidelity in ("plane-strain", "auto") or mesher_of(case.design).sections:
-        start_mesher()  # loads netgen while this process loads the rest
-    sections = sections_beside(case)  # for remedies of gages, on the core that meshing leaves
-    clock = Clock() if clock is None else clock
-    zone = zone_of(case, scene)
-    notes: list[str] = []
-
-    def note(message: str) -> None:
-        notes.append(message)
-        report(message)
-
-    given = (sections, clock, notes, report)
-    return in_wide_zone(case.design, zone, lambda z: _run_in_zone(case, scene, z, *given), note)
+    refuse(case, case.path_scene)
+    work = Work(with_estimator(case, report), clock or Clock(), report)
+    sections = start_sections(work.case)  # on the core that meshing leaves idle
+    while True:
+        try:
+            followed = follow(work, make_model(work))
+            if not work.needs_finer_mesh(followed):
+                return analysis_of(work, followed, lift(work, followed, sections))
+        except ZoneExhausted as exhausted:
+            work.widen(exhausted)
 
 
-def _run_in_zone(
-    requested: Case,
-    scene: Scene,
-    zone: Zone,
-    sections: Sections | None,
-    clock: Clock,
-    notes: list[str],
-    report: Report,
-) -> Analysis:
-    chosen, problem, steps = _followed(requested, scene, zone, clock, notes, report)
-    case, zone = chosen.case, chosen.zone
-    array = replace(problem, model=problem.model.with_gages(case.gage_array))
-    grips: list[tuple[GripResult, GripTrace]] = []
-    with clock.stage("grips"), one_thread(), ThreadPoolExecutor(1) as beside:
-        studied = beside.submit(slip_studies, case, scene, array)
-        states = beside.submit(states_seen, case, scene, array, steps)
-        if case.runs_grips:
-            report("gripping")
-            bare = bare_opposite(case, zone, scene)
-            grip, plates = case.design.grip, case.gage_array
-            given = (grip.friction_coefficients, grip.object_mass_g, plates, bare, case.estimator)
-            episodes = run_episodes(array, case.design, *given)
-            grips = [(episode.result, episode.trace) for episode in episodes]
-        measurable = measurability(case.design, states.result(), sections)
-    worked = (problem, array, steps, studied.result(), grips, measurable)
-    return analysis_of(requested, scene, chosen, *worked, clock)
+def make_model(work: Work) -> Choice:
+    """The condensed finger: the one that the fidelity names, or the ladder's choice."""
+    case, zone, scene = work.case, work.zone, work.scene
+    with listening(work.report):
+        if case.fidelity == "auto":
+            chosen = choose(case, scene, zone, work.clock, work.report)
+            return replace(chosen, notes=[*work.notes, *chosen.notes])
+        work.report("meshing")
+        with work.clock.stage("mesh"):
+            mesh = make_mesh(case.design, case.fidelity, zone, case.symmetric)
+    work.report(f"condensing {len(mesh.cells)} elements")
+    model = condense(case.design, mesh, zone, scene)
+    work.clock.add(model.timings)
+    return Choice(case, model, zone, list(work.notes))
 
 
-def _followed(
-    case: Case,
-    scene: Scene,
-    zone: Zone,
-    clock: Clock,
-    notes: list[str],
-    report: Report,
-    attempt: int = 1,
-) -> tuple[Choice, ContactProblem, list[Step]]:
-    """The model in a zone, and its path; meshed finer where the contact holds too few nodes."""
-    design = case.design
-    if case.fidelity == "auto":
-        chosen = choose(case, scene, zone, clock, report)
-        chosen.notes[:0] = notes
-    else:
-        report("meshing")
-        with clock.stage("mesh"):
-            mesh = make_mesh(design, case.fidelity, zone, case.symmetric)
-        report(f"condensing {len(mesh.cells)} elements")
-        model = condense(design, mesh, zone, scene)
-        clock.add(model.timings)
-        chosen = Choice(case, model, zone, notes)
+def follow(work: Work, chosen: Choice) -> Followed:
+    """The scene's path on a model; "auto" goes on to finite strain where small ones do not do."""
+    scene, design, finger = work.scene, chosen.case.design, chosen.model.condensed
     problem = problem_at_touch(chosen.model.reduced, scene.object, design.body)
-    report("loading")
-    with clock.stage("increments"):
-        chosen, steps = _path(case, chosen, scene, problem, report)
-    if (anew := finer(chosen, scene, problem, steps, attempt)) is None:
-        return chosen, problem, steps
-
-    def note(message: str) -> None:
-        notes.append(message)
-        report(message)
-
-    finer_case, narrow = anew
-    note(f"the contact held too few nodes: it is meshed finer over {narrow}")
-    given = (clock, notes, report, attempt + 1)
-    return in_wide_zone(
-        design, narrow, lambda wide: _followed(finer_case, scene, wide, *given), note
-    )
-
-
-def _path(
-    case: Case, chosen: Choice, scene: Scene, problem: ContactProblem, report: Report
-) -> tuple[Choice, list[Step]]:
-    """The steps of a scene's path, and the model as it was chosen for them: "auto" goes on to
-    finite strain where the finger is pressed too deep for small ones."""
-    own = chosen.case
-    if own.fidelity != "finite":
-        chosen.model.condensed.prepare_fields(needed=case.fields)
+    work.report("loading")
+    with work.clock.stage("increments"):
+        if chosen.case.fidelity == "finite":
+            return Followed(chosen, problem, [*finite_steps(design, finger, scene)])
+        finger.prepare_fields(needed=chosen.case.fields)
         with one_thread():
-            steps = follow_path(problem, scene, own.design)
-        deep = case.fidelity == "auto" and own.fidelity == "3d" and strained(own.design, steps)
-        if not deep or finite_faults(own.design, scene):
-            return chosen, steps
-        why = "strains are not small: the path is followed at finite strain, on the same mesh"
-        report(why)
-        notes = [*chosen.notes, why]
-        chosen = replace(chosen, case=replace(own, fidelity="finite"), notes=notes)
-    return chosen, [*finite_steps(own.design, chosen.model.condensed, scene)]
+            steps = follow_path(problem, scene, design)
+        if work.case.fidelity == "auto" and too_deep(chosen.case, scene, steps):
+            work.note("strains are not small: the path is followed at finite strain, on this mesh")
+            finite = replace(chosen.case, fidelity="finite")
+            chosen = replace(chosen, case=finite, notes=[*chosen.notes, work.notes[-1]])
+            steps = [*finite_steps(design, finger, scene)]
+    return Followed(chosen, problem, steps)
+
+
+def lift(work: Work, followed: Followed, sections: Sections | None) -> Lifted:
+    """The grips, and concurrently the slip studies and what the gages can measure."""
+    case, scene, array = followed.chosen.case, work.scene, followed.array
+    with work.clock.stage("grips"), one_thread(), ThreadPoolExecutor(1) as thread:
+        studies = thread.submit(slip_studies, case, scene, array)
+        states = thread.submit(states_seen, case, scene, array, followed.steps)
+        work.report("gripping" if case.runs_grips else "reading the gages")
+        grips = run_grips(case, followed.chosen.zone, scene, array)
+        measurable = measurability(case.design, states.result(), sections)
+    return Lifted(studies.result(), grips, measurable)
 
 
 def analyse_into(
     case: Case,
     out: Path,
-    report: Report = lambda message: None,
+    show: Progress = silent,
     page: bool | None = None,
     cad: bool | None = None,
     fresh: bool = False,
 ) -> Result:
     """Run a case and write OUT/NAME; a failure of the work is written as a failed result.
 
-    page, cad: with report.html, with STEP and STL files; None: except in plane strain. An answer
-    that is kept from an earlier run is taken, unless ``fresh``. Raises DesignError for wrong input
-    (nothing is written), ResultError where the folder cannot be.
+    page, cad: with report.html, with STEP and STL files; None: except in plane strain. A stored
+    answer is taken, unless ``fresh``. Raises DesignError for wrong input, and writes nothing then.
     """
     if not fresh and (found := kept_answer(case, out, page, cad)) is not None:
         complete_answer(case, out, page, cad)
         return found
     refuse(case, case.path_scene)
     page, cad = extras(case, page, cad)
-    with RESULTS.written(out / case.design.design.name) as folder:
-        result = _worked(case, folder, report, page, cad)
-        if result.status == "ok":
-            keep_answer(case, folder)
-    return result
-
-
-def _worked(case: Case, folder: Path, report: Report, page: bool, cad: bool) -> Result:
-    """Run a case and write what was found, or why nothing was, into ``folder``."""
-    if case.fidelity != "auto":  # which models that will take is not known yet
-        report(f"forecast: {forecast_case(case)}")
+    clock = Clock()
+    report = forecast_progress(case, show, clock)
     if page:
         load_ahead()
-    clock = Clock()
-    try:
-        with cad_beside(case.design, folder, clock, wanted=cad):
-            analysis = run(case, report, clock)
-    except DesignError:
-        raise
-    except (FingerDesignError, MemoryError) as error:
-        analysis = failed_analysis(case, error, clock)
-    report("writing the report")
-    return write_analysis(analysis, case.design, folder, clock, page)
+    with RESULTS.written(out / case.design.design.name) as folder:
+        try:
+            with cad_beside(case.design, folder, clock, wanted=cad):
+                analysis = run(case, report, clock)
+        except (FingerDesignError, MemoryError) as error:
+            analysis = failed_analysis(case, error, clock)
+        report("writing the report")
+        result = write_analysis(analysis, case.design, folder, clock, page)
+        keep_answer(case, folder, result)
+    return result

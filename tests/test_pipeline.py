@@ -176,7 +176,7 @@ def counted(monkeypatch, tmp_path):
 @pytest.mark.parametrize("scene", [None, fundamental_scene()])
 def test_one_factorisation_serves_frictions_grips_and_fields(counted, monkeypatch, scene):
     # No remedies for its gages: they take models of other plates, made beside.
-    monkeypatch.setattr(pipeline, "sections_beside", lambda case: None)
+    monkeypatch.setattr(pipeline, "start_sections", lambda case: None)
     values = COARSE | {"grip.friction_coefficients": [0.3, 0.8]}
     design = with_values(load_design("narrow"), values)
     analysis = run(Case(design, scene, "plane-strain", fields=scene is not None))

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +27,7 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.folder import RESULTS
 from fingerdesign.records.result import GripResult, Result
-from fingerdesign.runtime.progress import Report
+from fingerdesign.runtime.progress import Progress
 from fingerdesign_cli.inputs import estimator_for, read_case, refuse_foreign
 from fingerdesign_cli.terminal import (
     WIDTH,
@@ -36,6 +35,7 @@ from fingerdesign_cli.terminal import (
     number,
     open_page,
     opens,
+    part_of,
     print_json,
     print_table,
     progress,
@@ -69,8 +69,8 @@ def analyse(
     for done, case in enumerate(cases):
         name = case.design.design.name
         with progress(name, quiet) as show:
-            report = partial(show, fraction=done / len(cases))
-            results.append(answer_of(case, out, report, page, cad, fresh))
+            part = part_of(show, done, len(cases))
+            results.append(answer_of(case, out, part, page, cad, fresh))
     _report(results, out, quiet, as_json)
     for result in results:
         open_page(out / result.design / PAGE)
@@ -78,13 +78,13 @@ def analyse(
 
 
 def answer_of(
-    case: Case, out: Path, report: Report, page: bool | None, cad: bool | None, fresh: bool
+    case: Case, out: Path, show: Progress, page: bool | None, cad: bool | None, fresh: bool
 ) -> Result:
     """OUT/NAME from the answer that is kept, without loading what works, or by that."""
     page = page or (True if opens() else page)
     found = None if fresh else kept_answer(case, out, page, cad)
     if found is not None:
-        report("analysed before: its answer is taken (--fresh works it anew)")
+        show("analysed before: its answer is taken (--fresh analyses it again)")
         if any(missing(case, out, page, cad)):
             from fingerdesign.analysis.folder import complete_answer
 
@@ -92,7 +92,7 @@ def answer_of(
         return found
     from fingerdesign.pipeline import analyse_into
 
-    return analyse_into(case, out, report, page, cad, fresh=True)
+    return analyse_into(case, out, show, page, cad, fresh=True)
 
 
 def _read(

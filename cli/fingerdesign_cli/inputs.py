@@ -16,7 +16,8 @@ from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import whole_text
 from fingerdesign.runtime.journal import held
-from fingerdesign_cli.terminal import Progress, progress
+from fingerdesign.runtime.progress import Progress
+from fingerdesign_cli.terminal import progress
 
 
 def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design, Scene | None]:

@@ -14,6 +14,7 @@ import click
 
 from fingerdesign.design.shipped import file_text
 from fingerdesign.records.outcome import Outcome
+from fingerdesign.runtime.progress import Progress
 from fingerdesign.search.compare.read import Comparison
 from fingerdesign.search.compare.recommend import recommend
 from fingerdesign.search.compare.words import summary
@@ -35,7 +36,7 @@ from fingerdesign.search.run.run import (
 from fingerdesign.search.study.file import Study, parse_study
 from fingerdesign.search.study.variants import base_design, variants
 from fingerdesign_cli.inputs import refuse_foreign
-from fingerdesign_cli.terminal import Progress, open_page, print_table, progress
+from fingerdesign_cli.terminal import open_page, print_table, progress
 
 # What commands on studies share: where they run, progress with time left and failures.
 

@@ -7,16 +7,19 @@ import json
 import shlex
 import sys
 import textwrap
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from io import TextIOWrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from fingerdesign.errors import printable
 from fingerdesign.records.verdict import SIGNS, Fix, Verdict, VerdictView
+from fingerdesign.runtime.progress import Progress, silent
 from fingerdesign_cli.options import DETAILS, OPEN
 
 if TYPE_CHECKING:
@@ -27,6 +30,8 @@ if TYPE_CHECKING:
 WIDTH = 80  # Characters of a line: a terminal's usual width.
 LINES = 14  # A result fits the upper half of a terminal of usual height.
 SHORT = 13  # A table's cell of so many characters, as "118 / 29 / 4", stays on one line.
+_ALMOST = 0.95  # The bar waits here for a stage that takes longer than its forecast.
+_TELLING = 0.05  # Before this fraction the pace says little of the time left.
 _SIGN_OF = {"yes": SIGNS["pass"], "no": SIGNS["fail"], "partly": SIGNS["warning"]}
 # Plain characters for terminals whose encoding has no others.
 _PLAIN = {
@@ -59,13 +64,6 @@ def degrade_signs() -> None:
             stream.reconfigure(errors="fingerdesign")
 
 
-class Progress(Protocol):
-    """Tells the user where long work stands."""
-
-    def __call__(self, message: str, fraction: float | None = None) -> None:
-        """Say what is being done now; ``fraction`` in [0, 1] of the whole, None if unknown."""
-
-
 @contextmanager
 def progress(title: str, quiet: bool = False) -> Iterator[Progress]:
     """Show progress on stderr: a bar on a terminal, plain lines elsewhere, nothing if ``quiet``.
@@ -73,7 +71,7 @@ def progress(title: str, quiet: bool = False) -> Iterator[Progress]:
     stdout stays free for results. A plain line is written when the message changes.
     """
     if quiet:
-        yield lambda message, fraction=None: None
+        yield silent
     elif sys.stderr.isatty():
         with _bar(title) as show:
             yield show
@@ -81,10 +79,19 @@ def progress(title: str, quiet: bool = False) -> Iterator[Progress]:
         yield _plain_lines(title)
 
 
+def part_of(show: Progress, done: int, count: int) -> Progress:
+    """The progress of one of ``count`` works, after ``done`` others."""
+
+    def part(message: str, fraction: float | None = None, left_s: float | None = None) -> None:
+        show(message, (done + (fraction or 0.0)) / count, left_s if count == 1 else None)
+
+    return part
+
+
 def _plain_lines(title: str) -> Progress:
     last = ""
 
-    def show(message: str, fraction: float | None = None) -> None:
+    def show(message: str, fraction: float | None = None, left_s: float | None = None) -> None:
         nonlocal last
         if message != last:
             last = message
@@ -93,28 +100,75 @@ def _plain_lines(title: str) -> Progress:
     return show
 
 
+@dataclass
+class _Pace:
+    """The fraction of long work and the seconds left, between the moments that it reports."""
+
+    fraction: float | None = None
+    left_s: float | None = None
+    shown: float = 0.0
+    begun: float = field(default_factory=time.monotonic)
+    reported: float = field(default_factory=time.monotonic)
+
+    def report(self, fraction: float | None, left_s: float | None) -> None:
+        if fraction is not None:
+            self.fraction, self.left_s, self.reported = fraction, left_s, time.monotonic()
+
+    def now(self) -> tuple[float | None, float | None]:
+        """Fraction and seconds left; by the forecast where there is one, else by the pace so far.
+
+        A stage that takes longer than its forecast holds the bar just before its end.
+        """
+        since = time.monotonic() - self.reported
+        if self.fraction is None:
+            return None, None
+        if self.left_s is not None:
+            part = min(since / self.left_s, _ALMOST) if self.left_s > 0.0 else 0.0
+            now = self.fraction + (1.0 - self.fraction) * part
+            self.shown = max(self.shown, now)  # A stage that ends late sets nothing back.
+            return self.shown, max(self.left_s - since, 1.0)
+        if self.fraction < _TELLING:
+            return self.fraction, None
+        whole = (self.reported - self.begun) / self.fraction
+        return self.fraction, max(whole * (1.0 - self.fraction) - since, 1.0)
+
+
 @contextmanager
 def _bar(title: str) -> Iterator[Progress]:
     from rich.console import Console
-    from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, ProgressColumn, SpinnerColumn, Task, TextColumn
     from rich.progress import Progress as Bar
+    from rich.progress_bar import ProgressBar
+    from rich.text import Text
+
+    pace = _Pace()
+
+    class Fraction(BarColumn):
+        def render(self, task: Task) -> ProgressBar:
+            fraction, _ = pace.now()
+            pulse = fraction is None
+            return ProgressBar(1.0, fraction or 0.0, width=24, pulse=pulse)
+
+    class Left(ProgressColumn):
+        def render(self, task: Task) -> Text:
+            fraction, left = pace.now()
+            percent = "" if fraction is None else f"{100.0 * fraction:.0f} %"
+            spent = f"{task.elapsed or 0.0:.0f} s"
+            return Text(f"{percent}, {left:.0f} s left" if left is not None else percent or spent)
 
     columns = (
         SpinnerColumn(),
         TextColumn("{task.fields[title]}", markup=False),
-        BarColumn(bar_width=24),
-        TimeElapsedColumn(),
+        Fraction(),
+        Left(),
         TextColumn("{task.description}", markup=False),
     )
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=None, title=title)
 
-        def show(message: str, fraction: float | None = None) -> None:
-            message = printable(message)
-            if fraction is None:
-                bar.update(task, description=message)
-            else:
-                bar.update(task, description=message, completed=fraction, total=1.0)
+        def show(message: str, fraction: float | None = None, left_s: float | None = None) -> None:
+            pace.report(fraction, left_s)
+            bar.update(task, description=printable(message))
 
         yield show
 

@@ -8,8 +8,10 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case, Clock, result_digest
 from fingerdesign.analysis.fidelity.ladder import Choice
+from fingerdesign.analysis.finite_path import finite_faults
 from fingerdesign.analysis.path import PathStopped, contact_history, increment_result
 from fingerdesign.analysis.stages import recover_fields
+from fingerdesign.analysis.work import Followed, Lifted, Work
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.measures import Measures, completely_slips, measure
@@ -20,15 +22,13 @@ from fingerdesign.design.faults import leaves
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, Gages
 from fingerdesign.design.step import portable
-from fingerdesign.errors import SolverError
+from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.layout.frames import PlateFrame, crest_height, mirrors_in_z, plate_frames
 from fingerdesign.mesh.files.imported import import_words
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.arrays import ContactHistory, FieldHistory, GripTrace, SlipStudy
 from fingerdesign.records.result import (
-    GripResult,
-    Measurability,
     MeshSummary,
     ModelSummary,
     Result,
@@ -99,6 +99,12 @@ def strained(design: Design, steps: list[Step]) -> bool:
     return deepest > SMALL_STRAIN * float(crest_height(design.body))
 
 
+def too_deep(case: Case, scene: Scene, steps: list[Step]) -> bool:
+    """Whether a finger in 3-D is pressed too deep for small strains, and finite ones are known."""
+    deep = case.fidelity == "3d" and strained(case.design, steps)
+    return deep and not finite_faults(case.design, scene)
+
+
 def _at_side(design: Design, points: Array) -> BoolArray:
     """Which contact nodes lie on the edge between contact surface and sides."""
     away = np.abs(points[:, 0])
@@ -157,53 +163,44 @@ class Analysis:
     problem: ContactProblem | None = None
 
 
-def analysis_of(
-    requested: Case,
-    scene: Scene,
-    chosen: Choice,
-    problem: ContactProblem,
-    array: ContactProblem,
-    steps: list[Step],
-    studies: tuple[SlipStudy, ...],
-    grips: list[tuple[GripResult, GripTrace]],
-    measurable: Measurability | None,
-    clock: Clock,
-) -> Analysis:
-    """The record of what has been worked, with the arrays beside it.
-
-    requested: the case as it was given, chosen: as it was run. problem: the condensed finger and
-    its object; array: the same with the gages of the array alone.
-    """
+def analysis_of(work: Work, followed: Followed, lifted: Lifted) -> Analysis:
+    """The record of a case that was worked, with its arrays."""
+    chosen, problem, steps = followed.chosen, followed.problem, followed.steps
     case, design, mesh = chosen.case, chosen.case.design, chosen.model.mesh
-    with clock.stage("report"):
+    with work.clock.stage("report"):
         fields = recover_fields(chosen.model, steps) if case.fields else None
     result = Result(
-        **_identity(requested, clock, chosen.case.fidelity),
-        warnings=caveats(chosen, scene, problem, steps),
+        **_identity(work.requested, work.clock, chosen.case.fidelity),
+        warnings=caveats(chosen, work.scene, problem, steps),
         model=model_summary(chosen),
         mesh=mesh_summary(mesh, design),
         increments=tuple(increment_result(step, design.gages.face) for step in steps),
-        grips=tuple(grip for grip, _ in grips),
-        slip_studies=tuple(study_summary(study) for study in studies),
+        grips=tuple(grip for grip, _ in lifted.grips),
+        slip_studies=tuple(study_summary(study) for study in lifted.studies),
         ladder=chosen.summary,
-        measurability=measurable,
+        measurability=lifted.measurable,
     )
     return Analysis(
         result=result,
         contact=contact_history(problem, steps),
-        slip_studies=studies,
-        grip_traces=tuple(trace for _, trace in grips),
+        slip_studies=lifted.studies,
+        grip_traces=tuple(trace for _, trace in lifted.grips),
         mesh=mesh,
         fields=fields,
         plates=plate_frames(design),
         gages=design.gages if design.plates.number else None,
         depth_mm=design.body.depth_mm,
-        problem=array,
+        problem=followed.array,
     )
 
 
 def failed_analysis(case: Case, error: Exception, clock: Clock) -> Analysis:
-    """The record of an analysis that did not come to an end: why, and of what."""
+    """The record of an analysis that did not come to an end: why, and of what.
+
+    Raises a DesignError again: a wrong input makes no record.
+    """
+    if isinstance(error, DesignError):
+        raise error
     if isinstance(error, MemoryError):
         error = SolverError("not enough memory for this model; coarsen the mesh")
     increments = error.increments if isinstance(error, PathStopped) else ()

@@ -62,10 +62,11 @@ def is_kept(case: Case) -> bool:
     return key is not None and _answers().path(key).is_file()
 
 
-def keep_answer(case: Case, folder: Path) -> None:
-    """Keep the files of a result's folder. A place that cannot be written is no hindrance."""
+def keep_answer(case: Case, folder: Path, result: Result) -> None:
+    """Store the files of a result's folder, unless it failed. A cache that cannot be written is
+    no fault."""
     key = _key(case)
-    if key is None:
+    if key is None or result.status != "ok":
         return
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w") as archive:

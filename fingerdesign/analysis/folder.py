@@ -188,7 +188,7 @@ def complete_answer(case: Case, out: Path, page: bool | None, cad: bool | None) 
     if any(wanted := missing(case, out, page, cad)):
         folder = out / case.design.design.name
         complete(folder, *wanted)
-        keep_answer(case, folder)
+        keep_answer(case, folder, read_result(folder))
 
 
 def _analysed_design(folder: Path) -> Design:

@@ -24,6 +24,8 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError, SolverError
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.materials import MATERIALS
+from fingerdesign.mesh.make import mesher_of
+from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.result import GageRemedy, Measurability, MeasuredState
 
 Sections = Future[list[ContactProblem]]
@@ -42,9 +44,11 @@ _COARSER = {
 _GRADATION = 0.6
 
 
-def sections_beside(case: Case) -> Sections | None:
-    """Begin the models that remedies are found with, beside other work: the mesher of the case
-    leaves a core idle. None where the case proposes none."""
+def start_sections(case: Case) -> Sections | None:
+    """Begin the models that remedies are found with, on the core that the case's mesher leaves
+    idle. None where the case proposes none."""
+    if case.fidelity in ("plane-strain", "auto") or mesher_of(case.design).sections:
+        start_mesher()  # It loads while this process loads the rest.
     design = case.design
     no_gages = not case.gage_array or design.plates.model == "none"
     if no_gages or case.scene is not None or not case.studied or plane_strain_faults(design):

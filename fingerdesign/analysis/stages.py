@@ -18,6 +18,7 @@ from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.solver.kernel import kernel
 from fingerdesign.control.calibration import LEAST_GAGES
+from fingerdesign.control.episode import run_episodes
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.factor import load_solver
@@ -26,7 +27,8 @@ from fingerdesign.layout.zone import Zone, candidate_zone, greatest_approach
 from fingerdesign.mesh.make import mesh_finger
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.records.arrays import FieldHistory, SlipStudy
+from fingerdesign.records.arrays import FieldHistory, GripTrace, SlipStudy
+from fingerdesign.records.result import GripResult
 
 Made = TypeVar("Made")
 _WIDEN = 1.4  # a candidate zone that the contact has outgrown
@@ -52,15 +54,21 @@ def in_wide_zone(
     work: Callable[[Zone], Made],
     note: Callable[[str], None] = lambda message: None,
 ) -> Made:
-    """What ``work`` makes in the zone, or in a wider one where the contact outgrows it."""
+    """The outcome of ``work`` in the zone, or in a wider one where the contact outgrows it."""
     while True:
         try:
             return work(zone)
         except ZoneExhausted as exhausted:
-            if zone.fills(design):
-                raise
-            zone = zone.widened(_WIDEN, design)
+            zone = widened(design, zone, exhausted)
             note(f"candidate zone widened to {zone}: {exhausted}")
+
+
+def widened(design: Design, zone: Zone, exhausted: ZoneExhausted) -> Zone:
+    """A wider zone than the one that the contact has outgrown; raises ``exhausted`` where that one
+    fills the finger."""
+    if zone.fills(design):
+        raise exhausted
+    return zone.widened(_WIDEN, design)
 
 
 def make_mesh(design: Design, fidelity: str, zone: Zone, symmetric: bool = True) -> Mesh:
@@ -103,10 +111,23 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
     return tuple(study(problem, rows, gages.face, frictions, _PIECES, gages.area_share))
 
 
-def bare_opposite(case: Case, zone: Zone, scene: Scene) -> ContactProblem | None:
-    """The finger opposite where it is the same one without plates; None where it is alike."""
-    if case.design.grip.opposite != "bare":
-        return None
+def run_grips(
+    case: Case, zone: Zone, scene: Scene, array: ContactProblem
+) -> list[tuple[GripResult, GripTrace]]:
+    """A grip at each friction of the design's ``[grip]`` table, where the case runs them."""
+    if not case.runs_grips:
+        return []
+    grip = case.design.grip
+    bare = _bare_opposite(case, zone, scene) if grip.opposite == "bare" else None
+    frictions, mass = grip.friction_coefficients, grip.object_mass_g
+    episodes = run_episodes(
+        array, case.design, frictions, mass, case.gage_array, bare, case.estimator
+    )
+    return [(episode.result, episode.trace) for episode in episodes]
+
+
+def _bare_opposite(case: Case, zone: Zone, scene: Scene) -> ContactProblem:
+    """The finger opposite: the same one without plates."""
     other = without_plates(case.design)
     mesh = make_mesh(other, case.fidelity, zone, case.symmetric)
     model = condense(other, mesh, zone, scene).reduced

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass, replace
 
 from fingerdesign.analysis.answers import extras
-from fingerdesign.analysis.case import FIDELITIES, Case
+from fingerdesign.analysis.case import FIDELITIES, Case, Clock
 from fingerdesign.analysis.fidelity.ladder import tolerance_faults
 from fingerdesign.analysis.fidelity.rungs import can_extrude
 from fingerdesign.analysis.finite_path import finite_faults
@@ -26,6 +26,7 @@ from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.mesh.make import mesher_of
 from fingerdesign.mesh.section.section import sheet_room_faults
 from fingerdesign.runtime.machine import Machine, busy, this_machine
+from fingerdesign.runtime.progress import ForecastProgress, Progress, Report
 
 # What design, scene and fidelity cannot do together: refused before anything is built.
 
@@ -277,6 +278,18 @@ def forecast_case(case: Case, machine: Machine | None = None) -> Forecast:
         raise ValueError("fidelity auto: which models it will take cannot be predicted")
     bare = replace(case, go_on=False, estimator=None)  # neither changes what it takes
     return _forecast(bare, this_machine() if machine is None else machine)
+
+
+def forecast_progress(case: Case, show: Progress, clock: Clock) -> Report:
+    """A report that shows the fraction of the forecast seconds whose stages ``clock`` has timed.
+
+    Without a fraction for fidelity "auto": its models are found while it works.
+    """
+    if case.fidelity == "auto":
+        return show
+    found = forecast_case(case)
+    show(f"forecast: {found}")
+    return ForecastProgress(show, found.seconds, clock.seconds)
 
 
 @functools.lru_cache(maxsize=16)  # a command asks for the same one several times

@@ -28,6 +28,7 @@ from fingerdesign.mesh.tetra.finish import finish
 from fingerdesign.mesh.tetra.slots import PlateWay, plate_ways
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime import files, isolate
+from fingerdesign.runtime.progress import announce
 
 # fTetWild run safely: its input validated, in a process and folder of its own, with a time limit.
 #
@@ -193,6 +194,7 @@ def tetrahedralise(
     kept_inputs: list[Path] = []
     tries = _tries(plate_ways(design, symmetric), int(design.mesh.attempts))
     for number, (way, attempt) in enumerate(tries, start=1):
+        announce(f"meshing: attempt {number} of at most {len(tries)}")
         try:
             # fTetWild may leave elements without volume: what divides by them has no answer.
             with np.errstate(divide="raise", invalid="raise"):
