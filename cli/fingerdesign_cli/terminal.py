@@ -238,7 +238,7 @@ def _warning_lines(warnings: Sequence[str], room: int) -> list[str]:
 def _fix_lines(fixes: Sequence[Fix]) -> list[str]:
     """The changes, each to be pasted, and their effects in a column where both fit."""
     wide = max((len(each.change) for each in fixes if len(each.change) < WIDTH // 2), default=0)
-    lines = []
+    lines: list[str] = []
     for each in fixes:
         line = f"  {'' if lines else 'fix':3}  {each.change:{wide}}  "
         effects = [text for text in (each.effect, each.brings) if len(line) + len(text) <= WIDTH]

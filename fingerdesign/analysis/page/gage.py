@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fingerdesign.analysis.page.words import FIGURES, GOOD_CORRELATION, UNDEFINED
+from fingerdesign.analysis.page.words import FIGURES, UNDEFINED
+from fingerdesign.analysis.verdicts import GOOD_CORRELATION
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.records.arrays import GripTrace, SlipStudy
