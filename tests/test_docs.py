@@ -24,13 +24,6 @@ OLD = {
     "docs/api/index.md",
     "docs/api/making.md",
     "docs/api/start.md",
-    "docs/explanation/architecture.md",
-    "docs/explanation/gages.md",
-    "docs/explanation/method.md",
-    "docs/explanation/paper.md",
-    "docs/explanation/plane_strain.md",
-    "docs/explanation/plants.md",
-    "docs/explanation/three_d.md",
     "docs/index.md",
     "docs/reference/benchmarks.md",
     "docs/reference/cli.md",
@@ -132,3 +125,16 @@ def test_no_word_of_the_dialect(page):
     text = " ".join(prose(page.read_text("utf-8")))
     words = re.findall(r"[a-z]+", re.sub(r"`[^`]*`", "", text).lower())
     assert sorted(set(words) & DIALECT) == []
+
+
+def anchor(heading):
+    """The site's and GitHub's address of a heading."""
+    return re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=named)
+def test_links_into_a_page_find_their_heading(page):
+    for target, name in re.findall(r"\]\(([^)#\s]*)#([^)\s]+)\)", page.read_text("utf-8")):
+        if not target.startswith("http"):
+            text = (page.parent / target if target else page).read_text("utf-8")
+            assert name in map(anchor, re.findall(r"^#+ (.*)$", text, re.MULTILINE)), (target, name)
