@@ -12,7 +12,7 @@ from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.fidelity.ladder import Choice
 from fingerdesign.analysis.page.tables import ladder_table
 from fingerdesign.analysis.path import follow_path
-from fingerdesign.checks.design import plane_strain_faults
+from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.design.io import dump_design
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError, Fault, MeshError

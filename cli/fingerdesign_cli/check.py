@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fingerdesign.cad.step_rules import check_mirror
-from fingerdesign.checks.design import plane_strain_faults
+from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import file_text, kind_of
 from fingerdesign.design.step import StepFacts, step_facts

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
-from fingerdesign.checks.design import scene_faults
 from fingerdesign.checks.load import judge_design
+from fingerdesign.checks.scene import scene_faults
 from fingerdesign.control.estimator import EstimatorError, GripEstimator
 from fingerdesign.design.io import Judged, judge_scene
 from fingerdesign.design.scene import Scene

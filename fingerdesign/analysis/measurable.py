@@ -14,8 +14,8 @@ from fingerdesign.analysis.detection import (
 )
 from fingerdesign.analysis.path import problem_at_touch
 from fingerdesign.analysis.stages import condense, make_mesh, one_thread
-from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.checks.load import with_values
+from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.design.grip import weight_per_finger

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.checks.design import MOST_MOTION
+from fingerdesign.checks.scene import MOST_MOTION
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import Step, follow

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fingerdesign.checks.placing import greatest
+from fingerdesign.checks.remedies import greatest
 from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.schema import Body, Core
 from fingerdesign.errors import Fault

@@ -1,143 +1,38 @@
-"""Whether plates lie clear of the contact surface, the base, the sides and the end faces.
+"""Plates too near to the contact surface, the base, the sides or the end faces of the body."""
 
-Each fault names the worst plate (numbered from 0, row by row) and remedies that have been tried: a
-wrong remedy is worse than a general one.
-"""
-
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
-from typing import Self
+from dataclasses import replace
 
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.checks.remedies import (
+    CLOSE,
+    Change,
+    Misplacement,
+    greatest,
+    least,
+    mended_by,
+    too_near,
+    worst_by_key,
+)
 from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.schema import Body, Design, Plates
-from fingerdesign.errors import Fault
 from fingerdesign.layout import clearance
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
-from fingerdesign.layout.frames import PlateFrame, PlateRow, plate_rows, row_frames, with_key
+from fingerdesign.layout.frames import PlateRow, plate_rows, row_frames
 from fingerdesign.layout.gaps import flat_corners
-
-CLOSE = 1e-9  # mm; rounding
-_HALVINGS = 18  # 10 mm to 0.04 micrometres
-
-
-@dataclass(frozen=True)
-class Change:
-    """A remedy in words, and the key and value that follow it; without a key it is not tried."""
-
-    words: str
-    key: str = ""
-    value: float = 0.0
-
-    @classmethod
-    def to(cls, words: str, key: str, value: str) -> Self:
-        """``words`` to ``value``: "raise plates.cover_mm to at least 2.1"."""
-        if words in ("lower", "set"):
-            words = f"{words} {key} to" + (" at most" if words == "lower" else "")
-        return cls(f"{words} {value}", key, int(value) if key.endswith("count") else float(value))
-
-
-@dataclass(frozen=True)
-class Misplacement:
-    """A fault, by how much (``over``, mm), and how its remedies are found, should it be
-    reported."""
-
-    key: str
-    value: object
-    bound: str
-    over: float
-    changes: Callable[[], list[Change]]
-    otherwise: str
-
-    def fault(self, design: Design, before: set[str], find: Callable[[Design], set[str]]) -> Fault:
-        """The fault in words. ``find``: the keys of a changed design's faults; a change that does
-        not end this one, or brings another than ``before``, is not reported."""
-
-        def mends(change: Change) -> bool:
-            if not change.key:
-                return True
-            trial = with_key(design, change.key, change.value)
-            return trial is not None and find(trial) <= before - {self.key}
-
-        words = [change.words for change in self.changes() if mends(change)]
-        return Fault(self.key, self.value, self.bound, " or ".join(words) or self.otherwise)
-
-
-def worst_by_key(findings: Iterable[Misplacement]) -> list[Misplacement]:
-    """One finding a key, the worst."""
-    kept: dict[str, Misplacement] = {}
-    for finding in findings:
-        if finding.key not in kept or finding.over > kept[finding.key].over:
-            kept[finding.key] = finding
-    return list(kept.values())
-
-
-def too_near(
-    row: PlateRow, distances: Array, unknown: float = -np.inf
-) -> tuple[PlateFrame, float] | None:
-    """The plate of the least distance (plates,), mm, and that, where it is below the least
-    clearance; ``unknown``: what NaN counts as."""
-    distances = np.where(np.isnan(distances), unknown, distances)
-    worst = int(np.argmin(distances))
-    if distances[worst] >= LEAST_CLEARANCE_MM - CLOSE:
-        return None
-    return row.frames[worst], float(distances[worst])
-
-
-def mended_by(
-    design: Design, key: str, find: Callable[[Design], list[Misplacement]]
-) -> Callable[[object], bool]:
-    """Whether a value of a key, if it is not refused itself, leaves nothing to ``find``."""
-
-    def mends(value: object) -> bool:
-        trial = with_key(design, key, value)
-        return trial is not None and not find(trial)
-
-    return mends
-
-
-def greatest(holds: Callable[[float], bool], low: float, high: float) -> float | None:
-    """The greatest value in [low, high] up to which ``holds``; None: not at low."""
-    if holds(high):
-        return high
-    return edge(holds, low, high) if holds(low) else None
-
-
-def least(holds: Callable[[float], bool], low: float, high: float) -> float | None:
-    """The least value in [low, high] from which on it ``holds``; None: not at any tried."""
-    if holds(low):
-        return low
-    while not holds(high):  # too far may be as wrong as too near
-        high = 0.5 * (low + high)
-        if not high - low >= 1e-3:  # nor for NaN
-            return None
-    return edge(holds, high, low)
-
-
-def edge(
-    holds: Callable[[float], bool], good: float, bad: float, halvings: int = _HALVINGS
-) -> float:
-    """About the value between a good and a bad one up to which it ``holds``, by bisection."""
-    for _ in range(halvings):
-        middle = 0.5 * (good + bad)
-        good, bad = (middle, bad) if holds(middle) else (good, middle)
-    return good
-
-
-# Whether plates stay between the body's sides along their row.
 
 
 def limits(body: Body, row: PlateRow) -> tuple[str, str, float, str, str, float]:
-    """Axis, key and half-extent of the body along the row, then across it."""
+    """Return axis, key and half-extent of the body along the row, then across it."""
     x = ("x", "body.width_mm", 0.5 * body.width_mm)
     z = ("z", "body.depth_mm" if not body.kind.turned else x[1], 0.5 * body.depth_mm)
     return (*x, *z) if row.table.along == "x" else (*z, *x)
 
 
 def side_reaches(row: PlateRow) -> Array:
-    """How far each plate reaches from the middle along its row, (plates,); infinite: nowhere."""
+    """Return the reach of each plate from the middle along its row, mm (plates,); infinite where
+    the surface has ended."""
     if any(frame.bend_radius is not None for frame in row.frames):
         reach = np.array([np.abs(frame.outline()[:, 0]).max() for frame in row.frames])
     else:
@@ -146,7 +41,7 @@ def side_reaches(row: PlateRow) -> Array:
 
 
 def row_reach(body: Body, table: Plates) -> float:
-    """How far the plates of a row's table reach along it, mm; of a level row without its frames."""
+    """Return the reach of a row's plates along it, mm; of a level row without making its frames."""
     if not table.layout.level:
         return float(side_reaches(PlateRow(table, tuple(row_frames(body, table, 0)))).max())
     angle = np.radians(table.angle_deg)
@@ -156,7 +51,7 @@ def row_reach(body: Body, table: Plates) -> float:
 
 
 def side_findings(design: Design, row: PlateRow) -> list[Misplacement]:
-    """A row whose plates come too near to the sides, or lie where the surface has ended."""
+    """Find a row whose plates come too near to the sides, or lie where the surface has ended."""
     axis, wide, half, *_ = limits(design.body, row)
     reach, allowed = side_reaches(row), half - LEAST_CLEARANCE_MM
     worst = int(np.argmax(reach))
@@ -212,11 +107,9 @@ def side_findings(design: Design, row: PlateRow) -> list[Misplacement]:
     ]
 
 
-# Whether plates end where they may: with the body, or clear of its end faces and walls.
-
-
 def end_findings(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
-    """Plates whose span's ends pass the end faces, or leave a skin below the least over them."""
+    """Find plates whose span's ends pass the end faces, or leave a skin below the least over
+    them."""
     *_, axis, deep, half = limits(design.body, row)
     if design.body.kind.turned:
         return _round(design, row, number)
@@ -259,7 +152,7 @@ def end_findings(design: Design, row: PlateRow, number: int) -> list[Misplacemen
 
 
 def _excess(low: float, high: float, half: float) -> float:
-    """By how much a span's ends are where they must not be, mm; 0: nothing."""
+    """Return the length by which a span's ends are out of bounds, mm; 0: they are inside."""
     worst = 0.0
     for end in (-low, high):
         if end > half + CLOSE or half - LEAST_CLEARANCE_MM + CLOSE < end < half - CLOSE:
@@ -268,7 +161,7 @@ def _excess(low: float, high: float, half: float) -> float:
 
 
 def _span_culprit(row: PlateRow, half: float) -> str:
-    """Which of a row's keys to blame for spans that leave the body."""
+    """Name the row's key to blame for spans that leave the body."""
     span, offset, stagger = (
         row.frames[0].span,
         abs(row.table.span_offset_mm),
@@ -316,7 +209,7 @@ def _round(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
 
 
 def wall_findings(design: Design, row: PlateRow) -> list[Misplacement]:
-    """Plates too near to the sides of a STEP body."""
+    """Find plates too near to the sides of a STEP body."""
     if design.body.shape != "step":
         return []
     found = too_near(row, clearance.wall_clearances(design.body, row.frames))
@@ -338,7 +231,7 @@ def wall_findings(design: Design, row: PlateRow) -> list[Misplacement]:
 
 
 def placing_findings(design: Design) -> list[Misplacement]:
-    """Every plate too near to a face of the body; one finding a key.
+    """Find every plate too near to a face of the body; one finding a key.
 
     A row whose plates reach the sides is not judged against the surface.
     """

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 
-from fingerdesign.checks.placing import (
+from fingerdesign.checks.placing import row_reach
+from fingerdesign.checks.remedies import (
     Change,
     Misplacement,
     greatest,
     least,
     mended_by,
-    row_reach,
     too_near,
     worst_by_key,
 )

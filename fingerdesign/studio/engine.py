@@ -15,7 +15,7 @@ import numpy as np
 
 from fingerdesign.analysis.path import problem_at_touch
 from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, one_thread
-from fingerdesign.checks.design import plane_strain_faults
+from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.scene import Scene

@@ -6,7 +6,7 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from fingerdesign.checks.design import MOST_MOTION
+from fingerdesign.checks.scene import MOST_MOTION
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import crest_height
 

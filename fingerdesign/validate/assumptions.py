@@ -12,7 +12,7 @@ import numpy as np
 from fingerdesign.analysis.fidelity.models import Plates, Solved
 from fingerdesign.analysis.fidelity.rungs import can_be_sheets, can_extrude
 from fingerdesign.analysis.path import steps_sideways
-from fingerdesign.checks.design import plane_strain_faults
+from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, Part
 from fingerdesign.errors import FingerDesignError

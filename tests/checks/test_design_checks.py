@@ -9,8 +9,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from fingerdesign.checks.design import design_faults, is_sound, plane_strain_faults, tetwild_faults
+from fingerdesign.checks.design import design_faults, is_sound
 from fingerdesign.checks.load import judge_data, parse_design, with_values
+from fingerdesign.checks.meshing import plane_strain_faults, tetwild_faults
 from fingerdesign.checks.spacing import LEAST_GAP
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import DesignError

@@ -2,8 +2,8 @@
 
 import pytest
 
-from fingerdesign.checks.design import scene_faults
 from fingerdesign.checks.load import parse_design
+from fingerdesign.checks.scene import scene_faults
 from fingerdesign.design.io import judge_scene, parse_scene
 from tests.support.faults import faults_of
 

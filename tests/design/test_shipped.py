@@ -8,8 +8,8 @@ import jsonschema
 import numpy as np
 import pytest
 
-from fingerdesign.checks.design import scene_faults
 from fingerdesign.checks.load import load_design, parse_design
+from fingerdesign.checks.scene import scene_faults
 from fingerdesign.design import schema as json_schema
 from fingerdesign.design.schema import Body
 from fingerdesign.design.shipped import load_scene, shipped_text

@@ -20,8 +20,8 @@ import math
 
 from fingerdesign.analysis.fidelity.models import Dimension, Model, Sizes
 from fingerdesign.analysis.path import steps_sideways
-from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.checks.load import with_values
+from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError

@@ -18,7 +18,8 @@ from fingerdesign.analysis.finite_path import finite_faults
 from fingerdesign.analysis.forecast.counts import Counts, count_model
 from fingerdesign.analysis.path import steps_sideways
 from fingerdesign.analysis.stages import zone_of
-from fingerdesign.checks.design import plane_strain_faults, scene_faults
+from fingerdesign.checks.meshing import plane_strain_faults
+from fingerdesign.checks.scene import scene_faults
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, MeshError

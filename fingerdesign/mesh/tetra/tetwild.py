@@ -14,7 +14,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.solid_process import finger_triangles
-from fingerdesign.checks.design import tetwild_faults
+from fingerdesign.checks.meshing import tetwild_faults
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import DesignError, Fault, MeshError
 from fingerdesign.layout.frames import PlateFrame

@@ -11,7 +11,7 @@ import numpy as np
 
 from fingerdesign.checks.design import is_sound
 from fingerdesign.checks.load import with_values
-from fingerdesign.checks.placing import edge
+from fingerdesign.checks.remedies import edge
 from fingerdesign.design.faults import at_least
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError

@@ -17,9 +17,9 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from fingerdesign.arrays import Array
-from fingerdesign.checks.design import tetwild_faults
 from fingerdesign.checks.follow import grip_values
 from fingerdesign.checks.load import with_values
+from fingerdesign.checks.meshing import tetwild_faults
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
