@@ -14,10 +14,9 @@ from fingerdesign.analysis.answers import (
     is_kept,
     kept_answer,
     missing,
-    read_arrays,
 )
 from fingerdesign.analysis.case import Case
-from fingerdesign.analysis.page.words import in_short, verdict
+from fingerdesign.analysis.page.tables import detail_tables
 from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.faults import undexed
@@ -40,7 +39,7 @@ from fingerdesign_cli.terminal import (
     print_table,
     progress,
     say_block,
-    say_findings,
+    say_details,
 )
 
 
@@ -162,15 +161,14 @@ def _report(results: list[Result], out: Path, quiet: bool, as_json: bool) -> Non
         folder = out / result.design
         say_block(verdict_view(result, str(folder / DESIGN)), folder)
         if details():
-            _say_details(result, folder)
+            _say_details(result)
 
 
-def _say_details(result: Result, folder: Path) -> None:
-    """Everything that the block leaves out: the model, each finding in words, each warning."""
+def _say_details(result: Result) -> None:
+    """Everything that the block leaves out: the model, each warning, tables of numbers."""
     if result.ladder:
         click.echo(f"{result.ladder.chosen}; {result.ladder.models[-1].why}")
-    traces = read_arrays(folder).get("grip_traces", ())
-    say_findings([*in_short(result), *verdict(result, traces)], result.warnings)
+    say_details(result.warnings, detail_tables(result))
 
 
 # ``fingerdesign grip``: lift an object of a weight and friction unknown to the controller.

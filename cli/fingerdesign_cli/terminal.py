@@ -25,14 +25,13 @@ from fingerdesign_cli.options import DETAILS, OPEN
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from fingerdesign.analysis.page.words import Question
+    from fingerdesign.report.table import Table as ResultTable
 
 WIDTH = 80  # Characters of a line: a terminal's usual width.
 LINES = 14  # A result fits the upper half of a terminal of usual height.
 SHORT = 13  # A table's cell of so many characters, as "118 / 29 / 4", stays on one line.
 _ALMOST = 0.95  # The bar waits here for a stage that takes longer than its forecast.
 _TELLING = 0.05  # Before this fraction the pace says little of the time left.
-_SIGN_OF = {"yes": SIGNS["pass"], "no": SIGNS["fail"], "partly": SIGNS["warning"]}
 # Plain characters for terminals whose encoding has no others.
 _PLAIN = {
     "✓": "+",
@@ -187,12 +186,13 @@ def say_marked(mark: str, text: str) -> None:
         click.echo(f"  {mark if place == 0 else ' '} {words}".rstrip())
 
 
-def say_findings(findings: Sequence[Question], warnings: Sequence[str] = ()) -> None:
-    """The questions of a report with their answers, then the warnings: all details."""
-    for item in findings:
-        say_marked(_SIGN_OF.get(item.answer, SIGNS["note"]), f"{item.question} {item.detail}")
+def say_details(warnings: Sequence[str], tables: Sequence[ResultTable]) -> None:
+    """Everything that a result's block leaves out: whole warnings, and tables of numbers."""
     for warning in warnings:
         say_marked(SIGNS["warning"], warning)
+    for table in tables:
+        if table.rows:
+            print_table(table.caption, table.columns, table.rows, WIDTH)
 
 
 def say_block(view: VerdictView, folder: Path) -> None:

@@ -1,16 +1,15 @@
 """``fingerdesign view``: a design drawn, or a result in the terminal, and where its report is."""
 
 import textwrap
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import click
 from jinja2 import TemplateError
 
-from fingerdesign.analysis.answers import ARRAYS, DESIGN, PAGE, read_arrays
+from fingerdesign.analysis.answers import ARRAYS, DESIGN, PAGE
 from fingerdesign.analysis.page.sketch import draw_sketch, facts
-from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
-from fingerdesign.analysis.page.words import Question, in_short, verdict
+from fingerdesign.analysis.page.tables import detail_tables
 from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError, Fault
@@ -32,7 +31,7 @@ from fingerdesign_cli.terminal import (
     print_table,
     say,
     say_block,
-    say_findings,
+    say_details,
     say_marked,
     shortened,
 )
@@ -133,7 +132,6 @@ def _has_result(place: Path) -> bool:
 class _View:
     place: Path
     result: Result
-    findings: list[Question]
     tables: tuple[Table, ...]
 
     @property
@@ -160,15 +158,13 @@ class _Other:
 
 def _view(place: Path) -> _View | _Other:
     """What is shown of a folder; DesignError where its values are none that can be shown."""
-    makers = (model_table, increment_table, grip_table)
     try:
         if not _has_result(place):
             kind = kind_of(place)
             assert kind is not None
             return _Other(place, kind, look_at(kind, place))
         result = read_result(place)
-        found = verdict(result, read_arrays(place).get("grip_traces", ()))
-        return _View(place, result, found, tuple(make(result) for make in makers))
+        return _View(place, result, detail_tables(result))
     except (*_WRONG, TemplateError) as error:
         why = f"{type(error).__name__}: {error}"[:200]
         bound = "a result whose values can be shown"
@@ -181,15 +177,14 @@ def _summary(view: _View | _Other) -> dict[str, object]:
         place = {"folder": str(view.place), "report": view.report}
         return {**place, "record": view.kind.record, **view.look.data()}
     facts = ("design", "scene", "fidelity", "status", "failure")
+    found = _verdicts(view)
     return {
         "folder": str(view.place),
         "report": view.report,
         **{key: getattr(view.result, key) for key in facts},
         "warnings": list(view.result.warnings),
-        "findings": [
-            {key: getattr(item, key) for key in ("question", "answer", "detail")}
-            for item in view.findings
-        ],
+        "verdicts": [asdict(each) for each in found.verdicts],
+        "fixes": [asdict(each) for each in found.fixes],
     }
 
 
@@ -207,10 +202,7 @@ def _show(view: _View | _Other) -> None:
         return
     say_block(_verdicts(view), view.place)
     if details():
-        say_findings([*in_short(view.result), *view.findings], view.result.warnings)
-        for table in view.tables:
-            if table.rows:
-                print_table(table.caption, table.columns, table.rows, WIDTH)
+        say_details(view.result.warnings, view.tables)
 
 
 def _verdicts(view: _View) -> VerdictView:

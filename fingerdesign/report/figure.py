@@ -236,21 +236,26 @@ def panels(drawn: Sequence[Panel], columns: int) -> Figure:
             }
             trace |= {"xaxis": f"x{number}", "yaxis": f"y{number}", "showlegend": name not in named}
             trace["mode"] = "lines+markers" if panel.marked else "lines"
+            trace["hovertemplate"] = f"{name}<br>{panel.across}: %{{x}}<br>{panel.up}: %{{y}}"
+            trace["hovertemplate"] += "<extra></extra>"
             trace["line"] = {"color": own["colour"], "dash": own["dash"], "width": 2}
             data.append(trace | {"marker": {"symbol": own["symbol"], "size": 6}})
             named.add(name)
     return {"data": data, "layout": layout, "config": LOOKS["options"]}
 
 
-def caption_chart(figure: Figure, template: Path, name: str, **values: Any) -> ReportFigure:
-    """A figure for a page with the words of a macro: title, how to read it, what it shows.
+def caption_chart(
+    figure: Figure, words: Path, name: str, still: str = "", **values: Any
+) -> ReportFigure:
+    """A figure for a page with its words: title, how to read it, what it shows.
 
     It lies packed behind its place, and behind fields that stand for its slider and its menus: the
-    page's script (templates/figures.js) draws it without these.
+    page's script (templates/figures.js) draws it without these. still: an <svg> that is shown
+    until then, and where the browser cannot draw in space.
     """
-    title, reading, alternative = paragraphs(template, name, **values)
+    title, reading, alternative = paragraphs(words, name, **values)
     data = pack(json.dumps(figure, allow_nan=False, separators=(",", ":")))
-    image = macros(COMMON / "plot.html.j2").plot(name, data, figure["layout"])
+    image = macros(COMMON / "plot.html.j2").plot(name, data, figure["layout"], still)
     return ReportFigure(name, title, image, reading, alternative, drawn=True)
 
 

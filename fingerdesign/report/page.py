@@ -1,40 +1,123 @@
-"""Pages as one file of HTML that opens offline: a feature's template, the common parts."""
+"""Pages as one file of HTML that opens offline: typed parts, or a feature's own template."""
+
+from __future__ import annotations
 
 import base64
 import gzip
 import hashlib
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from fingerdesign.errors import FingerDesignError
+from fingerdesign.records.verdict import VerdictView
 from fingerdesign.report.style import Canvas, ReportFigure, png_element, to_svg
+from fingerdesign.report.table import Table
 
 COMMON = Path(__file__).parent / "templates"  # parts.html.j2 and report.css, for every page
 
 
-def render_page(template: Path, **values: Any) -> str:
-    """A feature's template as text, all values escaped; ``style`` is the common style sheet.
+# A page as typed parts. ``kind`` tells page.html.j2 how to show an item.
 
-    The first use of each term of the glossary leads to its entry at the end of the page's <main>.
-    A template may take macros from ``parts.html.j2``. Raises jinja2.UndefinedError where it names a
-    value that is not given.
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph; look: "", "quiet" or "warnings"."""
+
+    text: str
+    look: str = ""
+    kind: ClassVar[str] = "text"
+
+
+@dataclass(frozen=True)
+class Bullets:
+    """A list of sentences."""
+
+    entries: Sequence[str]
+    look: str = ""
+    kind: ClassVar[str] = "list"
+
+
+@dataclass(frozen=True)
+class Fold:
+    """Items that open with a click on their summary."""
+
+    summary: str
+    items: Sequence[Item]
+    kind: ClassVar[str] = "fold"
+
+
+Item = ReportFigure | Table | Text | Bullets | Fold
+
+
+@dataclass(frozen=True)
+class Section:
+    """Items under a heading; key: the heading's anchor."""
+
+    key: str
+    title: str
+    items: Sequence[Item]
+
+
+@dataclass(frozen=True)
+class Page:
+    """A whole page: heading, first screen, sections, and the record in the footer.
+
+    first: the picture at the left of the first screen; view: the verdicts and fixes at its right.
+    marked: a cell with this text stands out.
+    """
+
+    title: str
+    heading: str
+    lead: str
+    sections: Sequence[Section]
+    record: Sequence[Item]
+    first: ReportFigure | Text | None = None
+    view: VerdictView | None = None
+    marked: str = ""
+
+    @property
+    def contents(self) -> list[tuple[str, str]]:
+        """Anchor and title of each section, for the bar at the top."""
+        return [*((each.key, each.title) for each in self.sections), ("record", "Record")]
+
+    @property
+    def charted(self) -> bool:
+        """Whether a figure is drawn by Plotly."""
+        items = [item for section in self.sections for item in _flat(section.items)]
+        return any(isinstance(each, ReportFigure) and each.drawn for each in [self.first, *items])
+
+
+def _flat(items: Sequence[Item]) -> Iterator[Item]:
+    for item in items:
+        yield item
+        if isinstance(item, Fold):
+            yield from _flat(item.items)
+
+
+def page_html(page: Page) -> str:
+    """The page as HTML that opens offline."""
+    return render_page(COMMON / "page.html.j2", page=page, **drawing_scripts(page.charted))
+
+
+def render_page(template: Path, **values: Any) -> str:
+    """A template as text, all values escaped; ``style`` is the common style sheet.
+
+    The first use of each term of the glossary opens its definition. A template may take macros
+    from ``parts.html.j2``. Raises jinja2.UndefinedError where it names a value that is not given.
     """
     made = _environment(template.parent, COMMON, autoescape=True)
     style = _safe((COMMON / "report.css").read_text(encoding="utf-8"))
     return add_definitions(str(made.get_template(template.name).render(style=style, **values)))
 
 
-# The glossary: glossary.toml, and the links of a page to the entries of the terms that it uses.
-
-
 @dataclass(frozen=True)
 class Entry:
-    """A term: its anchor, its names on pages, what it means, an SVG's inside where one helps."""
+    """A term: its key, its names on pages, its meaning, and an SVG's inside where one helps."""
 
     key: str
     names: tuple[str, ...]
@@ -44,7 +127,7 @@ class Entry:
 
 @lru_cache
 def glossary() -> dict[str, Entry]:
-    """Every entry under each of its names, in lower case where the name is no symbol."""
+    """Every entry of glossary.toml under each of its names, in lower case."""
     text = (COMMON / "glossary.toml").read_text(encoding="utf-8")
     entries = [
         Entry(key, tuple(each["names"]), each["text"], each.get("sketch", ""))
@@ -62,59 +145,43 @@ def term_pattern() -> re.Pattern[str]:
     return re.compile(rf"(?<![\w.\[/-])({'|'.join(names)})(?:e?s)?(?!\w|[.=/_-]\w)", re.IGNORECASE)
 
 
-# What no link may stand in, whole; then any other tag. What lies between is text.
+# Elements that may hold no button, whole; then any other tag. The rest is text.
 _TAGS = re.compile(
-    r"(<(script|style|svg|a|button|h[1-6]|code|summary|label|select|nav)\b.*?</\2>|<[^>]*>)",
+    r"(<(script|style|svg|a|button|h1|code|summary|label|select|nav)\b.*?</\2>|<[^>]*>)",
     re.DOTALL,
 )
 
 
-def terms_in(html: str) -> dict[str, Entry]:
-    """The entries, by key, whose names stand in a page's text, its drawings and headings too."""
-    from html import unescape
-
-    text = re.sub(r"<(script|style|code)\b.*?</\1>|<[^>]*>", "\n", html, flags=re.DOTALL)
-    found = (glossary()[unescape(name).lower()] for name in term_pattern().findall(text))
-    return {entry.key: entry for entry in found}
-
-
 def add_definitions(page: str) -> str:
-    """The page with its first use of each term linked to a glossary at the end of its <main>."""
+    """The page with the first use of each term in <main> as a button that opens its definition."""
     head, opening, rest = page.partition('<main id="main">')
     inside, closing, foot = rest.partition("</main>")
-    used = terms_in(inside)
-    while more := {k: v for each in used.values() for k, v in terms_in(each.text).items()}:
-        if more.keys() <= used.keys():
-            break
-        used |= more
-    if not opening or not used:
+    used: dict[str, Entry] = {}
+    inside = "".join(_with_buttons(inside, used))
+    if not used:
         return page
-    inside = inside.replace(
-        "</ul>\n</nav>", '<li><a href="#glossary">Glossary</a></li>\n</ul>\n</nav>', 1
-    )
-    linked = "".join(_linked(inside, set()))
-    made = _environment(COMMON, autoescape=True).get_template("parts.html.j2").module
-    entries = sorted(used.values(), key=lambda each: each.names[0].lower())
-    return head + opening + linked + str(made.show_glossary(entries)) + closing + foot
+    parts = _environment(COMMON, autoescape=True).get_template("parts.html.j2").module
+    shown = parts.show_definitions(sorted(used.values(), key=lambda each: each.key))
+    return head + opening + inside + str(shown) + closing + foot
 
 
-def _linked(html: str, done: set[str]) -> Iterator[str]:
-    """The parts of the HTML, the first name of each entry as a link; done: keys linked before."""
+def _with_buttons(html: str, used: dict[str, Entry]) -> Iterator[str]:
+    """The parts of the HTML; the entries whose first name is a button now are added to ``used``."""
     from html import unescape
 
-    def link(match: re.Match[str]) -> str:
-        key = glossary()[unescape(match[1]).lower()].key
-        if key in done:
+    def button(match: re.Match[str]) -> str:
+        entry = glossary()[unescape(match[1]).lower()]
+        if entry.key in used:
             return match[0]
-        done.add(key)
-        return f'<a class="term" href="#term-{key}">{match[0]}</a>'
+        used[entry.key] = entry
+        return f'<button class="term" popovertarget="term-{entry.key}">{match[0]}</button>'
 
     place = 0
     for tag in _TAGS.finditer(html):
-        yield term_pattern().sub(link, html[place : tag.start()])
+        yield term_pattern().sub(button, html[place : tag.start()])
         yield tag[0]
         place = tag.end()
-    yield term_pattern().sub(link, html[place:])
+    yield term_pattern().sub(button, html[place:])
 
 
 @lru_cache
@@ -145,7 +212,14 @@ def _environment(*folders: Path, autoescape: bool) -> Any:
 
 
 def paragraphs(template: Path, name: str, /, **values: Any) -> list[str]:
-    """The paragraphs of a macro, parted by lines of ---; any white space in them is one blank."""
+    """The texts of an entry of a TOML file, or of a macro, there separated by lines of ---.
+
+    White space is one blank. In TOML they are format strings: "{mu:g}".
+    """
+    if template.suffix == ".toml":
+        return [
+            " ".join(text.format(**values).split()) for text in texts_of(template)[name].values()
+        ]
     text = str(getattr(macros(template), name)(**values))
     return [" ".join(part.split()) for part in text.split("\n---\n")]
 
@@ -160,6 +234,12 @@ def caption_drawing(
     title, reading, alternative = paragraphs(template, name, **values)
     image = to_svg(drawing, key or name, alternative)
     return ReportFigure(key or name, title, image, reading, alternative)
+
+
+@lru_cache
+def texts_of(file: Path) -> dict[str, dict[str, str]]:
+    """Entries of a TOML file of words."""
+    return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
 def sentences(template: Path, macro: str, *given: Any) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -71,6 +71,7 @@ class ReportFigure:
     reading: str
     alternative: str
     drawn: bool = False
+    kind: ClassVar[str] = "figure"
 
 
 @contextmanager

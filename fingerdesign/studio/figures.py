@@ -10,13 +10,23 @@ from typing import Any
 
 import numpy as np
 
+from fingerdesign.analysis.page.section import Touch, section_svg
 from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
 from fingerdesign.report.figure import LOOKS, Figure, chart, finger_in_space, round_values
 from fingerdesign.search.compare.geometry import packed_geometry
 from fingerdesign.studio.numbers import PRESSES, Numbers
+from fingerdesign.studio.verdict import section_words
 
 _PINNED = {"color": "--muted", "width": 1.4, "dash": "dot"}
+
+
+def section(design: Design, now: Numbers | None, picked: int | None = None) -> str:
+    """The section z = 0 with the contact, as SVG; now: None before the first result."""
+    touch = None
+    if now is not None:
+        touch = Touch(now.status_x, now.status, now.normal[-1], now.tangential[-1])
+    return section_svg(design, section_words(design, now), touch, picked)
 
 
 def tractions(now: Numbers, pinned: Numbers | None = None) -> Figure:

@@ -19,9 +19,8 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.studio.document import Document
 from fingerdesign.studio.engine import Engine
-from fingerdesign.studio.figures import bars, shape, trace, tractions
+from fingerdesign.studio.figures import bars, section, shape, trace, tractions
 from fingerdesign.studio.numbers import Numbers
-from fingerdesign.studio.sketch import sketch
 from fingerdesign.studio.sliders import Press, Slider, sliders_of
 from fingerdesign.studio.verdict import table, verdict
 
@@ -170,8 +169,8 @@ class Session:
             "unsaved": len(self.document.unsaved),
             "picked": self.picked,
             "pinned": self._pinned_words(),
-            "sketch": sketch(self.design, now, self.picked),
-            "sketch_before": sketch(pinned.design, before) if pinned is not None else "",
+            "sketch": section(self.design, now, self.picked),
+            "sketch_before": section(pinned.design, before) if pinned is not None else "",
             "shape": self._shape(self.design),
             "shape_before": self._shape(pinned.design) if pinned is not None else None,
         }

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
+from fingerdesign.design.schema import Design
+from fingerdesign.layout.frames import crest_height
 from fingerdesign.report.page import paragraphs
 from fingerdesign.studio.numbers import Numbers
 
@@ -82,3 +84,12 @@ def _cells(now: Numbers) -> list[tuple[str, str, str]]:
         ("area follows stick", "", follows),
         ("smallest change of stick seen", "", seen),
     ]
+
+
+def section_words(design: Design, now: Numbers | None) -> str:
+    """The text alternative of the section."""
+    words = f"Section of {design.design.name}: {design.body.width_mm:g} mm wide, "
+    words += f"{float(crest_height(design.body)):.4g} mm high, {design.plates.number} plates."
+    if now is not None and now.touches:
+        words += f" The contact is {now.width:.2f} mm wide; {now.ratio[-1]:.0%} of it sticks."
+    return words

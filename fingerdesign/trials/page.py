@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerdesign.analysis.page.words import Question
 from fingerdesign.control.roster import ControllerKind
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.report import style
@@ -36,6 +36,15 @@ _MARKS = {  # why a grip did not succeed -> marker, colour
     "not lifted": ("_", style.INK),
     "failed": ("$?$", style.PURPLE),
 }
+
+
+@dataclass(frozen=True)
+class Question:
+    """One question of the study, its answer ("yes", "no", "partly" or "best") and the numbers."""
+
+    answer: str
+    question: str
+    detail: str
 
 
 def answers(data: ControlData) -> list[Question]:

@@ -6,7 +6,7 @@ import pytest
 from fingerdesign.analysis.analysis import CAVEATS, MODEL, _at_side, of_choices
 from fingerdesign.analysis.case import Case, gage_array
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.page.words import verdict
+from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.load import parse_design
 from fingerdesign.design.io import parse_scene
 from fingerdesign.design.schema import Design, StepFile
@@ -54,7 +54,7 @@ def test_a_hand_needs_two_gages_and_a_finger_with_one_is_analysed_without():
     assert not lone.runs_grips
     result = run(lone).result
     assert (result.status, result.grips, result.slip_studies) == ("ok", (), ())
-    assert "One plate's gages" in verdict(result)[0].detail
+    assert [each.name for each in verdict_view(result).verdicts] == ["contact", "gage signal"]
 
 
 def test_half_only_where_design_and_scene_mirror():

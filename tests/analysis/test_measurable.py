@@ -4,7 +4,7 @@ import pytest
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.detection import SEEN, amplifier_noise, measured_states
-from fingerdesign.analysis.page.words import verdict
+from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.grip import HardwareTable
 from fingerdesign.pipeline import run
@@ -28,9 +28,8 @@ def test_the_demo_s_gages_answer_too_little(demo):
     measured = found.result.measurability
     assert (measured.noise_microstrain, measured.noise_stated) == (0.5, False)
     assert all(0.4 < state.response_microstrain_per_N < 2.0 for state in measured.states)
-    said = verdict(found.result)[-1]
-    assert said.answer == "no"
-    assert "too little for an amplifier of 0.5 microstrain" in said.detail
+    signal = verdict_view(found.result).verdicts[-1]
+    assert (signal.name, signal.status) == ("gage signal", "fail")
     assert metrics_of(design, Cost(), found)["smallest_stick_change"] == pytest.approx(
         measured.smallest_stick_change
     )
@@ -44,13 +43,12 @@ def test_what_would_help_helps(demo):
     assert softer.changed < 0.3 * softer.value
     assert not thinner.enough
     assert thinner.gain > 2.0
-    said = verdict(found.result)[-1].detail
-    for words in (softer.key, thinner.key, "polyimide", "Softer plates are enough"):
-        assert words in said
+    changes = [each.change for each in verdict_view(found.result).fixes]
+    assert changes[:2] == ['plates.material = "polyimide"', f"{thinner.key} = {thinner.changed:g}"]
     _, other = analysed(**{softer.key: softer.changed})
     assert other.result.measurability.smallest_stick_change <= 0.1
     assert not other.result.measurability.remedies
-    assert verdict(other.result)[-1].answer == "yes"
+    assert verdict_view(other.result).verdicts[-1].status == "pass"
 
 
 def test_what_is_seen_goes_with_the_stated_noise(demo):
@@ -80,7 +78,6 @@ def test_loads_out_of_reach_are_left_out(demo):
 @pytest.mark.slow
 def test_the_demo_s_page_says_so_in_3d_too():
     _, found = analysed("3d")
-    said = verdict(found.result)[-1]
-    assert said.answer == "no"
-    assert "too little for an amplifier of 0.5 microstrain" in said.detail
-    assert "Softer plates are enough" in said.detail
+    view = verdict_view(found.result)
+    assert view.verdicts[-1].status == "fail"
+    assert 'plates.material = "polyimide"' in [each.change for each in view.fixes]

@@ -6,7 +6,8 @@ import json
 import numpy as np
 import pytest
 
-from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.analysis import Analysis, parameters
+from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.folder import centroid_strain, write_fields
 from fingerdesign.analysis.page.finger import (
     MOVED,
@@ -18,7 +19,7 @@ from fingerdesign.analysis.page.finger import (
     surface_of,
 )
 from fingerdesign.analysis.page.gage import gages_chart, plate_rows
-from fingerdesign.analysis.page.words import finger_words
+from fingerdesign.checks.load import load_design
 from fingerdesign.design.schema import Gages
 from fingerdesign.errors import PictureError
 from fingerdesign.layout.frames import PlateFrame
@@ -153,9 +154,27 @@ def test_what_does_not_move_is_not_coloured(plane_strain):
     fields = FieldHistory((3,), 1e-13 * plane_strain.fields.displacement[-1:])
     still = dataclasses.replace(plane_strain, fields=fields, mesh=bare, plates=())
     assert MOVED not in {each["name"] for each in finger_figure(still)["data"]}
-    words = finger_report(still).alternative
-    assert "in increment 4 nothing moves it" in words
-    assert "no plates inside it" in words
+    report = finger_report(still)
+    assert "stored for increment none" in report.reading
+    assert "with no plates" in report.alternative
+
+
+def test_displacement_is_drawn_of_the_increment_that_the_slider_shows(plane_strain):
+    fields = FieldHistory((2, 7), plane_strain.fields.displacement[[2, 7]])
+    figure = finger_figure(dataclasses.replace(plane_strain, fields=fields))
+    moved = [k for k, each in enumerate(figure["data"]) if each["name"] == MOVED]
+    assert len(moved) == 2
+    for k, step in enumerate(figure["layout"]["sliders"][0]["steps"]):
+        change, _, traces = step["args"]
+        shown = [change["opacity"][traces.index(each)] for each in moved]
+        assert shown == [float(k == 2), float(k == 7)]
+
+
+def test_a_still_section_replaces_the_finger_where_nothing_draws(plane_strain):
+    keys = parameters(load_design("maeno2000"), fundamental_scene())
+    result = dataclasses.replace(plane_strain.result, parameters=keys)
+    report = finger_report(dataclasses.replace(plane_strain, result=result))
+    assert '<div class="still"><svg class="section"' in report.image
 
 
 def test_what_cannot_be_drawn_is_refused(plane_strain, solid, failed):
@@ -221,26 +240,6 @@ def test_a_core_is_its_own_region(plane_strain):
     assert np.array_equal(cored.parts["core"], regions == 16)
     assert np.array_equal(cored.parts["plates"], (regions > 0) & (regions < 16))
     assert not mesh.parts["core"].any()
-
-
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({}, "20 mm wide, 10 mm deep, with an arc of radius 20 mm"),
-        ({"body.edge_radius_mm": 2.0}, "rounded with a radius of 2 mm"),
-        ({"body.edge_radius_mm": 1.5, "body.edge": "chamfer"}, "chamfered by 1.5 mm"),
-        ({"body.shape": "revolved"}, "20 mm across, with a round cap of radius 20 mm"),
-        ({"body.shape": "dome", "body.dome_radius_mm": 25.0}, "20 mm in x and 25 mm in z"),
-        ({"body.shape": "step", "body.width_mm": 20.0}, "own STEP file, 20 mm wide and 10 mm deep"),
-        ({"body.core.width_mm": 6.0, "body.core.height_mm": 3.0}, "6 mm wide, 3 mm high"),
-        ({"plates.rows": [{"along": "z", "count": 4}]}, "; 4 plates in a row along z, 2 mm below"),
-        ({"plates.placement": [[0.0, 1.0, 2.0]]}, "Inside: 1 plate placed one by one."),
-        ({"plates.count": 0}, "It has no plates."),
-        ({"plates.follow": "bent", "plates.hole_diameter_mm": 0.6}, "holes 0.6 mm across"),
-    ],
-)
-def test_the_finger_in_words(plane_strain, changes, said):
-    assert said in finger_words(plane_strain.result.parameters | changes)
 
 
 def bent(mesh):

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from fingerdesign.report.page import add_definitions, glossary, terms_in
+from fingerdesign.report.page import add_definitions, glossary
 from tests.support.accessible import faults, unexplained
 from tests.support.browser import Browser, chromium
 
@@ -77,13 +77,47 @@ def test_a_change_of_the_look_keeps_what_was_chosen_and_takes_its_colours(window
     window.appear()
 
 
+FIRST_SCREEN = """(() => {
+  const place = (what) => document.querySelector(what)?.getBoundingClientRect();
+  const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  const picture = document.querySelector(".plot");
+  let words = 0;
+  while (walk.nextNode()) {
+    const text = walk.currentNode, e = text.parentElement;
+    if (picture.compareDocumentPosition(text) & Node.DOCUMENT_POSITION_FOLLOWING) break;
+    const hidden = e.closest("script, style, noscript, .skip, option") || picture.contains(text);
+    if (!hidden && e.checkVisibility()) words += text.data.split(/\\s+/).filter(Boolean).length;
+  }
+  const ends = [".plot", ".tiles", ".fixes"].map((each) => place(each)?.bottom ?? 0);
+  return { words, ends, tiles: document.querySelectorAll(".tiles li").length };
+})()"""
+
+
+@browsed
+def test_the_first_screen_holds_picture_verdicts_and_fixes(window, solid_report):
+    window.goto(solid_report, (1280, 800))
+    window.wait("document.body.dataset.drawn", 60)
+    found = window.evaluate(FIRST_SCREEN)
+    assert found["words"] <= 60
+    assert max(found["ends"]) <= 800
+    assert found["tiles"] >= 3
+
+
+@browsed
+def test_a_definition_opens_where_its_term_is_used(window, solid_report):
+    window.goto(solid_report, (1280, 800))
+    window.click(".tiles button.term")
+    assert window.evaluate("document.querySelectorAll(':popover-open').length") == 1
+    assert faults(window) == []
+
+
 @browsed
 def test_the_contents_stay_in_view_on_a_wide_screen(window, solid_report):
     top = "Math.round(document.querySelector('nav').getBoundingClientRect().top)"
     for size, stays in (((1500, 900), True), ((900, 900), False)):
         window.goto(solid_report, size)
         window.evaluate("scrollTo({top: 4000, behavior: 'instant'})")
-        assert (window.evaluate(top) == 24) == stays
+        assert (window.evaluate(top) == 0) == stays
 
 
 @browsed
@@ -120,16 +154,16 @@ def test_the_check_finds_what_it_is_for(window, tmp_path):
     }
 
 
-def test_a_page_links_the_first_use_of_each_term_to_its_entry():
+def test_the_first_use_of_each_term_opens_its_definition():
     page = add_definitions(
         '<main id="main"><h2>Gage area</h2><p title="stick ratio">The stick ratio, gage&#39;s '
         "<code>stick ratio</code>; stick ratios.</p></main>"
     )
-    assert page.count('href="#term-stick_ratio"') == 1
-    assert '<p title="stick ratio">The <a class="term" href="#term-stick_ratio">' in page
-    links = set(re.findall(r'href="#([^"]+)"', page))
-    assert links <= set(re.findall(r'id="([^"]+)"', page))
-    assert 'id="term-gage_area"' in page  # a heading holds no link, its term has an entry
+    assert page.count('popovertarget="term-stick_ratio"') == 1
+    assert '<p title="stick ratio">The <button class="term" popovertarget="term-stick' in page
+    opened = re.findall(r'popovertarget="([^"]+)"', page)
+    assert opened == [f"term-{key}" for key in ("gage_area", "stick_ratio", "gage")]
+    assert set(opened) <= set(re.findall(r'id="([^"]+)" popover', page))
     assert add_definitions('<main id="main"><p>Nothing.</p></main>') == (
         '<main id="main"><p>Nothing.</p></main>'
     )
@@ -146,9 +180,8 @@ def test_every_term_of_a_report_has_an_entry(solid_report):
     page = solid_report.read_text(encoding="utf-8")
     assert unexplained(page) == []
     assert len(page) < 6e6
-    used = terms_in(page.partition("<main")[2].partition("</main>")[0])
-    assert {"stick_ratio", "gage_area", "safety_margin", "compensated"} <= set(used)
-    assert all(f'id="term-{key}"' in page for key in used)
+    for key in ("stick_ratio", "gage_area", "safety_margin", "compensated"):
+        assert page.count(f'popovertarget="term-{key}"') == page.count(f'id="term-{key}"') == 1
 
 
 def test_a_new_term_without_an_entry_is_found():

@@ -13,7 +13,7 @@ from fingerdesign.report.page import term_pattern
 
 # Words of headings, columns and captions that any reader knows; all others are terms.
 PLAIN_WORDS = """
-coupon cutter machine name planned row shows sizes try
+coupon crest cutter fixes machine name planned row shows sizes try
 a across advice against all along analysed and angle answer any are as at axial axis back base be
 before begins believe bench bend best better bill both bound by came cases casting centre centres
 change changed changes chart check checked checks chosen clean close cm cm³ come compared complete
@@ -102,9 +102,8 @@ def faults(browser):
 
 def unexplained(page):
     """Words of headings, columns, captions and drawings that are neither plain nor in an entry."""
-    inside = (
-        page.partition("<main")[2].partition("</main>")[0].partition('<dl class="glossary">')[0]
-    )
+    main = page.partition("<main")[2].partition("</main>")[0]
+    inside = main.partition('<div class="definition"')[0]
     labels = re.findall(r"<(?:th|caption|h2|h3|text)\b[^>]*>([^<]*)<", inside)
     left = (
         term_pattern().sub(" ", unescape(re.sub(r"\w+(\.\w+)+", " ", label))) for label in labels

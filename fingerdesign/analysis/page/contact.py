@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.analysis.page.words import FIGURES, force_controlled, leaves_section
+from fingerdesign.analysis.page.tables import FIGURES, leaves_section
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.recovery import middle_weights
 from fingerdesign.records.arrays import OPEN, SLIP, STICK, ContactHistory
@@ -14,7 +14,7 @@ from fingerdesign.report import style
 from fingerdesign.report.figure import Figure, Panel, caption_chart, panels
 from fingerdesign.report.page import caption_drawing
 from fingerdesign.report.style import Axes, Canvas
-from fingerdesign.report.table import without_noise
+from fingerdesign.report.table import number_text, without_noise
 
 
 def path_chart(result: Result) -> Figure:
@@ -55,17 +55,15 @@ def _loads(rows: Sequence[IncrementResult]) -> tuple[Array, Array, Array, Array]
 def force_figure(result: Result) -> style.ReportFigure:
     """:func:`path_chart` for the page, with its words."""
     rows = result.increments
-    normal, tangential, along, moment = _loads(rows)
+    normal, tangential, _, _ = _loads(rows)
     return caption_chart(
         path_chart(result),
         FIGURES,
         "forces",
         count=len(rows),
-        normal=normal,
-        tangential=tangential,
-        ratio=rows[-1].stick_ratio,
-        aside=(along[-1], moment[-1]) if leaves_section(rows) else (),
-        forced=force_controlled(result),
+        normal=normal[[0, -1]],
+        tangential=tangential[[0, -1]],
+        ratio=number_text(rows[-1].stick_ratio, 2),
     )
 
 
@@ -107,7 +105,7 @@ def _middle(contact: ContactHistory) -> tuple[Array, Array, Array, bool]:
 
 def traction_figure(contact: ContactHistory) -> style.ReportFigure:
     """:func:`contact_chart` at a few increments for the page, with its words."""
-    x, pressure, shear, turned = _middle(contact)
+    x, pressure, shear, _ = _middle(contact)
     touching = np.flatnonzero((contact.status != OPEN).any(axis=1))
     shown = touching if len(touching) else np.arange(len(pressure))
     chosen = [int(shown[i]) for i in style.evenly_spaced(len(shown), 4)]
@@ -117,10 +115,6 @@ def traction_figure(contact: ContactHistory) -> style.ReportFigure:
         FIGURES,
         "tractions",
         number=last + 1,
-        place="" if contact.dimension == 2 else " on the mid-plane z = 0",
-        touches=len(touching) > 0,
-        turned=turned,
-        slopes=_slopes(contact),
         pressure=pressure[last].max(),
         shear=np.abs(shear[last]).max(),
         at=x[pressure[last].argmax()],
@@ -139,15 +133,6 @@ def middle_tractions(contact: ContactHistory, line: IntArray) -> tuple[Array, Ar
     if contact.symmetric:
         tangential[..., 1] = 0.0
     return x, np.maximum(contact.normal_traction @ weights.T, 0.0), tangential
-
-
-def _slopes(contact: ContactHistory) -> bool:
-    """Whether shear traction over pressure differs among the points that slip."""
-    size = np.linalg.norm(contact.tangential_traction, axis=2)
-    pressure = contact.normal_traction
-    slipping = (contact.status == SLIP) & (pressure > 0.01 * pressure.max(initial=0.0))
-    ratio = size[slipping] / pressure[slipping]
-    return bool(ratio.size and np.ptp(ratio) > 1e-3 * ratio.max())
 
 
 def touched_reach(contact: ContactHistory, line: NDArray[np.int64]) -> tuple[float, float]:
@@ -171,21 +156,17 @@ STATUS_LOOK = {  # colour, hatch: the hatch tells them apart without the colour
 }
 
 
-def status_figure(contact: ContactHistory, shear_grows: bool = False) -> style.ReportFigure:
-    """Open, stick and slip over x and increment, in 3-D on z = 0 (Fig. 7).
-
-    shear_grows: the stick ratio falls as the tangential force grows, so the words may say it.
-    """
-    flat = contact.dimension == 2
-    touching = np.flatnonzero((contact.status != OPEN).any(axis=1))
+def status_figure(contact: ContactHistory) -> style.ReportFigure:
+    """Open, stick and slip over x and increment, in 3-D on z = 0 (Fig. 7)."""
+    touched = (contact.status != OPEN).any(axis=1)
+    lengths = contact.stick_length()
     return caption_drawing(
         _status_rows(contact),
         FIGURES,
         "status",
-        flat=flat,
-        shear_grows=shear_grows,
-        touching=touching.tolist(),
-        lengths=contact.stick_length().tolist(),
+        touched=int(touched.sum()),
+        most=lengths.max(),
+        last=lengths[-1],
     )
 
 

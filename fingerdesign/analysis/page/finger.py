@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerdesign.analysis.page.words import FIGURES
+from fingerdesign.analysis.page.section import section_svg
+from fingerdesign.analysis.page.tables import FIGURES
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.design.schema import Gages
-from fingerdesign.errors import PictureError
+from fingerdesign.design.schema import Design, Gages
+from fingerdesign.errors import FingerDesignError, PictureError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.gaps import below_middle, solids_of
 from fingerdesign.mesh.types import Mesh
@@ -265,14 +266,16 @@ def finger_figure(analysis: Analysis, increment: int = -1) -> Figure:
         }
     )
     lines, words = _dimensions(body.points, analysis.result.parameters)
-    figure["data"] += [*(each.trace for each in painted), *_moved(analysis, body), *lines]
+    moved = _moved(analysis, body)
+    figure["data"] += [*(each.trace for each in painted), *moved.values(), *lines]
     scene = figure["layout"]["scene"]
     scene |= {"annotations": words, "aspectratio": dict.fromkeys("xyz", _near(high - low))}
     title = {"text": "", "x": 0.01, "y": 0.99, "yanchor": "top", "font": {"size": 13}}
     figure["layout"] |= {"template": LOOKS["template"], "title": title, "height": 480}
     figure["layout"] |= {"margin": {"l": 0, "r": 0, "t": 24, "b": 64}}
     surfaces = {"body": body} | ({} if core is None else {"core": core})
-    _controlled(figure, painted, surfaces, analysis.result, increment)
+    _add_menus(figure, painted, surfaces)
+    _add_slider(figure, painted, list(moved), analysis.result, increment)
     return figure
 
 
@@ -338,31 +341,33 @@ def _bar(title: str, x: float) -> Figure:
     return {**place, "title": words, "nticks": 5, "outlinewidth": 0, "tickfont": {"size": 11}}
 
 
-def _moved(analysis: Analysis, body: Surface) -> list[Figure]:
-    """The body as the last field of displacements has it, true to scale; nothing if it is none."""
-    if (field := last_field(analysis)) is None or field[1] < UNMOVED_MM:
-        return []
-    shown, most, displacement = field
-    moved = body.moved(displacement)
-    look = {"colorscale": "Cividis", "cmin": 0.0, "cmax": number(most), "visible": False}
-    title = f"displacement (mm), increment {shown}"
-    found: Figure = {"name": MOVED, **LOOKS["solid"], **places(moved), **look}
-    found |= {**corners(body.whole), "colorbar": _bar(title, 0.24)}
-    size = np.linalg.norm(moved - body.points, axis=1)
-    return [{**found, "intensity": _shades(size, most)}]
+def _moved(analysis: Analysis, body: Surface) -> dict[int, Figure]:
+    """The body at each increment whose displacements are stored, true to scale; {} without any.
 
-
-def last_field(analysis: Analysis) -> tuple[int, float, Array] | None:
-    """Number of the last increment with displacements, their greatest length (mm), and all
-    (nodes, dim). PictureError where they are not of the mesh."""
+    Raises PictureError where the displacements are not of the mesh's nodes.
+    """
     mesh, fields = analysis.mesh, analysis.fields
     if mesh is None or fields is None or not len(fields.increments):
-        return None
-    last = fields.displacement[-1]
-    if len(last) != len(mesh.points):
+        return {}
+    if fields.displacement.shape[1] != len(mesh.points):
         raise PictureError("the displacement field does not belong to the mesh")
-    corner = np.unique(mesh.corners)
-    return fields.increments[-1] + 1, float(np.linalg.norm(last[corner], axis=1).max()), last
+    shapes = [body.moved(displacement) for displacement in fields.displacement]
+    sizes = [np.linalg.norm(shape - body.points, axis=1) for shape in shapes]
+    most = float(max(each.max() for each in sizes))
+    if most < UNMOVED_MM:
+        return {}
+    look = {**LOOKS["solid"], **corners(body.whole), "colorscale": "Cividis", "visible": False}
+    look |= {"cmin": 0.0, "cmax": number(most), "name": MOVED}
+    bars = [_bar(MOVED, 0.24), *[None] * (len(shapes) - 1)]
+    return {
+        increment: {
+            **look,
+            **places(shape),
+            **({"colorbar": bar} if bar else {"showscale": False}),
+            "intensity": _shades(size, most),
+        }
+        for increment, shape, size, bar in zip(fields.increments, shapes, sizes, bars, strict=True)
+    }
 
 
 def _shades(values: Array, most: float) -> list[float]:
@@ -416,28 +421,23 @@ def _place(point: Sequence[float] | Array) -> Figure:
     return dict(zip("xyz", micrometres(point), strict=True))
 
 
-def _controlled(
-    figure: Figure,
-    painted: Sequence[Painted],
-    surfaces: Mapping[str, Surface],
-    result: Result,
-    increment: int,
-) -> None:
-    """Add the menus of colours, body and view, and the slider, which stands at an increment."""
+def _add_menus(figure: Figure, painted: Sequence[Painted], surfaces: Mapping[str, Surface]) -> None:
+    """Add the menus of colours, body and view."""
     data, layout = figure["data"], figure["layout"]
     place = {each["name"]: k for k, each in enumerate(data)}
-    kinds = [k for name, k in place.items() if "visible" in data[k]]
+    kinds = [k for k, each in enumerate(data) if "visible" in each]
     own = [place["body"], *kinds]
-    colours = {  # the displaced body stands for the body
-        data[k]["name"]: [{"visible": [data[k]["name"] != MOVED, *(k == j for j in kinds)]}, own]
-        for k in kinds
+    names = list(dict.fromkeys(data[k]["name"] for k in kinds))
+    colours = {  # The displaced body replaces the body.
+        name: [{"visible": [name != MOVED, *(data[j]["name"] == name for j in kinds)]}, own]
+        for name in names
     }
+    views = {name: [{"scene.camera": camera(*at)}] for name, at in VIEWS.items()}
     menus = {
         "Contact": ("restyle", colours),
         "Body": ("restyle", _bodies(painted, surfaces, place)),
+        "Seen from": ("relayout", views),
     }
-    views = {name: [{"scene.camera": camera(*at)}] for name, at in VIEWS.items()}
-    menus["Seen from"] = ("relayout", views)
     layout["updatemenus"] = [
         {
             "name": name,
@@ -446,23 +446,44 @@ def _controlled(
         for name, (method, choices) in menus.items()
         if choices
     ]
-    for k in kinds[:1]:
-        data[k]["visible"] = True
+    for k in kinds:
+        data[k]["visible"] = data[k]["name"] == names[0]
+
+
+def _add_slider(
+    figure: Figure,
+    painted: Sequence[Painted],
+    stored: Sequence[int],
+    result: Result,
+    increment: int,
+) -> None:
+    """Add the slider along the increments, and show one of them.
+
+    stored: increments with a displaced body; at the others there is none to be seen.
+    """
+    data, layout = figure["data"], figure["layout"]
+    place = {each["name"]: k for k, each in enumerate(data)}
     coloured = [each for each in painted if len(each.values)]
-    traces = [place[each.trace["name"]] for each in coloured]
     count = max((len(each.values) for each in coloured), default=0)
+    if not count:
+        return
+    moved = [k for k, each in enumerate(data) if each["name"] == MOVED]
+    traces = [place[each.trace["name"]] for each in coloured]
     steps = []
     for k in range(count):
         shades = [_shades(each.values[k], each.trace["cmax"]) for each in coloured]
+        shades += [data[each]["intensity"] for each in moved]
+        dense = [*(1.0 for _ in coloured), *(float(k == each) for each in stored)]
+        change = {"intensity": shades, "opacity": dense}
         words = {"title.text": _step_words(result, k, count)}
-        given = [{"intensity": shades}, words, traces]
+        given = [change, words, traces + moved]
         steps.append({"label": f"{k + 1}", "method": "update", "args": given})
-    if steps:
-        shown = increment % count
-        layout["sliders"] = [{"name": "Increment", "steps": steps, "active": shown}]
-        layout["title"]["text"] = _step_words(result, shown, count)
-        for trace, each in zip(traces, coloured, strict=True):
-            data[trace]["intensity"] = _shades(each.values[shown], each.trace["cmax"])
+    shown = increment % count
+    layout["sliders"] = [{"name": "Increment", "steps": steps, "active": shown}]
+    change, words, own = steps[shown]["args"]
+    layout["title"]["text"] = words["title.text"]
+    for trace, shade, opacity in zip(own, change["intensity"], change["opacity"], strict=True):
+        data[trace] |= {"intensity": shade, "opacity": opacity}
 
 
 def _bodies(
@@ -500,17 +521,31 @@ def finger_report(analysis: Analysis) -> ReportFigure:
     assert mesh is not None
     solid = mesh.parts["plates"]
     count = len(set(mesh.regions[solid].tolist())) if solid.any() else len(analysis.plates)
-    field, contact = last_field(analysis), analysis.contact
+    moved = [each for each in figure["data"] if each["name"] == MOVED]
+    stored = analysis.fields.increments if analysis.fields is not None and moved else ()
     return caption_chart(
         figure,
         FIGURES,
         "space",
-        plates=count,
-        core=mesh.parts["core"].any(),
-        gages=analysis.gages is not None and bool(analysis.plates),
-        touched=contact is not None and bool((contact.status != OPEN).any()),
-        number=field[0] if field else None,
-        most=field[1] if field else 0.0,
-        unmoved=UNMOVED_MM,
-        flat=mesh.dimension == 2,
+        still=still_picture(analysis.result),
+        plates=count or "no",
+        stored=" and ".join(f"{each + 1}" for each in stored) or "none",
+        most=moved[0]["cmax"] if moved else 0.0,
     )
+
+
+def still_picture(result: Result) -> str:
+    """The section of the design as an <svg>; "" where the result does not hold its keys."""
+    tables: dict[str, Any] = {}
+    for key, value in result.parameters.items():
+        *path, last = key.split(".")
+        table = tables
+        for name in path:
+            table = table.setdefault(name, {})
+        table[last] = value
+    shaping = {"design", "body", "plates", "gages", "materials"} & tables.keys()
+    try:
+        design = Design.model_validate({name: tables[name] for name in shaping})
+        return section_svg(design, f"Section of {result.design}")
+    except (FingerDesignError, ValueError):
+        return ""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fingerdesign.analysis.page.words import FIGURES, UNDEFINED
+from fingerdesign.analysis.page.tables import FIGURES
 from fingerdesign.analysis.verdicts import GOOD_CORRELATION
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.layout.frames import PlateFrame
@@ -12,9 +12,9 @@ from fingerdesign.records.arrays import GripTrace, SlipStudy
 from fingerdesign.records.result import IncrementResult, Result
 from fingerdesign.report import style
 from fingerdesign.report.figure import Figure, Panel, caption_chart, panels
-from fingerdesign.report.page import caption_drawing
+from fingerdesign.report.page import caption_drawing, texts_of
 from fingerdesign.report.style import Axes
-from fingerdesign.report.table import loaded_increments, without_noise
+from fingerdesign.report.table import loaded_increments, number_text, without_noise
 
 # Figures of the grips: force paths against the friction limit, and what the rule saw (Fig. 10).
 
@@ -28,8 +28,16 @@ def paths_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
         _draw_path(axes, trace)
         axes.set_xlabel("normal force (N)")
     style.shared_legend(panels, 3)
-    holds = [len(trace.hold_starts) for trace in traces]
-    return caption_drawing(figure, FIGURES, "paths", traces=traces, holds=holds)
+    return caption_drawing(figure, FIGURES, "paths", grips="; ".join(map(_lift_text, traces)))
+
+
+def _lift_text(trace: GripTrace) -> str:
+    grip = f"μ {trace.friction_coefficient:g}, {trace.object_mass_g:g} g"
+    if trace.lift_step is None:
+        return f"{grip}: not lifted in {len(trace.dx)} steps"
+    least = trace.weight_per_finger_N / trace.friction_coefficient
+    force = trace.normal_force[trace.lift_step]
+    return f"{grip}: lifted at {force:.2f} N, the least is {least:.2f} N"
 
 
 def rule_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
@@ -68,12 +76,12 @@ def rule_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
             upper.set_ylabel("true stick ratio")
             if sampled:
                 lower.set_ylabel("gage area (mm)")
-    reporting = any(trace.reported_stick_ratio is not None for trace in traces)
-    ratios = [trace.stick_ratio[np.isfinite(trace.stick_ratio)] for trace in traces]
-    least = [ratio.min() if len(ratio) else None for ratio in ratios]
-    return caption_drawing(
-        figure, FIGURES, "rule", traces=traces, sampled=sampled, reporting=reporting, least=least
+    grips = "; ".join(
+        f"μ {trace.friction_coefficient:g}: the {trace.controller} controller holds "
+        f"{trace.hold.sum()} of {len(trace.hold)} steps"
+        for trace in traces
     )
+    return caption_drawing(figure, FIGURES, "rule", grips=grips)
 
 
 def _draw_path(axes: Axes, trace: GripTrace) -> None:
@@ -169,7 +177,7 @@ def _strains(
 
 def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> style.ReportFigure:
     """:func:`gages_chart` at a few increments for the page, with its words."""
-    numbers, known, strains = _strains(result.increments, plates)
+    numbers, _, strains = _strains(result.increments, plates)
     number = _few_under_load(result.increments)[-1]
     last = strains[:, number]
     most, bent = (int(np.abs(values).argmax()) for values in last)
@@ -180,8 +188,7 @@ def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> style.Re
         number=number + 1,
         membrane=(numbers[most], last[0, most]),
         bending=(numbers[bent], last[1, bent]),
-        along_z=known and any(plate.along == "z" for plate in plates),
-        grid=result.parameters.get("gages.grid", "axial"),
+        grid=texts_of(FIGURES)["grids"][result.parameters.get("gages.grid", "axial")],
     )
 
 
@@ -193,8 +200,11 @@ def shade_over(axes: Axes, x: Array, over: Array, threshold: float, fine: int = 
     axes.fill_between(places, threshold, height, where=above, color=style.BLUE, alpha=0.25, lw=0)
 
 
-def response_figure(study: SlipStudy) -> style.ReportFigure:
-    """|change of strain / change of F_t| gage by gage at up to eight steps (paper, Fig. 8)."""
+def response_figure(study: SlipStudy, share: float) -> style.ReportFigure:
+    """|change of strain / change of F_t| gage by gage at up to eight steps (paper, Fig. 8).
+
+    share: of the largest response at full stick, where the threshold is (``gages.area_share``).
+    """
     mu = study.friction_coefficient
     key = f"response-{mu:g}".replace(".", "-")
     usable = np.flatnonzero(np.isfinite(study.response).any(axis=1))
@@ -224,7 +234,13 @@ def response_figure(study: SlipStudy) -> style.ReportFigure:
     panels[0].set_ylim(0.0, 1.25 * top)
     if chosen:
         style.shared_legend(panels[:1], 3, "upper right")
-    return caption_drawing(figure, FIGURES, "response", key, study=study, top=top, chosen=chosen)
+    steps = "; ".join(
+        f"step {step + 1}: gage area {study.gage_area_mm[step]:.2f} mm, "
+        f"stick length {study.stick_length_mm[step]:.2f} mm"
+        for step in chosen
+    )
+    values = {"mu": mu, "share": share, "floor": study.force_floor_N, "threshold": study.threshold}
+    return caption_drawing(figure, FIGURES, "response", key, **values, top=top, steps=steps)
 
 
 def area_figure(studies: tuple[SlipStudy, ...]) -> style.ReportFigure:
@@ -253,6 +269,8 @@ def area_figure(studies: tuple[SlipStudy, ...]) -> style.ReportFigure:
         axes.set_xlabel("step")
         axes.set_ylim(bottom=0.0)
     style.shared_legend(panels[:1], 3)
-    return caption_drawing(
-        figure, FIGURES, "areas", studies=studies, enough=GOOD_CORRELATION, undefined=UNDEFINED
+    ranks = ", ".join(
+        f"{number_text(study.rank_correlation, 2)} at μ {study.friction_coefficient:g}"
+        for study in studies
     )
+    return caption_drawing(figure, FIGURES, "areas", enough=GOOD_CORRELATION, ranks=ranks)

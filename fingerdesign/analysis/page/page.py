@@ -1,38 +1,47 @@
 """report.html: one file that opens offline and fetches nothing."""
 
+from collections.abc import Iterator
 from itertools import chain
 from time import perf_counter
 
 import numpy as np
 
 from fingerdesign.analysis.analysis import Analysis
-from fingerdesign.analysis.page import gage, tables, words
+from fingerdesign.analysis.page import gage, tables
 from fingerdesign.analysis.page.contact import force_figure, status_figure, traction_figure
 from fingerdesign.analysis.page.finger import finger_report
+from fingerdesign.analysis.page.tables import FIGURES
+from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.control.foresight import CLEARLY
 from fingerdesign.errors import PictureError
 from fingerdesign.mesh.measures import cell_angles
 from fingerdesign.mesh.types import Mesh
+from fingerdesign.records.result import Result
 from fingerdesign.report import style
-from fingerdesign.report.page import caption_drawing, drawing_scripts, render_page
+from fingerdesign.report.page import (
+    Bullets,
+    Fold,
+    Item,
+    Page,
+    Section,
+    Text,
+    caption_drawing,
+    page_html,
+    texts_of,
+)
+from fingerdesign.report.table import Table
 
-RESPONSES = 3  # friction coefficients whose responses are drawn gage by gage; the areas are for all
-SECTIONS = {
-    "contact": "The contact",
-    "gages": "The gages",
-    "grips": "The grips",
-    "work": "The work",
-}
-TEMPLATE = words.TEMPLATES / "report.html.j2"
+RESPONSES = 3  # Friction coefficients whose responses are drawn gage by gage.
 PAGE_STAGE = "this page"
-# In the table of times, until the page is made: no text of a design can hold a NUL.
+# They stand in the table of times until the page is made: no text of a design can hold a NUL.
 OWN_TIME, WHOLE_TIME = "\0own", "\0whole"
+WORDS = texts_of(FIGURES.with_name("page.toml"))
 
 
 def quality_figure(mesh: Mesh) -> style.ReportFigure:
     """Histogram of the cells' least angles, elastomer, plates and core apart."""
     angles = cell_angles(mesh.points, mesh.corners).min(axis=1)
-    what = "least angle" if mesh.dimension == 2 else "least dihedral angle"
+    angle = "least angle" if mesh.dimension == 2 else "least dihedral angle"
     bins = np.arange(0.0, 75.1, 2.5)
     looks = ((style.BLUE, ""), (style.VERMILION, "//"), (style.GREEN, ""))
     pairs = zip(mesh.parts.items(), looks, strict=True)
@@ -43,12 +52,11 @@ def quality_figure(mesh: Mesh) -> style.ReportFigure:
         axes.hist(angles[own], bins=bins, color=colour, hatch=hatch, edgecolor=style.PAPER, lw=0.3)
         axes.set_title(f"{name}: {own.sum():,} cells")
         axes.axvline(angles[own].min(), color=style.INK, ls=":", lw=1.2)
-    figure.supxlabel(f"{what} of a cell (degrees)", fontsize="medium")
+    figure.supxlabel(f"{angle} of a cell (degrees)", fontsize="medium")
     panels[0].set_ylabel("cells")
-    worst = {name: angles[own].min() for name, own, *_ in parts}
-    return caption_drawing(
-        figure, words.FIGURES, "quality", what=what, worst=worst, median=np.median(angles)
-    )
+    worst = ", ".join(f"{name} {angles[own].min():.1f}" for name, own, *_ in parts)
+    values = {"angle": angle, "worst": worst, "median": np.median(angles)}
+    return caption_drawing(figure, FIGURES, "quality", **values)
 
 
 def time_figure(stages: dict[str, float]) -> style.ReportFigure:
@@ -61,79 +69,143 @@ def time_figure(stages: dict[str, float]) -> style.ReportFigure:
     axes.grid(visible=False, axis="y")
     axes.set_xlabel("seconds")
     axes.margins(x=0.12)
-    return caption_drawing(figure, words.FIGURES, "time", stages=stages, total=sum(stages.values()))
+    shown = ", ".join(f"{name} {seconds:.1f} s" for name, seconds in stages.items())
+    return caption_drawing(figure, FIGURES, "time", stages=shown, total=sum(stages.values()))
 
 
 def report_figures(analysis: Analysis) -> dict[str, list[style.ReportFigure]]:
-    """Section of :data:`SECTIONS` -> figures; what the analysis does not hold is left out."""
+    """Section -> figures; those of what the analysis does not hold are left out."""
     result = analysis.result
-    figures: dict[str, list[style.ReportFigure]] = {section: [] for section in SECTIONS}
+    figures: dict[str, list[style.ReportFigure]] = {
+        each: [] for each in ("contact", "gages", "grips", "model")
+    }
     with style.house_style():
         if result.increments:
             figures["contact"].append(force_figure(result))
         if analysis.contact is not None and len(analysis.contact.status):
-            grows = words.slip_grows_with_shear(result.increments)
-            figures["contact"].append(status_figure(analysis.contact, grows))
+            figures["contact"].append(status_figure(analysis.contact))
             figures["contact"].append(traction_figure(analysis.contact))
         if analysis.slip_studies:
             figures["gages"].append(gage.area_figure(analysis.slip_studies))
+            share = float(result.parameters.get("gages.area_share") or 0.5)
             shown = style.evenly_spaced(len(analysis.slip_studies), RESPONSES)
-            figures["gages"] += [gage.response_figure(analysis.slip_studies[i]) for i in shown]
+            figures["gages"] += [
+                gage.response_figure(analysis.slip_studies[i], share) for i in shown
+            ]
         if result.increments and result.increments[0].gages:
             figures["gages"].append(gage.strain_figure(result, analysis.plates))
         traces = tuple(trace for trace in analysis.grip_traces if len(trace.dx))
         if traces:
             figures["grips"] += [gage.paths_figure(traces), gage.rule_figure(traces)]
         if analysis.mesh is not None:
-            figures["work"].append(quality_figure(analysis.mesh))
+            figures["model"].append(quality_figure(analysis.mesh))
     return figures
 
 
 def report_html(analysis: Analysis) -> str:
-    """The whole report as HTML text; the time that it says includes its own making.
+    """The whole report as HTML text; its time includes its own making.
 
-    A finger that cannot be drawn is said in its place; everything else that fails, raises.
+    A text replaces a finger that cannot be drawn; everything else that fails, raises.
     """
     begin = perf_counter()
-    result, missing, finger = analysis.result, "", None
+    result = analysis.result
+    first: style.ReportFigure | Text
     try:
-        finger = finger_report(analysis)
+        first = finger_report(analysis)
     except PictureError as error:
-        missing = f"The finger could not be drawn: {error}."
+        first = Text(f"The finger could not be drawn: {error}.", "quiet")
     figures = report_figures(analysis)
     took = {name: seconds for name, seconds in result.timings_s.items() if seconds > 0}
-    drawn = perf_counter() - begin
     if took:
         with style.house_style():
-            chart = time_figure({**took, PAGE_STAGE: drawn})
-        figures = {**figures, "work": [*figures["work"], chart]}
-    all_drawn = [*filter(None, [finger]), *chain(*figures.values())]
-    text = render_page(
-        TEMPLATE,
-        result=result,
-        short=words.in_short(result),
-        verdict=words.verdict(result, analysis.grip_traces),
-        figures=figures,
-        sections=SECTIONS,
-        space=finger,
-        picture_missing=missing,
-        **drawing_scripts(any(each.drawn for each in all_drawn)),
-        assumed=tables.assumed_values(result),
-        increments=tables.increment_table(result),
-        grips=tables.grip_table(result),
-        foreseen=tables.foreseen_tables(result),
-        warning=result.parameters.get("grip.warning_stick_ratio", 0.3),
-        clearly=CLEARLY,
-        model=tables.model_table(result),
-        work=tables.work_table(result, OWN_TIME, WHOLE_TIME),
-        ladder=tables.ladder_table(result),
-        design=tables.design_table(result),
-        scene=tables.scene_table(result),
-        rigid=words.object_text(result),
-        finger=words.finger_words(result.parameters),
-        points=tables.points_table(result),
-        colours=style.COLOURS,
-    )
+            chart = time_figure({**took, PAGE_STAGE: perf_counter() - begin})
+        figures = {**figures, "model": [*figures["model"], chart]}
+    text = page_html(_page(analysis, first, figures))
     own = perf_counter() - begin
     text = text.replace(OWN_TIME, f"{own:.2f} s", 1)
     return text.replace(WHOLE_TIME, f"{sum(took.values()) + own:.2f} s", 1)
+
+
+def _page(
+    analysis: Analysis,
+    first: style.ReportFigure | Text,
+    figures: dict[str, list[style.ReportFigure]],
+) -> Page:
+    result = analysis.result
+    view = verdict_view(result)
+    lead = (view.summary, view.fidelity, f"scene {result.scene}", f"{view.seconds:.0f} s")
+    sections = []
+    if notices := [each for each in (result.failure, *result.warnings) if each]:
+        sections.append(Section("warnings", "Warnings", [Bullets(notices, "warnings")]))
+    makers = {"contact": _contact, "gages": _gages, "grips": _grips, "model": _model}
+    titles = WORDS["titles"]
+    for key, make in makers.items():
+        items = [*chain(figures[key]), *make(result)]
+        if items:
+            sections.append(Section(key, titles[key], items))
+    if items := list(_design(result)):
+        sections.append(Section("design", titles["design"], items))
+    title = f"{result.design}: {'failed analysis' if result.status == 'failed' else 'analysis'}"
+    return Page(
+        title=title,
+        heading=result.design,
+        lead=" · ".join(lead),
+        sections=sections,
+        record=list(_record(result)),
+        first=first,
+        view=view,
+        marked="assumed",
+    )
+
+
+def _filled(*found: Table | None) -> list[Table]:
+    return [each for each in found if each is not None and each.rows]
+
+
+def _contact(result: Result) -> Iterator[Item]:
+    yield from _filled(tables.increment_table(result), tables.points_table(result))
+    if scene := _filled(tables.scene_table(result)):
+        yield Fold("The scene, key by key", scene)
+
+
+def _gages(result: Result) -> Iterator[Item]:
+    yield from _filled(tables.study_table(result), tables.signal_table(result))
+
+
+def _grips(result: Result) -> Iterator[Item]:
+    yield from _filled(tables.grip_table(result))
+    if foreseen := tables.foreseen_tables(result):
+        warning = float(result.parameters.get("grip.warning_stick_ratio") or 0.3)
+        words = WORDS["foreseen"]["text"].format(warning=warning, alarm=warning + CLEARLY)
+        yield Fold(WORDS["foreseen"]["title"], [*foreseen, Text(words, "quiet")])
+
+
+def _model(result: Result) -> Iterator[Item]:
+    if result.model is not None and result.model.reasons:
+        yield Fold("Why this model", [Bullets(result.model.reasons)])
+    yield from _filled(tables.ladder_table(result), tables.model_table(result))
+    yield tables.work_table(result, OWN_TIME, WHOLE_TIME)
+
+
+def _design(result: Result) -> Iterator[Item]:
+    if result.model is not None:
+        yield Text(WORDS["laws"]["finite" if result.fidelity == "finite" else "linear"])
+    if result.assumed:
+        count = len(result.assumed)
+        yield Fold(f"Assumed: {count} keys that its source does not give", [_assumed(result)])
+    if rows := _filled(tables.design_table(result)):
+        yield Fold("The design, key by key", rows)
+
+
+def _assumed(result: Result) -> Bullets:
+    return Bullets([f"{key} = {value}" for key, value in tables.assumed_values(result)], "keys")
+
+
+def _record(result: Result) -> Iterator[Item]:
+    versions = ", ".join(f"{name} {each}" for name, each in result.versions.items())
+    seeds = ", ".join(f"{name} {each}" for name, each in result.seeds.items())
+    yield Text(f"Status: {result.status}. Digest {result.digest}.")
+    yield Text(f"Versions: {versions or 'not recorded'}. Seeds: {seeds or 'none used'}.")
+    yield Text(WORDS["record"]["files"], "quiet")
+    if result.model is not None and result.model.symmetry:
+        yield Text(WORDS["record"]["half"], "quiet")

@@ -1,12 +1,12 @@
 """The report's tables, as text: captions, column names with units, rows of formatted cells."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fingerdesign.analysis.page.words import leaves_section
-from fingerdesign.records.result import GripResult, Result
+from fingerdesign.records.result import GripResult, IncrementResult, Result
 from fingerdesign.records.statistics import (
     Share,
     Spread,
@@ -16,6 +16,7 @@ from fingerdesign.records.statistics import (
     spread_of,
 )
 from fingerdesign.report.table import (
+    NOISE,
     Table,
     column_texts,
     loaded_increments,
@@ -24,6 +25,10 @@ from fingerdesign.report.table import (
     without_noise,
 )
 
+# The words of the figures of this folder.
+FIGURES = Path(__file__).parent / "templates" / "figures.toml"
+# Of the normal force, and of it times the contact's width: less is noise of the mesh.
+_ASIDE = 0.01
 SCENE = "scene."  # how the keys of the scene begin among ``Result.parameters``
 
 
@@ -66,6 +71,17 @@ def increment_table(result: Result) -> Table:
             "twist moment (N mm)": column("twist_moment_Nmm", scale=normal),
         }
     return _table("increments", "Increments", columns)
+
+
+def leaves_section(found: Sequence[IncrementResult]) -> bool:
+    """Whether anything is moved, or pushed, out of the plane of the section."""
+    if any(row.shear_z_mm or row.twist_deg for row in found):
+        return True
+    most = max((abs(row.normal_force_N) for row in found), default=0.0)
+    width = max((row.contact_width_mm for row in found), default=0.0)
+    force = max((abs(row.force_z_N) for row in found), default=0.0)
+    moment = max((abs(row.twist_moment_Nmm) for row in found), default=0.0)
+    return force > _ASIDE * max(most, NOISE) or moment > _ASIDE * max(most * width, NOISE)
 
 
 def grip_table(result: Result) -> Table:
@@ -299,3 +315,46 @@ def assumed_values(result: Result) -> list[tuple[str, str]]:
         text = ", ".join(f"{k[len(key) + 1 :]} = {value_text(v)}" for k, v in inside.items())
         pairs.append((key, text or "see the design"))
     return pairs
+
+
+def detail_tables(result: Result) -> tuple[Table, ...]:
+    """The tables of ``--details``, most important first; some may have no rows."""
+    makers = (study_table, signal_table, grip_table, increment_table, model_table)
+    return tuple(make(result) for make in makers)
+
+
+def study_table(result: Result) -> Table:
+    """A row a friction coefficient: how well the gage area follows the stick area."""
+    studies = result.slip_studies
+    ranks = {
+        "rank correlation": [each.rank_correlation for each in studies],
+        "raw": [each.rank_correlation_raw for each in studies],
+        "of the step index": [each.step_correlation for each in studies],
+    }
+    columns: dict[str, Iterable[str]] = {
+        "μ": [value_text(each.friction_coefficient) for each in studies],
+        **{name: [number_text(each, 2) for each in values] for name, values in ranks.items()},
+        "gage area (mm)": [_ends(each.gage_area_mm, ".1f") for each in studies],
+        "stick length (mm)": [_ends(each.stick_length_mm, ".1f") for each in studies],
+        "threshold (microstrain/N)": [f"{x.threshold_microstrain_per_N:.3g}" for x in studies],
+    }
+    return _table("studies", "Gage area and stick area", columns)
+
+
+def signal_table(result: Result) -> Table:
+    """A row a friction coefficient: what one sample of the gages shows of slip."""
+    found = result.measurability
+    states = found.states if found is not None else ()
+    noise = "" if found is None else f", noise {found.noise_microstrain:g} microstrain"
+    columns: dict[str, Iterable[str]] = {
+        "μ": [value_text(each.friction_coefficient) for each in states],
+        "normal force (N)": [f"{each.normal_force_N:.3g}" for each in states],
+        "response (microstrain/N)": [f"{x.response_microstrain_per_N:.2g}" for x in states],
+        "smallest change of stick": [f"{each.smallest_stick_change:.2g}" for each in states],
+        "smallest change of F_t (N)": [f"{x.smallest_force_change_N:.2g}" for x in states],
+    }
+    return _table("signal", f"Gage signal, three standard deviations of one sample{noise}", columns)
+
+
+def _ends(values: Sequence[float], form: str) -> str:
+    return f"{values[0]:{form}} to {values[1]:{form}}"

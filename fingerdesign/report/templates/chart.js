@@ -1,8 +1,6 @@
 // Charts by Plotly, which lies packed in the page until the first of them.
-const FD = { byId: (id) => document.getElementById(id) };
-window.FD = FD;
+const FD = window.FD = { byId: (id) => document.getElementById(id) };
 FD.all = (selector) => [...document.querySelectorAll(selector)];
-
 /** An element; strings become text. */
 FD.el = (tag, properties, ...children) => {
   const made = Object.assign(document.createElement(tag), properties);
@@ -13,7 +11,6 @@ FD.colour = (name) => getComputedStyle(document.body).getPropertyValue(`--${name
 /** With "--blue" as the page's colour of that name. */
 FD.themed = (given) => JSON.parse(JSON.stringify(given), (key, value) =>
   typeof value === "string" && value.startsWith("--") ? FD.colour(value.slice(2)) : value);
-
 /** The text that an element holds packed: gzip in base64. */
 FD.unpacked = async (element) => {
   const text = atob(element.textContent);
@@ -22,7 +19,6 @@ FD.unpacked = async (element) => {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Response(stream).text();
 };
-
 const idle = new Promise((go) => (window.requestIdleCallback ?? setTimeout)(go)); // text first
 let plotly = null;
 FD.plotly = () => (plotly ??= idle.then(() => FD.unpacked(FD.byId("plotly"))).then((text) =>

@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.analysis.analysis import parameters
-from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.page.finger import LIFT, gage_quads
-from fingerdesign.analysis.page.words import finger_words
+from fingerdesign.analysis.page.sketch import facts
 from fingerdesign.arrays import Array
 from fingerdesign.design.body import Body
 from fingerdesign.design.schema import Design
@@ -167,7 +165,7 @@ def packed_geometry(design: Mapping[str, Any], traces: Traces | None = None) -> 
         found = Design.model_validate({key: design[key] for key in shaping})
     except ValidationError:
         return _nothing("", "The design's data is not a whole design: it cannot be drawn.")
-    words = finger_words(parameters(found, fundamental_scene()))
+    words = "; ".join(each.strip() for each in facts(found))
     try:
         return _packed(found, words, traces or Traces())
     except (FingerDesignError, ValueError):
