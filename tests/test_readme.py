@@ -13,7 +13,7 @@ from fingerdesign_cli.main import cli, main
 from fingerdesign import parse_design
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.plan.limits import PROFILES, limits_of
 from fingerdesign.mold.plan.planning import plan_mold
 from tests.support.coarser import write_coarser

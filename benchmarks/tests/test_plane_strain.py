@@ -40,7 +40,7 @@ from fingerdesign_bench.plane_strain.table import (
 from fingerdesign import parse_scene, with_values
 from fingerdesign.checks.load import load_design
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.gaps import layered
+from fingerdesign.layout.layers import layered
 from fingerdesign.validate.plane_strain import QUANTITIES, map_of, plane_strain_error
 
 FINGER = load_design("homogeneous")

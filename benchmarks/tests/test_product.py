@@ -17,7 +17,7 @@ from fingerdesign import parse_design
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.fem.model import build_model
-from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.bodies import crest_height
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.shapes.objects import Plane
 

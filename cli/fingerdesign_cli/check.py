@@ -18,8 +18,8 @@ from fingerdesign.design.shipped import file_text, kind_of
 from fingerdesign.design.step import StepFacts, step_facts
 from fingerdesign.errors import DesignError, printable
 from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words
-from fingerdesign.layout.frames import plate_frames
-from fingerdesign.layout.zone import Summary, summarise
+from fingerdesign.layout.rows import plate_frames
+from fingerdesign.layout.summary import Summary, summarise
 from fingerdesign.materials import disagreement_of
 from fingerdesign_cli.inputs import judged_design, judged_scene
 from fingerdesign_cli.terminal import number, print_json, print_table, say

@@ -7,7 +7,7 @@ import click
 from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.stages import make_mesh, zone_of
-from fingerdesign.layout.frames import mirrors_in_z
+from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.pictures import draw_mesh, draw_quality
 from fingerdesign.mesh.quality import assess, requested_sizes

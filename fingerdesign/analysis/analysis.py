@@ -23,7 +23,9 @@ from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, Gages
 from fingerdesign.design.step import portable
 from fingerdesign.errors import DesignError, SolverError
-from fingerdesign.layout.frames import PlateFrame, crest_height, mirrors_in_z, plate_frames
+from fingerdesign.layout.bodies import crest_height
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.mesh.files.imported import import_words
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.types import Mesh

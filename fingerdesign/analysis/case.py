@@ -12,7 +12,8 @@ from fingerdesign.design.io import parse_scene
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import shipped_text
-from fingerdesign.layout.frames import mirrors_in_z, plate_rows
+from fingerdesign.layout.row_keys import plate_rows
+from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.version import __version__
 
 FIDELITIES = ("plane-strain", "3d", "finite", "auto")

@@ -28,7 +28,7 @@ from fingerdesign.fem.finite.gage_lines import gage_lines
 from fingerdesign.fem.finite.row import Follower, Row, untouched
 from fingerdesign.fem.model import body_of, candidate_facets, free_ends
 from fingerdesign.fem.trace import contact_trace
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.types import Mesh
 

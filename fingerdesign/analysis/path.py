@@ -14,7 +14,7 @@ from fingerdesign.control.signals import gage_readings
 from fingerdesign.design.scene import Scene, SceneObject, ScenePath
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import SolverError
-from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.records.arrays import ContactHistory
 from fingerdesign.records.result import GageResult, IncrementResult, PointStrain

@@ -33,7 +33,8 @@ from fingerdesign.design.body import Body, StepFile
 from fingerdesign.design.step import outline_file
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.layout.profile import Piece, Profile, profile_of
+from fingerdesign.layout.outline import Piece, Profile
+from fingerdesign.layout.profile import profile_of
 
 
 def plate_solid(frame: PlateFrame, half: bool = False) -> cq.Solid:

@@ -18,7 +18,8 @@ from fingerdesign.cad.bodies import core_solid, outline_solid, plate_solid
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
-from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import check_volume, core_volume, outline_volume, plate_volume
 
 

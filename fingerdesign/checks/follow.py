@@ -13,7 +13,7 @@ from typing import Any
 from fingerdesign.design.grip import Grip, weight_per_finger
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.zone import approach_for
 
 _MARGIN = 2.0  # what the paper's rule keeps at the most

@@ -3,8 +3,9 @@
 from fingerdesign.checks.body import sound_outline
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
-from fingerdesign.layout.frames import plate_frames, plate_rows
-from fingerdesign.layout.gaps import not_a_sheet
+from fingerdesign.layout.layers import not_a_sheet
+from fingerdesign.layout.row_keys import plate_rows
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.runtime.registry import MESHERS
 
 

@@ -19,8 +19,9 @@ from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.schema import Body, Design, Plates
 from fingerdesign.layout import clearance
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
-from fingerdesign.layout.frames import PlateRow, plate_rows, row_frames
 from fingerdesign.layout.gaps import flat_corners
+from fingerdesign.layout.row_keys import PlateRow, plate_rows
+from fingerdesign.layout.rows import row_frames
 
 
 def limits(body: Body, row: PlateRow) -> tuple[str, str, float, str, str, float]:

@@ -5,7 +5,7 @@ import numpy as np
 from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
-from fingerdesign.layout.frames import PlateRow, plate_rows
+from fingerdesign.layout.row_keys import PlateRow, plate_rows
 
 LEAST_SLENDERNESS = 4.0  # Length / thickness; a stubbier box does not bend like a plate.
 LEAST_BEND = 4.0  # Bend radius / thickness; below it the strain across the plate is not linear.

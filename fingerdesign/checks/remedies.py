@@ -14,7 +14,8 @@ from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
-from fingerdesign.layout.frames import PlateFrame, PlateRow, with_key
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.row_keys import PlateRow, with_key
 
 CLOSE = 1e-9  # Rounding of lengths, mm.
 _HALVINGS = 18  # 10 mm to 0.04 micrometres.

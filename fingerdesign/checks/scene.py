@@ -6,7 +6,7 @@ from fingerdesign.checks.body import body_faults
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
-from fingerdesign.layout.frames import crest_height, surface_height
+from fingerdesign.layout.bodies import crest_height, surface_height
 
 # Neither small nor finite strain describes a finger whose object has moved by half of its height:
 # rubber folds there.

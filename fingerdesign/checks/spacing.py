@@ -15,8 +15,9 @@ from fingerdesign.checks.remedies import (
 from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.schema import Design, Plates
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
-from fingerdesign.layout.frames import PlateRow, plate_rows, row_frames
 from fingerdesign.layout.gaps import PlateGap, core_gaps, least_gap
+from fingerdesign.layout.row_keys import PlateRow, plate_rows
+from fingerdesign.layout.rows import row_frames
 
 # Gap between plates, in thicknesses: below it, the rubber between is thinner than half a plate.
 LEAST_GAP = 0.5

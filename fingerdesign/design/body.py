@@ -88,9 +88,9 @@ class StepFile(Table):
 
 
 class BodyKind:
-    """What a kind of body answers of its geometry; arrays as of :mod:`fingerdesign.layout.profile`.
+    """The geometry of a kind of body; arrays as in :mod:`fingerdesign.layout.bodies`.
 
-    closed_form: whether an outline (layout/profile.py) makes it. straight: one section tells all.
+    closed_form: true if an outline (layout/profile.py) makes it. straight: all sections are alike.
     turned: round about y, without end faces. flat: its top. words: its top, on pages, with
     ``radius`` and ``dome`` in mm; section_words: what its mid-section stands for.
     """

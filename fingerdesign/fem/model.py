@@ -19,7 +19,8 @@ from fingerdesign.fem.reduction import reduced_model
 from fingerdesign.fem.sheet import sheet_stiffness
 from fingerdesign.fem.system import Body
 from fingerdesign.fem.thermal import thermal_loads
-from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import ReducedModel

@@ -13,7 +13,8 @@ from fingerdesign.design.body import Core
 from fingerdesign.design.schema import Body
 from fingerdesign.design.step import step_facts
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.layout.profile import Piece, profile_of
+from fingerdesign.layout.outline import Piece
+from fingerdesign.layout.profile import profile_of
 from fingerdesign.shapes.faces import nearest
 
 # Thinner skins of rubber tear when the mold is opened, and no mesh of sane size resolves them.

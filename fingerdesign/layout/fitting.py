@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 from fingerdesign.design.schema import Design
 from fingerdesign.design.stock import GageType, nearest_sheet, sheets_of, shipped_types
-from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.rows import plate_frames
 
 _ROUNDING_MM = 1e-9
 # Of a grid's length or width against what the design averages over: beyond it the readings of the

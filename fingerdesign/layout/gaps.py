@@ -4,23 +4,21 @@ A plate is its section polygon drawn straight across its section plane, a bent o
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
 from manifold3d import CrossSection, Manifold, Mesh64
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.design.schema import Core, Design
-from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.design.schema import Core
+from fingerdesign.layout.frames import PlateFrame
 
-MOST_PIECES = 16  # of a bent plate
-_STRAY_MM = 1e-3  # by which its chords may
-FAR_MM = 1e5  # a finger and its mold are smaller
-_THIN, _SAME_MM = 0.01, 1e-9  # the least layer, of the depth; heights that are one, mm
-_ROUNDING_MM = 1e-12  # pairs that are as near: the first counts
+MOST_PIECES = 16  # Chords of a bent plate.
+_STRAY_MM = 1e-3  # The distance by which chords may leave the arc.
+FAR_MM = 1e5  # Larger than any finger and its mold.
+_ROUNDING_MM = 1e-12  # Of pairs that are equally near to rounding, the first counts.
 
 
 @dataclass(frozen=True)
@@ -139,9 +137,9 @@ def core_gaps(core: Core, depth: float, frames: tuple[PlateFrame, ...]) -> Array
 
 
 def below_middle(vertices: Array, triangles: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
-    """What of a closed surface lies at z <= 0, closed by its section; empty where it is none.
+    """The part of a closed surface at z <= 0, closed by its section; empty where there is none.
 
-    vertices (n, 3), triangles (t, 3), anticlockwise from outside; the same again.
+    vertices (n, 3), triangles (t, 3), anticlockwise from outside; returned in the same form.
     """
     solid = Manifold(Mesh64(np.ascontiguousarray(vertices), triangles.astype(np.uint64)))
     found = solid.trim_by_plane((0.0, 0.0, -1.0), 0.0).to_mesh64()
@@ -149,7 +147,7 @@ def below_middle(vertices: Array, triangles: NDArray[np.int64]) -> tuple[Array, 
 
 
 def core_solid(core: Core, depth: float) -> Manifold:
-    """A core of that extent along z, mm, as a solid."""
+    """The core as a solid, with the extent ``depth`` along z, mm."""
     box = Manifold.cube((core.width_mm, core.height_mm, depth), center=True)
     return box.translate((0.0, core.bottom_mm + 0.5 * core.height_mm, 0.0))
 
@@ -158,94 +156,3 @@ def turned_solid(outline: Array, facets: int) -> Manifold:
     """A body turned about y: of its outline's points (r, y), from the crest outward, to y = 0."""
     section = np.concatenate([[[0.0, 0.0], [outline[-1, 0], 0.0]], outline[::-1]])
     return CrossSection([section]).revolve(facets).rotate((-90.0, 0.0, 0.0))
-
-
-# Whether a finger can be swept through layers: its section once, each part in its own layers.
-#
-# The section is drawn with all plates and the core at once, whatever their reach along z. So they
-# must not lie over one another in it, even where they never meet in space.
-
-
-def not_a_sheet(frame: PlateFrame, half: bool = False) -> str | None:
-    """Why a plate cannot be a sheet, as a clause that begins with "it"; None where it can.
-
-    Sheets are flat and whole: slots with two plane faces. ``half``: in a model of the half z >= 0,
-    in whose symmetry plane no mid-surface may lie.
-    """
-    if frame.bend_radius is not None:
-        return "it is bent, and a sheet is flat"
-    if frame.holes:
-        return "it has holes, and a sheet is whole"
-    upright = abs(np.cos(np.radians(frame.angle_deg))) < 1e-9
-    if half and frame.along == "z" and upright and abs(frame.place) < 0.5 * frame.thickness:
-        return "it stands in the symmetry plane z = 0, which would cut it along its mid-surface"
-    return None
-
-
-_LEAST_GAP = 0.5  # of the plates' thickness: what lies nearer in space is refused anyway
-_NEAR_CORE_MM = 0.05
-
-
-def layered(design: Design) -> bool:
-    """Whether one section, swept through layers, can be meshed as it (mesher "extrude")."""
-    return not_layered(design) is None
-
-
-def sweepable(design: Design) -> bool:
-    """Whether it is layered, and no two parts end so near to each other along z that the layer
-    between would be too thin to mesh."""
-    return layered(design) and _least_step(design) > _THIN * design.body.depth_mm
-
-
-def not_layered(design: Design) -> str | None:
-    """The first thing that keeps a finger from being swept through layers; None: nothing does.
-
-    A straight body; plates along x, without holes, that end at any z; a core of any depth.
-    """
-    return not_sweepable(design) or lies_over(design)
-
-
-def not_sweepable(design: Design) -> str | None:
-    """The first part that no layer could hold, wherever it lies; None: there is none."""
-    body, plates = design.body, design.plates
-    if not body.straight:
-        return f"body.shape = '{body.shape}'"
-    if not plates.number:
-        return None
-    if plates.hole_diameter_mm is not None:
-        return f"plates.hole_diameter_mm = {plates.hole_diameter_mm:g}"
-    rows = plates.all_rows if plates.placement is None else (plates,)
-    if any(row.along == "z" and row.count for row in rows):
-        return "a row of plates along z"
-    return None
-
-
-def lies_over(design: Design) -> str | None:
-    """Which plates, or plate and core, lie over one another in the section, though not in space."""
-    if not design.plates.number:
-        return None
-    frames, core = plate_frames(design), design.body.core
-    if len({(round(frame.low, 9), round(frame.high, 9)) for frame in frames}) > 1:
-        swept = tuple(replace(frame, low=-1.0, high=1.0) for frame in frames)
-        gap = least_gap(swept)
-        if gap is not None and gap.distance < _LEAST_GAP * design.plates.thickness_mm - 1e-9:
-            return f"plates {gap.first} and {gap.second} lie over one another, seen along z"
-    if core is not None and core.depth_mm is not None:
-        distances = core_gaps(core, 2.0 * design.body.depth_mm, frames)
-        for frame, distance in zip(frames, distances, strict=True):
-            if distance < _NEAR_CORE_MM:
-                return f"plate {frame.index} and the core lie over one another, seen along z"
-    return None
-
-
-def _least_step(design: Design) -> float:
-    """Least distance along z between two heights at which plates, core or the body end, mm."""
-    half = 0.5 * design.body.depth_mm
-    ends = [-half, 0.0, half]
-    if design.plates.model != "none":
-        ends += [end for frame in plate_frames(design) for end in (frame.low, frame.high)]
-    core = design.body.core
-    if core is not None and core.depth_mm is not None:
-        ends += [-0.5 * core.depth_mm, 0.5 * core.depth_mm]
-    steps = [b - a for a, b in pairwise(sorted(ends)) if b - a > _SAME_MM]
-    return min(steps)

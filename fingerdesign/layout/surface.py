@@ -14,15 +14,15 @@ from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.body import Body, StepFile
 from fingerdesign.design.step import step_facts
 from fingerdesign.errors import GeometryError
-from fingerdesign.layout.frames import crest_height, surface_height
-from fingerdesign.layout.profile import (
+from fingerdesign.layout.bodies import crest_height, surface_height
+from fingerdesign.layout.outline import (
     Piece,
     chain_distance,
     chain_misfit,
     chain_normal,
     nearest_piece,
-    profile_of,
 )
+from fingerdesign.layout.profile import profile_of
 from fingerdesign.shapes.faces import CadFace, Smooth, nearest
 
 

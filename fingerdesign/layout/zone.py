@@ -1,6 +1,6 @@
-"""How far the contact of a scene will reach, before any model is built: the candidate zone.
+"""The candidate zone: a forecast of the contact's extent, before any model is built.
 
-A forecast, no result: one too narrow is refused by the solver (ZoneExhausted) and widened.
+The solver refuses a zone that is too narrow (ZoneExhausted); it is then widened.
 """
 
 from __future__ import annotations
@@ -12,11 +12,15 @@ import numpy as np
 
 from fingerdesign.design.scene import Scene, SceneObject
 from fingerdesign.design.schema import Body, Design
-from fingerdesign.layout import clearance
-from fingerdesign.layout.frames import PlateFrame, PlateRow, crest_height, plate_frames, plate_rows
-from fingerdesign.layout.gaps import least_gap
+from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.profile import profile_of
-from fingerdesign.layout.volume import outline_volume, plate_volume
+
+# The forecast for a plane on a straight finger is 4 to 24 % wide, over a core up to 9 % narrow; the
+# factor covers that. It neglects shear, which moves the contact by a few tenths of a millimetre.
+_FACTOR, _MARGIN = 1.15, 0.3
+# Half-width over that of the undeformed overlap: 0.71 in a round contact, to 1 in a long one.
+_OVERLAP = 0.85
+_WORTH = 0.8  # A zone shorter than this part of the half-depth leaves out candidates along z.
 
 
 def flat_half_extents(body: Body) -> tuple[float, float]:
@@ -64,90 +68,6 @@ def contact_half_width(design: Design, approach_mm: float, object_curvature: flo
     return low
 
 
-DEFAULT_APPROACH_MM = 0.1  # of the fundamental case
-
-
-@dataclass(frozen=True, kw_only=True)
-class Summary:
-    """What ``fingerdesign check`` shows of a sound design; clearances are None without plates.
-
-    body, rows: "arc, round edge, core" and "7 along x, bent, finite". least_surface_mm: of the
-    plates' nearest points, not their middles as plates.cover_mm.
-    """
-
-    name: str
-    digest: str
-    body: str
-    plates: int
-    rows: tuple[str, ...]
-    least_surface_mm: float | None = None
-    least_gap_mm: float | None = None
-    least_side_mm: float | None = None
-    least_base_mm: float | None = None
-    approach_mm: float
-    contact_half_width_mm: float
-    volume_mm3: float
-    plates_volume_mm3: float
-    extruded: bool
-
-
-def summarise(design: Design, scene: Scene | None = None) -> Summary:
-    """Summarise a sound design, pressed as far as ``scene`` does (else the fundamental case)."""
-    body, frames = design.body, plate_frames(design)
-    approach = DEFAULT_APPROACH_MM if scene is None else greatest_approach(design, scene)
-    rigid = SceneObject() if scene is None else scene.object
-    words = [body.shape, *([f"{body.edge} edge"] if body.edge_radius_mm is not None else [])]
-    return Summary(
-        name=design.design.name,
-        digest=design.digest(),
-        body=", ".join([*words, *(["core"] if body.core is not None else [])]),
-        plates=design.plates.number,
-        rows=tuple(_row_words(row) for row in plate_rows(design)),
-        approach_mm=approach,
-        contact_half_width_mm=min(contact_reach(design, rigid, approach)[0], 0.5 * body.width_mm),
-        volume_mm3=outline_volume(body),
-        plates_volume_mm3=sum(plate_volume(frame) for frame in frames),
-        extruded=design.extruded,
-        **(_clearances(body, frames) if frames else {}),
-    )
-
-
-def _row_words(row: PlateRow) -> str:
-    table, count = row.table, len(row.frames)
-    words = [f"{count} placed" if row.placed else f"{count} along {table.along}"]
-    for there, word in (
-        (table.follow != "level", table.follow),
-        (table.stagger_mm, "staggered"),
-        (table.span_mm is not None, "finite"),
-        (table.hole_diameter_mm is not None, "perforated"),
-        (table.model == "sheet", "as sheets"),
-        (table.model == "none", "not modelled"),
-    ):
-        words += [word] if there else []
-    return ", ".join(words)
-
-
-def _clearances(body: Body, frames: tuple[PlateFrame, ...]) -> dict[str, float | None]:
-    points = np.vstack([clearance.plate_points(frame) for frame in frames])
-    reach = points[:, 0] if not body.kind.turned else np.hypot(points[:, 0], points[:, 2])
-    closest = least_gap(frames)
-    return {
-        "least_surface_mm": float(clearance.cover_clearances(body, frames).min()),
-        "least_gap_mm": None if closest is None else closest.distance,
-        "least_side_mm": float(0.5 * body.width_mm - np.abs(reach).max()),
-        "least_base_mm": float(points[:, 1].min()),
-    }
-
-
-# The forecast for a plane on a straight finger is 4 to 24 % wide, over a core up to 9 % narrow,
-# which the factor covers, and knows nothing of shear, which drags the contact along by a few tenths
-# of a millimetre.
-_FACTOR, _MARGIN = 1.15, 0.3
-# Half-width over that of the undeformed overlap: 0.71 in a round contact, to 1 in a long one.
-_OVERLAP = 0.85
-_WORTH = 0.8  # of the half-depth: a shorter zone than this leaves candidates out along z
-
-
 @dataclass(frozen=True)
 class Zone:
     """Contact candidates: |x| <= half_width and, where given, |z| <= half_depth (mm).
@@ -170,7 +90,7 @@ class Zone:
         return replace(wider, inner=self.inner)
 
     def fills(self, design: Design) -> bool:
-        """Whether it holds the whole contact surface."""
+        """True if it holds the whole contact surface."""
         return self.half_depth is None and self.half_width >= 0.5 * design.body.width_mm
 
 
@@ -236,7 +156,7 @@ def approach_for(design: Design, rigid: SceneObject, normal_force: float) -> flo
 
 
 def greatest_approach(design: Design, scene: Scene) -> float:
-    """How far the object of a scene comes, mm; a forecast where forces are prescribed."""
+    """Greatest approach of a scene's object, mm; a forecast where forces are prescribed."""
     rows = scene.path.rows
     if scene.path.control == "force":
         return approach_for(design, scene.object, max(row[0] for row in rows))
@@ -245,8 +165,8 @@ def greatest_approach(design: Design, scene: Scene) -> float:
 
 def _within(design: Design, half_width: float, half_depth: float) -> Zone:
     half = 0.5 * design.body.depth_mm
-    kept = half_depth if half_depth < _WORTH * half else None
-    return Zone(min(half_width, 0.5 * design.body.width_mm), kept)
+    limited = half_depth if half_depth < _WORTH * half else None
+    return Zone(min(half_width, 0.5 * design.body.width_mm), limited)
 
 
 def _object_curvatures(rigid: SceneObject) -> tuple[float, float]:

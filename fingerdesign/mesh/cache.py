@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.mesh.types import Mesh

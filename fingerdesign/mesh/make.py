@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
-from fingerdesign.layout.gaps import sweepable
+from fingerdesign.layout.layers import sweepable
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.registry import MESHERS, own_values

@@ -7,8 +7,9 @@ import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.profile import profile_of
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import core_volume, face_areas, outline_volume, plate_volume
 from fingerdesign.mesh.tetra.carriers import core_faces, outer_faces, plane, plate_faces
 from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES, Mesh, boundary_facets

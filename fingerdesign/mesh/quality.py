@@ -9,7 +9,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.files.imported import import_words

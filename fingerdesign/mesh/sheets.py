@@ -16,7 +16,8 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Body
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.layout.profile import chain_misfit, profile_of
+from fingerdesign.layout.outline import chain_misfit
+from fingerdesign.layout.profile import profile_of
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.types import boundary_facets
 

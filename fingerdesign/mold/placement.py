@@ -27,7 +27,9 @@ from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError, MeshError, SolverError
-from fingerdesign.layout.frames import PlateFrame, crest_height, plate_frames, surface_height
+from fingerdesign.layout.bodies import crest_height, surface_height
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.moved import moved_frames, moved_mesh
 from fingerdesign.mesh.section.section import mesh_section, section_sizes

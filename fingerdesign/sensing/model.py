@@ -32,7 +32,7 @@ from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.mesh.moved import with_plates_moved
 

@@ -22,7 +22,7 @@ from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.fem.model import build_model
-from fingerdesign.layout.frames import mirrors_in_z
+from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.layout.zone import Zone, candidate_zone
 from fingerdesign.runtime.isolate import ProcessError, Worker
 from fingerdesign.studio.numbers import Numbers, numbers_of

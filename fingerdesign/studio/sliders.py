@@ -8,7 +8,7 @@ from typing import Any
 
 from fingerdesign.checks.scene import MOST_MOTION
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.bodies import crest_height
 
 _STEPS = 60  # of a slider, before rounding
 _REACH = 0.05  # of the finger's height: approach and shear at least

@@ -9,7 +9,7 @@ import numpy as np
 
 from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.bodies import crest_height
 from fingerdesign.report.page import paragraphs
 from fingerdesign.studio.numbers import Numbers
 

@@ -16,7 +16,7 @@ from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, Part
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.section.section import sheet_room_faults
 from fingerdesign.validate.comparison import Answer, answer_of, compare, compare_gages, side_of
 from fingerdesign.validate.record import ComparisonData, Kind, Place

@@ -15,7 +15,8 @@ from fingerdesign.arrays import Array
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.layout.frames import crest_height, plate_frames
+from fingerdesign.layout.bodies import crest_height
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import contact_reach, greatest_approach
 from fingerdesign.report.page import paragraphs
 

@@ -34,7 +34,7 @@ from fingerdesign.contact.problem import Motion
 from fingerdesign.design.scene import Scene, ScenePath
 from fingerdesign.design.schema import Design, Gages
 from fingerdesign.errors import FingerDesignError, SolverError
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.report.page import paragraphs
 from fingerdesign.runtime.progress import Report

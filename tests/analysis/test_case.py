@@ -11,7 +11,7 @@ from fingerdesign.checks.load import parse_design
 from fingerdesign.design.io import parse_scene
 from fingerdesign.design.schema import Design, StepFile
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.frames import mirrors_in_z
+from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.pipeline import run
 from fingerdesign.report.page import paragraphs, sentences
 

@@ -27,7 +27,7 @@ from fingerdesign.analysis.fidelity.rungs import (
 )
 from fingerdesign.analysis.forecast.counts import count_model
 from fingerdesign.checks.load import with_values
-from fingerdesign.layout.gaps import layered
+from fingerdesign.layout.layers import layered
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.make import mesh_finger, mesher_name
 

@@ -22,7 +22,7 @@ from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import DesignError
 from fingerdesign.fem.factor import has_pardiso
-from fingerdesign.layout.frames import mirrors_in_z
+from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.mesh import sizing
 from fingerdesign.mesh.cache import keep_mesh, mesh_key

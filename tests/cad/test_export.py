@@ -15,7 +15,7 @@ from fingerdesign.cad.export import (
 )
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.errors import GeometryError
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
 
 

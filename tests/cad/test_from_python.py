@@ -6,7 +6,7 @@ import pytest
 import fingerdesign
 from fingerdesign import DesignError
 from fingerdesign.errors import GeometryError
-from fingerdesign.layout.frames import mirrors_in_z
+from fingerdesign.layout.rows import mirrors_in_z
 from tests.support.steps import read_here
 
 

@@ -11,7 +11,7 @@ from fingerdesign.cad.kernel import volume_of
 from fingerdesign.cad.solid import build_solid
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
-from fingerdesign.layout.frames import mirrors_in_z, plate_frames
+from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.layout.volume import (
     check_volume,
     core_volume,

@@ -12,7 +12,7 @@ from fingerdesign.cad.export import enclosed_volume, triangulate
 from fingerdesign.cad.solid import build_solid
 from fingerdesign.cad.solid_process import finger_triangles, write_finger_cad
 from fingerdesign.errors import GeometryError
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
 
 

@@ -15,8 +15,8 @@ from fingerdesign.checks.meshing import plane_strain_faults, tetwild_faults
 from fingerdesign.checks.spacing import LEAST_GAP
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import DesignError
+from fingerdesign.layout.bodies import surface_height
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM, surface_clearances
-from fingerdesign.layout.frames import surface_height
 from tests.support.faults import faults_of
 
 QUICK = settings(max_examples=40, derandomize=True, deadline=None)

@@ -14,7 +14,7 @@ from fingerdesign.contact.problem import contact_problem
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.design.shipped import shipped_text
 from fingerdesign.fem.model import build_model
-from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.bodies import crest_height
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.shapes.objects import Plane
 

@@ -6,8 +6,9 @@ from fingerdesign.checks.load import load_design, parse_design, with_values, wit
 from fingerdesign.design.digest import LATER
 from fingerdesign.design.io import dump_design
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.frames import Hole, PlateFrame, mirrors_in_z, plate_frames
-from fingerdesign.layout.gaps import layered
+from fingerdesign.layout.frames import Hole, PlateFrame
+from fingerdesign.layout.layers import layered
+from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.materials import (
     MATERIALS,
     disagreement_of,

@@ -15,7 +15,7 @@ from fingerdesign.design.schema import Body
 from fingerdesign.design.shipped import load_scene, shipped_text
 from fingerdesign.design.starter import starter_text
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.frames import surface_height
+from fingerdesign.layout.bodies import surface_height
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.layout.zone import contact_half_width
 from fingerdesign.materials import MATERIALS

@@ -16,7 +16,7 @@ from fingerdesign.fem.model import MIXED_FROM, body_of, build_model, element_of,
 from fingerdesign.fem.readout import gage_rows, locate, strain_rows
 from fingerdesign.fem.system import assemble_system
 from fingerdesign.fem.trace import contact_trace
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section

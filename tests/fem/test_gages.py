@@ -11,7 +11,8 @@ from fingerdesign.errors import SolverError
 from fingerdesign.fem.finite.gage_lines import gage_lines
 from fingerdesign.fem.model import build_model, free_ends, gage_positions, materials_of
 from fingerdesign.fem.readout import gage_rows
-from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section

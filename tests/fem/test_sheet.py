@@ -21,7 +21,9 @@ from fingerdesign.fem.readout import gage_rows, plate_at, plate_strain_rows
 from fingerdesign.fem.sheet import SheetFacets, sheet_of, sheet_stiffness
 from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body, assemble_system
-from fingerdesign.layout.frames import PlateFrame, crest_height, plate_frames
+from fingerdesign.layout.bodies import crest_height
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import oriented
 from fingerdesign.mesh.section.extrude import extrude

@@ -10,7 +10,7 @@ from fingerdesign.fem.body import condense_body
 from fingerdesign.fem.model import build_model, expansions_of
 from fingerdesign.fem.readout import gage_rows
 from fingerdesign.fem.thermal import thermal_loads
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section

@@ -6,13 +6,8 @@ import pytest
 from fingerdesign.checks.load import parse_design
 from fingerdesign.design.io import parse_scene
 from fingerdesign.design.scene import SceneObject
-from fingerdesign.layout.zone import (
-    approach_for,
-    candidate_zone,
-    contact_half_width,
-    contact_reach,
-    summarise,
-)
+from fingerdesign.layout.summary import summarise
+from fingerdesign.layout.zone import approach_for, candidate_zone, contact_half_width, contact_reach
 
 PLANE = SceneObject()
 NAME = 'design.name = "a"\n'

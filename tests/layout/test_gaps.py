@@ -11,16 +11,11 @@ from scipy.spatial import KDTree
 from fingerdesign.design.body import Body, Core
 from fingerdesign.design.plates import Plates
 from fingerdesign.design.schema import Design
+from fingerdesign.layout.bodies import crest_height, surface_height
 from fingerdesign.layout.clearance import cover_clearances, least_dome_radius
-from fingerdesign.layout.frames import (
-    Hole,
-    PlateFrame,
-    crest_height,
-    holes_of,
-    plate_frames,
-    surface_height,
-)
+from fingerdesign.layout.frames import Hole, PlateFrame
 from fingerdesign.layout.gaps import core_gaps, least_gap
+from fingerdesign.layout.rows import holes_of, plate_frames
 
 QUICK = settings(max_examples=40, derandomize=True, deadline=None)
 LONGER = settings(QUICK, max_examples=50)

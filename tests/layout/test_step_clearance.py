@@ -9,8 +9,9 @@ from fingerdesign.checks.load import judge_design
 from fingerdesign.design.plates import Plates
 from fingerdesign.design.schema import Body
 from fingerdesign.layout.clearance import cover_clearances, surface_clearances
-from fingerdesign.layout.frames import PlateFrame, row_frames
-from fingerdesign.layout.zone import summarise
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.rows import row_frames
+from fingerdesign.layout.summary import summarise
 from tests.support.steps import read_here, write
 
 STEP = """

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fingerdesign import analyse, parse_design, parse_scene, with_values
-from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import aspects
 from fingerdesign.mesh.section.extrude import extrude

@@ -5,7 +5,7 @@ import pytest
 
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.layout.zone import Zone

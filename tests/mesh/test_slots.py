@@ -8,7 +8,7 @@ import pytest
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.layout.gaps import not_a_sheet
+from fingerdesign.layout.layers import not_a_sheet
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.tetra.slots import carrier_frames, held_on_faces, open_slots
 from fingerdesign.mesh.tetra.snap import least_dihedral

@@ -11,8 +11,8 @@ from fingerdesign import parse_design, with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.sheet import sheet_of
-from fingerdesign.layout.frames import mirrors_in_z, plate_frames
-from fingerdesign.layout.gaps import lies_over, not_layered
+from fingerdesign.layout.layers import not_layered, overlaps
+from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.quality import assess
@@ -211,7 +211,7 @@ def test_parts_over_one_another_and_sheets_without_room_are_refused_by_name():
     assert not_layered(with_values(DESIGN, crossing)).startswith("plates 0 and 1 lie over")
     core = {"body.core": CORE | {"depth_mm": 2.0}, "plates.span_mm": 1.5}
     beyond = with_values(DESIGN, core | {"plates.placement": [[0, 1.2, 0, 2.0], [0, 4, 0, -2.0]]})
-    assert lies_over(beyond).startswith("plate 0 and the core lie over")
+    assert overlaps(beyond).startswith("plate 0 and the core lie over")
     frames = plate_frames(DESIGN)
     near = replace(frames[1], place=frames[0].place + 0.16)
     with pytest.raises(MeshError, match=r"plate 0 has 0\.0388 mm .* plates\.model = 'solid'"):

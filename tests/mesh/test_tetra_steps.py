@@ -5,7 +5,7 @@ import pytest
 
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.tetra.boundary import boundary_facets as named_facets
 from fingerdesign.mesh.tetra.boundary import enclosed

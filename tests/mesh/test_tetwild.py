@@ -8,7 +8,7 @@ import pytest
 import fingerdesign.mesh.tetra.tetwild as tetwild
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
-from fingerdesign.layout.frames import mirrors_in_z, plate_frames
+from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import cell_volumes, curved_areas

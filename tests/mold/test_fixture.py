@@ -8,7 +8,7 @@ from fingerdesign_bench.any_finger.designs import random_design
 
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import resolved
-from fingerdesign.layout.frames import surface_height
+from fingerdesign.layout.bodies import surface_height
 from fingerdesign.mold.plan.fixture.legs import fixture_of
 from fingerdesign.mold.plan.fixture.refusals import leg_refusals
 from fingerdesign.mold.plan.plan import Slot, in_space, slot_corners

@@ -8,7 +8,8 @@ from fingerdesign_bench.any_finger.step_samples import sample_step
 
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import resolved
-from fingerdesign.layout.frames import Hole, PlateFrame, plate_frames
+from fingerdesign.layout.frames import Hole, PlateFrame
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.plan.extent import exits_of, flat_sided
 from fingerdesign.mold.plan.fixture.fixture import Fixture
 from fingerdesign.mold.plan.fixture.legs import fixture_of, meets_hole

@@ -10,7 +10,7 @@ from fingerdesign.analysis.stages import zone_of
 from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.errors import MeshError
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.moved import moved_frames, moved_mesh
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mold.placement import (

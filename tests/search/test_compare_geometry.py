@@ -11,8 +11,9 @@ from cadquery import Workplane
 
 from fingerdesign import load_design
 from fingerdesign.analysis.page.finger import gage_quads
-from fingerdesign.layout.frames import crest_height, plate_frames, surface_height
+from fingerdesign.layout.bodies import crest_height, surface_height
 from fingerdesign.layout.profile import profile_of
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.records.outcome import Traces
 from fingerdesign.search.compare.figures import (

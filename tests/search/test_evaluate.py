@@ -15,7 +15,7 @@ from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.io import parse_scene
 from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import DesignError, Fault, MeshError
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.records.arrays import OPEN, SLIP, STICK, ContactHistory, GripTrace
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import (

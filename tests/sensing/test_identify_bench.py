@@ -31,7 +31,7 @@ from fingerdesign.control.plants.rig import ImperfectPlant
 from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace import Trace
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.moved import with_plates_moved
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.sensing.identify import bench_fit as latents

@@ -23,7 +23,7 @@ from fingerdesign.checks.design import is_sound
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.gaps import sweepable
+from fingerdesign.layout.layers import sweepable
 from fingerdesign.pipeline import run
 
 PLATES = ("level", "turned", "bent", "two_rows", "sheet", "none", "finite", "staggered")

@@ -11,7 +11,7 @@ from scipy.stats import spearmanr
 from fingerdesign.analysis.analysis import Analysis, study_summary
 from fingerdesign.checks.load import parse_design
 from fingerdesign.design.schema import Gages
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section

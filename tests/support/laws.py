@@ -51,7 +51,7 @@ from fingerdesign.fem.model import (
 )
 from fingerdesign.fem.readout import gage_rows
 from fingerdesign.fem.reduction import reduced_model
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.pipeline import analyse_into, run

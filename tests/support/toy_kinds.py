@@ -7,8 +7,7 @@ import numpy as np
 from fingerdesign.control.roster import Command, Range, controller
 from fingerdesign.design.body import body
 from fingerdesign.design.plates import PlateLayout, plate_layout
-from fingerdesign.layout.frames import surface_height
-from fingerdesign.layout.profile import Block
+from fingerdesign.layout.bodies import Block, surface_height
 from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.runtime.registry import key

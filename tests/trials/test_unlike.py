@@ -15,7 +15,7 @@ from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.records.base import ResultError, plain
 from fingerdesign.sensing import model

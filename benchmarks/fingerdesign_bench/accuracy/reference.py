@@ -12,7 +12,7 @@ from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.design.io import parse_scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import shipped_text
-from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.bodies import crest_height
 from fingerdesign.shapes.objects import Plane
 from fingerdesign_bench.check import Check, two_codes
 

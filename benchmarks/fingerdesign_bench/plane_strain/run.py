@@ -222,7 +222,7 @@ def _plain(readings: Readings) -> Record:
 
 
 def _height(point: Point) -> float:
-    from fingerdesign.layout.frames import crest_height
+    from fingerdesign.layout.bodies import crest_height
 
     return float(crest_height(point.design.body))
 

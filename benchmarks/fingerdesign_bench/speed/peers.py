@@ -29,7 +29,8 @@ from fingerdesign.design.io import parse_scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import shipped_text
 from fingerdesign.errors import SolverError
-from fingerdesign.layout.frames import crest_height, plate_frames
+from fingerdesign.layout.bodies import crest_height
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.speed import peers_worker

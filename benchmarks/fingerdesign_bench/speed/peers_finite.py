@@ -14,7 +14,8 @@ from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.design.io import parse_scene
 from fingerdesign.fem.finite.gage_lines import gage_lines
-from fingerdesign.layout.frames import crest_height, plate_frames
+from fingerdesign.layout.bodies import crest_height
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign_bench.speed.peers import MESHES, Row, work
 
 _DEEP = 0.12  # of the crest's height: small strain is off by a tenth there

@@ -20,7 +20,7 @@ from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.zone import Zone, candidate_zone
 from fingerdesign.shapes.objects import Plane
 

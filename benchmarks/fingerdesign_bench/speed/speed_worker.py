@@ -59,7 +59,7 @@ def _one_path(fidelity: str, design: Design, scene: Any) -> dict[str, Any]:
     from fingerdesign.contact.path import follow
     from fingerdesign.contact.problem import Motion, contact_problem
     from fingerdesign.fem.model import build_model
-    from fingerdesign.layout.frames import crest_height
+    from fingerdesign.layout.bodies import crest_height
     from fingerdesign.layout.zone import candidate_zone, greatest_approach
     from fingerdesign.shapes.objects import Plane
 

@@ -10,7 +10,7 @@ from fingerdesign.checks.load import parse_design
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.model import build_model
-from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section

@@ -28,7 +28,7 @@ from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault, SolverError
 from fingerdesign.fem.model import FiniteElementModel
-from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.zone import Zone
 from fingerdesign.records.result import LadderSummary, TriedModel
 from fingerdesign.runtime.progress import Report

@@ -25,8 +25,9 @@ from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.frames import crest_height, plate_frames
-from fingerdesign.layout.gaps import sweepable
+from fingerdesign.layout.bodies import crest_height
+from fingerdesign.layout.layers import sweepable
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import contact_reach, greatest_approach
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.mesh.section.section import sheet_room_faults

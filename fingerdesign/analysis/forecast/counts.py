@@ -10,9 +10,10 @@ from fingerdesign.design.body import Body
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.model import candidate_facets, element_of, fixed_dofs
-from fingerdesign.layout.frames import PlateFrame, mirrors_in_z, plate_frames
-from fingerdesign.layout.gaps import not_a_sheet
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.layers import not_a_sheet
 from fingerdesign.layout.profile import profile_of
+from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.cache import load_mesh, mesh_key
 from fingerdesign.mesh.files.imported import imported_mesh

@@ -23,7 +23,7 @@ from fingerdesign.checks.scene import scene_faults
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, MeshError
-from fingerdesign.layout.frames import mirrors_in_z
+from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.mesh.make import mesher_of
 from fingerdesign.mesh.section.section import sheet_room_faults
 from fingerdesign.runtime.machine import Machine, busy, this_machine

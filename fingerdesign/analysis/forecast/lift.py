@@ -21,7 +21,8 @@ from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import crest_height, mirrors_in_z, plate_frames
+from fingerdesign.layout.bodies import crest_height
+from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.layout.zone import approach_for, contact_reach
 
 # Strain of a plate over that of the rubber around it: 1 / (1 + c E_p t / (E_r L)), shear lag in a

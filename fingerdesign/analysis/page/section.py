@@ -16,8 +16,11 @@ import numpy as np
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.laws import OPEN, STICK
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import PlateFrame, PlateRow, crest_height, plate_frames
-from fingerdesign.layout.frames import surface_height as height_over
+from fingerdesign.layout.bodies import crest_height
+from fingerdesign.layout.bodies import surface_height as height_over
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.row_keys import PlateRow
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.report import style
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from fingerdesign.analysis.page.section import (
     section_shapes,
 )
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import plate_rows
+from fingerdesign.layout.row_keys import plate_rows
 from fingerdesign.report import style
 
 if TYPE_CHECKING:

@@ -16,7 +16,8 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.mesh import mesh_file_faults
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, MeshError
-from fingerdesign.layout.frames import crest_height, plate_frames
+from fingerdesign.layout.bodies import crest_height
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.files.io import read_named
 from fingerdesign.mesh.files.named import NamedMesh

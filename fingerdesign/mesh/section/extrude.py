@@ -17,8 +17,9 @@ from fingerdesign.checks.body import sound_outline
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault, MeshError
-from fingerdesign.layout.frames import PlateFrame, mirrors_in_z, plate_frames
-from fingerdesign.layout.gaps import layered, lies_over, not_layered, not_sweepable
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.layers import layered, not_layered, not_sweepable, overlaps
+from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.measures import cell_angles, oriented
@@ -282,7 +283,7 @@ class Extruder(Mesher):
     def why_not(self, design: Design) -> str | None:
         why = not_sweepable(design)
         if why is None and sound_outline(design.body):
-            why = lies_over(design)
+            why = overlaps(design)
         return None if why is None else f"swept through layers ({why})"
 
     def refusals(self, design: Design, symmetric: bool) -> list[Fault]:

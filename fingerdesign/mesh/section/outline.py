@@ -11,7 +11,8 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.schema import Body
-from fingerdesign.layout.profile import Piece, profile_of
+from fingerdesign.layout.outline import Piece
+from fingerdesign.layout.profile import profile_of
 
 BODY = 1  # domain numbers: the body, then plate k as BODY + 1 + k, the core after the last plate
 _LEAST_LENGTH = 1e-9  # mm: an edge's rounding may be of no length where the arc ends upright

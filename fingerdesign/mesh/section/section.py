@@ -13,8 +13,9 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import Fault, MeshError
-from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.profile import profile_of
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import cell_volumes, oriented

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.layout.profile import Piece, Profile, profile_of
+from fingerdesign.layout.outline import Piece, Profile
+from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.surface import ContactSurface, step_carriers
 from fingerdesign.shapes.faces import Carrier, Face
 from fingerdesign.shapes.quadrics import Cone, Plane

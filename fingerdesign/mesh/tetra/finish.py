@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
-from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.measures import cell_volumes, oriented
 from fingerdesign.mesh.sizing import SizeField
 from fingerdesign.mesh.tetra.boundary import (

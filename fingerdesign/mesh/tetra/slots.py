@@ -17,8 +17,9 @@ import numpy as np
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
-from fingerdesign.layout.frames import PlateFrame, plate_frames
-from fingerdesign.layout.gaps import not_a_sheet
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.layers import not_a_sheet
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.sizing import distances_to_plate
 from fingerdesign.mesh.tetra.carriers import Carriers, core_faces, outer_faces

@@ -7,7 +7,7 @@ do by as much; those that overlap do not come off, either.
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
 from fingerdesign.mold.checks.assembly import Assembly, place_text, planned
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, OUTER, Check

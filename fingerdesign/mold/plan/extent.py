@@ -10,8 +10,9 @@ from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.design.body import Body, StepFile
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import step_facts
+from fingerdesign.layout.bodies import crest_height, surface_height
 from fingerdesign.layout.clearance import surface_clearances
-from fingerdesign.layout.frames import PlateFrame, crest_height, surface_height
+from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.plan.plan import Extent, MoldPlan, Side, across, direction
 from fingerdesign.shapes.faces import CadFace, nearest
 

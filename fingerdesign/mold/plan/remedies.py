@@ -15,7 +15,7 @@ from fingerdesign.checks.remedies import edge
 from fingerdesign.design.faults import at_least
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.frames import PlateRow, plate_rows, with_key
+from fingerdesign.layout.row_keys import PlateRow, plate_rows, with_key
 from fingerdesign.mold.plan.fixture.fixture import Fixture
 from fingerdesign.mold.plan.fixture.legs import fixture_of
 from fingerdesign.mold.plan.fixture.refusals import high_legs, narrow_webs

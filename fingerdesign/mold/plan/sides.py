@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fingerdesign.layout.frames import surface_height
+from fingerdesign.layout.bodies import surface_height
 from fingerdesign.mold.part import EDGE_DEG
 from fingerdesign.mold.plan.extent import half_extent
 from fingerdesign.mold.plan.fixture.fixture import Fixture

@@ -11,7 +11,8 @@ import numpy as np
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.body import Core
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.plan.limits import Limits
 from fingerdesign.mold.plan.plan import Holding, Leg, Side, Slot, slot_corners
 

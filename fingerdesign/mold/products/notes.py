@@ -19,8 +19,8 @@ from fingerdesign.arrays import Array
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words
-from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.gaps import PlateGap, least_gap
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.materials import MATERIALS, gent_shore_a
 from fingerdesign.mold.part import COUPON, MoldMeshes, axis_name

@@ -17,9 +17,12 @@ from fingerdesign.design.body import Body
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import content_of
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.layout.frames import PlateFrame, plate_frames, surface_height
+from fingerdesign.layout.bodies import surface_height
+from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.gaps import core_solid, solids_of, turned_solid
-from fingerdesign.layout.profile import Profile, profile_of
+from fingerdesign.layout.outline import Profile
+from fingerdesign.layout.profile import profile_of
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.records.outcome import Traces
 from fingerdesign.report.figure import Triangles, fans, micrometres, places, triangles_of
 

@@ -16,7 +16,7 @@ from fingerdesign.design.faults import leaves, parts_of
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.records.arrays import ContactHistory
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RESULT_FILE, read_result

@@ -14,7 +14,7 @@ from fingerdesign.analysis.stages import one_thread
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
 from fingerdesign.records.arrays import OPEN, SLIP, ContactHistory
 from fingerdesign.records.outcome import GripOutcome, Numbers, Traces, bounded

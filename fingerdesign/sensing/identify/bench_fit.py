@@ -41,7 +41,7 @@ from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.signals import NormalCalibration
 from fingerdesign.design.digest import content_digest
 from fingerdesign.errors import DesignError, SolverError
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.runtime.cache import GARBLED, Cache, packed, unpacked
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report

@@ -18,7 +18,7 @@ from fingerdesign.control.bench_curves import Kind, Phase, bench_curves
 from fingerdesign.control.bench_table import TABLE, read_bench, table_text
 from fingerdesign.design.io import dump_design
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.records.base import Count, Size, closed, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.progress import Report

@@ -23,7 +23,7 @@ from fingerdesign.checks.meshing import tetwild_faults
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.sensing.model import against, bench_problem, meshed_for_grips
 from fingerdesign.sensing.perturb.faults import FAULTS, TRAINING_FAULTS, Draw

@@ -7,7 +7,7 @@ import pytest
 from manifold3d import Manifold, Mesh64
 
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.part import BASE, INSERT, RUBBER, MoldMeshes, PartMesh
 from fingerdesign.mold.plan.limits import limits_of
 from fingerdesign.mold.plan.plan import BaseHole, Leg, MoldPlan, Pin, SidePlan, Slot
