@@ -8,8 +8,9 @@ from fingerdesign.mold.make import FOLDER, older_passed, write_mold
 from fingerdesign.mold.part import axis_name
 from fingerdesign.mold.profile import with_profile
 from fingerdesign.mold.record import MoldData, PartData
+from fingerdesign.records.verdict import SIGNS
 from fingerdesign_cli.inputs import read_case, refuse_foreign
-from fingerdesign_cli.terminal import open_page, print_json, print_table, progress
+from fingerdesign_cli.terminal import open_page, print_json, print_table, progress, say, say_marked
 
 _SHOWN = 10  # failing checks that are shown one by one
 
@@ -67,11 +68,12 @@ def _show(report: MoldData, folder: Path) -> None:
     if report["placement"] is not None:
         click.echo(report["placement"]["sentences"][0])
     for warning in report["warnings"]:
-        click.echo(f"warning: {warning}")
+        say_marked(SIGNS["warning"], warning)
     for reason in report["sensor"]["reasons"]:
-        click.echo(f"not ready as a sensor: {reason}")
+        say_marked(SIGNS["fail"], f"not ready as a sensor: {reason}")
     if report["failure"] is None:
-        click.echo(f"all {len(report['checks'])} checks passed")
+        passed = f"all {len(report['checks'])} checks passed"
+        say(f"{SIGNS['pass']} {report['design']}: the mold is ready; {passed}", bold=True)
     click.echo(f"{report['seconds']:.0f} s; report: {folder / 'report.html'}")
 
 

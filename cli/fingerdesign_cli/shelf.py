@@ -64,11 +64,11 @@ def _studies() -> Iterator[_Row]:
 
 def _materials() -> Iterator[_Row]:
     for name, material in MATERIALS.items():
-        told = material.published_MPa
+        published = material.published_MPa
         yield {
             "name": name,
             "youngs_modulus_MPa": material.youngs_modulus_MPa,
-            "published_MPa": "–" if told is None else f"{told[0]:g} to {told[1]:g}",
+            "published_MPa": "–" if published is None else "{:g} to {:g}".format(*published),
             "poissons_ratio": material.poissons_ratio,
             "expansion_per_K": EXPANSION[name][0],
             "source": material.source,
@@ -88,38 +88,42 @@ def _metrics() -> Iterator[_Row]:
 
 def _controllers() -> Iterator[_Row]:
     for kind in CONTROLLERS.kinds():
-        taught = "an estimator (fingerdesign train)" if kind.trained else "nothing"
+        trained = "an estimator (fingerdesign train)" if kind.trained else "nothing"
         doc = inspect.getdoc(kind.make) or ""
         if doc.startswith("See the module"):
             doc = getattr(inspect.getmodule(kind.make), "__doc__", "") or ""
         yield {
             "name": kind.name,
-            "needs": kind.knows or taught,
+            "needs": kind.knows or trained,
             "tuned in": ", ".join(each.key.rpartition(".")[2] for each in kind.tuned) or "-",
             "meaning": doc.split("\n\n")[0].replace("\n", " ").replace("``", "`"),
         }
 
 
-_SHELVES: dict[str, Callable[[], Iterator[_Row]]] = {
-    "designs": _designs,
-    "scenes": _scenes,
-    "studies": _studies,
-    "materials": _materials,
-    "metrics": _metrics,
-    "controllers": _controllers,
+_SHELVES: dict[str, tuple[str, Callable[[], Iterator[_Row]]]] = {
+    "designs": ("shipped fingers, to analyse or to start from", _designs),
+    "scenes": ("objects and paths, for --scene", _scenes),
+    "studies": ("searches and sweeps of many fingers", _studies),
+    "materials": ("elastomers and plate materials with their sources", _materials),
+    "metrics": ("numbers that a study compares fingers by", _metrics),
+    "controllers": ("hands that grip, for --controller", _controllers),
 }
 assert tuple(_SHELVES) == SHELVES
 
 
 def list_(what: tuple[str, ...], as_json: bool) -> None:
-    """Show what there is of WHAT, or of everything."""
-    found = {name: list(_SHELVES[name]()) for name in what or SHELVES}
+    """Show the entries of WHAT; without WHAT its choices, or with JSON every entry."""
+    if not what and not as_json:
+        rows = [[name, words] for name, (words, _) in _SHELVES.items()]
+        print_table("", ["fingerdesign list ...", "shows"], rows, WIDTH)
+        return
+    found = {name: list(_SHELVES[name][1]()) for name in what or SHELVES}
     if as_json:
         print_json(found)
         return
-    for name, rows in found.items():
-        headings = [key.removesuffix("_MPa").replace("_", " ") for key in rows[0]]
-        cells = [[_cell(value) for value in row.values()] for row in rows]
+    for name, entries in found.items():
+        headings = [key.removesuffix("_MPa").replace("_", " ") for key in entries[0]]
+        cells = [[_cell(value) for value in entry.values()] for entry in entries]
         print_table(name, headings, cells, WIDTH)
 
 

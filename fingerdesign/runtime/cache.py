@@ -175,25 +175,31 @@ def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def packed(value: Any, arrays: dict[str, Any]) -> Any:
-    """Dataclasses and pydantic models, with what they hold (arrays, numbers, texts, tuples, dicts,
-    None), in JSON's types, as :func:`unpacked` reads them; their arrays are added to ``arrays``."""
+def packed(value: Any, arrays: dict[str, Any], name: str = "") -> Any:
+    """Dataclasses and pydantic models with their content (arrays, numbers, texts, tuples, dicts,
+    None) in JSON's types, as :func:`unpacked` reads them.
+
+    Their arrays are added to ``arrays`` under their dotted path: "contact.points".
+    """
     import numpy as np
     from pydantic import BaseModel
 
+    def inner(each: Any, key: object) -> Any:
+        return packed(each, arrays, f"{name}.{key}" if name else f"{key}")
+
     if isinstance(value, np.ndarray):
-        name = f"array_{len(arrays)}"
+        name = name or "array"
         arrays[name] = value
         return {"array": name}
     if isinstance(value, BaseModel):
         return {"kind": type(value).__name__, "values": value.model_dump(mode="json")}
     if is_dataclass(value):
-        values = {each.name: packed(getattr(value, each.name), arrays) for each in fields(value)}
+        values = {each.name: inner(getattr(value, each.name), each.name) for each in fields(value)}
         return {"kind": type(value).__name__, "values": values}
     if isinstance(value, dict):
-        return {"pairs": [[key, packed(each, arrays)] for key, each in value.items()]}
+        return {"pairs": [[key, inner(each, key)] for key, each in value.items()]}
     if isinstance(value, tuple):
-        return [packed(each, arrays) for each in value]
+        return [inner(each, place) for place, each in enumerate(value)]
     return value.item() if isinstance(value, np.generic) else value
 
 

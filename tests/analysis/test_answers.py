@@ -116,3 +116,5 @@ def test_arrays_and_designs_that_were_changed_are_refused(case, tmp_path, own_ca
         assert "narrow" in capsys.readouterr().err
         assert not (folder / PAGE).exists()
     assert about["pairs"]
+    names = {"contact.points", "mesh.points", "slip_studies.0.stick_ratio", "grip_traces.0.hold"}
+    assert names < set(arrays)

@@ -251,8 +251,8 @@ def mold() -> None:
 @click.argument("what", metavar="WHAT...", nargs=-1, type=click.Choice(SHELVES))
 @json_option
 def list_() -> None:
-    """List what there is of WHAT, or of all: designs, scenes, studies, materials, metrics,
-    controllers (those of plug-ins too)."""
+    """List the entries of WHAT: designs, scenes, studies, materials, metrics, controllers (those of
+    plug-ins too). Without WHAT, these topics; with --json, every entry."""
 
 
 @command("view", "Draw a design, or show a result.")

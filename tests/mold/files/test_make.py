@@ -283,7 +283,7 @@ def test_the_command_prints_parts_and_verdict_and_what_replaces_a_good_mold_says
 ):
     stages()
     out = command().out
-    for words in ("contact_insert", "all 1 checks passed", "warning: "):
+    for words in ("contact_insert", "all 1 checks passed", "  ! "):
         assert words in out
     stages(checks=(FAILED,))
     for replaced in (True, False):
