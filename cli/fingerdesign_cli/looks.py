@@ -262,10 +262,11 @@ def _identification(data: _Data, _: Path) -> Look:
         [each["name"].replace("_", " "), f"{each['value']:.4g} {each['unit']}".strip()]
         for each in values
     ]
-    bad = [f"{each['name']} is not told well enough" for each in data["values"] if not each["told"]]
+    wide = [v["name"] for v in data["values"] if not v.get("determined", v.get("told"))]
+    bad = [f"{name} is not determined well enough" for name in wide]
     motion = data["next_motion"]
     facts = [] if motion is None else [f"next: {motion['words']}"]
-    what = f"what {data['trace']} tells of {data['design']}"
+    what = f"values of {data['design']} from {data['trace']}"
     return Look(what, (), [*bad, *data["warnings"]], facts, ("value", "found"), rows)
 
 

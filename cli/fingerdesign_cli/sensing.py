@@ -20,7 +20,6 @@ from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.sensing.identify.bench import simulated_bench
-from fingerdesign.sensing.identify.bench_fit import PRIOR
 from fingerdesign.sensing.identify.bench_report import (
     CALIBRATION,
     ESTIMATOR_FILE,
@@ -31,6 +30,7 @@ from fingerdesign.sensing.identify.bench_report import (
     write_calibration,
     write_measured,
 )
+from fingerdesign.sensing.identify.latents import PRIOR
 from fingerdesign.sensing.identify.simulated_trace import (
     SIMULATED,
     TRACE_FILE,
@@ -313,15 +313,15 @@ def _show_values(data: IdentificationData, folder: Path) -> None:
             each.name.replace("_", " ").replace(".", ", "),
             *each.shown(),
             each.unit,
-            "yes" if each.told else "not enough",
+            "yes" if each.determined else "not enough",
         ]
         for each in (*own, *gains)
     ]
-    columns = ["value", "found", "95 % interval", "unit", "told"]
-    print_table(f"{data.design}: what {data.trace} tells", columns, rows)
+    columns = ["value", "found", "95 % interval", "unit", "determined"]
+    print_table(f"{data.design}: values from {data.trace}", columns, rows)
     for warning in data.warnings:
         click.echo(f"warning: {warning}")
     if data.next_motion is not None:
         of = data.next_motion.of.replace("_", " ")
-        click.echo(f"next: {data.next_motion.words}; it would tell most of {of}")
+        click.echo(f"next: {data.next_motion.words}; it would narrow {of} most")
     click.echo(f"{folder / PAGE_FILE}; the design with these values: {folder / DESIGN_FILE}")

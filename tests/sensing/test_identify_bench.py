@@ -34,7 +34,7 @@ from fingerdesign.errors import DesignError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.moved import with_plates_moved
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.sensing.identify import bench_fit as latents
+from fingerdesign.sensing.identify import sensitivities
 from fingerdesign.sensing.identify.bench import phase_problems, protocol, simulated_bench
 from fingerdesign.sensing.identify.bench_fit import Noise, fit_latents
 from fingerdesign.sensing.identify.bench_report import calibrated_finger, write_measured
@@ -219,7 +219,7 @@ def test_sensitivities_are_kept_and_a_dead_gage_is_named(design, measured, monke
     phases = read_bench(measured, GAGES)
     x = [each.x for each in plate_frames(design)]
     fit_latents(design, phases, bench_curves(phases, np.array(x)), Noise(0.5, 0.005))
-    monkeypatch.setattr(latents, "Pool", None)  # no process any more
+    monkeypatch.setattr(sensitivities, "Pool", None)  # no process any more
     dead = []
     for each in phases:
         readings = each.points.readings.copy()

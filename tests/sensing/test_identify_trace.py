@@ -15,7 +15,8 @@ from fingerdesign.control.trace import Trace, parse_trace
 from fingerdesign.errors import DesignError
 from fingerdesign.records.base import DATA, plain
 from fingerdesign.sensing.identify.simulated_trace import simulated_trace
-from fingerdesign.sensing.identify.trace_fit import identified, noise_of
+from fingerdesign.sensing.identify.trace_fit import identified
+from fingerdesign.sensing.identify.trace_model import noise_of
 from fingerdesign.sensing.identify.trace_path import MOST_MOVES, TracePath, played
 from fingerdesign.sensing.identify.trace_report import identification, identified_design
 from fingerdesign.sensing.model import grip_problem
@@ -77,7 +78,7 @@ def test_what_was_drawn_is_found_within_its_intervals(data, made):
     assert len(beyond) <= 0.15 * len(made.truth), beyond
     for name, share in (("youngs_modulus", 0.01), ("friction_coefficient", 0.01), ("time_1", 0.1)):
         assert values[name].value == pytest.approx(made.truth[name], rel=share)
-        assert values[name].told
+        assert values[name].determined
     shares = sum(true for name, true in made.truth.items() if name.startswith("share_"))
     fresh = made.truth["youngs_modulus"]
     assert values["relaxed_modulus"].value == pytest.approx(fresh * (1.0 - shares), rel=0.01)
@@ -90,7 +91,7 @@ def test_a_press_alone_tells_no_friction_and_asks_for_a_shear(design, made):
     assert trace.dx.max() == 0.0
     data = identification(identified(design, trace, "press.csv", terms=0), "press.csv")
     values = {each.name: each for each in data.values}
-    assert not values["friction_coefficient"].told
+    assert not values["friction_coefficient"].determined
     assert data.next_motion is not None
     assert data.next_motion.motion == "shear"
     assert data.next_motion.of == "friction_coefficient"

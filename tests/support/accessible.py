@@ -13,7 +13,7 @@ from fingerdesign.report.page import term_pattern
 
 # Words of headings, columns and captions that any reader knows; all others are terms.
 PLAIN_WORDS = """
-coupon crest cutter fixes machine name planned row shows sizes try
+coupon crest cutter determined fixes machine name planned row shows sizes try
 a across advice against all along analysed and angle answer any are as at axial axis back base be
 before begins believe bench bend best better bill both bound by came cases casting centre centres
 change changed changes chart check checked checks chosen clean close cm cm³ come compared complete

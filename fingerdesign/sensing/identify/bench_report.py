@@ -1,4 +1,4 @@
-"""``fingerdesign calibrate``: a finger's own curves and hidden values, as its bench has them.
+"""``fingerdesign identify DESIGN BENCH``: a finger's own curves and hidden values.
 
 found = calibrated_finger(design, Path("measured"), estimator)
 write_calibration(found, folder)        # calibration.json, estimator.json, fitted.toml
@@ -22,8 +22,9 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.records.base import Count, Size, closed, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.progress import Report
-from fingerdesign.sensing.identify.bench_fit import AXES, TOLERANCE, LatentFit, Noise, fit_latents
+from fingerdesign.sensing.identify.bench_fit import LatentFit, Noise, fit_latents
 from fingerdesign.sensing.identify.joined_curves import joined_calibration
+from fingerdesign.sensing.identify.latents import AXES, TOLERANCE
 from fingerdesign.sensing.model import gripped_case
 from fingerdesign.version import versions
 
@@ -38,20 +39,20 @@ RECORD_FILE, ESTIMATOR_FILE, FITTED_FILE = "calibration.json", "estimator.json",
 DRAWN_FILE = "drawn.toml"
 CALIBRATION = RecordFolder("calibration", RECORD_FILE, (RECORD_FILE, ESTIMATOR_FILE, FITTED_FILE))
 MEASURED = RecordFolder("measured finger", TABLE, ("*.csv", DRAWN_FILE))
-_DETERMINED = 0.5  # of the deviation before, what is left where the bench has said something
-_SURELY = 2.0  # deviations by which a plate is beyond its tolerance
-_BEYOND_MM = 0.02  # of the stage's travel, a touch too early
-_SHORT = 0.95  # of the stage's travel, what a press should reach
-_FRICTION_OFF = 0.05  # of the friction said
-_MISFIT = 4.0  # twice the deviations that noise and mesh explain
-_ODD_GAGE = 5.0  # times the median gage's residual
+_DETERMINED = 0.5  # A value is determined if the fit leaves less than this of its deviation.
+_SURELY = 2.0  # A plate is off its tolerance if it is beyond it by so many deviations.
+_BEYOND_MM = 0.02  # An early touch may lengthen the stage's travel by this much.
+_SHORT = 0.95  # A press should reach this fraction of the stage's travel.
+_FRICTION_OFF = 0.05  # The slide may differ from the stated friction by this fraction.
+_MISFIT = 4.0  # A misfit of twice the deviations of noise and mesh, in squares.
+_ODD_GAGE = 5.0  # A gage's residual is odd above so many times the median one.
 _AXIS_WORDS = {"x": "mm off along x", "y": "mm off along y", "angle": "degrees off in angle"}
 
 
 @closed
 @dataclass(frozen=True)
 class PhaseData:
-    """A row of the bench's table; points: where its trace stood still."""
+    """A row of the bench's table; points: the number of rests in its trace."""
 
     trace: str
     phase: Kind
@@ -78,8 +79,8 @@ class CurvesData:
 @closed
 @dataclass(frozen=True)
 class LatentData:
-    """A hidden value, as what it is off the design's: plate_K of the design's plates from 0, gage_K
-    of the trace's from 1. determined: the fit has halved its standard deviation at least."""
+    """A hidden value, as its difference from the design's: plate_K of the design's plates from 0,
+    gage_K of the trace's from 1. determined: the fit has halved its standard deviation at least."""
 
     name: str
     unit: str
@@ -92,8 +93,8 @@ class LatentData:
 @closed
 @dataclass(frozen=True)
 class FitData:
-    """RMS of readings less the model's, by design and by the fitted finger; misfit: what is left
-    over what noise and mesh explain, in squares."""
+    """RMS of readings less the model's, by design and by the fitted finger; misfit: residuals over
+    what noise and mesh explain, in squares."""
 
     before_microstrain: Size
     after_microstrain: Size
@@ -104,14 +105,14 @@ class FitData:
 @closed
 @dataclass(frozen=True)
 class CalibrationData:
-    """The content of calibration.json; taught_on: key of the estimator's design, null without one;
-    slid_ratio: F_t / F_n at the end of the slide; force_cross_talk: what is felt as F_t of each
-    newton of F_n, 0 where it was not slid to both sides."""
+    """The content of calibration.json; trained_on: key of the estimator's design, null without one;
+    slid_ratio: F_t / F_n at the end of the slide; force_cross_talk: F_t that is measured per newton
+    of F_n, 0 where it was not slid to both sides."""
 
     design: str
     digest: str
     fidelity: Literal["plane-strain", "3d"]
-    taught_on: str | None
+    trained_on: str | None
     noise_microstrain: Size
     force_noise_N: Size
     phases: tuple[PhaseData, ...]
@@ -128,7 +129,7 @@ class CalibrationData:
 
 @dataclass(frozen=True)
 class CalibratedFinger:
-    """What came of a bench. estimator: with this finger's curves, None where none was given;
+    """The result of a bench. estimator: with this finger's curves, None where none was given;
     fitted: the design with the fitted plates and materials."""
 
     data: CalibrationData
@@ -179,7 +180,7 @@ def _refuse_beyond(design: Design, phases: Sequence[Phase], source: Path) -> Non
             f"{each.name}, column dy_mm",
             f"{each.points.approach.max():g} mm in all",
             f"at most grip.max_approach_mm = {most:g}",
-            "cut the trace there, or raise it and teach anew",
+            "cut the trace there, or raise it and train again",
         )
         for each in phases
         if each.points.approach.max() > most + _BEYOND_MM
@@ -202,7 +203,7 @@ def _data(
         design=design.design.name,
         digest=design.digest(),
         fidelity="3d" if fidelity == "3d" else "plane-strain",
-        taught_on=None if estimator is None else estimator.design,
+        trained_on=None if estimator is None else estimator.design,
         noise_microstrain=noise.gage,
         force_noise_N=noise.force,
         phases=tuple(
@@ -246,7 +247,7 @@ def _warnings(
             words = f"{value:+.3g} ± {deviation:.2g} {_AXIS_WORDS[latent.kind]}"
             yield f"plate {latent.number} lies {words}: more than the tolerance of {most:g}"
     for gage in fit.dead:
-        yield f"gage_{gage} answers to nothing: it is left out of the fit, and grips go without it"
+        yield f"gage_{gage} has no response: it is left out of the fit and of grips"
     alive = [k for k in range(len(fit.gages_after)) if k + 1 not in fit.dead]
     usual = float(np.median(fit.gages_after[alive])) if alive else 0.0
     for k in alive:
@@ -262,10 +263,10 @@ def _warnings(
     most = design.grip.max_approach_mm
     if reached < _SHORT * most:
         yield f"pressed to {reached:g} of {most:g} mm: beyond it curves are the fitted model's"
-    said = {p.friction_coefficient for p in phases if p.kind == "slide"}
-    for friction in said:
+    stated = {p.friction_coefficient for p in phases if p.kind == "slide"}
+    for friction in stated:
         if curves.slid is not None and abs(curves.slid / friction - 1.0) > _FRICTION_OFF:
-            words = f"slides at F_t / F_n = {curves.slid:.3g}, its friction is said to be"
+            words = f"slides at F_t / F_n = {curves.slid:.3g}, its stated friction is"
             yield f"the bench {words} {friction:g}: check both force cells, and the surface"
     if not any(p.kind == "quick" for p in phases):
         yield "no quick press was recorded: the delay is taken for 0"

@@ -1,4 +1,4 @@
-"""What ``identify`` writes: the record, the design, and a page of measured against modelled."""
+"""Files of an identified trace: the record, the design, and a page of measured and modelled."""
 
 from __future__ import annotations
 
@@ -25,12 +25,11 @@ from fingerdesign.sensing.identify.trace_report import (
 )
 
 if TYPE_CHECKING:
-    from fingerdesign.report.style import Axes
     from fingerdesign.sensing.identify.trace_fit import Identified
 
 TEMPLATES = Path(__file__).parent / "templates"
 WORDS = TEMPLATES / "identify_words.txt.j2"
-_SHOWN = 4  # gages that are drawn, those that answer most
+_SHOWN = 4  # The gages with the largest response are drawn.
 
 
 def write_identification(found: Identified, trace: str, folder: Path) -> IdentificationData:
@@ -60,54 +59,54 @@ def identify_html(found: Identified, data: IdentificationData, plates: Sequence[
 
 def _forces(found: Identified, data: IdentificationData) -> style.ReportFigure:
     fit, path = found.fit, found.fit.model.path
-    said, felt = fit.model.fitted(fit.x), fit.model.data
+    modelled, measured = fit.model.fitted(fit.x), fit.model.data
     figure = style.canvas(8.4, 4.6)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
     for k, name in enumerate(("F_n", "F_t")):
         colour, _, marker = style.SERIES[k]
-        upper.plot(path.time, felt[:, k], **style.points(colour, marker, 3.0, f"{name} measured"))
-        upper.plot(path.time, said[:, k], color=colour, lw=1.2, label=f"{name} modelled")
-        lower.plot(path.time, 1e3 * (felt - said)[:, k], color=colour, lw=0.8, marker=marker, ms=2)
+        upper.plot(
+            path.time, measured[:, k], **style.points(colour, marker, 3.0, f"{name} measured")
+        )
+        upper.plot(path.time, modelled[:, k], color=colour, lw=1.2, label=f"{name} modelled")
+        lower.plot(
+            path.time, 1e3 * (measured - modelled)[:, k], color=colour, lw=0.8, marker=marker, ms=2
+        )
     upper.set_ylabel("N")
     lower.set_ylabel("left, mN")
     lower.set_xlabel("time (s)")
-    _by_time(lower)
+    lower.margins(x=0.02)
     figure.legend(loc="outside lower center", ncols=4)
-    left = float(np.sqrt(np.mean((felt - said)[:, :2] ** 2)))
+    left = float(np.sqrt(np.mean((measured - modelled)[:, :2] ** 2)))
     return caption_drawing(
-        figure, WORDS, "forces", left=left, most=float(felt[:, 0].max()), data=data
+        figure, WORDS, "forces", left=left, most=float(measured[:, 0].max()), data=data
     )
 
 
 def _gages(found: Identified, plates: Sequence[int]) -> style.ReportFigure:
     fit, path = found.fit, found.fit.model.path
-    said, felt = fit.model.fitted(fit.x)[:, 2:], fit.model.data[:, 2:]
-    loud = np.argsort(-np.ptp(said, axis=0))[:_SHOWN]
+    modelled, measured = fit.model.fitted(fit.x)[:, 2:], fit.model.data[:, 2:]
+    largest = np.argsort(-np.ptp(modelled, axis=0))[:_SHOWN]
     figure = style.canvas(8.4, 3.4)
     axes = figure.subplots()
-    for k, gage in enumerate(sorted(loud.tolist())):
+    for k, gage in enumerate(sorted(largest.tolist())):
         colour, dashes, marker = style.SERIES[k]
         name = f"gage {gage + 1}, plate {plates[gage]}"
-        axes.plot(path.time, felt[:, gage], **style.points(colour, marker, 2.5))
-        axes.plot(path.time, said[:, gage], color=colour, ls=dashes, lw=1.1, label=name)
+        axes.plot(path.time, measured[:, gage], **style.points(colour, marker, 2.5))
+        axes.plot(path.time, modelled[:, gage], color=colour, ls=dashes, lw=1.1, label=name)
     axes.set_xlabel("time (s)")
     axes.set_ylabel("microstrain")
-    _by_time(axes)
+    axes.margins(x=0.02)
     figure.legend(loc="outside lower center", ncols=4)
-    left = np.sqrt(np.mean((felt - said) ** 2, axis=0))
+    left = np.sqrt(np.mean((measured - modelled) ** 2, axis=0))
     return caption_drawing(
         figure, WORDS, "gages", left=float(np.median(left)), worst=float(left.max())
     )
 
 
-def _by_time(axes: Axes) -> None:
-    axes.margins(x=0.02)
-
-
 def _table(data: IdentificationData, gages: bool) -> Table:
     own = [each for each in data.values if each.name.startswith("gage_") == gages]
-    rows = tuple((_named(each), *each.shown(), each.unit or "–", _told(each)) for each in own)
-    columns = ("value", "found", "95 % interval", "unit", "told")
+    rows = tuple((_named(each), *each.shown(), each.unit or "–", _determined(each)) for each in own)
+    columns = ("value", "found", "95 % interval", "unit", "determined")
     key, caption = ("gages", "Gages") if gages else ("values", "Rubber and contact")
     return Table(key, caption, columns, rows, frozenset({0, 3, 4}))
 
@@ -116,5 +115,5 @@ def _named(value: ValueData) -> str:
     return value.name.replace("_", " ").replace(".", ", ")
 
 
-def _told(value: ValueData) -> str:
-    return "yes" if value.told else "not enough"
+def _determined(value: ValueData) -> str:
+    return "yes" if value.determined else "not enough"

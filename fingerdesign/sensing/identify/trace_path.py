@@ -1,4 +1,4 @@
-"""The path of a recorded trace, thinned to what an increment each is worth, and played on a model.
+"""The path of a recorded trace, thinned to one increment a point, and played on a model.
 
 Rows that move stay (of very many every k-th), rows at rest are gathered into bins whose widths grow
 with the time since the last move: a tenth of it, so that what relaxes hardly bends within one.
@@ -19,15 +19,15 @@ from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.signals import gage_readings
 from fingerdesign.control.trace import Trace
 
-MOST_MOVES = 100  # rows that move and are played, of a longer trace every k-th
-_BIN = 0.1  # of the time at rest so far
+MOST_MOVES = 100  # Of a longer trace only every k-th moving row is played.
+_BIN = 0.1  # The width of a bin over the time at rest so far.
 
 
 @dataclass(frozen=True)
 class TracePath:
-    """k points of a trace: time (k,) s, approach and shear (k,) mm as the stage tells them, forces
-    (k, 2) N (F_n, F_t), readings (k, g) microstrain, temperature (k,) K or None; samples (k,): of
-    how many each is the mean."""
+    """k points of a trace: time (k,) s, approach and shear (k,) mm as the stage reports them,
+    forces (k, 2) N (F_n, F_t), readings (k, g) microstrain, temperature (k,) K or None; samples
+    (k,): the number of rows whose mean each point is."""
 
     time: Array
     approach: Array
@@ -52,7 +52,7 @@ class TracePath:
 
     @staticmethod
     def of(trace: Trace) -> TracePath:
-        """The points that a trace is worth."""
+        """The points of a trace."""
         whole, points = TracePath.every(trace), Points.of(trace)
         heated = whole.temperature
         return TracePath(
@@ -61,7 +61,7 @@ class TracePath:
             shear=whole.shear[points.last],
             forces=points.mean(whole.forces),
             readings=points.mean(whole.readings),
-            samples=points.weight[points.kept].astype(float),
+            samples=points.weight[points.compared].astype(float),
             temperature=None if heated is None else points.mean(heated),
         )
 
@@ -83,33 +83,33 @@ class TracePath:
 
 @dataclass(frozen=True)
 class Points:
-    """Which rows (n,) make which points: bins (n,) numbers, weight: rows of each, kept: numbers of
-    those that are compared, last: their last rows."""
+    """Which rows (n,) make which points: bins (n,) numbers, weight: rows of each, compared: numbers
+    of those that are compared, last: their last rows."""
 
     bins: IntArray
     weight: IntArray
-    kept: IntArray
+    compared: IntArray
     last: IntArray
 
     @staticmethod
     def of(trace: Trace) -> Points:
-        """The points that a trace is worth."""
+        """The points of a trace."""
         moved = (trace.dx != 0.0) | (trace.dy != 0.0)
         bins = _bins(moved)
         last = np.append(np.flatnonzero(np.diff(bins)), len(bins) - 1)
-        kept, moving = np.ones(len(last), dtype=bool), np.flatnonzero(moved[last])
+        chosen, moving = np.ones(len(last), dtype=bool), np.flatnonzero(moved[last])
         if len(moving) > MOST_MOVES:
-            kept[moving] = False
+            chosen[moving] = False
             every = np.linspace(0, len(moving) - 1, MOST_MOVES).round().astype(int)
-            kept[moving[every]] = True
-        return Points(bins, np.bincount(bins), np.flatnonzero(kept), last[kept])
+            chosen[moving[every]] = True
+        return Points(bins, np.bincount(bins), np.flatnonzero(chosen), last[chosen])
 
     def mean(self, values: Array) -> Array:
-        """Of values (n, ...) by row, the mean of each point that is kept."""
+        """Of values (n, ...) by row, the mean of each point that is compared."""
         columns = values.reshape(len(values), -1).T
         sums = np.array([np.bincount(self.bins, column) for column in columns]).T
         found = (sums / self.weight[:, None]).reshape(-1, *values.shape[1:])
-        return np.asarray(found[self.kept])
+        return np.asarray(found[self.compared])
 
 
 def _bins(moved: Array) -> IntArray:
@@ -133,7 +133,7 @@ def played(
     memory: Sequence[tuple[float, float]] = (),
     touch: float = 0.0,
 ) -> Array:
-    """What the model answers along a path, (k, 2 + g): F_n and F_t in N, readings in microstrain.
+    """Play a path on the model, (k, 2 + g): F_n and F_t in N, readings in microstrain.
 
     memory: shares and times (s) of the rubber's Prony series; touch: mm by which the surface is met
     before the stage says 0. Raises SolverError where an increment has no answer.
@@ -142,12 +142,12 @@ def played(
     shares, times = (tuple(each) for each in zip(*memory, strict=True)) if memory else ((), ())
     remembered: RubberHistory | None = None
     for approach, shear, step in zip(path.approach + touch, path.shear, path.steps, strict=True):
-        fresh = 1.0
+        factor = 1.0
         if memory:
             rubber = Rubber(shares, times, float(step))
             if remembered is None:
                 remembered = RubberHistory(rubber, problem)
-            remembered.rubber, fresh = rubber, rubber.relaxation_factor
+            remembered.rubber, factor = rubber, rubber.relaxation_factor
             history.displace(remembered.lag)
         motion = replace(history.state.motion, approach=float(approach), shear=float(shear))
         increment = solve_increment(history.problem, history.state, motion, history.workspace)
@@ -156,5 +156,5 @@ def played(
             remembered.record(history.at_rest(increment.multiplier))
         force = problem.model.total_force(increment.force)
         readings = gage_readings(problem.model.gage_strain(increment.force), face)
-        found.append(fresh * np.array([-force[1], force[0], *readings]))
+        found.append(factor * np.array([-force[1], force[0], *readings]))
     return np.array(found)

@@ -1,5 +1,5 @@
-"""What ``fingerdesign identify`` writes: values with their intervals, what is not told and what
-would tell it, the design with them."""
+"""The record of ``fingerdesign identify DESIGN TRACE``: values with their intervals, the next
+motion that would narrow them, and the design with them."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ from fingerdesign.version import versions
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.sensing.identify.trace_fit import Identified, TraceFit, Unknown
+    from fingerdesign.sensing.identify.trace_fit import Identified, TraceFit
+    from fingerdesign.sensing.identify.trace_model import Unknown
 
 RECORD_FILE, DESIGN_FILE, PAGE_FILE = "identification.json", "identified.toml", "identify.html"
 IDENTIFICATION = RecordFolder("identification", RECORD_FILE, (RECORD_FILE, DESIGN_FILE, PAGE_FILE))
-_TWO_SIDED = 1.96  # deviations of a 95 % interval
-# Half an interval's width that a value must come down to: shares of the value, but of mm, of all
-# forces (share), of microstrain, and of a logarithm (time).
-WANTED = {"modulus": 0.03, "friction": 0.05, "touch": 0.005, "share": 0.02, "time": 0.4}
-WANTED |= {"gain": 0.03, "offset": 5.0, "drift": 0.5, "per_kelvin": 1.0}
-_ROWS = 30  # of a motion that is tried
-_LONGER = 3.0  # times the longest rest so far
-_BESIDE = ("offset", "drift", "per_kelvin")
+_TWO_SIDED = 1.96  # Half a 95 % interval, in standard deviations.
+# A value is determined if half its interval is no wider: a fraction of the value; mm; a fraction of
+# all forces (share); microstrain; a logarithm (time).
+TARGET = {"modulus": 0.03, "friction": 0.05, "touch": 0.005, "share": 0.02, "time": 0.4}
+TARGET |= {"gain": 0.03, "offset": 5.0, "drift": 0.5, "per_kelvin": 1.0}
+_ROWS = 30  # Rows of a motion that is tried.
+_LONGER = 3.0  # A further rest lasts so many times the longest one.
+_DRIFTS = ("offset", "drift", "per_kelvin")
 _UNITS = {"offset": "microstrain", "drift": "microstrain/s", "per_kelvin": "microstrain/K"}
 Motion = Literal["press", "shear", "hold"]
 
@@ -37,9 +38,9 @@ Motion = Literal["press", "shear", "hold"]
 @closed
 @dataclass(frozen=True)
 class ValueData:
-    """A value with its standard deviation and 95 % interval; told: the interval is narrow enough to
-    build on; gage_K of the trace's gages from 1. Deviations of modulus, friction and times are of
-    their logarithms times the value."""
+    """A value with its standard deviation and 95 % interval; determined: the interval is narrow
+    enough to use; gage_K of the trace's gages from 1. Deviations of modulus, friction and times are
+    those of their logarithms times the value."""
 
     name: str
     kind: str
@@ -48,7 +49,7 @@ class ValueData:
     deviation: Size
     low: float
     high: float
-    told: bool
+    determined: bool
 
     def shown(self) -> tuple[str, str]:
         """The value and its interval, to the digits that the interval leaves."""
@@ -60,8 +61,8 @@ class ValueData:
 @closed
 @dataclass(frozen=True)
 class NextMotion:
-    """The motion that would narrow most what is told worst: what it is, of what and from how many
-    times the width that is wanted to how many."""
+    """The motion that would most narrow the worst value: its words, the value, and the width of its
+    interval over the target, now and then."""
 
     motion: Motion
     words: str
@@ -74,7 +75,7 @@ class NextMotion:
 @dataclass(frozen=True)
 class IdentificationData:
     """The content of identification.json. modulus_given_MPa: the design's; noise of one sample of
-    each channel; misfit: what is left over what the noise explains, in squares."""
+    each channel; misfit: residuals over what the noise explains, in squares."""
 
     design: str
     digest: str
@@ -94,7 +95,7 @@ class IdentificationData:
 
 
 def identification(found: Identified, trace: str) -> IdentificationData:
-    """The record of what was found in the trace of that name."""
+    """The record of an identification from the trace of that name."""
     fit, design = found.fit, found.design
     values = tuple(_values(fit, _modulus(design)))
     noise = fit.model.noise
@@ -134,11 +135,11 @@ def _values(fit: TraceFit, modulus: float) -> Iterator[ValueData]:
     width = fit.linear.shape[1]
     own = fit.deviations[count:].reshape(-1, width)
     for gage, (row, deviations) in enumerate(zip(fit.linear, own, strict=True), 1):
-        for kind, value, deviation in zip(("gain", *_BESIDE), row, deviations, strict=False):
+        for kind, value, deviation in zip(("gain", *_DRIFTS), row, deviations, strict=False):
             name, unit = f"gage_{gage}.{kind}", _UNITS.get(kind, "")
             half = _TWO_SIDED * float(deviation)
             ends = (float(value) - half, float(value) + half)
-            own_ = (float(value), float(deviation), *ends, half <= WANTED[kind])
+            own_ = (float(value), float(deviation), *ends, half <= TARGET[kind])
             yield ValueData(name, kind, unit, *own_)
 
 
@@ -146,15 +147,15 @@ def _value(
     name: str, of: Unknown, unit: str, x: float, deviation: float, scale: float
 ) -> ValueData:
     half = _TWO_SIDED * deviation
-    told = half <= WANTED[of.kind]
+    determined = half <= TARGET[of.kind]
     if not of.by_logarithm:
-        return ValueData(name, of.kind, unit, x, deviation, x - half, x + half, told)
+        return ValueData(name, of.kind, unit, x, deviation, x - half, x + half, determined)
     value, low, high = (float(scale * np.exp(x + each)) for each in (0.0, -half, half))
-    return ValueData(name, of.kind, unit, value, value * deviation, low, high, told)
+    return ValueData(name, of.kind, unit, value, value * deviation, low, high, determined)
 
 
 def _relaxed(fit: TraceFit, modulus: float) -> ValueData:
-    """The modulus of rubber at rest for ever: E (1 - sum g_i)."""
+    """The modulus of fully relaxed rubber: E (1 - sum g_i)."""
     shares = [k for k, each in enumerate(fit.unknowns) if each.kind == "share"]
     left = 1.0 - float(fit.x[shares].sum())
     slope = np.zeros(len(fit.deviations))
@@ -162,8 +163,10 @@ def _relaxed(fit: TraceFit, modulus: float) -> ValueData:
     deviation = float(np.sqrt(slope @ fit.covariance() @ slope))
     value, half = modulus * float(np.exp(fit.x[0])) * left, _TWO_SIDED * deviation
     ends = (value * float(np.exp(-half)), value * float(np.exp(half)))
-    told = half <= WANTED["modulus"]
-    return ValueData("relaxed_modulus", "modulus", "MPa", value, value * deviation, *ends, told)
+    determined = half <= TARGET["modulus"]
+    return ValueData(
+        "relaxed_modulus", "modulus", "MPa", value, value * deviation, *ends, determined
+    )
 
 
 def _warnings(found: Identified, values: tuple[ValueData, ...]) -> Iterator[str]:
@@ -177,30 +180,30 @@ def _warnings(found: Identified, values: tuple[ValueData, ...]) -> Iterator[str]
     for each, x in zip(fit.unknowns, fit.x, strict=True):
         near = 0.01 * (each.high - each.low)
         if each.kind != "share" and (x - each.low < near or each.high - x < near):
-            yield f"{each.name} stands at the end of what is looked for: do not believe it"
+            yield f"{each.name} is at the end of its range: do not use it"
     for value in values:
         if value.kind == "gain" and value.high < 0.5:
             yield f"{value.name} is {value.value:.2g}: is that gage dead, or another input?"
     if fit.terms and found.given.grip.plant != "lift":
-        yield (f"{DESIGN_FILE} has no grip.rubber_memory: that wants grip.plant = lift")
+        yield (f"{DESIGN_FILE} has no grip.rubber_memory: it needs grip.plant = lift")
     if found.trace.temperature is None:
-        yield "no temperature was recorded: what it does to gages is taken for drift, even in time"
-    wanted = max(found.fit.model.path.rest, 0.0)
+        yield "no temperature was recorded: its effect on gages is taken for drift, even in time"
+    rest = max(found.fit.model.path.rest, 0.0)
     for value in values:
-        if value.kind == "time" and value.value > wanted:
+        if value.kind == "time" and value.value > rest:
             yield (
                 f"{value.name} = {value.value:.3g} s is longer than the longest rest, "
-                f"{wanted:.3g} s: of what relaxes later the trace says nothing"
+                f"{rest:.3g} s: the trace has no information about later relaxation"
             )
 
 
 def next_motion(found: Identified, values: tuple[ValueData, ...]) -> NextMotion | None:
     """The motion, of pressing on, shearing on and holding, that would narrow most the value whose
-    interval is widest for what is wanted; None where all are told, but for gages' offsets, drifts
-    and kelvins, which belong to the trace. By the model's derivatives."""
+    interval is widest compared with its target; None where all are determined, but for gages'
+    offsets, drifts and kelvins, which belong to the trace. By the model's derivatives."""
     fit = found.fit
     first = [v for v in values if v.name != "relaxed_modulus"]
-    ratios = np.array([0.0 if v.kind in _BESIDE else _half(v) / WANTED[v.kind] for v in first])
+    ratios = np.array([0.0 if v.kind in _DRIFTS else _half(v) / TARGET[v.kind] for v in first])
     worst = int(np.argmax(ratios))
     if ratios[worst] <= 1.0:
         return None
@@ -215,7 +218,7 @@ def next_motion(found: Identified, values: tuple[ValueData, ...]) -> NextMotion 
 
 
 def _half(value: ValueData) -> float:
-    """Half an interval's width, as WANTED has it."""
+    """Half an interval's width, in the unit of TARGET."""
     if value.kind in ("modulus", "friction", "time"):
         return 0.5 * float(np.log(value.high / value.low))
     return 0.5 * (value.high - value.low)
@@ -280,6 +283,6 @@ def identified_design(found: Identified, data: IdentificationData) -> Design:
         values["grip.rubber_memory"] = [
             [float(f"{share:.4g}"), float(f"{time:.4g}")] for share, time in found.fit.terms
         ]
-    if friction.told:
+    if friction.determined:
         values["grip.bench_friction_coefficient"] = float(f"{friction.value:.4g}")
     return with_values(found.given, values)

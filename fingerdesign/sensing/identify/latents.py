@@ -1,0 +1,106 @@
+"""Hidden values of a finger: its plates' places, its moduli, its gages' gains, its bench's lean."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.checks.load import with_values
+from fingerdesign.layout.rows import plate_frames
+from fingerdesign.sensing.perturb.finger import training_faults
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+_EVEN = 3.0**-0.5  # The standard deviation of values that lie evenly between -1 and 1.
+# Standard deviations before the fit: those of sensing/perturb's draws; the touch is seen by eye.
+PRIOR = {
+    "x": 0.1 * _EVEN,
+    "y": 0.1 * _EVEN,
+    "angle": 1.0 * _EVEN,
+    "modulus": 0.15 * _EVEN,
+    "poisson": 0.015 * _EVEN,
+    "plate_modulus": 0.2 * _EVEN,
+    "lean": 2.0 * _EVEN,
+    "touch": 0.01,
+    "gain": 0.03,
+}
+UNITS = {"x": "mm", "y": "mm", "angle": "degrees", "poisson": "", "lean": "degrees", "touch": "mm"}
+FRACTION = "share"  # The unit of all others: a fraction of the design's own value.
+AXES = ("x", "y", "angle")
+TOLERANCE = {"x": 0.1, "y": 0.1, "angle": 1.0}  # Tolerances of a plate's place, mm and degrees.
+MOST_POISSON = 0.4999
+# Sensitivities are differences over so many standard deviations to either side.
+_STEPS = {"lean": 0.5}
+_STEP = 0.25
+
+
+@dataclass(frozen=True)
+class Latent:
+    """A hidden value, as its difference from the design's. kind: a key of PRIOR; number: of the
+    plate, or of the gage in the readings' order; deviation: before the fit."""
+
+    kind: str
+    number: int | None = None
+
+    @property
+    def name(self) -> str:
+        """Its name in records and tables."""
+        if self.kind == "gain":
+            return f"gage_{self.number}.gain"
+        return self.kind if self.number is None else f"plate_{self.number}.{self.kind}"
+
+    @property
+    def unit(self) -> str:
+        return UNITS.get(self.kind, FRACTION)
+
+    @property
+    def deviation(self) -> float:
+        return PRIOR[self.kind]
+
+    @property
+    def step(self) -> float:
+        """The step to either side of a sensitivity."""
+        return _STEPS.get(self.kind, _STEP) * self.deviation
+
+
+def latents_of(design: Design, gages: int, tilted: bool) -> tuple[Latent, ...]:
+    """The hidden values of a design: places of plates in one level row; moduli where rubber and
+    plates are of two materials; the bench's lean where a press was tilted."""
+    possible = training_faults(design)
+    plates = range(len(plate_frames(design))) if "plates" in possible else ()
+    found = [Latent(axis, plate) for plate in plates for axis in AXES]
+    found += [Latent(kind) for kind in ("modulus", "plate_modulus") if "modulus" in possible]
+    found += [Latent("poisson"), *([Latent("lean")] if tilted else []), Latent("touch")]
+    return (*found, *(Latent("gain", number) for number in range(1, gages + 1)))
+
+
+def with_latents(design: Design, latents: Sequence[Latent], values: Array) -> Design:
+    """The design with these hidden values. DesignError where it is not sound."""
+    keys: dict[str, object] = {}
+    frames = plate_frames(design)
+    places = np.array([[*each.centre, each.angle_deg] for each in frames]).reshape(-1, 3)
+    moved = False
+    for latent, value in zip(latents, values, strict=True):
+        if latent.kind in AXES and latent.number is not None:
+            places[latent.number, AXES.index(latent.kind)] += value
+            moved = moved or bool(value)
+        elif latent.kind in ("modulus", "plate_modulus"):
+            table = "body" if latent.kind == "modulus" else "plates"
+            name = getattr(design, table).material
+            own = design.material_of(table).youngs_modulus_MPa  # type: ignore[arg-type]
+            keys[f"materials.{name}.youngs_modulus_MPa"] = own * (1.0 + float(value))
+        elif latent.kind == "poisson":
+            own = design.material_of("body").poissons_ratio + float(value)
+            keys[f"materials.{design.body.material}.poissons_ratio"] = min(own, MOST_POISSON)
+    if moved:
+        rows: list[list[float]] = places.tolist()
+        if any(frame.middle for frame in frames):
+            rows = [[*row, frame.middle] for row, frame in zip(rows, frames, strict=True)]
+            keys |= {"plates.stagger_mm": 0.0, "plates.span_offset_mm": 0.0}
+        keys |= {"plates.placement": rows, "plates.offset_mm": 0.0}
+    return with_values(design, keys)
