@@ -79,6 +79,10 @@ class PluginWarning(UserWarning):
     """A plug-in that is not loaded, and why; the work goes on without it."""
 
 
+class FormerKeyWarning(UserWarning):
+    """A key that has another name now; it is still read."""
+
+
 class FingerDesignError(Exception):
     """Base of every error raised on purpose; its message is one readable sentence."""
 

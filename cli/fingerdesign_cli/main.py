@@ -19,7 +19,13 @@ from types import FrameType
 import click
 
 import fingerdesign
-from fingerdesign.errors import DesignError, FingerDesignError, PluginWarning, printable
+from fingerdesign.errors import (
+    DesignError,
+    FingerDesignError,
+    FormerKeyWarning,
+    PluginWarning,
+    printable,
+)
 from fingerdesign.runtime.files import is_full
 from fingerdesign.runtime.limits import forget, reached
 from fingerdesign_cli.commands import finger, hand
@@ -143,7 +149,7 @@ def _warned(
     line: str | None = None,
 ) -> str:
     """A warning's text: a plug-in's sentence alone, any other as Python has it."""
-    if issubclass(category, PluginWarning):
+    if issubclass(category, PluginWarning | FormerKeyWarning):
         return printable(f"{message}\n")
     return _FORMATTED(message, category, filename, lineno, line)
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from fingerdesign.design.former import FIRST_NAMES
 from fingerdesign.design.mesh import mesh_file_digest
 from fingerdesign.design.step import content_of
 from fingerdesign.runtime.registry import CONTROLLERS, is_reference
@@ -77,8 +78,8 @@ def _by_content(values: dict[str, Any]) -> dict[str, Any]:
 def _plain(value: Any) -> Any:
     """Drop absent keys and later ones at their defaults; make -0.0 the 0.0 that it equals."""
     if isinstance(value, dict):
-        kept = {key: item for key, item in value.items() if item is not None}
-        return {k: _plain(v) for k, v in kept.items() if k not in LATER or v != LATER[k]}
+        given = {FIRST_NAMES.get(k, k): item for k, item in value.items() if item is not None}
+        return {k: _plain(v) for k, v in given.items() if k not in LATER or v != LATER[k]}
     if isinstance(value, list):
         return [_plain(item) for item in value]
     if isinstance(value, float):

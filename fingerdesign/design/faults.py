@@ -10,6 +10,7 @@ from typing import Any, get_args
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
+from fingerdesign.design.former import current_key
 from fingerdesign.errors import DesignError, Fault
 
 TYPES = {
@@ -228,6 +229,7 @@ def set_value(data: dict[str, Any], key: str, value: object) -> None:
     def refused(why: str) -> DesignError:
         return DesignError([Fault(key, shown(value), "a known key", why)])
 
+    key = current_key(key)
     *places, last = parts_of(key)
     table: Any = data
     for place, following in zip(places, parts_of(key)[1:], strict=True):

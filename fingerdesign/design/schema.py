@@ -16,6 +16,7 @@ from pydantic_core import PydanticCustomError
 from fingerdesign.design.base import Many, Table, Whole, holds, refuse
 from fingerdesign.design.body import Body, Core, StepFile
 from fingerdesign.design.digest import content_digest
+from fingerdesign.design.former import with_current_keys
 from fingerdesign.design.gages import Gages
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.mesh import MeshOptions
@@ -105,6 +106,11 @@ class Design(Whole):
     def model_validate(cls, obj: Any, **options: Any) -> Self:
         load_controller(obj)
         return super().model_validate(obj, **options)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _rename_former_keys(cls, data: Any) -> Any:
+        return with_current_keys(data) if isinstance(data, Mapping) else data
 
     @model_validator(mode="before")
     @classmethod

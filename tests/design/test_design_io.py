@@ -17,7 +17,7 @@ from fingerdesign.design.faults import known_keys
 from fingerdesign.design.io import dump_design, parse_scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import kind_of, load_scene
-from fingerdesign.errors import DesignError
+from fingerdesign.errors import DesignError, FormerKeyWarning
 from tests.support.faults import faults_of as faults
 
 NAME = 'design.name = "a"\n'
@@ -263,3 +263,14 @@ def test_a_placement_stands_instead_of_the_regular_row():
     assert design.plates.number == 2
     assert parse_design(dump_design(design)) == design
     assert with_values(design, {"plates.length_mm": 1.5}).plates.number == 2
+
+
+def test_a_former_key_is_read_under_its_present_name_with_a_note():
+    text = 'design.name = "a"\n[grip.regulator]\ntaught_grips = 77\n'
+    with pytest.warns(FormerKeyWarning, match=r"taught_grips is now .*training_grips"):
+        design = parse_design(text)
+    assert design.grip.regulator.training_grips == 77
+    assert design == parse_design(text.replace("taught", "training"))
+    with pytest.warns(FormerKeyWarning):
+        changed = with_values(design, {"grip.regulator.taught_grips": 78})
+    assert changed.grip.regulator.training_grips == 78

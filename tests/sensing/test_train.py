@@ -113,7 +113,7 @@ def test_too_few_grips_are_refused(problem, grips):
 @pytest.mark.slow
 def test_many_unlike_fingers_teach_the_same_with_any_number_of_workers(monkeypatch, tmp_path):
     monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 8),))
-    keys = {"taught_fingers": 4, "taught_grips": 80}
+    keys = {"training_fingers": 4, "training_grips": 80}
     values = {f"grip.regulator.{key}": value for key, value in keys.items()}
     coarse = {"plates.count": 5, "mesh.section.contact_size_mm": 0.3}
     design = with_values(load_design("sensitive"), values | coarse | {"grip.max_steps": 60})
@@ -137,7 +137,7 @@ def test_it_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypatch, tm
     monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 2),))
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     monkeypatch.setattr(training, "train_estimator", teacher)
-    design = with_values(load_design("sensitive"), {"grip.regulator.taught_fingers": 1})
+    design = with_values(load_design("sensitive"), {"grip.regulator.training_fingers": 1})
     first = training.training_result_for(design, problem)
     assert training.training_result_for(design, problem).stick_errors == first.stick_errors
     assert len(taught) == 1

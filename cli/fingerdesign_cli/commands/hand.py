@@ -83,7 +83,7 @@ def train() -> None:
 
     OUT/NAME/estimator.json runs on a rig with numpy alone (fingerdesign.control.estimator);
     training.json reports its errors on held-out grips: of judged_fingers other fingers or, with
-    grip.regulator.taught_fingers = 1, of the same one. The first training takes a quarter of an
+    grip.regulator.training_fingers = 1, of the same one. The first training takes a quarter of an
     hour of one core, half an hour in 3-D. It is cached: changes of the controllers in the [grip]
     table need no other.
     """

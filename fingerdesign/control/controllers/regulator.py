@@ -88,10 +88,10 @@ class RegulatorTable:
     most_held: float = key(
         0.82, "share in use over which a hanging object is pressed harder", gt=0, le=1
     )
-    taught_grips: int = key(
+    training_grips: int = key(
         12_000, "simulated grips that its estimator learns from", ge=50, le=100_000
     )
-    taught_fingers: int = key(
+    training_fingers: int = key(
         200,
         "fingers and objects, drawn unlike the model, that share these grips; 1: the model alone",
         ge=1,

@@ -81,10 +81,10 @@ def settings_of(design: Design) -> Settings:
     return Settings(
         face=design.gages.face,
         bounds=Bounds.of(grip),
-        grips=own.taught_grips,
-        replicates=1 if own.taught_fingers > 1 else 2,
+        grips=own.training_grips,
+        replicates=1 if own.training_fingers > 1 else 2,
         seed=grip.seed,
-        fingers=own.taught_fingers,
+        fingers=own.training_fingers,
     )
 
 
