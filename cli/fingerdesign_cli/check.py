@@ -89,7 +89,7 @@ def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_js
 
 
 def _other(path: Path, kind: str, silent: bool) -> dict[str, object]:
-    """What is known of a scene or a study; every fault of it, of its base and of its scenes."""
+    """Summarise a scene or a study; find every fault of it, of its base and of its scenes."""
     facts, error = _scene_facts(path) if kind == "scene" else _study_facts(path)
     if error is not None:
         return _faulty(path, error)
@@ -142,8 +142,7 @@ def _study_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
 
 
 def _notes(design: Design) -> list[str]:
-    """What was understood of a sound design's solid, and what to know before some analyses of it, a
-    sentence each."""
+    """Describe a sound design's solid, and what to know before analysing it, a sentence each."""
     found = [_step_words(design)] if design.body.shape == "step" else []
     if design.body.shape in ("revolved", "dome"):
         found.append(
@@ -162,7 +161,7 @@ def _notes(design: Design) -> list[str]:
 
 
 def _step_words(design: Design) -> str:
-    """What was made of a STEP file: its solid's sizes, its base and its contact surface."""
+    """Describe a STEP file: its solid's sizes, its base and its contact surface."""
     assert design.body.step is not None
     facts = step_facts(design.body.step)
     sizes = " x ".join(f"{high - low:.4g}" for low, high in zip(facts.low, facts.high, strict=True))
@@ -176,7 +175,7 @@ def _step_words(design: Design) -> str:
 
 
 def _could_mirror(design: Design, facts: StepFacts) -> bool:
-    """Whether half of a finger could be modelled, asked of solids of few faces only."""
+    """Tell whether half of a finger could be modelled; only solids of few faces are examined."""
     if len(facts.faces) > _MANY_FACES:
         return False
     if not all(frame.mirrors_in_z for frame in plate_frames(design)):
@@ -227,7 +226,7 @@ def _remarks(found: Forecast) -> str:
 
 
 def _show_costs(costs: list[tuple[str, Forecast]], scene: str) -> None:
-    """What an analysis will take at each fidelity that is open to the design."""
+    """Forecast the cost of an analysis at each fidelity that is open to the design."""
     rows = [
         [
             name,
@@ -249,7 +248,7 @@ def _show_costs(costs: list[tuple[str, Forecast]], scene: str) -> None:
 
 
 def _show_lifts(held: list[tuple[str, Lift]]) -> None:
-    """What the object of the grips will take at each friction."""
+    """Forecast the lift of the grips' object at each friction."""
     if not held:
         return
     rows = [

@@ -74,7 +74,7 @@ def generate(
 
 
 def _chosen(study: Study, base: Any, count: int | None, only: tuple[int, ...]) -> tuple[int, Any]:
-    """How many variants are asked for, and these."""
+    """Return the number of requested variants, and the variants."""
     all_of_them = number_of_points(study)
     absent = [number for number in only if number > all_of_them]
     if absent:

@@ -1,4 +1,4 @@
-"""What subcommands share: files or shipped names, estimators, folders that are written whole."""
+"""Inputs of subcommands: files or shipped names, estimators, folders that are written whole."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress

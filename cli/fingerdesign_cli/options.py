@@ -344,7 +344,8 @@ controllers_option = click.option(
 
 
 def trial_options(seed_of: str) -> Callable[[_Command], _Command]:
-    """What commands that try controllers share: ``--seed``, estimator, workers and model."""
+    """Give a command the options for trials of controllers: ``--seed``, estimator, workers and
+    model."""
 
     def given(function: _Command) -> _Command:
         for option in (

@@ -123,7 +123,7 @@ def _known(place: Path) -> bool:
 
 
 def _has_result(place: Path) -> bool:
-    """Whether something stands there for a record, be it a pipe, which reading then refuses."""
+    """Tell whether there is a record, or a pipe in its place, which reading then refuses."""
     record = place / RESULT_FILE
     return record.exists() and not record.is_dir()
 
@@ -136,7 +136,7 @@ class _View:
 
     @property
     def report(self) -> str | None:
-        """Where its report is, if it is there."""
+        """Path of its report, if it is there."""
         report = self.place / PAGE
         return str(report) if report.is_file() else None
 
@@ -157,7 +157,7 @@ class _Other:
 
 
 def _view(place: Path) -> _View | _Other:
-    """What is shown of a folder; DesignError where its values are none that can be shown."""
+    """Read what is shown of a folder; DesignError where its values cannot be shown."""
     try:
         if not _has_result(place):
             kind = kind_of(place)

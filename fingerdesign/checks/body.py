@@ -1,4 +1,4 @@
-"""Whether a body can exist by itself: its arc, its dome, its edge, the core bonded into it."""
+"""Faults of a body by itself: its arc, its dome, its edge, the core bonded into it."""
 
 import numpy as np
 
@@ -30,7 +30,7 @@ def _arc_faults(body: Body) -> list[Fault]:
 
 
 def sound_outline(body: Body) -> bool:
-    """Whether a parametric body's section has an outline at all."""
+    """Tell whether a parametric body's section has an outline at all."""
     return body.shape == "step" or not (
         (not body.kind.flat and body.arc_radius_mm < 0.5 * body.width_mm) or _edge_faults(body)
     )

@@ -4,7 +4,7 @@ With w = m g / 2 the weight that a finger carries and mu the least friction of t
 that keeps twice the least force presses with F = 2 w / mu. ``approach_for`` forecasts how deep
 that is; the forces are parts of w. Moves are parts of that depth in plane strain, where a domed
 finger is stiffer than it is: they are small enough for both. At 500 g on a rubber of 5 MPa all are
-near the values that stand in ``[grip]``.
+near the defaults of ``[grip]``.
 """
 
 from collections.abc import Callable
@@ -16,20 +16,20 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.zone import approach_for
 
-_MARGIN = 2.0  # what the paper's rule keeps at the most
-_TRAVEL = 1.5  # over the forecast, which is up to a third short (docs/reference/fingers.md)
-MOST_TRAVEL = 0.25  # of the finger's height: small strains tell nothing beyond
-_FUNDAMENTAL = 4.0 / 3.0, 0.5  # of w over this friction: how hard the fundamental case presses
+_MARGIN = 2.0  # The paper's rule holds at most this times the least force.
+_TRAVEL = 1.5  # The forecast is up to a third short (docs/reference/fingers.md)
+MOST_TRAVEL = 0.25  # Of the finger's height; beyond it small strains are no model.
+_FUNDAMENTAL = 4.0 / 3.0, 0.5  # The fundamental case presses with 4/3 w at this friction.
 
 
 def lift_approach(design: Design, friction: float, margin: float) -> float:
-    """Forecast of the approach, mm, at which the object of the grips is held with ``margin``."""
+    """Forecast the approach, mm, at which the object of the grips is held with ``margin``."""
     force = margin * weight_per_finger(design.grip.object_mass_g) / friction
     return approach_for(design, SceneObject(), force)
 
 
 def _section(design: Design) -> Design:
-    """The finger as plane strain draws it: straight along z."""
+    """Return the finger as plane strain draws it: straight along z."""
     if design.body.straight or design.body.shape == "step":
         return design
     changed = {"shape": "arc", "dome_radius_mm": None}
@@ -37,14 +37,15 @@ def _section(design: Design) -> Design:
 
 
 def grip_values(design: Design) -> dict[str, Any]:
-    """What the design's grip follows with, by key: stated, other materials do not move it."""
+    """Return the values of keys that follow the finger; once given, other materials do not move
+    them."""
     values = {f"grip.{key}": getattr(design.grip, key) for key in Grip.FOLLOWING}
     return {key: value for key, value in values.items() if value is not None}
 
 
 def followed(design: Design) -> Design:
-    """The design with every key of ``Grip.FOLLOWING`` that was not given set to what follows; the
-    body must be sound. ``model_fields_set`` stays: with_values finds them anew."""
+    """Return the design with every key of ``Grip.FOLLOWING`` that was not given set to what
+    follows; the body must be sound. ``model_fields_set`` stays: with_values finds them again."""
     grip = design.grip
     missing = set(Grip.FOLLOWING) - grip.model_fields_set
     if grip.defaults == "fixed" or not missing:

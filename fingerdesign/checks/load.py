@@ -86,7 +86,7 @@ def judge_design(text: str, source: str = "", folder: Path | None = None) -> Jud
 
 
 def judge_data(data: dict[str, Any], folder: Path | None = None) -> Judged[Design]:
-    """As :func:`judge_design`, of what the text holds."""
+    """Judge a design's tables, as :func:`judge_design` does."""
     complete, faults = resolved(data, folder)
     found = judge_keys(Design, complete)
     keys = distinct([*faults, *found.faults])

@@ -1,4 +1,4 @@
-"""Whether plates lie clear of each other, of other rows' plates, and of the core."""
+"""Plates too near to each other, to other rows' plates, or to the core."""
 
 from collections.abc import Callable
 
@@ -21,12 +21,12 @@ from fingerdesign.layout.rows import row_frames
 
 # Gap between plates, in thicknesses: below it, the rubber between is thinner than half a plate.
 LEAST_GAP = 0.5
-_MOST_PAIRS = 120  # of plates of two rows, for which a remedy is sought: about a second
+_MOST_PAIRS = 120  # A remedy for more pairs of plates would take over a second.
 _SHORTER = "shorten, thin or turn the plates, or lower plates.count"
 
 
 def spacing_findings(design: Design) -> list[Misplacement]:
-    """Plates too near to each other, row by row and row against row; or to the core."""
+    """Find plates too near to each other, row by row and row against row; or to the core."""
     found: list[Misplacement] = []
     rows = plate_rows(design)
     for row in rows:
@@ -50,8 +50,8 @@ def _bound(design: Design, gap: PlateGap) -> str:
 
 
 def _within(design: Design, row: PlateRow) -> list[Misplacement]:
-    gap, wanted = least_gap(row.frames), _least(design)
-    if gap is None or gap.distance >= wanted - 1e-9:
+    gap, apart = least_gap(row.frames), _least(design)
+    if gap is None or gap.distance >= apart - 1e-9:
         return []
     key, value = row.blame(gap.second, "pitch_mm")
 
@@ -62,12 +62,13 @@ def _within(design: Design, row: PlateRow) -> list[Misplacement]:
         words = f"raise {key} to at least"
         return [] if pitch is None else [Change.to(words, key, at_least(pitch))]
 
-    short = wanted - gap.distance
+    short = apart - gap.distance
     return [Misplacement(key, value, _bound(design, gap), short, changes, _SHORTER)]
 
 
 def _wider_pitch(design: Design, row: PlateRow) -> float | None:
-    """The least pitch from which neighbours are apart, up to the widest that the body holds."""
+    """Find the least pitch from which neighbours are apart, up to the widest that the body
+    holds."""
     half = 0.5 * (design.body.width_mm if row.table.along == "x" else design.body.depth_mm)
 
     def at(pitch: float) -> Plates:
@@ -91,8 +92,8 @@ def _wider_pitch(design: Design, row: PlateRow) -> float | None:
 def _between(design: Design, number: int, later: int) -> list[Misplacement]:
     rows = plate_rows(design)
     first, second = rows[number], rows[later]
-    gap, wanted = least_gap(first.frames, second.frames), _least(design)
-    if gap is None or gap.distance >= wanted - 1e-9:
+    gap, apart = least_gap(first.frames, second.frames), _least(design)
+    if gap is None or gap.distance >= apart - 1e-9:
         return []
     key = f"plates.rows[{second.number}].cover_mm"
     shared = "cover_mm" not in second.own
@@ -106,14 +107,14 @@ def _between(design: Design, number: int, later: int) -> list[Misplacement]:
         cover = second.table.cover_mm
         lowest = min(frame.y for frame in second.frames)
         clear = mended_by(design, key, lambda trial: _between(trial, number, later))
-        deeper = least(clear, cover, cover + max(lowest, wanted))
+        deeper = least(clear, cover, cover + max(lowest, apart))
         found = [] if deeper is None else [Change.to(f"set {key} to", key, at_least(deeper))]
         higher = greatest(lambda less: not clear(cover - less), 0.0, cover - 0.01)
         if higher is not None and higher < cover - 0.02:
             found.append(Change.to(f"set {key} to", key, at_most(cover - higher - 1e-3)))
         return found
 
-    short = wanted - gap.distance
+    short = apart - gap.distance
     remedy = "move the rows apart"
     return [Misplacement(key, value, _bound(design, gap), short, changes, remedy)]
 

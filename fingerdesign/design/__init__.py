@@ -1,1 +1,1 @@
-"""What a finger is: one file a TOML table, the schema, keys, faults, digests."""
+"""The design of a finger: one file a TOML table, the schema, keys, faults, digests."""

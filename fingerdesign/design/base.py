@@ -1,4 +1,4 @@
-"""What every table of a design or scene file has in common: frozen, strict, no unknown keys."""
+"""Tables of design and scene files: frozen, strict, without unknown keys."""
 
 from collections.abc import Iterable
 from dataclasses import fields
@@ -52,7 +52,7 @@ class Table(BaseModel):
         return ()
 
     def __setstate__(self, state: dict[Any, Any]) -> None:
-        """As sent to another process, where plug-ins may not be loaded yet."""
+        """Restore a table in another process, where plug-ins may not be loaded yet."""
         load_plugins()
         super().__setstate__(state)
 
@@ -64,8 +64,8 @@ class Whole(Table):
     def __get_pydantic_core_schema__(
         cls, source: Any, handler: GetCoreSchemaHandler, /
     ) -> CoreSchema:
-        """Of what holds one: a record that is read from JSON, a job of a study."""
-        if cls.__pydantic_complete__:  # not while it is defined, or made anew for a plug-in
+        """Load plug-ins for a holder of such tables: a record from JSON, a job of a study."""
+        if cls.__pydantic_complete__:  # not while it is defined, or made again for a plug-in
             load_plugins()
         return handler(source)
 
@@ -113,7 +113,7 @@ def positive(default: Any, most: float, description: str, least: float = LEAST) 
 def refuse(value: object, bound: str, remedy: str, key: str = "") -> PydanticCustomError:
     """Return the error a validator raises to word its own fault.
 
-    ``bound`` completes "must be ...", ``remedy`` says what to do; ``key`` (dotted) names the key
+    ``bound`` completes "must be ...", ``remedy`` is what to do; ``key`` (dotted) names the key
     when the validator sits on a whole table.
     """
     return PydanticCustomError(
@@ -122,7 +122,7 @@ def refuse(value: object, bound: str, remedy: str, key: str = "") -> PydanticCus
 
 
 def refuse_key(table: Table, key: str, bound: str, remedy: str) -> PydanticCustomError:
-    """As :func:`refuse`, of what a table holds under the last part of a dotted key."""
+    """Refuse the value that a table holds under the last part of a dotted key (:func:`refuse`)."""
     value = getattr(table, key.rpartition(".")[2])
     return refuse("(absent)" if value is None else value, bound, remedy, key)
 
@@ -165,7 +165,7 @@ class Named:
 
 
 def described(info: FieldInfo) -> str:
-    """What a key means, with the names that plug-ins added to its choices."""
+    """Return the meaning of a key, with the names that plug-ins added to its choices."""
     added = [each.others() for each in info.metadata if isinstance(each, Named)]
     return "".join([info.description or "", *added])
 
@@ -252,7 +252,7 @@ def key_fields(model: type[Table], registry: Registry) -> None:
 
 
 def rebuild(model: type[Table]) -> None:
-    """Make a table, and those that hold it, anew with the fields that it was given."""
+    """Make a table and its holders again, with the fields that were added."""
     model.model_rebuild(force=True)
     for other in _HOLDERS.get(model, ()):
         other.model_rebuild(force=True)

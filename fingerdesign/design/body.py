@@ -193,7 +193,7 @@ class Body(Table):
     @model_validator(mode="before")
     @classmethod
     def _revolved_is_round(cls, data: Any) -> Any:
-        """A revolved body is as deep as wide: the depth need not be said."""
+        """A revolved body is as deep as wide: the depth need not be given."""
         if not isinstance(data, Mapping) or data.get("shape") != "revolved":
             return data
         return {"depth_mm": data.get("width_mm", 20.0), **data}
@@ -231,12 +231,12 @@ class Body(Table):
 
     @property
     def straight(self) -> bool:
-        """Whether the body's section is the same all along z (its core may not be)."""
+        """Tell whether the body's section is the same all along z (its core may not be)."""
         return self.kind.straight
 
     @property
     def kind(self) -> BodyKind:
-        """What answers for its geometry."""
+        """Return the kind that knows its geometry."""
         kind: BodyKind = BODIES.find(self.shape, "body.shape").made
         return kind
 

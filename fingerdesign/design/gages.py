@@ -74,7 +74,7 @@ class Gages(Table):
 
     @property
     def faces(self) -> int:
-        """How many faces of a plate carry gages."""
+        """Number of faces of a plate that carry gages."""
         return len(self.sides)
 
     @property
@@ -84,7 +84,7 @@ class Gages(Table):
 
     @property
     def leads(self) -> int:
-        """Of a plate: two a grid; tees on both faces have a common tab each."""
+        """Number of leads of a plate: two a grid; tees on both faces have a common tab each."""
         return 2 * self.faces + (2 if self.grid == "tee" else 0)
 
     def transverse(self, poissons_ratio: float) -> float:

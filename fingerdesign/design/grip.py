@@ -1,4 +1,4 @@
-"""The ``[grip]`` table: the lifts that are simulated beside the fundamental case."""
+"""The ``[grip]`` table: the lifts that are simulated next to the fundamental case."""
 
 from __future__ import annotations
 
@@ -22,8 +22,6 @@ from fingerdesign.design.base import (
     table_fields,
 )
 from fingerdesign.runtime.registry import CONTROLLERS
-
-# ``[grip]`` tables of what is gripped with: hardware, and what happens to a lifted object.
 
 # A milligram, and a friction below that of ice on ice or of any rubber: lighter and slipperier
 # objects are errors of units, and forces divide by both.
@@ -78,7 +76,7 @@ def mass_at(step: int, mass_g: float, changes: Iterable[WeightChange]) -> float:
 def pull_at(
     step: int, mass_g: float, tugs: Iterable[Tug], changes: Iterable[WeightChange]
 ) -> float:
-    """What pulls at the object ``step`` control steps after the lift, N."""
+    """Return the force that pulls at the object ``step`` control steps after the lift, N."""
     extra, mass_g = 0.0, mass_at(step, mass_g, changes)
     for tug in tugs:
         if 0 <= step - tug.step_after_lift < tug.duration_steps:
@@ -89,8 +87,8 @@ def pull_at(
 def lifting_tugs(
     mass_g: float, tugs: Sequence[Tug], changes: Sequence[WeightChange]
 ) -> Iterator[tuple[int, float]]:
-    """Every tug that lifts the object out of the fingers, by its number, and what then pulls at the
-    object at the least, N (below 0).
+    """Find every tug that lifts the object out of the fingers: its number, and the least force that
+    then pulls at the object, N (below 0).
 
     The force changes where something begins; between it can only return.
     """
@@ -103,11 +101,11 @@ def lifting_tugs(
             yield number, least
 
 
-_FORCES = 2**32 - 1  # the force cells' stream of random numbers, beside the plates'
+_FORCES = 2**32 - 1  # Number of the force cells' random stream; plates have their own.
 
 
 class HardwareTable(Table):
-    """``[grip.hardware]``: what is imperfect of sensors and stage; the defaults are perfect."""
+    """``[grip.hardware]``: imperfections of sensors and stage; the defaults are perfect."""
 
     gage_noise_microstrain: float = bounded(
         0.0, 0, 1e5, "standard deviation of one sample; 0.5 is a good strain amplifier at 100 Hz"
@@ -124,17 +122,20 @@ class HardwareTable(Table):
     )
     gain_spread: float = bounded(0.0, 0, 1, "standard deviation of the gages' relative gain errors")
     dead_gages: Many[_PlateNumber] = Field(
-        default=(), max_length=1000, description="plates (from 0) whose gages answer to nothing"
+        default=(), max_length=1000, description="plates (from 0) whose gages do not respond"
     )
     dying_gages: Many[_PlateNumber] = Field(
         default=(), max_length=1000, description="plates whose gages die during the grip: read 0"
     )
-    dying_after_s: float = bounded(0.1, 0, 1e5, "when they do, from the first touch on")
+    dying_after_s: float = bounded(0.1, 0, 1e5, "when they do, from the first contact on")
     gage_cross_talk: float = bounded(
-        0.0, -1, 1, "of its neighbours' readings in the row, what each gage reads too"
+        0.0, -1, 1, "part of its neighbours' readings in the row that each gage reads too"
     )
     warming_microstrain: float = bounded(
-        0.0, -1e5, 1e5, "what all gages come to read by a change of temperature since the touch"
+        0.0,
+        -1e5,
+        1e5,
+        "reading of all gages from the change of temperature since first contact",
     )
     warming_time_s: float = positive(3.0, 1e6, "time constant of that")
     quantisation_microstrain: float = bounded(0.0, 0, 1e5, "step of the converter; 0: none")
@@ -143,26 +144,25 @@ class HardwareTable(Table):
         0.0, 0, 1, "standard deviation of the two force cells' relative gain errors"
     )
     force_cross_talk: float = bounded(
-        0.0, -1, 1, "of the normal force, what the tangential cell reads too"
+        0.0, -1, 1, "part of the normal force that the tangential cell reads too"
     )
     sample_rate_Hz: float = positive(100.0, 1e6, "samples, and control steps, a second")
-    delay_samples: int = bounded(0, 0, 1000, "the controller hears everything so late")
+    delay_samples: int = bounded(0, 0, 1000, "delay of everything that the controller receives")
     actuator_lag_s: float = bounded(
-        0.0, 0, 10, "time constant with which each axis of the stage follows where it is sent"
+        0.0, 0, 10, "time constant with which each axis of the stage follows its target"
     )
-    backlash_mm: float = bounded(0.0, 0, 5, "what each axis of the stage loses at a turn")
+    backlash_mm: float = bounded(0.0, 0, 5, "travel that each axis of the stage loses at a turn")
     stage_step_mm: float = bounded(0.0, 0, 5, "the stage moves in whole steps of this; 0: any way")
     specimen: int = bounded(
         0, 0, 2**32 - 1, "which of many such rigs: its gains are drawn from this number"
     )
 
     def at_rest(self, samples: int = 100) -> HardwareTable:
-        """The same rig while it stands still for ``samples`` at each point and takes their mean.
+        """Return the same rig at rest: it takes the mean of ``samples`` at each point.
 
-        Noise falls with the square root of their number; no delay is left, no drift and no warming,
-        no lag of the stage, the gages being zeroed
-        between, and none dies. Gains, cross-talk, dead gages and the stage
-        stay what they are.
+        Noise falls with the square root of their number. There is no delay, drift, warming or lag,
+        as gages are zeroed between, and none dies. Gains, cross-talk, dead gages and the stage are
+        unchanged.
         """
         fall = 1.0 / np.sqrt(samples)
         rested = {
@@ -190,7 +190,7 @@ class HardwareTable(Table):
         return np.where(dead, 0.0, gains)
 
     def force_gains(self) -> Array:
-        """(2,) felt per true force, normal and tangential."""
+        """Return measured per true force, normal and tangential, (2,)."""
         if self.force_gain_spread == 0.0:
             return np.ones(2)
         draw = np.random.default_rng([self.specimen, _FORCES]).standard_normal(2)
@@ -210,14 +210,14 @@ def _or_auto(schema: dict[str, Any]) -> None:
 
 def _followed(default: float | None, least: float, most: float, description: str) -> Any:
     """A number's key that follows finger and object where it is absent or "auto"."""
-    said = f'{description}; absent or "auto": follows finger and object'
+    words = f'{description}; absent or "auto": follows finger and object'
     return Field(
-        default=default, ge=least or LEAST, le=most, description=said, json_schema_extra=_or_auto
+        default=default, ge=least or LEAST, le=most, description=words, json_schema_extra=_or_auto
     )
 
 
 class Grip(Table):
-    """How two like fingers lift an object; the object moves relative to each finger's base.
+    """Lift of an object by two like fingers; the object moves relative to each finger's base.
 
     One set of controller parameters serves every friction coefficient: the controller is given
     neither the friction nor the mass.
@@ -251,7 +251,7 @@ class Grip(Table):
         default=1.0,
         gt=0,
         le=1,
-        description="of the friction coefficient, what is left of it where the contact slides",
+        description="part of the friction coefficient that is left where the contact slides",
     )
     object_mass_g: float = positive(
         500.0, 1e5, "two fingers carry half the weight each", LEAST_MASS_G
@@ -270,17 +270,20 @@ class Grip(Table):
         0, 0, 100_000, "lift: control steps for which the lifted object is held on"
     )
     relaxation_per_minute: float = bounded(
-        0.0, 0, 0.9, "lift: of the forces of a finger held still, what its rubber loses in a minute"
+        0.0, 0, 0.9, "lift: part of its forces that a finger held still loses in a minute"
     )
     rubber_memory: Many[Pair[_Share, _Seconds]] = Field(
         default=(),
         max_length=20,
         description="lift: a Prony series of the rubber, [share, time in s] each: of a force held "
-        "at the same motions the share that is lost with that time constant",
+        "at the same motions the part that is lost with that time constant",
         examples=[[[0.1, 0.05], [0.1, 2.0]]],
     )
     warming_K: float = bounded(
-        0.0, -200, 200, "lift: by how much the fingers become warmer from the touch on, and expand"
+        0.0,
+        -200,
+        200,
+        "lift: rise of the fingers' temperature from first contact on; they expand",
     )
     warming_s: float = positive(60.0, 1e6, "time constant of that")
     inertia: bool = Field(
@@ -292,10 +295,10 @@ class Grip(Table):
         10.0, 1e4, "with inertia: an object that slides farther than this has dropped"
     )
     tugs: Many[Tug] = Field(
-        default=(), max_length=1000, description="lift: what pulls at the object while it hangs"
+        default=(), max_length=1000, description="lift: pulls at the object while it hangs"
     )
     weight_changes: Many[WeightChange] = Field(
-        default=(), max_length=1000, description="lift: when the hanging object's mass changes"
+        default=(), max_length=1000, description="lift: changes of the hanging object's mass"
     )
     hardware: HardwareTable = Field(default_factory=HardwareTable)
     controller: Annotated[str, Named(CONTROLLERS)] = Field(
@@ -342,7 +345,7 @@ class Grip(Table):
     warning_stick_ratio: float = bounded(
         0.3, 0, 1, "for reports: a controller that reports a stick ratio below it warns of slip"
     )
-    seed: int = bounded(0, 0, 2**32 - 1, "seeds whatever noise is asked")
+    seed: int = bounded(0, 0, 2**32 - 1, "seed of all noise")
 
     @model_validator(mode="before")
     @classmethod

@@ -26,7 +26,7 @@ class SectionMesh(Table):
 
 
 class MeshOptions(Table):
-    """How the 3-D finger is meshed; ``section`` is for plane strain."""
+    """Mesh of the 3-D finger; ``section`` is for plane strain."""
 
     mesher: Annotated[str, Named(MESHERS)] = Field(
         default="tetwild",

@@ -37,7 +37,7 @@ def _three_or_four(rows: Any) -> Any:
 
 
 class PlateLayout:
-    """How the plates of a row lie below the surface; a new one says at least ``placed``.
+    """Layout of a row's plates below the surface; a new one defines at least ``placed``.
 
     level: each keeps the row's own angle, whatever the surface. bends: plates are bent to it.
     """
@@ -172,7 +172,7 @@ class Plates(Table):
 
     @property
     def layout(self) -> PlateLayout:
-        """What says how the row's plates lie."""
+        """Return the layout of the row's plates."""
         found: PlateLayout = PLATE_LAYOUTS.find(self.follow, "plates.follow").made
         return found
 
@@ -185,7 +185,7 @@ class Plates(Table):
 
     @property
     def number(self) -> int:
-        """How many plates there are, whether placed by pitch or one by one."""
+        """Return the number of plates, whether placed by pitch or one by one."""
         if self.placement is not None:
             return len(self.placement)
         return self.count + sum(self.count if r.count is None else r.count for r in self.rows)

@@ -102,17 +102,17 @@ class SceneObject(Table):
 
     @property
     def flat(self) -> bool:
-        """Whether the lower face is a plane, level or tilted."""
+        """Tell whether the lower face is a plane, level or tilted."""
         return self._shape.flat
 
     @property
     def plane_in_z(self) -> bool:
-        """Whether every section of constant z is the same (then plane strain can hold it)."""
+        """Tell whether every section of constant z is the same (then plane strain can hold it)."""
         return self._shape.plane_in_z(self)
 
     @property
     def mirrors_in_z(self) -> bool:
-        """Whether the object is its own mirror image in z = 0."""
+        """Tell whether the object is its own mirror image in z = 0."""
         return self._shape.mirrors_in_z(self)
 
 
@@ -153,7 +153,7 @@ class ScenePath(Table):
 
     @property
     def mirrors_in_z(self) -> bool:
-        """Whether the path moves nothing out of the mirror plane z = 0."""
+        """Tell whether the path moves nothing out of the mirror plane z = 0."""
         return not any(value for row in self.rows for value in row[2:])
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
@@ -182,7 +182,7 @@ class ScenePath(Table):
 
 
 class Readout(Table):
-    """Where the strain tensor is wanted."""
+    """Points at which the strain tensor is reported."""
 
     points_mm: Many[Row3] = Field(
         default=(), max_length=1000, description="[[x, y, z], ...] inside the finger"
@@ -190,7 +190,7 @@ class Readout(Table):
 
 
 class Scene(Whole):
-    """What is done to a finger: object, path and readout. Frozen; see :meth:`digest`."""
+    """Load case of a finger: object, path and readout. Frozen; see :meth:`digest`."""
 
     object: SceneObject = Field(default_factory=SceneObject)
     path: ScenePath
@@ -204,7 +204,7 @@ class Scene(Whole):
 
     @property
     def mirrors_in_z(self) -> bool:
-        """Whether object and path mirror in z = 0: half of a finger then tells all."""
+        """Tell whether object and path mirror in z = 0: half of a finger is enough then."""
         return self.object.mirrors_in_z and self.path.mirrors_in_z
 
     def digest(self) -> str:

@@ -1,4 +1,4 @@
-"""A finger design: what a design file says, validated key by key (checks/ judges the geometry).
+"""A finger design: a design file, validated key by key (checks/ judges the geometry).
 
 Lengths in mm, moduli in MPa, angles in degrees. Every key but ``design.name`` has a default.
 """
@@ -32,8 +32,8 @@ __all__ = ["Body", "Core", "Design", "Gages", "Material", "Meta", "Plates", "Row
 NAME_PATTERN = r"^[A-Za-z0-9_-]([A-Za-z0-9._-]{0,62}[A-Za-z0-9_-])?$"
 
 
-# Controllers register their ``[grip.NAME]`` tables; they stand above this floor and take ``[grip]``
-# itself, so that it is here that they are loaded, before a whole design is defined.
+# Controllers register their ``[grip.NAME]`` tables. They are on a floor above, import ``[grip]``,
+# and are loaded here, before a whole design is defined.
 CONTROLLERS.load()
 
 # Names that no file or folder can have on Windows, whatever follows a dot.
@@ -121,23 +121,23 @@ class Design(Whole):
         given = data.get("materials", {})
         if not isinstance(given, Mapping):
             return data
-        wanted = [str(name) for name in given]
+        named = [str(name) for name in given]
         body = _part(data, "body")
         parts = [(body, "silicone"), (_part(data, "plates"), "phosphor_bronze")]
         if _part(body, "core") is not None:
             parts.append((_part(body, "core"), "abs"))
         for part, default in parts:
             name = _part(part, "material") or default
-            if isinstance(name, str) and name in MATERIALS and name not in wanted:
-                wanted.append(name)
-        return {**data, "materials": {name: _completed(name, given.get(name)) for name in wanted}}
+            if isinstance(name, str) and name in MATERIALS and name not in named:
+                named.append(name)
+        return {**data, "materials": {name: _completed(name, given.get(name)) for name in named}}
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
         return unknown_materials(self)
 
     @property
     def extruded(self) -> bool:
-        """Whether one section tells all: a straight body, and all that is in it of full depth."""
+        """Tell whether one section describes the finger: all that is in it has the full depth."""
         plates, depth = self.plates, self.body.depth_mm
         rows = plates.all_rows if plates.placement is None else (plates,)
         full = all(
@@ -248,7 +248,7 @@ def _by_hardness(given: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
 def unknown_materials(design: Any) -> Iterator[PydanticCustomError]:
     """A refusal for each part whose material is neither known nor in [materials].
 
-    design: a :class:`Design`, or a file's raw table whatever stands in it.
+    design: a :class:`Design`, or a file's raw table whatever is in it.
     """
     given = _part(design, "materials")
     known = {*MATERIALS, *(given if isinstance(given, Mapping) else ())}
@@ -272,7 +272,7 @@ def _part(table: Any, key: str) -> Any:
 
 # JSON schemas of design and scene files, from which editors complete and explain keys.
 #
-# ``python -m fingerdesign.design.schema`` writes the shipped copies anew.
+# ``python -m fingerdesign.design.schema`` writes the shipped copies again.
 
 DATA = Path(__file__).resolve().parent.parent / "data"
 

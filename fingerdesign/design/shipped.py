@@ -12,7 +12,8 @@ from fingerdesign.runtime.registry import unknown_name
 
 
 def _folder(kind: str) -> Traversable:
-    """Where the shipped files of a kind are: in the installed package, or in the checkout."""
+    """Return the folder of the shipped files of a kind: in the installed package, or in the
+    checkout."""
     installed = resources.files("fingerdesign") / "data" / "designs"
     designs = installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "designs"
     return designs if kind == "design" else designs / {"scene": "scenes", "study": "studies"}[kind]
@@ -25,10 +26,10 @@ def shipped_names(kind: str = "design") -> tuple[str, ...]:
 
 
 def kind_of(file_or_name: str | Path) -> str:
-    """What a file holds, or a shipped name means: a "design", a "scene" or a "study".
+    """Tell the kind of a file or of a shipped name: a "design", a "scene" or a "study".
 
     A file is known by its tables; one that cannot be read, and an unknown name that is near to none
-    of another kind, is taken for a design, whose reading says what is wrong.
+    of another kind, is taken for a design, whose reading reports the fault.
     """
     path, kinds = Path(file_or_name), ("design", "scene", "study")
     if path.is_file():

@@ -87,7 +87,7 @@ class StepFacts:
 
 
 def _lowest(face: CadFace) -> float:
-    """Of the border; a closed face's by its distances from far below."""
+    """Find the height of the border; a closed face's by its distances from far below."""
     if len(face.border.start):
         return float(face.border.start[:, 1].min())
     return float(np.nanmin(face.heights(*np.zeros((2, 1)))))
@@ -145,7 +145,7 @@ def _refused(file: str, bound: str, remedy: str) -> DesignError:
 
 @lru_cache(maxsize=64)
 def _outcome(step: StepFile, content: str) -> StepFacts | Fault:
-    """What is kept of a file, or was found by the worker now: facts or a fault."""
+    """Return the facts of a file or its fault, from the cache or from the worker."""
     rules = step.model_dump(mode="json", exclude={"file"})
     text = json.dumps({"format": FORMAT, "content": content, "rules": rules}, sort_keys=True)
     digest = hashlib.sha256(text.encode()).hexdigest()
@@ -215,7 +215,7 @@ def _facts(
 
 
 def _intact(brep: Path, outline: str) -> bool:
-    """Whether the solid is there as it was written."""
+    """Tell whether the solid is there as it was written."""
     try:
         return hashlib.sha256(brep.read_bytes()).hexdigest() == outline
     except OSError:

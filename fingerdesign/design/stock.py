@@ -1,4 +1,4 @@
-"""What is sold: strain gages by their sizes, sheet by its thickness. Lengths in mm.
+"""Parts that are sold: strain gages by their sizes, sheet by its thickness. Lengths in mm.
 
 The catalogue is data/stock.toml, which says where its numbers are from; a design adds types of its
 own as ``[[mold.gage_types]]``, which come first.
@@ -41,7 +41,7 @@ class GageType(Table):
 
     @property
     def to_measure(self) -> bool:
-        """Whether its grid is made as long and wide as a design asks for."""
+        """Tell whether its grid is made as long and wide as a design requires."""
         return self.kind == "film"
 
     def carrier(self, length: float, width: float) -> tuple[float, float]:

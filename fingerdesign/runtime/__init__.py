@@ -1,1 +1,1 @@
-"""What work needs of the machine: processes, kept work, journals, whole files, registries."""
+"""Services of the machine: processes, caches, journals, whole files, registries."""

@@ -78,7 +78,7 @@ class Cache:
         self._most, self._most_MB = most, most_MB
 
     def path(self, name: str) -> Path:
-        """Where the entry of a name is kept, if it is."""
+        """Return the path of a name's entry, whether it exists or not."""
         return self.folder / name
 
     def put(self, name: str, content: bytes, durable: bool = False) -> Path:
@@ -204,8 +204,8 @@ def packed(value: Any, arrays: dict[str, Any], name: str = "") -> Any:
 
 
 def unpacked(plain: Any, arrays: Mapping[str, Any], kinds: Mapping[str, type]) -> Any:
-    """What was :func:`packed`; of ``kinds`` by name alone, so that no file can run code. Raises one
-    of GARBLED, or RecursionError, where it does not fit."""
+    """Unpack what :func:`packed` made, of ``kinds`` by name alone, so that no file can run code.
+    Raises one of GARBLED, or RecursionError, where it does not fit."""
     if isinstance(plain, list):
         return tuple(unpacked(each, arrays, kinds) for each in plain)
     if not isinstance(plain, dict):

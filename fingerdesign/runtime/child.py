@@ -96,7 +96,7 @@ def serve() -> None:
 
 
 def _answer(name: str, given: bytes, shared: tuple[Any, ...]) -> tuple[str, Any]:
-    """What came of a call: its kind, and what goes with it."""
+    """Answer a call: the kind of its outcome, and the value or error."""
     try:
         positional, named = pickle.loads(given)
         return "done", resolved(name)(*shared, *positional, **named)
@@ -111,7 +111,7 @@ def _answer(name: str, given: bytes, shared: tuple[Any, ...]) -> tuple[str, Any]
 
 
 def _travels(error: FingerDesignError) -> bool:
-    """Whether a pickle of an error says what the error says."""
+    """Tell whether an error survives pickling."""
     try:
         return str(pickle.loads(pickle.dumps(error, 5))) == str(error)
     except Exception:

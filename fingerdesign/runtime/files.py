@@ -42,12 +42,12 @@ def sibling(target: Path, role: str) -> Path:
 
 
 def is_full(error: OSError) -> bool:
-    """Whether the disk, or this user's part of it, is full."""
+    """Tell whether the disk, or this user's part of it, is full."""
     return error.errno in _FULL
 
 
 def why_no_place(folder: Path) -> str:
-    """Why nothing can be written into ``folder``, which may not be there yet, as a clause; ""
+    """Explain in a clause why nothing can be written into ``folder``, which may not exist yet; ""
     where it can.
 
     A folder is made in the nearest one that is there, and taken away: file systems of the kernel

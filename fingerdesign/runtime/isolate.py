@@ -142,7 +142,7 @@ class Worker:
 
     @property
     def alive(self) -> bool:
-        """Whether its process runs, and this process (not a fork's parent) started it."""
+        """Tell whether its process runs, and this process (not a fork's parent) started it."""
         return self._process is not None and self._process.alive
 
     def start(self) -> None:
@@ -197,7 +197,7 @@ class Worker:
         self._process.send(request)
 
     def answer(self, memory_MB: float | None) -> Any:
-        """What came of the call that was begun."""
+        """Wait for the outcome of the call that was begun."""
         try:
             kind, value = self._next(memory_MB)
             if kind == "failed":
@@ -225,7 +225,7 @@ class Worker:
             process.end()
 
     def _limit(self, taken: float | None) -> tuple[float | None, float]:
-        """What the call may take now, s, and how much of it is left."""
+        """Return the call's time limit, s, and the time that is left of it."""
         limit, since = self._time_s, self._began
         if self._ready_s is not None:
             limit, since = (self._ready_s, since) if taken is None else (limit, taken)
@@ -259,8 +259,8 @@ class Worker:
 
 @dataclass
 class _Seen:
-    """What the thread that reads has seen: bytes of an answer that is not whole yet; when the
-    process took the call (it says so by an empty message), None: not yet."""
+    """State of the thread that reads: bytes of an answer that is not whole yet; the time at which
+    the process took the call (an empty message reports it), None: not yet."""
 
     unread: int = 0
     taken: float | None = None
@@ -307,7 +307,7 @@ class _Process:
 
     @property
     def alive(self) -> bool:
-        """Whether it runs and is this process's own."""
+        """Tell whether it runs and is this process's own."""
         return self._owner == os.getpid() and self._process.poll() is None
 
     def send(self, content: bytes) -> None:
@@ -324,7 +324,7 @@ class _Process:
         _kill_group(self._process)
 
     def ending(self) -> ProcessError:
-        """How it ended, in words."""
+        """Report in words how it ended."""
         try:
             code = self._process.wait(5.0)
         except subprocess.TimeoutExpired:

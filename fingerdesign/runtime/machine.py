@@ -1,4 +1,4 @@
-"""What this machine can do: arithmetic a second, cores, memory that is free."""
+"""Capacity of this machine: arithmetic a second, cores, free memory."""
 
 import contextlib
 import functools
@@ -24,7 +24,7 @@ _PEAK = Path("/proc/self/clear_refs")
 
 
 def processor_seconds() -> float:
-    """Of this process and of all below it, living or ended, since they began.
+    """Return the processor time of this process and of all that it started, since they began, s.
 
     Only differences mean something. The system counts a process that has ended with its parent and
     not before, so the mesher, which stays, is asked itself; each is counted once either way.
@@ -67,7 +67,7 @@ def largest_memory_MB() -> float:
 
 
 def _largest_MB(children: bool = False) -> float:
-    """Of this process, or of those that it started and that have ended (0 on Windows)."""
+    """Return the peak of this process, or of ended ones that it started (0 on Windows)."""
     if sys.platform == "win32":
         import psutil
 
@@ -117,7 +117,8 @@ def this_machine() -> Machine:
 
 
 def busy(cores: int) -> bool:
-    """Whether more wants to run than there are cores: speeds measured now are not the machine's."""
+    """Tell whether more processes want to run than there are cores: speeds measured now are not the
+    machine's."""
     return hasattr(os, "getloadavg") and os.getloadavg()[0] > cores
 
 
@@ -189,7 +190,7 @@ def available_memory_MB() -> float | None:
 
 
 def _name() -> str:
-    """What this machine's speed is kept by: its name, processor, cores and numpy."""
+    """Return the key of this machine's speed: its name, processor, cores and numpy."""
     about = [platform.node(), platform.machine(), platform.processor(), str(usable_cores())]
     return hashlib.sha256("\n".join([*about, np.__version__]).encode()).hexdigest()[:16]
 

@@ -55,14 +55,15 @@ def _compiled(source: Path) -> ctypes.CDLL | None:
 
 
 def _is_whole(path: Path, digest: str | None) -> bool:
-    """Whether it is the library of that digest; a garbled one, loaded, would end the process."""
+    """Tell whether it is the library of that digest; a garbled one, loaded, would end the
+    process."""
     if digest is None or not path.is_file() or path.stat().st_size > _MOST_BYTES:
         return False
     return hashlib.sha256(path.read_bytes()).hexdigest() == digest
 
 
 def _made(source: Path) -> bytes | None:
-    """What the first compiler at hand makes of it."""
+    """Compile it with the first compiler that is found."""
     compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
     if compiler is None:
         return None

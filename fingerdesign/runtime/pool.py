@@ -56,7 +56,7 @@ class Pool:
         return self._worker().call(function, *given, time_s=self._time_s, memory_MB=self._memory_MB)
 
     def as_done(self, function: Callable[[Item], Found], items: Iterable[Item]) -> Iterator[Found]:
-        """What ``function``, a thread's, returns of each item, in the order in which it comes.
+        """Return each item's answer of ``function``, a thread's, in the order in which they come.
 
         It runs in a thread of this process, and has its work done by :meth:`call`.
         """

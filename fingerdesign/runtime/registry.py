@@ -39,7 +39,7 @@ from fingerdesign.errors import DesignError, Fault, PluginWarning
 from fingerdesign.runtime.child import ALLOWED, MODULES, PARENT
 
 PLUGINS = "fingerdesign.plugins"
-LAST = 1000  # where a kind stands in lists that does not say: behind those that are shipped
+LAST = 1000  # Place in lists of a kind that gives none: behind those that are shipped.
 
 
 def key(default: Any, description: str, **bounds: float) -> Any:
@@ -52,11 +52,11 @@ def key(default: Any, description: str, **bounds: float) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Kind:
-    """What every registered kind says of itself.
+    """Entry of a registry.
 
-    name: as files say it. place: where it stands in lists. table: the dataclass of its TOML table,
-    made with :func:`key`; None where it has none. table_name: the table's key. made: what answers
-    for it.
+    name: as files give it. place: its place in lists. table: the dataclass of its TOML table, made
+    with :func:`key`; None where it has none. table_name: the table's key. made: the object that
+    does its work.
     """
 
     name: str
@@ -88,7 +88,7 @@ REFERENCE = r"^[\w.]+:[\w.]+$"  # "package.module:Class"
 
 
 def is_reference(name: object) -> bool:
-    """Whether a name is "package.module:Class", of what is imported once it is named."""
+    """Tell whether a name is a reference, "package.module:Class"."""
     return isinstance(name, str) and ":" in name
 
 
@@ -218,7 +218,7 @@ class Registry:
 
     @property
     def refers(self) -> bool:
-        """Whether references are taken."""
+        """Tell whether references are accepted."""
         return self._adopt is not None
 
     def followed(self) -> list[str]:
@@ -226,7 +226,7 @@ class Registry:
         return sorted(self._references)
 
     def contents(self) -> list[str]:
-        """As :meth:`content_of`, of every reference that was followed."""
+        """Return the digests of the files of every reference that was followed."""
         return [self.content_of(each) for each in self.followed()]
 
     def load(self) -> None:
@@ -252,7 +252,7 @@ class Registry:
         return (*shipped, *(kind.name for kind in sorted(others, key=lambda kind: kind.place)))
 
     def knows(self, name: object) -> bool:
-        """Whether there is a kind of that name."""
+        """Tell whether there is a kind of that name."""
         if not isinstance(name, str):
             return False
         if is_reference(name):
@@ -320,7 +320,7 @@ REGISTRIES = (CONTROLLERS, SCENE_OBJECTS, BODIES, PLATE_LAYOUTS, MESHERS)
 
 
 def has_plugins() -> bool:
-    """Whether there are kinds from outside the package."""
+    """Tell whether there are kinds from outside the package."""
     return any(each.names() != each.shipped_names() or each.contents() for each in REGISTRIES)
 
 
