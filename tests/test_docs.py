@@ -33,6 +33,7 @@ OLD = {
     "docs/reference/site.md",
     "docs/reference/suite.md",
 }
+TEXTS = (*PAGES, ROOT / "CHANGELOG.md", *sorted(ROOT.glob("docs/gallery/**/*.rst")))
 MOST_WORDS, MOST_WORDS_README, MOST_LINES_README = 30_000, 1_200, 130
 LONGEST, MEAN = 35, 18.0
 DIALECT = {
