@@ -26,7 +26,7 @@ exclude_patterns = ["gallery/*", "images/*", "generated/*"]
 suppress_warnings = ["config.cache"]
 
 # A link that leads nowhere is a warning, and `make site` takes warnings for errors. Names of other
-# packages in signatures are no links: their pages are not asked for, so the build needs no network.
+# packages in signatures are no links: the build needs no network.
 nitpicky = True
 nitpick_ignore_regex = [
     (r"py:.*", r"(?!fingerdesign\.).*"),

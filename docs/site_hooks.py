@@ -1,4 +1,4 @@
-"""What the site's build adds to Sphinx: pictures of examples, docstrings, links to source, keys."""
+"""Additions to Sphinx for the site: pictures of examples, docstrings, links to source, keys."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from textwrap import indent
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-KEPT = "generated"  # files that the build writes beside the pages
+GENERATED = "generated"  # The folder of files that the build writes.
 DESIGNS = ("design", "scene")
 
 
@@ -76,10 +76,12 @@ def turnable(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any
 
 
 def plain(lines: list[str]) -> list[str]:
-    """A docstring's lines as reStructuredText: what is indented or in columns as it stands."""
+    """Turn a docstring into reStructuredText; indented lines and columns stay as they are."""
     found: list[str] = []
     for paragraph in _paragraphs(lines):
-        paragraph[-1] = re.sub(r"\s*::$", "", paragraph[-1])  # what follows is indented anyway
+        paragraph[-1] = re.sub(
+            r"\s*::$", "", paragraph[-1]
+        )  # What follows is indented.
         if paragraph[0].lstrip().startswith(">>>"):
             found += [line.strip() for line in paragraph]
         elif any(line.startswith("  ") or re.search(r"\S {3,}\S", line) for line in paragraph):
@@ -91,19 +93,19 @@ def plain(lines: list[str]) -> list[str]:
 
 
 def _paragraphs(lines: list[str]) -> Iterator[list[str]]:
-    held: list[str] = []
+    lines_so_far: list[str] = []
     for line in [*lines, ""]:
         if line.strip():
-            held.append(line)
-        elif held:
-            yield held
-            held = []
+            lines_so_far.append(line)
+        elif lines_so_far:
+            yield lines_so_far
+            lines_so_far = []
 
 
 def read_docstring(
     app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]
 ) -> None:
-    """Autodoc's docstrings go through :func:`plain`."""
+    """Pass autodoc's docstrings through :func:`plain`."""
     lines[:] = plain(lines)
 
 
@@ -111,15 +113,15 @@ def read_docstring(
 
 
 def source_links(app: Any, docname: str, source: list[str]) -> None:
-    """Pages name files beside docs/ by relative links: on the site they are words, not links."""
+    """Replace relative links to source files by their words: the site has no such files."""
     source[0] = re.sub(r"\[([^\]]+)\]\(((?:\.\./)+[^)]+\.py)\)", r"\1", source[0])
 
 
 def write_keys(app: Any) -> None:
-    """The starter files with every key and its meaning, for the page that shows them."""
+    """Write the starter files with every key and its meaning, for the page that shows them."""
     from fingerdesign.design.starter import starter_scene_text, starter_text
 
-    folder = Path(app.srcdir) / KEPT
+    folder = Path(app.srcdir) / GENERATED
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     for name, text in zip(DESIGNS, (starter_text("mine"), starter_scene_text()), strict=True):

@@ -2,9 +2,9 @@
 An arc with one row of plates
 =============================
 
-The finger of the paper that began it all (Maeno, Hiromitsu, Kawai 2000): a section of rubber below
-an arc, drawn straight along z, with fifteen bronze plates at 45 degrees just under the surface. The
-drawing is the one that ``fingerdesign view maeno2000`` makes; nothing has been meshed for it.
+The finger of the paper (Maeno, Hiromitsu, Kawai 2000): a rubber section below an arc, straight
+along z. Fifteen bronze plates at 45 degrees lie just below the surface. ``fingerdesign view
+maeno2000`` makes the same drawing. Nothing is meshed.
 """
 
 from fingerdesign.analysis.page.sketch import draw_sketch

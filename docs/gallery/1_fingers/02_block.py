@@ -2,9 +2,9 @@
 A block with a flat top
 =======================
 
-A flat pad touches with all of its top at once, so it is stiff, and pressure peaks at its edges.
-Rounding them (``edge_radius_mm``) takes the peaks away. A stiff backing, a *core* that stands on
-the base, carries it.
+The whole top of a flat pad touches at once, so the pad is stiff and pressure has peaks at its
+edges. Rounded edges (``edge_radius_mm``) remove the peaks. A stiff backing, a *core* at the
+base, supports the pad.
 """
 
 from fingerdesign import parse_design

@@ -2,9 +2,8 @@
 A dome
 ======
 
-Curved along x and along z, a dome touches in a spot and not in a line, so that it may lean a
-little without standing on an edge. Its plates end inside the rubber: ``span_mm`` is less than the
-depth.
+A dome is curved along x and along z. It touches in a spot, so it may lean a little without
+contact at an edge. Its plates end inside the rubber: ``span_mm`` is less than the depth.
 """
 
 from fingerdesign.analysis.page.sketch import draw_sketch

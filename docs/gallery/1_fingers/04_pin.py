@@ -2,8 +2,8 @@
 A pin, turned about its axis
 ============================
 
-A ``revolved`` body is round in every direction: a pin with a spherical end. Its width is its
-diameter, and the plates are as long along z as the circle allows.
+A ``revolved`` body is a pin with a spherical end. Its width is its diameter. The plates are as
+long along z as the circle allows.
 """
 
 from fingerdesign.analysis.page.sketch import draw_sketch

@@ -2,8 +2,8 @@
 A body of your own CAD
 ======================
 
-A CadQuery function becomes a finger: base and contact surface are found by direction and height.
-From a design file the same is done with a STEP file (``body.shape = "step"``).
+A CadQuery function becomes a finger. The program finds base and contact surface by direction
+and height. A design file does the same with a STEP file (``body.shape = "step"``).
 """
 
 import cadquery

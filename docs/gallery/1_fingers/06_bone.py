@@ -1,9 +1,9 @@
 """
-A bone inside, plates bent along the surface
+A core inside, plates bent along the surface
 ============================================
 
-A stiff core takes the place of a finger's bone. These plates follow the surface (``follow =
-"bent"``), lie in a zigzag (``stagger_mm``), and have holes in which the rubber interlocks.
+A stiff core replaces the bone of a finger. The plates follow the surface (``follow = "bent"``)
+and lie in a zigzag (``stagger_mm``). The rubber interlocks with their holes.
 """
 
 from fingerdesign.analysis.page.sketch import draw_sketch

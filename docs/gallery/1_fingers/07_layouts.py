@@ -1,10 +1,10 @@
 """
-How a row may lie: level, turned, bent, placed one by one
-=========================================================
+Four layouts of a row: level, turned, bent, placed one by one
+=============================================================
 
-The same seven plates under the same arc. *Level* keeps each plate's angle to the base, *turned* its
-angle to the surface above it, *bent* also bends the plate with the surface; and centres and angles
-may be given plate by plate.
+The same seven plates under the same arc. *Level* plates have one angle to the base. *Turned*
+plates have one angle to the surface above them. *Bent* plates also bend with the surface.
+Centres and angles may also be given plate by plate.
 """
 
 from fingerdesign import parse_design

@@ -2,8 +2,8 @@
 Rows along x and along z
 ========================
 
-Plates of a row along x feel shear along x. A second row, whose plates span the other way, feels
-shear along z, so that the finger knows in which direction it is pulled.
+Plates of a row along x measure shear along x. A second row, whose plates span the other
+direction, measures shear along z. So the direction of the shear is known.
 """
 
 from fingerdesign.analysis.page.sketch import draw_sketch

@@ -1,10 +1,10 @@
 """
-Materials that are known by name
-================================
+Materials with a name
+=====================
 
-Each has a Young's modulus and a Poisson's ratio with their source; a design may bring its own. From
-the softest rubber to steel there are five powers of ten: a plate is a stiff thing in a soft one,
-and a plate of polyimide answers fifty times more than one of bronze.
+Each material has a Young's modulus and a Poisson's ratio with their source; a design may define
+its own. Moduli range over five powers of ten from rubber to steel. A polyimide plate gives a
+far larger signal than a bronze one.
 """
 
 from matplotlib import pyplot
@@ -19,8 +19,8 @@ figure, axes = pyplot.subplots(figsize=(7.2, 4.6), layout="constrained")
 colours = ["#0b6fb0" if soft else "#d2560a" for soft in rubber]
 axes.barh([name.replace("_", " ") for name in names], moduli, color=colours, height=0.65)
 for row, modulus in enumerate(moduli):
-    said = f"{modulus:,.0f} MPa" if modulus > 10.0 else f"{modulus:.3g} MPa"
-    axes.text(1.15 * modulus, row, said, va="center", fontsize=8)
+    label = f"{modulus:,.0f} MPa" if modulus > 10.0 else f"{modulus:.3g} MPa"
+    axes.text(1.15 * modulus, row, label, va="center", fontsize=8)
 axes.set_xscale("log")
 axes.set_xlim(right=2e7)
 axes.set_xlabel("Young's modulus, MPa (blue: elastomers, orange: plates and cores)")

@@ -2,8 +2,8 @@
 The mesh of a section
 =====================
 
-In plane strain a finger is its section. Triangles are small where the object will touch and at the
-plates, and grow away from them; their sides follow every plate.
+In plane strain a finger is its section. Triangles are small at the contact and at the plates,
+and grow away from them. Their sides follow every plate.
 """
 
 import numpy as np

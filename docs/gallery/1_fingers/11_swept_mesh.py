@@ -2,9 +2,9 @@
 A swept mesh in 3-D
 ===================
 
-A straight finger can be swept: the section's mesh, drawn through graded layers along z. It takes a
-second and is the same every time; bodies that cannot be swept are meshed by fTetWild. Here half of
-the elements are taken away, and the plates stand out of the rest.
+A straight finger can be swept: the mesh of the section goes through graded layers along z. This
+is fast and gives the same mesh every time. Other bodies are meshed by fTetWild. The picture
+omits half of the elements to show the plates.
 """
 
 import numpy as np

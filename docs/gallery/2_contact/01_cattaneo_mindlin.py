@@ -1,11 +1,10 @@
 """
-Against Cattaneo and Mindlin
-============================
+Comparison with Cattaneo and Mindlin
+====================================
 
-A round body that is pressed and then sheared slips at its edges first: the classical answer of
-Cattaneo (1938) and Mindlin (1949). An arc of plain rubber gives nearly the same, although it
-is no half-space and leans as it is sheared: the lines are closed forms for the forces that were
-found, the points the model's.
+A round body that is pressed and then sheared slips at its edges first: the classical solution
+of Cattaneo (1938) and Mindlin (1949). An arc of plain rubber is no half-space, but gives nearly
+the same. Lines are closed forms for the computed forces; points are the model.
 """
 
 import numpy as np

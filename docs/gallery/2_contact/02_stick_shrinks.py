@@ -1,10 +1,10 @@
 """
-How the stick area shrinks
-==========================
+The stick area shrinks
+======================
 
-The finger is pressed, then sheared step by step until all of it slips. Each row of the picture is
-one step; slip begins at the edges and eats its way inward, which is what the gages are to see
-before the last spot lets go.
+The finger is pressed, then sheared in steps until it slips completely. Each row of the picture
+is one step. Slip begins at the edges and moves inward. The gages must detect this before the
+last spot slips.
 """
 
 import numpy as np

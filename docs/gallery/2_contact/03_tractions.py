@@ -2,8 +2,8 @@
 Tractions on a finger with plates
 =================================
 
-Stiff plates just below the surface show in the pressure as ripples. Sheared further and further,
-the shear traction reaches the dashed limit, friction times pressure, from the edges inward.
+Stiff plates below the surface cause ripples of the pressure. With more shear, the shear
+traction reaches the dashed limit, friction times pressure, from the edges inward.
 """
 
 from matplotlib import pyplot

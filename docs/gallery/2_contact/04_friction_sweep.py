@@ -2,9 +2,9 @@
 Friction: one model, many objects
 =================================
 
-The finger is condensed once; every object and friction coefficient is then a matter of
-milliseconds. Here the same press is sheared at six frictions. All curves begin alike, as
-everything sticks, and each bends over toward its own limit.
+The finger is condensed once. Every object and friction coefficient then takes milliseconds.
+Here one press is sheared at six friction coefficients. All curves begin alike, because
+everything sticks, and each approaches its own limit.
 """
 
 import numpy as np

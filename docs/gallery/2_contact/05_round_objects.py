@@ -1,9 +1,10 @@
 """
-Round objects press a smaller spot
-==================================
+Round objects have a smaller contact
+====================================
 
-A scene's object may be a plane, a cylinder or a sphere. The rounder it is, the narrower and steeper
-its pressure; the picture shows the same press by planes and cylinders along the finger.
+The object of a scene may be a plane, a cylinder or a sphere. A rounder object has a narrower
+contact and a higher pressure. The picture compares planes and cylinders along the finger at one
+approach.
 """
 
 import numpy as np

@@ -2,8 +2,8 @@
 Pressure and slip on a dome, in 3-D
 ===================================
 
-A dome touches in a spot. The mesh is coarse here, so that it takes seconds; what sticks at the end
-of the shear is the middle of the spot, as in a section.
+A dome touches in a spot. The mesh is coarse here, so it takes seconds. At the end of the shear
+the middle of the spot still sticks, as in a section.
 """
 
 import numpy as np

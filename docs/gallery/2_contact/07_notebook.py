@@ -1,10 +1,10 @@
 """
-One result in a notebook: figures to turn, maps as arrays
-=========================================================
+One result in a notebook: figures and arrays
+============================================
 
-What ``analyse`` returns draws itself: the finger in space with a slider along the path, the
-forces, the tractions, the gages, as Plotly figures; and it hands out its stick maps as numpy
-arrays, of which any other picture can be made. ``report`` writes the page of the analysis.
+The result of ``analyse`` has Plotly figures of the finger, the forces, the tractions and the
+gages. It also gives its stick maps as numpy arrays for any other picture. ``report`` writes the
+page of the analysis.
 """
 
 import numpy as np

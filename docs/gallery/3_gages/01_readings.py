@@ -2,9 +2,9 @@
 Gage readings along a path
 ==========================
 
-Fifteen gages while the finger is pressed by 0.1 mm, and then sheared. The press strains all of
-them; the shear lifts some and lowers others, and the curves bend where the
-contact above them lets go.
+The readings of fifteen gages while the finger is pressed by 0.1 mm and then sheared. The press
+strains all gages. Shear raises some readings and lowers others. The curves bend where the
+contact above them begins to slip.
 """
 
 import numpy as np

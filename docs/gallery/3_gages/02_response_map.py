@@ -1,10 +1,10 @@
 """
-Where the gages answer to shear
-===============================
+Response of the gages to shear
+==============================
 
-The change of each gage's reading per newton of tangential force, as the finger is pressed and
-sheared until all of it slips. The gages under what sticks answer most, those beside it hardly; the
-line is as far apart as what sticks is long.
+The change of each reading per newton of tangential force, while the finger is pressed and
+sheared to complete slip. Gages below the stick area respond most. The line shows the length
+that sticks.
 """
 
 import numpy as np

@@ -1,10 +1,10 @@
 """
-The gage area beside the stick area
-===================================
+The gage area and the stick area
+================================
 
-The paper's claim: the length of plate positions that answer more than a threshold follows the
-length that sticks, whatever the friction. In plane strain, and with the normal force's part
-taken out, it does for this finger.
+The paper's claim: the length of plates whose response exceeds a threshold follows the length
+that sticks, at any friction coefficient. In plane strain it does for this finger, if the effect
+of the normal force is removed.
 """
 
 import numpy as np

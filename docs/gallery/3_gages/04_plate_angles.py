@@ -2,9 +2,9 @@
 Which angle should plates have?
 ===============================
 
-The same finger with plates at six angles, pressed and sheared a little. Level and upright plates
-answer with opposite signs at the two ends of the row, and hardly in its middle; from 30 degrees on
-all plates of the row answer with one sign.
+The same finger with plates at six angles, pressed and sheared a little. Level and upright
+plates respond with opposite signs at the two ends of the row and hardly in the middle. From 30
+degrees on all plates respond with one sign.
 """
 
 import numpy as np

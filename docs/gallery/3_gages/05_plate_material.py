@@ -2,9 +2,9 @@
 Plates of metal or of foil?
 ===========================
 
-A plate takes part in the rubber's strain only as far as its stiffness lets it. Foils of polyimide
-answer to a newton fifty times more than bronze does, whose answer is about as large as the noise of
-an amplifier.
+A stiff plate takes little of the strain of the rubber. Polyimide foil gives a far larger
+response per newton than bronze. The response of bronze is about as large as the noise of an
+amplifier.
 """
 
 from matplotlib import pyplot

@@ -2,9 +2,9 @@
 One lift by the paper's rule
 ============================
 
-The hand closes and pulls at once, without knowing friction or weight. Where the gage area shrinks
-it holds its upward move until more normal force has made it grow again. A good grip reaches the
-weight without touching the line at which the whole contact would slip.
+The hand closes and pulls at once, without knowing friction or weight. When the gage area falls,
+it stops pulling until more normal force has raised the area again. A good lift reaches the
+weight line and stays away from the line of complete slip.
 """
 
 import numpy as np

@@ -1,10 +1,10 @@
 """
-Four hands, one object
-======================
+Four controllers, one object
+============================
 
-The paper's hand steers by the gage area; *reactive* grips harder once it feels a slip; *fixed
-ratio* pulls in proportion to what it presses; the *oracle* is told friction and weight, which
-none of the others are. All lift 300 g at a friction of 0.5.
+The ``paper`` controller uses the gage area. *Reactive* grips harder when it detects slip.
+*Fixed ratio* pulls in proportion to the normal force. Only the *oracle* knows friction and
+weight. All lift 300 g at a friction coefficient of 0.5.
 """
 
 from matplotlib import pyplot

@@ -1,10 +1,10 @@
 """
-What the bench tells a hand
-===========================
+What a rig learns on the bench
+==============================
 
-Before it grips, a rig presses its finger without shear, shears it a little at a few depths, and
-slides. It keeps the readings by normal force, which are taken out of what a grip feels, and the
-finger's stiffness.
+Before it grips, a rig presses its finger without shear, shears it a little at some depths, and
+slides. It stores the readings for each normal force, which are subtracted in a grip, and the
+stiffness of the finger.
 """
 
 import numpy as np

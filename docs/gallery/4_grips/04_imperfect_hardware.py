@@ -1,9 +1,10 @@
 """
-Gages that are noisy, drift, warm up and die
-============================================
+Gages that are noisy, drift, warm up and fail
+=============================================
 
-Any plant can be wrapped in imperfect hardware. Here a finger is pressed and held: noise of 0.5
-microstrain, a drift, gages that warm by 4 microstrain after the touch, and one that dies.
+Imperfect hardware can be added to any plant. Here a finger is pressed and held. There are noise
+of 0.5 microstrain, drift, gages that warm by 4 microstrain after first contact, and one that
+fails.
 """
 
 import numpy as np
@@ -29,12 +30,12 @@ plants = [
     CondensedPlant(problem, design.gages.face),
     ImperfectPlant(CondensedPlant(problem, design.gages.face), hardware, np.random.default_rng(1)),
 ]
-true, felt = (np.array([plant.move(*move).readings for move in moves]) for plant in plants)
+true, measured = (np.array([plant.move(*move).readings for move in moves]) for plant in plants)
 
 figure, axes = pyplot.subplots(figsize=(7.2, 4.0), layout="constrained")
 time = np.arange(len(moves)) / hardware.sample_rate_Hz
 for gage, colour in ((1, "#0a8f6b"), (4, "#d2560a"), (7, "#0b6fb0"), (10, "#b0569a")):
-    axes.plot(time, felt[:, gage], color=colour, lw=0.8, label=f"gage {gage}")
+    axes.plot(time, measured[:, gage], color=colour, lw=0.8, label=f"gage {gage}")
     axes.plot(time, true[:, gage], color=colour, ls="--", lw=1.4)
 axes.set_xlabel("time, s")
 axes.set_ylabel("reading, microstrain")

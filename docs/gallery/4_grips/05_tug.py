@@ -2,8 +2,9 @@
 A tug at a lifted object
 ========================
 
-Two fingers hold an object on its support, raise it, and something pulls at it. The hand keeps the
-ratio of its forces, so it closes as the load rises; what matters is how much sticks meanwhile.
+Two fingers lift an object from its support, and then something pulls at it. The controller
+holds the ratio of its forces, so it closes as the load rises. The chart shows how much sticks
+meanwhile.
 """
 
 from matplotlib import pyplot

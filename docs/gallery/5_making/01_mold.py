@@ -2,10 +2,9 @@
 The mold, exploded
 ==================
 
-Contact insert, two half frames, a comb in the end of each, and the base plate, which is pressed on
-last.
-``fingerdesign mold`` writes all of them as STL, STEP and one 3MF for the printer; here its STL
-files are shown, each moved along its draw.
+Contact insert, two half frames, a comb in the end of each, and the base plate, which is pressed
+on last. ``fingerdesign mold`` writes all parts as STL and STEP, and one 3MF for the printer.
+The picture moves each part along its draw.
 """
 
 import tempfile

@@ -2,9 +2,9 @@
 Many fingers from one: which radius, which rubber?
 ==================================================
 
-A design is a value: change keys, and it is checked like a file. Twelve fingers are pressed with a
-plane here. A rounder finger is softer and its contact narrower; the width is the same in each
-rubber, so its three lines are one.
+A design is a value: change keys, and it is checked like a file. Here a plane is pressed on
+twelve fingers. A rounder finger is softer and its contact is narrower. The width is the same in
+each rubber, so its three lines coincide.
 """
 
 from matplotlib import pyplot

@@ -1,9 +1,9 @@
 """
-What a lift will take, before any model is made
-===============================================
+Forecast of a lift without a model
+==================================
 
-``fingerdesign check`` forecasts from formulas how hard and how deep a finger must be pressed, in a
-millisecond. So a whole map of frictions and weights costs nothing.
+``fingerdesign check`` forecasts from formulas how hard and how deep a finger must be pressed.
+This takes a millisecond, so a map over friction and mass is cheap.
 """
 
 import numpy as np
