@@ -1,7 +1,7 @@
-"""The story of a mold: from a design to the folder that a caster opens.
+"""The making of a mold: from a design to the folder that a caster opens.
 
 design ─▶ plan ─▶ exact parts (STEP, STL) ─▶ checks ─▶ 3MF, DXF, bill, notes ─▶ report
-             └─▶ placement's effect, beside                 └─▶ picture, beside the checks
+             └─▶ placement's effect, concurrently           └─▶ picture, concurrently
 
 report = write_mold(design, out / name)
 """
@@ -22,22 +22,17 @@ from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.page import mold_html
 from fingerdesign.mold.part import Check, MoldMeshes
 from fingerdesign.mold.picture import Pictures, pictures_job, pictures_of
-from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.plan.refusals import MoldRefused
 from fingerdesign.mold.plan.remedies import remedied
+from fingerdesign.mold.products.bill import bill_of_materials, write_bill
+from fingerdesign.mold.products.casting import casting_of
 from fingerdesign.mold.products.drawing import write_drawings
-from fingerdesign.mold.products.notes import (
-    bill_of_materials,
-    casting_notes,
-    silicone_of,
-    unknown_effect,
-    write_bill,
-)
+from fingerdesign.mold.products.notes import casting_notes, unknown_effect
 from fingerdesign.mold.products.three_mf import Posed, laid_out, write_3mf
 from fingerdesign.mold.profile import PROFILE_FILE, profile_text
-from fingerdesign.mold.record import RECORD_FILE, MoldData, Products, mold_record
+from fingerdesign.mold.record import RECORD_FILE, MoldData, Outcome, Products, mold_record
 from fingerdesign.records.base import ResultError, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import sweep_abandoned
@@ -92,7 +87,7 @@ def write_mold(
 
 
 def older_passed(target: Path | str) -> bool:
-    """Whether a mold is there whose checks all passed."""
+    """True where a mold is there whose checks all passed."""
     try:
         record = json.loads((Path(target) / RECORD_FILE).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -119,44 +114,37 @@ def make_mold(
         raise ResultError(f"{folder} is no folder: make it before, or use write_mold")
     report("planning", 0.0)
     with clock.stage("plan"):
-        plan = plan_mold(design)
+        outcome = Outcome(design, plan_mold(design))
     effect = "fingerdesign.mold.placement:placement_effect"
-    with beside(effect, design, plan, time_s=PLACEMENT_LIMIT_S) as placing:
-        return _made(design, plan, folder, placing, clock, start, report)
+    with beside(effect, design, outcome.plan, time_s=PLACEMENT_LIMIT_S) as placing:
+        return _make(outcome, folder, placing, clock, start, report)
 
 
-def _made(
-    design: Design,
-    plan: MoldPlan,
-    folder: Path,
-    placing: Wait,
-    clock: Clock,
-    start: float,
-    report: Report,
+def _make(
+    outcome: Outcome, folder: Path, placing: Wait, clock: Clock, start: float, report: Report
 ) -> MoldData:
-    """Files, report and record. The page's own time is not yet known to either."""
-    checks: tuple[Check, ...] = ()
-    products: Products | None = None
+    """Make files, report and record. The page's own time is not yet known to either."""
+    design, plan = outcome.design, outcome.plan
     pictures: Pictures | None = None
-    missing, failure = "There are no parts to draw.", None
+    missing = "There are no parts to draw."
     try:
         report("building the parts", 0.05)
         with clock.stage("cad"):
             meshes = mold_meshes(design, plan, folder, CAD_LIMIT_S)
-        patterns, silicone = flat_patterns(design, plan), silicone_of(design, plan, meshes)
-        notes, views = casting_notes(design, plan, meshes, patterns, silicone)
+        casting = casting_of(design, plan, meshes)
+        notes, views = casting_notes(casting)
         with pictures_job(meshes, views) as drawing:
             report("checking the parts", 0.45)
             with clock.stage("checks"):
-                checks = run_checks(design, plan, meshes)
-            failure = failure_of(checks)
+                outcome.checks = run_checks(design, plan, meshes)
+            outcome.failure = failure_of(outcome.checks)
             report("writing the files", 0.8)
             with clock.stage("files"):
-                items = bill_of_materials(design, plan, meshes, patterns, silicone)
-                products = Products(meshes, patterns, printed_of(meshes), silicone, items, notes)
-                write_products(design, plan, products, folder)
+                items = bill_of_materials(casting)
+                outcome.products = Products(casting, printed_of(meshes), items, notes)
+                write_products(outcome.products, folder)
             with clock.stage("placement"):
-                placement = placement_of(placing)
+                outcome.placement = placement_of(placing)
             report("writing the report", 0.9)
             with clock.stage("picture"):
                 try:
@@ -168,11 +156,11 @@ def _made(
         _refuse_full(folder, error)
         for path in folder.iterdir():
             path.unlink()
-        placement = None
-        failure = "; ".join(filter(None, (" ".join(str(error).split()), failure)))
+        outcome.placement = None
+        reasons = (" ".join(str(error).split()), outcome.failure)
+        outcome.failure = "; ".join(filter(None, reasons))
     files = sorted({path.name for path in folder.iterdir()} | {RECORD_FILE, REPORT_FILE})
-    timing = (clock.seconds, time.perf_counter() - start)
-    record = mold_record(design, plan, checks, products, placement, failure, files, *timing)
+    record = mold_record(outcome, files, clock.seconds, time.perf_counter() - start)
     (folder / REPORT_FILE).write_text(mold_html(record, pictures, missing), encoding="utf-8")
     (folder / RECORD_FILE).write_text(json_text(record), encoding="utf-8")
     return record
@@ -209,20 +197,20 @@ def printed_of(meshes: MoldMeshes) -> tuple[Posed, ...]:
     return laid_out(tuple(part for part in meshes.parts if part.made == "process"))
 
 
-def write_products(design: Design, plan: MoldPlan, made: Products, folder: Path) -> None:
-    """mold.3mf, coupon.3mf, the drawings, bill_of_materials.csv and profile.toml; GeometryError
-    where one is not sound."""
-    name = design.design.name
-    coupon = laid_out(tuple(part for part in made.meshes.coupon if part.made == "process"))
+def write_products(made: Products, folder: Path) -> None:
+    """Write mold.3mf, coupon.3mf, the drawings, bill_of_materials.csv and profile.toml;
+    GeometryError where one is not sound."""
+    casting, name = made.casting, made.casting.design.design.name
+    coupon = laid_out(tuple(part for part in casting.meshes.coupon if part.made == "process"))
     write_3mf(made.posed, folder / PRINT_FILE, f"{name}: mold")
     write_3mf(coupon, folder / COUPON_FILE, f"{name}: coupon")
-    write_drawings(plan, made.meshes, made.patterns, folder)
+    write_drawings(casting, folder)
     write_bill(made.items, folder / BILL_FILE)
-    (folder / PROFILE_FILE).write_text(profile_text(design), encoding="utf-8")
+    (folder / PROFILE_FILE).write_text(profile_text(casting.design), encoding="utf-8")
 
 
 def placement_of(wait: Wait) -> dict[str, Any]:
-    """What ``placement.placement_effect`` found, or a record that says how its process failed."""
+    """Wait for the effect of placement; where its process failed, a record says how."""
     try:
         found: dict[str, Any] = wait()
     except FingerDesignError as error:
@@ -245,7 +233,7 @@ def _refuse_full(folder: Path, error: BaseException) -> None:
 
 
 def failure_of(checks: tuple[Check, ...]) -> str | None:
-    """Which checks failed, as a sentence; None where all passed.
+    """Name the checks that failed, in a sentence; None where all passed.
 
     >>> from fingerdesign.mold.part import Check
     >>> failure_of((Check("wall", "core", False, 0.5, 1.0, "mm", "its wall is 0.5 mm"),))

@@ -95,8 +95,8 @@ def exploded_parts(meshes: MoldMeshes) -> tuple[Shown, ...]:
 
 
 def step_parts(meshes: MoldMeshes, views: Sequence[View]) -> list[tuple[Shown, ...]]:
-    """What is drawn of each view, in their order: what is there already is pale; what the step puts
-    in its place, or takes away, is in its colour, on its way."""
+    """Choose what is drawn of each view: what is there already is pale; what the step puts in its
+    place, or takes away, is in its colour, on its way."""
     size = np.array(meshes.high) - np.array(meshes.low)
     alike = {PLATES: meshes.plates}
     alike |= {part.name: (part,) for part in (*meshes.parts, meshes.rubber)}
@@ -151,7 +151,7 @@ def pictures_job(
 
 
 def pictures_of(wait: Wait, meshes: MoldMeshes, views: Sequence[View]) -> Pictures:
-    """What was drawn; PictureError says why nothing was."""
+    """Wait for the pictures; PictureError where nothing was drawn."""
     try:
         png, places, steps = wait()
     except ProcessError as error:
@@ -166,7 +166,7 @@ def pictures_of(wait: Wait, meshes: MoldMeshes, views: Sequence[View]) -> Pictur
         png,
         badges,
         f"The mold opened: each part is moved along its draw. {words}. The finger with its plates "
-        "and their legs stands in the middle, base down (it is cast with the base up).",
+        "and their legs is in the middle, base down (it is cast with the base up).",
     )
     drawn = {
         (view.section, view.step): Picture(step, (), view.words)
@@ -198,7 +198,7 @@ VIEW_ANGLE, FILLED = 25.0, 0.94  # degrees, vertical; the part of the frame that
 
 
 def png_of(plotter: Any) -> bytes:
-    """What a plotter shows, as PNG on nothing."""
+    """Write what a plotter shows as PNG on nothing."""
     png = io.BytesIO()
     plotter.screenshot(png, transparent_background=True)
     return png.getvalue()
@@ -228,7 +228,7 @@ def camera_axes(toward: Sequence[float], up: Up = "+y") -> Array:
 
 
 def camera_at(points: Array, axes: Array, size: tuple[int, int]) -> Array:
-    """Where a camera of :func:`camera_axes` stands, as near as keeps every point in its frame.
+    """Place of a camera of :func:`camera_axes`, as near as keeps every point in its frame.
 
     At distance d a point (x, y, z) in the camera's axes is in a frame of slope s about a where
     |x - a| <= s (d - z): with h = max(s z + x), l = max(s z - x), a = (h - l) / 2 and
@@ -295,7 +295,7 @@ def _drawn(things: Sequence[Shown], camera: Array, axes: Array, size: tuple[int,
 
 
 def _seen(things: tuple[Shown, ...], camera: Array) -> dict[str, tuple[float, float]]:
-    """Where each thing is seen best: the middle of the largest disc of it that nothing covers."""
+    """Find the place of each thing that is seen best: the middle of its largest uncovered disc."""
     import pyvista
     from scipy.ndimage import distance_transform_edt
 

@@ -39,8 +39,8 @@ from fingerdesign.mold.plan.limits import comb_tolerance, limits_of
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.notes import effect_sentences, unknown_effect
 
-# What a leg stands off the face of a slot that it is pushed against by hand, under a lens, until
-# clay holds it; assumed: half a tenth is seen well at ten times.
+# Distance of a leg from the face of a slot that it is pushed against by hand, under a lens, until
+# clay holds it. It is assumed: half a tenth of a millimetre is seen well at ten times.
 _BY_HAND_MM = 0.05
 CHANGES = ("along_x", "in_height", "turned")
 _READS = 1e-6  # microstrain: a row whose largest reading is below it has none to be relative to

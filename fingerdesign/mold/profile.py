@@ -1,6 +1,6 @@
 """What a machine and a cutter hold, as a file of one's own, and the coupon that it is measured on.
 
-The file is written beside each mold, to be corrected by what the coupon shows; ``--profile`` reads
+The file is written next to each mold, to be corrected by what the coupon shows; ``--profile`` reads
 it.
 """
 
@@ -51,7 +51,7 @@ def ladders_of(mold: Mold) -> tuple[Ladder, ...]:
     found = [
         Ladder("slot_mm", "slot", sizes(limits.slot_mm), "the least that is open throughout"),
         Ladder("hole_mm", "hole", sizes(limits.hole_mm), "the least that is open throughout"),
-        Ladder("wall_mm", "wall", sizes(limits.wall_mm), "the least that stands straight"),
+        Ladder("wall_mm", "wall", sizes(limits.wall_mm), "the least that is straight"),
         Ladder("feature_mm", "rib", sizes(limits.feature_mm), "the least that is whole"),
     ]
     if not limits.dowels:
@@ -121,8 +121,8 @@ def with_profile(design: Design, file: Path) -> Design:
     try:
         found = with_values(design, values)
     except DesignError as error:
-        told = (replace(fault, key=fault.key.removeprefix("mold.")) for fault in error.faults)
-        raise DesignError([*faults, *told], str(file)) from error
+        own = (replace(fault, key=fault.key.removeprefix("mold.")) for fault in error.faults)
+        raise DesignError([*faults, *own], str(file)) from error
     if faults:
         raise DesignError(faults, str(file))
     return found

@@ -1,4 +1,4 @@
-"""What mold_report.json holds: the mold as made, its checks, its files."""
+"""Content of mold_report.json: the mold as made, its checks, its files."""
 
 import hashlib
 import json
@@ -15,16 +15,14 @@ from typing_extensions import TypedDict
 
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.fitting import gage_fit, gage_words
-from fingerdesign.mold.part import Check, MoldMeshes, PartMesh
-from fingerdesign.mold.plan.limits import comb_tolerance, limits_of
+from fingerdesign.mold.part import Check, PartMesh
+from fingerdesign.mold.plan.limits import comb_tolerance
 from fingerdesign.mold.plan.patterns import FlatPattern
 from fingerdesign.mold.plan.plan import MoldPlan, Side, SidePlan
-from fingerdesign.mold.products.notes import (
-    ItemData,
-    SiliconeData,
-    placement_worst,
-    warnings_of,
-)
+from fingerdesign.mold.products.bill import ItemData
+from fingerdesign.mold.products.casting import Casting
+from fingerdesign.mold.products.notes import placement_worst, warnings_of
+from fingerdesign.mold.products.silicone import SiliconeData
 from fingerdesign.mold.products.three_mf import Posed
 from fingerdesign.mold.profile import ladders_of
 from fingerdesign.records.base import Count, Size, closed, plain
@@ -44,7 +42,7 @@ Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
 
 @closed
 class LimitsData(TypedDict):
-    """What the process can make."""
+    """Sizes that the process can make."""
 
     wall_mm: Size
     feature_mm: Size
@@ -58,7 +56,7 @@ class LimitsData(TypedDict):
 
 @closed
 class ProcessData(TypedDict):
-    """How the mold is made."""
+    """The process and the kind of mold."""
 
     name: Literal["sla", "fdm", "machined"]
     pour: Annotated[Literal["open", "closed"], Field(description="open: of the fewest parts")]
@@ -115,7 +113,7 @@ class PatternData(TypedDict):
 
 @closed
 class PlacedData(TypedDict):
-    """Where a plate stands in the mold."""
+    """A plate's place in the mold."""
 
     plate: Count
     pattern: str
@@ -130,7 +128,7 @@ class PlacedData(TypedDict):
 
 @closed
 class FixtureData(TypedDict):
-    """How a side is closed, and how many plates it holds."""
+    """A side: its way of holding plates, and how many it holds."""
 
     side: Side
     holding: Literal["wall", "comb", "slots"]
@@ -190,7 +188,7 @@ class CheckData(TypedDict):
 
 @with_config(ConfigDict(extra="allow"))
 class EffectData(TypedDict):
-    """What a plate off its place does to its gage; its numbers are there where reason is null."""
+    """Effect of a plate off its place on its gage; its numbers are there where reason is null."""
 
     reason: str | None
     sentences: list[str]
@@ -198,7 +196,7 @@ class EffectData(TypedDict):
 
 @closed
 class SensorData(TypedDict):
-    """Whether what is cast is a sensor: gages that exist, where the model has them."""
+    """Readiness as a sensor: gages that exist, where the model has them."""
 
     ready: bool
     reading_error: Annotated[
@@ -242,7 +240,7 @@ class MoldData(TypedDict):
     notes: list[NotesData]
     coupon: list[LadderData]
     bill: list[ItemData]
-    files: Annotated[list[str], Field(description="names beside the record")]
+    files: Annotated[list[str], Field(description="names next to the record")]
     timings_s: dict[str, Size]
     seconds: Size
     peak_memory_MB: Size
@@ -251,33 +249,40 @@ class MoldData(TypedDict):
 
 @dataclass(frozen=True)
 class Products:
-    """What was built and written of a mold: parts, patterns, parts on the printer's bed, silicone,
-    the bill of materials, the casting notes."""
+    """What was written of a mold: its casting, parts on the printer's bed, the bill of materials,
+    the casting notes."""
 
-    meshes: MoldMeshes
-    patterns: tuple[FlatPattern, ...]
+    casting: Casting
     posed: tuple[Posed, ...]
-    silicone: SiliconeData
     items: tuple[ItemData, ...]
     notes: list[dict[str, Any]]
 
 
+@dataclass
+class Outcome:
+    """What is known of a mold while it is made.
+
+    products   None where nothing could be built, and then ``failure`` says why; else it names the
+               checks that failed
+    """
+
+    design: Design
+    plan: MoldPlan
+    checks: tuple[Check, ...] = ()
+    products: Products | None = None
+    placement: dict[str, Any] | None = None
+    failure: str | None = None
+
+
 def mold_record(
-    design: Design,
-    plan: MoldPlan,
-    checks: Sequence[Check],
-    made: Products | None,
-    placement: dict[str, Any] | None,
-    failure: str | None,
-    files: list[str],
-    timings_s: Mapping[str, float],
-    seconds: float,
+    outcome: Outcome, files: list[str], timings_s: Mapping[str, float], seconds: float
 ) -> MoldData:
-    """The record of one `fingerdesign mold`. made: None where nothing could be built, and then
-    ``failure`` says why; else it names the checks that failed. files: names beside the record."""
+    """Write the record of one `fingerdesign mold`; files: names next to the record."""
+    design, plan, made = outcome.design, outcome.plan, outcome.products
+    failure, placement = outcome.failure, outcome.placement
     posed = {each.name: each for each in made.posed} if made else {}
-    patterns = made.patterns if made else ()
-    parts = made.meshes.parts if made else ()
+    patterns = made.casting.patterns if made else ()
+    parts = made.casting.meshes.parts if made else ()
     record: MoldData = plain(
         {
             "schema_version": 1,
@@ -299,9 +304,9 @@ def mold_record(
             "base": _base(plan),
             "checks": [
                 asdict(check) | {"measured": _finite(check.measured), "bound": _finite(check.bound)}
-                for check in checks
+                for check in outcome.checks
             ],
-            "silicone": made.silicone if made else None,
+            "silicone": made.casting.silicone if made else None,
             "placement": placement,
             "sensor": sensor_of(design, placement),
             "warnings": warnings_of(design, plan, placement) if placement else [],
@@ -326,14 +331,14 @@ def _process(design: Design, plan: MoldPlan) -> dict[str, Any]:
         name=design.mold.process,
         pour=plan.pour,
         closed_for=plan.closed_for,
-        limits=values_of(LimitsData, limits_of(design.mold)),
+        limits=values_of(LimitsData, plan.limits),
         comb=design.mold.comb.model_dump(mode="json")
         | {"tolerance_mm": comb_tolerance(design.mold)},
     )
 
 
 def sensor_of(design: Design, placement: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Whether a finger's gages exist for its plates and read what the model says, as cast.
+    """Judge if a finger's gages exist for its plates and read what the model computes, as cast.
 
     A finger without plates is no sensor, and ready. Where placement has no numbers, the reason is
     that these are unknown.

@@ -33,9 +33,9 @@ def test_the_bar_has_what_its_rows_say(process):
     assert bar.isValid()
     found = [(face.geomType(), face.BoundingBox()) for face in bar.Faces()]
     diameters = sorted(round(b.xlen, 6) for kind, b in found if kind == "CYLINDER")
-    wanted = [pin + 2.0 * size for row in rows if row.kind == "socket" for size in row.sizes]
-    wanted += [size for row in rows if row.kind in ("hole", "pin") for size in row.sizes]
-    assert diameters == pytest.approx(sorted(wanted))
+    expected = [pin + 2.0 * size for row in rows if row.kind == "socket" for size in row.sizes]
+    expected += [size for row in rows if row.kind in ("hole", "pin") for size in row.sizes]
+    assert diameters == pytest.approx(sorted(expected))
     walls = next(row for row in rows if row.kind == "wall")
     tops = [b for kind, b in found if kind == "PLANE" and b.zmin == pytest.approx(10.0)]
     widths = {round(b.xlen, 4) for b in tops}

@@ -195,7 +195,7 @@ LEANING = slot(1.0 + 0.5 * np.sqrt(0.5), 0.2 + 0.5 * np.sqrt(0.5), 135)
 
 
 @pytest.mark.parametrize(
-    ("slots", "wanted"),
+    ("slots", "expected"),
     [
         ([slot(0, 0)], np.inf),
         ([slot(0, 0), slot(0, 1)], 0.6),
@@ -209,8 +209,8 @@ LEANING = slot(1.0 + 0.5 * np.sqrt(0.5), 0.2 + 0.5 * np.sqrt(0.5), 135)
         ([LEANING, slot(0, 0)], 0.3),
     ],
 )
-def test_webs_are_true_distances_between_rectangles(slots, wanted):
-    assert webs(slots)[2].min(initial=np.inf) == pytest.approx(wanted)
+def test_webs_are_true_distances_between_rectangles(slots, expected):
+    assert webs(slots)[2].min(initial=np.inf) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("name", [*SHIPPED, "fine_tees", "sensitive", "tees", "wide"])

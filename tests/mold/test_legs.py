@@ -78,8 +78,8 @@ def test_margins_of_an_arc_are_the_distances_to_its_border():
     crest = 10.0 + 20.0 - np.sqrt(300.0)
     small = PlateFrame(0, 0.0, crest - 1.5, 0.0, 1e-6, 1e-6, -2.0, 2.0)
     low = replace(small, y=0.3)
-    beside = replace(small, place=9.5, y=6.0)
-    found = exits_of(body, 1.0, [small, low, beside], ["+z", "-z", "+z"], [2.0] * 3)
+    near = replace(small, place=9.5, y=6.0)
+    found = exits_of(body, 1.0, [small, low, near], ["+z", "-z", "+z"], [2.0] * 3)
     assert found.face_margin == pytest.approx([1.5, 0.3, 0.5], abs=1e-5)
     assert body.kind.lowest(body) == 10.0
     assert flat_sided(body)
@@ -97,7 +97,7 @@ def test_shrinkage_moves_middles_and_exits_but_keeps_sizes():
     for leg in legs(made({"shape": "block"}, {"count": 3}, {"cure": "condensation"})):
         assert leg.width == pytest.approx(2.0)
         assert leg.exit - leg.start == pytest.approx(5.0 / 0.98 - 5.0)
-    # A core moves with the rubber unless it stands on the base.
+    # A core moves with the rubber unless it rests on the base.
     core = made({"core": {"height_mm": 2.0, "bottom_mm": 3.0}}).body.core
     for bottom, moved in ((3.0, 4.0 * 1.02 - 1.0), (0.0, 0.0)):
         found = core_in_mold(core.model_copy(update={"bottom_mm": bottom}), 1.02)

@@ -113,11 +113,11 @@ def test_a_round_finger_has_level_seams_and_its_parts_fill_the_block():
     plan, built = built_of(round_design())
     assert abs(unfilled(built)) < 1e-8
     assert solid(built, INSERT).BoundingBox().ymin < plan.rim + 1e-6
-    beside = (plan.half_width + 2.0, 0.5 * plan.rim)
+    near = (plan.half_width + 2.0, 0.5 * plan.rim)
     front, right = (part(built, wall_name(side)).blank for side in ("+z", "+x"))
-    assert holds(front, (*beside, plan.corner + 0.01))
-    assert holds(right, (*beside, plan.corner - 0.01))
-    assert not holds(front, (beside[0], plan.rim + 0.01, plan.corner + 0.01))
+    assert holds(front, (*near, plan.corner + 0.01))
+    assert holds(right, (*near, plan.corner - 0.01))
+    assert not holds(front, (near[0], plan.rim + 0.01, plan.corner + 0.01))
 
 
 def test_the_contact_surface_goes_on_outward_in_the_seams(usual):

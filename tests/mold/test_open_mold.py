@@ -23,10 +23,12 @@ from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.make import mold_meshes
 from fingerdesign.mold.part import BASE, INSERT
 from fingerdesign.mold.plan.limits import limits_of
-from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.products.bill import hardware
+from fingerdesign.mold.products.casting import casting_of
 from fingerdesign.mold.products.drawing import write_drawings
-from fingerdesign.mold.products.notes import casting_notes, hardware, silicone_of
+from fingerdesign.mold.products.notes import casting_notes
+from fingerdesign.mold.products.silicone import silicone_of
 from tests.support.as_planned import as_planned
 
 FRAMES = {"frame_front", "frame_back"}
@@ -81,7 +83,7 @@ def test_frames_of_a_dome_with_chamfers_are_whole_beside_their_combs_windows(see
     plan = plan_mold(design)
     assert plan.pour == "open"
     built = build_mold(design, plan)
-    x, y = plan.half_width + 0.02, plan.rim + 0.2  # beside the flank, whose top is an arc
+    x, y = plan.half_width + 0.02, plan.rim + 0.2  # next to the flank, whose top is an arc
     for name, z in (("frame_front", 0.1), ("frame_back", -0.1)):
         for place in (x, -x):
             assert built.part(name).solid.isInside(cq.Vector(place, y, z))
@@ -200,7 +202,7 @@ def test_a_frame_slides_off_comb_and_legs_and_leaves_them(made):
 
 def test_its_drawings_say_the_combs_size(made, tmp_path):
     design, plan, meshes, _ = made
-    write_drawings(plan, meshes, flat_patterns(design, plan), tmp_path)
+    write_drawings(casting_of(design, plan, meshes), tmp_path)
     for side in plan.sides:
         if side.comb:
             drawn = ezdxf.readfile(tmp_path / f"{side.comb}.dxf")
@@ -212,8 +214,7 @@ def test_its_drawings_say_the_combs_size(made, tmp_path):
 def test_its_notes_press_the_base_plate_on_last_and_know_no_gate(made):
     design, plan, meshes, _ = made
     silicone = silicone_of(design, plan, meshes)
-    patterns = flat_patterns(design, plan)
-    notes, views = casting_notes(design, plan, meshes, patterns, silicone)
+    notes, views = casting_notes(casting_of(design, plan, meshes))
     steps = [step for section in notes for step in section["steps"]]
     text = " ".join(steps)
     for word in ("gate", "riser", "vent ", "end wall", "side wall"):

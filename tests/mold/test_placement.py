@@ -75,15 +75,15 @@ def test_a_move_carries_the_plates_and_leaves_the_outside(section):
         moved_mesh(mesh, frames, np.outer([0.9, 0.0, -0.9], [1.0, 0.0, 0.0]))
 
 
-def test_the_carried_mesh_reads_what_a_mesh_made_anew_does(three, section):
+def test_the_carried_mesh_reads_what_a_mesh_made_again_does(three, section):
     """Both are of the same moved finger; they differ by the mesh's own error."""
     zone, scene, frames, mesh = section
     right = readings(three, mesh, frames, zone, scene)
     move = alike(y=0.1, turn=4.0)
     after = moved_frames(frames, move)
     carried = readings(three, moved_mesh(mesh, frames, move), after, zone, scene)
-    anew = mesh_section(three, zone.half_width, SIZES, after)
-    fresh = readings(three, anew, after, zone, scene)
+    again = mesh_section(three, zone.half_width, SIZES, after)
+    fresh = readings(three, again, after, zone, scene)
     scale = np.abs(right).max(axis=1, keepdims=True)
     assert np.abs((carried - right) / scale).max() > 0.08
     assert np.abs((carried - fresh) / scale).max() < 0.015
@@ -107,7 +107,7 @@ def test_the_effect_grows_with_the_tolerance_and_is_nil_without(three):
     assert large["together"]["rms"] == pytest.approx(sums)
     assert [each["plate"] for each in large["gages"]] == [0, 1, 2]
     assert json.loads(json.dumps(large, allow_nan=False)) == large
-    # The insert stands on the combs: its face's form counts, and how true these are cut.
+    # The insert rests on the combs: its face's form counts, and how true these are cut.
     assert (none["row"]["tolerance_mm"], large["row"]["tolerance_mm"]) == (0.05, 0.07)
     assert [each["largest"] for each in large["row"]["changes"]] == [0.02, 0.07]
     assert 0.0 < none["row"]["together"]["rms"] < none["row"]["together"]["worst"] < 1.0

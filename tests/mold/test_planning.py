@@ -279,9 +279,9 @@ def test_the_leads_channel_runs_to_the_front_with_a_wall_to_every_hole(design):
     assert bool(hole.pocket) == isinstance(design, str)  # the random one has no room for it
     for other in plan.base_holes if hole.pocket else ():
         if other is not hole:
-            beside = np.hypot(other.x - hole.x, min(other.z - hole.z, 0.0))
+            near = np.hypot(other.x - hole.x, min(other.z - hole.z, 0.0))
             radii = 0.5 * (hole.diameter + max(other.diameter, other.outer_diameter))
-            assert beside - radii >= 1.0 - 1e-9
+            assert near - radii >= 1.0 - 1e-9
 
 
 def test_what_mends_leads_without_room_is_named_and_does():
@@ -304,8 +304,8 @@ def test_holes_that_nobody_asked_for_are_as_large_as_the_least_and_an_open_mold_
     values = {"mold__limits__hole_mm": 4.5, "mold__wire_mm": 0.0}
     holes = plan_mold(shipped("maeno2000", mold__pour="open", **values)).base_holes
     assert {(hole.kind, hole.diameter) for hole in holes} == {("lock", 4.5)}
-    asked = shipped("maeno2000", mold__pour="open", mold__gate_mm=1.0, **values)
-    assert not mold_faults(asked)
+    requested = shipped("maeno2000", mold__pour="open", mold__gate_mm=1.0, **values)
+    assert not mold_faults(requested)
     closed = shipped("maeno2000", mold__gate_mm=1.0, mold__lock_mm=1.0, **values)
     assert {"mold.gate_mm", "mold.lock_mm"} <= set(keys(mold_faults(closed)))
 

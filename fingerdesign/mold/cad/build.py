@@ -65,14 +65,14 @@ def undercuts(outline: cq.Solid, plan: MoldPlan) -> tuple[Undercut, ...]:
 def refuse_undercuts(design: Design, outline: cq.Solid, plan: MoldPlan) -> None:
     """GeometryError that names every undercut face, its place and the part that it would hold."""
     of = "body.step" if design.body.step is not None else "the body"
-    said = [
+    faces = [
         f"face {each.face} of {of} at ({', '.join(f'{value:.2f}' for value in each.place)}) mm "
         f"holds {each.part}"
         for each in undercuts(outline, plan)
     ]
-    if said:
+    if faces:
         raise GeometryError(
-            f"the mold cannot be opened: {'; '.join(said)}. Give the body no faces that look back "
+            f"the mold cannot be opened: {'; '.join(faces)}. Give the body no faces that look back "
             f"toward its base or its middle, or cast it in another way"
         )
 

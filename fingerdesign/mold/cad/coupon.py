@@ -20,10 +20,10 @@ from fingerdesign.mold.plan.plan import WORDS, MoldPlan, Side, direction
 from fingerdesign.mold.profile import Ladder, cell_plates, ladders_of
 
 DEEP_MM = 10.0  # of slots, holes and sockets: about a mold's wall
-LOW_MM = 3.0  # of the bar below what stands on it
+LOW_MM = 3.0  # height of the bar below its features
 LONG_MM = 4.0  # of slots, walls and ribs, across the bar's length
 GAP_MM = 2.0  # between features, and to the border
-PIN_MM = 6.0  # how far a pin stands out
+PIN_MM = 6.0  # length of a pin beyond the bar
 CORNER_MM = 2.0  # that marks the fine end of the first row
 AROUND_MM = 2.0  # rubber around the cell's plates; how far a comb lies in its groove
 WALL_MM = 2.0  # of the cell, at least
@@ -78,7 +78,7 @@ def _width(row: Ladder, size: float, pin: float) -> float:
 
 
 def _feature(row: Ladder, size: float, pin: float, x: float, y: float) -> cq.Solid:
-    """What is cut out of the bar, or stands on it, about (x, y)."""
+    """Make what is cut out of the bar, or added to it, about (x, y)."""
     if row.kind in ("hole", "socket"):
         radius = 0.5 * _width(row, size, pin)
         return cq.Solid.makeCylinder(radius, DEEP_MM + 2.0, cq.Vector(x, y, -1.0))

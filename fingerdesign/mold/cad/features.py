@@ -37,7 +37,7 @@ from fingerdesign.mold.plan.plan import (
 )
 
 BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
-ROOT_MM = 0.2  # how deep a pin or lug reaches into what it stands on
+ROOT_MM = 0.2  # how deep a pin or lug reaches into its part
 PILOT = 0.72  # of a clearance hole: the core hole of the same screw's thread
 STEEP = 0.5  # fall of a wall's top, mm per mm, from which its edge at a window is cut level
 _UP = np.array([0.0, 1.0, 0.0])
@@ -93,7 +93,7 @@ def _axes(slot: Slot) -> tuple[Array, Array]:
 def window_tools(design: Design, plan: MoldPlan, planned: SidePlan) -> Iterator[cq.Solid]:
     """The window in the wall behind sheets, open toward the insert and outward.
 
-    Where the wall's top falls off steeply beside the window, it is cut level over somewhat more
+    Where the wall's top falls off steeply next to the window, it is cut level over somewhat more
     than a wall, so that no feather edge is left there.
     """
     if planned.window is None:
@@ -101,8 +101,8 @@ def window_tools(design: Design, plan: MoldPlan, planned: SidePlan) -> Iterator[
     land = 1.2 * limits_of(design.mold).wall_mm
 
     def seam(place: float) -> float:
-        beside = planned.side.endswith("x")
-        x, z = (plan.half_width, place) if beside else (place, plan.half_depth)
+        flank = planned.side.endswith("x")
+        x, z = (plan.half_width, place) if flank else (place, plan.half_depth)
         return seam_height(design.body, plan, x, z)
 
     low, high, bottom = planned.window
@@ -196,7 +196,7 @@ def _lug(lug: Lug, root: float) -> cq.Solid:
 
 
 def _pin(pin: Pin) -> cq.Solid:
-    """A pin with a piece of its root inside of the part that it stands on."""
+    """A pin with a piece of its root inside of its part."""
     slope = (pin.tip_diameter - pin.diameter) / pin.length
     root = pin.diameter - ROOT_MM * slope
     return _along(pin, -ROOT_MM, root, pin.length, pin.tip_diameter)

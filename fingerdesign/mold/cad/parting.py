@@ -69,7 +69,7 @@ class FlatSide:
         moved = face.translate(cq.Vector(*(first * way))) if abs(first) > 1e-12 else face
         return extruded(moved, (end - start) * way)
 
-    def beside(self, reach: float, start: float, end: float) -> tuple[cq.Solid, cq.Solid]:
+    def strips(self, reach: float, start: float, end: float) -> tuple[cq.Solid, cq.Solid]:
         """What :meth:`drawn` of an end has beyond the face itself: a box to the left, one to the
         right, out to +-``reach``."""
         corners = [vertex.toTuple() for edge in self.top for vertex in edge.Vertices()]
@@ -252,19 +252,19 @@ def _layers(
     Of a side that is not ``flat``, the wall is what of the block below the rim is outside of the
     outline; a comb is possible where it happens to be flat up to the rim.
     """
-    planned, beside, name = plan.by_side[side], side.endswith("x"), wall_name(side)
-    if planned.comb and not beside and plan.corner < plan.half_depth - 1e-6:
+    planned, flank, name = plan.by_side[side], side.endswith("x"), wall_name(side)
+    if planned.comb and not flank and plan.corner < plan.half_depth - 1e-6:
         raise GeometryError(f"{planned.comb}: the finger's {side} side is not one flat face")
-    inner = plan.half_width if beside else plan.corner
+    inner = plan.half_width if flank else plan.corner
     inner = inner if flat is None else flat.away
-    end = plan.block_x if beside else plan.reach_z
-    layers = {name: (0.0 if beside and flat is None else inner, end)}
+    end = plan.block_x if flank else plan.reach_z
+    layers = {name: (0.0 if flank and flat is None else inner, end)}
     if planned.comb:
         behind = inner + planned.sheet
         layers = {planned.comb: (inner, behind), name: (behind, end)}
     if flat is not None:
         return {part: flat.drawn(plan.reach_x, *bounds) for part, bounds in layers.items()}
-    reach = plan.corner if beside else plan.reach_x
+    reach = plan.corner if flank else plan.reach_x
     found = {}
     for part, (start, stop) in layers.items():
         piece = slab(side, (-reach, 0.0, start), (reach, plan.rim, stop))
@@ -287,17 +287,17 @@ def _framed(
     own = flat[end]
     behind = own.away + planned.sheet if comb else own.away
     whole = own.drawn(reach, behind, deep)
-    beside = [flat[side].drawn(reach, flat[side].away, reach).intersect(half) for side in FLANKS]
+    flanks = [flat[side].drawn(reach, flat[side].away, reach).intersect(half) for side in FLANKS]
     found = {}
     if comb:
         found[comb] = extruded(own.face, planned.sheet * direction(end))
         # Not cut out: of curves that two solids share, the kernel's difference may be nothing.
-        beside += own.beside(reach, own.away, behind)
+        flanks += own.strips(reach, own.away, behind)
     if planned.outer and planned.outer_comb:
         outer = planned.outer
         far = (outer.half, outer.high, deep + planned.sheet)
         found[planned.outer_comb] = slab(end, (-outer.half, outer.low, deep), far)
-    return {**found, name: one_solid(whole.fuse(*beside).clean(), name)}
+    return {**found, name: one_solid(whole.fuse(*flanks).clean(), name)}
 
 
 def _within(part: cq.Solid, filled: cq.Solid, name: str) -> cq.Solid:

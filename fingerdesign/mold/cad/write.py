@@ -34,7 +34,7 @@ Rgba = tuple[float, float, float, float]
 
 ASSEMBLY = "assembly.step"
 ROUNDING_MM = 1e-5  # more than single precision takes from places within 100 mm
-ADAPTIVE = (1e-3, 1e-6, 1e-9)  # what the kernel's adaptive rule is asked for
+ADAPTIVE = (1e-3, 1e-6, 1e-9)  # tolerances that the kernel's adaptive rule is given
 AGREED = 1e-6  # of the volume: the most by which its three answers may differ
 ANGLE_RAD = 0.17  # of a chord of a round hole: a wall full of holes keeps its volume to 1e-3
 STEEL: Rgba = (0.70, 0.72, 0.75, 1.0)
@@ -68,7 +68,7 @@ def part_volume(solid: cq.Shape) -> float:
     """Volume of a part, mm^3, good to 1e-6 of it.
 
     On extruded faces that curves trim, Gauss-Kronrod's rule takes seconds. There the adaptive rule
-    is asked thrice, ever finer: below splines with breaks it is 1e-4 off, and its answers differ.
+    is used thrice, ever finer: below splines with breaks it is 1e-4 off, and its answers differ.
     """
     if any(face.geomType() == "EXTRUSION" for face in solid.Faces()):
         found = []
@@ -91,10 +91,10 @@ def write_files(
     """
     solids = {part.name: part.solid for part in (*built.parts, *built.coupon, *built.plates)}
     laid = {mesh.name: mesh for mesh in (*meshes.parts, *meshes.coupon, *meshes.plates)}
-    wanted = {part.name: part.name for part in (*built.parts, *built.coupon)}
+    sources = {part.name: part.name for part in (*built.parts, *built.coupon)}
     for pattern in flat_patterns(design, plan):
-        wanted[pattern.name] = f"plate_{pattern.plates[0]}"
-    for name, source in wanted.items():
+        sources[pattern.name] = f"plate_{pattern.plates[0]}"
+    for name, source in sources.items():
         solid, mesh = solids[source], laid[source]
         slack = (mesh.chord + ROUNDING_MM) * float(solid.Area())
         write_triangles(mesh.vertices, mesh.triangles, folder / f"{name}.stl", mesh.volume, slack)

@@ -20,20 +20,25 @@ BACKED = 10000  # points: 0.08 mm^2 each on a finger of 800 mm^2
 SLACK_MM = 0.05
 
 
+def cavity_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check]:
+    """Check cavity and backing."""
+    return [finger_check(assembly), backing_check(assembly, rng)]
+
+
 def finger_check(assembly: Assembly) -> Check:
     """Cavity / scale^3 less plates and core is the body: metal does not shrink, rubber does."""
     design, plan, meshes = assembly.design, assembly.plan, assembly.meshes
-    beside = (BASE, BASE_FRAME, CORE)  # these do not fill the block, nor do sheets outside of it
-    filling = [p for p in meshes.parts if p.name not in beside and not p.name.endswith(OUTER)]
+    outside = (BASE, BASE_FRAME, CORE)  # these do not fill the block, nor do sheets outside of it
+    filling = [p for p in meshes.parts if p.name not in outside and not p.name.endswith(OUTER)]
     inserts = sum(plate_volume(frame) for frame in plate_frames(design)) + core_volume(design)
-    wanted = outline_volume(design.body) - inserts
+    expected = outline_volume(design.body) - inserts
     block = float(np.prod(np.array(meshes.high) - np.array(meshes.low)))
     cavity = block - sum(part.blank_volume for part in filling)
     found = cavity / plan.scale**3 - inserts
-    error = abs(found - wanted) / wanted
+    error = abs(found - expected) / expected
     sentence = (
         f"cavity less shrinkage, plates and core: {found:.4f} mm^3; the finger's body in closed "
-        f"form: {wanted:.4f} mm^3"
+        f"form: {expected:.4f} mm^3"
     )
     return Check.most("cavity is the finger", "", error, FINGER_SHARE, "1", sentence)
 
@@ -44,14 +49,14 @@ def backing_check(assembly: Assembly, rng: np.random.Generator) -> Check:
     points, normals = surface_points(outline.vertices, outline.triangles, BACKED, rng)
     points = points[:BACKED] + 2.0 * assembly.chord * normals[:BACKED]
     left = ~planned(assembly.plan, points, assembly.limits.clearance_mm, SLACK_MM)
-    wanted = int(left.sum())
+    solid = int(left.sum())
     left[left] = ~_backed(assembly, points[left])
     # Triangles of two parts that meet along a curve leave slivers as thin as their chords.
     for way in 2.0 * assembly.chord * np.eye(3):
         left[left] = ~np.all([_backed(assembly, points[left] + s * way) for s in (-1, 1)], axis=0)
     bare = points[left]
     share = len(bare) / BACKED
-    sentence = f"a part stands behind each of {wanted} points on the finger's surface"
+    sentence = f"a part stands behind each of {solid} points on the finger's surface"
     if len(bare):
         sentence = (
             f"{len(bare)} of {BACKED} points on the finger's surface have no part behind them, one "
@@ -61,7 +66,7 @@ def backing_check(assembly: Assembly, rng: np.random.Generator) -> Check:
 
 
 def _backed(assembly: Assembly, points: Array) -> BoolArray:
-    """Whether points (n, 3) lie in a part or a plate, (n,)."""
+    """True for points (n, 3) that lie in a part or a plate, (n,)."""
     left = np.ones(len(points), dtype=bool)
     for part in (*assembly.meshes.parts, *assembly.meshes.plates):
         rest = np.flatnonzero(left)

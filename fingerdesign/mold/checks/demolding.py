@@ -20,7 +20,7 @@ STEPS_MM = (0.05, 0.1, 0.2, 0.4, 0.8, 1.5, 3.0, 6.0, 12.0)
 FLAT_MM = 1e-6
 
 
-def demolding_checks(assembly: Assembly) -> list[Check]:
+def demolding_checks(assembly: Assembly, _rng: np.random.Generator) -> list[Check]:
     """One check a part that is drawn: the greatest overlap on its way."""
     drawn = [part for part in assembly.meshes.parts if part.draw is not None]
     fixed = [part for part in assembly.meshes.parts if part.draw is None]
@@ -36,7 +36,7 @@ def demolding_checks(assembly: Assembly) -> list[Check]:
 
 @dataclass(frozen=True)
 class Obstacle:
-    """What is still there while a part is drawn, with the corners of its box."""
+    """A part that is still there while another is drawn, with the corners of its box."""
 
     name: str
     solid: Manifold
@@ -79,6 +79,6 @@ def _sliding(part: PartMesh, obstacles: list[Obstacle], chord: float) -> float:
     sliding = curved(part.vertices, part.triangles)
     sliding &= np.abs(units @ np.array(part.draw)) < SLIDING
     rows = np.flatnonzero(sliding)
-    beside = part.vertices[part.triangles[rows]].mean(axis=1) + 3.0 * chord * units[rows]
-    taken = np.any([inside(each.solid, beside) for each in obstacles], axis=0)
+    near = part.vertices[part.triangles[rows]].mean(axis=1) + 3.0 * chord * units[rows]
+    taken = np.any([inside(each.solid, near) for each in obstacles], axis=0)
     return float(2.0 * chord * sizes[rows[taken]].sum() + FLAT_MM * sizes.sum())

@@ -1,13 +1,15 @@
 """Checks of a built mold on its triangles: each with a measured number, a bound and a sentence."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.checks.assembly import assemble
-from fingerdesign.mold.checks.cavity import backing_check, finger_check
+from fingerdesign.mold.checks.assembly import Assembly, assemble
+from fingerdesign.mold.checks.cavity import cavity_checks
 from fingerdesign.mold.checks.demolding import demolding_checks
 from fingerdesign.mold.checks.shells import part_checks
-from fingerdesign.mold.checks.venting import vent_check
+from fingerdesign.mold.checks.venting import vent_checks
 from fingerdesign.mold.checks.walls import wall_checks
 from fingerdesign.mold.part import Check, MoldMeshes
 from fingerdesign.mold.plan.patterns import flat_patterns
@@ -15,6 +17,13 @@ from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.solids import sound
 
 SEED = 7
+# Every check of the assembled parts, in this order, since they draw points from one generator.
+CHECKS: tuple[Callable[[Assembly, np.random.Generator], list[Check]], ...] = (
+    cavity_checks,
+    wall_checks,
+    demolding_checks,
+    vent_checks,
+)
 
 
 def run_checks(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> tuple[Check, ...]:
@@ -41,9 +50,6 @@ def run_checks(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> tuple[Chec
     if broken:
         return tuple(found)
     rng = np.random.default_rng(SEED)
-    found.append(finger_check(assembly))
-    found.append(backing_check(assembly, rng))
-    found += wall_checks(assembly, rng)
-    found += demolding_checks(assembly)
-    found.append(vent_check(assembly))
+    for check in CHECKS:
+        found += check(assembly, rng)
     return tuple(found)

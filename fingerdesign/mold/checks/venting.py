@@ -1,4 +1,4 @@
-"""Where air stays while the mold is filled: high points of the rubber with no opening near.
+"""Air that stays while the mold is filled: high points of the rubber with no opening near.
 
 The base is up: height grows along -y. An open mold is level and its base is its opening: air stays
 only below what overhangs. In a closed one a level face holds air everywhere, so the mold is tilted
@@ -22,7 +22,7 @@ from fingerdesign.mold.solids import inside
 # Beyond an opening's edge, at that tilt, air that stays is no higher than 0.26 mm.
 REACH_MM = 3.0
 _LEVEL_MM = 1e-7
-_STEP_MM = 0.02  # a fifth of the thinnest plates: from a vertex into what is beside it
+_STEP_MM = 0.02  # a fifth of the thinnest plates: from a vertex into what is next to it
 AIRING = ("gate", "riser", "vent", "lock")
 
 
@@ -35,9 +35,9 @@ class HighPoint:
     beyond: float
 
 
-def vent_check(assembly: Assembly) -> Check:
-    """High points on the mold's own surface may hold no air; those under plates and core are said
-    (what frees them, bubbles' buoyancy or a vacuum, is a warning of the notes)."""
+def vent_checks(assembly: Assembly, _rng: np.random.Generator) -> list[Check]:
+    """High points on the mold's own surface may hold no air; those under plates and core are
+    reported (what frees them, bubbles' buoyancy or a vacuum, is a warning of the notes)."""
     poured = pour_turn(assembly.plan)
     found = [(p, p.beyond > REACH_MM and _under_metal(assembly, p)) for p in high_points(assembly)]
     under = sum(metal for _, metal in found)
@@ -52,7 +52,7 @@ def vent_check(assembly: Assembly) -> Check:
     else:
         words += f"air stays at {place_text(farthest.place)}, {beyond:.1f} mm from any opening"
     words += f"; {under} high points lie under plates or core" if under else ""
-    return Check.most("vents", BASE, beyond, REACH_MM, "mm", words)
+    return [Check.most("vents", BASE, beyond, REACH_MM, "mm", words)]
 
 
 def pour_turn(plan: MoldPlan) -> float:
@@ -89,7 +89,7 @@ def upward(turn: float) -> Array:
 def beyond_openings(plan: MoldPlan, points: Array) -> Array:
     """How far points (n, 3) lie beyond the edge of the nearest opening that air leaves by, mm.
 
-    A slot lets air out beside its plate, and a core pin's hole beside its pin: rubber is far
+    A slot lets air out next to its plate, and a core pin's hole next to its pin: rubber is far
     slower in gaps of some hundredths of a millimetre.
     """
     found = np.full(len(points), np.inf)
@@ -121,7 +121,7 @@ def _summits(height: Array, triangles: IntArray) -> list[IntArray]:
 
 
 def _under_metal(assembly: Assembly, point: HighPoint) -> bool:
-    """Whether a plate or the core is right beside a high point."""
+    """True where a plate or the core is right next to a high point."""
     steps = np.array(np.meshgrid(*[(-1.0, 0.0, 1.0)] * 3)).reshape(3, -1).T
     around = point.place + _STEP_MM * steps
     names = [plate.name for plate in assembly.meshes.plates]

@@ -3,7 +3,7 @@
 The mold is cast with its base up and tilted by ``TILT_DEG`` so that the corner of the first vent
 is the highest: level plates and the core's face then let their bubbles go. All air gathers below
 the base plate; each of its free regions gets a vent at its highest place, and one at the opposite
-corner for the way back. The gate stands beside the plates where it can, so that no poured thread
+corner for the way back. The gate is away from the plates where it can, so that no poured thread
 falls on one, and far from the first vent: where the tilted mold is lowest. Riser and locks are
 placed where there is most room; all are shrunk to it down to the least hole, and wider outside:
 cured, they hold the finger. An open mold is level, has no base plate while it is poured, and no
@@ -32,7 +32,7 @@ _EDGE_MM = 0.1  # from a hole to the finger's edge and to the core
 _GRID = 81  # places along each axis that are tried
 _OPENINGS: list[HoleKind] = ["gate", "riser", "lock", "lock", "lock", "lock", "lock", "lock"]
 _SHARES = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3, 0.2)  # of the gate's diameter that are tried
-_LEAST_GATE_MM = 1.5  # of a gate beside the plates: the tip of a small syringe goes in
+_LEAST_GATE_MM = 1.5  # of a gate away from the plates: the tip of a small syringe goes in
 _NEARLY = 0.8  # of the largest such gate: the farthest from the vent of all that are as wide
 _FILLED = 0.5  # of a hole for leads: what bundles take of it
 _POCKET = 2.0  # its diameter over that of the hole for leads: a knot stays in it
@@ -45,34 +45,34 @@ _SCREWS = ((2.4, 1.6), (1.8, 1.25))
 class _Base:
     """Places (n, 2) in the finger's base, how far each is from edge and core, (n,), what is full.
 
-    region: the number (n,) of the connected region beside the core that each lies in
-    beside: how far (n,) each is from what lies below it of plates; infinite without any
+    region: the number (n,) of the connected region around the core that each lies in
+    clear: distance (n,) of each from what lies below it of plates; infinite without any
     """
 
     places: Array
     room: Array
     region: IntArray
     web: float
-    beside: Array
+    clear: Array
 
     def free(self, holes: list[BaseHole]) -> Array:
-        """The greatest radius (n,) of a hole's outer end at each place, beside ``holes``."""
+        """The greatest radius (n,) of a hole's outer end at each place, clear of ``holes``."""
         free = self.room.copy()
         for hole in holes:
             dx, dz = (self.places - [hole.x, hole.z]).T
             free = np.minimum(free, np.hypot(dx, dz) - _radius(hole) - self.web)
             if hole.pocket:  # the channel of its leads to the front
-                beside = np.hypot(dx, np.minimum(dz, 0.0)) - 0.5 * hole.diameter
-                free = np.minimum(free, beside - self.web)
+                away = np.hypot(dx, np.minimum(dz, 0.0)) - 0.5 * hole.diameter
+                free = np.minimum(free, away - self.web)
         return free
 
     def lead_out(self, holes: list[BaseHole], wide: float) -> BoolArray:
-        """Whether from each place (n,) a channel so wide runs to the front beside ``holes``."""
+        """True for places (n,) from which such a channel runs to the front clear of ``holes``."""
         free = np.ones(len(self.places), dtype=bool)
         for hole in holes:
             dx, dz = ([hole.x, hole.z] - self.places).T
-            beside = np.hypot(dx, np.minimum(dz, 0.0)) - _radius(hole)
-            free &= beside >= 0.5 * wide + self.web
+            away = np.hypot(dx, np.minimum(dz, 0.0)) - _radius(hole)
+            free &= away >= 0.5 * wide + self.web
         return free
 
 
@@ -215,10 +215,10 @@ def _base(design: Design, plan: MoldPlan, box: Box | None) -> _Base:
     region = label(room.reshape(x.shape) > 0.0)[0].ravel().astype(np.int64)
     edge = (np.array([plan.mount_x, plan.mount_z]) - np.abs(places)).min(axis=1)  # of the plate
     room = np.minimum(room - _EDGE_MM, edge - web - SPARE_MM)
-    return _Base(places, room, region, web, _beside(plan, places))
+    return _Base(places, room, region, web, _from_plates(plan, places))
 
 
-def _beside(plan: MoldPlan, places: Array) -> Array:
+def _from_plates(plan: MoldPlan, places: Array) -> Array:
     """How far (n,) places (x, z) lie from the shadow of every plate; negative within one."""
     found = np.full(len(places), np.inf)
     for frame in plan.frames:
@@ -234,8 +234,8 @@ def _beside(plan: MoldPlan, places: Array) -> Array:
 
 
 def _gate(base: _Base, holes: list[BaseHole], diameter: float, least: float) -> BaseHole | None:
-    """A gate beside the plates, far from the first vent; None: there is no room for one."""
-    free = 2.0 * np.minimum(base.free(holes) / UNDERCUT, base.beside)
+    """A gate away from the plates, far from the first vent; None: there is no room for one."""
+    free = 2.0 * np.minimum(base.free(holes) / UNDERCUT, base.clear)
     size, low = np.minimum(diameter, free), min(max(least, _LEAST_GATE_MM), diameter)
     if not len(size) or size.max() < low - 1e-9:
         return None
@@ -267,13 +267,13 @@ def _vents(base: _Base, diameter: float, least: float, corners: int) -> list[Bas
     """At the highest place of each region, then at further corners, as many as have room."""
     found: list[BaseHole] = []
     ways = [np.array(way) for way in ((1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0))]
-    wanted = [(ways[0], number) for number in range(1, int(base.region.max(initial=0)) + 1)]
+    targets = [(ways[0], number) for number in range(1, int(base.region.max(initial=0)) + 1)]
     # The highest of all regions first: the mold is tilted toward it.
     height = base.places @ ways[0]
-    wanted.sort(key=lambda w: -float(height[base.region == w[1]].max()))
-    wanted += [(way, 0) for way in ways[1 : 1 + corners]]
+    targets.sort(key=lambda w: -float(height[base.region == w[1]].max()))
+    targets += [(way, 0) for way in ways[1 : 1 + corners]]
     sizes = [diameter] if diameter <= least else [diameter, 0.5 * (diameter + least), least]
-    for way, number in wanted:
+    for way, number in targets:
         for size in sizes:
             fits = base.free(found) >= 0.5 * size
             fits &= (base.region == number) if number else (base.places * way > 0.0).all(axis=1)
@@ -306,7 +306,7 @@ def _largest(
 
 
 def _screws(box: Box | None) -> list[BaseHole]:
-    """One or two holes for screws into a core that stands on the base."""
+    """One or two holes for screws into a core that rests on the base."""
     if box is None or box[0][1] != 0.0:
         return []
     wide, deep = float(box[1][0]), float(box[1][2])

@@ -122,12 +122,12 @@ def _margins(body: Body, points: Array, sides: Sequence[Side]) -> tuple[Array, A
     elif not body.kind.turned:
         level = np.array([across(side) for side in sides])
         half = 0.5 * level @ [body.width_mm, 0.0, body.depth_mm]
-        beside = half[:, None] - np.abs(np.einsum("nki,ni->nk", points, level))
+        margin = half[:, None] - np.abs(np.einsum("nki,ni->nk", points, level))
         x, y, z = points.reshape(-1, 3).T
         half_x = 0.5 * body.width_mm * (1.0 - 1e-12)
         clear = surface_clearances(body, np.column_stack([np.clip(x, -half_x, half_x), y, z]))
         below = np.where(np.isnan(clear), -np.inf, clear).reshape(shape)
-        face = np.minimum(np.minimum(below, beside), y.reshape(shape))
+        face = np.minimum(np.minimum(below, margin), y.reshape(shape))
     return face.min(axis=1), below.min(axis=1)
 
 
@@ -228,7 +228,7 @@ def _corner(faces: tuple[CadFace, ...], half_width: float, half_depth: float, ri
 
 
 def seam_height(body: Body, plan: MoldPlan, x: float, z: float) -> float:
-    """Height of the walls' top at (x, z) beside the finger, in mold space, mm."""
+    """Height of the walls' top at (x, z) next to the finger, in mold space, mm."""
     if not plan.continued:
         return plan.rim
     half = np.array([plan.half_width, plan.half_depth])

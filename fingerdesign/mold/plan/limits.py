@@ -29,14 +29,14 @@ _ANY_SILICONE_G_CM3 = 1.1
 class Limits:
     """What a process can make, mm; ``name``: "sla", "fdm" or "machined".
 
-    wall_mm       least wall that stands by itself
+    wall_mm       least wall without support
     feature_mm    least web, rib or tip
     hole_mm       least diameter of a round hole
     slot_mm       least width of a slot
     clearance_mm  all round, between parts that slide into each other
     pin_mm        least diameter of a pin at its root
     tolerance_mm  of a place, to either side
-    form_mm       of a face over the finger's width, to either side, where it stands on another
+    form_mm       of a face over the finger's width, to either side, where it rests on another
     """
 
     name: str

@@ -224,7 +224,7 @@ class Bolt:
 class Pin:
     """A tapered pin and its socket.
 
-    Root centre ``root``, unit ``direction`` along which it stands out of ``on`` (a part's name)
+    Root centre ``root``, unit ``direction`` along which it reaches out of ``on`` (a part's name)
     into the socket of ``into``; ``diameter`` at the root, ``tip_diameter`` at ``length``; the
     socket is larger by ``clearance`` all round and deeper by it. dowel: both parts have a hole of
     a straight steel pin instead, half the length each, with the clearance in ``into`` alone.
@@ -243,8 +243,8 @@ class Pin:
 
 @dataclass(frozen=True)
 class Lug:
-    """A box from ``low`` to ``high`` (three coordinates each) that stands off the half frame ``on``
-    beyond y = 0, beside the base plate, which it places."""
+    """A box from ``low`` to ``high`` (three coordinates each) that extends the half frame ``on``
+    beyond y = 0, next to the base plate, which it places."""
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
@@ -347,7 +347,7 @@ class MoldPlan(Extent):
 
     @property
     def walls(self) -> tuple[str, ...]:
-        """The names of what stands around the finger: two half frames, or four walls."""
+        """The names of what surrounds the finger: two half frames, or four walls."""
         return tuple(side.wall for side in self.sides if side.framed or self.pour == "closed")
 
     @property

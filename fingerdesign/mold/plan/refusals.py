@@ -71,12 +71,12 @@ SENTENCES: Mapping[str, tuple[str, str]] = {
     "no_low_bolt": (
         "a bolt with room: for {columns.size}, along z it needs walls {columns.rise:least} mm high "
         "(they are {rim:most}); upright it needs {columns.rise:least} of the {side} wall's "
-        "{length:.4g} mm beside what the wall holds",
+        "{length:.4g} mm next to what the wall holds",
         "move the plates' legs, or take a higher or deeper finger",
     ),
     "no_bolt": (
         "a bolt with room: {columns.size} needs upright {columns.rise:least} of the {side} wall's "
-        "{length:.4g} mm beside what the wall holds",
+        "{length:.4g} mm next to what the wall holds",
         "move the plates' legs, or take a higher or deeper finger",
     ),
     "no_pin": (

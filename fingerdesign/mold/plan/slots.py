@@ -128,7 +128,7 @@ def sheet_thickness(design: Design, holding: Holding) -> float:
 
 def slot_of(design: Design, holding: Holding, limits: Limits, bar: PlateFrame, leg: Leg) -> Slot:
     """The slot of a leg whose section ``bar`` just holds. A wall's slot is far wider than the leg,
-    which stands in it against the face and the end toward the contact surface; a comb's has the leg
+    which lies in it against the face and the end toward the contact surface; a comb's has the leg
     in its middle."""
     play = design.mold.comb.clearance_mm if holding == "comb" else 2.0 * limits.clearance_mm
     play = max(play, _LEAST_PLAY_MM)
@@ -158,7 +158,7 @@ def ways(slots: Sequence[Slot]) -> tuple[Array, Array]:
 
 def moved(slot: Slot, bar: PlateFrame, sign: float) -> Slot:
     """The slot by all of its play to one side of its leg's ``bar``: with -1 the leg, pushed along
-    ``ways``, stands in its place against a face and an end; with 1 the slot's other ones push it.
+    ``ways``, is in its place against a face and an end; with 1 the slot's other ones push it.
     """
     (across,), (along,) = ways([slot])
     shift = (slot.width - bar.thickness) * across + (slot.length - bar.length) * along
@@ -181,7 +181,7 @@ def webs(slots: Sequence[Slot]) -> tuple[IntArray, IntArray, Array]:
     middle, half = corners.mean(axis=1), 0.5 * np.array([[s.length, s.width] for s in slots])
     axes = (corners[:, [1, 3]] - corners[:, [0]]) / (2.0 * half[..., None])
 
-    def beside(one: IntArray, other: IntArray) -> tuple[Array, BoolArray]:
+    def distances(one: IntArray, other: IntArray) -> tuple[Array, BoolArray]:
         """How far the others' corners are from the rectangles of ``one``, and whether an edge of
         ``one`` parts the two rectangles."""
         local = (corners[other] - middle[one][:, None]) @ axes[one].transpose(0, 2, 1)
@@ -190,5 +190,6 @@ def webs(slots: Sequence[Slot]) -> tuple[IntArray, IntArray, Array]:
         parted = ((low > half[one]) | (high < -half[one])).any(axis=1)
         return out.min(axis=1), parted
 
-    (first, parted), (second, parted_too) = beside(*pairs), beside(*pairs[::-1])
+    first, parted = distances(*pairs)
+    second, parted_too = distances(*pairs[::-1])
     return *pairs, np.where(parted | parted_too, np.minimum(first, second), 0.0)

@@ -15,10 +15,10 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.part import MoldMeshes, PartMesh, axis_name
+from fingerdesign.mold.part import PartMesh, axis_name
 from fingerdesign.mold.plan.patterns import FlatPattern
-from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side, across, direction
-from fingerdesign.mold.profile import cell_plates
+from fingerdesign.mold.plan.plan import SIDES, Side, across, direction
+from fingerdesign.mold.products.casting import Casting
 from fingerdesign.mold.solids import solid_of
 
 # layer -> AutoCAD colour number (7: black on white): each also differs by its name
@@ -30,7 +30,7 @@ MILLIMETRES = 4  # $INSUNITS
 
 @dataclass(frozen=True)
 class Sheet:
-    """One flat piece: closed polygons (n, 2), round holes, gages, fold lines and what is said.
+    """One flat piece: closed polygons (n, 2), round holes, gages, fold lines and text.
 
     outline  what is cut around; openings: polygons cut out of it; circles: (x, y, radius)
     gage     polygon that shows where gages are bonded; bends: (2, 2) lines, start and end
@@ -183,17 +183,16 @@ def as_circle(points: Array) -> tuple[float, float, float] | None:
 PLATES_FILE = "plates.dxf"
 
 
-def write_drawings(
-    plan: MoldPlan, meshes: MoldMeshes, patterns: Sequence[FlatPattern], folder: Path
-) -> None:
-    """All drawings into a folder: each kind of plate, each comb, and by material and thickness all
-    that is cut (nested_*.dxf, the coupon's plates and combs too). GeometryError where one is not
-    what was cut."""
+def write_drawings(casting: Casting, folder: Path) -> None:
+    """Write all drawings into a folder: each kind of plate, each comb, and by material and
+    thickness all that is cut (nested_*.dxf, the coupon's plates and combs too). GeometryError where
+    one is not what was cut."""
+    patterns, meshes = casting.patterns, casting.meshes
     if patterns:
         write_dxf([plate_sheet(pattern) for pattern in patterns], folder / PLATES_FILE)
     nested: dict[str, list[Sheet]] = {}
     for pattern in patterns:
-        more = len({frame.index for frame in cell_plates(plan)}.intersection(pattern.plates))
+        more = len({frame.index for frame in casting.trial}.intersection(pattern.plates))
         sheet, name = plate_sheet(pattern), f"{pattern.material}_{pattern.thickness:g}mm"
         alike = replace(sheet, text=(pattern.name,))
         nested.setdefault(name, []).extend([alike] * (pattern.count + more))

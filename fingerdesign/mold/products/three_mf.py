@@ -76,7 +76,7 @@ def _posed(part: PartMesh) -> Posed:
     outward = np.array(part.draw if part.draw is not None else (0.0, -1.0, 0.0))
     if faces:
         area, down = max(faces, key=lambda f: f[0] * (OUTSIDE if f[1] @ outward > 0.999 else 1.0))
-    else:  # no flat face: as it stands in the mold
+    else:  # no flat face: as it lies in the mold
         area, down = 0.0, np.array([0.0, -1.0, 0.0])
     turned = Rotation.align_vectors([0.0, 0.0, -1.0], down)[0].apply(part.vertices)
     if np.ptp(turned[:, 1]) > np.ptp(turned[:, 0]):

@@ -9,22 +9,12 @@ import numpy as np
 import pytest
 
 from fingerdesign.checks.load import with_values
-from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.plan import Bolt, CorePin
 from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.mold.products.notes import (
-    bill_of_materials,
-    bolt_length,
-    bridged_gap,
-    casting_notes,
-    hardware,
-    legs_share,
-    mixing_of,
-    rubber_words,
-    silicone_of,
-    warnings_of,
-    write_bill,
-)
+from fingerdesign.mold.products.bill import bill_of_materials, bolt_length, hardware, write_bill
+from fingerdesign.mold.products.casting import casting_of
+from fingerdesign.mold.products.notes import bridged_gap, casting_notes, legs_share, warnings_of
+from fingerdesign.mold.products.silicone import mixing_of, rubber_words, silicone_of
 from tests.support.molds import shipped
 
 SILENT = {"reason": "no gages", "sentences": ["Not known."]}
@@ -36,8 +26,7 @@ TITLES = (
 
 
 def notes_of(design, plan, meshes):
-    silicone = silicone_of(design, plan, meshes)
-    sections, _ = casting_notes(design, plan, meshes, flat_patterns(design, plan), silicone)
+    sections, _ = casting_notes(casting_of(design, plan, meshes))
     return {section["title"]: " ".join(section["steps"]) for section in sections}
 
 
@@ -123,7 +112,7 @@ def test_a_gap_that_rubber_bridges_asks_for_a_vacuum(hand_made):
     assert wetting == pytest.approx(0.042 / (1e-3 * gap.distance))
     assert buoyancy == pytest.approx(1.1 * 9.80665 * (0.9 + 0.1) * np.sqrt(0.5))
     assert "under vacuum" in " ".join(warnings_of(design, plan, SILENT))
-    level, apart, _ = hand_made()  # level plates beside each other are no channel
+    level, apart, _ = hand_made()  # level plates next to each other are no channel
     assert bridged_gap(level, apart) is None
 
 
@@ -159,8 +148,8 @@ def test_bolts_reach_through_washers_and_nut_or_are_rods(hand_made):
 @pytest.mark.parametrize("holding", ["comb", "slots"])
 def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
     design, plan, meshes = hand_made(holding, process="machined" if holding == "slots" else "sla")
-    patterns, silicone = flat_patterns(design, plan), silicone_of(design, plan, meshes)
-    items = bill_of_materials(design, plan, meshes, patterns, silicone)
+    casting = casting_of(design, plan, meshes)
+    items = bill_of_materials(casting)
     write_bill(items, tmp_path / "bill.csv")
     with (tmp_path / "bill.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
@@ -181,6 +170,6 @@ def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
     assert "none that is sold" in by_item["strain gage"]["size"]  # on plates of 2 mm
     assert by_item["gage wire"]["size"].startswith("3 m, ")  # four leads of 200 mm a plate
     tees = with_values(design, {"gages.grid": "tee", "mold.wire_mm": 0.3})
-    found = bill_of_materials(tees, plan, meshes, patterns, silicone_of(tees, plan, meshes))
+    found = bill_of_materials(casting_of(tees, plan, meshes))
     wire = next(item for item in found if item["item"] == "gage wire")
     assert wire["size"].startswith("4 m, 0.1 mm")  # six, three across the bundle

@@ -20,7 +20,7 @@ from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.mold import make
 from fingerdesign.mold.part import Check
 from fingerdesign.mold.picture import Badge, Picture, Pictures, pictures_job
-from fingerdesign.mold.plan.limits import PROFILES
+from fingerdesign.mold.plan.limits import PROFILES, limits_of
 from fingerdesign.mold.record import mold_digest
 from fingerdesign.records.base import ResultError, json_schema
 from tests.support.accessible import unexplained
@@ -63,7 +63,7 @@ def stages(hand_made, monkeypatch):
         def plan_mold(given):
             if plan_error is not None:
                 raise plan_error
-            return plan
+            return replace(plan, limits=limits_of(given.mold))
 
         def mold_meshes(given, planned, folder, limit):
             for name in ("assembly.step", "base_plate.step", "base_plate.stl"):
@@ -141,8 +141,8 @@ def test_ready_to_cast_is_said_of_a_sensor(stages, tmp_path, monkeypatch, keys, 
     assert sensor["reading_error"] == pytest.approx(worst)
     assert len(sensor["reasons"]) == len(reasons)
     assert sensor["ready"] == (not reasons) == ("ready to cast" in page)
-    for said, words in zip(sensor["reasons"], reasons, strict=True):
-        assert words in said
+    for reason, words in zip(sensor["reasons"], reasons, strict=True):
+        assert words in reason
         assert words in page
 
 

@@ -21,8 +21,8 @@ from fingerdesign.mold.picture import (
     pictures_of,
     step_parts,
 )
-from fingerdesign.mold.plan.patterns import flat_patterns
-from fingerdesign.mold.products.notes import View, casting_notes, silicone_of
+from fingerdesign.mold.products.casting import casting_of
+from fingerdesign.mold.products.notes import View, casting_notes
 from tests.support.molds import box
 
 
@@ -94,8 +94,7 @@ def test_a_picture_is_turned_until_its_axis_is_up(up):
 @pytest.mark.parametrize("fixture", ["comb", "slots"])
 def test_every_part_is_put_once_and_what_is_drawn_is_taken(hand_made, fixture):
     design, plan, made = hand_made(fixture)
-    silicone = silicone_of(design, plan, made)
-    _, views = casting_notes(design, plan, made, flat_patterns(design, plan), silicone)
+    _, views = casting_notes(casting_of(design, plan, made))
     put = [name for view in views if not view.taken for name in view.names]
     taken = [name for view in views if view.taken for name in view.names]
     assert sorted(put) == sorted([*(part.name for part in made.parts), "plates", "rubber"])

@@ -15,6 +15,7 @@ from fingerdesign.errors import GeometryError
 from fingerdesign.layout.volume import enclosed_volume as volume
 from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.products.casting import casting_of
 from fingerdesign.mold.products.drawing import (
     Sheet,
     as_circle,
@@ -227,7 +228,7 @@ def test_a_nested_drawing_has_each_plate_as_often_as_it_is_cut_and_none_on_anoth
     hand_made, tmp_path
 ):
     design, plan, meshes = hand_made()
-    write_drawings(plan, meshes, flat_patterns(design, plan), tmp_path)
+    write_drawings(casting_of(design, plan, meshes), tmp_path)
     drawn = ezdxf.filemanagement.readfile(tmp_path / "nested_phosphor_bronze_0.1mm.dxf")
     outlines = drawn.modelspace().query('LWPOLYLINE[layer=="CUT"]')
     boxes = [np.array(each.get_points("xy")) for each in outlines]

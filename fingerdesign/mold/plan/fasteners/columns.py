@@ -121,9 +121,9 @@ def most_draft(diameter: float, length: float, least: float) -> float:
 
 
 def clear(places: Array, room: float, low: Array, high: Array) -> BoolArray:
-    """Whether places (n,) are ``room`` away from all that reaches from ``low`` to ``high`` (k,)."""
-    beside = (places[:, None] < low - room) | (places[:, None] > high + room)
-    return np.asarray(beside.all(axis=1))
+    """True for places (n,) ``room`` away from all that reaches from ``low`` to ``high`` (k,)."""
+    away = (places[:, None] < low - room) | (places[:, None] > high + room)
+    return np.asarray(away.all(axis=1))
 
 
 def _obstacles(plan: MoldPlan, side: Side) -> Array:
@@ -188,7 +188,7 @@ def _bolt_place(plan: MoldPlan, columns: Columns, side: Side, away: float) -> fl
 def _pin_place(plan: MoldPlan, columns: Columns, side: Side, small: bool) -> float:
     """Place along a wall of a pin below the insert; NaN where there is no room.
 
-    The pin itself stands on the insert, where a dowel has a hole; its socket is in the wall, which
+    The pin itself is on the insert, where a dowel has a hole; its socket is in the wall, which
     reaches on beyond a plug.
     """
     diameter = columns.small if small else columns.big

@@ -1,0 +1,139 @@
+"""The elastomer of a casting: how much is mixed, of what, and how it is handled."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from typing_extensions import TypedDict
+
+from fingerdesign.design.schema import Design
+from fingerdesign.materials import MATERIALS, gent_shore_a
+from fingerdesign.mold.part import MoldMeshes
+from fingerdesign.mold.plan.limits import density_of
+from fingerdesign.mold.plan.plan import MoldPlan
+from fingerdesign.records.base import Size, closed
+
+_ELASTOMERS = ("dragon_skin_20", "dragon_skin_30", "sylgard_184")
+_LIKE = 1.25  # ratio of moduli: batches of one silicone differ as much
+_ROOM = "at room temperature"
+
+
+@dataclass(frozen=True)
+class Mixing:
+    """Parts A and B by mass; how long it can be poured; how it cures. source: of the numbers;
+    known: they are the material's own, not what is usual of its cure."""
+
+    part_a: float
+    part_b: float
+    pot_life: str
+    cure: str
+    source: str
+    known: bool = True
+
+    def shares(self, mass_g: float) -> tuple[float, float]:
+        """Masses of A and B, g, that make ``mass_g``.
+
+        >>> Mixing(10.0, 1.0, "", "", "").shares(11.0)
+        (10.0, 1.0)
+        """
+        whole = self.part_a + self.part_b
+        return mass_g * self.part_a / whole, mass_g * self.part_b / whole
+
+
+# Typical figures of the makers' data sheets at about 23 degrees C, by the material's name; then
+# what is usual of a cure, where the notes ask to compare it with the data sheet.
+MIXINGS: Mapping[str, Mixing] = MappingProxyType(
+    {
+        "dragon_skin_20": Mixing(1, 1, "25 min", f"4 h {_ROOM}", "Smooth-On"),
+        "dragon_skin_30": Mixing(1, 1, "45 min", f"16 h {_ROOM}", "Smooth-On"),
+        "sylgard_184": Mixing(10, 1, "1.5 h", f"48 h {_ROOM}, or 4 h at 60 degrees C", "Dow"),
+        "platinum": Mixing(
+            *(1, 1, "20 to 60 min", f"4 to 24 h {_ROOM}", "usual of platinum silicones", False)
+        ),
+        "condensation": Mixing(
+            *(100, 5, "30 to 90 min", f"24 h {_ROOM}, in moist air", "usual of tin silicones"),
+            known=False,
+        ),
+        "polyurethane": Mixing(
+            *(1, 1, "10 to 20 min", f"16 to 24 h {_ROOM}", "usual of casting polyurethanes", False)
+        ),
+    }
+)
+
+
+@closed
+class SiliconeData(TypedDict):
+    """What has to be mixed, and of what that consists."""
+
+    finger_cm3: Size
+    locks_cm3: Size
+    gate_risers_vents_cm3: Size
+    flash_cm3: Size
+    excess: Size
+    mixed_cm3: Size
+    density_g_cm3: Size
+    mass_g: Size
+    sentence: str
+
+
+def silicone_of(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> SiliconeData:
+    """What rubber, base holes and slots hold; plates without rubber between leave no flash."""
+    locks, openings = 0.0, 0.0
+    for hole in plan.base_holes:
+        d, outer = hole.diameter, hole.outer_diameter
+        cone = math.pi * plan.base * (d**2 + d * outer + outer**2) / 12.0
+        locks += cone if hole.kind == "lock" else 0.0
+        openings += cone if hole.kind in ("gate", "riser", "vent") else 0.0
+    volumes = 1e-3 * np.array([meshes.rubber.volume, locks, openings, _flash(plan)])
+    finger, locks, openings, flash = volumes.tolist()
+    where = "locks and flash" if plan.pour == "open" else "locks, gate, risers, vents and flash"
+    excess, density = design.mold.excess, density_of(design)
+    mixed = sum(volumes.tolist()) * (1.0 + excess)
+    return {
+        "finger_cm3": finger,
+        "locks_cm3": locks,
+        "gate_risers_vents_cm3": openings,
+        "flash_cm3": flash,
+        "excess": excess,
+        "mixed_cm3": mixed,
+        "density_g_cm3": density,
+        "mass_g": mixed * density,
+        "sentence": f"mix {mixed:.2f} cm³ ({mixed * density:.1f} g at {density:g} g/cm³): "
+        f"{finger:.2f} cm³ of finger, {locks + openings + flash:.2f} cm³ in {where}, "
+        f"and {100.0 * excess:.0f} % to spare",
+    }
+
+
+def _flash(plan: MoldPlan) -> float:
+    """Slots less the legs in them, as deep as what holds them: sheets, or the whole wall."""
+    whole = 0.0
+    for side, slot, width in plan.leg_slots:
+        metal = width * plan.thickness[slot.plate]
+        free = max(0.0, slot.length * slot.width - metal)
+        whole += free * (side.sheet or plan.wall(side.side))
+    return float(whole)
+
+
+def mixing_of(material: str, cure: str) -> Mixing:
+    """How a material is mixed, or what is usual of its cure."""
+    usual = "polyurethane" if material.startswith("polyurethane") else cure
+    return MIXINGS.get(material, MIXINGS[usual])
+
+
+def rubber_words(design: Design) -> str:
+    """What to buy for the body: its name, or the hardness that its modulus asks for and a silicone
+    of that modulus where one is known."""
+    name, modulus = design.body.material, design.material_of("body").youngs_modulus_MPa
+    if name in MIXINGS:
+        return name.replace("_", " ")
+    words = (
+        f"{name.replace('_', ' ')} of {modulus:g} MPa, Shore A {gent_shore_a(modulus):.0f} or so"
+    )
+    away, like = min(
+        (abs(math.log(MATERIALS[each].youngs_modulus_MPa / modulus)), each) for each in _ELASTOMERS
+    )
+    if away < math.log(_LIKE):
+        words += f" (such as {like.replace('_', ' ')})"
+    return words
