@@ -47,7 +47,7 @@ def labels(holes: list[HoleData]) -> list[str]:
 
 
 def kinds_of(checks: list[CheckData]) -> list[dict[str, Any]]:
-    """What was checked: of each kind how often, how many failed, and the one nearest its bound."""
+    """Count each kind of check: how often, how many failed, and the one nearest its bound."""
     found = []
     for name in dict.fromkeys(check["name"] for check in checks):
         alike = [check for check in checks if check["name"] == name]
@@ -58,7 +58,7 @@ def kinds_of(checks: list[CheckData]) -> list[dict[str, Any]]:
 
 
 def _room(check: CheckData) -> float:
-    """How far a measure is from its bound, relative to the larger; 0: at it, or not reported."""
+    """Distance of a measure from its bound, relative to the larger; 0: at it, or not reported."""
     measured, bound = check["measured"], check["bound"]
     if measured is None or bound is None:
         return 0.0

@@ -1,4 +1,4 @@
-"""What the CAD hands on: parts of a mold as triangles, with what is known of each; numpy only."""
+"""Parts of a mold as triangles, with what is known of each, as the CAD makes them; numpy only."""
 
 from __future__ import annotations
 

@@ -176,7 +176,7 @@ def pictures_of(wait: Wait, meshes: MoldMeshes, views: Sequence[View]) -> Pictur
 
 
 def _moved(part: PartMesh, size: Array) -> tuple[float, float, float]:
-    """How far a part is moved: sheets less than what is behind them."""
+    """Distance by which a part is moved: sheets less than what is behind them."""
     if part.draw is None and part.name not in (BASE, CORE):
         return 0.0, 0.0, 0.0
     if part.draw is None:  # a core that is inside stays

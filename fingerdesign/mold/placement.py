@@ -1,4 +1,4 @@
-"""What a plate off its place does to its gage's reading: placement tolerance in terms of strain.
+"""Effect of a plate off its place on its gage's reading: placement tolerance in terms of strain.
 
 Plates among each other, which a fixture holds to within its tolerance: three one-sided changes, by
 the tolerance along x, by it in height, turned by the angle that it allows over the leg's width;
@@ -62,7 +62,7 @@ def readings(
     zone: Zone,
     scene: Scene,
 ) -> Array:
-    """What the gages of ``frames`` read (rows, frames), microstrain, along a scene's path.
+    """Compute what the gages of ``frames`` read (rows, frames), microstrain, along a scene's path.
 
     Raises SolverError where a row has no answer, ZoneExhausted where the candidates do not do.
     """
@@ -126,7 +126,7 @@ def section_plates(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
 
 
 def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float]:
-    """How far (mm) and by what angle (degrees) a plate may be off, by the slots that hold it.
+    """Distance (mm) and angle (degrees) by which a plate may be off, by the slots that hold it.
 
     A slot's place is off by the tolerance of the sheet (comb) or of the process (slots). One end of
     it may be off against the other by as much: an angle. Where a second comb pushes the leg against
@@ -152,7 +152,8 @@ def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float
 
 
 def row_tolerances(design: Design, plan: MoldPlan) -> tuple[float, float]:
-    """How far the whole row may be off against the contact surface, along x and in height, mm.
+    """Distance by which the whole row may be off against the contact surface, along x and in
+    height, mm.
 
     Where base plate and insert lie on the combs, these, cut with their slots in one go, are as high
     as the finger and have its profile: their tolerance counts, and in height the form of the

@@ -1,4 +1,4 @@
-"""What a machine and a cutter hold, as a file of one's own, and the coupon that it is measured on.
+"""Sizes that a machine and a cutter hold, as a file, and the coupon that measures them.
 
 The file is written next to each mold, to be corrected by what the coupon shows; ``--profile`` reads
 it.

@@ -249,7 +249,7 @@ class MoldData(TypedDict):
 
 @dataclass(frozen=True)
 class Products:
-    """What was written of a mold: its casting, parts on the printer's bed, the bill of materials,
+    """Products of a mold: its casting, parts on the printer's bed, the bill of materials,
     the casting notes."""
 
     casting: Casting
@@ -260,7 +260,7 @@ class Products:
 
 @dataclass
 class Outcome:
-    """What is known of a mold while it is made.
+    """Facts of a mold that are known while it is made.
 
     products   None where nothing could be built, and then ``failure`` says why; else it names the
                checks that failed

@@ -28,7 +28,7 @@ def solid_of(vertices: Array, triangles: IntArray) -> Manifold:
 
 
 def sound(solid: Manifold) -> bool:
-    """Whether the triangles were those of a solid."""
+    """True where the triangles were those of a solid."""
     return bool(solid.status() == Error.NoError and not solid.is_empty())
 
 
@@ -103,7 +103,7 @@ def surface_points(
 
 
 def inside(solid: Manifold, points: Array) -> BoolArray:
-    """Whether points (n, 3) lie inside a solid: on the shortest way out of its box, a ray passes
+    """Test if points (n, 3) lie inside a solid: on the shortest way out of its box, a ray passes
     its surface oddly often."""
     low, high = bounds(solid)
     near = np.flatnonzero(np.all((points >= low) & (points <= high), axis=1))

@@ -226,8 +226,8 @@ def _parts(
 
 
 def base_frame(plan: MoldPlan, limits: Limits) -> cq.Solid:
-    """What presses a closed mold's base plate against the walls: a plate with a recess for it, a
-    little less deep than it is thick, and open behind the finger, where it is poured."""
+    """Make the part that presses a closed mold's base plate to the walls: a plate with a recess for
+    it, a little less deep than it is thick, and open behind the finger, where it is poured."""
     back, near = -plan.base - plan.lip, limits.clearance_mm
     x, z = plan.mount_x + near, plan.mount_z + near
     whole = box(

@@ -73,7 +73,7 @@ def ladder_bar(rows: tuple[Ladder, ...], pin: float) -> cq.Solid:
 
 
 def _width(row: Ladder, size: float, pin: float) -> float:
-    """How wide a feature is along x."""
+    """Width of a feature along x."""
     return pin + 2.0 * size if row.kind == "socket" else size
 
 

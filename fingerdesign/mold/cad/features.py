@@ -67,7 +67,7 @@ def _leg(frame: PlateFrame, leg: Leg) -> cq.Solid:
 
 
 def slot_tools(plan: MoldPlan, side: Side, slots: Sequence[Slot]) -> Iterator[cq.Solid]:
-    """What is cut for slots of a side: rectangles, drawn outward from the mid-plane, and their
+    """Make what is cut for slots of a side: rectangles, drawn outward from the mid-plane, and their
     mouths."""
     reach = plan.reach(side) + BEYOND_MM
     for slot in slots:

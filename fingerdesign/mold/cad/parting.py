@@ -70,8 +70,8 @@ class FlatSide:
         return extruded(moved, (end - start) * way)
 
     def strips(self, reach: float, start: float, end: float) -> tuple[cq.Solid, cq.Solid]:
-        """What :meth:`drawn` of an end has beyond the face itself: a box to the left, one to the
-        right, out to +-``reach``."""
+        """Make what :meth:`drawn` of an end has beyond the face itself: a box to the left, one to
+        the right, out to +-``reach``."""
         corners = [vertex.toTuple() for edge in self.top for vertex in edge.Vertices()]
         places = np.array(corners) @ across(self.side)
         low, high = float(places.min()), float(places.max())
@@ -81,7 +81,7 @@ class FlatSide:
         )
 
     def holds(self, points: Array, normals: Array) -> BoolArray:
-        """Whether points (n, 3) of the outline with normals (n, 3) lie on the face, (n,)."""
+        """Test if points (n, 3) of the outline with normals (n, 3) lie on the face, (n,)."""
         way = direction(self.side)
         return np.asarray((points @ way > self.away - 1e-5) & (normals @ way > 1.0 - 1e-9))
 
@@ -181,7 +181,7 @@ def insert_block(plan: MoldPlan, floor: float) -> cq.Solid:
 
 
 def beyond_plug(plan: MoldPlan, side: Side, floor: float) -> cq.Solid:
-    """What of the block above ``floor`` lies beyond the plug on a side of its axis.
+    """Cut what of the block above ``floor`` lies beyond the plug on a side of its axis.
 
     The corners beyond two plugs are the end walls', which are drawn first.
     """
@@ -301,7 +301,7 @@ def _framed(
 
 
 def _within(part: cq.Solid, filled: cq.Solid, name: str) -> cq.Solid:
-    """What of a part is in the filled block; itself where it has no ears."""
+    """Cut a part to the filled block; itself where it has no ears."""
     bounds = part.BoundingBox()
     reach = filled.BoundingBox().xmax
     if max(-bounds.xmin, bounds.xmax) < reach + 1e-6:

@@ -1,1 +1,1 @@
-"""What is checked of a built mold."""
+"""Checks of a built mold."""

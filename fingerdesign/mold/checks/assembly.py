@@ -25,8 +25,8 @@ def seen_from(side: Side, points: Array) -> tuple[Array, Array]:
 
 
 def from_slot(slot: Slot, points: Array) -> Array:
-    """How far points (n, 3) on a slot's side lie beyond it and its mouth, mm; negative: within. NaN
-    for points of the other half of the mold."""
+    """Distance by which points (n, 3) on a slot's side lie beyond it and its mouth, mm; negative:
+    within. NaN for points of the other half of the mold."""
     place, out = seen_from(slot.side, points)
     angle = np.radians(slot.angle_deg)
     dx, dy = place - slot.place, points[:, 1] - slot.y
@@ -41,14 +41,14 @@ def from_slot(slot: Slot, points: Array) -> Array:
 
 
 def from_pin(pin: CorePin, points: Array) -> Array:
-    """How far points (n, 3) lie beyond a core pin's hole, mm; NaN for the other half."""
+    """Distance by which points (n, 3) lie beyond a core pin's hole, mm; NaN for the other half."""
     place, out = seen_from(pin.side, points)
     beyond = np.hypot(place - pin.place, points[:, 1] - pin.y) - 0.5 * pin.diameter
     return np.asarray(np.where(out > 0.0, beyond, np.nan))
 
 
 def planned(plan: MoldPlan, points: Array, clearance_mm: float, slack_mm: float) -> BoolArray:
-    """Whether points (n, 3) lie in an opening of the plan, or within ``slack_mm`` of one; core pins
+    """Test if points (n, 3) lie in an opening of the plan, or within ``slack_mm`` of one; core pins
     have a clearance all round."""
     below = points[:, 1] < slack_mm
     open_ = (points[:, 1] > 0.0) & (points[:, 1] < plan.seam + slack_mm) & (plan.seam > 0.0)

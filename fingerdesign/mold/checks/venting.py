@@ -87,7 +87,7 @@ def upward(turn: float) -> Array:
 
 
 def beyond_openings(plan: MoldPlan, points: Array) -> Array:
-    """How far points (n, 3) lie beyond the edge of the nearest opening that air leaves by, mm.
+    """Distance of points (n, 3) from the edge of the nearest opening that air leaves by, mm.
 
     A slot lets air out next to its plate, and a core pin's hole next to its pin: rubber is far
     slower in gaps of some hundredths of a millimetre.

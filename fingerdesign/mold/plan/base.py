@@ -219,7 +219,7 @@ def _base(design: Design, plan: MoldPlan, box: Box | None) -> _Base:
 
 
 def _from_plates(plan: MoldPlan, places: Array) -> Array:
-    """How far (n,) places (x, z) lie from the shadow of every plate; negative within one."""
+    """Distance (n,) of places (x, z) from the shadow of every plate; negative within one."""
     found = np.full(len(places), np.inf)
     for frame in plan.frames:
         angle = np.radians(frame.angle_deg)
@@ -248,7 +248,7 @@ def _gate(base: _Base, holes: list[BaseHole], diameter: float, least: float) -> 
 
 
 def _inside(design: Design, plan: MoldPlan, places: Array) -> Array:
-    """How far (n,) places of the plane y = 0 lie inside the finger's base; negative outside."""
+    """Distance (n,) by which places of y = 0 lie inside the finger's base; negative outside."""
     body = design.body
     if body.kind.turned:
         return np.asarray(plan.half_width - np.hypot(*places.T))

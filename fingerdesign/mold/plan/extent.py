@@ -1,4 +1,4 @@
-"""How far a finger reaches in mold space, and how high its walls may be: numbers only, mm."""
+"""Extent of a finger in mold space, and the height of its walls: numbers only, mm."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ _ON_FACE_MM = 1e-6
 
 @dataclass(frozen=True)
 class Exits:
-    """How bars leave the finger on their sides, arrays over the bars (mold space).
+    """Exits of bars from the finger on their sides, arrays over the bars (mold space).
 
     nearest, farthest   distances from the mid-plane at which a point of the bar's section leaves
     face_margin         how far the section lies inside a flat face normal to the side, from the
@@ -46,7 +46,7 @@ class Exits:
 
 
 def flat_sided(body: Body) -> bool:
-    """Whether every side is a flat face normal to x or z, so that the contact surface can be
+    """True where every side is a flat face normal to x or z, so that the contact surface can be
     continued outward; else the walls end at the rim's height."""
     if body.kind.turned:
         return False
@@ -75,7 +75,7 @@ def exits_of(
     starts: Sequence[float],
     followed: bool = True,
 ) -> Exits:
-    """How ``bars`` leave on their ``sides``; each lies inside the finger at its ``start``.
+    """Find how ``bars`` leave on their ``sides``; each lies inside the finger at its ``start``.
 
     Not ``followed``: exits that are not in a flat face are not looked for; nearest and farthest are
     those of the body's extent.
@@ -211,7 +211,7 @@ def _corner(faces: tuple[CadFace, ...], half_width: float, half_depth: float, ri
     shares = np.linspace(-1.0, 1.0, 2 * _PLACES + 1)
 
     def reach(places: Array, most: float) -> float:
-        """How far lines of places (lines, heights, shares, 3) stay inside, both ways."""
+        """Length to which lines of places (lines, heights, shares, 3) stay inside, both ways."""
         outside = nearest(faces, places.reshape(-1, 3))[1].reshape(places.shape[:-1]) > -1e-9
         far = np.where(outside, np.abs(shares), np.inf).min()
         return most * min(1.0, float(far) - 1.0 / _PLACES)

@@ -27,7 +27,7 @@ _ANY_SILICONE_G_CM3 = 1.1
 
 @dataclass(frozen=True)
 class Limits:
-    """What a process can make, mm; ``name``: "sla", "fdm" or "machined".
+    """Sizes that a process can make, mm; ``name``: "sla", "fdm" or "machined".
 
     wall_mm       least wall without support
     feature_mm    least web, rib or tip

@@ -49,7 +49,7 @@ class FlatPattern:
 
     @property
     def count(self) -> int:
-        """How many are needed."""
+        """The number that is needed."""
         return len(self.plates)
 
 
@@ -105,7 +105,7 @@ def outline_of(frame: PlateFrame, legs: tuple[Leg, ...]) -> Array:
 
 
 def _kind(frame: PlateFrame, legs: tuple[Leg, ...]) -> tuple[object, ...]:
-    """What plates that are cut alike have in common."""
+    """The facts that plates which are cut alike have in common."""
     numbers = [frame.length, frame.thickness, frame.span, frame.bend_radius or 0.0]
     for hole in frame.holes:
         numbers += [hole.s, hole.w - frame.middle, hole.radius]

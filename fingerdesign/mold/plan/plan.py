@@ -69,7 +69,7 @@ def in_space(side: Side, place: float, y: float, out: float = 0.0) -> Array:
 
 @dataclass(frozen=True)
 class Leg:
-    """What of a plate reaches out of the finger at one end of its span, to be held there.
+    """The piece of a plate that reaches out of the finger at one end, to be held there.
 
     In the plate's frame: ``width`` along its axis, centred ``offset`` from its centre, as thick as
     the plate; from ``start`` (the plate's end) past ``exit`` (the farthest place where it passes
@@ -144,7 +144,7 @@ class OuterComb:
 
 @dataclass(frozen=True)
 class SidePlan:
-    """How one side is closed and how it holds plates.
+    """The plan of one side: how it is closed and how it holds plates.
 
     holding "wall": no plate leaves here. "comb": a sheet of ``sheet`` thickness is the finger's
     face, backed by the wall. "slots": the wall itself has slots, through all of its thickness.
@@ -372,11 +372,11 @@ class MoldPlan(Extent):
         return self.half_depth + self.wall_z
 
     def reach(self, side: Side) -> float:
-        """How far out the block's face on a side is."""
+        """Distance of the block's face on a side from the mid-plane."""
         return self.reach_x if side.endswith("x") else self.reach_z
 
     def half(self, side: Side) -> float:
-        """How far out the outline reaches on a side."""
+        """Distance of the outline's end on a side from the mid-plane."""
         return self.half_width if side.endswith("x") else self.half_depth
 
     def wall(self, side: Side) -> float:

@@ -182,8 +182,8 @@ def webs(slots: Sequence[Slot]) -> tuple[IntArray, IntArray, Array]:
     axes = (corners[:, [1, 3]] - corners[:, [0]]) / (2.0 * half[..., None])
 
     def distances(one: IntArray, other: IntArray) -> tuple[Array, BoolArray]:
-        """How far the others' corners are from the rectangles of ``one``, and whether an edge of
-        ``one`` parts the two rectangles."""
+        """Distances of the others' corners from the rectangles of ``one``, and True where an edge
+        of ``one`` parts the two rectangles."""
         local = (corners[other] - middle[one][:, None]) @ axes[one].transpose(0, 2, 1)
         out = np.linalg.norm(np.maximum(np.abs(local) - half[one][:, None], 0.0), axis=2)
         low, high = local.min(axis=1), local.max(axis=1)

@@ -1,1 +1,1 @@
-"""What the caster gets: drawings, patterns, 3MF, bill, casting notes."""
+"""Products for the caster: drawings, patterns, 3MF, bill, casting notes."""

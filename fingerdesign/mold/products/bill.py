@@ -115,6 +115,6 @@ def hardware(plan: MoldPlan) -> tuple[ItemData, ...]:
 
 
 def _alike(sizes: Iterable[tuple[float, ...]]) -> list[tuple[tuple[float, ...], int]]:
-    """How many there are of each different size of a thing."""
+    """Count each different size of a thing."""
     counts = Counter((size[0], *(round(value, 2) for value in size[1:])) for size in sizes)
     return sorted(counts.items())

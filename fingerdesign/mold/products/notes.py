@@ -1,4 +1,4 @@
-"""What a caster reads, made from the design: casting notes step by step, and warnings.
+"""Texts for the caster, made from the design: casting notes step by step, and warnings.
 
 The words are in ``templates``; here are the numbers that they are made from.
 """
@@ -40,8 +40,8 @@ _VIEW = re.compile(r"\[(put|take) ([+-][xyz]): ([\w ]+)\] *")
 
 @dataclass(frozen=True)
 class View:
-    """What a step's picture shows: parts (and PLATES, and the rubber) that it puts in their places,
-    or that are ``taken`` away, and the axis of mold space that is up on the bench."""
+    """The subject of a step's picture: parts (and PLATES, and the rubber) that it puts in their
+    places, or that are ``taken`` away, and the axis of mold space that is up on the bench."""
 
     section: str
     step: int
@@ -51,7 +51,7 @@ class View:
 
     @property
     def words(self) -> str:
-        """What is seen, as a sentence.
+        """Describe what is seen, as a sentence.
 
         >>> View("Cure and open", 3, "+y", True, ("contact_insert",)).words
         'Step 3 of "Cure and open": contact insert is taken off.'
@@ -107,7 +107,7 @@ def legs_share(design: Design, plan: MoldPlan) -> float:
 
 
 def warnings_of(design: Design, plan: MoldPlan, placement: Mapping[str, Any]) -> list[str]:
-    """What a caster has to be warned of, found from the design: a sentence each."""
+    """Warnings to the caster, found from the design: a sentence each."""
     share, worst = legs_share(design, plan), placement_worst(placement)
     fit = gage_fit(design)
     stock = sheet_words(design)
@@ -163,7 +163,7 @@ def unknown_effect(reason: str) -> dict[str, Any]:
 
 
 def effect_sentences(design: Design, found: Mapping[str, Any], row: Mapping[str, Any]) -> list[str]:
-    """What the numbers of ``placement.placement_effect`` say: of the plates, of the whole row."""
+    """Sentences on the effect of placement: of the plates, of the whole row."""
     guide = design.body.shape not in ("arc", "block") or not design.extruded
     embedded = any(frame.span < design.body.depth_mm - 1e-9 for frame in plate_frames(design))
     return _items(macros(TEMPLATES / "notes.j2").effect(found, row, guide, embedded, percent))

@@ -65,7 +65,7 @@ MIXINGS: Mapping[str, Mixing] = MappingProxyType(
 
 @closed
 class SiliconeData(TypedDict):
-    """What has to be mixed, and of what that consists."""
+    """Amount that has to be mixed, and what it consists of."""
 
     finger_cm3: Size
     locks_cm3: Size
@@ -79,7 +79,8 @@ class SiliconeData(TypedDict):
 
 
 def silicone_of(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> SiliconeData:
-    """What rubber, base holes and slots hold; plates without rubber between leave no flash."""
+    """Sum up what rubber, base holes and slots take; plates without rubber between leave no
+    flash."""
     locks, openings = 0.0, 0.0
     for hole in plan.base_holes:
         d, outer = hole.diameter, hole.outer_diameter
@@ -117,14 +118,14 @@ def _flash(plan: MoldPlan) -> float:
 
 
 def mixing_of(material: str, cure: str) -> Mixing:
-    """How a material is mixed, or what is usual of its cure."""
+    """Find how a material is mixed, or what is usual of its cure."""
     usual = "polyurethane" if material.startswith("polyurethane") else cure
     return MIXINGS.get(material, MIXINGS[usual])
 
 
 def rubber_words(design: Design) -> str:
-    """What to buy for the body: its name, or the hardness that its modulus asks for and a silicone
-    of that modulus where one is known."""
+    """Describe what to buy for the body: its name, or the hardness that its modulus asks for and a
+    silicone of that modulus where one is known."""
     name, modulus = design.body.material, design.material_of("body").youngs_modulus_MPa
     if name in MIXINGS:
         return name.replace("_", " ")

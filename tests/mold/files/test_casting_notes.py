@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.checks.load import with_values
-from fingerdesign.mold.plan.plan import Bolt, CorePin
+from fingerdesign.mold.plan.plan import Bolt
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.bill import bill_of_materials, bolt_length, hardware, write_bill
 from fingerdesign.mold.products.casting import casting_of
@@ -114,27 +114,6 @@ def test_a_gap_that_rubber_bridges_asks_for_a_vacuum(hand_made):
     assert "under vacuum" in " ".join(warnings_of(design, plan, SILENT))
     level, apart, _ = hand_made()  # level plates next to each other are no channel
     assert bridged_gap(level, apart) is None
-
-
-def test_core_pins_are_pulled_and_their_tunnels_filled(hand_made):
-    design, plan, meshes = hand_made()
-    plan = replace(plan, core_pins=(CorePin("+z", 0.0, 6.0, 2.0, plan.reach_z - 12.0, 1.0),) * 2)
-    notes = notes_of(design, plan, meshes)
-    assert "2 core pins (2 mm" in notes[CLOSE]
-    assert "Pull the core pins" in notes[OPEN]
-    assert "2 tunnels" in notes["Finish and measure"]
-    (pin,) = [item for item in hardware(plan) if item["item"] == "core pin"]
-    assert (pin["count"], pin["size"].count("12 mm or longer")) == (2, 1)  # from face to tip
-
-
-def test_a_finger_without_plates_has_notes_without_them(hand_made):
-    design, plan, meshes = hand_made()
-    bare = design.model_copy(update={"plates": design.plates.model_copy(update={"count": 0})})
-    sides = tuple(replace(s, holding="wall", slots=(), window=None) for s in plan.sides)
-    plan = replace(plan, frames=(), legs=(), sides=sides)
-    notes = notes_of(bare, plan, meshes)
-    assert "Plates and gages" not in notes
-    assert "legs" not in notes["Finish and measure"]
 
 
 def test_bolts_reach_through_washers_and_nut_or_are_rods(hand_made):

@@ -6,8 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerdesign.errors import PictureError
-from fingerdesign.mold import picture as mold_picture
 from fingerdesign.mold.picture import (
     AXES,
     FILLED,
@@ -19,7 +17,6 @@ from fingerdesign.mold.picture import (
     numbered,
     pictures_job,
     pictures_of,
-    step_parts,
 )
 from fingerdesign.mold.products.casting import casting_of
 from fingerdesign.mold.products.notes import View, casting_notes
@@ -73,15 +70,6 @@ def test_drawn_in_a_process_with_its_badges_and_steps(meshes):
     assert shown.steps["Close the mold", 3].png != shown.steps["Close the mold", 4].png
 
 
-def test_what_is_there_is_pale_and_what_comes_is_on_its_way(meshes):
-    (wall, comb), (*before, plate, _, _) = step_parts(meshes, STEPS)
-    assert (wall.name, comb.name) == ("end_wall_back", "comb_back")
-    assert [each.move for each in before] == [(0.0, 0.0, 0.0)] * 2
-    assert [each.name for each in before] == ["end_wall_back", "comb_back"]
-    assert all(each.colour > shown.colour for each, shown in zip(before, (wall, comb), strict=True))
-    assert plate.move[2] > 0.0  # from above, where z is up
-
-
 @pytest.mark.parametrize("up", ["+x", "-x", "+y", "-y", "+z", "-z"])
 def test_a_picture_is_turned_until_its_axis_is_up(up):
     right, above, out = camera_axes((-0.7, 0.5, 1.0), up)
@@ -99,9 +87,3 @@ def test_every_part_is_put_once_and_what_is_drawn_is_taken(hand_made, fixture):
     taken = [name for view in views if view.taken for name in view.names]
     assert sorted(put) == sorted([*(part.name for part in made.parts), "plates", "rubber"])
     assert sorted(taken) == sorted(part.name for part in made.parts if part.draw is not None)
-
-
-def test_a_drawing_that_fails_is_a_sentence(meshes, monkeypatch):
-    monkeypatch.setattr(mold_picture, "COLOURS", dict.fromkeys(mold_picture.COLOURS, "no colour"))
-    with pictures_job(meshes, ()) as job, pytest.raises(PictureError, match=r"it failed: .*colour"):
-        pictures_of(job, meshes, ())

@@ -62,12 +62,12 @@ class Columns:
 
     @property
     def clearance(self) -> float:
-        """Of a pin in its socket, all round."""
+        """Clearance of a pin in its socket, all round."""
         return self.limits.clearance_mm
 
     @property
     def radius(self) -> float:
-        """Of a bolt's hole."""
+        """Radius of a bolt's hole."""
         return 0.5 * self.hole
 
     @property

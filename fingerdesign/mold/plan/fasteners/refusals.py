@@ -1,4 +1,4 @@
-"""What keeps bolts and pins from fitting a mold's walls, and limits that contradict each other."""
+"""Refusals of bolts and pins that do not fit, and of limits that contradict each other."""
 
 import math
 
