@@ -1,14 +1,7 @@
-"""The finger that the paper's figures are remade with, its twin of rubber alone, and the paths.
+"""The finger that the paper's figures are remade with, and its twin of rubber alone.
 
-All in plane strain, as the paper's model. The twin is the same body with the plates left out of the
-model (``plates.model = "none"``): the paper's "homogeneous elastic body". Its strains are read
-where the gages are, and at some depths under the surface above each.
-
-Three ways are gone from no contact to complete slip, since what partial slip says may depend on it:
-
-similar  the fundamental scene's approach, and its shear in proportion to the friction coefficient
-same     one and the same motion for all friction coefficients, until each slips as a whole
-growing  as similar, but the approach grows to the end, as it does in a grip
+Both in plane strain, as the paper's model. The twin is the same body with the plates left out of
+the model (``plates.model = "none"``): the paper's "homogeneous elastic body".
 """
 
 from __future__ import annotations
@@ -21,7 +14,6 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.path import object_at_touch
-from fingerdesign.analysis.slip_study import refined_rows, scaled_rows
 from fingerdesign.analysis.stages import condense, make_mesh
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.checks.load import with_values
@@ -39,25 +31,15 @@ if TYPE_CHECKING:
 
 Rows = list[tuple[float, float]]
 
-FRICTIONS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)  # the paper says no more than "different"
-PIECES = 5  # that a row of the scene is cut into, so that relations rest on enough increments
-DEPTHS = (0.1, 0.2, 0.4, 0.8, 1.2)  # mm under the surface, where the twin's shear strain is read
-PATHS = {
-    "similar": "shear in proportion to μ",
-    "same": "one motion for all",
-    "growing": "approach growing to the end",
-}
-GROWING_SHARE = (0.4, 0.7, 0.88, 0.92, 0.95, 0.97, 0.985, 1.0)  # a harder scene: never held
-_SAME_STEPS = 16  # shear increments of the same motion up to complete slip at the least friction
-_LEAST_GAGES = 3
+FRICTIONS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)  # The paper calls them "different".
+_LEAST_GAGES = 3  # Fewer gages show no area.
 
 
 @dataclass(frozen=True)
 class PaperCase:
     """Two condensed fingers that face the fundamental scene's object at its friction.
 
-    gage_x (g,) mm; points of the twin: first the gages' places, then DEPTHS by DEPTHS under the
-    surface above each. approach: the scene's largest, mm. rows: the scene's, (approach, shear) mm.
+    gage_x (g,) mm. approach: the scene's largest, mm. rows: the scene's, (approach, shear) mm.
     """
 
     design: Design
@@ -66,7 +48,6 @@ class PaperCase:
     finger: ContactProblem
     twin: ContactProblem
     twin_model: FiniteElementModel
-    depths: tuple[float, ...]
     dofs: int
 
     @property
@@ -113,10 +94,7 @@ def build_case(case: Case, scene: Scene, zone: Zone) -> PaperCase:
     finger = contact_problem(model.reduced, rigid, friction)
     finger = replace(finger, model=finger.model.with_gages(case.gage_array))
     alone = with_values(design, {"plates.model": "none"})
-    depths, points = _places(design, finger.model.gage_positions)
-    readout = scene.readout.model_copy(update={"points_mm": tuple(map(tuple, points.tolist()))})
-    pointed = scene.model_copy(update={"readout": readout})
-    twin_model = condense(alone, make_mesh(alone, "plane-strain", zone), zone, pointed)
+    twin_model = condense(alone, make_mesh(alone, "plane-strain", zone), zone, scene)
     return PaperCase(
         design=design,
         scene=scene,
@@ -124,31 +102,8 @@ def build_case(case: Case, scene: Scene, zone: Zone) -> PaperCase:
         finger=finger,
         twin=contact_problem(twin_model.reduced, rigid, friction),
         twin_model=twin_model,
-        depths=depths,
         dofs=model.dofs,
     )
-
-
-def path_rows(case: PaperCase, path: str, friction: float) -> Rows:
-    """Rows (approach, shear), mm, of one of :data:`PATHS` at a friction coefficient."""
-    factor = friction / case.friction
-    if path == "similar":
-        return refined_rows(scaled_rows(case.rows, factor), PIECES)
-    shears = [shear for _, shear in case.rows]
-    if path == "growing":
-        given = np.linspace(0.0, 1.0, len(GROWING_SHARE))
-        shares = np.interp(np.linspace(0.0, 1.0, len(shears)), given, GROWING_SHARE)
-        growing = [
-            (share * case.approach, shear) for share, shear in zip(shares, shears, strict=True)
-        ]
-        return refined_rows(scaled_rows(growing, factor), PIECES)
-    if path == "same":
-        press = refined_rows([(case.approach, 0.0)], 2 * PIECES)
-        least, most = (f / case.friction * shears[-1] for f in (FRICTIONS[0], FRICTIONS[-1]))
-        step = least / _SAME_STEPS
-        count = int(np.ceil(most / step))
-        return press + [(case.approach, step * k) for k in range(1, count + 1)]
-    raise ValueError(f"path = {path!r}: must be one of {', '.join(PATHS)}")
 
 
 def follow_rows(problem: ContactProblem, rows: Sequence[tuple[float, float]]) -> Iterator[Step]:
@@ -173,13 +128,3 @@ def above(problem: ContactProblem, step: Step, x: Array) -> tuple[BoolArray, Boo
 def surface_heights(design: Design, x: Array) -> Array:
     """y of the undeformed surface above ``x`` on z = 0, mm."""
     return np.asarray(surface_of(design.body).height(x, np.zeros_like(x)))
-
-
-def _places(design: Design, gages: Array) -> tuple[tuple[float, ...], Array]:
-    """Of DEPTHS, those that stay clear of the base under every gage, and the twin's readout points
-    (p, 3): at the gages, then at each of these depths under the surface."""
-    x = gages[:, 0]
-    top = surface_heights(design, x)
-    depths = tuple(depth for depth in DEPTHS if depth < 0.5 * top.min())
-    under = [np.column_stack([x, top - depth, np.zeros_like(x)]) for depth in depths]
-    return depths, np.vstack([gages * [1.0, 1.0, 0.0], *under])

@@ -5,7 +5,6 @@ A verdict is "yes", "partly" or "no" by the bounds that stand here.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -15,23 +14,16 @@ import numpy as np
 from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.report.page import paragraphs
-from fingerdesign_bench.paper.case import PATHS
-from fingerdesign_bench.paper.lifts import (
-    MEASURED_FRICTIONS,
-    ROUTE_FRICTION,
-    SAMPLE_NOISE,
-    Lift,
-    noise_of,
-)
+from fingerdesign_bench.paper.lifts import ROUTE_FRICTION, Lift
+from fingerdesign_bench.paper.measurement import MEASURED_FRICTIONS, SAMPLE_NOISE, noise_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.records.arrays import ContactHistory, SlipStudy
     from fingerdesign.records.result import IncrementResult
-    from fingerdesign_bench.paper.lifts import Rig, Route
-    from fingerdesign_bench.paper.places import Likeness, Verdicts
+    from fingerdesign_bench.paper.lifts import Route
+    from fingerdesign_bench.paper.measurement import Rig
     from fingerdesign_bench.paper.rectangles import Rectangles
-    from fingerdesign_bench.paper.relation import Relation
 
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -43,10 +35,7 @@ HUMAN_MARGIN = (1.2, 1.5)  # the paper's section 2.1, after Johansson
 SAFE_MARGIN = 2.5  # above it the rule squeezes: a fixed force would do as well
 TURNED_APART = 2.0  # change of shear angle under stick over that under slip
 SHAPE_APART = 1.5  # the same of the whole shear angle
-ALIKE, ALIKE_PARTLY = 0.95, 0.8  # Pearson's, at every step
-RANK, RANK_PARTLY = 0.95, 0.9  # Spearman's
-ERROR, ERROR_PARTLY = 0.05, 0.1  # of the largest stick length, by the other frictions' relation
-GAIN, GAIN_PARTLY = 0.75, 0.25  # share of the constant answer's errors that a reading saves
+RANK, RANK_PARTLY = 0.95, 0.8  # Spearman's.
 
 
 @dataclass(frozen=True)
@@ -72,9 +61,8 @@ class Remade:
     """All that the figures show.
 
     increments, contact: the eight steps (Figs 6, 7). studies: a slip study a friction coefficient,
-    the eight steps with the shear in proportion (Fig. 8); relations: one a path, rows cut finer.
-    route, lifts: Figs 2 and 10. rigs: Fig. 12, the design and, where it is not that already, the
-    same with plates of polyimide read on both faces.
+    the eight steps with the shear in proportion (Fig. 8). route, lifts: Figs 2 and 10. rigs:
+    Fig. 12, the design, and the same with plates of polyimide read on both faces.
     """
 
     design: Design
@@ -83,10 +71,7 @@ class Remade:
     increments: tuple[IncrementResult, ...]
     contact: ContactHistory
     rectangles: Rectangles
-    likeness: Likeness
     studies: tuple[SlipStudy, ...]
-    relations: tuple[Relation, ...]
-    places: tuple[Verdicts, ...]
     lifts: tuple[Lift, ...]
     route: Route
     rigs: tuple[Rig, ...]
@@ -100,11 +85,11 @@ def claims_of(found: Remade) -> tuple[Claim, ...]:
     for key, measure in CLAIMS.items():
         values, verdict, numbers = measure(found)
         title, where, words, why, measured = paragraphs(TEMPLATES / "claims.txt.j2", key, **values)
-        kept = {
+        finite = {
             name: None if value is None or not np.isfinite(value) else float(value)
             for name, value in numbers.items()
         }
-        claims.append(Claim(key, title, where, words, measured, verdict, why, kept))
+        claims.append(Claim(key, title, where, words, measured, verdict, why, finite))
     return tuple(claims)
 
 
@@ -115,16 +100,6 @@ def graded(value: float, full: float, part: float) -> Verdict:
     ('yes', 'partly', 'no')
     """
     return "yes" if value >= full else "partly" if value >= part else "no"
-
-
-def worst(verdicts: Iterable[Verdict]) -> Verdict:
-    """The worst of some verdicts.
-
-    >>> worst(["yes", "partly"])
-    'partly'
-    """
-    order: list[Verdict] = ["no", "partly", "yes"]
-    return min(verdicts, key=order.index)
 
 
 def _all_or_some(*holds: bool) -> Verdict:
@@ -177,16 +152,6 @@ def _eight_steps(found: Remade) -> Measured:
     return values, _all_or_some(largest == 3, falls, ends), numbers
 
 
-def _likeness(found: Remade) -> Measured:
-    alike = found.likeness
-    upper = [float(f(alike.upper_correlation)) for f in (np.min, np.max)]
-    slope, read = alike.overall_slope, float(alike.read_correlation.min())
-    numbers: Numbers = {"least": float(alike.correlation.min()), "read_least": read}
-    numbers |= {"scale": slope, "one_face_most": upper[1]}
-    values = {"alike": alike, "upper": upper, "slope": slope, "read": read}
-    return values, graded(read, ALIKE, ALIKE_PARTLY), numbers
-
-
 def _area(found: Remade) -> Measured:
     study = next(s for s in found.studies if s.friction_coefficient == found.friction)
     rank, raw = (
@@ -197,37 +162,7 @@ def _area(found: Remade) -> Measured:
     at = int(np.argmax(study.gage_area_mm)) + 1
     share = found.design.gages.area_share
     values = {**numbers, "friction": found.friction, "raw": raw, "at": at, "share": share}
-    return values, graded(rank, RANK, ALIKE_PARTLY), numbers
-
-
-def _relation(found: Remade) -> Measured:
-    each = found.relations
-    numbers: Numbers = {f"{one.path}_error": one.other_share for one in each}
-    numbers |= {f"{one.path}_rank": one.pooled_rank for one in each}
-    ranks = [graded(one.pooled_rank, RANK, RANK_PARTLY) for one in each]
-    errors = [graded(-one.other_share, -ERROR, -ERROR_PARTLY) for one in each]
-    return {"relations": each, "names": PATHS}, worst([*ranks, *errors]), numbers
-
-
-def _each_gage(found: Remade) -> Measured:
-    own = [each for each in found.places if each.reading == found.places[0].reading]
-    every, under = (
-        next(each for each in own if each.touching is touching) for touching in (False, True)
-    )
-    rubber = [each for each in found.places if each.reading.startswith("rubber,")]
-    skin = min(each.depth_mm for each in rubber)
-    shallow = [each for each in rubber if each.depth_mm == skin]
-    numbers: Numbers = {
-        "all_right": every.right,
-        "all_constant": every.constant,
-        "contact_right": under.right,
-        "contact_constant": under.constant,
-        "contact_auc": under.auc,
-    }
-    grades = [graded(each.gain, GAIN, GAIN_PARTLY) for each in (every, under)]
-    verdict: Verdict = "partly" if "no" in grades and len(set(grades)) > 1 else worst(grades)
-    values = {"every": every, "under": under, "skin": skin, "shallow": shallow}
-    return values, verdict, numbers
+    return values, graded(rank, RANK, RANK_PARTLY), numbers
 
 
 def _lifts(found: Remade) -> Measured:
@@ -275,10 +210,7 @@ CLAIMS = {
     "fig02": _target,
     "fig03": _rhomboids,
     "fig07": _eight_steps,
-    "likeness": _likeness,
     "fig08": _area,
-    "fig08_relation": _relation,
-    "each_gage": _each_gage,
     "fig10": _lifts,
     "fig12": _measurement,
 }

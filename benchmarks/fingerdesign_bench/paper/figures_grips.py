@@ -1,4 +1,4 @@
-"""Figures 2 and 10 of the paper: the way of the forces to the lift."""
+"""Figures 2, 10 and 12 of the paper: the way of the forces to the lift."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from fingerdesign.report import style
 from fingerdesign_bench.paper.figures import PaperFigure, paper_figure, shades
-from fingerdesign_bench.paper.lifts import noise_of
+from fingerdesign_bench.paper.measurement import noise_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,7 +16,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from fingerdesign.records.arrays import GripTrace
-    from fingerdesign_bench.paper.lifts import Lift, Measured, Rig, Route
+    from fingerdesign_bench.paper.lifts import Lift, Route
+    from fingerdesign_bench.paper.measurement import Measured, Rig
+
+
+_TRACE_COLUMNS = (
+    *("step", "normal_force_N", "tangential_force_N", "friction_limit_N", "stick_ratio"),
+    *("gage_area_mm", "hold"),
+)
 
 
 def _mark_target(axes: Axes, weight: float, mu: float, label: str | None = None) -> None:
@@ -130,20 +137,11 @@ def mark_holds(axes: Axes, trace: GripTrace) -> None:
         axes.plot(*trace.forces[:, before], **look)
 
 
-_TRACE_COLUMNS = (
-    *("step", "normal_force_N", "tangential_force_N", "friction_limit_N", "stick_ratio"),
-    *("gage_area_mm", "hold"),
-)
-
-
 def trace_rows(head: tuple[object, ...], trace: GripTrace) -> list[tuple[object, ...]]:
     """Rows of a data file, one a step: ``head``, step, F_n, F_t, limit, stick ratio, A, hold."""
     columns = (*trace.forces, trace.limit, trace.stick_ratio, trace.gage_area_mm)
     steps = zip(*columns, trace.hold.astype(int), strict=True)
     return [(*head, k + 1, *row) for k, row in enumerate(steps)]
-
-
-# Figure 12 of the paper: lifts on a rig with noise, and what noise does to them.
 
 
 def measured_figure(rigs: Sequence[Rig], samples: int | None) -> PaperFigure:
@@ -181,56 +179,3 @@ def _draw_measured(axes: Axes, grips: Sequence[Measured], friction: float) -> No
         if each.ended == "slipped":
             mark_slip(axes, trace)
     _mark_target(axes, weight, friction)
-
-
-def _draw_rig(axes: Axes, rig: Rig, frictions: list[float]) -> None:
-    """Forces at the lift over the noise, and their medians, a colour a friction coefficient."""
-    levels = rig.levels
-    for k, (friction, (colour, dashes, marker)) in enumerate(
-        zip(frictions, style.SERIES, strict=False)
-    ):
-        weight = rig.at(None, friction)[0].episode.trace.weight_per_finger_N
-        axes.axhline(weight / friction, color=colour, ls=":", lw=1.1)
-        middles = []
-        for place, samples in enumerate(levels):
-            grips = rig.at(samples, friction)
-            good = [_force(each) for each in grips if each.ended == "lifted"]
-            bad = [_force(each) for each in grips if each.ended == "slipped"]
-            at = place + 0.12 * (k - 0.5)
-            axes.plot([at] * len(good), good, **style.points(colour, marker, 4.5))
-            axes.plot([at] * len(bad), bad, **style.points(style.INK, "X", 7, "slipped"))
-            middles.append(float(np.median(good)) if good else np.nan)
-        x, label = np.arange(len(levels)) + 0.12 * (k - 0.5), f"μ = {friction:g}"
-        axes.plot(x, middles, color=colour, ls=dashes, marker=marker, ms=4.5, label=label)
-    axes.set_xticks(
-        range(len(levels)),
-        ["none" if s is None else f"{noise_of(s):.2g}\n({s:,})" for s in levels],
-    )
-
-
-def noise_figure(rigs: Sequence[Rig]) -> PaperFigure:
-    """Fig. 12's ground: the force at the lift over the noise, a panel a finger."""
-    figure = style.canvas(7.2, 3.5)
-    labels = {"across": "noise, microstrain (samples a step)", "up": "F_n at the lift (N)"}
-    panels = style.small_multiples(figure, len(rigs), max(len(rigs), 2), **labels, sharey=True)
-    frictions = sorted({each.friction for each in rigs[0].grips})
-    for axes, rig in zip(panels, rigs, strict=True):
-        _draw_rig(axes, rig, frictions)
-        axes.set_title(rig.finger)
-    panels[0].set_ylim(bottom=0.0)
-    style.shared_legend(panels, 3)
-    results = ("final_normal_force_N", "safety_margin", "holds", "steps")
-    rows = [
-        (
-            *(rig.finger, each.samples, noise_of(each.samples), each.friction, each.seed),
-            *(each.ended, *(getattr(each.episode.result, name) for name in results)),
-        )
-        for rig in rigs
-        for each in rig.grips
-    ]
-    columns = ("finger", "samples_a_step", "noise_microstrain", "friction_coefficient", "seed")
-    return paper_figure(figure, "fig12_noise", (*columns, "outcome", *results), rows, rigs=rigs)
-
-
-def _force(each: Measured) -> float:
-    return each.episode.result.final_normal_force_N

@@ -27,7 +27,7 @@ from fingerdesign.report.style import house_style
 from fingerdesign.runtime.files import move_into, whole_folder
 from fingerdesign.version import versions
 from fingerdesign_bench.paper import lifts as lifting
-from fingerdesign_bench.paper.case import FRICTIONS, PATHS, build_case, check_case
+from fingerdesign_bench.paper.case import FRICTIONS, build_case, check_case
 from fingerdesign_bench.paper.claims import TEMPLATES, Remade, claims_of
 from fingerdesign_bench.paper.figures import PaperFigure
 from fingerdesign_bench.paper.figures_contact import (
@@ -35,36 +35,25 @@ from fingerdesign_bench.paper.figures_contact import (
     steps_figure,
     stick_map_figure,
 )
-from fingerdesign_bench.paper.figures_gages import (
-    likeness_figure,
-    places_figure,
-    relation_figure,
-    responses_figure,
-)
-from fingerdesign_bench.paper.figures_grips import (
-    lifts_figure,
-    measured_figure,
-    noise_figure,
-    route_figure,
-)
-from fingerdesign_bench.paper.places import likeness, verdicts
+from fingerdesign_bench.paper.figures_gages import responses_figure
+from fingerdesign_bench.paper.figures_grips import lifts_figure, measured_figure, route_figure
+from fingerdesign_bench.paper.measurement import SAMPLES, SEEDS, rig_of
 from fingerdesign_bench.paper.rectangles import rectangles
-from fingerdesign_bench.paper.relation import make_bench, relation
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
     from fingerdesign.layout.zone import Zone
     from fingerdesign_bench.paper.case import PaperCase
-    from fingerdesign_bench.paper.lifts import Rig
+    from fingerdesign_bench.paper.measurement import Rig
 
 
-# The figures of the paper, remade, and paper.html: its words beside what was measured.
+Report = Callable[[str, float], None]
 
-ORDER = (
-    *("fig02", "fig03", "fig06", "fig07", "likeness", "fig08", "fig08_relation", "each_gage"),
-    *("fig10", "fig12", "fig12_noise"),
-)
+PAGE_FILE, RECORD_FILE = "paper.html", "paper.json"
+SOFT_MATERIAL = "polyimide"  # Gages on it respond 50 times as much as on bronze.
+_FACES = {"both": "both faces read", "upper": "upper face read", "lower": "lower face read"}
+ORDER = ("fig02", "fig03", "fig06", "fig07", "fig08", "fig10", "fig12")
 
 
 def paper_figures(found: Remade) -> list[PaperFigure]:
@@ -76,13 +65,9 @@ def paper_figures(found: Remade) -> list[PaperFigure]:
             rectangles_figure(found.rectangles),
             steps_figure(found.increments),
             stick_map_figure(found.contact, found.increments),
-            likeness_figure(found.likeness),
             responses_figure(found.studies, found.friction, found.contact),
-            relation_figure(found.relations),
-            places_figure(found.places, found.likeness.x),
             lifts_figure(found.lifts),
             measured_figure(found.rigs, _shown(found.rigs)),
-            noise_figure(found.rigs),
         ]
     assert tuple(figure.key for figure in made) == ORDER
     return made
@@ -106,11 +91,6 @@ def _shown(rigs: tuple[Rig, ...]) -> int | None:
     noisy = [samples for samples in working if samples is not None]
     levels = rigs[0].levels
     return min(noisy) if noisy else levels[min(1, len(levels) - 1)]
-
-
-# The folder of the remade figures: each as PNG and SVG with its data, one page, one record.
-
-PAGE_FILE, RECORD_FILE = "paper.html", "paper.json"
 
 
 def write_paper(found: Remade, folder: Path) -> list[Path]:
@@ -154,16 +134,10 @@ def record_of(found: Remade, figures: list[PaperFigure]) -> dict[str, Any]:
             }
             for figure in figures
         ],
-        "seeds": {"grip": found.design.grip.seed, "rig": list(range(lifting.SEEDS))},
+        "seeds": {"grip": found.design.grip.seed, "rig": list(range(SEEDS))},
         "seconds": round(found.seconds, 3),
         "versions": versions(),
     }
-
-
-Report = Callable[[str, float], None]
-
-SOFT_MATERIAL = "polyimide"  # of designs/sensitive.toml: gages that answer 50 times as much
-_FACES = {"both": "both faces read", "upper": "upper face read", "lower": "lower face read"}
 
 
 @dataclass(frozen=True)
@@ -172,8 +146,8 @@ class Effort:
     seeds of Fig. 12. The default is what the page is made with."""
 
     frictions: tuple[float, ...] = FRICTIONS
-    samples: tuple[int, ...] = lifting.SAMPLES
-    seeds: int = lifting.SEEDS
+    samples: tuple[int, ...] = SAMPLES
+    seeds: int = SEEDS
 
 
 FULL = Effort()
@@ -209,28 +183,22 @@ def _remade(case: PaperCase, zone: Zone, scene: Scene, report: Report, effort: E
     steps = case.steps(case.finger)
     report("Fig. 3: rectangles near the surface", 0.25)
     turned = rectangles(case)
-    report("plates against the rubber's shear strain", 0.28)
-    alike = likeness(case)
     report("Fig. 8: gage area and stick area", 0.3)
-    bench = make_bench(case)
     share = case.design.gages.area_share
     studies = slip_studies(case.finger, case.rows, case.face, effort.frictions, share=share)
-    relations = tuple(relation(case, bench, path, effort.frictions) for path in PATHS)
-    report("each gage and the surface near it", 0.4)
-    places = tuple(verdicts(case, bench.floor, effort.frictions))
     report("Figs 2 and 10: lifts", 0.5)
     grips = tuple(lifting.lifts(case))
     route = lifting.squeeze(case)
     report("Fig. 12: lifts on a rig", 0.6)
     material = case.design.plates.material
     name = f"{material.replace('_', ' ')}, {_FACES[case.face]}"
-    rigs = [lifting.rig_of(case, name, effort.samples, effort.seeds)]
+    rigs = [rig_of(case, name, effort.samples, effort.seeds)]
     if (material, case.face) != (SOFT_MATERIAL, "both"):
         report("Fig. 12: the same with plates of polyimide, both faces read", 0.8)
         soft = {"plates.material": SOFT_MATERIAL, "gages.face": "both"}
         softer = case_in(with_values(case.design, soft), scene, zone)
         soft_name = f"{SOFT_MATERIAL}, {_FACES['both']}"
-        rigs.append(lifting.rig_of(softer, soft_name, effort.samples, effort.seeds))
+        rigs.append(rig_of(softer, soft_name, effort.samples, effort.seeds))
     return Remade(
         design=case.design,
         dofs=case.dofs,
@@ -238,10 +206,7 @@ def _remade(case: PaperCase, zone: Zone, scene: Scene, report: Report, effort: E
         increments=tuple(increment_result(step, case.face) for step in steps),
         contact=contact_history(case.finger, steps),
         rectangles=turned,
-        likeness=alike,
         studies=studies,
-        relations=relations,
-        places=places,
         lifts=grips,
         route=route,
         rigs=tuple(rigs),
