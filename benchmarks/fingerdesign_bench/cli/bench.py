@@ -14,9 +14,17 @@ from fingerdesign_bench.cli import judged, measured
 from fingerdesign_bench.cli.shared import show_checks, warn_busy
 
 
+class BenchGroup(Group):
+    """A group whose options have the names of its subcommands' options."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Take options in front of the subcommand alone."""
+        return click.Group.parse_args(self, ctx, args)
+
+
 @click.group(
     "bench",
-    cls=Group,
+    cls=BenchGroup,
     short_help="Compare with known answers; speed and accuracy.",
     invoke_without_command=True,
 )

@@ -10,14 +10,14 @@ import itertools
 import math
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, Field, ValidationError
 
 from fingerdesign.design.base import Many, Table
-from fingerdesign.design.faults import dotted, fault_of, shown
+from fingerdesign.design.faults import fault_of
 from fingerdesign.errors import DesignError, Fault
 
 if TYPE_CHECKING:
@@ -111,19 +111,7 @@ def parse_study(text: str, source: str = "") -> StudyFile:
     try:
         return StudyFile.model_validate(data)
     except ValidationError as error:
-        raise DesignError(_faults_of(error), source) from None
-
-
-def _faults_of(error: ValidationError, table: type[BaseModel] = StudyFile) -> list[Fault]:
-    """Faults in the words of a design's."""
-    found = []
-    for each in error.errors():
-        if each["type"] == "too_short" and isinstance(each["input"], dict):
-            remedy = 'add one, such as "body.depth_mm" = [10.0, 40.0]'
-            found.append(Fault(dotted(each["loc"]), "{}", "a table of at least one key", remedy))
-        else:
-            found.append(fault_of(each, table))
-    return found
+        raise DesignError([fault_of(each, StudyFile) for each in error.errors()], source) from None
 
 
 def points_of(study: StudyFile, quick: bool = False) -> Iterator[Point]:
@@ -132,38 +120,20 @@ def points_of(study: StudyFile, quick: bool = False) -> Iterator[Point]:
     Raises DesignError where there are more than MOST_MODELS, or a combination is no sound design.
     """
     lists = {key: values[:2] if quick else values for key, values in study.parameters.items()}
-    _refuse_many([len(values) for values in lists.values()], 0 if quick else len(study.also))
-    _refuse_twice(study)
+    models = math.prod(len(values) for values in lists.values())
+    if models > MOST_MODELS:
+        remedy = "give fewer values, or divide it into several studies"
+        raise DesignError([Fault("parameters", models, f"at most {MOST_MODELS} models", remedy)])
+    for key, given in lists.items():
+        if len(set(given)) < len(given):  # A repeated value leaves no grid to look errors up in.
+            remedy = "give each value once"
+            raise DesignError([Fault(f"parameters.{key}", given, "values that differ", remedy)])
     base = _base(study)
     for combination in itertools.product(*lists.values()):
         values = dict(zip(lists, combination, strict=True))
         yield Point(_changed(base, values), study.scene, study.mesh, values)
     for row in () if quick else study.also:
         yield _one_off(study, base, row)
-
-
-def _refuse_many(lengths: list[int], also: int) -> None:
-    models = math.prod(lengths) + also
-    if models <= MOST_MODELS:
-        return
-    hours = models * 20.0 / 3600.0  # a model takes about 20 s
-    long = f"{hours:.0f} hours" if hours < 48.0 else f"{hours / 24.0:.0f} days"
-    value = " x ".join(str(length) for length in lengths) + (f" + {also}" if also else "")
-    bound = f"at most {MOST_MODELS} models in all ({models} would take about {long})"
-    remedy = "give fewer values, or fewer parameters, or divide it into several studies"
-    raise DesignError([Fault("parameters", f"{value} models", bound, remedy)])
-
-
-def _refuse_twice(study: StudyFile) -> None:
-    """A value that is said twice leaves no grid to look errors up in."""
-    faults = []
-    for key, values in study.parameters.items():
-        twice = [value for value in dict.fromkeys(values) if values.count(value) > 1]
-        if twice:
-            where = dotted(("parameters", key))
-            faults.append(Fault(where, shown(values), "values that differ", f"say {twice[0]} once"))
-    if faults:
-        raise DesignError(faults)
 
 
 def _base(study: StudyFile) -> Design:
@@ -181,22 +151,21 @@ def _one_off(study: StudyFile, base: Design, row: Mapping[str, Any]) -> Point:
             parts[table][rest] = value
         elif key != "name":
             parts["design"][key] = value
-    name = row.get("name", "(absent)")
-    if not isinstance(name, str) or not row.get("name"):
-        raise DesignError([Fault("also.name", name, "text in quotes", 'add one: name = "..."')])
-    scene = _with(study.scene, parts["scene"], f"also {name}: scene")
-    mesh = _with(study.mesh, parts["mesh"], f"also {name}: mesh")
+    if not isinstance(row.get("name"), str):
+        raise DesignError([Fault("also.name", "(absent)", "text", 'add one: name = "..."')])
+    scene = _with(study.scene, parts["scene"])
+    mesh = _with(study.mesh, parts["mesh"])
     numbers = {key: value for key, value in parts["design"].items() if isinstance(value, float)}
-    return Point(_changed(base, parts["design"]), scene, mesh, numbers, name)
+    return Point(_changed(base, parts["design"]), scene, mesh, numbers, row["name"])
 
 
-def _with(table: _Table, values: Mapping[str, Any], where: str) -> _Table:
-    """A table of the study with keys set."""
+def _with(table: _Table, values: Mapping[str, Any]) -> _Table:
+    """Return a table of the study with keys set."""
     try:
         return type(table).model_validate(table.model_dump() | dict(values))
     except ValidationError as error:
-        faults = _faults_of(error, type(table))
-        raise DesignError([replace(each, key=f"{where}.{each.key}") for each in faults]) from None
+        faults = [fault_of(each, type(table)) for each in error.errors()]
+        raise DesignError(faults, "also") from None
 
 
 def _changed(base: Design, values: Mapping[str, Any]) -> Design:

@@ -4,7 +4,7 @@ Records go to plane_strain.jsonl, a line a model: an interrupted run goes on whe
 """
 
 import csv
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,10 @@ from fingerdesign.validate.plane_strain import (
     map_of,
 )
 from fingerdesign_bench.check import Check
+from fingerdesign_bench.plane_strain.chart import PANELS, draw_map
+from fingerdesign_bench.plane_strain.file import points_of, read_study, shipped_study
 from fingerdesign_bench.plane_strain.rule import Rule, fitted
+from fingerdesign_bench.plane_strain.run import LINES, run_study
 from fingerdesign_bench.plane_strain.table import table_of, write_table
 
 FINER = "finer"  # the one-off model that shows what the meshes leave
@@ -33,13 +36,11 @@ _NINE_OF_TEN = 90.0
 
 @dataclass(frozen=True)
 class PlaneStrainStudy:
-    """The map and the rules fitted to it; ``lines`` holds the records, ``notes`` says which of
-    them were left out."""
+    """The map and the rules fitted to it; ``lines``: the file of the records."""
 
     chart: PlaneStrainMap
     rules: tuple[Rule, ...]
     lines: Path
-    notes: tuple[str, ...] = ()
 
     @property
     def checks(self) -> list[Check]:
@@ -76,20 +77,10 @@ def measure_plane_strain(
 ) -> PlaneStrainStudy:
     """Run the study, or what of it ``folder`` has no record of; the map and its rules."""
     from fingerdesign.mesh.section.netgen import start_mesher
-    from fingerdesign_bench.plane_strain.file import points_of, read_study, shipped_study
-    from fingerdesign_bench.plane_strain.run import LINES, run_study
 
-    asked = read_study(study if study is not None else shipped_study())
-    points = list(points_of(asked, quick))
+    points = list(points_of(read_study(study if study is not None else shipped_study()), quick))
     start_mesher()
-    notes: list[str] = []
-
-    def note(words: str) -> None:
-        notes.append(words)
-        report(words)
-
-    table = table_of(run_study(points, folder / LINES, report, note))
-    return replace(judged(table, folder / LINES), notes=tuple(notes))
+    return judged(table_of(run_study(points, folder / LINES, report)), folder / LINES)
 
 
 def judged(table: Table, lines: Path) -> PlaneStrainStudy:
@@ -163,8 +154,6 @@ def mesh_errors(chart: PlaneStrainMap) -> dict[str, float]:
 
 def write_plane_strain(found: PlaneStrainStudy, folder: Path) -> list[Path]:
     """Write the table (JSON, as it ships; CSV, a row an approach) and the chart."""
-    from fingerdesign_bench.plane_strain.chart import PANELS, draw_map
-
     folder.mkdir(parents=True, exist_ok=True)
     paths = [write_table(found.chart.table, folder / "plane_strain.json")]
     paths.append(_write_rows(found.chart.table, folder / "plane_strain.csv"))

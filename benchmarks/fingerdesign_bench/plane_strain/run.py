@@ -1,12 +1,9 @@
-"""Where does plane strain hold? Each model of a study in 3-D and in plane strain, beside another.
+"""Plane strain and 3-D on the same section, compared for each model of a study.
 
-Both models have the same section: the 3-D one is that section swept through layers, so what is left
-between them is the assumption, not the mesh. For each approach the finger is pressed in two rows
-and sheared in two: in 3-D, in plane strain by the same motions, and in plane strain by the forces
-that 3-D gave. plane_strain_table.py compares them.
-
-A record a model is one line of a file, written when it is done: a run that was stopped goes on
-there. Lines that are no whole records, and those of models that are not asked for, are left out.
+The 3-D model is the section swept through layers, so what is left between the two is the
+assumption, not the mesh. For each approach the finger is pressed in two rows and sheared in two:
+in 3-D, in plane strain by the same motions, and in plane strain by the forces of 3-D. table.py
+compares them. A record a model is one line of a file, so that a run that was stopped goes on.
 """
 
 from __future__ import annotations
@@ -22,6 +19,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.progress import Report
+from fingerdesign_bench.lines import Record, append_line, read_lines
 from fingerdesign_bench.plane_strain.file import Point
 
 if TYPE_CHECKING:
@@ -29,96 +27,28 @@ if TYPE_CHECKING:
     from fingerdesign.analysis.fidelity.readings import Readings
     from fingerdesign.design.scene import Scene
 
-Record = dict[str, Any]
-
 LINES = "plane_strain.jsonl"
-FORMAT = 1  # of the records: raised where what they hold means something else
-SECONDS = 20.0  # a model's, where none was solved yet: the shipped study's mean
+FORMAT = 1  # of the records: Raised when their meaning changes.
 READ = ("normal_force", "tangential_force", "contact_width", "stick_ratio", "gages")
 
 
 def run_study(
-    points: Iterable[Point],
-    lines: Path,
-    report: Report = lambda message: None,
-    note: Report = lambda message: None,
+    points: Iterable[Point], lines: Path, report: Report = lambda message: None
 ) -> list[Record]:
-    """The records of all points, those that ``lines`` holds already not made again.
-
-    note: reported what of ``lines`` is left out, a sentence each.
-    """
+    """Return the records of all points. Those that ``lines`` has are not made again."""
     points = list(points)
     keys = [key_of(point) for point in points]
-    known, damaged = known_records(lines)
-    for words in _left_out(lines, known, damaged, set(keys)):
-        note(words)
-    report(_ahead(known, set(keys)))
+    known = {each["key"]: each for each in read_lines(lines) if each.get("rows")}
+    lines.parent.mkdir(parents=True, exist_ok=True)
+    report(f"{len(set(keys) - known.keys())} of {len(points)} models to solve")
     found = []
-    for number, (key, point) in enumerate(zip(keys, points, strict=True)):
+    for number, (key, point) in enumerate(zip(keys, points, strict=True), start=1):
         if key not in known:
-            report(f"model {number + 1} of {len(points)}: {_words(point)}")
+            report(f"model {number} of {len(points)}: {_words(point)}")
             known[key] = compare(point) | {"key": key}
-            _append(lines, known[key])
+            append_line(lines, known[key])
         found.append(known[key] | {"name": point.name, "values": point.values})
     return found
-
-
-def known_records(lines: Path) -> tuple[dict[str, Record], int]:
-    """Whole records by their key, and how many lines are none: cut short by an interruption, or
-    damaged."""
-    found: dict[str, Record] = {}
-    damaged = 0
-    for line in lines.read_bytes().splitlines() if lines.exists() else ():
-        record = _record(line)
-        if record is not None:
-            found[record["key"]] = record
-        elif line.strip():
-            damaged += 1
-    return found, damaged
-
-
-def _record(line: bytes) -> Record | None:
-    """The record that a line holds; None: it holds none that can be used."""
-    from fingerdesign_bench.plane_strain.table import table_of
-
-    try:
-        record = json.loads(line.decode("utf-8"))
-        (made,) = table_of([record])["points"] + table_of([record])["also"]
-        json.dumps(made, allow_nan=False)
-    except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError):
-        return None  # what a damaged line may raise, whatever it holds instead
-    return record if made["rows"] and isinstance(record.get("key"), str) else None
-
-
-def _left_out(lines: Path, known: dict[str, Record], damaged: int, asked: set[str]) -> list[str]:
-    """What of a file is not used, a sentence each."""
-    found = []
-    if damaged:
-        what = "1 line is no whole record" if damaged == 1 else f"{damaged} lines are no records"
-        found.append(f"{lines}: {what}, left out; such models are solved again")
-    foreign = len(known.keys() - asked)
-    if foreign:
-        found.append(
-            f"{lines}: {foreign} of {len(known)} records are of models that this study does not "
-            "ask for (another base, scene, mesh or other values), left out"
-        )
-    return found
-
-
-def _ahead(known: dict[str, Record], asked: set[str]) -> str:
-    """How many models are to be solved, and about how long that will take."""
-    to_solve = len(asked - known.keys())
-    seconds = [float(known[key].get("seconds", SECONDS)) for key in asked & known.keys()]
-    each = sum(seconds) / len(seconds) if seconds else SECONDS
-    return f"{to_solve} of {len(asked)} models to solve, about {each * to_solve / 60.0:.0f} min"
-
-
-def _append(lines: Path, record: Record) -> None:
-    """Add a line, on a line of its own also where the last one was cut short."""
-    lines.parent.mkdir(parents=True, exist_ok=True)
-    cut = lines.exists() and lines.read_bytes()[-1:] not in (b"", b"\n")
-    with lines.open("a", encoding="utf-8") as file:
-        file.write("\n" * cut + json.dumps(record, allow_nan=False) + "\n")
 
 
 def key_of(point: Point) -> str:
