@@ -141,9 +141,7 @@ def peers(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
         print_json(record)
     for name, rows in tables.items():
         if rows and not (quiet or as_json):
-            headings = list(
-                max(rows, key=lambda row: len(row))
-            )  # A row that always failed has no times.
+            headings = list(dict.fromkeys(key for row in rows for key in row))
             cells = [[_cell(row.get(heading)) for heading in headings] for row in rows]
             print_table(_PEER_TITLES[name], headings, cells)
     folder.mkdir(parents=True, exist_ok=True)
