@@ -124,7 +124,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-@pytest.mark.parametrize("command", ["grip", "tune", "study-control", "study-unlike"])
+@pytest.mark.parametrize("command", ["grip", "study"])
 def test_what_is_no_controller_is_refused_before_any_work(here, name, command, capsys):
     text, remedy = BROKEN[name]
     (here / "broken.py").write_text(text, "utf-8")

@@ -92,6 +92,8 @@ def _control(data: _Data, _: Path) -> Look:
     good, bad = _judged(rates, f"success at {used:g} microstrain")
     model = data["model"]["fidelity"]
     what = f"controllers on {data['design']} ({model}), {data['grips']} grips"
+    if (data.get("conditions") or {}).get("perturbed"):
+        what += ", on perturbed fingers"
     headings = ("controller", "success %", "dropped", "crushed", "unlifted", "margin")
     return Look(what, good, [*bad, *data["warnings"]], (), headings, rows)
 

@@ -1,4 +1,4 @@
-"""``train``, ``identify`` and ``export-c``: the estimator, hidden values, the regulator in C."""
+"""``train``, ``identify`` and ``export``: the estimator, hidden values, the regulator in C."""
 
 import json
 from dataclasses import dataclass, replace
@@ -122,36 +122,48 @@ def _held_out(result: TrainingResult) -> str:
     return f"{grips} other grips of the same finger or fingers: on another one it is not judged"
 
 
-def export_c(
-    estimator_file: Path,
-    design_file: Path,
+def export(
+    files: tuple[Path, ...],
     out: Path,
+    to: str,
     noise: float | None,
     quiet: bool,
     as_json: bool,
 ) -> int:
     """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99."""
-    design, _ = read_case(design_file)
-    try:
-        estimator = estimator_for(design, estimator_file)
-    except DesignError as error:
-        faults = [replace(fault, key="ESTIMATOR") for fault in error.faults]
-        raise DesignError(faults, error.source) from error
-    assert estimator is not None
+    if len(files) > 2:
+        raise click.UsageError("give a design, or an estimator and its design")
+    design, _ = read_case(files[-1])
+    estimator = _estimator_of(design, files[0] if len(files) == 2 else None)
     estimator = estimator if noise is None else estimator.at_noise(noise)
-    name, files = design.design.name, c_files(estimator, design.grip)
-    kind = RecordFolder("regulator in C", next(iter(files)), tuple(files))
+    name, written = design.design.name, c_files(estimator, design.grip)
+    kind = RecordFolder("regulator in C", next(iter(written)), tuple(written))
     with recorded(kind, out / name, quiet) as (folder, _):
-        for file, content in files.items():
+        for file, content in written.items():
             write_whole(folder / file, content)
     weights = sum(layer.weight.size for layer in estimator.band.layers)
     if as_json:
         about = {"gages": estimator.gages, "noise_microstrain": estimator.noise}
-        print_json({"design": name, **about, "weights": weights, "files": list(files)})
+        print_json({"design": name, **about, "weights": weights, "files": list(written)})
     elif not quiet:
-        written = " and ".join(files)
-        click.echo(f"{out / name}: {written}, {estimator.gages} gages, {weights} weights")
+        names = " and ".join(written)
+        click.echo(f"{out / name}: {names}, {estimator.gages} gages, {weights} weights")
     return 0
+
+
+def _estimator_of(design: Design, path: Path | None) -> GripEstimator:
+    """The estimator in a file; without one it is trained on the design, or taken from the cache."""
+    if path is None:
+        from fingerdesign.sensing.train.result import training_result_for
+
+        return training_result_for(design).estimator
+    try:
+        estimator = estimator_for(design, path)
+    except DesignError as error:
+        faults = [replace(fault, key="ESTIMATOR") for fault in error.faults]
+        raise DesignError(faults, error.source) from error
+    assert estimator is not None
+    return estimator
 
 
 @dataclass(frozen=True)

@@ -1,251 +1,219 @@
-"""``study-control``, ``study-unlike``, ``tune`` and ``replay``: controllers tried on one design."""
+"""``fingerdesign study``: controllers judged on one design, tuned before it on request."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import click
 
-from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import plain
-from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.statistics import Rms, Share
+from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.machine import usable_cores
-from fingerdesign.trials.bench import ControlGrid, refuse
+from fingerdesign.trials.grid import ControlGrid, Perturbed, refuse
 from fingerdesign.trials.page import answers
-from fingerdesign.trials.record import ControlStudy, Foreseen, Summary
-from fingerdesign.trials.tune import RECORD_FILE, TuningRecord
-from fingerdesign.trials.unlike import UnlikeSummary
+from fingerdesign.trials.record import ControlStudy, Foreseen, Summary, TuningData
+from fingerdesign.trials.study import (
+    FOLDER,
+    StudyOptions,
+    journal_beside,
+    run_study,
+    write_study,
+)
+from fingerdesign.trials.tune import DESIGN_FILE, TuningSetting
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import CONTROLLER_NAMES
-from fingerdesign_cli.terminal import number, open_page, print_json, print_table
+from fingerdesign_cli.terminal import (
+    details,
+    number,
+    open_page,
+    print_json,
+    print_table,
+    say_marked,
+)
 
-NONE = "–"  # in a cell of the study
-Found = TypeVar("Found")
-
-
-@dataclass(frozen=True)
-class _Trial:
-    """What the commands that try controllers are all given."""
-
-    design_file: Path
-    out: Path
-    controllers: tuple[str, ...]
-    seed: int
-    estimator_file: Path | None
-    workers: int | None
-    fidelity: str
-    quiet: bool
-    as_json: bool
-
-    @cached_property
-    def design(self) -> Design:
-        return read_case(self.design_file)[0]
-
-    @property
-    def target(self) -> Path:
-        return self.out / self.design.design.name
-
-    def run(
-        self,
-        kind: RecordFolder,
-        work: Callable[..., Found],
-        write: Callable[[Found, Path], None],
-        *given: Any,
-        **more: Any,
-    ) -> Found:
-        """What ``work`` finds, written by ``write``; it goes on where it stopped."""
-        from fingerdesign.trials.run import journal_beside
-
-        refuse_foreign(kind, self.target)
-        more["estimator"] = estimator_for(self.design, self.estimator_file, self.fidelity)
-        more |= {"workers": self.workers or usable_cores(), "fidelity": self.fidelity}
-        journal = journal_beside(self.target.absolute())
-        with recorded(kind, self.target, self.quiet, journal) as (folder, show):
-            names = self.controllers or CONTROLLER_NAMES
-            found = work(self.design, names, *given, journal, report=show, **more)
-            show("writing", 1.0)
-            write(found, folder)
-        return found
+NONE = "–"  # in a cell without a value
+_SIGN_OF = {"yes": SIGNS["pass"], "no": SIGNS["fail"], "partly": SIGNS["warning"]}
 
 
-# ``fingerdesign tune``: every controller tuned alike, on grips that are not those of the study.
-
-
-def tune(noises: tuple[float, ...], **given: Any) -> int:
-    """Tune the controllers of DESIGN, each by the same procedure and the same number of grips."""
-    from fingerdesign.trials.tune import DESIGN_FILE, tune_controllers, write_tuning
-
-    trial = _Trial(**given)
-    kind = RecordFolder("tuning", RECORD_FILE, (RECORD_FILE, DESIGN_FILE))
-
-    def write(record: TuningRecord, folder: Path) -> None:
-        write_tuning(record, trial.design, folder)
-
-    record = trial.run(kind, tune_controllers, write, noises=noises, seed=trial.seed)
-    if trial.as_json:
-        print_json(record.data())
-    elif not trial.quiet:
-        headings = ["controller", "success % (before)", "held %", "dropped", "crushed"]
-        headings += ["not lifted", "peak (before)", "takes"]
-        rows = [_row(name, found) for name, found in record.controllers.items()]
-        print_table(f"{record.design}: tuned on {len(record.cells)} grips", headings, rows)
-        click.echo("rates on other grips differ: judge the tuned design with study-control")
-        click.echo(f"{record.seconds:.0f} s; tuned design: {trial.target / DESIGN_FILE}")
+def study(
+    design_file: Path,
+    out: Path,
+    controllers: tuple[str, ...],
+    estimator_file: Path | None,
+    workers: int | None,
+    fidelity: Any,
+    quiet: bool,
+    as_json: bool,
+    tune: bool,
+    **axes: Any,
+) -> int:
+    """Judge controllers on DESIGN over friction, weight and noise, or on perturbed fingers."""
+    design, _ = read_case(design_file)
+    target = out / design.design.name
+    grid = _grid(**axes)
+    refuse(grid, ())
+    refuse_foreign(FOLDER, target)
+    setting = TuningSetting(tuple(axes["noises"])) if axes["noises"] else TuningSetting()
+    options = StudyOptions(
+        estimator=estimator_for(design, estimator_file, fidelity),
+        workers=workers or usable_cores(),
+        fidelity=fidelity,
+        tuning=setting if tune else None,
+    )
+    journal = journal_beside(target.absolute())
+    with recorded(FOLDER, target, quiet, journal) as (folder, show):
+        names = controllers or CONTROLLER_NAMES
+        found = run_study(design, names, grid, journal, replace(options, report=show))
+        show("writing", 1.0)
+        write_study(found, folder)
+    if as_json:
+        print_json(plain(found.data))
+    elif not quiet:
+        _show(found, target)
+    open_page(target / "control.html")
     return 0
 
 
-def _row(name: str, found: dict[str, Any]) -> list[str]:
-    best, default = found["best"], found["default"]
-    takes = (f"{key.removeprefix('grip.')} {value:g}" for key, value in best["values"].items())
-    return [
-        name,
-        f"{100 * best['success_rate']:.1f} ({100 * default['success_rate']:.1f})",
-        f"{100 * best['held_rate']:.1f}",
-        *(f"{best[key]}" for key in ("dropped", "crushed", "not_lifted")),
-        f"{number(best['mean_peak_ratio'])} ({number(default['mean_peak_ratio'])})",
-        ", ".join(takes),
-    ]
-
-
-def study_control(
+def _grid(
     frictions: tuple[float, ...],
     masses: tuple[float, ...],
     noises: tuple[float, ...],
+    seed: int,
     quick: bool,
     no_tug: bool,
-    **given: Any,
-) -> int:
-    """Judge controllers on DESIGN over friction, weight and gage noise; in plane strain."""
-    from fingerdesign.trials.run import FOLDER, study_control, write_study
-
-    trial = _Trial(**given)
-    grid = ControlGrid.quick() if quick else ControlGrid()
-    axes = {"frictions": frictions, "masses_g": masses, "noises": noises}
-    changes: dict[str, Any] = {key: values for key, values in axes.items() if values}
-    grid = replace(grid, **changes, seed=trial.seed, tug=None if no_tug else grid.tug)
-    refuse(grid, ())
-    found = trial.run(FOLDER, study_control, write_study, grid)
-    if trial.as_json:
-        print_json(plain(found.data))
-    elif not trial.quiet:
-        _show(found, trial.target)
-    open_page(trial.target / "control.html")
-    return 0
-
-
-def study_unlike(faults: tuple[str, ...], plants: int, lifts: int, **given: Any) -> int:
-    """Judge controllers on fingers that came out unlike DESIGN's model."""
-    from fingerdesign.trials.unlike import FOLDER, chosen_faults, study_unlike, write_unlike
-
-    trial = _Trial(**given)
-    chosen = chosen_faults(faults)
-    more = {"lifts": lifts, "seed": trial.seed}
-    found = trial.run(FOLDER, study_unlike, write_unlike, chosen, plants, **more)
-    if trial.as_json:
-        print_json(plain(found.data))
-    elif not trial.quiet:
-        summaries = found.data.summaries
-        rows = [[label, *map(_of_unlike, by.values())] for label, by in summaries.items()]
-        title = f"{found.data.design}: success in % (95 %), margin; {plants} fingers a row"
-        print_table(title, ["fault", *next(iter(summaries.values()))], rows)
-        _show_unlike_foreseen(summaries)
-        click.echo(f"every lift: {trial.target / 'unlike.csv'}")
-    return 0
-
-
-def _show_unlike_foreseen(summaries: Mapping[str, Mapping[str, UnlikeSummary]]) -> None:
-    """What was said of slip before it came, a column each for those that say anything."""
-    names = [
-        name
-        for name in next(iter(summaries.values()))
-        if any(by[name].foreseen.false_alarms is not None for by in summaries.values())
-    ]
-    if names:
-        rows = [
-            [label, *("; ".join(_foreseen(by[name].foreseen)) for name in names)]
-            for label, by in summaries.items()
+    perturbed: bool,
+    faults: tuple[str, ...],
+    plants: int | None,
+    lifts: int | None,
+) -> ControlGrid:
+    """The grid of the options; DesignError where some belong to perturbed fingers alone."""
+    given = {"frictions": frictions, "masses_g": masses, "noises": noises}
+    changes: dict[str, Any] = {key: values for key, values in given.items() if values}
+    if not perturbed:
+        needs = {"--fault": faults, "--plants": plants, "--lifts": lifts}
+        wrong = [
+            Fault(key, value, "given with --perturbed alone", "add --perturbed, or leave it out")
+            for key, value in needs.items()
+            if value
         ]
-        title = "complete slips warned of (95 %); lead, s; lifts with a false alarm, %; error, RMS"
-        print_table(title, ["fault", *names], rows)
-
-
-def _of_unlike(summary: UnlikeSummary) -> str:
-    share, margin = summary.success, summary.safety_margin
-    low, high = share.low or 0.0, share.high or 1.0
-    words = f"{number(share.rate, 0, 100.0)} ({100 * low:.0f}–{100 * high:.0f})"
-    return words if margin is None else f"{words}, {margin.median:.2f}"
+        if wrong:
+            raise DesignError(wrong)
+        grid = ControlGrid.quick() if quick else ControlGrid()
+        return replace(grid, **changes, seed=seed, tug=None if no_tug else grid.tug)
+    usual = Perturbed(plants=4) if quick else Perturbed()
+    own = Perturbed(faults, plants or usual.plants, lifts or usual.lifts)
+    return ControlGrid.of_perturbed(own, seed, **changes)
 
 
 def _show(found: ControlStudy, folder: Path) -> None:
+    """One table, the findings, and where the page is; with ``--details`` all other tables."""
     noise, data = found.trace_noise, found.data
-    conditions, names = data["conditions"], [each["controller"] for each in data["controllers"]]
+    names = [each["controller"] for each in data["controllers"]]
     summaries = {name: found.summary(name, noise) for name in names}
-    grips = len(conditions["friction_coefficients"]) * len(conditions["object_masses_g"])
+    grips = next(iter(summaries.values())).grips
     print_table(
-        f"{data['design']} at {noise:g} microstrain: grips: {grips}; success and held in %",
+        f"{data['design']} at {noise:g} microstrain: {grips} grips each; success and held in %",
         ["controller", "success", "95 %", "held", "dropped", "crushed", "unlifted"],
-        [_shares(name, reported) for name, reported in summaries.items()],
+        [_shares(name, own) for name, own in summaries.items()],
     )
-    print_table(
-        "medians; margin and peak: force over the least that holds",
-        ["controller", "lifted", "margin", "peak", "least stick", "slip, mm", "steps"],
-        [_medians(name, reported) for name, reported in summaries.items()],
-    )
-    _show_foreseen(found, noise)
-    if conditions["tug"] is not None:
-        rate = data["hardware"]["sample_rate_Hz"]
-        assert isinstance(rate, float)
-        print_table(
-            f"tugged with {100 * conditions['tug']['share']:g} % of the weight: reactions in ms",
-            ["controller", "held %", "answered", "median", "slowest"],
-            [_answers(name, found.summary(name, tugged=True), rate) for name in names],
-        )
-    for each in answers(data):
-        click.echo(f"{each.question} {each.answer}: {each.detail}")
+    if data["conditions"]["perturbed"] is not None:
+        _show_faults(found)
+    if data["tuning"] is not None:
+        _show_tuning(data["tuning"], folder)
+    if details():
+        _show_details(found, summaries)
+    for item in answers(data):
+        say_marked(_SIGN_OF.get(item.answer, SIGNS["note"]), f"{item.question} {item.detail}")
     for warning in data["warnings"]:
-        click.echo(f"mind: {warning}")
+        say_marked(SIGNS["warning"], warning)
     click.echo(f"{data['seconds']['whole']:.0f} s; report: {folder / 'control.html'}")
 
 
-def _shares(name: str, reported: Summary) -> list[str]:
-    low, high = reported.success.low or 0.0, reported.success.high or 1.0
+def _show_details(found: ControlStudy, summaries: dict[str, Summary]) -> None:
+    """Medians, warnings before slip, reactions to the tug."""
+    data, noise = found.data, found.trace_noise
+    print_table(
+        "medians; margin and peak: force over the least that holds",
+        ["controller", "lifted", "margin", "peak", "least stick", "slip, mm", "steps"],
+        [_medians(name, own) for name, own in summaries.items()],
+    )
+    _show_foreseen(found, noise)
+    if (tug := data["conditions"]["tug"]) is not None:
+        rate = data["hardware"]["sample_rate_Hz"]
+        assert isinstance(rate, float)
+        print_table(
+            f"tugged with {100 * tug['share']:g} % of the weight: reactions in ms",
+            ["controller", "held %", "answered", "median", "slowest"],
+            [_reactions(name, found.summary(name, tugged=True), rate) for name in summaries],
+        )
+
+
+def _show_tuning(tuning: TuningData, folder: Path) -> None:
+    rows = []
+    for name, found in tuning["controllers"].items():
+        best, default = found["best"], found["default"]
+        rates = (f"{100 * each['success_rate']:.1f}" for each in (default, best))
+        rows.append([name, *rates, str(best["dropped"]), str(best["crushed"])])
+    title = f"tuned on {len(tuning['cells'])} other grips; values: {folder / DESIGN_FILE}"
+    print_table(title, ["controller", "before %", "tuned %", "dropped", "crushed"], rows)
+
+
+def _show_faults(found: ControlStudy) -> None:
+    perturbed = found.data["conditions"]["perturbed"]
+    assert perturbed is not None
+    every = found.data["controllers"]
+    rows = []
+    for number_, label in enumerate(perturbed["faults"]):
+        cells = []
+        for each in every:
+            own = each["by_fault"][number_]
+            low, high = own.success.low or 0.0, own.success.high or 1.0
+            words = f"{number(own.success.rate, 0, 100.0)} ({100 * low:.0f}–{100 * high:.0f})"
+            margin = own.safety_margin
+            cells.append(words if margin is None else f"{words}, {margin.median:.2f}")
+        rows.append([label, *cells])
+    title = f"success in % (95 %), margin; {perturbed['plants']} fingers a row"
+    print_table(title, ["fault", *(each["controller"] for each in every)], rows)
+
+
+def _shares(name: str, own: Summary) -> list[str]:
+    low, high = own.success.low or 0.0, own.success.high or 1.0
     return [
         name,
-        number(reported.success.rate, 1, 100.0, NONE),
+        number(own.success.rate, 1, 100.0, NONE),
         f"{100 * low:.1f}–{100 * high:.1f}",
-        number(reported.held.rate, 1, 100.0, NONE),
-        f"{reported.dropped}" + (f", {reported.caught} caught" if reported.caught else ""),
-        *(str(count) for count in (reported.crushed, reported.not_lifted)),
+        number(own.held.rate, 1, 100.0, NONE),
+        f"{own.dropped}" + (f", {own.caught} caught" if own.caught else ""),
+        *(str(count) for count in (own.crushed, own.not_lifted)),
     ]
 
 
-def _medians(name: str, reported: Summary) -> list[str]:
-    spreads = (
-        (reported.margin_at_lift, 2),
-        (reported.peak_ratio, 2),
-        (reported.minimum_stick_ratio, 2),
-        (reported.slip_distance_mm, 3),
-        (reported.steps, 0),
+def _medians(name: str, own: Summary) -> list[str]:
+    columns = (
+        (own.margin_at_lift, 2),
+        (own.peak_ratio, 2),
+        (own.minimum_stick_ratio, 2),
+        (own.slip_distance_mm, 3),
+        (own.steps, 0),
     )
     return [
         name,
-        str(reported.grips - reported.not_lifted),
-        *(number(None if s is None else s.median, digits, none=NONE) for s, digits in spreads),
+        str(own.grips - own.not_lifted),
+        *(number(None if s is None else s.median, digits, none=NONE) for s, digits in columns),
     ]
 
 
 def _show_foreseen(found: ControlStudy, noise: float) -> None:
-    """What was said of slip before it came, by those that say anything."""
+    """Warnings before slip, of those that report anything."""
     rows = []
     for each in found.data["controllers"]:
         saw = found.summary(each["controller"], noise).foreseen
         if saw.false_alarms is not None or saw.stick_error is not None:
             rows.append([each["controller"], *_foreseen(saw)])
     if rows:
-        title = "slip seen before it came (95 %); error of the stick ratio"
+        title = "warnings before slip (95 %); error of the stick ratio"
         headings = ["controller", "slips warned of", "lead, s", "falsely, %", "error, RMS"]
         print_table(title, headings, rows)
 
@@ -261,18 +229,18 @@ def _foreseen(saw: Foreseen) -> list[str]:
 
 
 def _brackets(found: Share | Rms, factor: float = 1.0, digits: int = 2) -> str:
-    """The interval."""
+    """The interval in brackets."""
     if found.low is None or found.high is None:
         return ""
     return f" ({factor * found.low:.{digits}f}–{factor * found.high:.{digits}f})"
 
 
-def _answers(name: str, reported: Summary, rate_hz: float) -> list[str]:
-    reaction = reported.reaction_steps
+def _reactions(name: str, own: Summary, rate_hz: float) -> list[str]:
+    reaction = own.reaction_steps
     times = (None, None) if reaction is None else (reaction.median, reaction.most)
     return [
         name,
-        number(reported.held.rate, 1, 100.0, NONE),
-        f"{reported.answered.count} of {reported.answered.of}",
+        number(own.held.rate, 1, 100.0, NONE),
+        f"{own.answered.count} of {own.answered.of}",
         *(number(each, 0, 1000.0 / rate_hz, NONE) for each in times),
     ]

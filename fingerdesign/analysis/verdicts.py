@@ -8,10 +8,10 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from fingerdesign.control.metrics import MOST_FORCE
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.materials import MATERIALS
 from fingerdesign.records.result import (
+    MOST_FORCE,
     GageRemedy,
     GripResult,
     IncrementResult,

@@ -65,8 +65,8 @@ class Calibration:
     delay: int = 0
     cross_talk: float = 0.0
 
-    def felt(self, sample: Sample) -> Sample:
-        """A sample without what its F_t owes to F_n."""
+    def corrected(self, sample: Sample) -> Sample:
+        """Return a sample without the cross-talk of F_n in its F_t."""
         pulled = sample.tangential_force - self.cross_talk * sample.normal_force
         return replace(sample, tangential_force=pulled)
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +13,8 @@ from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds, Calibration
 from fingerdesign.control.controllers.flow_chart import PaperController
-from fingerdesign.control.foresight import Foresight, foresight
+from fingerdesign.control.foresight import judge_warnings
+from fingerdesign.control.metrics import unsure_at_the_end
 from fingerdesign.control.plants.plant import (
     Plant,
     Truth,
@@ -28,28 +29,25 @@ from fingerdesign.control.roster import Command, Controller, holds, make_control
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import SolverError
 from fingerdesign.records.arrays import GripTrace
-from fingerdesign.records.result import GripResult
+from fingerdesign.records.result import MOST_FORCE, GripEnding, GripResult
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.grip import Grip
     from fingerdesign.design.schema import Design
 
-Ending = Literal["lifted", "caught", "complete slip", "stage travel", "steps", "failed"]
-
-
-_RAISE = 0.03  # mm a step: a tug at an object that barely hangs would only set it down
+# The arm raises a lifted object by so much a step, mm: else a tug at an object that barely hangs
+# would only set it down.
+_RAISE = 0.03
 
 
 @dataclass(frozen=True)
 class Episode:
-    """One grip. ``reason`` is a sentence: why it ended as it did. slip_step: the first of the trace
-    in which the whole contact has slipped, None where none is."""
+    """One grip and its trace. slip_step: the first of the trace in which the whole contact has
+    slipped, None where none is."""
 
     result: GripResult
     trace: GripTrace
-    ending: Ending
-    reason: str
     slip_step: int | None = None
 
     @property
@@ -59,18 +57,23 @@ class Episode:
 
 
 @dataclass
-class _Record:
-    """What happened, move by move; preload moves first. lift: the step that lifted the object."""
+class _Run:
+    """A grip while it runs, step by step; preload moves first.
 
+    lift: the step that lifted the object. preload_moves: how many steps the press took, 0 where it
+    failed.
+    """
+
+    plant: Plant
+    controller: Controller
+    calibration: Calibration
+    bounds: Bounds
+    object_mass_g: float
     samples: list[Sample] = field(default_factory=list)
     truths: list[Truth] = field(default_factory=list)
     commands: list[Command] = field(default_factory=list)
     lift: int | None = None
-
-    def add(self, sample: Sample, truth: Truth, command: Command) -> None:
-        self.samples.append(sample)
-        self.truths.append(truth)
-        self.commands.append(command)
+    preload_moves: int = 0
 
     @property
     def approach(self) -> float:
@@ -80,6 +83,72 @@ class _Record:
     def slip(self) -> int | None:
         """The first step in which the whole contact has slipped."""
         return next((k for k, truth in enumerate(self.truths) if truth.complete_slip), None)
+
+    def press(self) -> None:
+        """Close to the preload, and start the controller there."""
+        for sample in press(self.plant, self.bounds.preload, self.bounds.approach_step):
+            truth = self.plant.truth()
+            self._add(sample, truth, Command(0.0, truth.approach - self.approach, False))
+        self.preload_moves = len(self.samples)
+        self.controller.start(self.calibration, self.calibration.corrected(self.samples[-1]))
+
+    def grip(self, after_lift: int) -> tuple[GripEnding, str]:
+        """Move as the controller commands until something ends the grip; how, and a sentence."""
+        hanging = steps = 0  # steps since the lift, and in all
+        while self.lift is not None or steps < self.bounds.max_steps:
+            steps += 1
+            command = self.controller.command(self.calibration.corrected(self.samples[-1]))
+            raising = 0.0
+            if self.lift is not None:  # A hand at the end of its stage still holds the object.
+                left = self.bounds.max_approach - self.approach
+                command = replace(command, dy=min(command.dy, left))
+                raising = _RAISE
+            most = self.bounds.max_approach
+            if self.approach + command.dy > most + 1e-9:
+                return "stage travel", f"not lifted within an approach of {most:g} mm"
+            sample = self.plant.move(command.dx + raising, command.dy)
+            truth = self.plant.truth()
+            self._add(sample, truth, command)
+            if truth.complete_slip and not may_be_caught(truth):
+                return "complete slip", self._why_slipped(truth)
+            if self.lift is None and is_lifted(truth, self.object_mass_g):
+                self.lift = len(self.truths) - 1
+            if self.lift is not None:
+                if ended := self._ended(truth, hanging, after_lift):
+                    return ended
+                hanging += 1
+        return "steps", f"not lifted in {self.bounds.max_steps} steps"
+
+    def _ended(self, truth: Truth, hanging: int, after_lift: int) -> tuple[GripEnding, str] | None:
+        """The end of a grip whose object hangs; None while it goes on."""
+        if hanging >= after_lift + self.bounds.max_steps:  # The slide does not end.
+            return "complete slip", f"the object still slides at F_n = {truth.normal_force:.2f} N"
+        if hanging < after_lift or truth.sliding:
+            return None
+        if self.slip is not None:
+            return "caught", _why_caught(truth)
+        assert self.lift is not None
+        why = "2 F_t is over the weight" if truth.lifted is None else "the object hangs"
+        return "lifted", f"{why} at F_n = {self.truths[self.lift].normal_force:.2f} N"
+
+    def _why_slipped(self, truth: Truth) -> str:
+        what = "the whole contact slips" if self.lift is None else "the object drops"
+        if truth.caught is False:
+            what = f"the object slides {truth.slid:.2f} mm and drops"
+        return f"{what} at F_n = {truth.normal_force:.2f} N"
+
+    def _add(self, sample: Sample, truth: Truth, command: Command) -> None:
+        self.samples.append(sample)
+        self.truths.append(truth)
+        self.commands.append(command)
+
+
+def _why_caught(truth: Truth) -> str:
+    """A sentence: how much slid until when; measured slip of an object that stayed where it was."""
+    if not truth.caught:
+        return "the object hangs, but its whole contact has slipped"
+    ms = 1e3 * (truth.catch_time or 0.0)
+    return f"the object slid {truth.slid:.2f} mm and was caught, within {ms:.0f} ms at the longest"
 
 
 def run_episode(
@@ -91,7 +160,7 @@ def run_episode(
     object_mass_g: float,
     after_lift: int = 0,
 ) -> Episode:
-    """Press to the preload, then move as the controller says until something ends the grip.
+    """Press to the preload, then move as the controller commands until something ends the grip.
 
     after_lift: steps for which the lifted object is held on, while the arm raises it clear of its
     support; it can still slip then, and the result says lifted as well as gross_slip. An object
@@ -100,106 +169,55 @@ def run_episode(
     plant's sentence as its reason; ZoneExhausted is raised on: a model with a wider zone of contact
     candidates is needed, the grip has not failed.
     """
-    record = _Record()
-    preload_moves = 0
+    run = _Run(plant, controller, calibration, bounds, object_mass_g)
     try:
-        for sample in press(plant, bounds.preload, bounds.approach_step):
-            truth = plant.truth()
-            closed = truth.approach - record.approach
-            record.add(sample, truth, Command(0.0, closed, False))
-        preload_moves = len(record.samples)
-        controller.start(calibration, calibration.felt(sample))
-        felt = plant, controller, calibration, record, sample
-        ending, reason = _grip(*felt, bounds, object_mass_g, after_lift)
+        run.press()
+        outcome, reason = run.grip(after_lift)
     except ZoneExhausted:
         raise
     except SolverError as error:
-        ending, reason = "failed", str(error)
-    gripping = record.truths[preload_moves:] if preload_moves else []
-    last = record.truths[-1] if record.truths else None
-    lifted = record.lift is not None
-    at_lift = record.truths[record.lift] if record.lift is not None else None
-    result = GripResult(
-        controller=controller.name,
-        friction_coefficient=friction_coefficient,
-        object_mass_g=object_mass_g,
-        lifted=lifted,
-        gross_slip=ending in ("complete slip", "caught"),
-        final_normal_force_N=last.normal_force if last else 0.0,
-        final_tangential_force_N=last.tangential_force if last else 0.0,
-        safety_margin=safety_margin(at_lift, friction_coefficient) if at_lift else None,
-        minimum_stick_ratio=minimum_stick_ratio(gripping),
-        peak_normal_force_N=max((truth.normal_force for truth in record.truths), default=0.0),
-        slip_distance_mm=last.slip_distance if last else 0.0,
-        steps=len(gripping),
-        holds=holds(record.commands),
-        ending=reason,
-        slid_mm=last.slid if last else 0.0,
-        caught=last.caught if last else None,
-        catch_s=last.catch_time if last else None,
-        swing_Hz=last.frequency if last else None,
+        outcome, reason = "failed", str(error)
+    result = _result(run, friction_coefficient, outcome, reason)
+    trace = _trace(run, result, len(calibration.gage_x))
+    episode = Episode(result, trace, run.slip)
+    unsure = unsure_at_the_end(
+        episode.to_slip, result.gross_slip, MOST_FORCE * result.least_force_N
     )
-    trace = _trace(record, result, len(calibration.gage_x))
-    return Episode(result, trace, ending, reason, record.slip)
+    return replace(episode, result=replace(result, unsure=unsure))
 
 
-def _grip(
-    plant: Plant,
-    controller: Controller,
-    calibration: Calibration,
-    record: _Record,
-    sample: Sample,
-    bounds: Bounds,
-    object_mass_g: float,
-    after_lift: int,
-) -> tuple[Ending, str]:
-    held = steps = 0
-    while record.lift is not None or steps < bounds.max_steps:
-        steps += 1
-        command = controller.command(calibration.felt(sample))
-        left = bounds.max_approach - record.approach
-        raising = 0.0
-        if record.lift is not None:  # a hand at the end of its stage goes on holding
-            command = replace(command, dy=min(command.dy, left))
-            raising = _RAISE
-        if record.approach + command.dy > bounds.max_approach + 1e-9:
-            return "stage travel", f"not lifted within an approach of {bounds.max_approach:g} mm"
-        sample = plant.move(command.dx + raising, command.dy)
-        truth = plant.truth()
-        record.add(sample, truth, command)
-        if truth.complete_slip and not may_be_caught(truth):
-            what = "the whole contact slips" if record.lift is None else "the object drops"
-            if truth.caught is False:
-                what = f"the object slides {truth.slid:.2f} mm and drops"
-            return "complete slip", f"{what} at F_n = {truth.normal_force:.2f} N"
-        if record.lift is None and is_lifted(truth, object_mass_g):
-            record.lift = len(record.truths) - 1
-        if record.lift is not None:
-            if held >= after_lift + bounds.max_steps:  # as good as ever
-                return (
-                    "complete slip",
-                    f"the object still slides at F_n = {truth.normal_force:.2f} N",
-                )
-            if held >= after_lift and not truth.sliding:
-                force = record.truths[record.lift].normal_force
-                if record.slip is not None:
-                    return "caught", _caught(truth)
-                why = "2 F_t is over the weight" if truth.lifted is None else "the object hangs"
-                return "lifted", f"{why} at F_n = {force:.2f} N"
-            held += 1
-    return "steps", f"not lifted in {bounds.max_steps} steps"
+def _result(run: _Run, friction_coefficient: float, outcome: GripEnding, reason: str) -> GripResult:
+    truths = run.truths
+    gripping = truths[run.preload_moves :] if run.preload_moves else []
+    last = truths[-1] if truths else Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False)
+    lift = run.lift
+    margin = None if lift is None else safety_margin(truths[lift], friction_coefficient)
+    return GripResult(
+        controller=run.controller.name,
+        friction_coefficient=friction_coefficient,
+        object_mass_g=run.object_mass_g,
+        lifted=lift is not None,
+        gross_slip=outcome in ("complete slip", "caught"),
+        final_normal_force_N=last.normal_force,
+        final_tangential_force_N=last.tangential_force,
+        safety_margin=margin,
+        minimum_stick_ratio=minimum_stick_ratio(gripping),
+        peak_normal_force_N=max((truth.normal_force for truth in truths), default=0.0),
+        slip_distance_mm=last.slip_distance,
+        steps=len(gripping),
+        holds=holds(run.commands),
+        ending=reason,
+        slid_mm=last.slid,
+        caught=last.caught,
+        catch_s=last.catch_time,
+        swing_Hz=last.frequency,
+        outcome=outcome,
+        steps_to_lift=len(gripping) if lift is None else lift - run.preload_moves + 1,
+    )
 
 
-def _caught(truth: Truth) -> str:
-    """A sentence: how much slid until when; measured slip of an object that stayed where it was."""
-    if not truth.caught:
-        return "the object hangs, but its whole contact has slipped"
-    ms = 1e3 * (truth.catch_time or 0.0)
-    return f"the object slid {truth.slid:.2f} mm and was caught, within {ms:.0f} ms at the longest"
-
-
-def _trace(record: _Record, result: GripResult, gages: int) -> GripTrace:
-    truths, commands = record.truths, record.commands
+def _trace(run: _Run, result: GripResult, gages: int) -> GripTrace:
+    truths, commands = run.truths, run.commands
     supported = any(truth.lifted is not None for truth in truths)
     reports = any(command.stick_ratio is not None for command in commands)
     warns = any(command.warns is not None for command in commands)
@@ -219,8 +237,8 @@ def _trace(record: _Record, result: GripResult, gages: int) -> GripTrace:
         dx=numbers(commands, "dx"),
         dy=numbers(commands, "dy"),
         hold=np.array([command.hold for command in commands], dtype=bool),
-        gage_readings=np.array([s.readings for s in record.samples]).reshape(len(truths), gages),
-        lift_step=record.lift,
+        gage_readings=np.array([s.readings for s in run.samples]).reshape(len(truths), gages),
+        lift_step=run.lift,
         rise=numbers(truths, "rise") if supported else None,
         unsure=_unsure(commands),
         reported_stick_ratio=numbers(commands, "stick_ratio") if reports else None,
@@ -235,13 +253,13 @@ def _unsure(commands: Sequence[Command]) -> BoolArray | None:
     return np.array([each.unsure is not False for each in commands])
 
 
-def foreseen(episode: Episode, grip: Grip) -> Foresight:
-    """What the controller said of slip, by the rate and the threshold of a ``[grip]`` table."""
+def judged_warnings(episode: Episode, grip: Grip) -> GripResult:
+    """The result with its warnings judged by the rate and the threshold of a ``[grip]`` table."""
     result = episode.result
-    return foresight(
+    return judge_warnings(
+        result,
         episode.to_slip,
         len(episode.trace.dx) - result.steps,
-        result.gross_slip,
         grip.hardware.sample_rate_Hz,
         grip.warning_stick_ratio,
     )
@@ -276,10 +294,7 @@ def run_episodes(
         plant = rig.plant(friction, object_mass_g, number)
         after = grip.hold_steps
         episode = run_episode(plant, hand, calibration, bounds, friction, object_mass_g, after)
-        seen = vars(foreseen(episode, grip))
-        own = {field.name for field in fields(GripResult)}
-        told = {name: value for name, value in seen.items() if name in own}
-        return replace(episode, result=replace(episode.result, **told))
+        return replace(episode, result=judged_warnings(episode, grip))
 
     episodes = []
     for number, friction in enumerate(friction_coefficients):
@@ -290,7 +305,7 @@ def run_episodes(
         if grip.controller == "paper":
             free = run(number, friction, PaperController(grip, rule=False))
             # A comparison that failed shows nothing either way.
-            slips = None if free.ending == "failed" else free.result.gross_slip
+            slips = None if free.result.outcome == "failed" else free.result.gross_slip
             episode = replace(
                 episode,
                 result=replace(episode.result, slips_without_rule=slips),

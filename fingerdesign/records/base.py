@@ -38,11 +38,7 @@ SCHEMAS = {
     ),
     "control": (
         "fingerdesign.trials.record:ControlData",
-        "Controllers over friction, weight and noise (fingerdesign study-control)",
-    ),
-    "unlike": (
-        "fingerdesign.trials.unlike:UnlikeData",
-        "Controllers on fingers unlike the model (fingerdesign study-unlike)",
+        "Controllers over friction, weight, noise and faults (fingerdesign study)",
     ),
     "calibration": (
         "fingerdesign.sensing.identify.bench_report:CalibrationData",

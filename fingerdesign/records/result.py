@@ -10,6 +10,7 @@ from html import escape
 from importlib import import_module
 from typing import Any, Literal, Self
 
+from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import json_text, strict
 from fingerdesign.runtime.finite import finite_json
@@ -112,6 +113,13 @@ class IncrementResult:
     twist_moment_Nmm: float = 0.0
 
 
+# A grip whose normal force reaches this multiple of the least one that holds crushes the object.
+MOST_FORCE = 3.0
+
+GripEnding = Literal["lifted", "caught", "complete slip", "stage travel", "steps", "failed"]
+SlipWarning = Literal["standing", "withdrawn", "none"]
+
+
 @strict
 @dataclass(frozen=True)
 class GripResult:
@@ -120,16 +128,19 @@ class GripResult:
     safety_margin: F_n / (F_t / mu) at the first lifted increment, None if it was not lifted.
     minimum_stick_ratio: over the increments with F_t > 0, None if there is none.
     slip_distance_mm: least accumulated slip over the points in contact.
+    steps: control steps after the preload; steps_to_lift: those up to the lift, or all of them.
     holds: how often the rule set dx to zero. slips_without_rule: whether the same path without the
-    rule slips completely; None if that was not tried. steps: control steps after the
-    preload. ending: a sentence, why the grip ended.
-    slip_warning: what the controller said as the whole contact slipped (standing: it had warned,
-    and did not take it back); None where it did not slip, or where the controller never warns.
+    rule slips completely; None if that was not tried. ending: a sentence, why the grip ended;
+    outcome: the same as one word, None in records of earlier versions.
+    slip_warning: state of the controller's warning as the whole contact slipped (standing: given,
+    and not withdrawn); None where it did not slip, or where the controller never warns.
     lead_s, lead_force_share: of a standing one, time from the warning to complete slip, F_t at the
     warning over F_t at complete slip. alarms: warnings that were given, false_alarms: those given
     while clearly more stuck; None where it never warns. stick_error: root mean square of the
     reported less the true stick ratio over stick_error_samples, the samples with F_t > 0; None
     where none is reported. samples: that the controller answered. (control/foresight.py)
+    unsure: whether the controller reported to be so as it dropped or crushed the object, or lifted
+    it; None where it never reports. reaction_steps: from a study's tug to the first answer to it.
     Of an object with inertia: slid_mm through the fingers while it hung; caught: the last slide
     ended by sticking, None where nothing slid; catch_s: the longest that a catch took; swing_Hz:
     of the object on the fingers, as it was lifted. gross_slip is true of what was caught too.
@@ -150,7 +161,7 @@ class GripResult:
     holds: int = 0
     slips_without_rule: bool | None = None
     ending: str = ""
-    slip_warning: Literal["standing", "withdrawn", "none"] | None = None
+    slip_warning: SlipWarning | None = None
     lead_s: float | None = None
     lead_force_share: float | None = None
     alarms: int | None = None
@@ -162,6 +173,35 @@ class GripResult:
     caught: bool | None = None
     catch_s: float | None = None
     swing_Hz: float | None = None
+    outcome: GripEnding | None = None
+    steps_to_lift: int | None = None
+    unsure: bool | None = None
+    reaction_steps: int | None = None
+
+    @property
+    def least_force_N(self) -> float:
+        """Least normal force that holds the object, m g / 2 mu."""
+        return weight_per_finger(self.object_mass_g) / self.friction_coefficient
+
+    @property
+    def peak_ratio(self) -> float:
+        """Peak normal force over the least one that holds."""
+        return self.peak_normal_force_N / self.least_force_N
+
+    @property
+    def holds_object(self) -> bool:
+        """Lifted, and never wholly slipping."""
+        return self.lifted and not self.gross_slip and self.outcome != "failed"
+
+    @property
+    def crushed(self) -> bool:
+        """The peak force is :data:`MOST_FORCE` times the least one, or more."""
+        return self.peak_ratio >= MOST_FORCE
+
+    @property
+    def success(self) -> bool:
+        """The object is lifted, never slips wholly, and is not crushed."""
+        return self.holds_object and not self.crushed
 
 
 @strict

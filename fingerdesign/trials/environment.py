@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds
-from fingerdesign.control.metrics import MOST_FORCE
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import Truth, press, safety_margin
 from fingerdesign.control.plants.rig import ImperfectPlant
@@ -23,6 +22,7 @@ from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.records.result import MOST_FORCE
 from fingerdesign.sensing.model import grip_problem, model_data, opposite_problem
 
 try:

@@ -1,8 +1,8 @@
-"""What control.json and grips.csv hold: every controller's summary by noise, and every grip."""
+"""Content of control.json and grips.csv: summaries of every controller, and every grip."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -10,8 +10,8 @@ from pydantic import Field
 from typing_extensions import TypedDict
 
 from fingerdesign.control.foresight import CLEARLY
-from fingerdesign.control.metrics import MOST_FORCE, JudgedGrip
 from fingerdesign.records.base import Count, Size, closed, csv_text
+from fingerdesign.records.result import MOST_FORCE, GripResult
 from fingerdesign.records.statistics import (
     Rms,
     Share,
@@ -22,36 +22,92 @@ from fingerdesign.records.statistics import (
     spread_of,
 )
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.bench import GOOD_AMPLIFIER, ControlGrid
+from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid, faults_by_label
 
 if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
     from fingerdesign.records.arrays import GripTrace
 
 RECORD_FILE, CSV_FILE = "control.json", "grips.csv"
-BAND = (1.2, 1.5)  # times the least force: how people grip (Johansson and Westling 1984)
+# People grip with so many times the least force (Johansson and Westling 1984).
+BAND = (1.2, 1.5)
 
-# Columns of grips.csv are fields of JudgedGrip, by the names of the result's grips where alike.
-_FIELDS = "controller friction mass_g noise tug seed success lifted dropped crushed margin_at_lift"
-_FIELDS += " peak_ratio peak_normal_force_N minimum_stick_ratio slip_distance_mm steps"
-_FIELDS += " reaction_steps unsure"
-FORESEEN = "slip_warning lead_s lead_force_share alarms false_alarms stick_error"
-FORESEEN += " stick_error_samples samples"  # what is judged of warnings and reports
-_FIELDS += f" {FORESEEN} slid_mm caught catch_s ending reason"
-_NAMES = {
-    "friction": "friction_coefficient",
-    "mass_g": "object_mass_g",
-    "noise": "noise_microstrain",
-    "tug": "tug_share",
-    "dropped": "gross_slip",
-    "margin_at_lift": "safety_margin",
+
+@dataclass(frozen=True)
+class Trial:
+    """One grip of a study: its cell, the seed of its noise, and its result."""
+
+    cell: Cell
+    seed: int
+    result: GripResult
+
+
+# Columns of grips.csv that are no field of the result, or have another name there.
+_COLUMNS: dict[str, Callable[[Trial], Any]] = {
+    "controller": lambda trial: trial.cell.controller,
+    "friction_coefficient": lambda trial: trial.cell.friction,
+    "object_mass_g": lambda trial: trial.cell.mass_g,
+    "noise_microstrain": lambda trial: trial.cell.noise,
+    "tug_share": lambda trial: trial.cell.tug,
+    "fault": lambda trial: trial.cell.fault,
+    "plant": lambda trial: trial.cell.plant,
+    "seed": lambda trial: trial.seed,
+    "steps": lambda trial: trial.result.steps_to_lift,
+    "ending": lambda trial: trial.result.outcome,
+    "reason": lambda trial: trial.result.ending,
 }
-COLUMNS = {_NAMES.get(field, field): field for field in _FIELDS.split()}
+COLUMNS = (
+    "controller",
+    "friction_coefficient",
+    "object_mass_g",
+    "noise_microstrain",
+    "tug_share",
+    "fault",
+    "plant",
+    "seed",
+    "success",
+    "lifted",
+    "gross_slip",
+    "crushed",
+    "safety_margin",
+    "peak_ratio",
+    "peak_normal_force_N",
+    "minimum_stick_ratio",
+    "slip_distance_mm",
+    "steps",
+    "reaction_steps",
+    "unsure",
+    "slip_warning",
+    "lead_s",
+    "lead_force_share",
+    "alarms",
+    "false_alarms",
+    "stick_error",
+    "stick_error_samples",
+    "samples",
+    "slid_mm",
+    "caught",
+    "catch_s",
+    "ending",
+    "reason",
+)
+
+
+def grips_csv(trials: Iterable[Trial]) -> str:
+    """A row a grip; empty where there is no value, true and false as 1 and 0."""
+
+    def cell(trial: Trial, name: str) -> Any:
+        own = _COLUMNS.get(name)
+        value = own(trial) if own else getattr(trial.result, name)
+        return int(value) if isinstance(value, bool) else value
+
+    return csv_text(COLUMNS, ([cell(each, name) for name in COLUMNS] for each in trials))
 
 
 @closed
 @dataclass(frozen=True)
 class Foreseen:
-    """What a controller said of slip over many grips (control/foresight.py says what each is).
+    """Warnings of slip and reported stick ratios over many grips (control/foresight.py).
 
     warned: of the grips that ended in complete slip, those at whose end a warning stood; withdrawn:
     those with an earlier one alone. lead_s, lead_force_share: of standing warnings, time to
@@ -72,8 +128,8 @@ class Foreseen:
     stick_error_of_grips: Spread | None
 
 
-def foreseen_of(grips: Sequence[JudgedGrip]) -> Foreseen:
-    """What these grips amount to."""
+def foreseen_of(grips: Sequence[GripResult]) -> Foreseen:
+    """Sum up the warnings of these grips."""
     false = [(each, each.false_alarms) for each in grips if each.false_alarms is not None]
     ends = [each.slip_warning for each, _ in false if each.slip_warning is not None]
     errors = [each for each in grips if each.stick_error is not None]
@@ -129,42 +185,44 @@ class Summary:
     foreseen: Foreseen
 
 
-def summarise(outcomes: Sequence[JudgedGrip]) -> Summary:
-    """What these grips amount to; the caller chooses which belong together."""
-    lifted = [each for each in outcomes if each.lifted]
-    tugged = [each for each in lifted if each.tug > 0.0]
-    count = len(outcomes)
+def summarise(trials: Sequence[Trial]) -> Summary:
+    """Sum up these grips; the caller chooses which belong together."""
+    every = [each.result for each in trials]
+    lifted = [each for each in every if each.lifted]
+    tugged = [each.result for each in trials if each.result.lifted and each.cell.tug > 0.0]
+    count = len(every)
     return Summary(
         grips=count,
-        success=share_of(sum(each.success for each in outcomes), count),
-        held=share_of(sum(each.held for each in outcomes), count),
-        dropped=sum(each.dropped for each in outcomes),
-        caught=sum(each.caught is True for each in outcomes),
-        crushed=sum(each.crushed for each in outcomes),
+        success=share_of(sum(each.success for each in every), count),
+        held=share_of(sum(each.holds_object for each in every), count),
+        dropped=sum(each.gross_slip for each in every),
+        caught=sum(each.caught is True for each in every),
+        crushed=sum(each.crushed for each in every),
         not_lifted=count - len(lifted),
-        failed=sum(each.ending == "failed" for each in outcomes),
-        margin_at_lift=spread_of(each.margin_at_lift for each in outcomes),
+        failed=sum(each.outcome == "failed" for each in every),
+        margin_at_lift=spread_of(each.safety_margin for each in every),
         peak_ratio=spread_of(each.peak_ratio for each in lifted),
         peak_normal_force_N=spread_of(each.peak_normal_force_N for each in lifted),
-        minimum_stick_ratio=spread_of(each.minimum_stick_ratio for each in outcomes),
-        slip_distance_mm=spread_of(each.slip_distance_mm for each in outcomes if each.held),
-        steps=spread_of(each.steps for each in lifted),
+        minimum_stick_ratio=spread_of(each.minimum_stick_ratio for each in every),
+        slip_distance_mm=spread_of(each.slip_distance_mm for each in every if each.holds_object),
+        steps=spread_of(each.steps_to_lift for each in lifted),
         answered=share_of(sum(each.reaction_steps is not None for each in tugged), len(tugged)),
         reaction_steps=spread_of(each.reaction_steps for each in tugged),
-        unannounced=unannounced(outcomes),
-        unsure=unsure(outcomes),
-        foreseen=foreseen_of(outcomes),
+        unannounced=unannounced(every),
+        unsure=unsure(every),
+        foreseen=foreseen_of(every),
     )
 
 
-def unannounced(grips: Sequence[JudgedGrip]) -> int | None:
-    """Grips that were dropped or crushed, and nothing was said; None where nothing is ever said."""
-    telling = [each for each in grips if each.unsure is not None]
-    wrong = [each for each in telling if each.crushed or each.ending in ("complete slip", "caught")]
-    return sum(not each.unsure for each in wrong) if telling else None
+def unannounced(grips: Sequence[GripResult]) -> int | None:
+    """Grips that were dropped or crushed without a warning that the controller was unsure; None
+    where it never reports to be."""
+    reporting = [each for each in grips if each.unsure is not None]
+    wrong = [each for each in reporting if each.crushed or each.gross_slip]
+    return sum(not each.unsure for each in wrong) if reporting else None
 
 
-def unsure(grips: Sequence[JudgedGrip]) -> Share | None:
+def unsure(grips: Sequence[GripResult]) -> Share | None:
     """Of those that succeeded the share at whose lift the controller was unsure."""
     well = [each for each in grips if each.success and each.unsure is not None]
     return share_of(sum(bool(each.unsure) for each in well), len(well)) if well else None
@@ -179,6 +237,15 @@ class NoiseSummary(Summary):
 
 
 @closed
+@dataclass(frozen=True)
+class FaultSummary(Summary):
+    """The lifts with fingers of one fault; safety_margin: of those that succeeded."""
+
+    fault: str
+    safety_margin: Spread | None
+
+
+@closed
 class ControllerData(TypedDict):
     """One controller over the whole grid."""
 
@@ -186,7 +253,18 @@ class ControllerData(TypedDict):
     told: Annotated[str | None, Field(description="of the object; null: nothing")]
     whole_grid: Annotated[Summary, Field(description="all noises, tugged grips apart")]
     by_noise: list[NoiseSummary]
+    by_fault: Annotated[list[FaultSummary], Field(description="of perturbed fingers, else empty")]
     tugged: Summary | None
+
+
+@closed
+class PerturbedData(TypedDict):
+    """Fingers drawn with faults; friction and weight of the objects lie between the axes' ends."""
+
+    faults: Annotated[dict[str, tuple[str, ...]], Field(description="by label")]
+    plants: Annotated[Count, Field(description="fingers of each label")]
+    lifts_a_plant: Count
+    trained_on: Annotated[str | None, Field(description="of the estimator; null: none was needed")]
 
 
 @closed
@@ -199,6 +277,9 @@ class ConditionsData(TypedDict):
     seed: Count
     hold_s: Annotated[Size, Field(description="held on after the lift")]
     tug: Annotated[dict[str, Size] | None, Field(description="null: no grip is tugged")]
+    perturbed: Annotated[
+        PerturbedData | None, Field(description="null: the finger of the model alone")
+    ]
 
 
 @closed
@@ -229,6 +310,42 @@ class ModelData(TypedDict):
 
 
 @closed
+class TunedTrialData(TypedDict):
+    """Values of a controller's parameters, by key of the design, and what came of them."""
+
+    values: dict[str, float]
+    round: Count
+    grips: Count
+    success_rate: float
+    held_rate: float
+    mean_peak_ratio: float | None
+    dropped: Count
+    crushed: Count
+    not_lifted: Count
+
+
+@closed
+class ControllerTuningData(TypedDict):
+    """One controller's tuning: its ranges and rounds, every trial, the best and the default."""
+
+    grips: Count
+    ranges: list[dict[str, str | float | bool]]
+    rounds: list[dict[str, Count]]
+    best: TunedTrialData
+    default: TunedTrialData
+    trials: list[TunedTrialData]
+
+
+@closed
+class TuningData(TypedDict):
+    """Tuning of the design before the study; cells: the grips that it was tuned on."""
+
+    digest: Annotated[str, Field(description="of the design before it")]
+    cells: list[dict[str, Size]]
+    controllers: dict[str, ControllerTuningData]
+
+
+@closed
 class SecondsData(TypedDict):
     """Where the time went."""
 
@@ -254,6 +371,7 @@ class ControlData(TypedDict):
     ]
     model: ModelData
     controllers: list[ControllerData]
+    tuning: Annotated[TuningData | None, Field(description="null: the design's own parameters")]
     seconds: SecondsData
     workers: Count
     peak_memory_MB: Size
@@ -263,60 +381,51 @@ class ControlData(TypedDict):
 
 @dataclass(frozen=True)
 class ControlStudy:
-    """The record of one ``fingerdesign study-control``, as in control.json, and what it sums up.
+    """The record of one ``fingerdesign study``, as in control.json, and what it sums up.
 
-    outcomes: every grip, tugged ones among them, in the order of the grid. traces: some grips step
-    by step, in the order of the controllers, at ``trace_noise``.
+    trials: every grip, tugged ones among them, in the order of the grid. traces: some grips step
+    by step, in the order of the controllers, at ``trace_noise``. tuned: the tuned design, None for
+    the design as it was given.
     """
 
     data: ControlData
-    outcomes: tuple[JudgedGrip, ...]
+    trials: tuple[Trial, ...]
     traces: tuple[GripTrace, ...] = ()
     trace_noise: float = GOOD_AMPLIFIER
+    tuned: Design | None = None
 
     def summary(self, controller: str, noise: float | None = None, tugged: bool = False) -> Summary:
         """A controller's grips, at one noise or at all; with or without the tug."""
-        return _summary(self.outcomes, controller, noise, tugged)
+        return summarise(_chosen(self.trials, controller, noise, tugged))
 
 
 def control_data(
-    outcomes: Sequence[JudgedGrip],
+    trials: Sequence[Trial],
     controllers: Iterable[str],
     grid: ControlGrid,
     warnings: Iterable[str] = (),
     **facts: Any,
 ) -> ControlData:
-    """The record of all grips; facts: its keys that neither they nor the grid tell."""
-
+    """The record of all grips; facts: its keys that follow neither from them nor from the grid."""
+    threshold = facts["warning_stick_ratio"]
     return {
         "schema_version": 1,
         "design": facts["design"],
         "digest": facts["digest"],
         "status": "ok",
-        "grips": len(outcomes),
+        "grips": len(trials),
         "criteria": {
             "most_force_ratio": MOST_FORCE,
             "human_margin": list(BAND),
             "good_amplifier_microstrain": GOOD_AMPLIFIER,
-            "warning_stick_ratio": facts["warning_stick_ratio"],
-            "false_alarm_stick_ratio": facts["warning_stick_ratio"] + CLEARLY,
+            "warning_stick_ratio": threshold,
+            "false_alarm_stick_ratio": threshold + CLEARLY,
         },
-        "conditions": conditions_data(grid),
+        "conditions": conditions_data(grid, facts.get("trained_on")),
         "hardware": facts["hardware"],
         "model": facts["model"],
-        "controllers": [
-            {
-                "controller": name,
-                "told": getattr(CONTROLLERS.get(name), "knows", None),
-                "whole_grid": _summary(outcomes, name),
-                "by_noise": [
-                    NoiseSummary(**vars(_summary(outcomes, name, noise)), noise_microstrain=noise)
-                    for noise in grid.noises
-                ],
-                "tugged": None if grid.tug is None else _summary(outcomes, name, None, True),
-            }
-            for name in controllers
-        ],
+        "controllers": [_controller_data(trials, name, grid) for name in controllers],
+        "tuning": facts.get("tuning"),
         "seconds": facts["seconds"],
         "workers": facts["workers"],
         "peak_memory_MB": facts["peak_memory_MB"],
@@ -325,9 +434,54 @@ def control_data(
     }
 
 
-def conditions_data(grid: ControlGrid) -> ConditionsData:
+def _controller_data(trials: Sequence[Trial], name: str, grid: ControlGrid) -> ControllerData:
+    own = _chosen(trials, name)
+    labels = () if grid.perturbed is None else grid.perturbed.labels
+    return {
+        "controller": name,
+        "told": getattr(CONTROLLERS.get(name), "knows", None),
+        "whole_grid": summarise(own),
+        "by_noise": [
+            NoiseSummary(**vars(summarise(_chosen(own, name, noise))), noise_microstrain=noise)
+            for noise in grid.noises
+        ],
+        "by_fault": [
+            _fault_summary([each for each in own if each.cell.fault == label], label)
+            for label in labels
+        ],
+        "tugged": None if grid.tug is None else summarise(_chosen(trials, name, tugged=True)),
+    }
+
+
+def _fault_summary(trials: Sequence[Trial], label: str) -> FaultSummary:
+    margins = (each.result.safety_margin for each in trials if each.result.success)
+    return FaultSummary(**vars(summarise(trials)), fault=label, safety_margin=spread_of(margins))
+
+
+def _chosen(
+    trials: Iterable[Trial], controller: str, noise: float | None = None, tugged: bool = False
+) -> list[Trial]:
+    return [
+        each
+        for each in trials
+        if each.cell.controller == controller
+        and noise in (None, each.cell.noise)
+        and (each.cell.tug > 0.0) == tugged
+    ]
+
+
+def conditions_data(grid: ControlGrid, trained_on: str | None = None) -> ConditionsData:
     """The grid's axes as plain values."""
     tug = None if grid.tug is None else asdict(grid.tug) | {"noise_microstrain": grid.tug_noise}
+    perturbed: PerturbedData | None = None
+    if (own := grid.perturbed) is not None:
+        known = faults_by_label()
+        perturbed = {
+            "faults": {label: known[label] for label in own.labels},
+            "plants": own.plants,
+            "lifts_a_plant": own.lifts,
+            "trained_on": trained_on,
+        }
     return {
         "friction_coefficients": list(grid.frictions),
         "object_masses_g": list(grid.masses_g),
@@ -335,32 +489,5 @@ def conditions_data(grid: ControlGrid) -> ConditionsData:
         "seed": grid.seed,
         "hold_s": grid.hold_s,
         "tug": tug,
+        "perturbed": perturbed,
     }
-
-
-def _summary(
-    outcomes: Iterable[JudgedGrip],
-    controller: str,
-    noise: float | None = None,
-    tugged: bool = False,
-) -> Summary:
-    return summarise(
-        [
-            each
-            for each in outcomes
-            if each.controller == controller
-            and noise in (None, each.noise)
-            and (each.tug > 0.0) == tugged
-        ]
-    )
-
-
-def grips_csv(outcomes: Sequence[JudgedGrip]) -> str:
-    """A row a grip; empty where there is no value, true and false as 1 and 0."""
-    return csv_text(COLUMNS, (grip_cells(each, COLUMNS.values()) for each in outcomes))
-
-
-def grip_cells(grip: JudgedGrip, names: Iterable[str]) -> list[Any]:
-    """Attributes of a grip as cells: true and false as 1 and 0."""
-    values = (getattr(grip, name) for name in names)
-    return [int(value) if isinstance(value, bool) else value for value in values]

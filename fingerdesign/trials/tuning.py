@@ -13,40 +13,32 @@ The same seed gives the same trials, whatever the number of processes. A control
 parameters of its own would still be given every round; an oracle has one.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from itertools import starmap
 
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.metrics import JudgedGrip
-from fingerdesign.control.plants.plant import Memory
 from fingerdesign.control.roster import ControllerKind, Range
-from fingerdesign.design.faults import set_value
-from fingerdesign.design.grip import Grip
-from fingerdesign.errors import DesignError, Fault, SolverError
-from fingerdesign.runtime.isolate import ProcessError
-from fingerdesign.runtime.pool import Pool
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.result import GripResult
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.bench import FRICTIONS, GOOD_AMPLIFIER, MASSES_G, Cell, GripBench
+from fingerdesign.trials.grid import FRICTIONS, GOOD_AMPLIFIER, MASSES_G, Cell
 
 Values = Mapping[str, float]
 Report = Callable[[str, float], None]
 Requested = Sequence[tuple[Values, Sequence[Cell]]]  # parameters, and the grips to judge them on
 # Outcomes of each of what is requested, in order, each as soon as its grips are over.
-Judge = Callable[[Requested], Iterable[list[JudgedGrip]]]
+Judge = Callable[[Requested], Iterable[list[GripResult]]]
 
 
 @dataclass(frozen=True)
 class Round:
-    """So many new trials beside the default and the best so many of the last round, judged on so
-    many grips. The first round's trials count the default."""
+    """New trials, next to the default and the best ones of the last round, judged on so many
+    grips. The first round's trials include the default."""
 
     new: int
-    kept: int
+    best: int
     grips: int
 
 
@@ -60,7 +52,7 @@ class Candidate:
 
     values: dict[str, float]
     round: int
-    outcomes: tuple[JudgedGrip, ...] = ()
+    outcomes: tuple[GripResult, ...] = ()
 
     @property
     def success(self) -> float:
@@ -129,7 +121,7 @@ def tune(
         made = [Candidate(dict(default), 0)] if number == 0 else []
         points = _points(box, each.new - len(made), np.random.default_rng([seed, number]))
         made += [Candidate(_values(own, point), number) for point in points]
-        best = [k for k in going if k != 0][: each.kept]
+        best = [k for k in going if k != 0][: each.best]
         # The default stays to the end: it is what the tuning improves on.
         chosen = [*([0] if going else []), *best]
         chosen += range(len(everything), len(everything) + len(made))
@@ -177,21 +169,17 @@ def _box_around(ranges: Sequence[Range], values: Values, width: float) -> Array:
     return np.column_stack([low, low + width])
 
 
-# The grips that controllers are tuned on, and the processes that run them.
-#
-# Frictions and masses are Sobol points of the grid's own span, none of them a point of the grid,
-# and their noise is another: what a controller is judged on later it has not been tuned to.
-
-_APART = 1009  # added to the seed of all noise: the grid's grips are felt with another
-
-
 def tuning_cells(
     controller: str,
     count: int,
     seed: int = 0,
     noises: Sequence[float] = (GOOD_AMPLIFIER,),
 ) -> list[Cell]:
-    """``count`` grips, the same for every controller; masses evenly by their logarithm."""
+    """``count`` grips, the same for every controller; masses evenly by their logarithm.
+
+    Frictions and masses are Sobol points of the grid's own span, none of them a point of the grid:
+    a controller is not tuned to what it is judged on later.
+    """
     smooth, rough, light, heavy = FRICTIONS[0], FRICTIONS[-1], MASSES_G[0], MASSES_G[-1]
     return [
         Cell(
@@ -202,40 +190,3 @@ def tuning_cells(
         )
         for k, (x, y) in enumerate(_sobol(2, count, seed))
     ]
-
-
-def tuned_grip(grip: Grip, values: Values) -> Grip:
-    """A ``[grip]`` table with dotted keys of the design set, checked like a file."""
-    data = {"grip": grip.model_dump(mode="json", exclude_none=True)}
-    for key, value in values.items():
-        set_value(data, key, value)
-    return Grip.model_validate(data["grip"])
-
-
-def run_cells(bench: GripBench, values: Values, cells: Sequence[Cell]) -> list[JudgedGrip]:
-    """The outcomes of grips whose controllers take ``values``."""
-    tuned = bench.with_grip(tuned_grip(bench.grip, values))
-    return [tuned.run_cell(cell, Memory()) for cell in cells]
-
-
-@contextmanager
-def bench_judge(bench: GripBench, workers: int) -> Iterator[Judge]:
-    """A judge of trials on a bench, over processes; ``workers`` 1: in this one.
-
-    It raises SolverError where a process died.
-    """
-    seeded = replace(bench, grid=replace(bench.grid, seed=bench.grid.seed + _APART, tug=None))
-    if workers <= 1:
-        yield lambda requested: starmap(partial(run_cells, seeded), requested)
-        return
-    with Pool(workers, shared=(seeded,)) as pool:
-
-        def judge(requested: Requested) -> Iterator[list[JudgedGrip]]:
-            waiting = [(dict(values), tuple(cells)) for values, cells in requested]
-            try:
-                yield from pool.in_order(run_cells, waiting)
-            except ProcessError as error:
-                words = f"a process of the tuning ended ({error}); was there memory enough?"
-                raise SolverError(words) from error
-
-        yield judge

@@ -297,14 +297,14 @@ def test_a_grip_goes_the_same_way(half_plane, compiled, bench, delay):
     single, double, calibration = begun(compiled, bench, delay)
     plant, rng = CondensedPlant(half_plane, "both"), np.random.default_rng(1)
     *_, sample = press(plant, 0.04, 0.01)
-    double.start(calibration, calibration.felt(sample))
+    double.start(calibration, calibration.corrected(sample))
     late, moved, most = [sample] * delay, [], 0.0
     for k in range(130):
         noisy = sample.readings + 0.5 * rng.standard_normal(GAGES)
         pull = sample.tangential_force * (1.3 if k > 110 else 1.0)
         felt = Sample(S(noisy).astype(float), sample.normal_force, pull, k > 100)
         given = felt.readings, felt.normal_force, felt.tangential_force, felt.lifted
-        found, command = compiled.step(*given), double.command(calibration.felt(felt))
+        found, command = compiled.step(*given), double.command(calibration.corrected(felt))
         assert compiled.status == 0
         assert same_bits(found, single.step(*given)), k
         told = double.estimator.estimate(double._history)

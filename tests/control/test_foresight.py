@@ -8,13 +8,13 @@ import pytest
 
 from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.controllers.flow_chart import PaperController
-from fingerdesign.control.episode import foreseen, run_episode
-from fingerdesign.control.foresight import Foresight, foresight
-from fingerdesign.control.metrics import outcome
+from fingerdesign.control.episode import judged_warnings, run_episode
+from fingerdesign.control.foresight import judge_warnings
 from fingerdesign.control.plants.plant import Truth
 from fingerdesign.control.roster import Command
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import Grip
+from tests.support.grips import grip as grip_result
 from tests.support.grips import path_of
 
 RATE, THRESHOLD, PRELOAD = 100.0, 0.3, 2
@@ -39,7 +39,8 @@ def grip(stick, reported=None, warns=None, pulled=None):
 
 
 def judged(trace, slipped=True):
-    return foresight(trace, PRELOAD, slipped, RATE, THRESHOLD)
+    result = grip_result(gross_slip=slipped)
+    return judge_warnings(result, trace, PRELOAD, RATE, THRESHOLD)
 
 
 FALLING = [0.9, 0.8, 0.7, 0.4, 0.2, 0.2, 0.1, 0.05, 0.0]
@@ -105,9 +106,9 @@ def test_a_rule_is_judged_as_it_fires_and_a_hand_that_says_nothing_not_at_all():
     assert (found.stick_error, found.stick_error_samples) == (None, 0)
     slips = judged(grip(stick, warns=holds))
     assert (slips.slip_warning, slips.lead_s) == ("standing", pytest.approx(1 / RATE))
-    assert judged(grip(stick)) == Foresight(samples=6)
+    assert judged(grip(stick)) == replace(grip_result(gross_slip=True), samples=6)
     nothing = path_of([], [], [], 0.5, 200.0)
-    assert foresight(nothing, 0, False, RATE, THRESHOLD) == Foresight()
+    assert judge_warnings(grip_result(), nothing, 0, RATE, THRESHOLD) == grip_result()
 
 
 def test_the_error_is_taken_where_the_finger_is_pulled():
@@ -118,7 +119,10 @@ def test_the_error_is_taken_where_the_finger_is_pulled():
 
 
 # Of the rig, all that the episode asks for; one move of press.
-RIG = SimpleNamespace(gage_x=np.zeros(2), felt=lambda sample: sample), Bounds(0.01, 0.01, 1.0, 50)
+RIG = (
+    SimpleNamespace(gage_x=np.zeros(2), corrected=lambda sample: sample),
+    Bounds(0.01, 0.01, 1.0, 50),
+)
 
 
 class Slipping:
@@ -152,13 +156,12 @@ def test_an_episode_carries_what_was_reported():
     grip = Grip(warning_stick_ratio=0.45)
     episode = run_episode(Slipping(), Watcher(), *RIG, 0.5, 200.0)
     assert np.isnan(episode.trace.reported_stick_ratio[0])
-    found = foreseen(episode, grip)
+    found = judged_warnings(episode, grip)
     assert episode.result.gross_slip
     assert found.stick_error == pytest.approx(0.0, abs=1e-12)
     # 0.4 is reported at the sixth pull's sample, four before the tenth.
     assert (found.slip_warning, found.lead_s) == ("standing", pytest.approx(0.04))
     assert found.lead_force_share == pytest.approx(0.6)
-    same = outcome(episode, seen=found)
-    assert (same.lead_s, same.false_alarms, same.samples) == (found.lead_s, 0, 10)
-    assert outcome(episode).false_alarms is None
+    assert (found.false_alarms, found.samples) == (0, 10)
+    assert episode.result.false_alarms is None
     assert PaperController(grip, rule=False)._warns(True) is None

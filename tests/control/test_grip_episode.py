@@ -45,7 +45,7 @@ def grip(half_plane, bench, controller, bounds=BOUNDS, friction=0.5, mass=MASS):
 def test_a_lift_ends_at_the_first_step_over_the_weight(half_plane, bench):
     episode = grip(half_plane, bench, Always(0.004, 0.01))
     trace, result = episode.trace, episode.result
-    assert episode.ending == "lifted"
+    assert episode.result.outcome == "lifted"
     assert trace.lift_step == len(trace.dx) - 1
     over = trace.tangential_force > 0.5 * MASS * 1e-3 * 9.80665
     assert over.tolist() == [False] * (len(over) - 1) + [True]
@@ -57,7 +57,11 @@ def test_a_lift_ends_at_the_first_step_over_the_weight(half_plane, bench):
 def test_complete_slip_ends_the_grip_without_a_margin(half_plane, bench):
     episode = grip(half_plane, bench, Always(0.03, 0.001), friction=0.2)
     result = episode.result
-    assert (episode.ending, result.gross_slip, result.lifted) == ("complete slip", True, False)
+    assert (episode.result.outcome, result.gross_slip, result.lifted) == (
+        "complete slip",
+        True,
+        False,
+    )
     assert result.safety_margin is None
     assert result.final_tangential_force_N == pytest.approx(0.2 * result.final_normal_force_N)
     assert result.slip_distance_mm > 0.0
@@ -80,11 +84,11 @@ def test_stage_travel_and_steps_end_it_unlifted_and_a_zone_too_narrow_is_an_erro
     half_plane, bench
 ):
     travel = grip(half_plane, bench, Always(0.0, 0.01))
-    assert travel.ending == "stage travel"
+    assert travel.result.outcome == "stage travel"
     assert travel.trace.approach[-1] == pytest.approx(BOUNDS.max_approach)
     assert travel.result.safety_margin is None
     steps = grip(half_plane, bench, Always(0.0, 0.01), Bounds(0.04, 0.01, 0.3, max_steps=3))
-    assert (steps.ending, steps.result.steps) == ("steps", 3)
+    assert (steps.result.outcome, steps.result.steps) == ("steps", 3)
     with pytest.raises(ZoneExhausted):  # for whoever made the model
         grip(half_plane, bench, Always(0.0, 0.05), Bounds(0.04, 0.05, 5.0, 40))
 
@@ -97,7 +101,8 @@ def test_a_solver_error_is_a_failed_grip_with_its_sentence(half_plane, bench):
             return super().move(dx, dy)
 
     episode = run_episode(Broken(half_plane, "both"), Always(0.001, 0.01), bench, BOUNDS, 0.5, MASS)
-    assert (episode.ending, episode.reason) == ("failed", "no accepted answer at approach 0.11")
+    assert episode.result.outcome == "failed"
+    assert episode.result.ending == "no accepted answer at approach 0.11"
     assert not episode.result.lifted
     assert not episode.result.gross_slip
     assert episode.result.safety_margin is None
@@ -108,7 +113,7 @@ def test_a_solver_error_is_a_failed_grip_with_its_sentence(half_plane, bench):
             raise SolverError("nothing converged")
 
     episode = run_episode(Dead(half_plane, "both"), Always(0, 0), bench, BOUNDS, 0.5, MASS)
-    assert (episode.ending, len(episode.trace.dx)) == ("failed", 0)
+    assert (episode.result.outcome, len(episode.trace.dx)) == ("failed", 0)
     assert episode.result.minimum_stick_ratio is None
 
 
@@ -131,7 +136,7 @@ def test_the_rule_on_the_half_plane(half_plane, design):
     """Nothing was tuned on this finger: no complete slip, and without the rule there is."""
     for episode in run_episodes(half_plane, design, (0.2, 0.3, 0.5, 0.8), MASS):
         result, trace = episode.result, episode.trace
-        assert (result.lifted, result.gross_slip) == (True, False), episode.reason
+        assert (result.lifted, result.gross_slip) == (True, False), episode.result.ending
         assert 1.0 < result.safety_margin < 3.5
         assert np.isfinite(trace.gage_area_mm[-1])
         assert trace.without_rule is not None

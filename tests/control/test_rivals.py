@@ -99,7 +99,7 @@ def test_fixed_force_ends_at_its_force(lift, friction, mass_g):
 )
 def test_too_little_force_or_too_late_slips(lift, name, friction, mass_g, values):
     episode = lift(name, friction, mass_g, values)
-    assert (episode.ending, episode.result.lifted) == ("complete slip", False)
+    assert (episode.result.outcome, episode.result.lifted) == ("complete slip", False)
     assert episode.result.gross_slip
 
 

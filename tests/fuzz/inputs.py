@@ -107,7 +107,7 @@ def designs(folder: Path, out: Path, chance: Chance) -> Lines:
     """A design; each command that takes one refuses what check does."""
     text = SMALL if chance.random() < 0.3 else base(chance, "design")
     file = laid(folder, "a.toml", faulty(text, chance, ("pipe", ".", "a.toml")), chance)
-    words = ("analyse", "grip", "mesh", "validate", "mold", "view", "gages", "train", "tune")
+    words = ("analyse", "grip", "mesh", "validate", "mold", "view", "gages", "train", "study")
     return [["check", file], [some(chance, words), file, "--out", str(out), "--quiet"]]
 
 
@@ -193,7 +193,7 @@ def estimators(folder: Path, out: Path, chance: Chance) -> Lines:
     content = _faulty_json(_taught(), chance)
     file = laid(folder, "e.json", content, chance)
     own, to = str(folder / "a.toml"), ["--out", str(out), "--quiet"]
-    return [["export-c", file, own, *to]]
+    return [["export", "--to", "c", file, own, *to]]
 
 
 def _faulty_json(text: str, chance: Chance) -> bytes:

@@ -207,7 +207,7 @@ def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
     curves = np.array(record["curves"]["pressed_microstrain"])
     assert own.curves.pressed == pytest.approx(curves, rel=1e-4, abs=1e-4)
     exported = (tmp_path / "out/mine/estimator.json", measured / "mine.toml", "--out", tmp_path)
-    said("export-c", *exported)
+    said("export", "--to", "c", *exported)
     former = (measured / "mine.toml", "--measured", measured / "phases.csv")
     shown = said("calibrate", *former, "--out", tmp_path / "out").out
     assert "plates along x, mm" in shown

@@ -32,6 +32,7 @@ shape sheet short side size slips sorts stands step steps surface table test tha
 thickness this time times to together told took tried true two under unit up used value values
 verdict volume warned warning warnings was weight went were what where which who why width with
 without words work works worst x y young z
+findings given tables
 """
 PLAIN = set(PLAIN_WORDS.split())
 

@@ -1,31 +1,43 @@
 """Grips that nobody made: what came of one, and its path."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from fingerdesign.control.metrics import JudgedGrip
 from fingerdesign.records.arrays import GripTrace
+from fingerdesign.records.result import GripResult
+from fingerdesign.trials.grid import Cell
+from fingerdesign.trials.record import Trial
 
 
-def judged(**changes):
-    """A grip of 100 g at 0.3 that succeeds, but for ``changes``."""
+def grip(peak_ratio=1.4, **changes):
+    """A grip of 100 g at 0.3 that succeeds, but for ``changes``; the peak by its ratio."""
     good = {
         "controller": "regulator",
-        "friction": 0.3,
-        "mass_g": 100.0,
-        "noise": 0.0,
-        "seed": 0,
+        "friction_coefficient": 0.3,
+        "object_mass_g": 100.0,
         "lifted": True,
-        "dropped": False,
-        "slip_distance_mm": 0.0,
-        "margin_at_lift": 1.3,
-        "peak_normal_force_N": 2.0,
-        "peak_ratio": 1.4,
+        "gross_slip": False,
+        "final_normal_force_N": 2.0,
+        "final_tangential_force_N": 0.5,
+        "safety_margin": 1.3,
         "minimum_stick_ratio": 0.5,
+        "peak_normal_force_N": 0.0,
+        "slip_distance_mm": 0.0,
         "steps": 30,
-        "ending": "lifted",
-        "reason": "a sentence",
+        "steps_to_lift": 30,
+        "outcome": "lifted",
+        "ending": "a sentence",
     }
-    return JudgedGrip(**good | changes)
+    made = GripResult(**good | changes)
+    return replace(made, peak_normal_force_N=peak_ratio * made.least_force_N)
+
+
+def trial(cell=None, **changes):
+    """The grip of a cell, with the noise's seed 0."""
+    cell = cell or Cell("regulator", 0.3, 100.0, 0.0)
+    own = {"controller": cell.controller, "friction_coefficient": cell.friction}
+    return Trial(cell, 0, grip(**own, object_mass_g=cell.mass_g, **changes))
 
 
 def path_of(normal, tangential, approach, friction, mass_g, lift=None, controller="fixed_force"):

@@ -3,7 +3,8 @@
 import pytest
 
 from fingerdesign import parse_design
-from fingerdesign.trials.bench import ControlGrid, GripBench, Tug
+from fingerdesign.trials.bench import GripBench
+from fingerdesign.trials.grid import ControlGrid, Tug
 
 DESIGN = """[design]
 name = "half-plane"

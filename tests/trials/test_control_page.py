@@ -1,37 +1,39 @@
 """Grips judged and summed up, their page, docs/how_to/control.md; made-up grips, no model."""
 
 import re
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from fingerdesign_cli.options import CONTROLLER_NAMES
-from fingerdesign_cli.trials import _show
+from fingerdesign_cli.trials import _show, _show_details
 from scipy.stats import binomtest
 
-from fingerdesign.control.episode import Episode
-from fingerdesign.control.metrics import outcome, reaction_steps
-from fingerdesign.records.result import GripResult
+from fingerdesign.control.metrics import reaction_steps
 from fingerdesign.records.statistics import Share, clustered_share, rms_of, share_of, spread_of
 from fingerdesign.report.style import canvas
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.bench import ControlGrid, Tug
-from fingerdesign.trials.page import (
+from fingerdesign.trials.figures import (
     _draw_paths,
-    answers,
-    control_html,
     force_figure,
     look_of,
     map_figure,
     success_figure,
 )
+from fingerdesign.trials.grid import Cell, ControlGrid, Tug
+from fingerdesign.trials.page import answers, control_html
 from fingerdesign.trials.record import ControlStudy, control_data, summarise
 from tests.support.accessible import unexplained
-from tests.support.grips import judged, path_of
+from tests.support.grips import grip, path_of, trial
 
 GRID = ControlGrid((0.3, 0.6), (100.0, 200.0), (0.0, 0.5), tug=None)
-DROPPED = {"lifted": False, "dropped": True, "margin_at_lift": None, "ending": "complete slip"}
+DROPPED = {
+    "lifted": False,
+    "gross_slip": True,
+    "safety_margin": None,
+    "outcome": "complete slip",
+}
 
 
 def study(**controllers):
@@ -41,7 +43,7 @@ def study(**controllers):
         cells = [cell for batch in GRID.batches([name]) for cell in batch]
         for k, cell in enumerate(cells):
             changes = {**every, **(last if k == len(cells) - 1 else {})}
-            outcomes.append(judged(**asdict(cell) | changes))
+            outcomes.append(trial(cell, **changes))
     return recorded(outcomes, controllers, GRID)
 
 
@@ -70,7 +72,7 @@ def kinds(made):
 def test_all_is_well():
     oracle = {"oracle_1.2": ({"peak_ratio": 1.2}, {})}
     made = study(paper=({"peak_ratio": 2.0}, {}), regulator=({"peak_ratio": 1.4}, {}), **oracle)
-    assert kinds(made) == ["yes"] * 4
+    assert kinds(made) == ["best", *["yes"] * 4]
     best = answers(made.data)[-1].detail
     assert "paper, success 100.0 %, median peak 2.00 times" in best  # no oracle: it is given
 
@@ -82,12 +84,12 @@ def test_all_is_well():
         (({"peak_ratio": 2.0}, {}), ({}, DROPPED), ["yes", "no", "yes", "partly"]),
         (({"peak_ratio": 1.3}, {}), ({"peak_ratio": 2.0}, {}), ["yes", "yes", "yes", "partly"]),
         (({"peak_ratio": 1.3}, {}), ({"peak_ratio": 2.0}, DROPPED), ["yes", "no", "yes", "no"]),
-        (({}, {}), ({"margin_at_lift": 1.6}, {}), ["yes", "yes", "no", "partly"]),
+        (({}, {}), ({"safety_margin": 1.6}, {}), ["yes", "yes", "no", "partly"]),
         ((DROPPED, {}), ({}, {}), ["no", "yes", "yes", "yes"]),
     ],
 )
 def test_what_is_not_well_is_said(paper, regulator, expected):
-    assert kinds(study(paper=paper, regulator=regulator)) == expected
+    assert kinds(study(paper=paper, regulator=regulator)) == ["best", *expected]
 
 
 def test_without_paper_and_regulator_the_best_is_named_that_is_given_nothing():
@@ -108,22 +110,38 @@ def test_figures_say_in_words_what_they_show():
     nothing = {"reactive": (DROPPED, {})}
     made = study(paper=({}, DROPPED), regulator=({"peak_ratio": 3.5}, {}), **nothing)
     data = made.data
-    rows = [{**asdict(each), "crushed": each.crushed} for each in made.outcomes]
     for words, figure in (
         ("paper: 0 microstrain 100.0 %, 0.5 microstrain 75.0 %.", success_figure(data)),
-        ("paper: 3 of 4 succeed; 1 dropped.", map_figure(data, rows, 0.5)),
-        ("regulator: 0 of 4 succeed; 4 crushed.", map_figure(data, rows, 0.5)),
-        ("regulator: median 3.50", force_figure(data, rows, 0.5)),
-        ("reactive lifts nothing", force_figure(data, rows, 0.5)),
+        ("paper: 3 of 4 succeed; 1 dropped.", map_figure(data, made.trials, 0.5)),
+        ("regulator: 0 of 4 succeed; 4 crushed.", map_figure(data, made.trials, 0.5)),
+        ("regulator: median 3.50", force_figure(data, made.trials, 0.5)),
+        ("reactive lifts nothing", force_figure(data, made.trials, 0.5)),
     ):
         assert words in figure.alternative
 
 
+def show(made):
+    """Print a study as its command does with --details."""
+    summaries = {
+        each["controller"]: made.summary(each["controller"], made.trace_noise)
+        for each in made.data["controllers"]
+    }
+    _show(made, Path("judged"))
+    _show_details(made, summaries)
+
+
 def test_the_tables_on_the_terminal_fit_80_columns(capsys):
     made = study(**{name: ({}, DROPPED) for name in CONTROLLERS.names()})
-    tugs = [replace(each, tug=0.3, reaction_steps=k) for k, each in enumerate(made.outcomes, 1)]
-    made = recorded((*made.outcomes, *tugs), CONTROLLERS.names(), replace(GRID, tug=Tug()))
-    _show(made, Path("judged"))
+    tugs = [
+        replace(
+            each,
+            cell=replace(each.cell, tug=0.3),
+            result=replace(each.result, reaction_steps=k),
+        )
+        for k, each in enumerate(made.trials, 1)
+    ]
+    made = recorded((*made.trials, *tugs), CONTROLLERS.names(), replace(GRID, tug=Tug()))
+    show(made)
     lines = capsys.readouterr().out.splitlines()
     rows = [line for line in lines if line[:1] in "┏┃│└"]
     assert len(rows) == 3 * (3 + len(CONTROLLERS.names()))
@@ -137,7 +155,7 @@ def test_the_terminal_says_what_was_said_of_slip_in_80_columns(capsys):
     error = {"stick_error": 0.1, "stick_error_samples": 40}
     warned = DROPPED | {"slip_warning": "standing", "lead_s": 0.05, "lead_force_share": 0.9}
     made = study(regulator=(SAID | error, warned), paper=(SAID, {}), fixed_force=({}, {}))
-    _show(made, Path("judged"))
+    show(made)
     lines = capsys.readouterr().out.splitlines()
     rows = [line for line in lines if line[:1] in "┏┃│└"]
     assert max(map(len, rows)) <= 80
@@ -166,44 +184,19 @@ def trace(approach, lift=None):
     return path_of(10.0 * approach, np.full(len(approach), WEIGHT), approach, 0.5, 200.0, lift)
 
 
-def test_a_judged_grip_reports_margins_in_units_of_the_least_force():
-    made = trace([0.1, 0.2, 0.25, 0.26, 0.3], lift=3)
-    forces = {"final_normal_force_N": 3.0, "final_tangential_force_N": WEIGHT}
-    forces |= {"peak_normal_force_N": 3.0, "safety_margin": 0.5 * 2.6 / WEIGHT}
-    result = GripResult(
-        controller="made up",
-        friction_coefficient=0.5,
-        object_mass_g=200.0,
-        lifted=True,
-        gross_slip=False,
-        minimum_stick_ratio=0.6,
-        slip_distance_mm=0.01,
-        steps=3,
-        holds=0,
-        ending="a sentence",
-        **forces,
-    )
-    found = outcome(Episode(result, made, "lifted", "a sentence"), noise=0.5, seed=7)
-    assert found.margin_at_lift == pytest.approx(2.6 / (WEIGHT / 0.5))
-    assert found.peak_ratio == pytest.approx(3.0 / (WEIGHT / 0.5))
-    assert (found.noise, found.seed, found.reason) == (0.5, 7, "a sentence")
-    assert found.steps == 2  # of the controller's, to the lift
-    assert (found.held, found.crushed, found.success) == (True, False, True)
-
-
 @pytest.mark.parametrize(
     ("change", "held", "success"),
     [
         ({}, True, True),
-        ({"dropped": True, "ending": "complete slip"}, False, False),
+        ({"gross_slip": True, "outcome": "complete slip"}, False, False),
         ({"peak_ratio": 3.0}, True, False),
-        ({"lifted": False, "ending": "stage travel"}, False, False),
-        ({"ending": "failed"}, False, False),
+        ({"lifted": False, "outcome": "stage travel"}, False, False),
+        ({"outcome": "failed"}, False, False),
     ],
 )
 def test_success_is_lifted_held_and_not_crushed(change, held, success):
-    changed = judged(**change)
-    assert (changed.held, changed.success) == (held, success)
+    changed = grip(**change)
+    assert (changed.holds_object, changed.success) == (held, success)
 
 
 def test_reaction_counts_from_the_tug_to_the_first_answer():
@@ -238,14 +231,14 @@ def test_shares_have_wilsons_interval_and_nothing_has_no_rate():
 
 
 def test_a_summary_counts_each_reason():
-    tugged = {"tug": 0.3, "reaction_steps": 6}
+    tugged = Cell("regulator", 0.3, 100.0, 0.0, tug=0.3)
     every = [
-        judged(),
-        judged(margin_at_lift=1.5),
-        judged(dropped=True, ending="complete slip"),
-        judged(peak_ratio=4.0, **tugged),
-        judged(lifted=False, margin_at_lift=None, ending="failed"),
-        judged(lifted=True, tug=0.3),
+        trial(),
+        trial(safety_margin=1.5),
+        trial(gross_slip=True, outcome="complete slip"),
+        trial(tugged, peak_ratio=4.0, reaction_steps=6),
+        trial(lifted=False, safety_margin=None, outcome="failed"),
+        trial(tugged),
     ]
     reported = summarise(every)
     assert (reported.grips, reported.success.count, reported.held.count) == (6, 3, 4)
@@ -263,13 +256,13 @@ def test_what_was_said_of_slip_is_summed_up_over_grips():
     error = {"stick_error": 0.1, "stick_error_samples": 40}
     slip = {**DROPPED, "slip_warning": "standing", "lead_s": 0.05, "lead_force_share": 0.9}
     every = [
-        judged(**SAID, **error),
-        judged(**SAID | {"false_alarms": 2}, stick_error=0.2, stick_error_samples=10),
-        judged(**SAID, **slip),
-        judged(**SAID, **slip | {"lead_s": 0.11, "lead_force_share": 0.7}),
-        judged(**SAID, **DROPPED, slip_warning="withdrawn"),
-        judged(**SAID, **DROPPED, slip_warning="none"),
-        judged(**DROPPED),  # of a hand that never warns
+        trial(**SAID, **error),
+        trial(**SAID | {"false_alarms": 2}, stick_error=0.2, stick_error_samples=10),
+        trial(**SAID, **slip),
+        trial(**SAID, **slip | {"lead_s": 0.11, "lead_force_share": 0.7}),
+        trial(**SAID, **DROPPED, slip_warning="withdrawn"),
+        trial(**SAID, **DROPPED, slip_warning="none"),
+        trial(**DROPPED),  # of a hand that never warns
     ]
     found = summarise(every).foreseen
     assert found.warned == share_of(2, 4)
@@ -285,7 +278,7 @@ def test_what_was_said_of_slip_is_summed_up_over_grips():
     assert found.stick_error.value == pytest.approx(np.sqrt(mean))
     assert found.stick_error.low < found.stick_error.value < found.stick_error.high
     assert found.stick_error_of_grips.most == 0.2
-    nothing = vars(summarise([judged(), judged(**DROPPED)]).foreseen)
+    nothing = vars(summarise([trial(), trial(**DROPPED)]).foreseen)
     assert set(nothing.values()) == {None}
 
 
@@ -319,33 +312,32 @@ def test_the_page_says_what_was_said_of_slip_with_cases_and_intervals():
     said = SAID | {"stick_error": 0.1, "stick_error_samples": 40, "false_alarms": 1}
     warned = DROPPED | {"slip_warning": "standing", "lead_s": 0.05, "lead_force_share": 0.9}
     made = study(regulator=(said, warned), paper=(SAID, {}), fixed_force=({}, DROPPED))
-    rows = [{**asdict(each), "crushed": each.crushed} for each in made.outcomes]
-    text = control_html(made.data, rows, [trace([0.1, 0.2, 0.3], lift=2)], 0.5)
+    text = control_html(replace(made, traces=(trace([0.1, 0.2, 0.3], lift=2),)))
     assert unexplained(text) == []
     table = text[text.index('id="table-foreseen"') : text.index('id="table-foreseen-all"')]
     cells = re.findall(r"<td[^>]*>(.*?)</td>", table)
     assert cells[:5] == [
         "regulator",
-        "100.0<small>20.7 to 100.0, of 1</small>",
+        "100.0 (20.7 to 100.0, of 1)",
         "0",
-        "0.05<small>of 1</small>",
-        "90<small>of 1</small>",
+        "0.05 (of 1)",
+        "90 (of 1)",
     ]
-    assert cells[5] == "100.0<small>51.0 to 100.0, of 4</small>"
-    assert cells[6].startswith("2.00<small>")
+    assert cells[5] == "100.0 (51.0 to 100.0, of 4)"
+    assert cells[6].startswith("2.00 (")
     assert cells[7:9] == ["paper", "–"]
     assert cells[14:] == ["fixed force", *["–"] * 6]
     table = text[text.index('id="table-errors"') :]
     cells = re.findall(r"<td[^>]*>(.*?)</td>", table[: table.index("</table>")])
-    assert cells[:3] == ["regulator", *["0.100<small>0.100 to 0.100, of 4</small>"] * 2]
+    assert cells[:3] == ["regulator", *["0.100 (0.100 to 0.100, of 4)"] * 2]
     assert cells[3:] == [
-        "0.100<small>0.100 to 0.100, of 8</small>",
-        "0.100<small>0.100 to 0.100, of 8</small>",
+        "0.100 (0.100 to 0.100, of 8)",
+        "0.100 (0.100 to 0.100, of 8)",
         "0.100 to 0.100",
     ]
     for key in ("controllers", "forces", "noise", "held", "margins", "foreseen-all", "errors"):
         table = text[text.index(f'id="table-{key}"') :]
-        cases = "<small>" if key != "controllers" else "grips</th>"
+        cases = " (" if key != "controllers" else "grips</th>"
         assert cases in table[: table.index("</table>")]
 
 

@@ -13,8 +13,7 @@ from fingerdesign_cli.main import main
 
 from fingerdesign import parse_design
 from fingerdesign.checks.load import load_design
-from fingerdesign.control import metrics
-from fingerdesign.control.metrics import JudgedGrip
+from fingerdesign.control.metrics import unsure_at_the_end
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import Memory
 from fingerdesign.design.grip import GRAVITY
@@ -23,27 +22,29 @@ from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.train.result import settings_of, training_key
 from fingerdesign.trials import bench as control_bench
-from fingerdesign.trials import run as control_study
-from fingerdesign.trials.bench import Cell, ControlGrid, GripBench, Tug, refuse, seed_of
-from fingerdesign.trials.record import COLUMNS, share_of, summarise, unannounced, unsure
-from fingerdesign.trials.run import KIND, journal_beside, kept_records, run_batches, study_control
-from fingerdesign.trials.tune import tune_controllers
-from tests.support.grips import judged
+from fingerdesign.trials import study as control_study
+from fingerdesign.trials.bench import GripBench
+from fingerdesign.trials.grid import Cell, ControlGrid, Tug, refuse, seed_of
+from fingerdesign.trials.record import COLUMNS, Trial, share_of, summarise, unannounced, unsure
+from fingerdesign.trials.stored import KIND, run_batches, stored_grips
+from fingerdesign.trials.study import StudyOptions, journal_beside, run_study
+from tests.support.grips import grip
 from tests.trials.conftest import GRID
 
 
-def all_outcomes(bench, path, names, workers=1, digest="d"):
-    with Journal(path, KIND, digest) as journal:
-        return run_batches(bench, GRID.batches(names), journal, workers)
+def all_trials(bench, path, names, workers=1):
+    with Journal(path, KIND, "d") as journal:
+        found = run_batches(bench, GRID.batches(names), journal, workers)
+    return [Trial(cell, 0, result) for cell, result in found.items()]
 
 
 def test_an_oracle_holds_its_margin_everywhere_at_any_noise(bench, tmp_path):
-    found = list(all_outcomes(bench, tmp_path / "j", ["oracle_1.5"]).values())
-    reported = summarise([each for each in found if not each.tug])
+    found = all_trials(bench, tmp_path / "j", ["oracle_1.5"])
+    reported = summarise([each for each in found if not each.cell.tug])
     assert reported.success.rate == 1.0
     assert reported.margin_at_lift.least == pytest.approx(1.5, abs=0.1)
     assert reported.margin_at_lift.most == pytest.approx(1.5, abs=0.1)
-    tugged = summarise([each for each in found if each.tug])
+    tugged = summarise([each for each in found if each.cell.tug])
     assert tugged.held.rate == 1.0
     assert tugged.answered.count == tugged.answered.of == 4
     assert 1 <= tugged.reaction_steps.median <= 12
@@ -66,10 +67,10 @@ def test_what_does_not_feel_the_noise_is_solved_once_and_a_model_may_fail(bench,
     second = bench.run_cell(Cell("oracle_1.2", 0.5, 200.0, 5.0), memory)
     assert count > 10
     assert len(moves) == count
-    assert replace(second, noise=0.0, seed=first.seed) == first
+    assert second == first
     moves += [(0.0, 0.0)] * 1000
     found = bench.run_cell(Cell("paper", 0.5, 200.0, 0.0), Memory())
-    assert (found.ending, found.success, found.reason) == ("failed", False, "no accepted answer")
+    assert (found.outcome, found.success, found.ending) == ("failed", False, "no accepted answer")
     json.dumps(asdict(found), allow_nan=False)
 
 
@@ -97,22 +98,19 @@ def test_a_tugged_grip_is_the_same_grip_until_the_tug(bench):
 
 def test_processes_change_nothing(bench, tmp_path):
     names = ["fixed_ratio", "paper"]
-    one = all_outcomes(bench, tmp_path / "one", names)
-    two = all_outcomes(bench, tmp_path / "two", names, workers=2)
-    assert one == two
+    one = all_trials(bench, tmp_path / "one", names)
+    two = all_trials(bench, tmp_path / "two", names, workers=2)
+    assert {each.cell: each for each in one} == {each.cell: each for each in two}
 
 
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [("lifted", "no"), ("peak_ratio", "big"), ("peak_ratio", None), ("steps", 1.5), ("new", 1)],
-)
+@pytest.mark.parametrize(("key", "value"), [("lifted", "no"), ("steps", 1.5), ("new", 1)])
 def test_a_journal_with_an_invalid_value_is_refused(tmp_path, key, value):
     with Journal(tmp_path / "j.sqlite", KIND, "d") as journal:
-        journal.add({"a": asdict(judged())})
-        assert kept_records(journal, JudgedGrip, "a grip") == {"a": judged()}
-        journal.add({"b": asdict(judged()) | {key: value}})
-        with pytest.raises(ResultError, match="not a grip"):
-            kept_records(journal, JudgedGrip, "a grip")
+        journal.add({"a": [asdict(grip())]})
+        assert stored_grips(journal) == {"a": [grip()]}
+        journal.add({"b": [asdict(grip()) | {key: value}]})
+        with pytest.raises(ResultError, match="not the grips of a control study"):
+            stored_grips(journal)
 
 
 @pytest.fixture
@@ -128,7 +126,7 @@ CONTROLLERS = ["--controller", "paper", "--controller", "oracle_1.2"]
 
 def test_the_command_writes_a_whole_folder(quick_model, design_file, tmp_path, capsys):
     out = tmp_path / "out"
-    arguments = ["study-control", str(design_file), "--out", str(out)]
+    arguments = ["study", str(design_file), "--out", str(out)]
     assert main([*arguments, *OPTIONS, *CONTROLLERS, "--json"]) == 0
     folder = out / "half-plane"
     assert [path.name for path in out.iterdir()] == ["half-plane"]  # and no journal
@@ -158,7 +156,7 @@ def test_the_command_writes_a_whole_folder(quick_model, design_file, tmp_path, c
 def test_an_interrupted_study_keeps_what_is_done(
     quick_model, design_file, tmp_path, monkeypatch, capsys
 ):
-    arguments = ["study-control", str(design_file), "--out", str(tmp_path), *OPTIONS]
+    arguments = ["study", str(design_file), "--out", str(tmp_path), *OPTIONS]
     arguments += CONTROLLERS
     real, batches = GripBench.run_batch, []
 
@@ -184,7 +182,7 @@ def test_an_interrupted_study_keeps_what_is_done(
 def test_a_second_study_is_refused_while_one_runs(
     quick_model, design_file, tmp_path, monkeypatch, capsys
 ):
-    arguments = ["study-control", str(design_file), "--out", str(tmp_path), *OPTIONS]
+    arguments = ["study", str(design_file), "--out", str(tmp_path), *OPTIONS]
     real, codes = GripBench.run_batch, []
 
     def beside(self, cells):
@@ -201,7 +199,7 @@ def test_a_second_study_is_refused_while_one_runs(
 
 
 def test_wrong_input_is_refused_before_any_work(quick_model, design_file, tmp_path, capsys):
-    arguments = ["study-control", str(design_file), "--out", str(tmp_path / "out")]
+    arguments = ["study", str(design_file), "--out", str(tmp_path / "out")]
     for wrong, said in (
         (["--controller", "papr"], "did you mean paper?"),
         (["--noise", "-1"], "--noise = -1.0"),
@@ -212,26 +210,25 @@ def test_wrong_input_is_refused_before_any_work(quick_model, design_file, tmp_pa
     assert not list((tmp_path).glob("out/*"))
 
 
-@pytest.mark.parametrize("work", [study_control, tune_controllers])
-def test_an_estimator_of_another_finger_or_fidelity_is_refused(work, design, tmp_path):
+def test_an_estimator_of_another_finger_or_fidelity_is_refused(design, tmp_path):
     """Before any model is made: grip_problem is not replaced here."""
 
-    def refused(taught, said, **more):
-        estimator = SimpleNamespace(gages=11, design=taught)
-        grid = (GRID,) if work is study_control else ()
+    def refused(trained, said, **more):
+        estimator = SimpleNamespace(gages=11, design=trained)
+        options = StudyOptions(estimator=estimator, **more)
         with pytest.raises(DesignError, match=said):
-            work(design, ("paper",), *grid, tmp_path / "j", estimator=estimator, **more)
+            run_study(design, ("paper",), GRID, tmp_path / "j", options)
 
     own = {each: training_key(design, settings_of(design), each) for each in ("plane-strain", "3d")}
-    refused("f" * 64, "one taught on ffffffffffff: must be one taught on this design")
-    refused(own["3d"], "taught in 3d: must be one taught in plane-strain")
-    refused(own["plane-strain"], "taught in plane-strain: must be one taught in 3d", fidelity="3d")
+    refused("f" * 64, "ffffffffffff: must be one")
+    refused(own["3d"], "in 3d: must be one")
+    refused(own["plane-strain"], "in plane-strain: must be one", fidelity="3d")
 
 
 def test_plates_are_needed(tmp_path):
     bare = parse_design('design.name = "bare"\nplates.count = 0')
     with pytest.raises(DesignError, match=r"plates\.count"):
-        control_study.study_control(bare, ("paper",), GRID, tmp_path / "j")
+        control_study.run_study(bare, ("paper",), GRID, tmp_path / "j")
 
 
 def test_a_batch_is_one_object_at_all_noises():
@@ -295,8 +292,8 @@ def test_the_papers_rule_never_slips_wholly_without_noise(tmp_path):
     """Measured: none of 100; two of 1000 g are not lifted within the stage's travel."""
     grid = replace(ControlGrid(), noises=(0.0,), tug=None)
     names = ("paper", "oracle_1.2")
-    study = control_study.study_control(
-        load_design("maeno2000"), names, grid, tmp_path / "j", workers=2
+    study = run_study(
+        load_design("maeno2000"), names, grid, tmp_path / "j", StudyOptions(workers=2)
     )
     reported = study.summary("paper")
     assert (reported.grips, reported.dropped, reported.failed) == (100, 0, 0)
@@ -308,11 +305,10 @@ def test_the_papers_rule_never_slips_wholly_without_noise(tmp_path):
 def test_the_whole_grid_takes_less_than_a_minute_of_two_cores(tmp_path):
     """Processor seconds: the machine may be busy. Measured on a busy one: 15 s of either core."""
     before = os.times()
-    study = control_study.study_control(
-        load_design("sensitive"), ("paper",), ControlGrid(), tmp_path / "j", workers=2
-    )
+    names, options = ("paper",), StudyOptions(workers=2)
+    study = run_study(load_design("sensitive"), names, ControlGrid(), tmp_path / "j", options)
     after = os.times()
-    assert len(study.outcomes) == 700
+    assert len(study.trials) == 700
     assert study.summary("paper").failed == 0
     spent = after.user - before.user + after.children_user - before.children_user
     assert 0.5 * spent < 60.0
@@ -330,24 +326,21 @@ def test_the_whole_grid_takes_less_than_a_minute_of_two_cores(tmp_path):
 def test_what_the_controller_said_counts_where_it_went_wrong(dropped, forces, lift, expected):
     said = np.array([True, True, False, False])
     trace = SimpleNamespace(unsure=said, normal_force=np.array(forces), lift_step=lift)
-    assert metrics._unsure(trace, dropped, 3.0) is expected
-    assert metrics._unsure(SimpleNamespace(unsure=None), dropped, 3.0) is None
+    assert unsure_at_the_end(trace, dropped, 3.0) is expected
+    assert unsure_at_the_end(SimpleNamespace(unsure=None), dropped, 3.0) is None
 
 
-def test_unannounced_are_those_that_went_wrong_without_a_word():
-    names = ("success", "ending", "crushed", "unsure")
+def test_unannounced_are_those_that_went_wrong_without_a_warning():
+    slipped = {"gross_slip": True, "outcome": "complete slip"}
     grips = [
-        SimpleNamespace(**dict(zip(names, values, strict=True)))
-        for values in (
-            (1, "lifted", 0, 0),
-            (1, "lifted", 0, 1),
-            (0, "complete slip", 0, 0),
-            (0, "complete slip", 0, 1),
-            (0, "lifted", 1, 0),
-            (0, "stage travel", 0, 0),  # neither dropped nor crushed
-            (0, "complete slip", 0, None),
-        )
+        grip(unsure=False),
+        grip(unsure=True),
+        grip(unsure=False, **slipped),
+        grip(unsure=True, **slipped),
+        grip(unsure=False, peak_ratio=4.0),
+        grip(unsure=False, lifted=False, outcome="stage travel"),  # neither dropped nor crushed
     ]
-    assert unannounced(grips[:6]) == 2
-    assert unsure(grips[:6]) == share_of(1, 2)
-    assert (unannounced(grips[6:]), unsure(grips[6:])) == (None, None)
+    assert unannounced(grips) == 2
+    assert unsure(grips) == share_of(1, 2)
+    silent = [grip(**slipped)]
+    assert (unannounced(silent), unsure(silent)) == (None, None)

@@ -5,39 +5,33 @@ import os
 import re
 from collections import Counter
 from contextlib import nullcontext
-from dataclasses import asdict, replace
+from dataclasses import replace
 
+import jsonschema
 import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import load_design
 from fingerdesign.errors import DesignError, SolverError
-from fingerdesign.records.base import ResultError
+from fingerdesign.records.base import json_schema
 from fingerdesign.runtime.journal import Journal, JournalError
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials import run as control_study
+from fingerdesign.trials import study as control_study
 from fingerdesign.trials import tune as tune_study
-from fingerdesign.trials.bench import FRICTIONS, MASSES_G, Cell, GripBench, seed_of
+from fingerdesign.trials.bench import GripBench
+from fingerdesign.trials.grid import FRICTIONS, MASSES_G, Cell, ControlGrid, seed_of
+from fingerdesign.trials.stored import KIND
+from fingerdesign.trials.study import StudyOptions, run_study
 from fingerdesign.trials.tune import (
-    KIND,
-    Kept,
-    best_values,
-    default_values,
-    tune_controllers,
-    tuned_design,
-)
-from fingerdesign.trials.tuning import (
-    BUDGET,
-    Range,
-    Round,
+    StoredTrials,
+    TuningSetting,
     bench_judge,
-    ranges_of,
+    default_values,
     run_cells,
-    tune,
     tuned_grip,
-    tuning_cells,
 )
-from tests.support.grips import judged
+from fingerdesign.trials.tuning import BUDGET, Range, Round, ranges_of, tune, tuning_cells
+from tests.support.grips import trial
 
 SMALL = (Round(4, 0, 3), Round(2, 2, 5))
 A = Range("grip.fixed_ratio.ratio", 0.05, 0.8)
@@ -45,7 +39,7 @@ B = Range("grip.fixed_ratio.pull_share", 0.01, 0.05)
 
 
 def made_up(cell, success, peak):
-    return judged(**asdict(cell) | {"lifted": success, "dropped": not success, "peak_ratio": peak})
+    return trial(cell, lifted=success, gross_slip=not success, peak_ratio=peak).result
 
 
 class Judge:
@@ -78,10 +72,12 @@ def test_it_finds_the_best_of_a_known_task():
     assert found.best.order > found.default.order
     assert found.trials[0] == found.default
     # Later trials stay inside the box and near the best.
-    for trial in found.trials:
+    for each_trial in found.trials:
         for each in (A, B):
-            assert each.low <= trial.values[each.key] <= each.high
-    last = [A.share(trial.values[A.key]) for trial in found.trials if trial.round == 2]
+            assert each.low <= each_trial.values[each.key] <= each.high
+    last = [
+        A.share(each_trial.values[A.key]) for each_trial in found.trials if each_trial.round == 2
+    ]
     assert max(last) - min(last) <= 1.0 / 9.0 + 1e-3
     # The seed decides everything.
     assert tuned(Judge()) == found
@@ -202,52 +198,54 @@ def test_a_process_that_dies_is_said(bench):
         list(judge([({}, [Dying("paper", 0.5, 200.0, 0.5)])]))
 
 
-def test_wrong_asking_and_what_is_no_record_are_refused():
+def test_unknown_controllers_and_too_few_grips_are_refused():
     with pytest.raises(DesignError, match="one of paper, fixed_force"):
         tune("magic", {}, tuning_cells("magic", 96), Judge())
     with pytest.raises(DesignError, match="at least 96"):
         tune("paper", {}, tuning_cells("paper", 95), Judge())
-    for text in ("", "[]", "{}", '{"format": "other"}'):
-        with pytest.raises(DesignError, match="--tuning"):
-            best_values(text)
 
 
 @pytest.fixture
 def quick(half_plane, monkeypatch):
-    """tune_controllers on the half-plane, with a small budget."""
-    made = []
-
-    def model(*_, **__):
-        made.append(1)
-        return half_plane
-
-    monkeypatch.setattr(control_study, "grip_problem", model)
-    monkeypatch.setitem(tune_study.tune_controllers.__kwdefaults__, "budget", SMALL)
-    return made
+    """Studies of the half-plane whose controllers are tuned with a small budget."""
+    monkeypatch.setattr(control_study, "grip_problem", lambda *_, **__: half_plane)
+    monkeypatch.setattr(control_study, "opposite_problem", lambda *_, **__: None)
+    monkeypatch.setattr(
+        "fingerdesign_cli.trials.TuningSetting", lambda *_: TuningSetting(budget=SMALL)
+    )
 
 
-def unasked(requested):
+GRID = ControlGrid((0.4,), (150.0,), (0.5,), tug=None)
+TUNED = StudyOptions(tuning=TuningSetting(budget=SMALL))
+
+
+def not_requested(requested):
     assert not requested
     return []
 
 
-def test_the_record_and_what_it_is_good_for(quick, design, tmp_path, monkeypatch):
-    path = tmp_path / "journal"
-    record = tune_controllers(design, ("fixed_ratio", "oracle_1.2"), path)
-    reported = json.loads(record.to_json())
-    assert list(reported["controllers"]) == ["fixed_ratio", "oracle_1.2"]
-    best = reported["controllers"]["fixed_ratio"]["best"]
-    assert len(reported["controllers"]["fixed_ratio"]["trials"]) == 4 + 2
-    assert best["grips"] == len(reported["cells"]) == 5
-    ratio = best["values"][A.key]
-    assert tuned_design(design, record.to_json()).grip.fixed_ratio.ratio == ratio
-    assert ratio != design.grip.fixed_ratio.ratio
-    # Both controllers' trials stand in the journal: nothing is gripped anew.
-    monkeypatch.setattr(tune_study, "bench_judge", lambda bench, workers: nullcontext(unasked))
-    again = tune_controllers(design, ("oracle_1.2", "fixed_ratio"), path)
-    assert again.controllers == record.controllers
+def test_a_tuned_study_has_the_best_values_and_its_trials_are_stored(
+    quick, design, tmp_path, monkeypatch
+):
+    path, names = tmp_path / "journal", ("fixed_ratio", "oracle_1.2")
+    found = run_study(design, names, GRID, path, TUNED)
+    tuning = found.data["tuning"]
+    assert list(tuning["controllers"]) == ["fixed_ratio", "oracle_1.2"]
+    own = tuning["controllers"]["fixed_ratio"]
+    assert len(own["trials"]) == 4 + 2
+    assert own["best"]["grips"] == len(tuning["cells"]) == 5
+    ratio = own["best"]["values"][A.key]
+    assert found.tuned.grip.fixed_ratio.ratio == ratio != design.grip.fixed_ratio.ratio
+    # All trials and grips are in the journal: nothing is gripped again.
+    monkeypatch.setattr(
+        tune_study, "bench_judge", lambda bench, workers: nullcontext(not_requested)
+    )
+    monkeypatch.setattr(GripBench, "run_batch", not_requested)
+    again = run_study(design, names, GRID, path, TUNED)
+    assert again.data["tuning"] == tuning
+    assert again.trials == found.trials
     with pytest.raises(JournalError, match="of another design"):
-        tune_controllers(design, ("fixed_ratio",), path, seed=1)
+        run_study(design, names, replace(GRID, seed=1), path, TUNED)
 
 
 def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
@@ -265,8 +263,8 @@ def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
         return judged
 
     with pytest.raises(KeyboardInterrupt), Journal(path, KIND, "d") as journal:
-        tuned(Kept(journal).judge(judge(6)), budget=SMALL)
-    kept = Kept(Journal(path, KIND, "d"))
+        tuned(StoredTrials(journal).judge(judge(6)), budget=SMALL)
+    kept = StoredTrials(Journal(path, KIND, "d"))
     assert kept.grips == sum(len(cells) for _, cells in requested) > 4 * 3
     found = tuned(kept.judge(judge(None), lambda *each: reported.append(each)), budget=SMALL)
     assert found == tuned(Judge(), budget=SMALL)
@@ -278,29 +276,18 @@ def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
         Journal(path, KIND, "e")
 
 
-GRIP = asdict(judged())
-
-
-@pytest.mark.parametrize("record", [{}, [{}], [GRIP | {"steps": "many"}]])
-def test_a_journal_with_an_invalid_record_is_refused(tmp_path, record):
-    with Journal(tmp_path / "j.sqlite", KIND, "d") as journal:
-        journal.add({"trial 1": [GRIP]})
-        assert Kept(journal).grips == 1
-        journal.add({"trial x": record})
-        with pytest.raises(ResultError, match=r"j\.sqlite: not a record of a tuning; move it away"):
-            Kept(journal)
-
-
 def test_the_command(quick, design_file, tmp_path, capsys):
     out = tmp_path / "out"
-    options = ["--controller", "fixed_force", "--workers", "1"]
-    assert main(["tune", str(design_file), "--out", str(out), *options]) == 0
-    assert "fixed_force" in capsys.readouterr().out
+    command = ["study", str(design_file), "--out", str(out), "--tune", "--workers", "1"]
+    small = ["--friction", "0.4", "--mass-g", "150", "--noise", "0.5", "--no-tug"]
+    assert main([*command, *small, "--controller", "fixed_force"]) == 0
+    assert "before %" in capsys.readouterr().out
     head = (out / "half-plane/tuned.toml").read_text().splitlines()
     assert re.match(r"# fixed_force: success \d+ % \(before: \d+ %\), held \d+ %", head[2])
-    record = json.loads((out / "half-plane/tuning.json").read_text())
-    force = record["controllers"]["fixed_force"]["best"]["values"]["grip.fixed_force.force_N"]
+    record = json.loads((out / "half-plane/control.json").read_text())
+    jsonschema.validate(record, json_schema("control"))
+    best = record["tuning"]["controllers"]["fixed_force"]["best"]
+    force = best["values"]["grip.fixed_force.force_N"]
     assert load_design(out / "half-plane/tuned.toml").grip.fixed_force.force_N == force
+    assert "Tuned before the study" in (out / "half-plane/control.html").read_text("utf-8")
     assert not list(out.glob("*.sqlite"))
-    assert main(["tune", str(design_file), "--out", str(out), "--controller", "fixd_force"]) == 2
-    assert "did you mean fixed_force?" in capsys.readouterr().err

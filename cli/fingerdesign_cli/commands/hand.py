@@ -150,43 +150,20 @@ noise_of_the_rig = click.option(
 
 
 @command("sensing", "Write the regulator as C for a hand's microcontroller.")
-@click.argument("estimator_file", metavar="ESTIMATOR", type=FILE)
-@design_and_out
+@click.argument("files", metavar="[ESTIMATOR] DESIGN", type=DESIGN, nargs=-1, required=True)
+@out_option
+@click.option("--to", type=click.Choice(["c"]), required=True, help="c: C99 without dependencies.")
 @noise_of_the_rig
 @output_options
-def export_c() -> None:
-    """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99 without dependencies.
+def export() -> None:
+    """Write the regulator of DESIGN, which grips by ESTIMATOR, for another system.
 
     OUT/NAME then holds regulator.c and regulator.h.
 
-    ESTIMATOR is what `fingerdesign train` wrote for DESIGN. The file computes in single precision
-    and holds the one network for the noise, with 16-bit weights: some 49 kB for 15 gages. How to
-    compile and call it: docs/how_to/control.md.
-    """
-
-
-@command("trials", "Tune controllers alike, on grips of their own.")
-@design_and_out
-@controllers_option
-@numbers_option(
-    "--noise",
-    "noises",
-    "E",
-    "Standard deviation of a gage's sample in the tuning grips, microstrain; may be given again.",
-    default=(0.5,),
-    show_default=True,
-)
-@trial_options("trials, grips and noise")
-def tune() -> None:
-    """Tune the controllers of DESIGN, each by the same procedure and the same number of grips.
-
-    The grips have other frictions, masses and noise than those of study-control. OUT/NAME then
-    holds tuning.json (every trial) and tuned.toml: DESIGN with the best values in its [grip] table,
-    for `fingerdesign study-control`, whose grid gives other success rates than the grips tuned on.
-    One to six minutes a controller.
-
-    What is done stands in OUT/NAME.unfinished.sqlite until the folder is there: an interrupted run
-    goes on in the middle of a round.
+    ESTIMATOR is what `fingerdesign train` wrote for DESIGN; without it one is trained first, or
+    taken from the cache. The file computes in single precision and holds the one network for the
+    noise, with 16-bit weights: some 49 kB for 15 gages. How to compile and call it:
+    docs/how_to/control.md.
     """
 
 
@@ -210,52 +187,46 @@ def tune() -> None:
     "noises",
     "E",
     "Standard deviation of a gage's sample, microstrain; may be given again. Without it 0, "
-    "0.5, 1, 2, 5 and 10.",
+    "0.5, 1, 2, 5 and 10; with --perturbed, and for tuning, 0.5.",
 )
 @click.option("--quick", is_flag=True, help="4 frictions, 4 masses, 3 noises: seconds.")
 @click.option("--no-tug", is_flag=True, help="Leave out the grips whose lifted object is tugged.")
-@open_option
-@trial_options("all noise")
-def study_control() -> None:
-    """Judge controllers on DESIGN over friction, weight and gage noise.
-
-    Each lifts every object at every noise and, once, holds it against a tug. OUT/NAME then holds
-    control.html (findings, tables, figures), control.json, grips.csv (every grip), control.png and
-    path_*.csv (the grips that are drawn).
-
-    What is done stands in OUT/NAME.unfinished.sqlite until the folder is there: an interrupted
-    study goes on where it stopped. Exit code 0 also where objects are dropped or crushed: that is a
-    finding.
-    """
-
-
-@command("trials", "Compare controllers on fingers that came out unlike the model.")
-@design_and_out
-@controllers_option
+@click.option("--tune", is_flag=True, help="Tune the controllers first: one to six minutes each.")
+@click.option("--perturbed", is_flag=True, help="On fingers drawn with faults.")
 @click.option(
     "--fault",
     "faults",
     multiple=True,
     metavar="NAME",
-    help="none (the model itself), all (every fault at once), or one of the faults in "
-    "docs/how_to/control.md; may be given again. Without it all of these.",
+    help="With --perturbed: none (the model itself), all (every fault at once), or one of the "
+    "faults in docs/how_to/control.md; may be given again. Without it all of these.",
 )
 @click.option(
     "--plants",
     type=click.IntRange(1, 1000),
-    default=25,
-    show_default=True,
-    help="Fingers of each.",
+    help="With --perturbed: fingers of each fault.  [default: 25]",
 )
 @click.option(
-    "--lifts", type=click.IntRange(1, 100), default=4, show_default=True, help="Objects a finger."
+    "--lifts",
+    type=click.IntRange(1, 100),
+    help="With --perturbed: objects a finger.  [default: 4]",
 )
-@trial_options("fingers and objects")
-def study_unlike() -> None:
-    """Judge controllers on fingers and objects that came out unlike DESIGN's model.
+@open_option
+@details_option
+@trial_options("all noise, fingers and trials")
+def study() -> None:
+    """Judge controllers on DESIGN over friction, weight and gage noise.
 
-    Each finger is drawn from the seed (rubber, plates' places, cover, gages, mesh, the object's
-    tilt and radius), measures itself on its bench, and lifts objects of 100 to 1000 g at frictions
-    of 0.2 to 0.8. OUT/NAME then holds unlike.json (success with intervals, by fault and controller)
-    and unlike.csv (every lift). An interrupted study goes on where it stopped.
+    Each lifts every object at every noise and, once, holds it against a tug. With --perturbed each
+    finger is drawn from the seed (rubber, plates' places, cover, gages, mesh, the object's tilt and
+    radius), measures itself on its bench, and lifts objects between the least and greatest friction
+    and mass. OUT/NAME then holds control.html (chart, findings, tables), control.json, grips.csv
+    (every grip), control.png and path_*.csv (the grips that are drawn).
+
+    --tune tunes the controllers first, each by the same procedure and the same number of grips, on
+    other objects and noise than the study's; tuned.toml is DESIGN with the best values.
+
+    Finished grips are in OUT/NAME.unfinished.sqlite until the folder is there: an interrupted study
+    continues where it stopped. Exit code 0 also where objects are dropped or crushed: that is a
+    finding.
     """

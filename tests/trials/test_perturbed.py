@@ -2,12 +2,11 @@
 
 import csv
 import json
-import sqlite3
 
+import jsonschema
 import numpy as np
 import pytest
 from fingerdesign_cli.main import main
-from pydantic import TypeAdapter
 
 from fingerdesign import parse_design
 from fingerdesign.checks.load import load_design, with_values
@@ -17,7 +16,7 @@ from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.make import mesher_name
-from fingerdesign.records.base import ResultError, plain
+from fingerdesign.records.base import json_schema
 from fingerdesign.sensing import model
 from fingerdesign.sensing.model import meshed_for_grips
 from fingerdesign.sensing.perturb.faults import ALL, FAULTS, ON_REQUEST, TRAINING_FAULTS
@@ -27,9 +26,7 @@ from fingerdesign.sensing.perturb.finger import (
     refuse_faults,
     training_faults,
 )
-from fingerdesign.trials import unlike as trials
-from fingerdesign.trials.unlike import UnlikeData, chosen_faults, study_unlike
-from tests.support.grips import judged
+from fingerdesign.trials.grid import Perturbed, faults_by_label
 
 COARSE = """
 [design]
@@ -163,8 +160,9 @@ def test_friction_in_motion_is_5_to_20_per_cent_less():
 
 def test_another_mesher_is_asked_for_by_name_in_three_dimensions(monkeypatch):
     assert set(FAULTS) - set(ALL) == ON_REQUEST == {"mesher"}
-    assert [label for label, _ in chosen_faults(())] == ["none", *ALL, "all"]
-    assert chosen_faults(["mesher", "all"]) == [("mesher", ("mesher",)), ("all", ALL)]
+    assert Perturbed().labels == ("none", *ALL, "all")
+    assert faults_by_label()["mesher"] == ("mesher",)
+    assert faults_by_label()["all"] == ALL
     design = load_design("sensitive")
     refuse_faults(design, ["mesher"], "3d")
     with pytest.raises(DesignError, match="netgen alone meshes sections"):
@@ -204,54 +202,40 @@ def test_by_another_mesher_a_finger_is_much_the_same(monkeypatch, tmp_path):
     assert 0.0 < worst < 0.1 * np.abs(one.readings).max()
 
 
-def test_a_journal_with_an_invalid_record_is_refused(tmp_path, monkeypatch):
-    given = (
-        parse_design(COARSE),
-        ("fixed_ratio",),
-        [("gains", ("gains",))],
-        1,
-        tmp_path / "j.sqlite",
-    )
-    lift = judged(controller="fixed_ratio")
-    monkeypatch.setattr(trials, "lift_plant", lambda _, job: (job, [lift]))
-    found = study_unlike(*given)
-    assert found == study_unlike(*given)
-    with sqlite3.connect(given[-1]) as base:
-        base.execute("update records set record = replace(record, 'lifted', 'raised')")
-    with pytest.raises(ResultError, match="not the lifts of a study of unlike fingers"):
-        study_unlike(*given)
-
-
 def test_all_controllers_meet_the_same_fingers(tmp_path, capsys):
     (tmp_path / "coarse.toml").write_text(COARSE)
-    given = ["study-unlike", str(tmp_path / "coarse.toml"), "--out", str(tmp_path / "out")]
+    given = ["study", "--perturbed", str(tmp_path / "coarse.toml"), "--out", str(tmp_path / "out")]
     given += ["--plants", "2", "--lifts", "1", "--workers", "1", "--quiet"]
     assert main([*given, "--fault", "rust"]) == 2
     assert "--fault = rust: must be one of none, modulus" in capsys.readouterr().err
     assert main([*given, "--seed", "-1"]) == 2
     assert "--seed = -1" in capsys.readouterr().err
     (tmp_path / "bare.toml").write_text(COARSE.replace("count = 5", "count = 0"))
-    bare = [given[0], str(tmp_path / "bare.toml"), *given[2:]]
+    bare = [*given[:2], str(tmp_path / "bare.toml"), *given[3:]]
     assert main([*bare, "--fault", "plates"]) == 2
     assert "plates.count = 0: must be at least 2" in capsys.readouterr().err
+    assert main([given[0], *given[2:]]) == 2
+    assert "--plants = 2: must be given with --perturbed alone" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
     chosen = ["--fault", "none", "--fault", "all"]
     chosen += ["--controller", "fixed_ratio", "--controller", "reactive"]
     assert main([*given, *chosen]) == 0
-    text = (tmp_path / "out/coarse/unlike.json").read_text()
-    record = json.loads(text)
-    assert plain(TypeAdapter(UnlikeData).validate_json(text)) == record
-    with (tmp_path / "out/coarse/unlike.csv").open() as file:
+    record = json.loads((tmp_path / "out/coarse/control.json").read_text())
+    jsonschema.validate(record, json_schema("control"))
+    with (tmp_path / "out/coarse/grips.csv").open() as file:
         lifts = list(csv.DictReader(file))
-    assert len(lifts) == 8
+    assert len(lifts) == record["grips"] == 8
     assert all(row["unsure"] == "" for row in lifts)  # neither hand can tell
     objects = {name: [] for name in ("fixed_ratio", "reactive")}
     for row in lifts:
         objects[row["controller"]].append((row["object_mass_g"], row["friction_coefficient"]))
     assert objects["fixed_ratio"] == objects["reactive"]
-    for label, by in record["summaries"].items():
-        for name, summary in by.items():
-            own = [r for r in lifts if (r["fault"], r["controller"]) == (label, name)]
+    for controller in record["controllers"]:
+        assert [each["fault"] for each in controller["by_fault"]] == ["none", "all"]
+        for summary in controller["by_fault"]:
+            key = summary["fault"], controller["controller"]
+            own = [row for row in lifts if (row["fault"], row["controller"]) == key]
             assert summary["success"]["of"] == len(own) == 2
-            assert summary["success"]["count"] == sum(int(r["success"]) for r in own)
+            assert summary["success"]["count"] == sum(int(row["success"]) for row in own)
             assert summary["failed"] == 0
+    assert "Success by fault" in (tmp_path / "out/coarse/control.html").read_text("utf-8")

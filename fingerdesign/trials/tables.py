@@ -1,0 +1,248 @@
+"""Tables of a control study, for its page: controllers by noise, fault and tug, and conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from fingerdesign.records.statistics import Rms, Share, Spread
+from fingerdesign.report.table import Table
+from fingerdesign.trials.record import (
+    ControlData,
+    ControllerData,
+    NoiseSummary,
+    Summary,
+    TuningData,
+)
+
+NONE = "–"  # of a cell: nothing, or no grip has the value
+
+
+def title_of(controller: str) -> str:
+    """A controller's name in words."""
+    return controller.replace("_", " ")
+
+
+def at_noise(controller: ControllerData, noise: float) -> NoiseSummary:
+    """The summary of a controller at one noise of the grid."""
+    return next(row for row in controller["by_noise"] if row.noise_microstrain == noise)
+
+
+def main_tables(data: ControlData, noise: float) -> list[Table]:
+    """Who lifts, and how, at one noise; on perturbed fingers by fault."""
+    lifts, forces = [], []
+    for each in data["controllers"]:
+        own, name = at_noise(each, noise), title_of(each["controller"])
+        dropped = f"{own.dropped}, {own.caught} caught" if own.caught else f"{own.dropped}"
+        counts = (own.crushed, own.not_lifted, own.failed)
+        given = "μ, m" if each["told"] else NONE
+        lifts.append(
+            (
+                *(name, given, str(own.grips), _share(own.success), _share(own.held), dropped),
+                *map(str, counts),
+            )
+        )
+        margin = own.margin_at_lift
+        middle = NONE if margin is None else f"{margin.low:.2f} to {margin.high:.2f}"
+        spreads = (_median(own.peak_ratio), _median(own.minimum_stick_ratio))
+        last = (_median(own.slip_distance_mm, 3), _median(own.steps, 0))
+        forces.append((name, _median(margin), middle, *spreads, *last))
+    columns = ["controller", "given", "grips", "success %", "held %", "dropped", "crushed"]
+    columns += ["not lifted", "failed"]
+    how = ("controller", "margin at lift", "middle half", "peak", "least stick", "slip mm", "steps")
+    found = [
+        _table("controllers", f"At {noise:g} microstrain: who lifts, of all grips", columns, lifts),
+        _table("forces", f"At {noise:g} microstrain: how; medians", how, forces),
+    ]
+    return [*found, *_fault_tables(data)]
+
+
+def _fault_tables(data: ControlData) -> list[Table]:
+    perturbed = data["conditions"]["perturbed"]
+    if perturbed is None:
+        return []
+    names = [title_of(each["controller"]) for each in data["controllers"]]
+    success, margins = [], []
+    for number, label in enumerate(perturbed["faults"]):
+        own = [each["by_fault"][number] for each in data["controllers"]]
+        success.append((label.replace("_", " "), *(_share(each.success, 0) for each in own)))
+        margins.append((label.replace("_", " "), *(_median(each.safety_margin) for each in own)))
+    columns = ("fault", *names)
+    return [
+        _table("faults", "By fault of the finger: success %", columns, success),
+        _table("fault-margins", "By fault: median margin of what succeeded", columns, margins),
+    ]
+
+
+def noise_tables(data: ControlData) -> list[Table]:
+    """Success, held and margin by noise."""
+    noises = data["conditions"]["noises_microstrain"]
+    columns = ("controller", *(f"{noise:g}" for noise in noises))
+    found = []
+    for key, caption in (("noise", "success %"), ("held", "held %"), ("margins", "margin")):
+        rows = []
+        for each in data["controllers"]:
+            cells = [_of_noise(key, own) for own in each["by_noise"]]
+            rows.append((title_of(each["controller"]), *cells))
+        found.append(_table(key, f"By noise (microstrain): {caption}", columns, rows))
+    return found
+
+
+def _of_noise(key: str, own: Summary) -> str:
+    if key == "margins":
+        return _median(own.margin_at_lift)
+    return _share(own.success if key == "noise" else own.held)
+
+
+def warning_tables(data: ControlData, noise: float) -> list[Table]:
+    """Warnings of slip before it came, and errors of the reported stick ratio."""
+    columns = ["controller", "complete slips warned of %", "withdrawn", "lead s"]
+    columns += ["F_t at the warning %", "grips with a false alarm %", "false alarms per 100 steps"]
+    every = data["controllers"]
+    here = [_warnings(title_of(each["controller"]), at_noise(each, noise)) for each in every]
+    whole = []
+    for each in every:
+        name = title_of(each["controller"])
+        whole.append(_warnings(name, each["whole_grid"]))
+        if each["tugged"] is not None:
+            whole.append(_warnings(f"{name}, tugged", each["tugged"]))
+    tugged = data["conditions"]["tug"] is not None
+    noises = [f"{noise:g}" for noise in data["conditions"]["noises_microstrain"]]
+    errors = []
+    for each in every:
+        saw = each["whole_grid"].foreseen
+        grips = saw.stick_error_of_grips
+        if saw.stick_error is None or grips is None:
+            continue
+        cells = [_rms(own.foreseen.stick_error) for own in each["by_noise"]]
+        middle = f"{grips.low:.3f} to {grips.high:.3f}"
+        row = [title_of(each["controller"]), *cells, _rms(saw.stick_error), _median(grips, 3)]
+        last = [] if each["tugged"] is None else [_rms(each["tugged"].foreseen.stick_error)]
+        errors.append((*row, middle, *last))
+    found = [
+        _table("foreseen", f"At {noise:g} microstrain: warnings before slip", columns, here),
+        _table("foreseen-all", "Over all noises, and of tugged grips", columns, whole),
+    ]
+    if errors:
+        more = ("all", "of a grip, median", "middle half", *(("tugged",) if tugged else ()))
+        caption = "Error of the reported stick ratio, RMS, by noise (microstrain)"
+        found.append(_table("errors", caption, ("controller", *noises, *more), errors))
+    return found
+
+
+def _warnings(name: str, own: Summary) -> tuple[str, ...]:
+    saw = own.foreseen
+    withdrawn = NONE if saw.withdrawn is None else str(saw.withdrawn)
+    return (
+        name,
+        _share(saw.warned),
+        withdrawn,
+        _median(saw.lead_s),
+        _median(saw.lead_force_share, 0, 100.0),
+        _share(saw.falsely_alarmed),
+        _share(saw.false_alarms, 2),
+    )
+
+
+def tug_tables(data: ControlData) -> list[Table]:
+    """What a tug at the lifted object did, and how soon the hand reacted."""
+    tug, rate = data["conditions"]["tug"], data["hardware"].get("sample_rate_Hz", 100.0)
+    if tug is None:
+        return []
+    assert not isinstance(rate, list)
+    rows, ms = [], 1000.0 / rate
+    for each in data["controllers"]:
+        own = each["tugged"]
+        assert own is not None
+        found = own.reaction_steps
+        times = (NONE, NONE, NONE)
+        if found is not None:
+            times = (_median(found, 0, ms), f"{ms * found.high:.0f}", f"{ms * found.most:.0f}")
+        held, answered = _share(own.held), _share(own.answered)
+        name = title_of(each["controller"])
+        rows.append((name, str(own.grips), held, answered, *times, _median(own.peak_ratio)))
+    columns = ("controller", "grips", "held %", "answered %", "reaction ms", "three in four")
+    caption = (
+        f"Tugged with {100.0 * tug['share']:g} % of the weight: risen in {tug['rise_s']:g} s, held "
+        f"for {tug['stay_s']:g} s, at {tug['noise_microstrain']:g} microstrain"
+    )
+    return [_table("tug", caption, (*columns, "slowest", "peak"), rows)]
+
+
+def tuning_tables(tuning: TuningData | None) -> list[Table]:
+    """What the tuning brought, on its own grips."""
+    if tuning is None:
+        return []
+    rows = []
+    for name, found in tuning["controllers"].items():
+        best, default = found["best"], found["default"]
+        rates = (f"{100.0 * each['success_rate']:.1f}" for each in (best, default))
+        takes = [f"{key.removeprefix('grip.')} {each:g}" for key, each in best["values"].items()]
+        rows.append((title_of(name), *rates, ", ".join(takes)))
+    caption = f"Tuned before the study, on {len(tuning['cells'])} other grips"
+    return [_table("tuning", caption, ("controller", "success %", "before", "takes"), rows, (0, 3))]
+
+
+def condition_tables(data: ControlData) -> list[Table]:
+    """Conditions, hardware and model, one value a row."""
+    own = data["conditions"]
+    values: dict[str, Any] = {
+        "friction coefficients": own["friction_coefficients"],
+        "weights (g)": own["object_masses_g"],
+        "gage noise (microstrain)": own["noises_microstrain"],
+        "held on after the lift (s)": own["hold_s"],
+        "seed": own["seed"],
+    }
+    if (perturbed := own["perturbed"]) is not None:
+        values["fingers of each fault"] = perturbed["plants"]
+        values["objects a finger"] = perturbed["lifts_a_plant"]
+    values |= {name.replace("_", " "): each for name, each in data["hardware"].items()}
+    values |= {name.replace("_", " "): each for name, each in data["model"].items()}
+    rows = [(name, _plain(each)) for name, each in values.items()]
+    return [_table("conditions", "Conditions", ("what", "value"), rows, (0, 1))]
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, list | tuple):
+        return ", ".join(f"{each:g}" for each in value) or "none"
+    return str(value)
+
+
+def _table(
+    key: str,
+    caption: str,
+    columns: Iterable[str],
+    rows: Sequence[tuple[str, ...]],
+    texts: Iterable[int] = (0,),
+) -> Table:
+    return Table(key, caption, tuple(columns), tuple(rows), frozenset(texts))
+
+
+# A value, then its 95 % interval and the number of cases that it rests on.
+
+
+def _share(share: Share | None, digits: int = 1) -> str:
+    if share is None or share.rate is None or share.low is None or share.high is None:
+        return NONE
+    low, high = (f"{100.0 * each:.{digits}f}" for each in (share.low, share.high))
+    return f"{100.0 * share.rate:.{digits}f} ({low} to {high}, of {share.of:,})"
+
+
+def _median(spread: Spread | None, digits: int = 2, factor: float = 1.0) -> str:
+    if spread is None:
+        return NONE
+    value, of = f"{factor * spread.median:.{digits}f}", f"of {spread.count:,}"
+    if spread.median_low is None or spread.median_high is None:
+        return f"{value} ({of})"
+    low, high = (factor * each for each in (spread.median_low, spread.median_high))
+    return f"{value} ({low:.{digits}f} to {high:.{digits}f}, {of})"
+
+
+def _rms(error: Rms | None) -> str:
+    if error is None:
+        return NONE
+    if error.low is None or error.high is None:
+        return f"{error.value:.3f} (of {error.count:,})"
+    return f"{error.value:.3f} ({error.low:.3f} to {error.high:.3f}, of {error.count:,})"
