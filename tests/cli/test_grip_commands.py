@@ -70,7 +70,7 @@ def test_an_estimator_taught_on_another_is_refused(folder, tmp_path, estimator, 
     estimator(training_key(design, settings_of(design)))
     solid = ["grip", own, "--controller", "regulator", "--fidelity", "3d"]
     refused = said(*solid, *given, code=2).err
-    assert "--estimator = taught in plane-strain: must be one taught in 3d" in refused
+    assert "in plane-strain: must be one trained in 3d" in refused
     assert not out.exists()
 
 
