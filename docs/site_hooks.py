@@ -79,9 +79,7 @@ def plain(lines: list[str]) -> list[str]:
     """Turn a docstring into reStructuredText; indented lines and columns stay as they are."""
     found: list[str] = []
     for paragraph in _paragraphs(lines):
-        paragraph[-1] = re.sub(
-            r"\s*::$", "", paragraph[-1]
-        )  # What follows is indented.
+        paragraph[-1] = re.sub(r"\s*::$", "", paragraph[-1])  # What follows is indented.
         if paragraph[0].lstrip().startswith(">>>"):
             found += [line.strip() for line in paragraph]
         elif any(line.startswith("  ") or re.search(r"\S {3,}\S", line) for line in paragraph):

@@ -4,8 +4,19 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from fingerdesign.records.verdict import Status, Verdict, VerdictView
 from fingerdesign.report import style
-from fingerdesign.report.page import caption_drawing, render_page
+from fingerdesign.report.page import (
+    Bullets,
+    Fold,
+    Item,
+    Page,
+    Section,
+    Text,
+    caption_drawing,
+    page_html,
+    texts_of,
+)
 from fingerdesign.report.style import Axes, Axis, Canvas
 from fingerdesign.report.table import Table
 from fingerdesign.validate.advice import GROUPS, NONE, TEMPLATES, WORDS, percent_cell, spread_cell
@@ -14,13 +25,14 @@ from fingerdesign.validate.record import Row, Thresholds, Validation
 FLOOR = 1e-4  # of one: smaller errors are drawn there
 _BESIDE = 1.16
 _TICKS = {1e-4: "≤0.01 %", 1e-3: "0.1 %", 1e-2: "1 %", 0.1: "10 %", 1.0: "100 %", 10.0: "×10"}
-ANSWERS = {
-    "keep": "yes",
-    "limited": "partly",
-    "drop": "no",
-    "measure": "partly",
-    "not tested": "untold",
+STATUS: dict[str, Status] = {
+    "keep": "pass",
+    "limited": "warning",
+    "drop": "fail",
+    "measure": "warning",
+    "not tested": "note",
 }
+PAGE = texts_of(TEMPLATES / "page.toml")["page"]
 SIDES = {"equal_motion": "At equal motion", "equal_force": "At equal force"}
 QUANTITIES = {
     "normal_force": "F_n %",
@@ -195,18 +207,38 @@ def _greatest(row: Row, sides: Iterable[str], quantities: Iterable[str]) -> floa
 
 
 def validate_html(of: Validation) -> str:
-    """The page of a validation."""
+    """The page of a validation: the chart and a tile for each assumption come first."""
     rows = of.assumptions
-    return render_page(
-        TEMPLATES / "validate.html.j2",
-        data=of,
-        answers=ANSWERS,
-        chart=chart_figure(of) if _tested(of) else None,
-        profile=along_z_figure(of),
-        tables=[_errors_table(rows, side) for side in SIDES],
-        costs=_cost_table(rows),
-        comparisons=_comparison_table(rows),
-        gages=[table for side in SIDES if (table := _gage_table(rows, side)).rows],
+    tiles = tuple(
+        Verdict(STATUS[row.verdict], f"{number} {row.title}", row.assumed, count=row.verdict)
+        for number, row in enumerate(rows, start=1)
+    )
+    thresholds = {"keep": 100 * of.thresholds.keep, "limit": 100 * of.thresholds.limit}
+    profile = along_z_figure(of)
+    gages = [table for side in SIDES if (table := _gage_table(rows, side)).rows]
+    advice = Bullets([f"{number} {row.title}: {row.advice}" for number, row in enumerate(rows, 1)])
+    details: list[Item] = [profile] if profile is not None else []
+    details.append(_comparison_table(rows))
+    if gages:
+        details.append(Fold("Gage by gage", gages))
+    errors = [*(_errors_table(rows, side) for side in SIDES), _cost_table(rows)]
+    note, files, finite = (Text(PAGE[each], "quiet") for each in ("dash", "files", "finite"))
+    versions = ", ".join(f"{name} {each}" for name, each in of.versions.items())
+    digest = Text(f"Digest {of.digest}. Versions: {versions or 'not recorded'}.")
+    return page_html(
+        Page(
+            title=f"{of.design}: cost of each assumption",
+            heading=f"{of.design}: cost of each assumption",
+            lead=f"scene {of.scene} · {of.seconds:.0f} s · {of.peak_memory_MB:.0f} MB",
+            first=chart_figure(of) if _tested(of) else Text(PAGE["nothing"]),
+            view=VerdictView(of.design, "", of.seconds, tiles),
+            sections=[
+                Section("advice", "Advice", [advice, Text(PAGE["rule"].format(**thresholds))]),
+                Section("errors", "Numbers", [*errors, note]),
+                Section("details", "Details", details),
+            ],
+            record=[digest, files, *([] if of.deep else [finite])],
+        )
     )
 
 

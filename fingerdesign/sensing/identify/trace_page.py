@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,8 +11,9 @@ import numpy as np
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.design.io import dump_design
 from fingerdesign.records.base import json_text
+from fingerdesign.records.verdict import Status, Verdict, VerdictView
 from fingerdesign.report import style
-from fingerdesign.report.page import caption_drawing, render_page
+from fingerdesign.report.page import Item, Page, Section, Text, caption_drawing, page_html
 from fingerdesign.report.table import Table
 from fingerdesign.sensing.identify.trace_report import (
     DESIGN_FILE,
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from fingerdesign.sensing.identify.trace_fit import Identified
 
 TEMPLATES = Path(__file__).parent / "templates"
-WORDS = TEMPLATES / "identify_words.txt.j2"
+WORDS = TEMPLATES / "figures.toml"
 _SHOWN = 4  # The gages with the largest response are drawn.
 
 
@@ -47,14 +48,45 @@ def identify_html(found: Identified, data: IdentificationData, plates: Sequence[
     """The page. plates: numbers of the plates whose gages the trace holds, in its order."""
     with style.house_style():
         figures = [_forces(found, data), _gages(found, plates)]
-    return render_page(
-        TEMPLATES / "identify.html.j2",
-        data=data,
-        values={each.name: each for each in data.values},
-        terms=len(found.fit.terms),
-        figures=figures,
-        tables=[_table(data, False), _table(data, True)],
+    model = "3-D" if data.fidelity == "3d" else "plane strain"
+    lead = f"{data.trace} · {data.rows} rows in {data.seconds:.3g} s · {model}"
+    first, *others = figures
+    against: list[Item] = [*others, *(Text(f"{each}.", "warnings") for each in data.warnings)]
+    words = "Intervals are of all values together, from the noise that the trace shows. They hold "
+    words += f"for the model's own errors as far as the misfit, {data.misfit:.3g}, is about 1."
+    tables = [_table(data, False), _table(data, True)]
+    files = "Next to this file: identification.json (all values), identified.toml (the design)."
+    return page_html(
+        Page(
+            title=f"{data.design}: identified from {data.trace}",
+            heading=f"{data.design}: identified from one trace",
+            lead=lead,
+            first=first,
+            view=VerdictView(data.design, model, data.seconds, tuple(_verdicts(found, data))),
+            sections=[
+                Section("values", "Values", [*tables, Text(words, "quiet")]),
+                Section("gages", "Gages, measured and modelled", against),
+            ],
+            record=[Text(f"Digest of the design {data.digest}"), Text(files, "quiet")],
+        )
     )
+
+
+def _verdicts(found: Identified, data: IdentificationData) -> Iterator[Verdict]:
+    """Modulus, relaxation and friction, and the motion that would tell more."""
+    values = {each.name: each for each in data.values}
+    names = {"youngs_modulus": "Young's modulus", "friction_coefficient": "friction coefficient"}
+    for key, name in names.items():
+        value, (number, interval) = values[key], values[key].shown()
+        status: Status = "pass" if value.determined else "warning"
+        yield Verdict(status, name, f"{number} {value.unit}".strip(), f"95 %: {interval}")
+    if "relaxed_modulus" in values:
+        left, terms = values["relaxed_modulus"].shown()[0], len(found.fit.terms)
+        yield Verdict("note", "modulus at rest", f"{left} MPa", count=f"{terms} terms")
+    if (following := data.next_motion) is not None:
+        narrower = f"{following.now:.2g} to {following.then:.2g} of the target width"
+        of = following.of.replace("_", " ")
+        yield Verdict("note", "next motion", following.words, f"{of}: {narrower}")
 
 
 def _forces(found: Identified, data: IdentificationData) -> style.ReportFigure:
@@ -78,7 +110,12 @@ def _forces(found: Identified, data: IdentificationData) -> style.ReportFigure:
     figure.legend(loc="outside lower center", ncols=4)
     left = float(np.sqrt(np.mean((measured - modelled)[:, :2] ** 2)))
     return caption_drawing(
-        figure, WORDS, "forces", left=left, most=float(measured[:, 0].max()), data=data
+        figure,
+        WORDS,
+        "forces",
+        left_mN=1e3 * left,
+        most=float(measured[:, 0].max()),
+        noise_mN=[1e3 * each for each in data.force_noise_N],
     )
 
 
