@@ -59,7 +59,7 @@ def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_js
         else:
             summary = summarise(found.value, sound_scene)
             summaries.append(summary)
-            known = asdict(summary) if wrong is None else {}  # forecast for the scene asked for
+            known = asdict(summary) if wrong is None else {}  # forecast for the requested scene
             doubts = _notes(found.value)
             ahead = forecasts(found.value, sound_scene) if wrong is None else []
             costs += [(summary.name, each) for each in ahead]
@@ -150,8 +150,8 @@ def _notes(design: Design) -> list[str]:
             f"{design.body.shape} body it overstates forces several times"
         )
     rubber = design.body.material
-    doubt = disagreement_of(rubber, design.material_of("body").youngs_modulus_MPa)
-    found += [doubt] if doubt else []
+    disagreement = disagreement_of(rubber, design.material_of("body").youngs_modulus_MPa)
+    found += [disagreement] if disagreement else []
     words = gage_words(design, gage_fit(design))
     found += [*([words] if words else []), *sheet_words(design)]
     return found + [
@@ -221,8 +221,8 @@ def _show(summaries: list[Summary], scene: str) -> None:
 
 
 def _remarks(found: Forecast) -> str:
-    said = [*(["half"] if found.half else []), *(["mesh kept"] if found.mesh_kept else [])]
-    return f" ({', '.join(said)})" if said else ""
+    facts = [*(["half"] if found.half else []), *(["mesh cached"] if found.mesh_kept else [])]
+    return f" ({', '.join(facts)})" if facts else ""
 
 
 def _show_costs(costs: list[tuple[str, Forecast]], scene: str) -> None:

@@ -55,10 +55,10 @@ def judged_design(
     except DesignError as error:
         return None, error
     own = DesignError(found.faults, str(name))
-    beside = DesignError([])
+    against = DesignError([])
     if scene is not None and scene.value is not None and found.value is not None:
-        beside = DesignError(scene_faults(scene.value, found.value), f"{name} (scene)")
-    both = DesignError.together((own, beside))
+        against = DesignError(scene_faults(scene.value, found.value), f"{name} (scene)")
+    both = DesignError.together((own, against))
     return found, both if both.faults else None
 
 
@@ -67,7 +67,7 @@ def estimator_for(
 ) -> GripEstimator | None:
     """The estimator in a file that ``fingerdesign train`` wrote.
 
-    DesignError for any other file, and for one that was taught on another design or at another
+    DesignError for any other file, and for one that was trained on another design or at another
     fidelity (None: any).
     """
     if path is None:

@@ -60,7 +60,7 @@ _PATIENCE_S = 2.0  # a second signal within it is the first one's echo
     type=click.FloatRange(0.1, 1e7),
     expose_value=False,
     callback=limit,
-    help="Stop after so many seconds; finished work is kept.",
+    help="Stop after so many seconds; finished work is stored.",
 )
 @click.option(
     "--memory-limit",
@@ -68,7 +68,7 @@ _PATIENCE_S = 2.0  # a second signal within it is the first one's echo
     type=click.FloatRange(1.0, 1e7),
     expose_value=False,
     callback=limit,
-    help="Stop when all processes together use more; finished work is kept.",
+    help="Stop when all processes together use more; finished work is stored.",
 )
 def cli(debug: bool) -> None:
     """Design, simulate and compare elastic tactile fingers that detect incipient slip.
@@ -155,9 +155,9 @@ def _warned(
 
 def _interrupted() -> int:
     if reached():
-        _say(f"stopped: {reached()}; finished work is kept")
+        _say(f"stopped: {reached()}; finished work is stored")
         return FAILED
-    click.echo("interrupted; finished work is kept", err=True)
+    click.echo("interrupted; finished work is stored", err=True)
     return INTERRUPTED
 
 
@@ -178,7 +178,7 @@ def _unexpected(error: Exception, keep: bool) -> int:
 
 
 def entry_point() -> None:
-    """Run as a console script; to be asked to end is to be interrupted."""
+    """Run as a console script; a signal to end interrupts it."""
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # as under nohup
@@ -189,8 +189,8 @@ def entry_point() -> None:
 def _interrupt(number: int, frame: FrameType | None) -> None:
     _end_requested.append(number)
     if _ending and time.monotonic() - _ending[0] < _PATIENCE_S:
-        return  # asked again at once, as `timeout` and shells do: what is being kept stays whole
-    if _ending:  # asked again by somebody who waits: worker processes die with this one
+        return  # A second signal at once, as of `timeout` and shells: writing goes on.
+    if _ending:  # A later signal: worker processes end with this one.
         os._exit(INTERRUPTED)
     if _imports(frame):  # VTK and OCP crash when interrupted while they load: a moment later
         again = threading.Timer(0.05, signal.raise_signal, (number,))

@@ -40,13 +40,13 @@ def mesh(
     finger, scene = read_case(design_file, scene_file)
     run_scene = scene or fundamental_scene(finger)
     out = folder or OUT / finger.design.name
-    if folder is None:  # beside no other record, which would then be nobody's
+    if folder is None:  # A folder of its own, next to no other record.
         refuse_foreign(RecordFolder("mesh", "quality.json", ("mesh.*", "quality.*")), out)
     refuse(Case(finger, scene, fidelity), run_scene)
     with progress(finger.design.name, quiet) as report:
         report(f"meshing ({fidelity})")
         symmetric = mirrors_in_z(finger) and (scene is None or scene.mirrors_in_z)
-        zone = zone_of(Case(finger, scene), run_scene)  # the analysis's, to share a kept mesh
+        zone = zone_of(Case(finger, scene), run_scene)  # the analysis's, to share a cached mesh
         mesh = make_mesh(finger, fidelity, zone, symmetric)
         requested = requested_sizes(finger, mesh, zone)
         quality = assess(mesh, finger, requested)

@@ -1,7 +1,8 @@
 """Options that commands share, and how a command calls its work: light, so that --help is.
 
 A command's options and words stand in commands/; what it does is the function of its name in a
-module beside this one, which imports what it needs at its top and is loaded when the command runs.
+module next to commands/, which imports what it needs at its top and is loaded when the command
+runs.
 """
 
 import math
@@ -128,7 +129,7 @@ class Group(click.Group):
 OPEN = "fingerdesign.open"  # The name of --open in a command's context.
 DETAILS = "fingerdesign.details"  # The name of --details there.
 COMMON = "Also: --time-limit, --memory-limit, --allow-code (see `fingerdesign --help`)."
-OUT = Path("out")  # where commands write that are told no other place
+OUT = Path("out")  # The folder of commands that are given no other.
 
 
 def command(module: str, short: str) -> Callable[[Callable[[], None]], click.Command]:
@@ -228,8 +229,9 @@ def numbers_option(
     option: str, name: str, metavar: str, about: str, **more: Any
 ) -> Callable[[_Command], _Command]:
     """An option that takes a number and may be given again."""
-    kept: dict[str, Any] = {"metavar": metavar, "type": float, "multiple": True}
-    return click.option(option, name, **kept, **more, help=about)
+    return click.option(
+        option, name, metavar=metavar, type=float, multiple=True, help=about, **more
+    )
 
 
 SHELVES = ("designs", "scenes", "studies", "materials", "metrics", "controllers")
@@ -291,7 +293,7 @@ def result_options(function: _Command) -> _Command:
     when = "  [default: except in plane strain; view makes it later]"
     for option in (
         click.option(
-            "--fresh", is_flag=True, help="Work anew what this machine has kept the answer of."
+            "--fresh", is_flag=True, help="Compute again what is in this machine's cache."
         ),
         click.option("--cad/--no-cad", default=None, help=f"Write STEP and STL files.{when}"),
         click.option("--page/--no-page", default=None, help=f"Draw report.html.{when}"),
@@ -354,7 +356,7 @@ def trial_options(seed_of: str) -> Callable[[_Command], _Command]:
             workers_option,
             estimator_option(
                 "For the regulator: what `fingerdesign train` wrote for DESIGN. Without it one is "
-                "taught first (minutes), or taken from the cache."
+                "trained first (minutes), or taken from the cache."
             ),
             click.option("--seed", type=int, default=0, show_default=True, help=f"Of {seed_of}."),
         ):

@@ -95,7 +95,7 @@ def _show_results(folder: Path, cad: bool, quiet: bool, as_json: bool) -> None:
 
 
 def _complete(place: Path, page: bool, cad: bool) -> None:
-    """Draw what is missing; a result whose arrays are not kept is shown without."""
+    """Draw what is missing; a result without arrays is shown without."""
     if (cad or page) and (place / ARRAYS).is_file():
         from fingerdesign.analysis.folder import complete
 

@@ -15,7 +15,7 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, GeometryError
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.runtime.isolate import ProcessError, beside, call
+from fingerdesign.runtime.isolate import ProcessError, call, concurrently
 
 TIME_LIMIT_S = 120.0  # thirty times what 200 plates take
 CHORD_MM = 0.01
@@ -51,7 +51,7 @@ def write_finger_cad(design: Design, folder: Path | str) -> dict[str, Path]:
 def finger_cad_beside(design: Design, folder: Path) -> Iterator[Callable[[], Any]]:
     """As :func:`write_finger_cad`, beside the block: what is yielded waits for the files."""
     given = (design, folder.resolve(), CHORD_MM)
-    with beside(_WRITE, *given, time_s=TIME_LIMIT_S) as wait:
+    with concurrently(_WRITE, *given, time_s=TIME_LIMIT_S) as wait:
         yield _as_geometry_errors(design)(wait)
 
 

@@ -94,7 +94,7 @@ def _core_faults(body: Body) -> list[Fault]:
             )
             faults.append(Fault(key, extent, bound, why))
     if 0.0 < core.bottom_mm < LEAST_CLEARANCE_MM - 1e-9:
-        bound = f"0 (it stands on the base) or at least {LEAST_CLEARANCE_MM}"
+        bound = f"0 (it is on the base) or at least {LEAST_CLEARANCE_MM}"
         remedy = f"a skin below {LEAST_CLEARANCE_MM} mm cannot be cast"
         faults.append(Fault("body.core.bottom_mm", core.bottom_mm, bound, remedy))
     return (
@@ -138,9 +138,9 @@ def _core_in_step(body: Body, core: Core) -> list[Fault]:
 
         most = greatest(holds, 0.5, now)
         if most is not None:
-            said = "(absent: the full depth)" if value is None else value
+            given = "(absent: the full depth)" if value is None else value
             word = "set it to" if value is None else "lower it to at most"
-            return [Fault(f"body.core.{name}", said, reported, f"{word} {at_most(most)}")]
+            return [Fault(f"body.core.{name}", given, reported, f"{word} {at_most(most)}")]
     remedy = "narrow and lower the core, or move it by body.core.bottom_mm"
     return [Fault("body.core.width_mm", core.width_mm, reported, remedy)]
 

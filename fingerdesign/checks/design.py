@@ -19,7 +19,7 @@ def design_faults(design: Design) -> list[Fault]:
     """Find every fault of the geometry of a design whose keys are sound; empty when it can be
     built.
 
-    Where plates lie is judged in a body that can exist, beside a core that fits into it; of any
+    Where plates lie is judged in a body that can exist, with a core that fits into it; of any
     other, what plates and gages are by themselves.
     """
     body = body_faults(design.body)

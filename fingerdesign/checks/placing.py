@@ -238,13 +238,13 @@ def placing_findings(design: Design) -> list[Misplacement]:
     """
     found: list[Misplacement] = []
     for number, row in enumerate(plate_rows(design)):
-        beside = side_findings(design, row)
-        found += beside
+        outside = side_findings(design, row)
+        found += outside
         if any(not np.isfinite(frame.y) for frame in row.frames):
             continue
         ends = end_findings(design, row, number)
         found += ends
-        if beside:
+        if outside:
             continue
         if not ends:
             found += wall_findings(design, row)

@@ -78,9 +78,9 @@ def _point_faults(scene: Scene, design: Design) -> list[Fault]:
         over = radius - across
         x, z = points[:, 0::2].T * np.minimum(1.0, across / np.maximum(radius, 1e-12))
     top = surface_height(body, x, z)
-    beside = np.isnan(top)  # where a STEP body has no top
-    top = np.where(beside, 0.0, top)
-    over = np.maximum(np.maximum(over, np.where(beside, 1e-3, 0.0)), np.maximum(-y, y - top))
+    topless = np.isnan(top)  # where a STEP body has no top
+    top = np.where(topless, 0.0, top)
+    over = np.maximum(np.maximum(over, np.where(topless, 1e-3, 0.0)), np.maximum(-y, y - top))
     outside = np.flatnonzero(over > 1e-9)
     if not len(outside):
         return []

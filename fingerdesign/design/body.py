@@ -42,13 +42,13 @@ class Core(Table):
     """``[body.core]``: a stiff box bonded into the rubber, as a bone, a nail or a backing.
 
     Centred on x = 0 and z = 0. A core clear of the base is a bone (or, flat and wide, a nail); one
-    with ``bottom_mm`` = 0 is a backing that stands on the base and is held with it.
+    with ``bottom_mm`` = 0 is a backing that is on the base and is fixed with it.
     """
 
     width_mm: float = bounded(8.0, 0.2, 500, "along x")
     height_mm: float = bounded(3.0, 0.1, 500, "along y")
     depth_mm: float | None = bounded(None, 0.2, 500, "along z; absent: the full depth", example=6.0)
-    bottom_mm: float = bounded(0.0, 0, 500, "its lower face's height; 0: it stands on the base")
+    bottom_mm: float = bounded(0.0, 0, 500, "its lower face's height; 0: it is on the base")
     material: str = Field(default="abs", description="a name known or in [materials]")
 
 
@@ -66,7 +66,7 @@ class StepFile(Table):
         min_length=1,
         max_length=4096,
         examples=["finger.step"],
-        description="STEP file, beside the design file or absolute",
+        description="STEP file, relative to the design file or absolute",
     )
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = Field(
         default="y", description="the file's axis that points from the base to the contact surface"
@@ -92,7 +92,7 @@ class BodyKind:
 
     closed_form: true if an outline (layout/profile.py) makes it. straight: all sections are alike.
     turned: round about y, without end faces. flat: its top. words: its top, on pages, with
-    ``radius`` and ``dome`` in mm; section_words: what its mid-section stands for.
+    ``radius`` and ``dome`` in mm; section_words: the meaning of its mid-section.
     """
 
     closed_form: ClassVar[bool] = True

@@ -104,8 +104,8 @@ class Gages(Table):
         it gives: output / excitation = gage factor x n / 4 x reading.
 
         Opposite arms add, neighbours subtract; grids in series in one arm give their mean. A tee's
-        grid across is brought to |w| by a resistor beside it: in an arm of its own w R / (1 - w), R
-        that of a grid; in series with its fellow, where the sum is (e_a + w e_t) / (1 + s), s is
+        grid across is brought to |w| by a resistor next to it: in an arm of its own w R / (1 - w),
+        R that of a grid; in series with its fellow, where the sum is (e_a + w e_t) / (1 + s), s is
         the root of w and the resistor s R / (1 - s).
         """
         two, w = self.faces == 2, self.transverse(poissons_ratio)

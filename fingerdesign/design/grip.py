@@ -115,7 +115,7 @@ class HardwareTable(Table):
         0,
         1e5,
         "standard deviation of one sample of the bridge's output, the amplifier's own; counts "
-        "beside the noise in microstrain, in squares",
+        "in addition to the noise in microstrain, in squares",
     )
     drift_microstrain_per_s: float = bounded(
         0.0, 0, 1e5, "each gage drifts steadily, at a rate of this standard deviation"

@@ -39,7 +39,7 @@ class MeshOptions(Table):
         max_length=4096,
         examples=["finger.msh"],
         description="mesher = 'file' only: tetrahedra with named regions (elastomer, plate_0, ..., "
-        "core) and boundaries (base, contact); beside the design file or absolute",
+        "core) and boundaries (base, contact); relative to the design file or absolute",
     )
     contact_size_mm: float = bounded(0.4, 1e-2, 50, "at the crest")
     plate_size_mm: float = bounded(0.4, 1e-2, 50, "along the plates")
@@ -78,8 +78,8 @@ def mesh_file_faults(options: MeshOptions) -> list[Fault]:
     try:
         if path.is_file():
             if (size := path.stat().st_size) > MOST_BYTES:
-                said, bound = f"{size / 1e9:.1f} GB", f"at most {MOST_BYTES / 1e9:g} GB"
-                return [Fault("mesh.file", said, bound, "write a coarser mesh, or a binary file")]
+                read, bound = f"{size / 1e9:.1f} GB", f"at most {MOST_BYTES / 1e9:g} GB"
+                return [Fault("mesh.file", read, bound, "write a coarser mesh, or a binary file")]
             with path.open("rb"):
                 return []
         why = "it is no ordinary file" if path.exists() else "there is none"

@@ -57,7 +57,7 @@ class Comb(Table):
         None,
         0,
         1,
-        "of a cut edge's place; absent: 0.01 (stencil laser, wire erosion), beside machined parts "
+        "of a cut edge's place; absent: 0.01 (stencil laser, wire erosion), with machined parts "
         "0.005 (fine wire erosion)",
         example=0.01,
     )

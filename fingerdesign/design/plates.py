@@ -178,7 +178,7 @@ class Plates(Table):
 
     @property
     def all_rows(self) -> tuple[Plates, ...]:
-        """Each row as a table of its own, the first as it stands; without ``rows``."""
+        """Each row as a table of its own, the first as it is; without ``rows``."""
         first = self.model_copy(update={"rows": ()})
         further = [first.model_copy(update=row.model_dump(exclude_none=True)) for row in self.rows]
         return (first, *further)

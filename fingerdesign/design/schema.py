@@ -234,7 +234,7 @@ def _completed(name: str, given: Any) -> Any:
 
 
 def _by_hardness(given: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
-    """The table with the modulus that its Shore A hardness stands for; one that gives both keeps
+    """The table with the modulus of its Shore A hardness; one that gives both keeps
     its modulus."""
     hardness = (given or {}).get("shore_a")
     if given is None or "youngs_modulus_MPa" in given:

@@ -19,14 +19,14 @@ SCHEMA_FILE = "design.schema.json"
 _HEAD = f"""\
 #:schema ./{SCHEMA_FILE}
 # A finger design. Lengths in mm, moduli in MPa, angles in degrees. Keys left out take the values
-# that stand here. `fingerdesign check FILE` names every fault at once.
+# given here. `fingerdesign check FILE` names every fault at once.
 # Axes: x tangential, y normal (base at y = 0, crest toward +y), z along the plates, middle z = 0.
 """
 SCENE_SCHEMA_FILE = "scene.schema.json"
 _SCENE_HEAD = f"""\
 #:schema ./{SCENE_SCHEMA_FILE}
 # A scene: the rigid object that touches the finger, the path it takes, where strain is read out.
-# Lengths in mm, forces in N, angles in degrees. Keys left out take the values that stand here, but
+# Lengths in mm, forces in N, angles in degrees. Keys left out take the values given here, but
 # a path needs its rows. `fingerdesign check DESIGN --scene FILE` names every fault at once.
 # Axes: x tangential, y normal (base at y = 0, crest toward +y), z along the plates, middle z = 0.
 """
@@ -59,7 +59,7 @@ _STUDY = """\
 
 [study]
 name = {name}                    # names the folder and the variants
-base = "maeno2000"               # a shipped design, or a file beside this one
+base = "maeno2000"               # a shipped design, or a file next to this one
 sampling = "sobol"               # sobol | latin_hypercube | grid (every combination; no count)
 count = 32                       # variants
 seed = 0
@@ -79,7 +79,7 @@ fidelity = "plane-strain"        # plane-strain | 3d | auto (keeps to study.tole
 time_s = 120.0
 memory_MB = 4000.0
 
-[[objectives]]                   # what a finger is wanted for
+[[objectives]]                   # the aim of a finger
 metric = "stick_error"
 goal = "min"
 [[objectives]]

@@ -2,7 +2,7 @@
 
 ``body.width_mm``, ``depth_mm`` and ``base_height_mm`` of a STEP body are its solid's; the rest of
 the program then reads them as of any body. What such a body is, extents, faces, heights, volume,
-is read once by the CAD kernel in a process of its own, then kept in the cache under the file's
+is read once by the CAD kernel in a process of its own, then stored in the cache under the file's
 content and the rules of ``[body.step]``; this process computes with numpy alone.
 """
 
@@ -33,7 +33,7 @@ READ = "fingerdesign.cad.step_read:read_body"
 FORMAT = 8  # raise it when what that returns changes
 TIME_LIMIT_S = 120.0  # 1 s for a dozen faces; a body of 2000 takes half a minute
 MAX_BYTES = 100_000_000  # of a file; a body of 2000 faces has 2 MB
-KEPT = 100  # bodies; the longest unused go first
+KEPT = 100  # Bodies in the cache; the longest unused go first.
 _KEY = "body.step.file"
 
 
@@ -103,7 +103,7 @@ def step_facts(step: StepFile) -> StepFacts:
 
 
 def outline_file(step: StepFile) -> Path:
-    """The solid of a STEP body, turned and moved, as BREP; made anew where it was cleared away or
+    """The solid of a STEP body, turned and moved, as BREP; made again where it was cleared away or
     garbled."""
     found = step_facts(step)
     if not _intact(found.brep, found.outline):
@@ -149,8 +149,8 @@ def _outcome(step: StepFile, content: str) -> StepFacts | Fault:
     rules = step.model_dump(mode="json", exclude={"file"})
     text = json.dumps({"format": FORMAT, "content": content, "rules": rules}, sort_keys=True)
     digest = hashlib.sha256(text.encode()).hexdigest()
-    kept = Cache("steps", 2 * KEPT)
-    found = _kept(kept, digest)
+    cache = Cache("steps", 2 * KEPT)
+    found = _cached(cache, digest)
     if found is not None:
         return found
     name = Path(step.file).name
@@ -167,8 +167,8 @@ def _outcome(step: StepFile, content: str) -> StepFacts | Fault:
         remedy = f"{error}; mend or simplify the body in your CAD"
         return Fault(_KEY, name, "a STEP file that the CAD kernel can take in", remedy)
     try:
-        outline = kept.put(f"{digest}.brep", brep)
-        kept.put_arrays(f"{digest}.npz", arrays, about)
+        outline = cache.put(f"{digest}.brep", brep)
+        cache.put_arrays(f"{digest}.npz", arrays, about)
     except OSError:  # where the cache cannot be written, it costs time alone
         try:
             outline = keep_request("step", "outline.brep", brep)
@@ -178,16 +178,16 @@ def _outcome(step: StepFile, content: str) -> StepFacts | Fault:
 
 
 def _unread(name: str, why: str) -> GeometryError:
-    """The machine's failure, not the file's: not kept, so that the next reading may do."""
+    """The machine's failure, not the file's: not stored, so that the next reading may succeed."""
     return GeometryError(
         f"{name} could not be read now: {why}; the file need not be wrong: see to memory and disk, "
         "then try again"
     )
 
 
-def _kept(kept: Cache, digest: str) -> StepFacts | None:
-    """The facts that are kept; None: there are none, or they cannot be read."""
-    found, outline = kept.arrays(f"{digest}.npz"), kept.path(f"{digest}.brep")
+def _cached(cache: Cache, digest: str) -> StepFacts | None:
+    """Read the cached facts; None: there are none, or they cannot be read."""
+    found, outline = cache.arrays(f"{digest}.npz"), cache.path(f"{digest}.brep")
     try:
         if found is None:
             return None
@@ -230,7 +230,7 @@ def _triple(values: Sequence[float]) -> tuple[float, float, float]:
 # Sizes and whereabouts in a design's tables.
 
 LEAST_BASE_HEIGHT_MM = 0.5  # that of every body; a contact surface may run down to the base
-SAME_MM = 1e-6  # a size given beside the file is its solid's: a design written out and read again
+SAME_MM = 1e-6  # A size given with the file may differ so much: a design is written and read again.
 
 
 def resolved(

@@ -36,7 +36,7 @@ from fingerdesign.mold.record import RECORD_FILE, MoldData, Outcome, Products, m
 from fingerdesign.records.base import ResultError, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import sweep_abandoned
-from fingerdesign.runtime.isolate import ProcessError, Wait, beside, call
+from fingerdesign.runtime.isolate import ProcessError, Wait, call, concurrently
 
 Report = Callable[[str, float], None]
 
@@ -116,7 +116,7 @@ def make_mold(
     with clock.stage("plan"):
         outcome = Outcome(design, plan_mold(design))
     effect = "fingerdesign.mold.placement:placement_effect"
-    with beside(effect, design, outcome.plan, time_s=PLACEMENT_LIMIT_S) as placing:
+    with concurrently(effect, design, outcome.plan, time_s=PLACEMENT_LIMIT_S) as placing:
         return _make(outcome, folder, placing, clock, start, report)
 
 

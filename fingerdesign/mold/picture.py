@@ -17,7 +17,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.errors import PictureError
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, OUTER, RUBBER, MoldMeshes, PartMesh
 from fingerdesign.mold.products.notes import PLATES, Up, View
-from fingerdesign.runtime.isolate import ProcessError, Wait, beside
+from fingerdesign.runtime.isolate import ProcessError, Wait, concurrently
 
 TIME_LIMIT_S = 90.0  # it takes 4 to 8 s; a software renderer on a busy machine far longer
 COLOURS = {  # by the first word of a part's name
@@ -147,7 +147,7 @@ def pictures_job(
     steps = [
         (things, view.up) for things, view in zip(step_parts(meshes, views), views, strict=True)
     ]
-    return beside(draw_pictures, exploded_parts(meshes), steps, time_s=time_limit_s)
+    return concurrently(draw_pictures, exploded_parts(meshes), steps, time_s=time_limit_s)
 
 
 def pictures_of(wait: Wait, meshes: MoldMeshes, views: Sequence[View]) -> Pictures:

@@ -1,11 +1,11 @@
-"""Kept work on this machine: content -> arrays, texts or files.
+"""Cache of this machine: content -> arrays, texts or files.
 
-    kept = Cache("meshes", most=300)
-    kept.put_arrays(f"{key}.npz", arrays, about)
-    arrays, about = kept.arrays(f"{key}.npz")
+    cache = Cache("meshes", most=300)
+    cache.put_arrays(f"{key}.npz", arrays, about)
+    arrays, about = cache.arrays(f"{key}.npz")
 
 An entry is a file named by the digest of all that it was made from, there whole or not at all. One
-that a crash or a full disk has garbled is taken for absent. Whoever changes what an entry holds
+that a crash or a full disk has garbled is taken for absent. A change of what an entry holds
 raises the format number that its name is made from.
 """
 
@@ -31,7 +31,7 @@ from fingerdesign.runtime.files import sibling, write_whole
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_MOST_TEXT = 1_000_000_000  # bytes of a kept text: garbage beyond
+_MOST_TEXT = 1_000_000_000  # bytes of a text in the cache: garbage beyond
 _OLD_S = 3600.0  # nobody writes a file for so long
 # What reading a garbled .npz raises, and using what it holds.
 GARBLED = (
@@ -41,7 +41,7 @@ GARBLED = (
 
 
 def cache_folder(kind: str) -> Path:
-    """The folder that files of a kind are kept in; it need not exist.
+    """Return the cache folder of a kind; it need not exist.
 
     Below that of the environment variable FINGERDESIGN_CACHE, or the platform's cache folder.
     """
@@ -55,8 +55,8 @@ def cache_folder(kind: str) -> Path:
 
 @cache
 def code_digest(folder: Path) -> str:
-    """Digest of the program's files below a folder, by place, size and time: of what is kept by it,
-    nothing outlives a change of the code that made it."""
+    """Digest of the program's files below a folder, by place, size and time: of what is stored by
+    it, nothing outlives a change of the code that made it."""
     kinds = (".py", ".c", ".j2", ".toml")
     found = sorted(path for path in folder.rglob("*.*") if path.suffix in kinds)
     stats = [(str(path), path.stat().st_size, path.stat().st_mtime_ns) for path in found]
@@ -64,7 +64,7 @@ def code_digest(folder: Path) -> str:
 
 
 class Cache:
-    """The kept files of one kind; names may lie in folders. most (with it, most_MB together): the
+    """The files of one kind; names may lie in folders. most (with it, most_MB together): the
     longest unused go first."""
 
     def __init__(
@@ -104,7 +104,7 @@ class Cache:
                 old.unlink(missing_ok=True)
 
     def text(self, name: str, younger_than_s: float | None = None) -> str | None:
-        """The text kept under a name; None: nothing, a garbled one, or one that is too old.
+        """Read the text of a name; None: nothing, a garbled one, or one that is too old.
 
         OSError where it is there and cannot be read.
         """
@@ -126,7 +126,7 @@ class Cache:
         self.put(name, f"{_digest(text)}\n{text}".encode(), durable)
 
     def arrays(self, name: str) -> tuple[dict[str, NDArray[Any]], Any] | None:
-        """The arrays kept under a name and what was said about them; None: nothing that can be
+        """Read the arrays of a name and the facts about them; None: nothing that can be
         read."""
         import numpy as np
 

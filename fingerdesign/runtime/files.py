@@ -37,7 +37,7 @@ class BusyError(OSError):
 
 
 def sibling(target: Path, role: str) -> Path:
-    """A hidden name beside ``target`` that nothing else has."""
+    """Return a hidden name next to ``target`` that nothing else has."""
     return target.with_name(f".{target.name}.{role}-{secrets.token_hex(4)}")
 
 
@@ -80,7 +80,7 @@ def _naming(path: Path) -> Iterator[None]:
 
 @contextmanager
 def whole_file(path: Path | str) -> Iterator[Path]:
-    """A hidden path beside ``path``, of the same ending; what the block writes there takes the
+    """A hidden path next to ``path``, of the same ending; what the block writes there takes the
     place of ``path``, and is gone where the block raises. A link is replaced, never followed: its
     target may be somebody else's.
 
@@ -116,7 +116,7 @@ def write_whole(path: Path | str, content: str | bytes, durable: bool = False) -
 
 @contextmanager
 def whole_folder(target: Path) -> Iterator[Path]:
-    """An empty hidden folder beside ``target``, gone when the block ends; :func:`take_place` puts
+    """An empty hidden folder next to ``target``, gone when the block ends; :func:`take_place` puts
     it in place. OSError where it cannot be made."""
     aside = sibling(target, "partial")
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -238,13 +238,13 @@ def scratch(kind: str) -> Iterator[Path]:
 
 
 def keep_request(kind: str, name: str, content: str | bytes) -> Path:
-    """Keep what native code was asked, for whoever looks into its failure; the file's path."""
+    """Store the input of native code that failed, for an investigation; the file's path."""
     path = Path(tempfile.mkdtemp(prefix=f"fingerdesign-{kind}-")) / name
     return write_whole(path, content)
 
 
 def sweep_abandoned(target: Path) -> None:
-    """Remove this user's temporary folders beside ``target`` that killed processes left a day ago,
+    """Remove this user's temporary folders next to ``target`` that killed processes left a day ago,
     of kinds that are made in minutes. What cannot be looked into stays."""
     pattern = re.compile(rf"\.{re.escape(target.name)}\.partial-[0-9a-f]{{8}}")
     try:

@@ -1,7 +1,7 @@
 """A function called in another process, with limits of time and memory.
 
     call("fingerdesign.cad.solid:finger_parts", design, 0.02, time_s=120.0)     fresh
-    with beside(placement_effect, design, plan, time_s=60.0) as wait: ...       beside other work
+    with concurrently(placement_effect, design, plan, time_s=60.0) as wait: ...  concurrent work
     worker = Worker(); worker.start(); ...; worker.call(mesh_outline, outline)  warm
 
 Native code (CAD kernel, mesher, graphics) can crash or hang; there it harms nobody. Arguments and
@@ -40,7 +40,7 @@ _CHUNK = 1 << 16  # bytes: what a pipe holds
 _OTHERS = ("SIGKILL", "SIGTERM", "SIGINT", "SIGHUP", "SIGXCPU")  # that no defect sends
 
 Function = Callable[..., Any] | str  # "package.module:function", or the function itself
-Wait = Callable[[], Any]  # for the answer of a call that goes on beside
+Wait = Callable[[], Any]  # for the answer of a concurrent call
 Kind = Literal["crashed", "timeout", "memory"]
 
 
@@ -83,8 +83,8 @@ def call(
 
 
 @contextlib.contextmanager
-def beside(function: Function, *given: Any, time_s: float) -> Iterator[Wait]:
-    """``function(*given)`` in a fresh process beside the caller's work.
+def concurrently(function: Function, *given: Any, time_s: float) -> Iterator[Wait]:
+    """``function(*given)`` in a fresh process, concurrently with the caller's work.
 
     What is yielded waits for the answer, once, and raises as :func:`call` does; leaving the block
     ends a process that still runs. time_s counts from entering.
@@ -151,14 +151,14 @@ class Worker:
             return
         self.end()
         if self._killed:
-            raise ProcessError("crashed", "it was asked to end")
+            raise ProcessError("crashed", "it was requested to end")
         environment = os.environ | self._environment
         self._process = _Process(self._load, self._idle_s, environment, self._folder)
         if self._shared:
             self._process.send(self._shared)
         if self._killed:  # meanwhile
             self.end()
-            raise ProcessError("crashed", "it was asked to end")
+            raise ProcessError("crashed", "it was requested to end")
 
     def call(
         self,
@@ -174,12 +174,12 @@ class Worker:
         package's errors.
         """
         request = _request(function, given, named)
-        kept = self._process if self._calls > 0 else None
+        before = self._process if self._calls > 0 else None
         try:
             self.begin(request, time_s)
             return self.answer(memory_MB)
         except ProcessError as error:
-            died_idle = kept is not None and kept.seen.taken is None and error.kind == "crashed"
+            died_idle = before is not None and before.seen.taken is None and error.kind == "crashed"
             if not died_idle or self._killed:
                 raise
         self.begin(request, time_s)  # it had died while it had nothing to do
@@ -311,7 +311,7 @@ class _Process:
         return self._owner == os.getpid() and self._process.poll() is None
 
     def send(self, content: bytes) -> None:
-        """Write a frame; what a pipe does not hold at once is written beside."""
+        """Write a frame; what a pipe does not hold at once is written by a thread."""
         frame = HEAD.pack(len(content)) + content
         if len(frame) < _CHUNK and not self._threads[1:]:
             _write(self._process.stdin, frame, None)
@@ -331,12 +331,12 @@ class _Process:
             return ProcessError("crashed", "its process closed its pipe")
         self._errors.seek(0)
         lines = self._errors.read().decode("utf-8", "replace").strip().splitlines()
-        said = f": {lines[-1][:300]}" if lines else ""
+        tail = f": {lines[-1][:300]}" if lines else ""
         if code >= 0:
-            return ProcessError("crashed", f"its process ended with code {code}{said}")
+            return ProcessError("crashed", f"its process ended with code {code}{tail}")
         named = {each.value: each.name for each in signal.Signals}
         name = named.get(-code, f"signal {-code}")
-        return ProcessError("crashed", f"its process was ended by {name}{said}", name in _OTHERS)
+        return ProcessError("crashed", f"its process was ended by {name}{tail}", name in _OTHERS)
 
     def _go(self, function: Callable[..., None], *given: Any) -> None:
         thread = threading.Thread(target=function, args=given, daemon=True)

@@ -5,7 +5,7 @@
         journal.get(key), dict(journal)
 
 A record is there whole or not at all, whenever the process is killed (SQLite, from the standard
-library). identity: the digest of all that decides the records beside their keys; a journal of
+library). identity: the digest of all that decides the records apart from their keys; a journal of
 another one, or a file that is none, is refused: it is somebody's work.
 """
 

@@ -3,7 +3,7 @@
     with limited(time_s=60.0, memory_MB=None): ...
 
 A thread watches this process and all that it has started; where one of both is over, the main
-thread is interrupted (KeyboardInterrupt), so that what is finished is kept, and :func:`reached`
+thread is interrupted (KeyboardInterrupt), so that what is finished is stored, and :func:`reached`
 says why. Native code is interrupted where it returns; after GRACE_S more the process ends at once.
 """
 
@@ -43,8 +43,8 @@ def limited(
     The block is to be in the main thread.
     """
     over = threading.Event()
-    asked = (time_s, memory_MB, over, end or _interrupt)
-    watch = threading.Thread(target=_watch, args=asked, daemon=True)
+    given = (time_s, memory_MB, over, end or _interrupt)
+    watch = threading.Thread(target=_watch, args=given, daemon=True)
     watch.start()
     try:
         yield

@@ -27,7 +27,7 @@ def processor_seconds() -> float:
     """Return the processor time of this process and of all that it started, since they began, s.
 
     Only differences mean something. The system counts a process that has ended with its parent and
-    not before, so the mesher, which stays, is asked itself; each is counted once either way.
+    not before, so the mesher, which stays, is measured itself; each is counted once either way.
     """
     import psutil
 
@@ -87,7 +87,7 @@ def _own_peak_MB() -> float:
 
 
 _SIZE, _REPEATS = 512, 3  # of the matrix products: 0.03 s in all
-_KEPT_S = 86_400.0  # a measured speed is believed for a day
+_VALID_S = 86_400.0  # a measured speed is believed for a day
 _CGROUP = Path("/sys/fs/cgroup")
 _UNLIMITED = 1 << 60  # bytes: what cgroups say where there is no limit
 
@@ -105,14 +105,14 @@ class Machine:
 @functools.cache
 def this_machine() -> Machine:
     """The machine as measured once a process, or within the last day by another one."""
-    kept, name = Cache("machines"), _name()
-    known = _read(kept, name)
+    cache, name = Cache("machines"), _name()
+    known = _read(cache, name)
     if known is not None:
         return known
     found = measure_machine()
     if not busy(found.cores):
         with contextlib.suppress(OSError):  # not to be written: measured again next time
-            kept.put_text(name, json.dumps(asdict(found)))
+            cache.put_text(name, json.dumps(asdict(found)))
     return found
 
 
@@ -123,7 +123,7 @@ def busy(cores: int) -> bool:
 
 
 def measure_machine() -> Machine:
-    """Measure now: what is running beside counts. A twentieth of a second."""
+    """Measure now: concurrent work counts. A twentieth of a second."""
     from threadpoolctl import threadpool_limits
 
     cores = usable_cores()
@@ -195,9 +195,9 @@ def _name() -> str:
     return hashlib.sha256("\n".join([*about, np.__version__]).encode()).hexdigest()[:16]
 
 
-def _read(kept: Cache, name: str) -> Machine | None:
+def _read(cache: Cache, name: str) -> Machine | None:
     try:
-        found = Machine(**json.loads(kept.text(name, younger_than_s=_KEPT_S) or ""))
+        found = Machine(**json.loads(cache.text(name, younger_than_s=_VALID_S) or ""))
         sound = min(found.one_core, found.all_cores) > 0.0 and found.cores == usable_cores()
     except (OSError, ValueError, TypeError):
         return None

@@ -1,4 +1,4 @@
-"""C files of this package, compiled once on a machine and kept by content.
+"""C files of this package, compiled once on a machine and cached by content.
 
     library = compiled(Path(__file__).with_name("kernel.c"))
 
@@ -40,15 +40,15 @@ def _compiled(source: Path) -> ctypes.CDLL | None:
     text = source.read_bytes()
     about = repr((_FLAGS, platform.machine(), platform.platform())).encode()
     name = f"{source.stem}-{hashlib.sha256(text + about).hexdigest()[:24]}.so"
-    kept = Cache("native", most=40)
+    cache = Cache("native", most=40)
     try:
-        path = kept.path(name)
-        if not _is_whole(path, kept.text(f"{name}.sha256")):
+        path = cache.path(name)
+        if not _is_whole(path, cache.text(f"{name}.sha256")):
             content = _made(source)
             if content is None:
                 return None
-            path = kept.put(name, content)
-            kept.put_text(f"{name}.sha256", hashlib.sha256(content).hexdigest())
+            path = cache.put(name, content)
+            cache.put_text(f"{name}.sha256", hashlib.sha256(content).hexdigest())
         return ctypes.CDLL(str(path))
     except OSError:
         return None

@@ -3,8 +3,9 @@
     with Pool(workers, shared=(bench,)) as pool:
         for outcomes in pool.as_done(run_batch, batches): ...
 
-Each thread of the pool has a process of its own (:class:`isolate.Worker`), kept from one call to
-the next, with one thread of BLAS. With one worker the calls may be made in this process instead.
+Each thread of the pool has a process of its own (:class:`isolate.Worker`), which lives from one
+call to the next, with one thread of BLAS. With one worker the calls may be made in this process
+instead.
 """
 
 import threading

@@ -13,7 +13,7 @@ from fingerdesign.errors import FingerDesignError
 
 pytestmark = [
     pytest.mark.usefixtures("interruptible"),
-    pytest.mark.skipif(sys.platform == "win32", reason="no process is asked to end there"),
+    pytest.mark.skipif(sys.platform == "win32", reason="no process is requested to end there"),
 ]
 
 
@@ -46,7 +46,7 @@ def test_an_interruption_that_an_import_hides_is_130(error, monkeypatch, capsys)
             raise error from None
 
     assert run(monkeypatch, load) == 130
-    assert capsys.readouterr().err == "interrupted; finished work is kept\n"
+    assert capsys.readouterr().err == "interrupted; finished work is stored\n"
 
 
 def test_an_echo_of_the_interruption_disturbs_nothing(monkeypatch, capsys):

@@ -4,6 +4,7 @@ import pytest
 
 from fingerdesign.checks.load import load_design, parse_design, with_values, without_plates
 from fingerdesign.design.digest import LATER
+from fingerdesign.design.former import FIRST_NAMES
 from fingerdesign.design.io import dump_design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import Hole, PlateFrame
@@ -241,6 +242,7 @@ def test_keys_that_came_later_leave_digests_as_they_were():
     while tables:
         values |= (table := tables.pop())
         tables += [each for each in table.values() if isinstance(each, dict)]
+    values = {FIRST_NAMES.get(key, key): value for key, value in values.items()}
     assert {key: values[key] for key in LATER} == LATER
     assert parse_design('design.name = "a"\ngages.grid = "axial"').digest() == BASE.digest()
 

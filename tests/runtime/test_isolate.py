@@ -14,7 +14,7 @@ import pytest
 
 from fingerdesign.errors import DesignError, GeometryError
 from fingerdesign.runtime.child import PARENT
-from fingerdesign.runtime.isolate import ProcessError, Worker, beside, call
+from fingerdesign.runtime.isolate import ProcessError, Worker, call, concurrently
 from tests.support import calls
 
 
@@ -121,13 +121,13 @@ def test_one_that_takes_or_writes_without_end_is_held_to_its_limits(
 
 
 def test_a_job_answers_beside_the_callers_work_or_is_left_and_ends(tmp_path):
-    with beside(calls.double, np.ones(300_000), time_s=20.0) as wait:
+    with concurrently(calls.double, np.ones(300_000), time_s=20.0) as wait:
         assert wait().sum() == 600_000.0
-    with beside(calls.hang, str(tmp_path / "pids"), time_s=60.0):
+    with concurrently(calls.hang, str(tmp_path / "pids"), time_s=60.0):
         found = numbers(written(tmp_path / "pids"))
     assert gone(found)
     late = pytest.raises(ProcessError, match=r"did not finish in 0\.2 s")
-    with beside(calls.sleep, 60.0, time_s=0.2) as wait, late:
+    with concurrently(calls.sleep, 60.0, time_s=0.2) as wait, late:
         wait()
 
 
@@ -192,7 +192,7 @@ def test_another_thread_ends_it(tmp_path):
     thread.join(10.0)
     assert [each.kind for each in failures] == ["crashed"]
     assert gone(found)
-    with pytest.raises(ProcessError, match="asked to end"):
+    with pytest.raises(ProcessError, match="requested to end"):
         worker.call(calls.who, time_s=20.0)
 
 

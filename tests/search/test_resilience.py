@@ -204,7 +204,7 @@ def test_a_killed_and_an_interrupted_driver_go_on_where_they_stopped(place, undi
         assert not (place.folder / "out" / "many").exists()
         kept = place.stored()
     assert run.returncode == 130
-    assert err.strip() == "interrupted; finished work is kept"
+    assert err.strip() == "interrupted; finished work is stored"
     assert time.monotonic() - begun < 10.0
     assert kept >= 8
     assert place.swept()[-1]["from_store"] == kept

@@ -57,7 +57,7 @@ _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
 def new() -> None:
     """Write a commented starter design to FILE.toml, its name taken from FILE; a scene; a study.
 
-    Beside it goes design.schema.json (scene.schema.json), with which editors complete and explain
+    Next to it goes design.schema.json (scene.schema.json), with which editors complete and explain
     keys. Nothing is overwritten without --force. `fingerdesign list designs` names what is shipped.
     """
 
@@ -108,7 +108,7 @@ def mesh() -> None:
 
     DESIGN is a file or a shipped design's name; with mesh.mesher = "file" its mesh is read, checked
     and fitted. Writes mesh.ENDING for each --format, quality.txt and quality.json (angles, aspects,
-    sizes against those asked, volumes and distances to the CAD faces), mesh.png and quality.png.
+    sizes against the targets, volumes and distances to the CAD faces), mesh.png and quality.png.
     Quadratic elements; cells carry their region (elastomer, plate_0, ..., core), facets the name of
     their face (base, contact, side, end, symmetry).
     """
@@ -144,7 +144,7 @@ def analyse() -> None:
 
     A DESIGN is a file, or the name of a shipped finger. A result is written whole or not at all;
     one failing design does not stop the others. What was analysed before, by the same program, is
-    not worked again: its answer is kept.
+    not computed again: its result is in the cache.
 
     3d meshes half of the finger where design and scene mirror in z = 0, else all of it; with
     pytetwild unless the design says mesh.mesher.
@@ -163,8 +163,8 @@ def studio() -> None:
 
     DESIGN is a file or a shipped design's name; without it, maeno2000. The page shows the section
     with its dimensions, the finger in space, contact, tractions, gages and a verdict: at once in
-    plane strain, by a section coarser than an analysis's, and in 3-D where it is asked for. It
-    follows the file; Save writes it with its comments kept. The address holds a token, without
+    plane strain, by a section coarser than an analysis's, and in 3-D on request. It
+    follows the file; Save leaves its comments unchanged. The address holds a token, without
     which nothing is answered. Needs: pip install 'fingerdesign[studio]'. Ctrl-C ends it.
     """
 
@@ -324,7 +324,7 @@ def sweep() -> None:
 
     Each variant is analysed in a process of its own under the study's [limits]: one that crashes,
     hangs or takes too much memory is a failure with its cause, and the rest goes on. What is done
-    is kept at once, by content: interrupted or run again, a study computes only what is missing,
+    is stored at once, by content: interrupted or run again, a study computes only what is missing,
     and two studies share what they have in common. OUT/NAME holds report.html, outcomes, tables.
 
     With --json a line of JSON an outcome as it comes (number: the variant's; done: how many are),
@@ -383,7 +383,7 @@ def optimise() -> None:
     "requested",
     metavar="METRIC[:min|max]",
     multiple=True,
-    help="What a finger is wanted for, instead of the study's own; may be given again.",
+    help="The aim of a finger, instead of the study's own; may be given again.",
 )
 @click.option("--name", default="", help="To head the page; without it that of the study.")
 @click.option(
