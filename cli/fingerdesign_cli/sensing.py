@@ -85,7 +85,7 @@ def train(
     kind = RecordFolder("training result", "training.json", ("training.json", "estimator.json"))
     with recorded(kind, out / name, quiet) as (folder, show):
         result = training_result_for(
-            design, None, lambda said: show(said, 0.0), workers or usable_cores(), fidelity
+            design, None, lambda message: show(message, 0.0), workers or usable_cores(), fidelity
         )
         result = replace(result, estimator=result.estimator.at_noise(noise))
         record = {k: v for k, v in json.loads(training_text(result)).items() if k != "estimator"}
@@ -108,18 +108,18 @@ def _show_errors(result: TrainingResult, name: str, folder: Path) -> None:
     ]
     columns = ["noise, microstrain", "stick ratio", "friction in use"]
     print_table(f"{name}: errors (RMS) on {_held_out(result)}", columns, rows)
-    click.echo(f"{result.samples} samples were taught; {folder / 'estimator.json'} is for a rig")
+    click.echo(f"{result.samples} samples for training; {folder / 'estimator.json'} is for a rig")
 
 
 def _held_out(result: TrainingResult) -> str:
-    """What the errors are of: other fingers, or other grips of the one that was taught."""
+    """Describe the held-out grips: of other fingers, or other grips of the training finger."""
     grips, fingers = result.judged_grips, result.judged_fingers
     if grips is None or fingers is None:
-        return "held-out grips (taught by an earlier version: of which fingers was not recorded)"
+        return "held-out grips (trained by an earlier version, which did not record their fingers)"
     if fingers:
-        words = f"{grips} grips of {fingers} other fingers, drawn as those taught were"
-        return f"{words}; nothing of them was taught"
-    return f"{grips} other grips of the same finger or fingers: on another one it is not judged"
+        words = f"{grips} grips of {fingers} other fingers, drawn as those for training"
+        return words
+    return f"{grips} other grips of the same finger or fingers: it is not tested on another one"
 
 
 def export(
@@ -168,7 +168,7 @@ def _estimator_of(design: Design, path: Path | None) -> GripEstimator:
 
 @dataclass(frozen=True)
 class Shown:
-    """Where an identification writes, and how it reports."""
+    """The place and the form of an identification's output."""
 
     out: Path
     quiet: bool

@@ -1,4 +1,4 @@
-"""``fingerdesign calibrate``: a bench's files, this finger's curves, its hidden values."""
+"""``fingerdesign identify DESIGN BENCH``: a bench's files, a finger's curves and hidden values."""
 
 import json
 import re
@@ -91,7 +91,7 @@ def moved(design, plate, way):
 
 
 def estimator_file(design, folder):
-    """Of one that was taught nothing: its numbers mean nothing."""
+    """Write an estimator without training: its numbers have no meaning."""
     forces, ones = np.array([0.0, 5.0]), np.ones((2, GAGES))
     curves = FingerCurves(forces, 0.0 * ones, ones, 0.01 * forces, np.full(2, 10.0))
     count = feature_count(GAGES)
@@ -120,11 +120,11 @@ def test_traces_give_the_calibration_that_the_rig_makes_of_the_same_plant(design
     hardware = quiet.grip.hardware
     own = bench_curves(read_bench(tmp_path, GAGES), x)
 
-    def felt():
+    def plant():
         rng = np.random.default_rng(0)
         return ImperfectPlant(CondensedPlant(problem, "upper"), hardware.at_rest(), rng)
 
-    rig = calibrate(felt, x, Bounds.of(quiet.grip))
+    rig = calibrate(plant, x, Bounds.of(quiet.grip))
     assert own.calibration.delay == 3
     for name in ("normal", "sticking"):
         found, known = getattr(own.calibration, name), getattr(rig, name)
@@ -138,11 +138,11 @@ def test_traces_give_the_calibration_that_the_rig_makes_of_the_same_plant(design
 
 
 def test_points_are_means_at_rest_without_what_is_stale():
-    """A zero of 1 before touch; then two moves, each followed by rest, felt one sample late."""
+    """A zero of 1 before touch; then two moves, each followed by rest, measured one sample late."""
     dy = np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.1, 0.0, 0.0])
-    felt = np.array([1.0, 1.0, 1.0, 3.0, 3.0, 3.0, 6.0, 6.0])
+    values = np.array([1.0, 1.0, 1.0, 3.0, 3.0, 3.0, 6.0, 6.0])
     time, none = np.arange(1.0, 9.0), np.zeros(8)
-    trace = Trace(time, none, dy, felt, none, felt[:, None], np.arange(2, 10))
+    trace = Trace(time, none, dy, values, none, values[:, None], np.arange(2, 10))
     points = points_of(trace, samples=10.0, delay=1)
     assert points.normal_force == pytest.approx([2.0, 5.0])
     assert points.readings[:, 0] == pytest.approx([2.0, 5.0])
@@ -178,9 +178,9 @@ def test_a_phase_played_on_another_plant_makes_the_same_moves_from_touch_on():
 def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
     design, measured, tmp_path, said
 ):
-    taught = estimator_file(design, tmp_path / "taught")
+    trained = estimator_file(design, tmp_path / "trained")
     given = (measured / "mine.toml", measured, "--out", tmp_path / "out")
-    record = json.loads(said("identify", *given, "--estimator", taught, "--json").out)
+    record = json.loads(said("identify", *given, "--estimator", trained, "--json").out)
     assert record == json.loads((tmp_path / "out/mine/calibration.json").read_text())
     by_name = {each["name"]: each for each in record["latents"]}
     off = by_name["plate_2.x"]
@@ -201,7 +201,7 @@ def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
     assert np.abs(off_by).max() < 3.0
     fitted = load_design(tmp_path / "out/mine/fitted.toml")
     assert plate_frames(fitted)[2].x == pytest.approx(plate_frames(design)[2].x + off["value"])
-    # The estimator is what was taught, with this finger's curves; a rig and `replay` load it.
+    # The estimator is what was trained, with this finger's curves; a rig loads it.
     own = GripEstimator.from_json((tmp_path / "out/mine/estimator.json").read_text())
     assert own.design == training_key(design, settings_of(design))
     curves = np.array(record["curves"]["pressed_microstrain"])
@@ -215,7 +215,7 @@ def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
 
 
 @pytest.mark.slow
-def test_sensitivities_are_kept_and_a_dead_gage_is_named(design, measured, monkeypatch):
+def test_sensitivities_are_cached_and_a_dead_gage_is_named(design, measured, monkeypatch):
     phases = read_bench(measured, GAGES)
     x = [each.x for each in plate_frames(design)]
     fit_latents(design, phases, bench_curves(phases, np.array(x)), Noise(0.5, 0.005))
@@ -322,7 +322,7 @@ def test_bad_measurements_are_refused_before_any_work(
     assert not (tmp_path / "out").exists()
 
 
-def test_every_fault_of_all_traces_is_said_at_once(design, measured, tmp_path):
+def test_every_fault_of_all_traces_is_reported_at_once(design, measured, tmp_path):
     write_measured(simulated_bench(design, [], 0), tmp_path)
     for name in ("press.csv", "slide.csv"):
         rewritten(tmp_path, name, lambda t: without_column(t, "dx_mm"))

@@ -1,4 +1,4 @@
-"""``fingerdesign identify``: one trace tells modulus, relaxation, friction, gages, or says not."""
+"""``fingerdesign identify DESIGN TRACE``: modulus, relaxation, friction, gages, or why not."""
 
 import json
 import re
@@ -151,13 +151,13 @@ def test_a_played_path_is_that_of_the_plant(design):
     time = np.r_[np.arange(1, 18) * 0.01, 1e4]
     path = TracePath(time, approach, shear, np.zeros((18, 2)), none[:, None], none + 1.0)
     plant = CondensedPlant(problem, "upper")
-    felt = [
+    samples = [
         plant.move(*move)
         for move in zip(np.diff(shear, prepend=0.0), np.diff(approach, prepend=0.0), strict=True)
     ]
     answers = played(problem, "upper", path)
-    assert answers[:, 0] == pytest.approx([each.normal_force for each in felt])
-    assert answers[:, 2:] == pytest.approx(np.array([each.readings for each in felt]))
+    assert answers[:, 0] == pytest.approx([each.normal_force for each in samples])
+    assert answers[:, 2:] == pytest.approx(np.array([each.readings for each in samples]))
     relaxed = played(problem, "upper", replace(path, shear=none), [(0.2, 0.5)])
     fresh = played(problem, "upper", replace(path, shear=none))
     assert relaxed[-1, 0] == pytest.approx(0.8 * fresh[-1, 0], rel=1e-3)

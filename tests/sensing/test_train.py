@@ -1,4 +1,4 @@
-"""Teaching: seeded random grip paths, what is sampled of them, and that it beats nothing; kept."""
+"""Training: seeded random grip paths, their samples, errors below those of a guess, the cache."""
 
 from dataclasses import replace
 
@@ -57,17 +57,17 @@ def test_what_is_sampled_has_the_noise_that_was_requested(problem, grips):
     assert np.abs(loud[:, :3] - quiet[:, :3]).mean() > 0.0
 
 
-def test_what_is_taught_beats_nothing_and_its_file_says_the_same(problem, grips, monkeypatch):
+def test_an_estimator_beats_a_guess_and_its_file_gives_the_same(problem, grips, monkeypatch):
     monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 25),))
     monkeypatch.setattr("fingerdesign.sensing.train.estimator.BANDS", ((0.25, 15.0),))
     result = train_estimator(problem, "key", SETTINGS, grips=grips)
     used = np.concatenate([each.friction_utilisation for each in grips])
     assert result.noises == NOISES
     assert result.friction_utilisation_errors[0] < 0.7 * used.std()
-    doubt, spread = result.estimator.bands[0].spread.T
-    assert (spread > 0.0).all()
-    assert (np.diff(doubt) >= 0.0).all()
-    assert spread[-3:].mean() > 1.5 * spread[:3].mean()  # it knows where it errs
+    predicted, std = result.estimator.bands[0].spread.T
+    assert (std > 0.0).all()
+    assert (np.diff(predicted) >= 0.0).all()
+    assert std[-3:].mean() > 1.5 * std[:3].mean()  # it knows where it errs
     again = GripEstimator.from_json(result.estimator.to_json())
     history = grips[0].moments[:20]
     assert again.estimate(history).used == pytest.approx(
@@ -75,14 +75,14 @@ def test_what_is_taught_beats_nothing_and_its_file_says_the_same(problem, grips,
     )
 
 
-def test_a_pilots_own_grips_are_of_their_seed_and_true(problem, grips, monkeypatch):
+def test_the_grips_of_a_policy_depend_on_their_seed_and_are_true(problem, grips, monkeypatch):
     monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 5),))
-    pilot = train_estimator(problem, "pilot", SETTINGS, grips=grips, bands=BANDS[:1]).estimator
-    assert len(pilot.bands) == 1
+    policy = train_estimator(problem, "pilot", SETTINGS, grips=grips, bands=BANDS[:1]).estimator
+    assert len(policy.bands) == 1
     grip = Grip(preload_mm=0.01, max_approach_mm=0.12, max_steps=40)
 
     def own(seed):
-        return policy_grips(problem, [problem] * 2, "upper", grip, pilot, seed)
+        return policy_grips(problem, [problem] * 2, "upper", grip, policy, seed)
 
     first = own(0)
     assert [each.truths for each in own(0)] == [each.truths for each in first]
@@ -97,7 +97,7 @@ def test_errors_are_of_other_fingers_where_there_are_some(problem, grips, monkey
     """Sixty grips, of one finger or of so many; the first nine are held out."""
     monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 1),))
     curves = [finger_curves(problem, "upper", BOUNDS) for _ in range(20)]
-    # So many grips a finger: by one of which some are taught nothing is judged.
+    # Each finger has so many grips; one with training grips is no test finger.
     for each, fingers, judged in ((60, 0, 9), (3, 3, 9), (4, 2, 8), (20, 0, 9)):
         made = [replace(grip, curves=curves[k // each]) for k, grip in enumerate(grips)]
         made = grips if each == 60 else made
@@ -111,7 +111,7 @@ def test_too_few_grips_are_refused(problem, grips):
 
 
 @pytest.mark.slow
-def test_many_unlike_fingers_teach_the_same_with_any_number_of_workers(monkeypatch, tmp_path):
+def test_perturbed_fingers_train_the_same_with_any_number_of_workers(monkeypatch, tmp_path):
     monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 8),))
     keys = {"training_fingers": 4, "training_grips": 80}
     values = {f"grip.regulator.{key}": value for key, value in keys.items()}
@@ -127,26 +127,26 @@ def test_many_unlike_fingers_teach_the_same_with_any_number_of_workers(monkeypat
     assert one.friction_utilisation_errors[0] < 0.35
 
 
-def test_it_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypatch, tmp_path):
-    taught = []
+def test_training_is_cached_and_repeated_for_a_broken_file(problem, grips, monkeypatch, tmp_path):
+    trained = []
 
-    def teacher(problem, key, settings, report, unlike=None, workers=1):
-        taught.append(key)
+    def train(problem, key, settings, report, paths=None, workers=1):
+        trained.append(key)
         return train_estimator(problem, key, SETTINGS, grips=grips)
 
     monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 2),))
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
-    monkeypatch.setattr(training, "train_estimator", teacher)
+    monkeypatch.setattr(training, "train_estimator", train)
     design = with_values(load_design("sensitive"), {"grip.regulator.training_fingers": 1})
     first = training.training_result_for(design, problem)
     assert training.training_result_for(design, problem).stick_errors == first.stick_errors
-    assert len(taught) == 1
-    # Controllers' parameters teach nothing anew; the finger and the stage do.
+    assert len(trained) == 1
+    # Controllers' parameters need no other training; another finger and another stage do.
     training.training_result_for(with_values(design, {"grip.regulator.target": 0.7}), problem)
-    assert len(taught) == 1
+    assert len(trained) == 1
     training.training_result_for(with_values(design, {"plates.count": 13}), problem)
-    assert len(set(taught)) == 2
-    (kept,) = (path for path in (tmp_path / "training").iterdir() if taught[0] in path.name)
-    kept.write_text(kept.read_text()[:1000])
+    assert len(set(trained)) == 2
+    (stored,) = (path for path in (tmp_path / "training").iterdir() if trained[0] in path.name)
+    stored.write_text(stored.read_text()[:1000])
     training.training_result_for(design, problem)
-    assert len(taught) == 3
+    assert len(trained) == 3

@@ -1,4 +1,4 @@
-"""What gages tell: columns of gages, ranking, dead gages, the least error, record and command."""
+"""Information of gages: columns, ranking, dead gages, the least error, record and command."""
 
 import csv
 import json
@@ -93,7 +93,7 @@ def test_a_dead_gage_is_one_that_reads_nothing(problem, grips, monkeypatch):
 
 
 def made_up(informative, rows=3000):
-    """Rows whose truth stands in one gage's present reading alone."""
+    """Rows whose truth is in one gage's present reading alone."""
     rng = np.random.default_rng(0)
     truths = rng.uniform(0.1, 0.9, (rows, 2))
     inputs = rng.standard_normal((rows, feature_count(GAGES)))
@@ -102,7 +102,7 @@ def made_up(informative, rows=3000):
 
 
 @pytest.mark.parametrize("informative", [0, 3])
-def test_the_gage_that_reports_is_kept_to_the_last(informative):
+def test_the_gage_that_reports_is_removed_last(informative):
     from concurrent.futures import ThreadPoolExecutor
 
     sampled = made_up(informative)
@@ -115,7 +115,7 @@ def test_the_gage_that_reports_is_kept_to_the_last(informative):
     assert own.sets[(informative,)].both < 0.9 * own.sets[()].both
 
 
-def test_taught_chosen_by_and_judged_share_no_grip():
+def test_training_choosing_and_testing_share_no_grip():
     sampled = made_up(0)
     parts = [set(sampled.grip[rows]) for rows in (sampled.tested, sampled.chosen_by)]
     parts.append(set(sampled.grip[~sampled.tested & ~sampled.chosen_by]))
@@ -140,7 +140,7 @@ def test_the_standard_error_is_that_of_repeated_draws():
 
 def test_layouts_place_gages_by_x():
     x = np.array([3.0, -3.0, 0.0, 1.0, -1.0])
-    named = {name: sorted(x[list(kept)]) for name, kept in layouts(x, 3).items()}
+    named = {name: sorted(x[list(chosen)]) for name, chosen in layouts(x, 3).items()}
     assert named == {"spread": [-3, 0, 3], "middle": [-1, 0, 1], "ends": [-3, -1, 3]}
 
 
@@ -177,7 +177,7 @@ def test_a_study_repeats_whatever_the_threads(problem, grips, found):
 
 
 @pytest.mark.parametrize(
-    ("quick", "error", "spread", "said"),
+    ("quick", "error", "std", "sentences"),
     [
         ((0.01, 0.1, 0.3), 0.19, 0.001, ("0.02 microstrain, or plates with 25 times",)),
         ((0.9, 0.1, 0.9), 0.19, 0.001, ("Even without noise",)),
@@ -188,7 +188,7 @@ def test_a_study_repeats_whatever_the_threads(problem, grips, found):
         ((0.05, 0.001, 0.1), 0.04, 0.005, ("24 grips are too few", "1 of 5 gages seem enough")),
     ],
 )
-def test_advice_names_what_limits_a_finger(found, quick, error, spread, said):
+def test_advice_names_what_limits_a_finger(found, quick, error, std, sentences):
     """quick: the learner's error below a noise, that noise, its error from there on."""
     low, edge, high = quick
     noises = [
@@ -196,11 +196,11 @@ def test_advice_names_what_limits_a_finger(found, quick, error, spread, said):
         for each in found.noises
     ]
     counts = [
-        replace(each, stick_error=error if each.chosen else 0.2, stick_std=spread)
+        replace(each, stick_error=error if each.chosen else 0.2, stick_std=std)
         for each in found.counts
     ]
     advice = replace(found, noises=tuple(noises), counts=tuple(counts)).advice
-    assert all(words in advice for words in said)
+    assert all(words in advice for words in sentences)
     assert ("target" in advice) == (error == 0.08)
 
 
@@ -217,14 +217,14 @@ def test_the_record_is_whole_and_nothing_else_is_replaced(found, tmp_path):
     rows = list(csv.DictReader((target / "gages.csv").read_text().splitlines()))
     assert [float(row["x_mm"]) for row in rows] == [-4.0, -2.0, 0.0, 2.0, 4.0]
     counts = list(csv.DictReader((target / "counts.csv").read_text().splitlines()))
-    assert counts[-2]["stick_error"] == ""  # one gage: no network was taught
+    assert counts[-2]["stick_error"] == ""  # one gage: no network was trained
     (target / "notes.txt").write_text("mine")
     with pytest.raises(ResultError, match=r"notes\.txt"), FOLDER.written(target):
         pass
 
 
 @pytest.fixture
-def short_teaching(monkeypatch):
+def short_training(monkeypatch):
     """Networks that have learnt a little: how well is not the question."""
     monkeypatch.setattr(learners, "_SCHEDULE", ((2e-3, 4),))
 
@@ -240,7 +240,7 @@ max_approach_mm = 0.15
 """
 
 
-@pytest.mark.usefixtures("short_teaching")
+@pytest.mark.usefixtures("short_training")
 def test_the_command_writes_a_record(problem, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(grip_model, "grip_problem", lambda *given, **more: problem)
     path = tmp_path / "small.toml"
@@ -275,7 +275,7 @@ def test_bad_input_is_refused_before_work(tmp_path, capsys, monkeypatch):
 PAGE = (Path(__file__).parents[2] / "docs/explanation/gages.md").read_text("utf-8")
 
 
-@pytest.mark.usefixtures("short_teaching")
+@pytest.mark.usefixtures("short_training")
 @pytest.mark.slow
 def test_the_pages_python_runs(problem, monkeypatch, capsys):
     monkeypatch.setattr(grip_model, "grip_problem", lambda *given, **more: problem)

@@ -32,16 +32,18 @@ from fingerdesign.sensing.perturb.finger import perturb
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-TILT_DEG = 2.0  # of the surface in the tilt phase, as the protocol has it
-MOST_LEAN_DEG = 3.0  # of the bench itself; the contact's zone has room for it
+TILT_DEG = 2.0  # The protocol tilts the surface by this much.
+MOST_LEAN_DEG = 3.0  # The contact's zone covers this lean of the bench itself.
 OF_GRIPS = frozenset(
     {"radius", "dying", "relaxation", "arm", "patches", "kinetic"}
-)  # nothing on a bench
-_SHEARS, _SHEAR = 6, 0.2  # depths; of the depth, as control/calibration.py has them
-_SLIDE_DEPTH, _SLIDE, _SLIDES = 0.5, 6.0, 15  # of the stage; of friction x depth; moves
-_TILT_DEPTH, _TILTS = 0.6, 20  # of the stage; moves
-_QUICK = 40  # samples beyond the hardware's delay
-AT_REST, _POINTS_A_SECOND = 100, 1.0  # samples a point is the mean of
+)  # Faults of grips have no effect on a bench.
+# Each of so many depths is sheared by this fraction of itself, as in control/calibration.py.
+_SHEARS, _SHEAR = 6, 0.2
+# The slide: its depth over the stage's travel, its length over friction x depth, its moves.
+_SLIDE_DEPTH, _SLIDE, _SLIDES = 0.5, 6.0, 15
+_TILT_DEPTH, _TILTS = 0.6, 20  # The tilted press: depth over the stage's travel, moves.
+_QUICK = 40  # The quick press has so many samples beyond the hardware's delay.
+AT_REST, _POINTS_A_SECOND = 100, 1.0  # Each point is the mean of so many samples.
 
 
 def protocol(design: Design, tilts: Sequence[float] = (TILT_DEG,)) -> tuple[Phase, ...]:
@@ -90,7 +92,7 @@ def phase_problems(
 ) -> list[ContactProblem]:
     """The finger against each phase's surface, the bench itself leaning; condensed once.
 
-    The zone, and so the mesh, does not depend on the lean. beside: see bench_problem.
+    The zone, and so the mesh, does not depend on the lean. neighbour: see bench_problem.
     """
     tilts = [abs(phase.tilt_deg) for phase in phases if phase.kind == "tilt"]
     room = [SceneObject(tilt_deg=max(tilts) + MOST_LEAN_DEG)] if tilts else []
@@ -111,7 +113,7 @@ def model_curves(
     lean_deg: float = 0.0,
     neighbour: Design | None = None,
 ) -> BenchCurves:
-    """What the design's model does in the phases' moves. Raises SolverError where it has no answer,
+    """Play the phases' moves on the design's model. Raises SolverError where it has no answer,
     DesignError for a design that is not sound."""
     moved = [phase for phase in phases if phase.kind != "quick"]
     problems = phase_problems(design, moved, fidelity, lean_deg, neighbour)
@@ -126,7 +128,7 @@ def model_curves(
 
 @dataclass(frozen=True)
 class SimulatedBench:
-    """What a rig would have measured: phases with their traces, the finger drawn, the bench's
+    """The measurements of a simulated rig: phases with their traces, the finger drawn, the bench's
     lean (degrees)."""
 
     phases: tuple[Phase, ...]
@@ -141,7 +143,7 @@ def simulated_bench(
     fidelity: str = "plane-strain",
     averaged: int = AT_REST,
 ) -> SimulatedBench:
-    """The protocol on a finger that came out unlike the design, by its ``[grip.hardware]``.
+    """Play the protocol on a perturbed finger of the design, with its ``[grip.hardware]``.
 
     Every point is the mean of so many samples at rest; the quick press is sampled as it goes.
     Raises DesignError for faults that are unknown, or of grips alone.

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 
-_SPARSE = 0.02  # of the largest force: no measured one is nearer
+_SPARSE = 0.02  # A fitted point is added if no measured one is nearer, over the largest force.
 
 
 def joined_calibration(
@@ -55,7 +55,7 @@ def joined_calibration(
     mesh = max(1.0, fit.misfit) ** 0.5 * np.array(MESH[fidelity])
     pulls, shears = small_pulls(phases, len(measured.stiffness))
 
-    played = fit.curves.calibration  # the same finger in the bench's own moves
+    played = fit.curves.calibration  # The same finger in the bench's own moves.
     own, other = measured.normal, _merged(played.normal, model.normal, gains)
     forces = _reaching(own.normal_force, other.normal_force)
     weight = _weight(mesh[0], np.full(len(own.normal_force), gage))
@@ -107,7 +107,7 @@ def _column(force: Array, values: Array) -> NormalCalibration:
 
 
 def _weight(model: float | Array, noise: Array) -> Array:
-    """Of what was measured (k,), by the deviations of both."""
+    """The weight of the measured points (k,), by the deviations of both."""
     return np.asarray(model**2 / (model**2 + noise**2))
 
 

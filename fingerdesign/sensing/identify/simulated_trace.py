@@ -1,7 +1,7 @@
-"""A trace as a rig would record it of a finger that came out unlike its design: a press, a shear
+"""A trace as a rig would record it of a perturbed finger: a press, a shear
 until all slips, a hold, by another modulus, rubber that relaxes, drifting and warming gages.
 
-Its plates lie where the design has them: what ``identify`` looks for differs, and nothing else.
+Its plates lie where the design has them: only what ``identify`` fits differs.
 """
 
 from __future__ import annotations
@@ -24,10 +24,11 @@ TRACE_FILE, TRUTH_FILE = "trace.csv", "truth.json"
 SIMULATED = RecordFolder("simulated trace", TRACE_FILE, (TRACE_FILE, TRUTH_FILE))
 RATE_HZ = 50.0
 _PRESS_S, _SHEAR_S, _HOLD_S = 3.0, 3.0, 30.0
-_DEPTH = 0.6  # of the stage
-_MODULUS, _FRICTION, _TOUCH_MM = 0.4, (0.3, 0.9), 0.01  # of the logarithm, either way; ...
+_DEPTH = 0.6  # The depth of the press over the stage's travel.
+# The modulus is off by this much of its logarithm and the touch by this much, either way.
+_MODULUS, _FRICTION, _TOUCH_MM = 0.4, (0.3, 0.9), 0.01
 _SHARE, _TIME_S = (0.05, 0.2), (0.3, 8.0)
-_GAIN, _OFFSET, _DRIFT, _PER_KELVIN = 0.03, 10.0, 0.1, 2.0  # standard deviations
+_GAIN, _OFFSET, _DRIFT, _PER_KELVIN = 0.03, 10.0, 0.1, 2.0  # Standard deviations.
 _WARMS_K = 2.0
 _NOISE = (0.005, 0.5)  # N, microstrain, where the design's hardware has none
 

@@ -80,7 +80,7 @@ class TraceFit:
         return tuple((float(own[k]), float(np.exp(own[k + 1]))) for k in range(0, len(own), 2))
 
     def covariance(self, more: TracePath | None = None) -> Array:
-        """Of all unknowns, (n + g (1 + b),) squared: with another path instead, what it would be.
+        """Covariance of all unknowns, (n + g (1 + b),) squared; that along another path, if given.
 
         An unknown without data has its deviation before the measurement (:data:`_BEFORE`).
         """

@@ -105,7 +105,7 @@ class Points:
         return Points(bins, np.bincount(bins), np.flatnonzero(chosen), last[chosen])
 
     def mean(self, values: Array) -> Array:
-        """Of values (n, ...) by row, the mean of each point that is compared."""
+        """The means of values (n, ...) over the rows of each point that is compared."""
         columns = values.reshape(len(values), -1).T
         sums = np.array([np.bincount(self.bins, column) for column in columns]).T
         found = (sums / self.weight[:, None]).reshape(-1, *values.shape[1:])

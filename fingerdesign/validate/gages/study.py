@@ -62,7 +62,7 @@ _DEPTHS = (0.1, 0.3, 1.0)  # Depths of the pressings, over the stage's travel.
 
 @dataclass(frozen=True)
 class _Work:
-    """What the steps of a study share; replicates: the same grips, each time with other noise."""
+    """Objects that the steps of a study share; replicates: the same grips with other noise."""
 
     problem: ContactProblem
     settings: Settings
