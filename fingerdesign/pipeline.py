@@ -13,11 +13,11 @@ from pathlib import Path
 
 from fingerdesign.analysis.analysed import Analysed
 from fingerdesign.analysis.analysis import Analysis, analysis_of, failed_analysis, too_deep
-from fingerdesign.analysis.answers import extras, keep_answer, kept_answer
+from fingerdesign.analysis.answers import cache_answer, cached_answer, extras
 from fingerdesign.analysis.case import Case, Clock
 from fingerdesign.analysis.fidelity.ladder import Choice, choose
 from fingerdesign.analysis.finite_path import finite_steps
-from fingerdesign.analysis.folder import cad_beside, complete_answer, write_analysis
+from fingerdesign.analysis.folder import cad_concurrently, complete_answer, write_analysis
 from fingerdesign.analysis.forecast.forecast import forecast_progress
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.measurable import Sections, measurability, start_sections, states_seen
@@ -129,7 +129,7 @@ def analyse_into(
     page, cad: with report.html, with STEP and STL files; None: except in plane strain. A stored
     answer is taken, unless ``fresh``. Raises DesignError for wrong input, and writes nothing then.
     """
-    if not fresh and (found := kept_answer(case, out, page, cad)) is not None:
+    if not fresh and (found := cached_answer(case, out, page, cad)) is not None:
         complete_answer(case, out, page, cad)
         return found
     refuse(case, case.path_scene)
@@ -140,11 +140,11 @@ def analyse_into(
         load_ahead()
     with RESULTS.written(out / case.design.design.name) as folder:
         try:
-            with cad_beside(case.design, folder, clock, wanted=cad):
+            with cad_concurrently(case.design, folder, clock, needed=cad):
                 analysis = run(case, report, clock)
         except (FingerDesignError, MemoryError) as error:
             analysis = failed_analysis(case, error, clock)
         report("writing the report")
         result = write_analysis(analysis, case.design, folder, clock, page)
-        keep_answer(case, folder, result)
+        cache_answer(case, folder, result)
     return result

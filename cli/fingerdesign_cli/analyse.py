@@ -11,8 +11,8 @@ import click
 from fingerdesign.analysis.answers import (
     DESIGN,
     PAGE,
-    is_kept,
-    kept_answer,
+    cached_answer,
+    is_cached,
     missing,
 )
 from fingerdesign.analysis.case import Case
@@ -79,9 +79,9 @@ def analyse(
 def answer_of(
     case: Case, out: Path, show: Progress, page: bool | None, cad: bool | None, fresh: bool
 ) -> Result:
-    """OUT/NAME from the answer that is kept, without loading what works, or by that."""
+    """Write OUT/NAME from the cached answer, or by an analysis, which alone loads the solvers."""
     page = page or (True if opens() else page)
-    found = None if fresh else kept_answer(case, out, page, cad)
+    found = None if fresh else cached_answer(case, out, page, cad)
     if found is not None:
         show("analysed before: its answer is taken (--fresh analyses it again)")
         if any(missing(case, out, page, cad)):
@@ -114,7 +114,7 @@ def _read(
             cases.append(Case(load_design(path), scene, fidelity, scene_name=name, **options))
     for case in cases:
         with _kept(faults):
-            if fresh or not is_kept(case):
+            if fresh or not is_cached(case):
                 if case.fidelity == "plane-strain":
                     start_mesher()  # it loads while this process loads the rest
                 from fingerdesign.analysis.forecast.limits import refuse

@@ -1,7 +1,7 @@
-"""What ``fingerdesign view`` says of each kind of folder that is no result of an analysis.
+"""The contents of folders that are no result of an analysis, as ``fingerdesign view`` shows them.
 
-A kind is known by the file that it always holds. Each function reads that record and says what is
-in the folder, what is good in it, what is bad, and one table at most.
+A kind is known by the file that it always holds. Each function reads that record and returns what
+is in the folder, what is good in it, what is bad, and one table at most.
 """
 
 import csv
@@ -29,7 +29,7 @@ _SHOWN = 8  # sentences of a sort; the record has all
 
 @dataclass(frozen=True)
 class Look:
-    """What is said of a folder. what: what is in it; facts: neither good nor bad."""
+    """A folder's content. what: its kind; facts: neither good nor bad."""
 
     what: str
     good: Sequence[str] = ()
@@ -67,7 +67,7 @@ def _mold(data: _Data, _: Path) -> Look:
     bad = [*([data["failure"]] if data["failure"] else []), *(c["sentence"] for c in failing)]
     good = [] if bad else [f"all {len(data['checks'])} checks passed"]
     bad += (data.get("sensor") or {"reasons": []})["reasons"]
-    facts = [f"mind: {warning}" for warning in data["warnings"]]
+    facts = [f"warning: {warning}" for warning in data["warnings"]]
     if data["placement"] is not None:
         facts += data["placement"]["sentences"][:1]
     rows = [
@@ -110,7 +110,7 @@ def _unlike(data: _Data, _: Path) -> Look:
         rates = {f"{name}, {label}": by[name]["success"]["rate"] for name in names}
         well, ill = _judged(rates, "success")
         good, bad = [*good, *well], [*bad, *ill]
-    what = f"{data['plants']} fingers unlike the model of {data['design']} ({data['fidelity']})"
+    what = f"{data['plants']} perturbed fingers of {data['design']} ({data['fidelity']})"
     return Look(what, good, bad, ("the table: success in %",), ("fault", *names), rows)
 
 
@@ -155,17 +155,17 @@ def _calibration(data: _Data, _: Path) -> Look:
 
 def _validation(data: _Data, _: Path) -> Look:
     rows = [[each["title"], each["verdict"]] for each in data["assumptions"]]
-    said: dict[str, list[str]] = defaultdict(list)
+    advice: dict[str, list[str]] = defaultdict(list)
     for each in data["assumptions"]:
-        said[each["verdict"]].append(f"{each['title']}: {each['advice']}")
-    bad = [*([data["failure"]] if data["failure"] else []), *said["drop"], *said["measure"]]
+        advice[each["verdict"]].append(f"{each['title']}: {each['advice']}")
+    bad = [*([data["failure"]] if data["failure"] else []), *advice["drop"], *advice["measure"]]
     what = f"assumptions of models of {data['design']}, scene {data['scene']}"
-    return Look(what, said["keep"], bad, said["limited"], ("assumption", "verdict"), rows)
+    return Look(what, advice["keep"], bad, advice["limited"], ("assumption", "verdict"), rows)
 
 
 def _gages(data: _Data, _: Path) -> Look:
     error, target = data["stick_error"], data["target_stick_error"]
-    words = f"stick ratio with an error of {error:.3f} (RMS); {target:g} is asked of a reference"
+    words = f"stick ratio with an error of {error:.3f} (RMS); target {target:g}"
     good, bad = ([words], []) if error <= target else ([], [words])
     if data["too_quiet"]:
         share = 100 * data["worth_of_gages"]
@@ -182,15 +182,15 @@ def _study(data: _Data, folder: Path) -> Look:
 
     found = read_comparison([folder])
     best = recommend(found.outcomes, found.facts.objectives, found.facts.constraints)
-    said = summary(found.outcomes, found.facts, best)
+    short = summary(found.outcomes, found.facts, best)
     failed = {k: v for k, v in data["outcomes"].items() if k not in ("all", "ok")}
     bad = [f"{count} {kind}: causes in failures.csv" for kind, count in failed.items()]
-    good = [f"recommended: {said.recommended}. {said.why}"] if said.recommended else []
-    good += [f"its {key} = {value}" for key, value in said.values.items()]
-    bad += [] if said.recommended else [said.why]
-    facts = [said.counts, *(f"better elsewhere: {each}" for each in said.given_up)]
-    facts += [f"mind: {each}" for each in said.mind]
-    table = said.table
+    good = [f"recommended: {short.recommended}. {short.why}"] if short.recommended else []
+    good += [f"its {key} = {value}" for key, value in short.values.items()]
+    bad += [] if short.recommended else [short.why]
+    facts = [short.counts, *(f"better elsewhere: {each}" for each in short.given_up)]
+    facts += [f"warning: {each}" for each in short.mind]
+    table = short.table
     rows, headings = (table.rows, table.columns) if table else ((), ())
     return Look(f"study {data['name']} of {data['base']}", good, bad, facts, headings, rows)
 
@@ -198,15 +198,15 @@ def _study(data: _Data, folder: Path) -> Look:
 def _comparison(text: str, page: Path) -> Look:
     """Of a page that compare wrote: its own head."""
 
-    def said(pattern: str) -> list[str]:
+    def texts(pattern: str) -> list[str]:
         found = re.findall(pattern, text, flags=re.DOTALL)
         return [html.unescape(re.sub(r"<[^>]+>", "", each)).strip() for each in found]
 
-    title, lead = said(r"<h1>(.*?)</h1>"), said(r'<p class="lead">(.*?)</p>')
-    name = said(r'<strong id="recommended-name">(.*?)</strong>')
-    why = said(r'<p class="which">.*?</p>\s*<p>(.*?)</p>')
+    title, lead = texts(r"<h1>(.*?)</h1>"), texts(r'<p class="lead">(.*?)</p>')
+    name = texts(r'<strong id="recommended-name">(.*?)</strong>')
+    why = texts(r'<p class="which">.*?</p>\s*<p>(.*?)</p>')
     good = [f"recommended: {' '.join([*name, *why])}"] if name else []
-    bad = [] if name else ["no finger is recommended: the page says why"]
+    bad = [] if name else ["no finger is recommended: the page shows why"]
     return Look(title[0] if title else page.name, good, bad, lead)
 
 
@@ -239,13 +239,13 @@ def _paper(data: _Data, _: Path) -> Look:
 
 
 def _checks(data: _Data, folder: Path) -> Look:
-    said = {
+    words = {
         each["name"]: f"{each['name']}: {each['measured']:.3g} {each['unit']}".strip()
-        + f", asked at most {each['asked']:g}"
+        + f", target at most {each['asked']:g}"
         for each in data["checks"]
     }
-    good = [said[each["name"]] for each in data["checks"] if each["holds"]]
-    bad = [said[each["name"]] for each in data["checks"] if not each["holds"]]
+    good = [words[each["name"]] for each in data["checks"] if each["holds"]]
+    bad = [words[each["name"]] for each in data["checks"] if not each["holds"]]
     return Look(f"benchmark {folder.name}", good, bad)
 
 
@@ -283,7 +283,7 @@ def _code(text: str, folder: Path) -> Look:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of folder: the file that it always holds, what is said of it, the page or picture that
+    """A kind of folder: the file that it always holds, how it is read, the page or picture that
     shows it."""
 
     record: str
@@ -330,7 +330,7 @@ def kind_of(place: Path) -> Kind | None:
 
 
 def look_at(kind: Kind, place: Path) -> Look:
-    """What is said of a folder of that kind. ValueError and its like where it cannot be read."""
+    """The content of a folder of that kind. ValueError and its like where it cannot be read."""
     path = place if place.is_file() else place / kind.record
     text = whole_text(path)
     found = kind.look(json.loads(text) if path.suffix == ".json" else text, place)
@@ -339,7 +339,7 @@ def look_at(kind: Kind, place: Path) -> Look:
     return Look(shown(found.what), **cut, headings=found.headings, rows=rows)
 
 
-def said(look: Look, whole: bool = False) -> list[tuple[str, str]]:
+def marked(look: Look, whole: bool = False) -> list[tuple[str, str]]:
     """Marks and sentences: what is bad first; not more of a sort than fit a screen."""
     found: list[tuple[str, str]] = []
     marks = (SIGNS["fail"], look.bad), (SIGNS["pass"], look.good), (SIGNS["note"], look.facts)

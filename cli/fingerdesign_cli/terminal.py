@@ -1,4 +1,4 @@
-"""What commands show: progress, tables and JSON, on a terminal or elsewhere."""
+"""Output of commands: progress, results, tables and JSON, on a terminal or elsewhere."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ WIDTH = 80  # Characters of a line: a terminal's usual width.
 LINES = 14  # A result fits the upper half of a terminal of usual height.
 SHORT = 13  # A table's cell of so many characters, as "118 / 29 / 4", stays on one line.
 _ALMOST = 0.95  # The bar waits here for a stage that takes longer than its forecast.
-_TELLING = 0.05  # Before this fraction the pace says little of the time left.
+_TELLING = 0.05  # Before this fraction the pace shows little of the time left.
 # Plain characters for terminals whose encoding has no others.
 _PLAIN = {
     "✓": "+",
@@ -293,8 +293,8 @@ def print_table(
 ) -> None:
     """Print a table on stdout, as wide as it needs, up to ``width``, where it is no terminal.
 
-    In ``WIDTH`` characters a column of words stands to the left; columns that do not fit go on in
-    another table, behind the first column again.
+    In ``WIDTH`` characters columns of words are aligned to the left, and columns that do not fit
+    go on in another table, behind the first column again.
     """
     from rich.console import Console
     from rich.text import Text
@@ -345,10 +345,10 @@ def _widths(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[int]
     What room is left goes to whatever column lacks most of being as wide as its longest cell.
     """
     columns = list(zip(headings, *rows, strict=True))
-    wanted = [max(len(cell) for cell in column) for column in columns]
+    longest = [max(len(cell) for cell in column) for column in columns]
     widths = [min(_least(column), WIDTH - 4) for column in columns]
     for _ in range(WIDTH - 1 - sum(width + 3 for width in widths)):
-        lacking = [most - width for most, width in zip(wanted, widths, strict=True)]
+        lacking = [most - width for most, width in zip(longest, widths, strict=True)]
         if max(lacking) > 0:
             widths[lacking.index(max(lacking))] += 1
     return widths

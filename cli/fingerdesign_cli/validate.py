@@ -29,7 +29,7 @@ def validate(
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Tell what each modelling assumption costs for DESIGN in a scene, and what it saves."""
+    """Report what each modelling assumption costs for DESIGN in a scene, and what it saves."""
     if gages:
         if scene_file is not None or deep or keys:
             raise click.UsageError("--gages takes no --scene, --deep and --only")

@@ -21,7 +21,7 @@ from fingerdesign.report import style
 from fingerdesign.report.table import Table
 from fingerdesign.runtime.files import write_whole
 from fingerdesign_cli.inputs import read_case
-from fingerdesign_cli.looks import Kind, Look, kind_of, look_at, said
+from fingerdesign_cli.looks import Kind, Look, kind_of, look_at, marked
 from fingerdesign_cli.terminal import (
     WIDTH,
     details,
@@ -193,7 +193,7 @@ def _show(view: _View | _Other) -> None:
     if isinstance(view, _Other):
         look = view.look
         say("\n".join(textwrap.wrap(look.what, WIDTH - 6)), bold=True)
-        for sign, sentence in said(look, whole=details()):
+        for sign, sentence in marked(look, whole=details()):
             say_marked(sign, sentence)
         if look.rows:
             print_table("", look.headings, look.rows, WIDTH)

@@ -1,4 +1,4 @@
-"""A result with the arrays behind it: what a script or a notebook draws, and takes numbers from."""
+"""A result with its arrays, for scripts and notebooks."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, fields, replace
@@ -136,7 +136,7 @@ class _Arrays(dict[str, Any]):
 
 
 def load_result(folder: str | Path) -> Analysed:
-    """The result in a folder that ``analyse`` wrote, with the arrays that lie beside it.
+    """The result in a folder that ``analyse`` wrote, with its arrays.
 
         load_result("out/maeno2000").plot_contact().show()
 

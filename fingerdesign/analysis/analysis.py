@@ -1,4 +1,4 @@
-"""An analysis with the arrays that its report needs, beside the record of it."""
+"""An analysis: its record, and the arrays that its report needs."""
 
 from dataclasses import dataclass
 from pathlib import Path

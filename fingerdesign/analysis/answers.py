@@ -1,7 +1,8 @@
-"""Answers that are there already: in a result's folder, and kept on this machine. Light to import.
+"""Answers of earlier runs: in a result's folder, and in the cache of this machine.
 
-An answer is the whole folder of a result. It is kept under the digest of all that decides its
+An answer is the whole folder of a result. It is cached under the digest of all that decides its
 numbers: design, scene, fidelity, the program's own code and the versions of what it computes with.
+Light to import.
 """
 
 import hashlib
@@ -43,26 +44,26 @@ def read_arrays(folder: Path) -> dict[str, Any]:
 
 
 def extras(case: Case, page: bool | None, cad: bool | None) -> tuple[bool, bool]:
-    """Whether page and CAD files are wanted; where nothing is said (None), except in plane strain,
-    where they take longer than the work."""
+    """Whether page and CAD files are to be written; by default (None) except in plane strain, where
+    they take longer than the work."""
     page, cad = (case.fidelity != "plane-strain" if each is None else each for each in (page, cad))
     return page, cad
 
 
 def missing(case: Case, out: Path, page: bool | None, cad: bool | None) -> tuple[bool, bool]:
-    """Whether page and CAD files are wanted, and not in OUT/NAME."""
+    """Whether page and CAD files are to be written, and not in OUT/NAME."""
     folder = out / case.design.design.name
     page, cad = extras(case, page, cad)
     return page and not (folder / PAGE).exists(), cad and not (folder / CAD).exists()
 
 
-def is_kept(case: Case) -> bool:
-    """Whether the case's answer is kept."""
+def is_cached(case: Case) -> bool:
+    """Whether the case's answer is cached."""
     key = _key(case)
     return key is not None and _answers().path(key).is_file()
 
 
-def keep_answer(case: Case, folder: Path, result: Result) -> None:
+def cache_answer(case: Case, folder: Path, result: Result) -> None:
     """Store the files of a result's folder, unless it failed. A cache that cannot be written is
     no fault."""
     key = _key(case)
@@ -78,12 +79,12 @@ def keep_answer(case: Case, folder: Path, result: Result) -> None:
         return
 
 
-def kept_answer(
+def cached_answer(
     case: Case, out: Path, page: bool | None = None, cad: bool | None = None
 ) -> Result | None:
-    """Write the answer that is kept as OUT/NAME, without page and CAD files that are not wanted;
+    """Write the cached answer as OUT/NAME, without page and CAD files that are not requested;
     None where there is none. ResultError where OUT will not do."""
-    if not is_kept(case):
+    if not is_cached(case):
         return None
     try:
         with zipfile.ZipFile(_answers().path(str(_key(case)))) as archive:
@@ -99,7 +100,7 @@ def kept_answer(
 
 
 def _key(case: Case) -> str | None:
-    """The name of the case's answer; None where it is not kept: what decides it is not all known.
+    """The name of the case's answer; None where it is not cached: what decides it is not all known.
 
     That is so with an estimator from a file, and with kinds from outside the package.
     """

@@ -1,4 +1,4 @@
-"""One analysis as it is asked for: design, scene and fidelity; and the clock that times it."""
+"""One analysis as requested: design, scene and fidelity; and the clock that times it."""
 
 import hashlib
 import time
@@ -28,7 +28,7 @@ class Case:
     model whose estimated error is under ``tolerance``. fields:
     recover displacement fields, for files and pictures. go_on: even where the forecast says that
     the machine's free memory will not do. estimator: what grip.controller = "regulator" grips by;
-    None: taught on the design. studied: with the study, at several frictions, of the fundamental
+    None: trained on the design. studied: with the study, at several frictions, of the fundamental
     case; a comparison of many fingers has no use for it.
     """
 

@@ -9,7 +9,7 @@ than
 
 (Cramér, Mathematical Methods of Statistics, 1946, 32.3). The state is reached by pressing to F_n
 and pulling at constant F_n. The model is taken as known exactly, gains and all: a rig does worse.
-A change is said to be seen where it is ``SEEN`` deviations of one sample, the usual limit of
+A change counts as measured where it is ``SEEN`` deviations of one sample, the usual limit of
 detection (IUPAC, Compendium of Chemical Terminology: "limit of detection").
 """
 
@@ -40,7 +40,7 @@ UNSEEN_STICK_CHANGE = 0.3  # the whole of that way: such gages cannot be steered
 HELD_USED = 2.0 / 3.0  # of the friction limit: a margin of 1.5, the most that people keep
 _USED = (0.3, 0.6, 0.9)
 _APART = 1.05  # friction above and below
-_LEAST_CHANGE = 1e-4  # of the stick ratio: below it nothing is to be told
+_LEAST_CHANGE = 1e-4  # Of the stick ratio: smaller changes are rounding noise.
 
 
 def amplifier_noise(hardware: HardwareTable) -> float:

@@ -1,4 +1,4 @@
-"""A contact of a few nodes says little of its pressure and nothing of its slip: it is meshed finer.
+"""Finer meshes for contacts of few nodes, which show little of pressure and nothing of slip.
 
 The mesh is made for the contact that is forecast, and no finer than a third of what the design
 says (mesh/sizing.py). Where the object is small, or barely touches, the contact is smaller than
@@ -22,18 +22,18 @@ from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.make import mesher_of
 
-LEAST_NODES = 8  # in contact, of the row with most: fewer tell neither pressure nor slip
-_WANTED = 20  # so many are meshed for, since the forecast of how many is rough
-_FINEST = 1.0 / 16.0  # of the edge before, in one attempt
-_MARGIN = 2.0  # edges of the mesh before, around what it saw of the contact
-_ATTEMPTS = 4  # a first answer of one node says little of how small the contact is
-_MOST_NODES = 800.0  # candidates: in plane strain a matter of seconds
+LEAST_NODES = 8  # In contact, at most over the rows: fewer show neither pressure nor slip.
+_TARGET_NODES = 20  # More than needed, since the forecast of their number is rough.
+_FINEST = 1.0 / 16.0  # Of the edge before: one attempt refines no further.
+_MARGIN = 2.0  # Edges of the mesh before, around the contact that it showed.
+_ATTEMPTS = 4  # One node shows little of how small the contact is.
+_MOST_NODES = 800.0  # Candidates: so many take seconds in plane strain.
 
 
 def finer(
     chosen: Choice, scene: Scene, problem: ContactProblem, steps: list[Step], attempt: int = 1
 ) -> tuple[Case, Zone] | None:
-    """The case and the zone to solve anew, its contact meshed finer; None where it holds enough
+    """The case and the zone to solve again, its contact meshed finer; None where it holds enough
     nodes, or where nothing was pressed.
 
     chosen: as it was solved, for the ``attempt``-th time. Raises SolverError, which says what to
@@ -55,7 +55,7 @@ def finer(
         near = _touched(case, scene, problem.model.points)
     edge = float(np.median(_edges(problem)[near]))
     layered = flat or mesher_of(case.design).sections  # as many nodes along z, whatever the size
-    share = max(most, 1) / _WANTED
+    share = max(most, 1) / _TARGET_NODES
     size = edge * max(share if layered else share**0.5, _FINEST)
     reach = np.abs(problem.model.points[near]).max(axis=0) + _MARGIN * edge
     zone = chosen.zone if case.runs_grips else _within(chosen.zone, reach)
@@ -75,8 +75,8 @@ def finer(
 def _touched(case: Case, scene: Scene, points: Array) -> BoolArray:
     """The node (m,) nearest to where the object first touches."""
     x, z = touch_point(scene.object, case.design.body)
-    beside = points[:, 2] - z if points.shape[1] == 3 else 0.0
-    away = np.hypot(points[:, 0] - x, beside)
+    along_z = points[:, 2] - z if points.shape[1] == 3 else 0.0
+    away = np.hypot(points[:, 0] - x, along_z)
     return np.asarray(away == away.min())
 
 

@@ -14,7 +14,7 @@ from fingerdesign.analysis.answers import (
     CAD,
     DESIGN,
     PAGE,
-    keep_answer,
+    cache_answer,
     missing,
     read_arrays,
 )
@@ -106,16 +106,16 @@ def _write(path: Path, mesh: Mesh, displacement: Array | None) -> Path:
     return path
 
 
-_NOT_KEPT = ("result", "problem")  # it has a file of its own; made anew by an analysis
+_NOT_WRITTEN = ("result", "problem")  # The first has its own file, an analysis makes the other.
 
 
 @contextmanager
-def cad_beside(design: Design, folder: Path, clock: Clock, wanted: bool) -> Iterator[None]:
-    """Write the finger's STEP and STL files, where they are wanted, beside the block.
+def cad_concurrently(design: Design, folder: Path, clock: Clock, needed: bool) -> Iterator[None]:
+    """Write the finger's STEP and STL files, where they are needed, concurrently with the block.
 
     GeometryError where that fails.
     """
-    if not wanted:
+    if not needed:
         yield
         return
     with finger_cad_beside(design, folder) as wait:
@@ -127,19 +127,19 @@ def cad_beside(design: Design, folder: Path, clock: Clock, wanted: bool) -> Iter
 def write_analysis(
     analysis: Analysis, design: Design, folder: Path, clock: Clock, page: bool
 ) -> Result:
-    """Write record, tables, fields, arrays, the design and, where wanted, the page into ``folder``.
+    """Write record, tables, fields, arrays, design and, where requested, the page into ``folder``.
 
-    Returns the record, which then says what this took.
+    Returns the record with the time that this took.
     """
     timed = replace(analysis.result, timings_s=dict(clock.seconds))
     analysis = replace(analysis, result=timed)
-    with clock.stage("report"), ThreadPoolExecutor(1) as beside:  # packing leaves a core to others
+    with clock.stage("report"), ThreadPoolExecutor(1) as thread:  # packing leaves a core idle
         written = (
-            beside.submit(write_fields, folder, analysis.mesh, analysis.fields)
+            thread.submit(write_fields, folder, analysis.mesh, analysis.fields)
             if analysis.mesh is not None
             else None
         )
-        names = [each.name for each in fields(Analysis) if each.name not in _NOT_KEPT]
+        names = [each.name for each in fields(Analysis) if each.name not in _NOT_WRITTEN]
         write_packed(folder / ARRAYS, {name: getattr(analysis, name) for name in names})
         (folder / DESIGN).write_text(dump_design(design), encoding="utf-8")
         if page:
@@ -158,7 +158,7 @@ def write_page(analysis: Analysis, folder: Path) -> Path:
 
 
 def read_analysis(folder: Path) -> Analysis:
-    """The analysis whose folder this is, to be asked and drawn again; without its ``problem``.
+    """The analysis whose folder this is, to be drawn again; without its ``problem``.
 
     Raises ResultError and DesignError where the files are not there, or not what was written.
     """
@@ -170,7 +170,7 @@ def read_analysis(folder: Path) -> Analysis:
 
 
 def complete(folder: Path, page: bool, cad: bool) -> None:
-    """Draw the page, write the CAD files, where they are wanted and missing.
+    """Draw the page, write the CAD files, where they are requested and missing.
 
     Errors as of :func:`read_analysis`, GeometryError, OSError.
     """
@@ -178,17 +178,17 @@ def complete(folder: Path, page: bool, cad: bool) -> None:
         write_page(read_analysis(folder), folder)
     if cad and not (folder / CAD).exists():
         design = _analysed_design(folder)
-        with whole_folder(folder) as aside:  # beside it: a killed one leaves nothing in it
+        with whole_folder(folder) as aside:  # A killed process leaves nothing in the folder.
             files = write_finger_cad(design, aside)
             move_into(folder, files.values())
 
 
 def complete_answer(case: Case, out: Path, page: bool | None, cad: bool | None) -> None:
-    """As :func:`complete`, of a case's OUT/NAME; what is drawn is kept with its answer."""
-    if any(wanted := missing(case, out, page, cad)):
+    """As :func:`complete`, of a case's OUT/NAME; the cached answer gets the new files too."""
+    if any(absent := missing(case, out, page, cad)):
         folder = out / case.design.design.name
-        complete(folder, *wanted)
-        keep_answer(case, folder, read_result(folder))
+        complete(folder, *absent)
+        cache_answer(case, folder, read_result(folder))
 
 
 def _analysed_design(folder: Path) -> Design:
@@ -198,5 +198,5 @@ def _analysed_design(folder: Path) -> Design:
     changed = [key for key in now if not key.startswith("scene.") and now[key] != known.get(key)]
     if changed:
         why = f"{changed[0]} is {now[changed[0]]} there and was {known.get(changed[0])}"
-        raise ResultError(f"{folder / DESIGN} is not the design analysed: {why}; analyse it anew")
+        raise ResultError(f"{folder / DESIGN} is not the design analysed: {why}; analyse it again")
     return design

@@ -1,4 +1,4 @@
-"""Whether a finger's gages answer enough for their amplifier, and what would make them."""
+"""Measurability of slip by a finger's gages, and remedies where they respond too little."""
 
 import math
 from collections.abc import Sequence
@@ -33,7 +33,7 @@ Sections = Future[list[ContactProblem]]
 _FIRST = 1.0 / 8.0  # of a key's value, the trial that the power law goes through
 _LEAST_PLATE_MM = 0.02  # the thinnest foil that is sold and handled
 _LEAST_STIFF = 20.0  # times the rubber's modulus: a softer plate is rubber itself
-_SPARE = 1.1  # what is proposed reaches a little more than is wanted
+_SPARE = 1.1  # A proposal gains a little more than the target, since models differ.
 # The section's element edges, times the design's: gains are ratios of two such models.
 _COARSER = {
     "contact_size_mm": 4.0,
@@ -62,9 +62,11 @@ def start_sections(case: Case) -> Sections | None:
 def states_seen(
     case: Case, scene: Scene, array: ContactProblem, steps: Sequence[Step]
 ) -> tuple[MeasuredState, ...]:
-    """What the gages of the array see of slip: while the object of the design's grips is held, or,
-    with a scene of the user's, under the most that the path presses with. Empty without gages, or
-    where no load is reached at which they answer."""
+    """Changes of slip that the gages of the array measure.
+
+    The load is that of the held object of the design's grips, or, with a scene of the user's, the
+    greatest of its path. Empty without gages, or where no load is reached at which they respond.
+    """
     design = case.design
     if not case.gage_array or design.plates.model == "none":
         return ()
@@ -79,8 +81,10 @@ def states_seen(
 def measurability(
     design: Design, states: tuple[MeasuredState, ...], sections: Sections | None
 ) -> Measurability | None:
-    """Whether what is seen in ``states`` is enough, with remedies, worked with ``sections``, where
-    it is not. None without states."""
+    """The verdict on ``states``, with remedies from ``sections`` where they are not enough.
+
+    None without states.
+    """
     if not states:
         return None
     hardware = design.rig.hardware
@@ -114,7 +118,7 @@ def _remedies(
     """Softer plates, thinner plates: by how much."""
     worst = max(found.states, key=lambda state: state.smallest_stick_change)
     load = (worst.friction_coefficient, worst.normal_force_N)
-    wanted = found.smallest_stick_change / found.wanted_stick_change
+    target = found.smallest_stick_change / found.wanted_stick_change
     with one_thread():
         now, *answers = [
             _answer(section, design.gages.face, load, found.noise_microstrain)
@@ -123,8 +127,8 @@ def _remedies(
     remedies = []
     for (key, value, least), answer in zip(_trials(design), answers, strict=True):
         trial = max(_FIRST * value, least)
-        changed, gained = _search(value, trial, answer / now, least, _SPARE * wanted)
-        enough = gained >= wanted
+        changed, gained = _search(value, trial, answer / now, least, _SPARE * target)
+        enough = gained >= target
         known = _known(changed, _soft(design)) if key.startswith("materials") and enough else ()
         remedies.append(GageRemedy(key, value, changed, gained, enough, known))
     return tuple(remedies)
@@ -145,14 +149,14 @@ def _soft(design: Design) -> float:
 
 
 def _search(
-    value: float, trial: float, gained: float, least: float, wanted: float
+    value: float, trial: float, gained: float, least: float, target: float
 ) -> tuple[float, float]:
-    """The value, and its gain, at which the gain is ``wanted``, or the least value: by a power law
+    """The value, and its gain, at which the gain is ``target``, or the least value: by a power law
     through the trial."""
     slope = math.log(gained) / math.log(value / trial)
     if slope <= 0.0:
         return trial, gained
-    aim = float(f"{max(value * wanted ** (-1.0 / slope), least):.2g}")
+    aim = float(f"{max(value * target ** (-1.0 / slope), least):.2g}")
     return aim, (value / aim) ** slope
 
 

@@ -1,4 +1,4 @@
-"""The scene's path, followed row by row; what is solved is kept where a row has no answer."""
+"""The scene's path, followed row by row; solved rows are recorded where a later one fails."""
 
 from collections.abc import Sequence
 

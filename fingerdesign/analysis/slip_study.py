@@ -1,8 +1,8 @@
-"""The fundamental case: the gage area A beside the true stick area (paper 3.1, Figs 6-8).
+"""The fundamental case: the gage area A and the true stick area (paper 3.1, Figs 6-8).
 
 Eight increments of approach and shear end in complete slip. Each gives a response d_i of every gage
 (signals.py), an area A where d_i exceeds a threshold, and the true stick area; Spearman's rank
-correlation says how well A tells where the contact stands, which is all a controller asks of it.
+correlation shows how well A orders the states of contact, which is all that a controller needs.
 
 The friction coefficient changes neither the model nor, nearly, the relation: by the similarity of
 partial slip (Cattaneo 1938, Mindlin 1949; Ciavarella, J. Appl. Mech. 65 (1998) 998) the same

@@ -33,11 +33,11 @@ from fingerdesign.records.result import GripResult
 Made = TypeVar("Made")
 _WIDEN = 1.4  # a candidate zone that the contact has outgrown
 _PIECES = 4  # of each row of the path
-STUDY_FRICTION = (0.2, 0.35, 0.5, 0.7, 1.0)  # of the fundamental case, beside the scene's own
+STUDY_FRICTION = (0.2, 0.35, 0.5, 0.7, 1.0)  # Besides the scene's own, in the fundamental case.
 
 
 def zone_of(case: Case, scene: Scene) -> Zone:
-    """Contact candidates for the scene and, where they are run, the grips (against a plane)."""
+    """The contact candidates for the scene and, where they are run, the grips (against a plane)."""
     design = case.design
     touch = touch_point(scene.object, design.body)
     zone = candidate_zone(design, scene.object, greatest_approach(design, scene), touch)
@@ -84,7 +84,7 @@ def make_mesh(design: Design, fidelity: str, zone: Zone, symmetric: bool = True)
 
 
 def condense(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> FiniteElementModel:
-    """Assemble, and condense onto the contact candidates and readouts; or what has been kept."""
+    """Assemble, and condense onto the contact candidates and readouts, or take the cached model."""
     if not len(candidate_facets(mesh, zone.half_width, zone.half_depth)):
         raise ZoneExhausted(f"no whole contact facet lies in the candidate zone ({zone})")
     points = np.array(scene.readout.points_mm).reshape(-1, 3)
@@ -99,7 +99,7 @@ def one_thread() -> AbstractContextManager[object]:
 
 
 def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[SlipStudy, ...]:
-    """The gage area beside the stick area, at several frictions, where the path is the fundamental.
+    """The gage area and the stick area at several frictions, where the path is the fundamental.
 
     Each row is cut into four: with eight points a few large steps decide a rank correlation.
     """

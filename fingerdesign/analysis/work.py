@@ -33,7 +33,7 @@ class Followed:
 
 @dataclass(frozen=True)
 class Lifted:
-    """Everything that is asked of a followed model: studies, grips, what the gages can measure."""
+    """Results on a followed model: slip studies, grips, what the gages can measure."""
 
     studies: tuple[SlipStudy, ...]
     grips: list[tuple[GripResult, GripTrace]]

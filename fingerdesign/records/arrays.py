@@ -83,7 +83,7 @@ class ContactHistory:
 
 @dataclass(frozen=True, eq=False)
 class SlipStudy:
-    """The fundamental case at one friction coefficient: gage area beside stick area (Fig. 8).
+    """The fundamental case at one friction coefficient: gage area and stick area (Fig. 8).
 
     stick_ratio       (k,) truth; NaN without contact
     stick_length_mm   (k,) truth, along x
@@ -95,7 +95,7 @@ class SlipStudy:
     threshold         microstrain/N
     rank_correlation_raw, rank_correlation  Spearman's, of the area with the stick area; None where
                       it is not defined (an area that never changes)
-    step_correlation  of the step's number alone with the stick area, its size: what any area that
+    step_correlation  of the step index alone with the stick area, its size: what any area that
                       rises or falls steadily would reach
     tangential_force, normal_force  (k,) N
     force_floor_N     the area is held where F_t changes by less
@@ -145,9 +145,9 @@ class GripTrace:
     lift_step           first step at which the object is lifted, None if it is not
     without_rule        the same grip with the rule switched off, if it was tried
     rise                of the object above its support, mm; None where there is no support
-    unsure              the controller said that it knows too little; None where it never tells
-    reported_stick_ratio, warns  what the command that led to the step said of the sample before it:
-                        stick ratio (NaN: none), that slip is near; None where it never tells
+    unsure              the controller reported that it knows too little; None where it never does
+    reported_stick_ratio, warns  report on the sample before the command that led to the step:
+                        stick ratio (NaN: none), near slip; None where it never reports
     """
 
     controller: str
@@ -173,8 +173,8 @@ class GripTrace:
     def __post_init__(self) -> None:
         steps = len(self.approach)
         forces = ("shear", "normal_force", "tangential_force")
-        told = ("rise", "unsure", "reported_stick_ratio", "warns")
-        there = (name for name in told if getattr(self, name) is not None)
+        optional = ("rise", "unsure", "reported_stick_ratio", "warns")
+        there = (name for name in optional if getattr(self, name) is not None)
         names = (*forces, "stick_ratio", "gage_area_mm", "dx", "dy", "hold", *there)
         gages = self.gage_readings.shape[1:]
         _require_shapes(self, **dict.fromkeys(names, (steps,)), gage_readings=(steps, *gages))
@@ -228,17 +228,14 @@ class FieldHistory:
 
 
 def _require_shapes(record: Any, **shapes: tuple[int, ...]) -> None:
-    for name, wanted in shapes.items():
+    for name, shape in shapes.items():
         got = getattr(record, name).shape
-        if got != wanted:
-            raise ValueError(f"{type(record).__name__}.{name} has shape {got}, must be {wanted}")
-
-
-# Records with arrays in them as one file: an .npz whose plain values stand in it as JSON.
+        if got != shape:
+            raise ValueError(f"{type(record).__name__}.{name} has shape {got}, must be {shape}")
 
 
 def write_packed(path: Path, value: Any) -> None:
-    """Write what can be :func:`packed`; :func:`read_packed` reads it."""
+    """Write a value that can be :func:`packed` as an .npz; plain values are JSON in ``about``."""
     arrays: dict[str, Any] = {}
     about = json.dumps(packed(value, arrays))
     with path.open("xb") as file:
@@ -246,7 +243,7 @@ def write_packed(path: Path, value: Any) -> None:
 
 
 def read_packed(path: Path, *kinds: type) -> Any:
-    """What :func:`write_packed` wrote; of ``kinds`` alone, so a file can run no code.
+    """Read the value that :func:`write_packed` wrote; of ``kinds`` alone, so a file runs no code.
 
     Raises ResultError where it is not there, or is not of these.
     """
@@ -263,7 +260,7 @@ def read_packed(path: Path, *kinds: type) -> Any:
 
 def _refuse_bomb(path: Path) -> None:
     """ValueError where the file would unpack to far more than it is: ours are stored as they are,
-    and packed anew by hand numbers become a tenth."""
+    and packed by hand numbers become a tenth."""
     with zipfile.ZipFile(path) as archive:
         content = sum(each.file_size for each in archive.infolist())
     if content > _MOST_UNPACKED * path.stat().st_size:

@@ -8,7 +8,7 @@ order, each with its bound and meaning:
         kind: Literal["gate", "vent"]
         diameter_mm: Annotated[Size, Field(description="inside, at the finger")]
 
-``python -m fingerdesign.records.base`` writes the shipped schemas anew.
+``python -m fingerdesign.records.base`` writes the shipped schemas again.
 """
 
 import csv

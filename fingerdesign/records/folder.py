@@ -37,7 +37,7 @@ class RecordFolder:
 
     @contextmanager
     def written(self, target: Path | str) -> Iterator[Path]:
-        """A temporary folder beside ``target`` that takes its place when the block ends well.
+        """A temporary folder next to ``target`` that takes its place when the block ends well.
 
         An older one is replaced, and put back should the renaming fail. Anything else in the way is
         a ResultError before any work. When the block raises, nothing is left.
@@ -48,7 +48,7 @@ class RecordFolder:
             try:
                 aside = stack.enter_context(whole_folder(target))
             except OSError as error:
-                raise ResultError(f"cannot write beside {target}: {error}") from error
+                raise ResultError(f"cannot write next to {target}: {error}") from error
             yield aside
             if not (aside / self.record).is_file():
                 raise ResultError(f"{target} was not written: it was made without {self.record}")
@@ -176,7 +176,7 @@ def write_grip_csv(path: Path, trace: GripTrace) -> None:
 
 
 def _grip_names(traces: Iterable[GripTrace]) -> Iterator[tuple[str, GripTrace]]:
-    """Distinct file names: grip_CONTROLLER_muMU_MASSg.csv, beside it the path without the rule."""
+    """Distinct file names: grip_CONTROLLER_muMU_MASSg.csv, and the path without the rule."""
     taken: dict[str, int] = {}
     for trace in traces:
         parts = f"{trace.controller}_mu{trace.friction_coefficient:g}_{trace.object_mass_g:g}g"

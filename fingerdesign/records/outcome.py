@@ -204,7 +204,7 @@ _PATH = (
 def designs_csv(outcomes: Sequence[Outcome]) -> str:
     """A row an outcome, in order: facts, studied values by their keys, metrics, validity, work.
 
-    A metric that has the name of a fact of the work (core_seconds) stands once, as the fact.
+    A metric that has the name of a fact of the work (core_seconds) is written once, as the fact.
     """
     keys = dict.fromkeys(key for outcome in outcomes for key in outcome.values)
     metrics = dict.fromkeys(
@@ -235,7 +235,7 @@ def increments_csv(outcomes: Sequence[Outcome]) -> str:
 
 
 def grips_csv(outcomes: Sequence[Outcome]) -> str:
-    """A row a kept step of every grip: forces beside the grip's own facts."""
+    """A row for each stored step of every grip: its forces, with the grip's own facts."""
     facts = ("controller", "friction_coefficient", "object_mass_g", "lifted", "gross_slip")
     forces = ("normal_force_N", "tangential_force_N")
     header = ["name", "digest", "grip", *facts, "safety_margin", "step", *forces]

@@ -255,7 +255,7 @@ class GageRemedy:
     gain: of the gages' answer to F_t where all sticks, under the worst state's F_n. Their change
     with the stick ratio grows about as much (maeno2000: by 3.7 where this is 4.3), on soft plates
     made softer still by less; enough: were it as much, the smallest change of the stick ratio would
-    be within what is wanted. known: materials of such plates.
+    be within the target. known: materials of such plates.
     """
 
     key: str
@@ -269,7 +269,7 @@ class GageRemedy:
 @strict
 @dataclass(frozen=True)
 class Measurability:
-    """Whether the gages' answer to slip stands above an amplifier's noise (analysis/detection.py).
+    """The gages' response to slip against an amplifier's noise (analysis/detection.py).
 
     noise_microstrain: of one sample; noise_stated: by the design's [grip.hardware], else the
     reference amplifier's. wanted_stick_change: what a hand that steers by the stick ratio must see.
@@ -307,7 +307,7 @@ class TriedModel:
 @strict
 @dataclass(frozen=True)
 class LadderSummary:
-    """How --fidelity auto came to its model: the last one tried that stands in ``chosen``.
+    """How --fidelity auto came to its model: the one in ``chosen``, tried last.
 
     reached: the greatest of error_estimates is at most the tolerance; why_ended: a sentence where
     it is not.
@@ -359,21 +359,21 @@ class Result:
         if (self.status == "failed") != bool(self.failure):
             raise ValueError("failure must hold a sentence exactly when status is 'failed'")
         if self.status == "ok" and (self.model is None or self.mesh is None):
-            raise ValueError("a result that is 'ok' must say its model and its mesh")
+            raise ValueError("a result that is 'ok' must hold its model and its mesh")
         every_stage = dict.fromkeys(STAGES, 0.0) | dict(self.timings_s)
         object.__setattr__(self, "timings_s", every_stage)
 
     def __repr__(self) -> str:
         """In a line, for a notebook and a prompt."""
-        return f"<Result of {self.design}: {'; '.join(self._said())}>"
+        return f"<Result of {self.design}: {'; '.join(self._phrases())}>"
 
     def _repr_html_(self) -> str:
         """As a notebook shows it: what was found, and the path of forces as a picture."""
         title = f"<b>{escape(self.design)}</b>"
-        said = "".join(f"<li>{escape(each)}</li>" for each in self._said())
-        return f"<div>{title}<ul>{said}</ul>{_forces_picture(self.increments)}</div>"
+        items = "".join(f"<li>{escape(each)}</li>" for each in self._phrases())
+        return f"<div>{title}<ul>{items}</ul>{_forces_picture(self.increments)}</div>"
 
-    def _said(self) -> list[str]:
+    def _phrases(self) -> list[str]:
         """What it is and what was found, a phrase each."""
         found = [f"scene {self.scene}, {self.fidelity}, {self.failure or self.status}"]
         if self.increments:

@@ -37,7 +37,7 @@ class Fix:
 
     change    to be pasted: a line of the design's TOML, or a command
     brings    its effect: "gage signal ✓"
-    by        the model that tells so: "section model"; empty where none was asked
+    by        the model that shows it: "section model"; empty of a command
     """
 
     change: str

@@ -67,7 +67,7 @@ def _assumption(kind: Kind) -> Callable[[PairsOf], PairsOf]:
 def section_why_not(design: Design, scene: Scene) -> str | None:
     """Why plane strain cannot show this design in this scene; None where it can."""
     if design.body.kind.turned:
-        return "a turned body has no section that stands for it"
+        return "a turned body has no section that is like the whole"
     if steps_sideways(scene):
         return "the scene is not the same in every section: it needs three dimensions"
     faults = plane_strain_faults(design) or sheet_room_faults(design)

@@ -35,7 +35,7 @@ _LEAST_PRESS = 1e-3  # of the largest F_n: a first touch with less says nothing
 class Answer:
     """What a model answers along the scene's path: readings, the object's motions, its cost.
 
-    along: its readings over another path of the same object; None where that cannot be asked.
+    along: its readings over another path of the same object; None where that cannot be solved.
     """
 
     name: str
@@ -131,12 +131,13 @@ def _equal_force(found: Answer, truth: Answer, scene: Scene) -> Side:
     first, last, note = usable_rows(truth, scene)
     if last <= first:
         raise SolverError("no row of this path presses and still sticks somewhere")
-    kept = truth.readings.part(slice(first, last))
+    inside = truth.readings.part(slice(first, last))
     rows = tuple(
-        (float(n), float(t)) for n, t in zip(kept.normal_force, kept.tangential_force, strict=True)
+        (float(n), float(t))
+        for n, t in zip(inside.normal_force, inside.tangential_force, strict=True)
     )
     path = ScenePath(increments_N=rows, control="force", substeps=scene.path.substeps)
-    return _followed(found, kept, scene, path, truth.readings.rows - len(rows), note)
+    return _followed(found, inside, scene, path, truth.readings.rows - len(rows), note)
 
 
 def usable_rows(truth: Answer, scene: Scene) -> tuple[int, int, str]:

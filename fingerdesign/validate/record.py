@@ -131,7 +131,7 @@ class Row:
 @closed
 @dataclass(frozen=True)
 class Thresholds:
-    """Errors up to which an assumption is kept, or kept within limits."""
+    """Errors up to which an assumption is good, or good within limits."""
 
     keep: Size
     limit: Size

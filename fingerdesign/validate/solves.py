@@ -55,9 +55,9 @@ _WARM = 3.0
 
 @dataclass
 class Solves:
-    """Every model of one design in one scene, solved when first asked for.
+    """Every model of one design in one scene, solved when first needed.
 
-    A failure is kept too, and raised again: no model is tried twice.
+    A failure is stored too, and raised again: no model is tried twice.
     """
 
     design: Design
@@ -156,7 +156,7 @@ class Solves:
             model = replace(model, mesher="tetwild")
         solved = solve(own, self.scene, model, self.zone)
         if dimension != "3-D" or values or plates is not None or scale != self.scale:
-            solved.built = None  # its factors are needed where gages are read anew alone
+            solved.built = None  # its factors are needed only where gages are read again
         return solved
 
     def release(self) -> None:
@@ -177,7 +177,7 @@ def warm() -> None:
 
 
 class Reader:
-    """Reads a solved finger by other gages on the same plates: its displacements are kept.
+    """Reads a solved finger by other gages on the same plates: its displacements are stored.
 
     Of a path of more than MOST_ROWS rows, which would fill the memory, as many evenly spread.
     """

@@ -7,7 +7,7 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import load_design, with_values
-from fingerdesign.analysis.answers import ARRAYS, CAD, DESIGN, PAGE, kept_answer
+from fingerdesign.analysis.answers import ARRAYS, CAD, DESIGN, PAGE, cached_answer
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.folder import complete, read_analysis
 from fingerdesign.analysis.page import page
@@ -73,7 +73,7 @@ def test_an_answer_is_taken_as_it_was_and_drawn_on_demand(
 
 
 def contents_of_kept(case, out):
-    assert kept_answer(case, out, cad=True) is not None
+    assert cached_answer(case, out, cad=True) is not None
     return contents(out / case.design.design.name)
 
 
@@ -87,10 +87,10 @@ def test_no_answer_is_taken_for_another_or_when_it_is_garbled(case, tmp_path, ow
         Case(case.design, None, "3d"),
         Case(case.design, None, "auto", tolerance=0.5),
     ):
-        assert kept_answer(other, tmp_path / "other") is None
+        assert cached_answer(other, tmp_path / "other") is None
     (kept,) = (tmp_path / "cache/answers").iterdir()
     kept.write_bytes(kept.read_bytes()[:-200])
-    assert kept_answer(case, tmp_path) is None
+    assert cached_answer(case, tmp_path) is None
     assert analyse_into(case, tmp_path).increments == first.increments
     before = kept.stat().st_mtime_ns
     analyse_into(case, tmp_path, fresh=True)

@@ -84,7 +84,7 @@ def test_space_is_climbed_where_plane_strain_does_not_do():
     assert found.estimate.worst == pytest.approx(0.01 * scale**ORDER, rel=0.05)
     assert found.seconds == len(law.tried)
     assert "never taken" in found.tried[1].why  # the formulas'
-    assert "29 % here (F_n), 2 % asked: given up" in found.tried[2].why
+    assert "29 % here (F_n), target 2 %: given up" in found.tried[2].why
     law = Law(0.02, 0.3)
     climb(DESIGN, SCENE, 0.01, law)  # sizes that cannot do are skipped
     assert [scale for dimension, scale in law.tried if dimension == "3-D"] == [4.0, 2.8, 0.7]

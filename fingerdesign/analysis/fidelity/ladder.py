@@ -53,10 +53,10 @@ _STEPS = 60
 
 
 def analytic_readings(design: Design, scene: Scene) -> Readings | None:
-    """What the formulas say of the path; None where they do not speak.
+    """The readings of the path by formulas; None where these do not hold.
 
-    They do of an arc without plates or core under a level plane that is pressed, never let go, and
-    pulled one way only while it is held.
+    They hold for an arc without plates or core under a level plane that is pressed, never let go,
+    and pulled one way only at constant approach or force.
     """
     body, rigid = design.body, scene.object
     plain = body.shape == "arc" and body.edge_radius_mm is None and body.core is None
@@ -132,7 +132,7 @@ def _monotone(rows: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> bool:
     return bool((steps >= 0.0).all() and held.all() and rows[0, 1] == 0.0)
 
 
-# How wrong a model still is, judged by what the one before it said.
+# The error of a model, estimated from its difference to the one before it.
 #
 # An answer on elements of size h is taken to be off by c h^p. Two answers with sizes in the ratio
 # rho = h_coarse / h_fine differ by D, so the finer one is off by about
@@ -149,7 +149,7 @@ def _monotone(rows: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> bool:
 # ratios count where something pulls sideways: under approach alone they say how the path was cut
 # into increments.
 
-# What a scene reads: goals, not energies. Contact width is reported, but no controller reads it.
+# Goals are what a controller reads, not energies. Contact width is reported, but not read.
 GOALS = ("normal_force", "tangential_force", "stick_ratio", "gage")
 ORDERS = {"normal_force": 1.0, "tangential_force": 2.0, "stick_ratio": 2.0, "gage": 1.0}
 _PULLED = 1e-3  # of the path's largest F_t
@@ -258,7 +258,7 @@ class Ladder:
 
     @property
     def chosen(self) -> Answer:
-        """The model whose answer stands. ValueError before there is one."""
+        """The model whose answer is taken. ValueError before there is one."""
         if self.solved is None:
             raise ValueError("no model has been tried")
         return self.solved
@@ -343,9 +343,9 @@ def climb(
 
 
 def refinement(fine: Answer, coarse: Answer, ratio: float) -> float:
-    """How much finer an answer really is: ``ratio`` of sizes, but no more than its equations say.
+    """The true refinement of an answer: ``ratio`` of sizes, but no more than its equations show.
 
-    Layers come in whole numbers, and small parts keep their elements small: sizes asked for may
+    Layers come in whole numbers, and small parts keep their elements small: requested sizes may
     not be those made.
     """
     grown = float(fine.dofs / max(coarse.dofs, 1)) ** (1.0 / GROWTH)
@@ -379,7 +379,7 @@ def _section(
     price = difference(now.readings, space.readings)
     words = f"plane strain costs about {percent(price.worst)} here ({WORDS[price.worst_quantity]})"
     if price.worst > _HOPELESS * ladder.tolerance:
-        ladder.add(now, price, f"{words}, {percent(ladder.tolerance)} asked: given up")
+        ladder.add(now, price, f"{words}, target {percent(ladder.tolerance)}: given up")
         return None
     ladder.add(now, price, f"{words}: refined")
     own = price
@@ -413,7 +413,7 @@ def _section_suffices(
 def _words(estimate: Estimate, tolerance: float) -> str:
     name, worst = WORDS[estimate.worst_quantity], estimate.worst
     judged = "enough" if worst <= tolerance else "not enough"
-    return f"{judged}: {name} within {percent(worst)}, {percent(tolerance)} asked"
+    return f"{judged}: {name} within {percent(worst)}, target {percent(tolerance)}"
 
 
 def percent(share: float) -> str:

@@ -3,7 +3,7 @@
     solved = solve(design, scene, Model("3-D", sizes, layers=6))
     solved.readings.normal_force
 
-A model is a dimension, element sizes and what stands for the plates. What has been condensed stays,
+A model is a dimension, element sizes and a model of the plates. A condensed model stays,
 so further paths (another friction, forces instead of motions) cost their increments alone.
 """
 
@@ -160,7 +160,7 @@ def solve(design: Design, scene: Scene, model: Model, zone: Zone | None = None) 
 class InTurn:
     """Solves models of one finger in one scene, each in the candidate zone that the last needed.
 
-    What the contact outgrew once, it would outgrow in every model: widening means meshing anew.
+    What the contact outgrew once, it would outgrow in every model: widening means meshing again.
     """
 
     def __init__(self, zone: Zone | None = None) -> None:

@@ -73,8 +73,8 @@ def layers(design: Design, scale: float) -> int:
     """Layers in half the depth: more of them the deeper, though not in proportion; 2 at least."""
     half = 0.5 * design.body.depth_mm
     most = _LAYERS * (_FOR_PLATES if design.plates.number else 1.0)
-    wanted = most / scale * max(0.5, 1.0 + 0.5 * math.log2(half / _LAYERS_DEPTH))
-    return max(2, math.ceil(wanted))
+    layers = most / scale * max(0.5, 1.0 + 0.5 * math.log2(half / _LAYERS_DEPTH))
+    return max(2, math.ceil(layers))
 
 
 def rung(design: Design, scene: Scene, dimension: Dimension, scale: float) -> Model:

@@ -61,7 +61,7 @@ def count_space(design: Design, zone: Zone, symmetric: bool) -> tuple[float, flo
 def _sized(design: Design, symmetric: bool) -> tuple[PlateFrame, ...]:
     """The plates that the sizes go by, of the way that is tried first.
 
-    Whether there is room to cut plates in is not asked: on CAD surfaces that takes seconds.
+    Room to cut plates in is not checked: on CAD surfaces that takes seconds.
     """
     frames = plate_frames(design) if design.plates.model != "none" else ()
     thick = design.plates.thickness_mm > THICK * design.mesh.plate_size_mm
@@ -85,9 +85,9 @@ def _contact_nodes(field: SizeField, low: Array, high: Array) -> float:
     x, z = x.reshape(-1), z.reshape(-1)
     y = field.surface.height(x, z)
     known = np.isfinite(y)
-    wanted = field(np.column_stack([x, y, z])[known])
+    size = field(np.column_stack([x, y, z])[known])
     cell = float(np.prod(last - first)) / len(x)
-    facets = cell * (1.0 / (EQUILATERAL * field.sizes.stretch * wanted**2)).sum()
+    facets = cell * (1.0 / (EQUILATERAL * field.sizes.stretch * size**2)).sum()
     facets *= MADE_AT_CONTACT
     return float(0.5 * facets + 1.5 * np.sqrt(facets) + 1.0)
 
@@ -103,12 +103,13 @@ def _contact_nodes(field: SizeField, low: Array, high: Array) -> float:
 # of memory dozens, of meshes that may be too large to be made. Of the ten shipped parametric
 # designs netgen makes 0.95 to 1.07 times the triangles found here.
 
-# Netgen grades faster than it is asked to where little is asked for. Of the mixtures tried on 153
+# Netgen grades faster than requested where the request is small. Of the mixtures tried on 153
 # sections (51 random and shipped designs; the design's own sizes, those of extruding, random ones
 # with gradations of 0.1 to 0.5) this one scattered least: triangles made over the integral 1.10,
-# scatter 11 % (a standard deviation), 0.82 to 1.72 times; gradation as asked: 18 %, 0.39 to 1.79.
+# scatter 11 % (a standard deviation), 0.82 to 1.72 times; with the requested gradation 18 %,
+# 0.39 to 1.79.
 MADE_OF_SECTION = 1.10
-GRADATION = (0.15, 0.6)  # netgen's own, and what it takes of the one asked for
+GRADATION = (0.15, 0.6)  # Netgen's own, and the part that it takes of the requested one.
 _SECTION_CELL = 2.0  # largest cell of the integral over the size there
 _SECTION_DEEPEST = 14  # times a cell is cut into four at the most
 _SECTION_CELLS = 80_000  # of one level: of more, some stand for all
@@ -153,9 +154,9 @@ def count_section(
     inside = _section_integral(design.body, field)
     for frame in frames if design.plates.model == "solid" else ():
         along = np.linspace(-0.5, 0.5, 21)[:-1] + 0.025
-        wanted = field(frame.from_local(along * frame.length, 0.0))
+        size = field(frame.from_local(along * frame.length, 0.0))
         # Where elements are larger than the plate is thick there are two for each such length.
-        rows = 2.0 / wanted - frame.thickness / (EQUILATERAL * wanted**2)
+        rows = 2.0 / size - frame.thickness / (EQUILATERAL * size**2)
         inside += float(np.mean(np.maximum(rows, 0.0)) * frame.length)
     outer, base = _boundary(outline, field)
     zone = min(zone_half_width, 0.5 * design.body.width_mm)
@@ -217,8 +218,8 @@ class Counts:
 
     mesher     "netgen" (a section), or the design's
     elements   triangles or tetrahedra; half: of half of the finger, z >= 0
-    dofs       equations of the element used; kept: rows that they are condensed onto
-    mesh_kept  the mesh stands already (in the cache, or in a file): these are its own numbers
+    dofs       equations of the element used; retained: rows that they are condensed onto
+    mesh_kept  the mesh exists already (in the cache, or in a file): these are its own numbers
     """
 
     dimension: int
@@ -227,7 +228,7 @@ class Counts:
     dofs: float
     contact_nodes: float
     element: str = ""
-    kept: float = 0.0
+    retained: float = 0.0
     layers: int = 0
     half: bool = False
     mesh_kept: bool = False
@@ -245,8 +246,8 @@ def count_model(case: Case, zone: Zone) -> Counts:
     else:
         found = _space(case, zone)
     gages = 2 * design.plates.number + 6 * len(case.path_scene.readout.points_mm)
-    kept = found.dimension * found.contact_nodes + gages + _SPARE_ROWS
-    return replace(found, kept=kept, element=element_of(design))
+    retained = found.dimension * found.contact_nodes + gages + _SPARE_ROWS
+    return replace(found, retained=retained, element=element_of(design))
 
 
 def _equations(
@@ -317,10 +318,10 @@ def _heights(case: Case, least_size: float) -> Array:
 def _space(case: Case, zone: Zone) -> Counts:
     design = case.design
     key = mesh_key(design, MeshSizes.of(design, zone), zone, case.symmetric)
-    own = mesher_name(design) == "tetwild"  # the only one whose meshes are kept
-    kept = load_mesh(key) if own else None
-    if kept is not None:
-        return _of_mesh(kept, case, zone)
+    own = mesher_name(design) == "tetwild"  # the only one whose meshes are cached
+    cached = load_mesh(key) if own else None
+    if cached is not None:
+        return _of_mesh(cached, case, zone)
     tets, contact_nodes = count_space(design, zone, case.symmetric)
     nodes, corners = (a * tets + b * tets ** (2.0 / 3.0) for a, b in (_NODES, _CORNERS))
     return Counts(
@@ -334,7 +335,7 @@ def _space(case: Case, zone: Zone) -> Counts:
 
 
 def _of_mesh(mesh: Mesh, case: Case, zone: Zone) -> Counts:
-    """The counts of a mesh that stands."""
+    """The counts of a mesh that exists."""
     design = case.design
     corners = np.unique(mesh.corners)
     element = element_of(design)

@@ -29,8 +29,6 @@ from fingerdesign.mesh.section.section import sheet_room_faults
 from fingerdesign.runtime.machine import Machine, busy, this_machine
 from fingerdesign.runtime.progress import ForecastProgress, Progress, Report
 
-# What design, scene and fidelity cannot do together: refused before anything is built.
-
 
 def impossible(case: Case, scene: Scene) -> list[Fault]:
     """Every fault that design, scene and fidelity have together; none: they go together."""
@@ -72,7 +70,7 @@ def _space_faults(case: Case, scene: Scene) -> list[Fault]:
     return mesher_of(case.design).refusals(case.design, half)
 
 
-# What a model of a given size takes: operations, memory, seconds by stage.
+# Operations, memory and seconds by stage of a model of a given size.
 #
 # Laws fitted by least squares in logarithms to whole runs of `analyse` (shipped and random designs,
 # plane strain and 3-D, 13k to 400k dofs), each in a process of its own. Times are those of a core
@@ -81,7 +79,7 @@ def _space_faults(case: Case, scene: Scene) -> list[Fault]:
 
 ONE_CORE = 60.0  # GFLOP/s of one core: what the seconds below are those of
 # Operations of the factorisation with its border, n dofs, and how many times they were that:
-#   plane strain   12 models of 13k to 402k dofs   exp(5.66) n^1.30 kept^0.18           0.88 to 1.09
+#   plane strain   12 models of 13k to 402k dofs   exp(5.66) n^1.30 retained^0.18       0.88 to 1.09
 #   extruded       22 models of 12k to 499k dofs   exp(3.40) (n / L)^1.77 L^2.68        0.62 to 1.49
 #   tetrahedra     12 models of 18k to 500k dofs   exp(5.09) n^1.754, half of a finger  0.75 to 1.35
 #                                                  2.25 times that, a whole one
@@ -106,14 +104,14 @@ _FACTOR_SHARE = 0.6  # of dgemm's speed
 
 
 _TANGENTS = 2.5  # factorisations a row at finite strain, with what is solved between them
-_FINITE_MEMORY = 1.8  # the factors at rest stay beside them
+_FINITE_MEMORY = 1.8  # The factors at rest stay in memory too.
 
 
 def operations(counts: Counts) -> float:
     """Floating-point operations of condensing."""
     if counts.dimension == 2:
         a, b, c = _FLAT
-        return float(math.exp(a) * counts.dofs**b * max(counts.kept, 1.0) ** c)
+        return float(math.exp(a) * counts.dofs**b * max(counts.retained, 1.0) ** c)
     if counts.layers:
         a, b, c = _SWEPT
         layers = counts.layers + 0.5
@@ -142,7 +140,7 @@ def stage_seconds(counts: Counts, case: Case, machine: Machine) -> dict[str, flo
     entries = _ENTRIES[counts.dimension] * counts.dofs
     slow = ONE_CORE / machine.one_core
     seconds = {
-        "geometry": 0.0,  # CAD files are made beside the rest
+        "geometry": 0.0,  # CAD files are made concurrently.
         "mesh": _mesh_seconds(counts, case) * slow,
         "assemble": (9e-6 if counts.dimension == 2 else 60e-6) * counts.elements * slow,
         "condense": 0.05 * slow

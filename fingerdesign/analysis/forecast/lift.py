@@ -1,6 +1,6 @@
-"""What a lift will take, before any model is built: force, approach, contact nodes, gages.
+"""Forecast of a lift, before any model is built: force, approach, contact nodes, gages.
 
-Forecasts, no results; how far off they were against the models of the shipped fingers stands in
+Forecasts, no results; how far off they were against the models of the shipped fingers is in
 docs/reference/fingers.md and is held by tests/analysis/test_lift_forecast.py.
 """
 
@@ -30,7 +30,7 @@ from fingerdesign.layout.zone import approach_for, contact_reach
 # F_n, fitted to the gages of the shipped straight fingers, where it is off by a factor of 5.
 _SHEAR_LAG = 2.0
 _CHANGE = 0.4
-_GAGES_OFF = 5.0  # within this factor of what is wanted it is open
+_GAGES_OFF = 5.0  # Within this factor of the target the forecast is open.
 _FACET = 0.87  # area to a node of a mesh of triangles, over the square of their size
 
 
@@ -39,7 +39,7 @@ class Lift:
     """The object of the grips held with a margin of 1.5 at one friction; forecasts.
 
     contact_nodes: by fidelity. smallest_stick_change: that gages show above noise; None without
-    gages; measurable: it is clearly under what is wanted, clearly over, or open (None).
+    gages; measurable: it is clearly under the target, clearly over, or open (None).
     remedies: sentences, each with key, value, bound and remedy.
     """
 
