@@ -39,8 +39,8 @@ LEAST_SHEARS = 2
 
 @dataclass(frozen=True)
 class Points:
-    """Where a phase stood still, k points: approach and shear (k,) mm since touch, forces (k,) N,
-    readings (k, g) microstrain, samples (k,): of how many each is the mean."""
+    """Points at which a phase was at rest, k of them: approach and shear (k,) mm since touch,
+    forces (k,) N, readings (k, g) microstrain, samples (k,): of how many each is the mean."""
 
     approach: Array
     shear: Array
@@ -67,20 +67,20 @@ class Phase:
         """The same moves on another plant, point by point."""
         at = self.points
         moves = np.diff(np.array([at.shear, at.approach]), axis=1, prepend=0.0).T
-        felt = [plant.move(float(dx), float(dy)) for dx, dy in moves]
+        samples = [plant.move(float(dx), float(dy)) for dx, dy in moves]
         again = replace(
             at,
-            normal_force=np.array([each.normal_force for each in felt]),
-            tangential_force=np.array([each.tangential_force for each in felt]),
-            readings=np.array([each.readings for each in felt]),
-            samples=np.full(len(felt), np.inf),
+            normal_force=np.array([each.normal_force for each in samples]),
+            tangential_force=np.array([each.tangential_force for each in samples]),
+            readings=np.array([each.readings for each in samples]),
+            samples=np.full(len(samples), np.inf),
         )
         return replace(self, points=again, trace=None)
 
 
 @dataclass(frozen=True)
 class BenchCurves:
-    """What the phases say of a finger. calibration: as a controller takes it; tilted: presses by
+    """Curves of a finger by its phases. calibration: as a controller takes it; tilted: presses by
     their tilt, degrees; sliding (g,) microstrain/N: F_t's response where all slips, None without a
     slide; slid: F_t / F_n there."""
 
@@ -91,7 +91,7 @@ class BenchCurves:
 
 
 def points_of(trace: Trace, samples: float = 1.0, delay: int = 0) -> Points:
-    """Where a trace stood still; see the module. ``samples``: of how many each row is the mean."""
+    """Points at which a trace was at rest; ``samples``: of how many each row is the mean."""
     moved = (trace.dx != 0.0) | (trace.dy != 0.0)
     values = np.column_stack([trace.normal_force, trace.tangential_force, trace.readings])
     at_rest = np.flatnonzero(np.cumsum(moved) == 0)
@@ -131,16 +131,16 @@ def bench_curves(phases: Sequence[Phase], gage_x: Array) -> BenchCurves:
     cross_talk = _cross_talk(phases)
     normal, approach = pressed(press.points)
     sheared = [(f, r, k) for f, r, k in (_sheared(p, normal) for p in _of_kind(phases, "shear"))]
-    kept: list[tuple[float, Array, float]] = []
+    rising: list[tuple[float, Array, float]] = []
     for each in sorted(sheared, key=lambda found: found[0]):
-        if each[2] > 0.0 and (not kept or each[0] > kept[-1][0]):
-            kept.append(each)
-    if len(kept) < LEAST_SHEARS:
+        if each[2] > 0.0 and (not rising or each[0] > rising[-1][0]):
+            rising.append(each)
+    if len(rising) < LEAST_SHEARS:
         raise SolverError("sheared on the bench, the finger gives no rising tangential force")
     sticking = NormalCalibration(
-        np.array([f for f, _, _ in kept]), np.array([r for _, r, _ in kept])
+        np.array([f for f, _, _ in rising]), np.array([r for _, r, _ in rising])
     )
-    stiffness = np.array([k for _, _, k in kept])
+    stiffness = np.array([k for _, _, k in rising])
     delay = 0
     for quick in _of_kind(phases, "quick"):
         if quick.trace is not None:
@@ -173,7 +173,7 @@ def bench_curves(phases: Sequence[Phase], gage_x: Array) -> BenchCurves:
 
 
 def _cross_talk(phases: Sequence[Phase]) -> float:
-    """What is felt as F_t of each newton of F_n: half the sum of F_t / F_n as it slides to either
+    """Cross-talk of F_n in F_t: half the sum of F_t / F_n as it slides to either
     side; 0 where it was not slid to both."""
     ends = [(at.shear[-1], at.tangential_force[-1] / at.normal_force[-1]) for at in _slides(phases)]
     ratios = {way > 0.0: float(ratio) for way, ratio in ends}

@@ -77,7 +77,7 @@ def read_bench(source: Path, gages: int) -> tuple[Phase, ...]:
     try:
         delay = bench_curves(phases, np.arange(float(gages))).calibration.delay
     except SolverError as error:
-        bound = "such that each shear gives a force, and the quick press is felt"
+        bound = "such that each shear gives a force, and the quick press is measured"
         raise DesignError([Fault("traces", str(table), bound, str(error))]) from error
     return tuple(_phase(row, trace, delay) for row, trace in zip(rows, traces, strict=True))
 
@@ -147,7 +147,7 @@ def _row_faults(number: int, row: dict[str, str], whole: bool) -> list[Fault]:
         found.append(Fault(f"row {number}, column {name}", value, bound, remedy))
 
     if not row["trace"] or "\0" in row["trace"]:
-        wrong("trace", "a CSV file beside this table", "name the recorded trace")
+        wrong("trace", "a CSV file next to this table", "name the recorded trace")
     if row["phase"] not in KINDS:
         wrong("phase", f"one of {', '.join(KINDS)}", "say what was done")
     bound = f"over 0 and at most {_MOST_FRICTION:g}"
@@ -173,15 +173,15 @@ def _within(cell: str, least: float, most: float) -> bool:
 
 def _count_faults(kinds: Sequence[str]) -> Iterator[Fault]:
     counts = {kind: sum(each == kind for each in kinds) for kind in KINDS}
-    asked: tuple[tuple[Kind, bool, str], ...] = (
+    required: tuple[tuple[Kind, bool, str], ...] = (
         ("press", counts["press"] == 1, "exactly one row"),
         ("shear", counts["shear"] >= LEAST_SHEARS, f"at least {LEAST_SHEARS} rows"),
         ("slide", counts["slide"] <= 2, "at most two rows, one to either side"),
         ("quick", counts["quick"] <= 1, "at most one row"),
     )
-    for kind, right, bound in asked:
+    for kind, right, bound in required:
         if not right:
-            remedy = "docs/how_to/identify.md says what to record"
+            remedy = "docs/how_to/identify.md lists what to record"
             yield Fault(f"phase {kind}", f"{counts[kind]} rows", bound, remedy)
 
 
@@ -255,7 +255,7 @@ _CHECKS: dict[Kind, Callable[[Phase], Iterator[Fault]]] = {
 
 
 def table_text(phases: Sequence[Phase]) -> str:
-    """``phases.csv`` of phases whose traces lie beside it."""
+    """``phases.csv`` of phases whose traces are in the same folder."""
     rows = [
         (p.name, p.kind, f"{p.friction_coefficient:g}", f"{p.tilt_deg:g}", f"{p.samples:g}")
         for p in phases

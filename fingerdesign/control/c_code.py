@@ -3,7 +3,7 @@
     for name, text in c_files(estimator, design.grip).items():
         (folder / name).write_text(text)
 
-Single precision, no libraries but C's own, no memory asked for. Templates stand in templates/; what
+Single precision, no libraries but C's own, no memory allocated. Templates are in templates/; what
 they name in capitals are the numbers here, in estimator.py and in the regulator's file. Weights
 are 16-bit integers, one scale an output:
 

@@ -1,11 +1,11 @@
-"""What a rig learns of its own finger before it ever grips: bench moves, gages and forces only.
+"""Calibration of a rig on its own finger before any grip: bench moves, gages and forces only.
 
 1. Press without shear as far as the stage goes and record readings against F_n. A grip moves both
    ways at once, and F_n strains the gages more than F_t does: this record takes F_n's part out.
 2. Press to the preload of a grip and shear a little. Nearly everything sticks, so the response of
    the gages to F_t is the design's own scale, and dF_t/dx the first guess of the stiffness.
 3. The same at a few depths more, up to all of the stage's: the response grows as the contact does.
-4. One quick press: how many samples it takes until it is felt.
+4. One quick press: how many samples it takes until it is measured.
 5. Slide one way, then the other, until F_t rises no more. Friction is the same both ways, so the
    mean of both F_t / F_n is what the cell of F_t feels of F_n: a hundredth of F_n is a twentieth
    of what a slippery object is held by.
@@ -15,7 +15,7 @@ what is taken out, and a kink looks like a fall of A (steps growing by 4 % of th
 two false holds more at mu = 0.3).
 
 The surface on the bench is not the object's: its friction is a parameter of the bench. Pressed
-without shear, the finger hardly tells one friction from another.
+without shear, the finger hardly responds to the friction.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Calibration:
     gage_x (g,) mm; normal: readings under F_n alone; full_stick (g,) microstrain/N: response to a
     small shear where all sticks; tangential_stiffness: dF_t/dx then, N/mm. sticking: the like
     responses with their signs by F_n, at a few depths; stiffness (k,) dF_t/dx there. approach (c,)
-    mm, of the press. delay: samples from a move until it is felt. cross_talk: what is felt as F_t
+    mm, of the press. delay: samples from a move until it is measured. cross_talk: F_t measured
     of each newton of F_n.
     """
 
@@ -78,7 +78,7 @@ class Calibration:
 
 @dataclass(frozen=True)
 class Bounds:
-    """What a grip may use: mm, mm, mm, control steps."""
+    """Limits of a grip: mm, mm, mm, control steps."""
 
     preload: float
     approach_step: float
@@ -87,7 +87,7 @@ class Bounds:
 
     @staticmethod
     def of(grip: Grip) -> Bounds:
-        """As a design's ``[grip]`` table says."""
+        """Read a design's ``[grip]`` table."""
         return Bounds(grip.preload_mm, grip.approach_step_mm, grip.max_approach_mm, grip.max_steps)
 
 
@@ -97,7 +97,7 @@ def calibrate(
     """Run the bench moves, each on a fresh plant.
 
     make_plant: at rest at each point; make_moving: as the rig feels a grip, None without a delay.
-    Raises SolverError where the plant fails, or where nothing is felt: no gages, no force.
+    Raises SolverError where the plant fails, or where nothing is measured: no gages, no force.
     """
     if len(gage_x) < LEAST_GAGES:
         raise SolverError(
@@ -108,9 +108,9 @@ def calibrate(
     forces = np.array([0.0, *(sample.normal_force for sample in samples)])
     approach = np.linspace(0.0, bounds.max_approach, len(forces))  # press moves evenly
     readings = np.array([np.zeros_like(samples[0].readings), *(s.readings for s in samples)])
-    # A mesh may have no node on the crest: it is felt some steps after the touch.
-    felt = max(int(np.argmax(forces > 0.0)) - 1, 0)
-    forces, approach, readings = forces[felt:], approach[felt:], readings[felt:]
+    # A mesh may have no node on the crest: F_n begins some steps after first contact.
+    begin = max(int(np.argmax(forces > 0.0)) - 1, 0)
+    forces, approach, readings = forces[begin:], approach[begin:], readings[begin:]
     if len(forces) < 2 or not (np.diff(forces) > 0.0).all():
         raise SolverError("pressed without shear, the normal force does not rise at every step")
     normal = NormalCalibration(forces, readings)
@@ -198,7 +198,7 @@ def _sticking(
         now = plant.move(shear, 0.0)
         rise = now.tangential_force - before.tangential_force
         if not rise > 0.0 or (forces and not before.normal_force > forces[-1]):
-            continue  # as noisy as this, a depth tells nothing
+            continue  # as noisy as this, a depth gives nothing
         alone = normal.at(now.normal_force) - normal.at(before.normal_force)
         forces.append(before.normal_force)
         responses.append((now.readings - before.readings - alone) / rise)

@@ -1,4 +1,4 @@
-"""What a controller answers, and what every controller does."""
+"""Commands of a controller, and the protocol of every controller."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class Command:
     """The next move of the object, mm: ``dx`` toward +x, ``dy`` closing.
 
     hold: the rule has set dx to zero. area: the gage area (mm) behind it, None where none is known.
-    unsure: the controller knows too little to trust what it does; None where it cannot tell.
+    unsure: the controller knows too little to trust what it does; None where it cannot judge that.
     stick_ratio: stick area over contact area, 0 to 1, as it believes it to be at the sample that
     this answers; None where it estimates none. warns: of a controller that reports no stick ratio,
-    that slip is near; None where it never tells.
+    that slip is near; None where it never warns.
     """
 
     dx: float
@@ -35,7 +35,7 @@ class Command:
 
 
 def holds(commands: Sequence[Command]) -> int:
-    """How often holding began."""
+    """Number of times that holding began."""
     held = np.array([False, *(command.hold for command in commands)])
     return int((held[1:] & ~held[:-1]).sum())
 
@@ -46,9 +46,9 @@ class Controller(Protocol):
     name: str
 
     def start(self, calibration: Calibration, sample: Sample) -> None:
-        """Begin a grip at its preload, felt as ``sample``; forgets any grip before."""
+        """Begin a grip at its preload, measured as ``sample``; forgets any grip before."""
         ...
 
     def command(self, sample: Sample) -> Command:
-        """The next move, given what is felt now."""
+        """The next move, given what is measured now."""
         ...

@@ -163,7 +163,7 @@ def run_episode(
     """Press to the preload, then move as the controller commands until something ends the grip.
 
     after_lift: steps for which the lifted object is held on, while the arm raises it clear of its
-    support; it can still slip then, and the result says lifted as well as gross_slip. An object
+    support; it can still slip then, and the result is lifted as well as gross_slip. An object
     with inertia that slides is held on until it is caught or dropped: both are gross_slip. Friction
     and mass are for the judge alone. A SolverError of the plant ends the grip as failed, with the
     plant's sentence as its reason; ZoneExhausted is raised on: a model with a wider zone of contact
@@ -247,7 +247,7 @@ def _trace(run: _Run, result: GripResult, gages: int) -> GripTrace:
 
 
 def _unsure(commands: Sequence[Command]) -> BoolArray | None:
-    """By step; None of a controller that cannot tell. Of the press nothing is known."""
+    """The flags by step; None of a controller that never reports it. The press counts as unsure."""
     if all(each.unsure is None for each in commands):
         return None
     return np.array([each.unsure is not False for each in commands])
@@ -276,7 +276,7 @@ def run_episodes(
 ) -> list[Episode]:
     """One grip per friction coefficient by the design's ``[grip]`` table, one calibration for all.
 
-    The table says plant, hardware and controller; the oracles are given the friction and the mass.
+    The table sets plant, hardware and controller; the oracles are given the friction and the mass.
     A grip by the paper's rule is run a second time with the rule off: ``slips_without_rule`` and
     ``trace.without_rule``. plates: numbers of those whose gages the problem's model has, None for
     all; opposite: the other finger of a lift, None for a mirror image; estimator: the regulator's,

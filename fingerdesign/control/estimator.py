@@ -1,26 +1,26 @@
-"""How much of the contact sticks, and how much of the friction is in use, from gages and forces.
+"""Estimator of the stick ratio and the friction utilisation, from gages and forces.
 
     estimator = GripEstimator.from_json(text)
-    reported = estimator.estimate(history)     # reported.stick_ratio, reported.used
+    reported = estimator.estimate(history)     # reported.stick_ratio, .friction_utilisation
 
-A small network, taught on a design's own model (sensing/train) and evaluated here with numpy
-alone, so that a rig can carry its JSON. It is never given friction or weight. ``used`` is
+A small network, trained on a design's own model (sensing/train) and evaluated here with numpy
+alone, so that a rig can carry its JSON. It is never given friction or weight. The utilisation is
 
-    F_t / (mu F_n),   1 / used the safety margin,
+    F_t / (mu F_n),   its inverse the safety margin,
 
-the one thing that a partial slip tells of friction. What the stick ratio says of it depends on the
+the one thing that partial slip reveals of friction. Its relation to the stick ratio depends on the
 path of the forces (loaded along a straight line a contact sticks at any margin), so the network is
 handed the recent path as well as the present: gages over F_n, and the change of gages and forces
 over the last steps. From both, what F_n alone would cause is taken out first, and they are reported
 in parts of what a shear causes where all sticks (:class:`FingerCurves`): without that, errors on
 the same 1250 grips were a sixth larger. So is what the forces rise by beyond what the moves cause
-where all sticks: on fingers that are not the taught one, that takes a tenth off the errors. What
+where all sticks: on fingers other than the trained one, that takes a tenth off the errors. What
 has changed since the first pull, and the largest F_t / F_n so far, below which no friction can be,
-take off another sixth. Last stands what the object does to the gages before it is pulled: it may
+take off another sixth. Last comes what the object does to the gages before it is pulled: it may
 lean, or be round.
 
-A gage that has fallen silent, whose cable has come off, say, tells nothing of what it was before
-either: its features are left out, and the network takes the mean of what it was taught for them.
+A gage that has fallen silent, whose cable has come off, say, gives no information on its past
+either: its features are left out, and the network takes the mean of its training for them.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ FORMAT = "fingerdesign grip estimator, 5"
 LAGS = (1, 4, 12)  # steps back
 LEAST_FORCE = 0.05  # N: below it there is hardly a contact
 _LEAST_MOTION = 1e-4  # mm
-_LEAST_CHANGE = 0.02  # N: smaller changes of force tell nothing through a force cell
+_LEAST_CHANGE = 0.02  # N: A force cell does not resolve smaller changes.
 _NORMAL_SHARE = 0.3  # of F_n's change counts as much as F_t's
 _NO_FILE = "it is not a file that `fingerdesign train` wrote"
 _INVALID = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
@@ -64,7 +64,7 @@ _NOTHING = 10.0  # microstrain: what drift and warmth may read
 _LOUDEST = 4.0  # of the noise's standard deviation
 _HEARD = 3.0
 _MOST_NOISE = 1000.0  # microstrain; more than any amplifier has
-OUTLIER = 5.0  # standard deviations of the features: farther the network was never taught
+OUTLIER = 5.0  # standard deviations of the features: The network was never trained farther out.
 
 
 class EstimatorError(FingerDesignError):
@@ -82,7 +82,7 @@ class Moment:
 
 @dataclass(frozen=True)
 class FingerCurves:
-    """What a finger does on its bench, by F_n, as its rig measures it (control/calibration.py).
+    """Curves of a finger on its bench, by F_n, as its rig measures it (control/calibration.py).
 
     normal_force (c,) N rising from 0; pressed (c, g) microstrain under it alone; sticking (c, g)
     microstrain per N of F_t, signed, for a small shear where nothing slips; approach (c,) mm, of
@@ -134,13 +134,13 @@ class FingerCurves:
 class Estimated:
     """Stick area / contact area, and F_t / (mu F_n), both within 0 and 1.
 
-    spread: standard deviation that ``used`` was found to have on held-out grips (sensing/train:
-    of other fingers, where many are taught) at moments of which the network says as much doubt.
+    std: standard deviation that the utilisation was found to have on held-out grips (sensing/train:
+    of other fingers, where many are trained on) at moments with the same predicted error.
     """
 
     stick_ratio: float
-    used: float
-    spread: float
+    friction_utilisation: float
+    std: float
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,8 @@ class Band:
     """A network for gages with a noise of up to ``most_noise`` microstrain a sample.
 
     Rectified linear layers on features less ``center``, over ``scale`` (features,). spread (k, 2):
-    upper edges of the doubt, rising, and the standard deviation of ``used`` below each.
+    upper edges of the predicted error, rising, and the standard deviation of the
+    utilisation below each.
     """
 
     most_noise: float
@@ -166,15 +167,15 @@ class Band:
     spread: Array
 
     def evaluate(self, rows: Array) -> Array:
-        """Raw outputs (n, 3), stick ratio, used and the doubt of it, of features (n, f); NaN: one
-        left out."""
+        """Raw outputs (n, 3), stick ratio, utilisation and its predicted error, of features
+        (n, f); NaN: one left out."""
         return outputs_of(self.layers, standardised(rows, self.center, self.scale))
 
 
 @dataclass(frozen=True)
 class GripEstimator:
-    """See the module. design: key of what it was taught on; noise: of a gage's sample, microstrain,
-    that the rig says it has; bands: rising in noise."""
+    """See the module. design: key of its training; noise: of a gage's sample, microstrain,
+    stated by the rig; bands: rising in noise."""
 
     design: str
     curves: FingerCurves
@@ -182,7 +183,7 @@ class GripEstimator:
     bands: tuple[Band, ...]
 
     def at_noise(self, noise: float) -> GripEstimator:
-        """The same for a rig with another noise, microstrain: it was taught on all."""
+        """The same for a rig with another noise, microstrain: it was trained on all."""
         return replace(self, noise=noise)
 
     def on_rig(self, calibration: Calibration) -> GripEstimator:
@@ -192,7 +193,7 @@ class GripEstimator:
 
     @property
     def gages(self) -> int:
-        """How many readings it wants."""
+        """Number of readings that it takes."""
         return int(self.curves.pressed.shape[1])
 
     @property
@@ -201,7 +202,7 @@ class GripEstimator:
         return next((b for b in self.bands if self.noise <= b.most_noise), self.bands[-1])
 
     def estimate(self, history: Sequence[Moment]) -> Estimated:
-        """What the grip so far tells; ``history`` from the first touch on, not empty."""
+        """Estimate from the grip so far; ``history`` from the first touch on, not empty."""
         band = self.band
         found = band.evaluate(features(history, self.curves, self.noise)[None])[0]
         used = float(min(max(found[1], 0.0), 1.0))
@@ -238,7 +239,7 @@ class GripEstimator:
         try:
             record: dict[str, Any] = json.loads(text)
             if record["format"] != FORMAT or tuple(record["lags"]) != LAGS:
-                raise EstimatorError(f"its format is not {FORMAT!r}: teach it anew")
+                raise EstimatorError(f"its format is not {FORMAT!r}: train it again")
             curves = record["curves"]
             found = GripEstimator(
                 record["design"],
@@ -257,7 +258,7 @@ class GripEstimator:
 
 
 def _faults(found: GripEstimator) -> list[str]:
-    """What is wrong with the numbers of an estimator, in words."""
+    """Faults of an estimator's numbers, in words."""
     curves, gages, wrong = found.curves, found.gages, []
     count, points = feature_count(gages), len(curves.normal_force)
     if not isinstance(found.design, str):
@@ -332,12 +333,12 @@ def standardised(rows: Array, center: Array, scale: Array) -> Array:
 
 
 def feature_count(gages: int) -> int:
-    """How many features ``gages`` readings make."""
+    """Number of features of ``gages`` readings."""
     return 2 * gages + 4 + (len(LAGS) + 1) * (gages + 7)
 
 
 def readings_at(gages: int) -> list[int]:
-    """Where ``gages`` features of a kind begin that are the gages' own, kind by kind."""
+    """Places at which ``gages`` features of a kind begin that are the gages' own."""
     changes = [gages + 4 + k * (gages + 7) for k in range(len(LAGS) + 1)]
     return [0, *changes, feature_count(gages) - gages]
 
@@ -396,7 +397,7 @@ def _before_pull(history: Sequence[Moment]) -> int:
 
 
 def _changes(history: Sequence[Moment], curves: FingerCurves, scale: float, known: Array) -> Array:
-    """What changed from the first to the last of these moments: gages, then seven of the forces and
+    """Changes from the first to the last of these moments: gages, then seven of the forces and
     moves."""
     before, now, moved = history[0].sample, history[-1].sample, history[1:]
     dx, dy = sum(each.dx for each in moved), sum(each.dy for each in moved)

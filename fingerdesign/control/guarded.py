@@ -51,14 +51,14 @@ class Guarded:
     def start(self, calibration: Calibration, sample: Sample) -> None:
         """Begin a grip. Raises ControllerError."""
         with self._watched("start"):
-            self._hand.start(calibration, _kept(sample))
+            self._hand.start(calibration, _read_only(sample))
 
     def command(self, sample: Sample) -> Command:
         """The next move, its numbers plain. Raises ControllerError."""
         with self._watched("command"):
-            return self._judged(self._hand.command(_kept(sample)))
+            return self._checked(self._hand.command(_read_only(sample)))
 
-    def _judged(self, given: Any) -> Command:
+    def _checked(self, given: Any) -> Command:
         if not isinstance(given, Command):
             what = type(given).__name__
             raise self._wrong(
@@ -99,7 +99,7 @@ class Guarded:
 
     @contextmanager
     def _watched(self, method: str) -> Iterator[None]:
-        """What it prints goes to stderr, numpy's settings come back, what it raises is named."""
+        """Send prints to stderr, restore numpy's settings, name what is raised."""
         try:
             with redirect_stdout(sys.stderr), np.errstate():
                 yield
@@ -111,7 +111,7 @@ class Guarded:
             raise self._wrong(f"{method} raised {why}", remedy) from None
 
 
-def _kept(sample: Sample) -> Sample:
+def _read_only(sample: Sample) -> Sample:
     """The sample with readings that nobody can write into."""
     readings = np.array(sample.readings)
     readings.setflags(write=False)
@@ -119,7 +119,7 @@ def _kept(sample: Sample) -> Sample:
 
 
 def _place(error: BaseException) -> str:
-    """Where it was raised: ", FILE line N"."""
+    """The place of an error: ", FILE line N"."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [each for each in frames if each.filename != __file__]
     return f", {own[-1].filename} line {own[-1].lineno}" if own else ""

@@ -8,7 +8,7 @@ from fingerdesign.records.arrays import GripTrace
 
 
 def unsure_at_the_end(trace: GripTrace, dropped: bool, most: float) -> bool | None:
-    """Whether the controller was unsure at the step that went wrong: the first whose F_n reaches
+    """True if the controller was unsure at the step that went wrong: the first whose F_n reaches
     ``most`` (N), else the end of an object that is dropped; where none did, at the lift."""
     if trace.unsure is None:
         return None

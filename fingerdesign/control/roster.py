@@ -16,7 +16,7 @@ ranges that it is tuned in, its line in the figures, what it must know of the ob
 A class that is not registered, in any module, answers to "package.module:Class".
 
 Who knows what: the oracles know friction and mass, the regulator has an estimator that was
-taught on its design; all others have the design's ``[grip]`` table alone, one for every object.
+trained on its design; all others have the design's ``[grip]`` table alone, one for every object.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Range:
         return float(f"{np.exp(value) if self.logarithmic else value:.4g}")
 
     def share(self, value: float) -> float:
-        """Where ``value`` lies in the range, 0 to 1; beyond an end at that end."""
+        """Position of ``value`` in the range, 0 to 1; beyond an end that end."""
         low, high = self._scaled(self.low), self._scaled(self.high)
         inside = min(max(value, self.low), self.high)
         return float((self._scaled(inside) - low) / (high - low))
@@ -64,14 +64,14 @@ class Range:
         return float(np.log(value)) if self.logarithmic else value
 
 
-__all__ = ["Command", "Controller", "holds"]  # named here by whoever brings a controller
+__all__ = ["Command", "Controller", "holds"]  # Modules of controllers import them from here.
 Look = tuple[str, Any, str]  # colour (report/style's name, or #rrggbb), dashes, marker
 _Make = TypeVar("_Make", bound=Callable[..., Controller])
 
 
 @dataclass(frozen=True)
 class Object:
-    """What a controller may be handed beside the ``[grip]`` table; None: it is not known.
+    """Knowledge that a controller may be given besides the ``[grip]`` table; None: it is not known.
 
     friction, mass_g: the object's. estimator: the regulator's.
     """
@@ -172,10 +172,8 @@ def make_controller(
     if kind.knows is not None and (friction is None or mass_g is None):
         raise ValueError(f"{name} must be given the object's friction and mass")
     if kind.trained and estimator is None:
-        bound = (
-            "a controller that needs no training, where no estimator taught on this design is given"
-        )
-        remedy = "teach one first, or choose another controller"
+        bound = "a controller without training, where no estimator of this design is given"
+        remedy = "train one first, or choose another controller"
         raise DesignError([Fault("grip.controller", name, bound, remedy)])
     own, known = own_values(grip, kind), Object(friction, mass_g, estimator)
     home = str(getattr(kind.make, "__module__", ""))
@@ -185,6 +183,6 @@ def make_controller(
 
 
 def needs_training(name: str) -> bool:
-    """Whether a controller needs an estimator; DesignError for an unknown name."""
+    """True if a controller needs an estimator; DesignError for an unknown name."""
     kind: ControllerKind = CONTROLLERS.find(name, "--controller")
     return kind.trained

@@ -1,4 +1,4 @@
-"""What the gages say about sticking: the paper's area A, made of plain arrays (numpy only).
+"""The gages' measure of sticking: the paper's area A, made of plain arrays (numpy only).
 
 Between two instants gage i responds to the tangential force with (paper 2.3, 3.1)
 
@@ -24,7 +24,7 @@ FACES = {"upper": (1.0, 0.0), "lower": (0.0, 1.0), "both": (0.5, 0.5)}
 
 
 def gage_readings(gages: Array, face: str) -> Array:
-    """What the gages say (g,), microstrain, of strains (g, 2) at the upper and lower faces."""
+    """Readings of the gages (g,), microstrain, of strains (g, 2) at the upper and lower faces."""
     return np.asarray(1e6 * gages @ np.array(FACES[face]))
 
 
@@ -45,7 +45,7 @@ class NormalCalibration:
 
 @dataclass(frozen=True)
 class Sample:
-    """What a hand can know at one instant: readings (g,) microstrain, its own two forces in N.
+    """A hand's measurements at one instant: readings (g,) microstrain, its own two forces in N.
 
     lifted: the object has left its support, which a hand sees by its rising.
     """

@@ -5,8 +5,8 @@
 
 A row is one sample: its time, the move of the object that led to it, the finger's two forces and
 the gages in microstrain; lifted is 0 or 1; temperature is the finger's. Signs are those of
-:class:`Sample`. Rows are numbered as in the file, the header being row 1. Whoever reads a trace
-with a gap, a NaN or another unit would compute with it all the same: so it is refused.
+:class:`Sample`. Rows are numbered as in the file, the header being row 1. A program
+would compute with a gap, a NaN or another unit all the same: so such a trace is refused.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from fingerdesign.runtime.files import whole_text
 
 COLUMNS = ("time_s", "dx_mm", "dy_mm", "normal_force_N", "tangential_force_N")
 TEMPERATURE = "temperature_C"
-LEAST_GAGES = 2  # one tells nothing about where it sticks
+LEAST_GAGES = 2  # One alone cannot locate where it sticks.
 _MOST_FAULTS = 20  # reported at once
 
 
@@ -39,7 +39,7 @@ class Trace:
     """A recorded grip of k samples: (k,) arrays, readings (k, g) microstrain; mm, N, s.
 
     rows (k,): the samples' rows in their file. lifted (k,) and temperature (k,) in degrees Celsius,
-    None where the rig does not tell.
+    None where they are not recorded.
     """
 
     time: Array
@@ -103,7 +103,7 @@ def read_trace(path: Path | str, gages: int | None = None) -> Trace:
 
 
 def parse_trace(text: str, gages: int | None = None, source: str = "trace") -> Trace:
-    """As :func:`read_trace`, of a file's text; ``source`` names it in what is raised."""
+    """Read a file's text like :func:`read_trace`; ``source`` names it in errors."""
     header, lines = _lines(text, source)
     _refuse(_header_faults(header, gages), source)
     table, faults = _numbers(header, lines)

@@ -24,8 +24,8 @@ _STEP_S = (1e-5, 5.0)  # from 100 kHz to a stage that settles for seconds
 _MOVE_MM, _TRAVEL_MM = 5.0, 50.0  # as [grip] has them
 _FORCE_N = 1000.0  # a thumb presses with 100
 _FRICTION = 5.0  # the most that [grip] takes
-_FELT_N = 0.5  # below it too little is going on to tell
-_ZERO_N = 0.1  # an offset of the force cell, beside 5 % of its largest reading
+_LOADED_N = 0.5  # Below it the loads are too small to judge.
+_ZERO_N = 0.1  # an offset of the force cell, in addition to 5 % of its largest reading
 _STIFFNESS = (0.1, 2000.0)  # N/mm; silicone fingers have 30 to 200, of the softest rubber 1
 _STRAIN = (0.02, 20_000.0)  # microstrain: the noise of any amplifier; what a gage survives
 
@@ -98,13 +98,13 @@ def _stiffness_faults(column: Columns, rows: Rows) -> Iterator[Fault]:
     """Forces against the closing that they took: one of the two may be in another unit."""
     normal, closed = column["normal_force_N"], np.cumsum(column["dy_mm"])
     touched = np.flatnonzero(normal > _ZERO_N)
-    if normal.max() <= _FELT_N or not len(touched):
+    if normal.max() <= _LOADED_N or not len(touched):
         return
     first, most = int(touched[0]), int(np.argmax(normal))
     way = float(closed[first:].max() - closed[0])
     rise = float(normal[most] - normal[0])
     remedy = "write newtons and millimetres"
-    if rise > _FELT_N and 0.0 < way * _STIFFNESS[1] < rise:
+    if rise > _LOADED_N and 0.0 < way * _STIFFNESS[1] < rise:
         bound = f"at most {_STIFFNESS[1]:g} N for each mm of closing, {way:.4g} mm"
         yield _fault(column, rows, most, "normal_force_N", bound, remedy)
     pressed = float(closed[first:].max() - closed[first])
@@ -120,9 +120,9 @@ def _strain_faults(column: Columns, rows: Rows) -> Iterator[Fault]:
     units, bound = "write microstrain (1e-6)", f"at most {_STRAIN[1]:g} microstrain"
     for name, strain in zip(names, table, strict=True):
         yield from _first(column, rows, name, strain > _STRAIN[1], bound, units)
-    if column["normal_force_N"].max() > _FELT_N and table.max() < _STRAIN[0]:
+    if column["normal_force_N"].max() > _LOADED_N and table.max() < _STRAIN[0]:
         gage, row = np.unravel_index(int(np.argmax(table)), table.shape)
-        bound = f"over {_STRAIN[0]:g} microstrain somewhere, with {_FELT_N:g} N and more on it"
+        bound = f"over {_STRAIN[0]:g} microstrain somewhere, with {_LOADED_N:g} N and more on it"
         yield _fault(column, rows, row, names[gage], bound, units)
 
 

@@ -48,7 +48,7 @@ class GripBench:
     """The model, hardware and settings that all grips of a study share.
 
     problem: at the bench's friction. plates: numbers of those whose gages are read, in the order of
-    the readings. grip: its hardware counts but for the gages' noise, which a cell says. opposite:
+    the readings. grip: its hardware counts but for the gages' noise, which a cell sets. opposite:
     the other finger at any friction, None for a mirror image. gripping: the finger against what
     it grips, None where that is the bench's plane.
     """

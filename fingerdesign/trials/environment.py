@@ -29,7 +29,7 @@ try:
     from gymnasium import Env
     from gymnasium.error import ResetNeeded
     from gymnasium.spaces import Box
-except ImportError:  # said where an environment is made: this file may be looked at without
+except ImportError:  # Reported where an environment is made: the module can be imported without.
     Env = object
 
 STEP_COST = 0.001
@@ -133,8 +133,8 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
             raise ValueError(f"an action of {up:g}, {closing:g}: both must be finite")
         up, closing = min(max(up, 0.0), 1.0), min(max(closing, -1.0), 1.0)
         step, approach = self._bounds.approach_step, plant.truth().approach
-        wanted = closing * step
-        dy = min(max(wanted, -approach), self._bounds.max_approach - approach)
+        requested = closing * step
+        dy = min(max(requested, -approach), self._bounds.max_approach - approach)
         self._steps += 1
         try:
             sample = plant.move(up * self._grip.shear_step_mm, dy)
@@ -145,7 +145,7 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
         truth = plant.truth()
         self._held = self._held + 1 if truth.lifted else 0
         self._observation = self._observed(sample, up, dy / step)
-        ending, reason = self._ending(truth, beyond=wanted > dy + 1e-9)
+        ending, reason = self._ending(truth, beyond=requested > dy + 1e-9)
         info, reward = self._info(truth), -STEP_COST
         if ending:
             self._plant = None
@@ -162,7 +162,7 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
         return LiftPlant.of(self._grip, self._problem, self._face, *own)
 
     def _ending(self, truth: Truth, beyond: bool) -> tuple[str, str]:
-        """How the episode ends now and a sentence why; empty while it goes on."""
+        """The end of the episode now and a sentence why; empty while it goes on."""
         force = f"at F_n = {truth.normal_force:.2f} N"
         least = weight_per_finger(self._mass) / self._friction
         if truth.complete_slip:

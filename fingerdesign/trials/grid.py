@@ -90,7 +90,7 @@ class Perturbed:
 
 
 def faults_by_label() -> dict[str, tuple[str, ...]]:
-    """The faults that each label stands for."""
+    """The faults of each label."""
     return {NONE: (), **{name: (name,) for name in FAULTS}, EVERY: ALL}
 
 

@@ -159,9 +159,9 @@ class Summary:
     succeed; a grip may be in more than one. caught: of those dropped, where objects have inertia,
     how many hung on after all. margin_at_lift, peaks, steps: of lifted ones;
     slip_distance_mm: of held ones. reaction_steps: of those tugged that answered. unannounced:
-    dropped or crushed by a controller that had not said before that it was unsure; null: it never
-    says. unsure: of those that succeeded, how often it was as they were lifted. foreseen: what it
-    said of slip.
+    dropped or crushed by a controller that had not reported to be unsure; null: it never
+    does. unsure: of those that succeeded, how often it was as they were lifted. foreseen: its
+    warnings of slip.
     """
 
     grips: Count
@@ -223,7 +223,7 @@ def unannounced(grips: Sequence[GripResult]) -> int | None:
 
 
 def unsure(grips: Sequence[GripResult]) -> Share | None:
-    """Of those that succeeded the share at whose lift the controller was unsure."""
+    """Share of those that succeeded at whose lift the controller was unsure."""
     well = [each for each in grips if each.success and each.unsure is not None]
     return share_of(sum(bool(each.unsure) for each in well), len(well)) if well else None
 
@@ -284,7 +284,7 @@ class ConditionsData(TypedDict):
 
 @closed
 class CriteriaData(TypedDict):
-    """What success is."""
+    """Criteria of success."""
 
     most_force_ratio: Size
     human_margin: Annotated[list[Size], Field(min_length=2, max_length=2)]
@@ -295,7 +295,7 @@ class CriteriaData(TypedDict):
 
 @closed
 class ModelData(TypedDict):
-    """What was gripped with."""
+    """The model that gripped."""
 
     fidelity: Literal["plane-strain", "3d"]
     contact_nodes: Count
@@ -347,7 +347,7 @@ class TuningData(TypedDict):
 
 @closed
 class SecondsData(TypedDict):
-    """Where the time went."""
+    """Seconds of each stage."""
 
     model: Size
     teaching: Size

@@ -83,7 +83,7 @@ FOLDER = RecordFolder(
 
 @dataclass(frozen=True)
 class StudyOptions:
-    """How a study runs. workers: processes, 1: this one. tuning: None keeps the design's values.
+    """Options of a run. workers: processes, 1: this one. tuning: None keeps the design's values.
 
     estimator: the regulator's; without one it is trained on this design, or taken from the cache.
     """

@@ -145,7 +145,7 @@ def _warnings(name: str, own: Summary) -> tuple[str, ...]:
 
 
 def tug_tables(data: ControlData) -> list[Table]:
-    """What a tug at the lifted object did, and how soon the hand reacted."""
+    """Effects of the tug at the lifted object, and the reactions of the hand."""
     tug, rate = data["conditions"]["tug"], data["hardware"].get("sample_rate_Hz", 100.0)
     if tug is None:
         return []
@@ -170,7 +170,7 @@ def tug_tables(data: ControlData) -> list[Table]:
 
 
 def tuning_tables(tuning: TuningData | None) -> list[Table]:
-    """What the tuning brought, on its own grips."""
+    """Gains of the tuning, on its own grips."""
     if tuning is None:
         return []
     rows = []

@@ -52,7 +52,7 @@ _APART = 1009
 
 @dataclass(frozen=True)
 class TuningSetting:
-    """How a study's controllers are tuned. noises: of the gages, microstrain, in turn."""
+    """Setting of a study's tuning. noises: of the gages, microstrain, in turn."""
 
     noises: tuple[float, ...] = (GOOD_AMPLIFIER,)
     budget: tuple[Round, ...] = BUDGET
@@ -242,7 +242,7 @@ def trial_data(trial: Candidate) -> TunedTrialData:
 
 
 def tuned_text(design: Design, tuning: TuningData, seed: int) -> str:
-    """The tuned design as a file whose first comment says on what it was tuned and how well."""
+    """The tuned design as a file whose first comment gives the tuning's grips and rates."""
     head = sentences(WORDS, "tuned", design.design.name, tuning, seed)
     return "".join(f"# {line}\n" for line in head) + f"\n{dump_design(design)}"
 

@@ -61,7 +61,7 @@ class Candidate:
 
     @property
     def mean_peak_ratio(self) -> float | None:
-        """Of the grips that succeed; None where none does."""
+        """Mean over the grips that succeed; None where none does."""
         found = [each.peak_ratio for each in self.outcomes if each.success]
         return float(np.mean(found)) if found else None
 
@@ -89,7 +89,7 @@ class Tuning:
 
     @property
     def grips(self) -> int:
-        """How many grips it took."""
+        """Number of its grips."""
         return sum(len(trial.outcomes) for trial in self.trials)
 
 

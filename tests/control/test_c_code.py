@@ -308,14 +308,14 @@ def test_a_grip_goes_the_same_way(half_plane, compiled, bench, delay):
         assert compiled.status == 0
         assert same_bits(found, single.step(*given)), k
         told = double.estimator.estimate(double._history)
-        assert found[2:4] == pytest.approx([told.stick_ratio, told.used], abs=1e-3)
+        assert found[2:4] == pytest.approx([told.stick_ratio, told.friction_utilisation], abs=1e-3)
         assert found[4] == pytest.approx(double.friction or 0.0, rel=1e-3)
         assert found[5] == command.unsure
         most = max(most, abs(found[0] - command.dx), abs(found[1] - command.dy))
         moved.append((command.dx > 0.0, command.dy > 0.0))
         dx, dy = found[:2].tolist()
         if k >= delay:
-            double._unfelt[-1] = dx, dy
+            double._pending[-1] = dx, dy
         late.append(plant.move(dx, dy))
         sample = late.pop(0)
     assert most < 1e-3 * GRIP.shear_step_mm

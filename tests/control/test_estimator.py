@@ -57,7 +57,9 @@ def test_a_file_brings_the_same_estimator_back_and_each_noise_has_its_network():
     before = estimator()
     after = GripEstimator.from_json(before.to_json())
     history = [moment(1.0, 0.1), moment(1.2, 0.3)]
-    assert after.estimate(history).used == pytest.approx(before.estimate(history).used, abs=1e-4)
+    assert after.estimate(history).friction_utilisation == pytest.approx(
+        before.estimate(history).friction_utilisation, abs=1e-4
+    )
     assert after.to_json() == before.to_json()
     bands = [before.at_noise(noise).band for noise in (1.0, 2.0, 100.0)]
     assert [before.bands.index(band) for band in bands] == [0, 1, 1]

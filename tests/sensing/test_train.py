@@ -70,8 +70,8 @@ def test_an_estimator_beats_a_guess_and_its_file_gives_the_same(problem, grips, 
     assert std[-3:].mean() > 1.5 * std[:3].mean()  # it knows where it errs
     again = GripEstimator.from_json(result.estimator.to_json())
     history = grips[0].moments[:20]
-    assert again.estimate(history).used == pytest.approx(
-        result.estimator.estimate(history).used, abs=1e-3
+    assert again.estimate(history).friction_utilisation == pytest.approx(
+        result.estimator.estimate(history).friction_utilisation, abs=1e-3
     )
 
 

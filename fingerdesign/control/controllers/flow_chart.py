@@ -2,14 +2,14 @@
 
 (Maeno, Hiromitsu and Kawai 2000.) A controller is handed what a hand can know, a :class:`Sample`,
 and what its rig learnt of its own finger, a :class:`Calibration`: never the friction, the object's
-mass or the true stick area. That the object is lifted it learns only by being asked no more.
+mass or the true stick area. That the object is lifted is a flag of its sample.
 
 Why the rule works. While both forces grow, nothing slips as long as dF_t/dF_n < mu; beyond it slip
 comes in from the contact's edges. On F_t = c F_n^2 the slope 2 c F_n passes mu at F_n = mu / 2c and
 the whole contact would slip at mu / c: the rule has dF_n = mu / 2c to see A fall, 1 N at mu = 0.2
 and c = 0.1/N. A hold lets F_n grow and starts the slope at zero again; holding as soon as slip
 begins gives a mean slope of mu / 2, a margin of 2; holding later, a smaller margin; a long hold, a
-larger one. All forces scale with 1/c, so c says how heavy the objects are that feel like a test: at
+larger one. All forces scale with 1/c, so c sets the weight of objects that are a test: at
 mu = 0.3 the path without the rule slips at mu^2 / c = 0.9 N of F_t and more, by the preload.
 
 Where it fails. If all gages answer above the threshold at full stick (few plates, reaching hardly
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from fingerdesign.control.calibration import Calibration
     from fingerdesign.design.grip import Grip
 
-_TEACHING_SHARE = 0.02  # of the largest dx: below it the normal move's own stir of F_t shows
+_LEAST_MOVE = 0.02  # of the largest dx: below it the normal move's own stir of F_t shows
 
 
 @controller(
@@ -55,8 +55,8 @@ class PaperController:
     Each step closes by dy. A is made between now and the last sample since the hold whose F_t
     differs by ``force_floor``. It has fallen when it is ``dead_band`` below its largest value since
     the hold: small falls add up, whatever the step. Then dx = 0 until F_n has risen by
-    ``hold_force``; from there the curve starts anew, with slope zero. A lifted object ends the flow
-    chart: the hand stays where it is.
+    ``hold_force``; from there the curve starts again, with slope zero. A lifted object ends the
+    flow chart: the hand stays where it is.
 
     ``rule=False`` never holds: what the same path does without the rule.
     """
@@ -65,7 +65,7 @@ class PaperController:
         self, grip: Grip, own: None = None, held: Object | None = None, rule: bool = True
     ) -> None:
         self.name = "paper" if rule else "paper, never holding"
-        # Its keys stand in ``[grip]`` itself; what else that table says is not handed on.
+        # Its keys are in ``[grip]`` itself; it is given no others of that table.
         self._approach_step, self._shear_step = grip.approach_step_mm, grip.shear_step_mm
         self._curve, self._threshold_share = grip.curve_per_N, grip.threshold_share
         self._force_floor, self._dead_band = grip.force_floor_N, grip.dead_band_mm
@@ -101,11 +101,11 @@ class PaperController:
         return Command(self._dx, self._approach_step, holding, self._area, warns=warns)
 
     def _warns(self, holding: bool) -> bool | None:
-        """The rule says that slip is near by holding; switched off, it says nothing."""
+        """The rule warns by holding; switched off, it never warns."""
         return holding if self._rule else None
 
     def _rule_fires(self, sample: Sample) -> bool:
-        """Whether A has fallen below its largest value since the hold, beyond the dead band."""
+        """True if A has fallen below its largest value since the hold, beyond the dead band."""
         area = self._area_now(sample)
         if area is None:
             return False
@@ -133,8 +133,8 @@ class PaperController:
         return gage_area(x, values[self._order], threshold, math.nan, change, floor)
 
     def _learn_stiffness(self, sample: Sample) -> None:
-        """dF_t/dx as last felt. The normal move stirs F_t a little: tiny moves teach nothing."""
-        if self._dx > _TEACHING_SHARE * self._shear_step:
+        """Update dF_t/dx. The normal move changes F_t a little: tiny moves are left out."""
+        if self._dx > _LEAST_MOVE * self._shear_step:
             change = sample.tangential_force - self._last.tangential_force
             if change > 0.0:
                 self._stiffness = change / self._dx
@@ -144,5 +144,5 @@ class PaperController:
         origin = self._origin
         expected = sample.normal_force + max(rise, 0.0) - origin.normal_force
         aim = origin.tangential_force + self._curve * expected**2
-        wanted = (aim - sample.tangential_force) / self._stiffness
-        return min(max(wanted, 0.0), self._shear_step)
+        target = (aim - sample.tangential_force) / self._stiffness
+        return min(max(target, 0.0), self._shear_step)

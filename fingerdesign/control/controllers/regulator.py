@@ -1,31 +1,31 @@
 """The stick-ratio regulator: the paper's open question, "decreasing x or increasing y", answered.
 
-The estimator (estimator.py) tells at each step how much sticks and how much of the friction is in
+The estimator (estimator.py) reports at each step how much sticks and how much of the friction is in
 use, used = F_t / (mu F_n). The regulator holds ``used`` at ``target`` (1 / target is the safety
 margin that it keeps) while both forces grow:
 
 0. *Settle.* It moves nothing until all that it senses is of the present: samples come ``delay``
-   late, as the bench has measured. From then on each sample is put beside the move that it answers,
+   late, as the bench has measured. From then on each sample belongs to the move that it answers,
    and forces are carried on by the moves that are on their way.
 1. *Probe.* Pressed to ``probe_force_N`` it pulls without closing until ``used`` comes near the
-   target: now the edge of the contact slips, and that tells of the friction. On a straight climb
+   target: now the edge of the contact slips, and that reveals the friction. On a straight climb
    nothing would; so it probes again where F_n has doubled, and what it knew then counts for a
    third: gages drown in noise at small forces. Where samples come late it pulls the more slowly,
    and ever more slowly towards a probe's end: at a low friction a step is a twelfth of all of it.
-2. *Climb.* What each step says of the friction, mu = F_t / (F_n used), is averaged by how sure the
+2. *Climb.* The friction of each step, mu = F_t / (F_n used), is averaged by how sure the
    estimator is of it, the past fading slowly: mu does not change, but errors that last do less harm
-   so. Steps of the climb count for a fifth: there the network says what is usual, and the hand
+   so. Steps of the climb count for a fifth: there the network reports what is usual, and the hand
    would follow its own belief from step to step. Each step closes by ``approach_step``, less where
    that would raise F_n by more than ``press_share`` of it, and shears toward F_t = target mu F_n,
    mu less one of its standard deviations.
 3. *Guard.* Where the stick ratio falls under ``least_stick``, or ``used`` over ``most_used``, it
    closes without pulling until both are well again, and trusts the lower friction.
-4. *Hold.* Once the object hangs it pulls no more, and learns no more: gages that do not move tell
+4. *Hold.* Once the object hangs it pulls no more, and learns no more: gages that do not move give
    of friction nothing but their noise. A tug shows in F_t: where F_t / (mu F_n), mu as believed at
    the lift, is over ``most_held``, it closes; a friction unknown at the lift counts as small.
 
-While the friction's standard deviation is over a tenth of it, the regulator says that it is unsure.
-Forces are felt, friction and weight are never given.
+While the friction's standard deviation is over a tenth of it, the regulator reports to be unsure.
+Forces are measured, friction and weight are never given.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from fingerdesign.control.calibration import Calibration
     from fingerdesign.design.grip import Grip
 
-_LEAST_USED = 0.15  # less tells nothing of the friction
+_LEAST_USED = 0.15  # A smaller utilisation does not reveal the friction.
 _FRICTION = (0.05, 2.0)  # what is believed of any friction
 _STIFFNESS_FADES = 0.7  # share of dF_t/dx that stays as it was
 _LEAST_CLOSING = 0.1  # of a step: by less, a noisy force cell would make it ever stiffer
@@ -59,7 +59,7 @@ _OF_ROOM = 0.25  # of the way that is left to a probe's end: its largest step
 _SLOWEST = 0.2  # of a step: no less
 _AGAIN = 2.0  # F_n over the last probe's, where it probes again
 _KEPT = 0.3  # of the weight of what it knew before
-_CLIMBING = 0.2  # what a step that closes too tells of the friction, as part of a pull alone
+_CLIMBING = 0.2  # Weight of a step that also closes, as part of that of a pull alone.
 _SURE = 100.0  # weight from which the friction is known
 _UNKNOWN = 0.3  # friction that a hanging object of unknown friction is held by
 
@@ -82,7 +82,7 @@ class RegulatorTable:
     press_share: float = key(
         0.1, "of F_n, the most that it rises in a step of the climb", gt=0, le=1
     )
-    memory: float = key(0.9, "of what earlier steps said of the friction", ge=0, lt=1)
+    memory: float = key(0.9, "weight of what earlier steps showed of the friction", ge=0, lt=1)
     least_stick: float = key(0.3, "stick ratio below which it closes without pulling", ge=0, lt=1)
     most_used: float = key(0.88, "share in use above which it does the same", gt=0, le=1)
     most_held: float = key(
@@ -93,7 +93,7 @@ class RegulatorTable:
     )
     training_fingers: int = key(
         200,
-        "fingers and objects, drawn unlike the model, that share these grips; 1: the model alone",
+        "fingers and objects, perturbed from the model, that share these grips; 1: the model alone",
         ge=1,
         le=1000,
     )
@@ -129,18 +129,18 @@ class Regulator:
         """Begin a grip; see Controller."""
         self.estimator = self._taught.on_rig(calibration)
         self._stiffness = calibration.tangential_stiffness
-        self._pressing = 0.0  # dF_n/dy, N/mm, once it has been felt
+        self._pressing = 0.0  # dF_n/dy, N/mm, once it has been measured
         self._history = [Moment(sample, 0.0, 0.0)]
-        self._unfelt = deque([(0.0, 0.0)] * (calibration.delay + 1))  # moves on their way
+        self._pending = deque([(0.0, 0.0)] * (calibration.delay + 1))  # moves on their way
         self._settling = calibration.delay  # samples of the press to the preload
         self._weight = self._sum = 0.0
-        self._pulled = False  # before it is, nothing tells of the friction
-        self._used = 0.0  # F_t / (mu F_n) as the last few samples say
+        self._pulled = False  # Before it is, nothing reveals the friction.
+        self._utilisation = 0.0  # F_t / (mu F_n) as the last few samples say
         self._probed = inf  # F_n of the last probe, N; inf while one goes on
 
     @property
     def friction(self) -> float | None:
-        """What it believes of the friction coefficient; None before it knows anything."""
+        """Its estimate of the friction coefficient; None before it knows anything."""
         return self._sum / self._weight if self._weight > 0.0 else None
 
     def command(self, sample: Sample) -> Command:
@@ -151,21 +151,21 @@ class Regulator:
             stick_ratio = self.estimator.estimate(self._history).stick_ratio
             return Command(0.0, 0.0, False, unsure=True, stick_ratio=stick_ratio)
         before = self._history[-1].sample
-        felt = Moment(sample, *self._unfelt.popleft())
-        self._history.append(felt)
-        self._learn_stiffness(before, felt)
+        moment = Moment(sample, *self._pending.popleft())
+        self._history.append(moment)
+        self._learn_stiffness(before, moment)
         reported = self.estimator.estimate(self._history)
-        self._pulled = self._pulled or felt.dx > 0.0
+        self._pulled = self._pulled or moment.dx > 0.0
         if self._pulled and not sample.lifted:
             self._learn_friction(sample, reported)
         dx, dy = self._next(self._ahead(sample), reported)
-        self._unfelt.append((dx, dy))
+        self._pending.append((dx, dy))
         hold, unsure = dx == 0.0 and not sample.lifted, self._weight < _SURE
         return Command(dx, dy, hold, unsure=unsure, stick_ratio=reported.stick_ratio)
 
     def _ahead(self, sample: Sample) -> Sample:
-        """Forces as they are once the moves on their way are felt."""
-        dx, dy = np.sum(self._unfelt, axis=0) if self._unfelt else (0.0, 0.0)
+        """Forces once the moves on their way are measured."""
+        dx, dy = np.sum(self._pending, axis=0) if self._pending else (0.0, 0.0)
         return replace(
             sample,
             normal_force=sample.normal_force + self._pressing * float(dy),
@@ -180,8 +180,8 @@ class Regulator:
         if sample.lifted:
             in_use = ratio / (_UNKNOWN if friction is None else self._surely(friction))
             return 0.0, self._close(sample) if in_use > own.most_held else 0.0
-        self._used += _NEWS * (reported.used - self._used)
-        pressed, in_use = self._pressed(sample), max(self._used, believed)
+        self._utilisation += _NEWS * (reported.friction_utilisation - self._utilisation)
+        pressed, in_use = self._pressed(sample), max(self._utilisation, believed)
         if reported.stick_ratio < own.least_stick or in_use > own.most_used:
             self._probe_ends(pressed)
             return 0.0, self._close(sample)
@@ -194,9 +194,9 @@ class Regulator:
                 return 0.0, self._close(sample)
             pulled = ratio - self._history[-1].sample.tangential_force / pressed
             unfelt = max(pulled, 0.0) / friction if friction is not None else 0.0
-            room = _NEAR * own.target - self._used - unfelt
+            room = _NEAR * own.target - self._utilisation - unfelt
             if room > 0.0:
-                step = own.pull_share * pressed / sqrt(1 + len(self._unfelt))
+                step = own.pull_share * pressed / sqrt(1 + len(self._pending))
                 if friction is not None:
                     step = max(min(step, _OF_ROOM * room * friction * pressed), _SLOWEST * step)
                 return self._shear(step), 0.0
@@ -217,7 +217,7 @@ class Regulator:
             self._probed = pressed
 
     def _close(self, sample: Sample) -> float:
-        """dy of the next step; half of the largest before the finger's stiffness has been felt."""
+        """dy of the next step; half of the largest before the stiffness has been measured."""
         if not self._pressing > 0.0:
             return 0.5 * self._approach_step
         gentle = self._own.press_share * self._pressed(sample) / self._pressing
@@ -230,9 +230,9 @@ class Regulator:
     def _pressed(sample: Sample) -> float:
         return max(sample.normal_force, LEAST_FORCE)
 
-    def _learn_stiffness(self, before: Sample, felt: Moment) -> None:
-        """dF_t/dx and dF_n/dy as last felt; shears too small to be felt teach nothing."""
-        sample, dx, dy = felt.sample, felt.dx, felt.dy
+    def _learn_stiffness(self, before: Sample, moment: Moment) -> None:
+        """Update dF_t/dx and dF_n/dy; shears too small to be measured are left out."""
+        sample, dx, dy = moment.sample, moment.dx, moment.dy
         rise = sample.normal_force - before.normal_force
         if dy > 0.0 and rise > 0.0:
             self._pressing = rise / dy
@@ -242,11 +242,13 @@ class Regulator:
             self._stiffness = faded + (1.0 - _STIFFNESS_FADES) * change / dx
 
     def _learn_friction(self, sample: Sample, reported: Estimated) -> None:
-        if reported.used < _LEAST_USED or sample.normal_force < 2.0 * LEAST_FORCE:
+        if reported.friction_utilisation < _LEAST_USED or sample.normal_force < 2.0 * LEAST_FORCE:
             return
         low, high = _FRICTION
-        friction = sample.tangential_force / (sample.normal_force * reported.used)
-        sure = (reported.used / max(reported.spread, 1e-3)) ** 2  # 1 / relative variance
+        friction = sample.tangential_force / (sample.normal_force * reported.friction_utilisation)
+        sure = (
+            reported.friction_utilisation / max(reported.std, 1e-3)
+        ) ** 2  # 1 / relative variance
         memory = self._own.memory
         if self._history[-1].dy > 0.0:
             sure, memory = _CLIMBING * sure, 1.0 - _CLIMBING * (1.0 - memory)

@@ -1,7 +1,7 @@
-"""What the paper's rule is judged against: hands that feel forces, and one that knows the object.
+"""Rivals of the paper's rule: hands that measure forces, and one that knows the object.
 
-All of them steer two things. F_n is brought to a wanted force and kept there; once it is there the
-hand pulls, by steps that let F_t rise by at most a share of F_n. They differ in the wanted force:
+All of them steer two things. F_n is brought to a target force and held there; once it is there the
+hand pulls, by steps that let F_t rise by at most a share of F_n. They differ in the target force:
 
     fixed force   one number, for the worst friction and the heaviest object expected
     fixed ratio   F_t / ratio: both forces grow together, as if the friction were known
@@ -11,10 +11,10 @@ hand pulls, by steps that let F_t rise by at most a share of F_n. They differ in
 None reads the gages. What the three hands know is what the paper's rule and the regulator know too:
 their own two forces, their own moves, a press on the bench. The oracle knows what no hand can.
 
-Once the object hangs, nothing is pulled any more and the wanted force is kept: the ratio and the
+Once the object hangs, nothing is pulled any more and the target force is held: the ratio and the
 oracle follow F_t when it is tugged, the reactive hand keeps the ratio of its forces at the lift.
 
-Slip is felt in F_t, which stops rising while the hand pulls. Gages that jump as the contact breaks
+Slip shows in F_t, which stops rising while the hand pulls. Gages that jump as the contact breaks
 away, a rig's other sign, are not in a model without inertia.
 """
 
@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 
 # Of what is missing, in one step: a step late or a stiffness wrong by two does not make it swing.
 _GAIN = 0.5
-_REACHED = 0.98  # of the wanted force: then the hand pulls
-_CREEP = 0.1  # of a pull: the least that the oracle moves while the object still stands
+_REACHED = 0.98  # At this fraction of the target force the hand pulls.
+_CREEP = 0.1  # of a pull: the least that the oracle moves while the object is supported
 _TUG = 1.05  # times F_t at the lift: less may be noise
 
 
@@ -48,7 +48,7 @@ _PULL = (0.003, 0.06)
 
 @dataclass(frozen=True)
 class Rival:
-    """What every rival's table says."""
+    """Keys of every rival's table."""
 
     pull_share: float = key(
         0.02, "F_t rises by about this share of F_n in one control step, no more", gt=0, le=1
@@ -109,7 +109,7 @@ class Oracle(Rival):
 
 
 class _Hand:
-    """Brings F_n to a wanted force and pulls; what is wanted is the controller's own affair."""
+    """Brings F_n to a target force, which each controller sets, and pulls."""
 
     name: str
     _own: Any
@@ -124,52 +124,52 @@ class _Hand:
         self._forces = calibration.normal.normal_force
         self._travel = np.linspace(0.0, self._bench_travel, len(self._forces))
         self._stiffness = calibration.tangential_stiffness
-        # What is felt now may be late; the bench knows what a preload gives.
+        # The sample may be late; the bench knows the force of a preload.
         self._preloaded = max(sample.normal_force, self._force_at(self._preload))
         self._begin(sample)
 
     def command(self, sample: Sample) -> Command:
         """The next move; see :class:`fingerdesign.control.roster.Controller`."""
-        wanted = self._wanted(sample)
-        dx = 0.0 if sample.lifted else self._pull(sample, wanted)
+        target = self._target_force(sample)
+        dx = 0.0 if sample.lifted else self._pull(sample, target)
         self._moved(sample, dx)
-        closing = self._closing(sample.normal_force, wanted)
+        closing = self._closing(sample.normal_force, target)
         return Command(dx, closing, self._waits(), warns=self._warns(sample))
 
     def _begin(self, sample: Sample) -> None:
         """A new grip: forget the last one."""
 
-    def _wanted(self, sample: Sample) -> float:
+    def _target_force(self, sample: Sample) -> float:
         """The normal force that is right now, N."""
         raise NotImplementedError
 
-    def _pull(self, sample: Sample, wanted: float) -> float:
-        """The next tangential move of an object that still stands, mm."""
-        reached = sample.normal_force >= _REACHED * wanted
+    def _pull(self, sample: Sample, target: float) -> float:
+        """The next tangential move of an object that is still supported, mm."""
+        reached = sample.normal_force >= _REACHED * target
         return self._largest_pull(sample) if reached else 0.0
 
     def _moved(self, sample: Sample, dx: float) -> None:
         """Given the move that answers ``sample``."""
 
     def _waits(self) -> bool:
-        """Whether a pull is held back by what was felt."""
+        """True while a pull waits for a larger normal force."""
         return False
 
     def _warns(self, sample: Sample) -> bool | None:
-        """Whether slip was felt; None of a hand that does not feel for it."""
+        """True where slip was detected; None of a hand that does not look for it."""
         return None
 
     def _largest_pull(self, sample: Sample) -> float:
         rise = float(self._own.pull_share) * max(sample.normal_force, 0.0)
         return min(self._shear_step, rise / self._stiffness)
 
-    def _closing(self, now: float, wanted: float) -> float:
-        """dy toward ``wanted``, by the travel that the bench press took between the two forces.
+    def _closing(self, now: float, target: float) -> float:
+        """dy toward ``target``, by the travel that the bench press took between the two forces.
 
         Past the bench's end its last slope goes on.
         """
         step = self._approach_step
-        missing = self._depth_at(wanted) - self._depth_at(now)
+        missing = self._depth_at(target) - self._depth_at(now)
         return min(max(_GAIN * missing, -step), step)
 
     def _depth_at(self, force: float) -> float:
@@ -194,7 +194,7 @@ class FixedForceHand(_Hand):
 
     name = "fixed_force"
 
-    def _wanted(self, sample: Sample) -> float:
+    def _target_force(self, sample: Sample) -> float:
         return float(self._own.force_N)
 
 
@@ -216,13 +216,13 @@ class FixedRatioHand(_Hand):
 
     name = "fixed_ratio"
 
-    def _wanted(self, sample: Sample) -> float:
+    def _target_force(self, sample: Sample) -> float:
         ahead = 0.0 if sample.lifted else self._largest_pull(sample) * self._stiffness
         return max(self._preloaded, (sample.tangential_force + ahead) / float(self._own.ratio))
 
-    def _pull(self, sample: Sample, wanted: float) -> float:
+    def _pull(self, sample: Sample, target: float) -> float:
         now = sample.normal_force
-        after = self._force_at(self._depth_at(now) + self._closing(now, wanted))
+        after = self._force_at(self._depth_at(now) + self._closing(now, target))
         allowed = float(self._own.ratio) * after - sample.tangential_force
         return min(max(_GAIN * allowed / self._stiffness, 0.0), self._largest_pull(sample))
 
@@ -244,9 +244,9 @@ class ReactiveHand(_Hand):
     """Pulls at ``first_force_N``; at a slip it holds, grips ``step_up`` times harder, pulls on.
 
     It slips where F_t rose by less than ``slip_share`` of what it should: by the stiffest pull
-    since the last step-up, or the bench's. Both are felt over pulls that should raise F_t by
+    since the last step-up, or the bench's. Both are measured over pulls that should raise F_t by
     ``force_floor_N``. A share of a half and less waits until the whole contact slips: F_t follows
-    the bulk of the finger, and falls short by a quarter only just before. A share near 1 tells
+    the bulk of the finger, and falls short by a quarter only just before. A share near 1 detects
     partial slip, if the force cell is good enough.
     """
 
@@ -263,10 +263,10 @@ class ReactiveHand(_Hand):
         self._way = 0.0
         self._since: list[tuple[float, float]] = []  # (way, F_t) before each pull
 
-    def _wanted(self, sample: Sample) -> float:
+    def _target_force(self, sample: Sample) -> float:
         if sample.lifted:
             return self._after_lift(sample)
-        stiffness = self._felt_stiffness(sample.tangential_force)
+        stiffness = self._measured_stiffness(sample.tangential_force)
         if stiffness is not None and stiffness < self._own.slip_share * self._stiffest:
             self._target = self._own.step_up * max(self._target, sample.normal_force)
             self._waiting = True
@@ -275,7 +275,7 @@ class ReactiveHand(_Hand):
             self._stiffest = max(self._stiffest, stiffness)
         return self._target
 
-    def _felt_stiffness(self, force: float) -> float | None:
+    def _measured_stiffness(self, force: float) -> float | None:
         """dF_t/dx over the last pulls that should raise F_t by the floor; None of fewer."""
         least = self._own.force_floor_N / self._stiffest
         far = [(way, before) for way, before in self._since if self._way - way >= least]
@@ -308,7 +308,7 @@ class ReactiveHand(_Hand):
 class OracleHand(_Hand):
     """Given friction and mass: grips ``margin`` times the least force that holds, then pulls.
 
-    The bound that no hand without that knowledge can be asked to beat; a tug that it feels counts
+    The bound that no hand without that knowledge can beat; a tug that it measures counts
     as weight.
     """
 
@@ -322,12 +322,12 @@ class OracleHand(_Hand):
         self._per_force = self.margin / held.friction
         self._weight = weight_per_finger(held.mass_g)
 
-    def _wanted(self, sample: Sample) -> float:
+    def _target_force(self, sample: Sample) -> float:
         return self._per_force * max(self._weight, sample.tangential_force)
 
-    def _pull(self, sample: Sample, wanted: float) -> float:
+    def _pull(self, sample: Sample, target: float) -> float:
         """Slower as F_t nears the weight: what it overshoots by would come off the margin."""
-        pull = super()._pull(sample, wanted)
+        pull = super()._pull(sample, target)
         missing = self._weight - sample.tangential_force
         return min(max(_GAIN * missing / self._stiffness, _CREEP * pull), pull)
 

@@ -1,1 +1,1 @@
-"""What is gripped, and with what: one finger or two, hardware, a recorded trace."""
+"""Plants: one finger or two, an object on its support, imperfect hardware."""

@@ -8,8 +8,8 @@ alike,
     approach = closing + drift   of the finger with gages,   closing - drift   of the other,
     F_n (closing + drift, shear) = F_n' (closing - drift, shear)
 
-The object keeps its direction: its tilting under unlike tangential forces is left out. A pair may
-be asked for any number of answers from where it stands: ``accept`` alone moves the friction history
+The object keeps its direction: its tilting under different tangential forces is left out. A pair
+gives any number of answers from one state: ``accept`` alone moves the friction history
 on, ``passed`` what the rubber remembers (contact/memory.py) and how warm it is, once a control
 step.
 """
@@ -41,12 +41,12 @@ _REACH = 4.0  # times (1 + mu) F_n: more than friction carries on any slope that
 
 
 @dataclass(frozen=True)
-class Held:
-    """What two fingers do at some closing and shear; forces N, mm.
+class PairState:
+    """State of two fingers at some closing and shear; forces N, mm.
 
     increment: of the finger with gages, other: of the opposite one (the same where it is a mirror
-    image). carried: F_t of both together. drift: the object's way off the middle. fresh: what the
-    increments' forces are to be multiplied by (contact/memory.py); 1 of rubber without a memory.
+    image). carried: F_t of both together. drift: the object's way off the middle. relaxation: the
+    factor of the increments' forces (contact/memory.py); 1 of rubber without a memory.
     slid: how far the whole contact has slid in it, mm: the way of the nodes that began last.
     """
 
@@ -54,12 +54,12 @@ class Held:
     other: Increment
     carried: float
     drift: float = 0.0
-    fresh: float = 1.0
+    relaxation: float = 1.0
     slid: float = 0.0
 
     @property
     def shear(self) -> float:
-        """Of both, mm in all."""
+        """Shear of both, mm in all."""
         return self.increment.motion.shear
 
 
@@ -79,8 +79,8 @@ class Warming:
 
 @dataclass(frozen=True)
 class Kind:
-    """What the fingers are beside elastic. kinetic_share: of the friction coefficient, what is left
-    where the contact slides (contact/history.py)."""
+    """Properties of the fingers other than elastic. kinetic_share: of the friction
+    coefficient, what is left where the contact slides (contact/history.py)."""
 
     rubber: Rubber | None = None
     kinetic_share: float = 1.0
@@ -111,7 +111,7 @@ class _Finger:
         return Attempts(history.problem, history.state, history.workspace)
 
     def start(self, approach: float, tangential: float) -> float | None:
-        """A shear that may well carry ``tangential`` N over ``Held.fresh``."""
+        """A shear that may well carry ``tangential`` N over ``PairState.relaxation``."""
         history, before = self.history, self.history.last
         if before is None:
             return None
@@ -121,7 +121,7 @@ class _Finger:
         return predicted_shear(history.problem, before, *own)
 
     def stiffness(self) -> float:
-        """Against shear at the last increment, what slides taken to stick, N/mm over ``fresh``."""
+        """Against shear at the last increment, what slides taken to stick, over ``relaxation``."""
         history = self.history
         if history.last is None:
             return 0.0
@@ -157,34 +157,34 @@ class MirrorPair:
 
     def __init__(self, problem: ContactProblem, kind: Kind = Kind()) -> None:
         self._finger = _Finger(problem, kind)
-        self._fresh = 1.0 if kind.rubber is None else kind.rubber.relaxation_factor
+        self._relaxation = 1.0 if kind.rubber is None else kind.rubber.relaxation_factor
 
     @property
     def problem(self) -> ContactProblem:
-        """What the finger's next increment is solved on."""
+        """The problem of the finger's next increment."""
         return self._finger.history.problem
 
     @property
     def settled(self) -> bool:
-        """Whether the same motion once more would leave all forces as they are."""
+        """True where the same motion once more would leave all forces as they are."""
         return self._finger.settled
 
-    def stand(self, closing: float, shear: float) -> Held:
+    def stand(self, closing: float, shear: float) -> PairState:
         """Both moved to ``closing`` and ``shear``, mm in all."""
         return self._held(self._finger.solve(closing, shear))
 
-    def hang(self, closing: float, weight: float, most: float = inf) -> Held:
+    def hang(self, closing: float, weight: float, most: float = inf) -> PairState:
         """Closed by ``closing`` mm in all, together carrying ``weight`` N: the shear is found.
 
         most: a shear at which they are known to carry more. Raises NoEquilibrium where friction
         cannot carry it.
         """
-        history, half = self._finger.history, 0.5 * weight / self._fresh
+        history, half = self._finger.history, 0.5 * weight / self._relaxation
         start = self._finger.start(closing, half)
         own = (closing, half, history.workspace, start, most)
         return self._held(solve_shear(history.problem, history.state, *own))
 
-    def slide(self, closing: float) -> Held:
+    def slide(self, closing: float) -> PairState:
         """Sheared until the whole contact slides; ``carried`` is then what friction carries."""
         trials = self._finger.attempts()
 
@@ -201,10 +201,10 @@ class MirrorPair:
         return self._held(trials.last)
 
     def stiffness(self) -> float:
-        """Of both against shear as last accepted, as if nothing more slid, N/mm."""
-        return 2.0 * self._fresh * self._finger.stiffness()
+        """Stiffness of both against shear as last accepted, as if nothing more slid, N/mm."""
+        return 2.0 * self._relaxation * self._finger.stiffness()
 
-    def accept(self, held: Held) -> None:
+    def accept(self, held: PairState) -> None:
         """Go on from ``held``."""
         self._finger.history.accept(held.increment)
 
@@ -212,57 +212,57 @@ class MirrorPair:
         """A control step is over."""
         self._finger.passed()
 
-    def _held(self, increment: Increment) -> Held:
-        carried = 2.0 * self._fresh * float(self.problem.model.total_force(increment.force)[0])
+    def _held(self, increment: Increment) -> PairState:
+        carried = 2.0 * self._relaxation * float(self.problem.model.total_force(increment.force)[0])
         slid = self._finger.slid(increment)
-        return Held(increment, increment, carried, fresh=self._fresh, slid=slid)
+        return PairState(increment, increment, carried, relaxation=self._relaxation, slid=slid)
 
 
-class UnlikePair:
+class DifferentPair:
     """Two different fingers of one rubber; the object floats between them."""
 
     def __init__(
         self, problem: ContactProblem, opposite: ContactProblem, kind: Kind = Kind()
     ) -> None:
         self._both = tuple(_Finger(each, kind) for each in (problem, opposite))
-        self._fresh = 1.0 if kind.rubber is None else kind.rubber.relaxation_factor
+        self._relaxation = 1.0 if kind.rubber is None else kind.rubber.relaxation_factor
         self._shear = self._drift = 0.0
 
     @property
     def problem(self) -> ContactProblem:
-        """What the next increment of the finger with gages is solved on."""
+        """The problem of the next increment of the finger with gages."""
         return self._both[0].history.problem
 
     @property
     def settled(self) -> bool:
         return all(finger.settled for finger in self._both)
 
-    def stand(self, closing: float, shear: float) -> Held:
+    def stand(self, closing: float, shear: float) -> PairState:
         return self._held(self._between(closing).at(shear))
 
-    def hang(self, closing: float, weight: float, most: float = inf) -> Held:
+    def hang(self, closing: float, weight: float, most: float = inf) -> PairState:
         between = self._between(closing)
         try:
             here = self._shear
-            target = weight / self._fresh
+            target = weight / self._relaxation
             rising_root(between.carried_at, target, here, here, between.softest, most)
         except OutOfReach as reached:
             raise NoEquilibrium(
                 f"no shear makes the two fingers carry {weight:g} N, closed by {closing:g} mm: "
-                f"complete slip at {reached.most * self._fresh:.4g} N"
+                f"complete slip at {reached.most * self._relaxation:.4g} N"
             ) from None
         return self._held(between.held())
 
-    def slide(self, closing: float) -> Held:
+    def slide(self, closing: float) -> PairState:
         between = self._between(closing)
         friction = self.problem.friction_coefficient
         _until_sliding(between.carried_at, self._shear, between.softest, friction)
         return self._held(between.held())
 
     def stiffness(self) -> float:
-        return self._fresh * sum(finger.stiffness() for finger in self._both)
+        return self._relaxation * sum(finger.stiffness() for finger in self._both)
 
-    def accept(self, held: Held) -> None:
+    def accept(self, held: PairState) -> None:
         for finger, increment in zip(self._both, (held.increment, held.other), strict=True):
             finger.history.accept(increment)
         self._shear, self._drift = held.shear, held.drift
@@ -273,9 +273,9 @@ class UnlikePair:
 
     def _between(self, closing: float) -> _Between:
         first, second = (finger.attempts() for finger in self._both)
-        return _Between(first, second, closing, self._drift, self._fresh)
+        return _Between(first, second, closing, self._drift, self._relaxation)
 
-    def _held(self, held: Held) -> Held:
+    def _held(self, held: PairState) -> PairState:
         both = zip(self._both, (held.increment, held.other), strict=True)
         return replace(held, slid=min(finger.slid(increment) for finger, increment in both))
 
@@ -284,13 +284,13 @@ class _Between:
     """The drift at which both fingers press alike, for one closing and any shear."""
 
     def __init__(
-        self, first: Attempts, second: Attempts, closing: float, drift: float, fresh: float
+        self, first: Attempts, second: Attempts, closing: float, drift: float, relaxation: float
     ) -> None:
         self._first, self._second = first, second
-        self._closing, self._drift, self._fresh = closing, drift, fresh
+        self._closing, self._drift, self._relaxation = closing, drift, relaxation
         self.softest = max(first.softest, second.softest)
 
-    def at(self, shear: float) -> Held:
+    def at(self, shear: float) -> PairState:
         def evaluate(drift: float) -> ForceSlope | None:
             found = self._first.at(self._closing + drift, shear)
             other = self._second.at(self._closing - drift, shear)
@@ -303,13 +303,15 @@ class _Between:
         self._drift = rising_root(evaluate, 0.0, self._drift, self._drift, self.softest)
         return self.held()
 
-    def held(self) -> Held:
+    def held(self) -> PairState:
         """The last balance."""
-        carried = self._fresh * float(self._first.forces()[1] + self._second.forces()[1])
-        return Held(self._first.last, self._second.last, carried, self._drift, self._fresh)
+        carried = self._relaxation * float(self._first.forces()[1] + self._second.forces()[1])
+        return PairState(
+            self._first.last, self._second.last, carried, self._drift, self._relaxation
+        )
 
     def carried_at(self, shear: float) -> ForceSlope:
-        """F_t of both, over ``fresh``, against the shear, the drift following it."""
+        """F_t of both, over ``relaxation``, against the shear, the drift following it."""
         self.at(shear)
         (normal, pulled), (against, opposed) = self._first.forces(), self._second.forces()
         if not (normal > 0.0 and against > 0.0):

@@ -1,7 +1,7 @@
 """Two fingers lift an object off its support; then it hangs, is tugged, changes weight, drops.
 
 Quasi-static, along x alone. W is the object's weight and what tugs at it, toward +x; the hand moves
-toward -x, ``hand`` mm in all. While the object stands, the fingers are sheared by all of that,
+toward -x, ``hand`` mm in all. While the object is supported, the fingers are sheared by all that,
 
     shear = hand,          F_t + F_t' <= W                     (the support carries the rest)
 
@@ -10,7 +10,7 @@ and where they would carry more than W, it hangs: they carry W and it rises by w
     F_t + F_t' = W,        rise = hand - shear > 0
 
 A hanging object that friction cannot carry falls back onto its support: complete slip. It can be
-gripped anew there. Tilting, the support's own friction and dynamics are left out; an arm that
+gripped again there. Tilting, the support's own friction and dynamics are left out; an arm that
 accelerates by a pulls at the object as m a more does. Rubber that relaxes loses a share of all its
 forces since the touch, evenly in the logarithm of time: at the same motions
 
@@ -32,8 +32,8 @@ import numpy as np
 from fingerdesign.contact.force_control import NoEquilibrium
 from fingerdesign.contact.memory import Rubber
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control.plants.fingers import Held, Kind, MirrorPair, UnlikePair, Warming
-from fingerdesign.control.plants.plant import Truth, felt
+from fingerdesign.control.plants.fingers import DifferentPair, Kind, MirrorPair, PairState, Warming
+from fingerdesign.control.plants.plant import Truth, observe
 from fingerdesign.control.plants.slide import Inertia, frequency, slide
 from fingerdesign.control.signals import Sample, gage_readings
 from fingerdesign.design.grip import Grip, Tug, WeightChange, lifting_tugs, mass_at, pull_at
@@ -71,14 +71,14 @@ class Relaxation:
 
     @staticmethod
     def of(grip: Grip) -> Relaxation | None:
-        """As a design's ``[grip]`` table says; None: it does not."""
+        """Read a design's ``[grip]`` table; None: it does not."""
         share = grip.relaxation_per_minute
         return Relaxation(share, grip.hardware.sample_rate_Hz) if share > 0.0 else None
 
 
 @dataclass(frozen=True)
 class Timed:
-    """What takes time in a lift, None where it takes none.
+    """Processes that take time in a lift, None where there is none.
 
     relaxation, rubber: of all forces alike, or of each as it came (contact/memory.py); of both
     their product. inertia: of the object. warming: of the fingers.
@@ -91,7 +91,7 @@ class Timed:
 
     @staticmethod
     def of(grip: Grip) -> Timed:
-        """As a design's ``[grip]`` table says."""
+        """Read a design's ``[grip]`` table."""
         rubber = warming = None
         rate = grip.hardware.sample_rate_Hz
         if grip.rubber_memory:
@@ -104,10 +104,10 @@ class Timed:
 
 @dataclass(frozen=True)
 class _Found:
-    """Where a move leads to. slid: the whole contact has slid with the object hanging; sliding: it
+    """Result of a move. slid: the whole contact has slid with the object hanging; sliding: it
     still does."""
 
-    held: Held
+    held: PairState
     lifted: bool
     dropped: bool = False
     slid: bool = False
@@ -163,9 +163,9 @@ class LiftPlant:
         timed = timed if isinstance(timed, Timed) else Timed(timed)
         self._timed = timed
         self._face, kind = face, Kind(timed.rubber, kinetic_share, timed.warming)
-        self._fingers: MirrorPair | UnlikePair = MirrorPair(problem, kind)
+        self._fingers: MirrorPair | DifferentPair = MirrorPair(problem, kind)
         if opposite is not None:
-            self._fingers = UnlikePair(problem, opposite, kind)
+            self._fingers = DifferentPair(problem, opposite, kind)
         alone = problem.model.load_gage_strain  # of one kelvin
         self._warmed = np.zeros(1) if alone is None else gage_readings(alone, face)
         self._mass = object_mass_g
@@ -182,7 +182,7 @@ class LiftPlant:
         self._lifted = False
         sliding = None if timed.inertia is None else False
         self._truth = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False, lifted=False, sliding=sliding)
-        self.held: Held | None = None  # what both fingers do after the last move, for the judge
+        self.held: PairState | None = None  # of both fingers after the last move
         self._weight = 0.0  # at the last move
         self._speed = 0.0  # of the object, upward, mm/s
         self._friction = 0.0  # on an object that slides, N before relaxing
@@ -199,7 +199,7 @@ class LiftPlant:
         object_mass_g: float,
         opposite: ContactProblem | None = None,
     ) -> LiftPlant:
-        """As a design's ``[grip]`` table says, both fingers at one friction."""
+        """Read a design's ``[grip]`` table, both fingers at one friction."""
         return LiftPlant(
             problem.with_friction(friction_coefficient),
             face,
@@ -215,7 +215,7 @@ class LiftPlant:
         if self._since_lift is not None:
             self._since_lift += 1
         self._moves += 1
-        move = self._asked(dx, dy)
+        move = self._move_of(dx, dy)
         same = (move.closing, move.weight) == (self._closing, self._weight)
         moved = self._truth.sliding is not None and self._truth.complete_slip
         calm = same and not moved and self._fingers.settled
@@ -224,7 +224,7 @@ class LiftPlant:
             self._truth = replace(self._truth, rise=move.hand - self._truth.shear)
             return self._sample
         found = self._slide_on(move) if self._truth.sliding else self._find(move)
-        seen = felt(self._fingers.problem, found.held.increment, self._face)
+        seen = observe(self._fingers.problem, found.held.increment, self._face)
         self._fingers.accept(found.held)
         self._fingers.passed()
         self.held = found.held
@@ -238,8 +238,8 @@ class LiftPlant:
             self._note_motion(move, found, begins)
         return self._sample
 
-    def _asked(self, dx: float, dy: float) -> _Move:
-        """What a move asks of the fingers; of a hanging object its inertia too."""
+    def _move_of(self, dx: float, dy: float) -> _Move:
+        """The move as the fingers make it; a hanging object adds its inertia."""
         relaxation, inertia = self._timed.relaxation, self._timed.inertia
         left = 1.0 if relaxation is None else relaxation.left(self._moves)
         after = self._since_lift or 0
@@ -252,8 +252,8 @@ class LiftPlant:
         return _Move(self._closing + dy, self._hand + dx, speed, pull, mass, left)
 
     def _report(self, move: _Move, found: _Found, truth: Truth, sample: Sample) -> None:
-        """Truth and sample of where a move has led to, from what the increment alone tells."""
-        share, warming = found.held.fresh * move.left, self._timed.warming
+        """Set truth and sample after a move, from those of the increment alone."""
+        share, warming = found.held.relaxation * move.left, self._timed.warming
         kelvin = 0.0 if warming is None else warming.after(self._moves)
         forces = {
             "normal_force": share * truth.normal_force,
@@ -275,7 +275,7 @@ class LiftPlant:
         )
         self._sample = replace(
             sample,
-            readings=found.held.fresh * sample.readings + kelvin * self._warmed,
+            readings=found.held.relaxation * sample.readings + kelvin * self._warmed,
             normal_force=share * sample.normal_force,
             tangential_force=share * sample.tangential_force,
             lifted=found.lifted,
@@ -286,11 +286,11 @@ class LiftPlant:
         return self._truth
 
     def weight(self, step_after_lift: int) -> float:
-        """What pulls at the object toward +x that many moves after the lift, N."""
+        """Pull at the object toward +x that many moves after the lift, N."""
         return pull_at(step_after_lift, self._mass, self._tugs, self._changes)
 
     def _find(self, move: _Move) -> _Found:
-        """Where an object that does not slide is after a move."""
+        """State of an object that does not slide after a move."""
         closing, hand, weight = move.closing, move.hand, move.weight
         if self._lifted:
             try:
@@ -356,7 +356,7 @@ class LiftPlant:
         return _Found(held, lifted=True, slid=True)
 
     def _note_motion(self, move: _Move, found: _Found, begins: bool) -> None:
-        """The object's speed from here on, and what is told of its slides."""
+        """The object's speed from here on, and the report of its slides."""
         if not found.sliding:
             self._speed = move.speed if found.lifted else 0.0
         inertia, truth = self._timed.inertia, self._truth

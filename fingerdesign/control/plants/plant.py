@@ -1,4 +1,4 @@
-"""What a controller moves and feels: the plant, and the truth that only the judge may ask for."""
+"""The plant that a controller moves and measures, and its truth, for the judge alone."""
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ class Plant(Protocol):
 PlantMaker = Callable[[], Plant]
 
 
-def felt(problem: ContactProblem, increment: Increment, face: str) -> tuple[Truth, Sample]:
-    """What a finger does in an increment, and what of it is felt."""
+def observe(problem: ContactProblem, increment: Increment, face: str) -> tuple[Truth, Sample]:
+    """The truth of an increment, and the sample that its hand measures."""
     found = measure(problem, increment)
     truth = Truth(
         approach=increment.motion.approach,
@@ -97,7 +97,7 @@ class CondensedPlant:
         history, now = self._history, self._history.state.motion
         motion = Motion(now.approach + dy, now.shear + dx)
         increment = solve_increment(history.problem, history.state, motion, history.workspace)
-        self._truth, sample = felt(history.problem, increment, self._face)
+        self._truth, sample = observe(history.problem, increment, self._face)
         history.accept(increment)
         return sample
 
@@ -122,9 +122,9 @@ def press(plant: Plant, depth: float, step: float) -> Iterator[Sample]:
 
 @dataclass
 class Memory:
-    """What followed on a sequence of moves, and what follows on each next one.
+    """The result of a sequence of moves, and of each next one.
 
-    plant: one that has made just these moves and stands there, to go on from.
+    plant: one that has made just these moves, to go on from.
     """
 
     sample: Sample | None = None
@@ -145,7 +145,7 @@ class RememberedPlant:
         self._moves: list[tuple[float, float]] = []
 
     def move(self, dx: float, dy: float) -> Sample:
-        """As the plant; raises what it raises, anew each time."""
+        """Move like the plant; raises what it raises, each time."""
         here = self._path[-1]
         following = here.after.get((dx, dy))
         if following is None:

@@ -28,7 +28,7 @@ from fingerdesign.design.grip import Grip, HardwareTable
 #     gage = round_q( gain * (strain + c neighbours) + drift t + w (1 - exp(-t / T)) + noise )
 #     F_n = gain F_n + noise,   F_t = gain (F_t + c F_n) + noise
 #
-# with gain 0 for gages that are dead, or have died; neighbours are those beside it in the readings.
+# with gain 0 for gages that are dead, or have died; neighbours are the next ones in the readings.
 #
 # One move of the plant is one sample. What belongs to a specimen of the hardware (gains) is drawn
 # from its own number: a rig that is calibrated and then grips has the same gains both times. Noise
@@ -73,17 +73,17 @@ class ImperfectPlant:
         """Move as far as the stage does, read what the sensors say; see :class:`Plant`."""
         true = self._plant.move(self._axes[0].moved(dx), self._axes[1].moved(dy))
         self._time += 1.0 / self._hardware.sample_rate_Hz
-        felt = self._felt(true)
+        measured = self._measure(true)
         while len(self._late) < self._hardware.delay_samples:
-            self._late.append(Sample(np.zeros_like(felt.readings), 0.0, 0.0))
-        self._late.append(felt)
+            self._late.append(Sample(np.zeros_like(measured.readings), 0.0, 0.0))
+        self._late.append(measured)
         return self._late.popleft()
 
     def truth(self) -> Truth:
         """The plant's state after the last move, for the judge."""
         return self._plant.truth()
 
-    def _felt(self, true: Sample) -> Sample:
+    def _measure(self, true: Sample) -> Sample:
         hardware, gages = self._hardware, len(true.readings)
         if self._gains is None:
             plates = range(gages) if self._plates is None else self._plates
@@ -94,8 +94,8 @@ class ImperfectPlant:
         noise = self._rng.standard_normal(gages + 2)
         strain = true.readings
         if hardware.gage_cross_talk != 0.0:
-            beside = np.pad(strain, 1)
-            strain = strain + hardware.gage_cross_talk * (beside[:-2] + beside[2:])
+            padded = np.pad(strain, 1)
+            strain = strain + hardware.gage_cross_talk * (padded[:-2] + padded[2:])
         warmed = 1.0 - np.exp(-self._time / hardware.warming_time_s)
         died = self._dying & (self._time > hardware.dying_after_s)
         readings = np.where(died, 0.0, self._gains * strain) + self._rates * self._time
@@ -120,17 +120,17 @@ class _Axis:
 
     def __init__(self, step: float, backlash: float, fade: float = 0.0) -> None:
         self._step, self._backlash, self._fade = step, backlash, fade
-        self._wanted = self._drive = 0.0
+        self._requested = self._drive = 0.0
         self._play = 0.0  # way ahead of the drive, in the positive direction, until it pushes
 
     def moved(self, way: float) -> float:
-        """How far the stage goes, mm, when sent ``way``; steps left over are remembered."""
+        """Way of the stage, mm, when sent ``way``; steps left over are remembered."""
         if self._step == 0.0 and self._backlash == 0.0 and self._fade == 0.0:
             return way
-        self._wanted += way
-        goal = self._wanted
+        self._requested += way
+        goal = self._requested
         if self._step > 0.0:
-            goal = self._step * round(self._wanted / self._step)
+            goal = self._step * round(self._requested / self._step)
         goal += self._fade * (self._drive - goal)
         turned, self._drive = goal - self._drive, goal
         if turned >= 0.0:
@@ -150,9 +150,9 @@ def calibrated(
     bounds: Bounds,
     plates: Sequence[int] | None,
 ) -> Calibration:
-    """What a finger's rig learns by the bench moves, at rest at each point, and of its delay.
+    """Calibrate a finger's rig by the bench moves, at rest at each point, and measure its delay.
 
-    Raises SolverError where nothing is felt.
+    Raises SolverError where nothing is measured.
     """
 
     def plant(hardware: Hardware) -> Plant:
@@ -167,7 +167,7 @@ _BENCH, _GRIP = 0, 1  # streams of random numbers from one seed
 
 @dataclass(frozen=True)
 class Rig:
-    """A finger's model, what its gages are, and the table that says how it grips.
+    """A finger's model, its gages, and the table of its grips.
 
     face: which face the gages read. plates: numbers of the plates whose gages are read, in the
     order of the model's gages; None for all. opposite: the other finger's problem in a lift, at any
@@ -181,7 +181,7 @@ class Rig:
     opposite: ContactProblem | None = None
 
     def calibration(self) -> Calibration:
-        """The bench moves, at rest at each point. Raises SolverError where nothing is felt."""
+        """The bench moves, at rest at each point. Raises SolverError where nothing is measured."""
         bench = self.problem.with_friction(self.grip.bench_friction_coefficient)
         rng = np.random.default_rng([self.grip.seed, _BENCH])
         bounds = Bounds.of(self.grip)

@@ -27,7 +27,7 @@ class Inertia:
 
     @staticmethod
     def of(grip: Grip) -> Inertia | None:
-        """As a design's ``[grip]`` table says; None: each step is an equilibrium."""
+        """Read a design's ``[grip]`` table; None: each step is an equilibrium."""
         return Inertia(grip.hardware.sample_rate_Hz, grip.drop_mm) if grip.inertia else None
 
 
