@@ -19,6 +19,8 @@ from fingerdesign.mold.plan.limits import comb_tolerance, limits_of
 from fingerdesign.mold.plan.plan import MoldPlan, Side
 
 PROFILE_FILE = "profile.toml"
+_KEYS = ("process", "limits", "comb")
+_TABLES = "give process, [limits] or [comb]; all else of a mold is its design's"
 _HEAD = """\
 # What this mold was planned with, mm. Make the coupon, measure it row by row, correct the values
 # here, and plan the mold again: fingerdesign mold DESIGN --profile FILE
@@ -80,10 +82,6 @@ def cell_plates(plan: MoldPlan) -> tuple[PlateFrame, ...]:
     if pairs:
         return pairs[len(pairs) // 2]
     return frames if len(frames) == 1 else ()
-
-
-_KEYS = ("process", "limits", "comb")
-_TABLES = "give process, [limits] or [comb]; all else of a mold is its design's"
 
 
 def profile_text(design: Design) -> str:

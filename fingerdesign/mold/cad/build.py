@@ -28,6 +28,10 @@ from fingerdesign.mold.plan.limits import Limits, limits_of
 from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side, direction
 from fingerdesign.mold.plan.slots import core_box
 
+Direction = tuple[float, float, float]
+# Parts come off in this order; base and core stay with the finger.
+INSERT_ORDER, END_ORDER, SIDE_ORDER, STAYS = 0, 1, 3, 9
+OUTLINE = "outline"
 AGAINST = -1e-6  # normal . draw below which a face looks against the draw
 SAMPLES = 15  # along each of a face's parameters
 _ORDER: tuple[Side, ...] = ("+x", "-x", "+z", "-z")  # the corners are the end walls'
@@ -125,13 +129,6 @@ def samples(face: cq.Face) -> tuple[Array, Array]:
                 points.append(where.Coord())
                 normals.append(normal.Normalized().Coord())
     return np.array(points).reshape(-1, 3), np.array(normals).reshape(-1, 3)
-
-
-Direction = tuple[float, float, float]
-
-# Parts come off in this order; base and core stay with the finger.
-INSERT_ORDER, END_ORDER, SIDE_ORDER, STAYS = 0, 1, 3, 9
-OUTLINE = "outline"
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from fingerdesign.mold.cad.parting import prism_of, slab
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT
 from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.fixture.outer import ROOMS_MM
-from fingerdesign.mold.plan.limits import SPARE_MM, limits_of
+from fingerdesign.mold.plan.limits import SPARE_MM
 from fingerdesign.mold.plan.plan import (
     BaseHole,
     CorePin,
@@ -98,7 +98,7 @@ def window_tools(design: Design, plan: MoldPlan, planned: SidePlan) -> Iterator[
     """
     if planned.window is None:
         return
-    land = 1.2 * limits_of(design.mold).wall_mm
+    land = 1.2 * plan.limits.wall_mm
 
     def seam(place: float) -> float:
         flank = planned.side.endswith("x")
@@ -138,14 +138,35 @@ class Features:
 
 
 def features_of(design: Design, plan: MoldPlan) -> Features:
-    """Every feature of a plan: pins, lugs, bolts, the base's holes, slots, windows, core holes."""
+    """Make every feature of a plan: pins, lugs, bolts, the base's holes, slots, windows, core
+    holes."""
     found = Features()
-    walls, combs = plan.walls, [side.comb for side in plan.sides if side.comb]
+    _fasten(found, plan)
+    core = design.body.core
+    for hole in plan.base_holes:
+        wires = hole.kind == "wires"
+        for tool in _wire_way(hole, plan) if wires else [_base_hole(hole, plan.base)]:
+            found.take(tool, BASE)
+        if hole.kind == "screw" and core is not None:
+            found.take(_pilot(hole, core.height_mm), CORE)
+    for core_pin in plan.core_pins:
+        names = {plan.by_side[core_pin.side].wall, plan.by_side[core_pin.side].holder, CORE}
+        found.take(_core_pin(plan, core_pin, plan.limits.clearance_mm), *names)
+    for planned in plan.sides:
+        _open_side(found, plan, planned)
+        for opening in window_tools(design, plan, planned):
+            found.take(opening, planned.wall)
+    return found
+
+
+def _fasten(found: Features, plan: MoldPlan) -> None:
+    """Add bolts' holes, pins with their sockets, and lugs."""
+    combs = [side.comb for side in plan.sides if side.comb]
     for bolt in plan.bolts:
         way = _UP if bolt.axis == "y" else direction("+z")
         long = bolt.high - bolt.low + 2.0 * BEYOND_MM
         bar = _cylinder(bolt.diameter, bolt.at(bolt.low - BEYOND_MM), way, long)
-        found.take(bar, INSERT, *walls, *combs, BASE_FRAME)
+        found.take(bar, INSERT, *plan.walls, *combs, BASE_FRAME)
     for pin in plan.pins:
         if pin.dowel:
             whole = _along(pin, -0.5 * pin.length, pin.diameter, BEYOND_MM, pin.diameter)
@@ -155,38 +176,26 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
         found.take(_socket(pin), pin.into, *combs)
     for lug in plan.lugs:
         found.added[lug.on].append(_lug(lug, plan.seam + ROOT_MM))
-    core = design.body.core
-    for hole in plan.base_holes:
-        for tool in (
-            _wire_way(hole, plan) if hole.kind == "wires" else [_base_hole(hole, plan.base)]
-        ):
-            found.take(tool, BASE)
-        if hole.kind == "screw" and core is not None:
-            found.take(_pilot(hole, core.height_mm), CORE)
-    clearance = limits_of(design.mold).clearance_mm
-    for core_pin in plan.core_pins:
-        names = {plan.by_side[core_pin.side].wall, plan.by_side[core_pin.side].holder, CORE}
-        found.take(_core_pin(plan, core_pin, clearance), *names)
-    for planned in plan.sides:
-        for tool in slot_tools(plan, planned.side, planned.slots):
-            found.take(tool, planned.holder)
-        if planned.outer and planned.outer_comb:
-            for tool in slot_tools(plan, planned.side, planned.outer.slots):
-                found.take(tool, planned.outer_comb)
-            for bolt in plan.bolts:  # room to be slid by
-                wide = bolt.diameter + 2.0 * ROOMS_MM[0]
-                foot = bolt.at(0.0)
-                bar = _cylinder(wide, foot, direction(planned.side), bolt.high + BEYOND_MM)
-                found.take(bar, planned.outer_comb)
-        if planned.framed and plan.seam > 0.0:
-            low = (-plan.reach_x - BEYOND_MM, -BEYOND_MM, 0.0)
-            high = (plan.reach_x + BEYOND_MM, plan.seam, plan.reach_z + BEYOND_MM)
-            lugs = [_lug(lug, plan.seam) for lug in plan.lugs if lug.on == planned.wall]
-            short = slab(planned.side, low, high).cut(*lugs)
-            found.take(one_solid(short, planned.wall), planned.wall)
-        for opening in window_tools(design, plan, planned):
-            found.take(opening, planned.wall)
-    return found
+
+
+def _open_side(found: Features, plan: MoldPlan, planned: SidePlan) -> None:
+    """Cut a side's slots, those of its outer comb with room to slide on the bolts, and the seam of
+    a half frame."""
+    side = planned.side
+    for tool in slot_tools(plan, side, planned.slots):
+        found.take(tool, planned.holder)
+    if planned.outer and planned.outer_comb:
+        for tool in slot_tools(plan, side, planned.outer.slots):
+            found.take(tool, planned.outer_comb)
+        for bolt in plan.bolts:
+            wide, reach = bolt.diameter + 2.0 * ROOMS_MM[0], bolt.high + BEYOND_MM
+            found.take(_cylinder(wide, bolt.at(0.0), direction(side), reach), planned.outer_comb)
+    if planned.framed and plan.seam > 0.0:
+        low = (-plan.reach_x - BEYOND_MM, -BEYOND_MM, 0.0)
+        high = (plan.reach_x + BEYOND_MM, plan.seam, plan.reach_z + BEYOND_MM)
+        lugs = [_lug(lug, plan.seam) for lug in plan.lugs if lug.on == planned.wall]
+        short = slab(side, low, high).cut(*lugs)
+        found.take(one_solid(short, planned.wall), planned.wall)
 
 
 def _lug(lug: Lug, root: float) -> cq.Solid:

@@ -21,6 +21,10 @@ _STEPS = 10  # along a leg in a STEP body, which need not be convex
 _HALVINGS = 40
 _STEP_HALVINGS = 14
 _ON_FACE_MM = 1e-6
+_PLACES = 40  # to either side at which a STEP body is looked at
+_HEIGHTS = 5
+_SHARE = 0.7  # of the half-width must be left at the corner: that of a circle at 45 degrees
+_WITHIN = 0.98  # of the corner found: walls that end on the body's surface would end in a point
 
 
 @dataclass(frozen=True)
@@ -179,12 +183,6 @@ def _inside(body: Body, points: Array) -> BoolArray:
     with np.errstate(invalid="ignore"):
         height = surface_height(body, np.where(within, x, 0.0), np.where(within, z, 0.0))
         return np.asarray(within & (y <= height) & (y <= crest_height(body)))
-
-
-_PLACES = 40  # to either side at which a STEP body is looked at
-_HEIGHTS = 5
-_SHARE = 0.7  # of the half-width that must be left at the corner: that of a circle at 45 degrees
-_WITHIN = 0.98  # of the corner found: walls that end on the body's surface would end in a point
 
 
 def extent_of(design: Design, scale: float) -> Extent:

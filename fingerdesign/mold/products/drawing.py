@@ -26,6 +26,12 @@ LAYERS = {"CUT": 7, "HOLES": 1, "GAGES": 5, "BEND": 3, "TEXT": 8}
 GAP_MM = 5.0  # between sheets of one drawing, and parts on one bed
 LINE = 1.6  # of a text's height, from line to line
 MILLIMETRES = 4  # $INSUNITS
+MICRON = 3  # decimals
+ROUND = 12  # corners of a polygon that may stand for a circle
+ROUNDING_MM = 2e-5  # of a corner off its circle: twice single precision's step within 100 mm
+STRAIGHT = 1e-7  # mm; a point this near the line between its neighbours adds nothing
+UNDER_MM = 1e-6  # a sheet's outer face, where its section is drawn
+PLATES_FILE = "plates.dxf"
 
 
 @dataclass(frozen=True)
@@ -122,13 +128,6 @@ def _text_height(sheet: Sheet) -> float:
     return min(max(0.03 * extent, 0.4), 1.5)
 
 
-MICRON = 3  # decimals
-ROUND = 12  # corners of a polygon that may stand for a circle
-ROUNDING_MM = 2e-5  # of a corner off its circle: twice single precision's step within 100 mm
-STRAIGHT = 1e-7  # mm; a point this near the line between its neighbours adds nothing
-UNDER_MM = 1e-6  # a sheet's outer face, where its section is drawn
-
-
 def comb_sheet(part: PartMesh, side: Side) -> Sheet:
     """A comb as cut: the section of its triangles just under its outer face.
 
@@ -178,9 +177,6 @@ def as_circle(points: Array) -> tuple[float, float, float] | None:
     if apart.max() >= ROUNDING_MM:
         return None
     return round(float(x), MICRON) + 0.0, round(float(y), MICRON) + 0.0, round(radius, MICRON)
-
-
-PLATES_FILE = "plates.dxf"
 
 
 def write_drawings(casting: Casting, folder: Path) -> None:

@@ -20,6 +20,7 @@ from fingerdesign.mold.part import PartMesh
 from fingerdesign.mold.products.drawing import in_rows
 from fingerdesign.mold.solids import areas
 
+DECIMALS = 6  # nm: finer than single precision, in which the format's library holds vertices
 FLAT = 1e-6  # mm; how far from its plane a face may lie
 OUTSIDE = 1.5  # how much more a face that is drawn away from the finger counts: its other side
 # forms the finger, and prints best when it looks up
@@ -84,9 +85,6 @@ def _posed(part: PartMesh) -> Posed:
     turned = turned - turned.min(axis=0)
     x, y, z = down.tolist()
     return Posed(part.name, turned, part.triangles, (0.0, 0.0), area, (x, y, z))
-
-
-DECIMALS = 6  # nm: finer than single precision, in which the format's library holds vertices
 
 
 def write_3mf(posed: Sequence[Posed], path: Path, title: str) -> None:

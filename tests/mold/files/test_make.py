@@ -161,7 +161,9 @@ def test_a_mold_that_fails_leaves_a_record_that_says_so(stages, tmp_path, given,
     assert names_in(tmp_path / "block") == names
     data = record_in(tmp_path / "block")
     assert (data["status"], data["failure"]) == ("failed", failure)
-    page = re.sub(r"</?a\b[^>]*>", "", (tmp_path / "block" / "report.html").read_text("utf-8"))
+    page = re.sub(
+        r"</?(?:a|button)\b[^>]*>", "", (tmp_path / "block" / "report.html").read_text("utf-8")
+    )
     assert (UNDERCUT if "cad_error" in given else "its least wall is 0.5 mm") in page
 
 

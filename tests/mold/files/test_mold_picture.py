@@ -7,12 +7,6 @@ import numpy as np
 import pytest
 
 from fingerdesign.mold.picture import (
-    AXES,
-    FILLED,
-    SIZE,
-    VIEW_ANGLE,
-    camera_at,
-    camera_axes,
     exploded_parts,
     numbered,
     pictures_job,
@@ -20,6 +14,7 @@ from fingerdesign.mold.picture import (
 )
 from fingerdesign.mold.products.casting import casting_of
 from fingerdesign.mold.products.notes import View, casting_notes
+from fingerdesign.mold.render import FILLED, FRONT_VIEW, SIZE, VIEW_ANGLE, camera_at, camera_axes
 from tests.support.molds import box
 
 
@@ -43,7 +38,8 @@ def test_each_part_moves_along_its_draw_and_the_finger_stays(meshes):
 
 def test_the_camera_sees_every_corner(meshes):
     points = np.vstack([shown.points for shown in exploded_parts(meshes)])
-    offset = (points - camera_at(points, AXES, SIZE)) @ AXES.T
+    axes = camera_axes(FRONT_VIEW)
+    offset = (points - camera_at(points, axes, SIZE)) @ axes.T
     slope = np.tan(np.radians(0.5 * VIEW_ANGLE))
     places = offset[:, :2] / -offset[:, 2:] / slope / [SIZE[0] / SIZE[1], 1.0]
     assert np.abs(places).max() == pytest.approx(FILLED)  # of half the frame: it wastes little

@@ -29,27 +29,17 @@ def core_pins_of(
     if core is None or box is None or box[0][1] == 0.0:
         return (), []
     low, high = box
-    height = float(high[1] - low[1])
-    y = 0.5 * float(low[1] + high[1])
-    sizes = [
-        d
-        for d in DIAMETERS_MM
-        if d >= limits.hole_mm and d + 2.0 * (limits.clearance_mm + _WEB_MM) <= height + 1e-9
-    ]
-    # Pins are thinner where the foot of the wall below their holes would be too low.
-    footed = [d for d in sizes if 0.5 * d + limits.clearance_mm + limits.wall_mm <= y + 1e-9]
-    sizes = footed or sizes
-    for axis, diameter in product(_AXES, sizes):
+    height, y = float(high[1] - low[1]), 0.5 * float(low[1] + high[1])
+    for axis, diameter in product(_AXES, _diameters(limits, height, y)):
         hole = diameter + 2.0 * limits.clearance_mm
         half, end = (high[0], high[2]) if axis[0].endswith("z") else (high[2], high[0])
         places = _places(float(half), y, hole, [plan.by_side[side] for side in axis], limits)
         if places:
             depth = min(_MOST_DEPTH_MM, _DEPTH_SHARE * 2.0 * float(end))
-            pins = [
+            pins = (
                 CorePin(side, place, y, diameter, float(end) - depth, depth)
-                for side in axis
-                for place in places
-            ]
+                for side, place in product(axis, places)
+            )
             return tuple(pins), []
     pin = min((d for d in DIAMETERS_MM if d >= limits.hole_mm), default=limits.hole_mm)
     least = pin + 2.0 * limits.clearance_mm + 2.0 * _WEB_MM
@@ -57,6 +47,15 @@ def core_pins_of(
         numbers = {"least": least, "pin": pin, "web": _WEB_MM}
         return (), [Refusal("thin_core", "body.core.height_mm", core.height_mm, numbers)]
     return (), [Refusal("core_not_reached", "body.core.bottom_mm", core.bottom_mm, {})]
+
+
+def _diameters(limits: Limits, height: float, y: float) -> list[float]:
+    """Diameters that fit a core's ``height``; thinner ones alone where the foot of the wall below
+    the holes, at a height of ``y``, would be too low."""
+    most = height - 2.0 * (limits.clearance_mm + _WEB_MM)
+    sizes = [d for d in DIAMETERS_MM if limits.hole_mm <= d <= most + 1e-9]
+    footed = [d for d in sizes if 0.5 * d + limits.clearance_mm + limits.wall_mm <= y + 1e-9]
+    return footed or sizes
 
 
 def _places(
