@@ -75,7 +75,7 @@ def stages(hand_made, monkeypatch):
         monkeypatch.setattr(make, "plan_mold", plan_mold)
         monkeypatch.setattr(make, "mold_meshes", mold_meshes)
         monkeypatch.setattr(make, "run_checks", lambda *given: tuple(checks))
-        monkeypatch.setattr(make, "beside", lambda *given, **limits: nullcontext())
+        monkeypatch.setattr(make, "concurrently", lambda *given, **limits: nullcontext())
         monkeypatch.setattr(make, "placement_of", lambda job: dict(EFFECT))
         if not drawn:
             picture = Picture(b"PNG", (Badge(1, "contact_insert", 0.5, 0.2),), "The mold opened.")
