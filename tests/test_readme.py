@@ -24,9 +24,6 @@ DOCS = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob("docs/*/*.
 PAGES = ("README.md", *DOCS)
 
 
-COMING = {"study", "export"}
-
-
 def page(name):
     return (ROOT / name).read_text("utf-8")
 
@@ -236,7 +233,7 @@ def test_what_a_page_names_exists(name):
         there = (ROOT / name).parent / target
         assert target.startswith("http") or there.exists() or "examples" in target, target
     for command in re.findall(r"(?:^ {4}|^|`)fingerdesign ([a-z-]+)", text, flags=re.MULTILINE):
-        assert command in {*cli.commands, *COMING}, command
+        assert command in cli.commands, command
     finished = page("docs/reference/finished_studies.md")
     for command in re.findall(r"fingerdesign bench ([a-z][a-z-]*)", text):
         assert command in bench.commands or f"`bench {command}`" in finished, command
