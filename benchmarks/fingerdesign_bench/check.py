@@ -1,4 +1,4 @@
-"""A number that was asked for, what was measured, and whether it holds."""
+"""A measured number and its target."""
 
 import json
 from dataclasses import asdict, dataclass

@@ -12,13 +12,13 @@ from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.machine import machine
 
-# Measures and writes into a folder; gives the files and what was asked against it.
+# Measures and writes into a folder; returns the files and the checks.
 Part = Callable[[Path, Report, bool], tuple[list[Path], list[Check]]]
 
 
 @dataclass
 class Suite:
-    """What was written, what was asked against it, and the parts that failed with their reasons.
+    """Files, checks, and the parts that failed with their reasons.
 
     machine: as it was at the start.
     """

@@ -50,12 +50,12 @@ def draw_molds(records: Sequence[dict[str, Any]], path: Path) -> None:
     left.set(ylabel="seconds, design to files", ylim=(0.0, None))
     left.axhline(20.0, color="#c8321e", linewidth=1.0)
     left.set_title(
-        f"{made} of {len(records)} designs have molds; asked: 20 s", loc="left", fontsize=10
+        f"{made} of {len(records)} designs have molds; target: 20 s", loc="left", fontsize=10
     )
     left.legend(fontsize=8)
     right.set(yscale="log", ylabel="cavity less plates and core against the body, share")
     right.axhline(1e-3, color="#c8321e", linewidth=1.0)
-    right.set_title("asked: 0.001", loc="left", fontsize=10)
+    right.set_title("target: 0.001", loc="left", fontsize=10)
     for axes in (left, right):
         axes.set_xticks(range(len(BODIES)), BODIES)
         axes.set_xlim(-0.5, len(BODIES) - 0.5)

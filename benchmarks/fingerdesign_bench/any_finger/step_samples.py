@@ -1,4 +1,4 @@
-"""A few STEP bodies of given sizes, made with CadQuery when asked for: bench and examples use them.
+"""A few STEP bodies of given sizes, made with CadQuery on demand: bench and examples use them.
 
 Each is a finger in our axes: base in y = 0, contact surface toward +y, its own mirror image in
 x = 0 and z = 0. The file's name holds the shape and the sizes, so each is made once.

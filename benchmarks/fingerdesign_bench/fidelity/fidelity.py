@@ -88,7 +88,7 @@ def _prices(axes: Axes, found: FidelityBench) -> None:
     axes.set(
         xscale="log",
         xlabel="seconds over all pairs (labels: sizes, and pairs whose tolerance they meet)",
-        ylabel="readings within the tolerance asked, %",
+        ylabel="readings within the tolerance, %",
     )
     axes.legend(fontsize=8, loc="lower right")
     axes.set_title(
@@ -114,7 +114,7 @@ def _estimates(axes: Axes, found: FidelityBench) -> None:
                     [max(100 * of_most(each.true_errors), 1e-2) for each in mine],
                     marker=mark,
                     color=colour,
-                    label=f"{100 * tolerance:g} % asked, {dimension}",
+                    label=f"{100 * tolerance:g} % tolerance, {dimension}",
                 )
     ends = (0.05, 20.0)
     axes.plot(ends, ends, color="#6c6f73", linewidth=1.0, linestyle=":")
@@ -153,11 +153,6 @@ class PairResult:
     def within(self) -> float:
         """The share of readings whose true error is under the tolerance."""
         return float((self.true_errors <= self.pair.tolerance).mean())
-
-    @property
-    def section_suffices(self) -> bool:
-        """Whether plane strain would have done."""
-        return bool(self.section_error <= self.pair.tolerance)
 
     @property
     def section_used(self) -> bool:
@@ -215,7 +210,7 @@ class FidelityBench:
         )
 
     def checks(self) -> list[Check]:
-        """The numbers that were asked for."""
+        """List the numbers and their targets."""
         short = 1.0 - self.within
         return [
             Check("readings over the tolerance", 1.0 - SHARE_ASKED, short),

@@ -1,4 +1,4 @@
-"""Thirty seeded pairs of a finger and a scene, each with the tolerance that it is asked for.
+"""Thirty seeded pairs of a finger and a scene, each with a tolerance.
 
 Fifteen fingers: eight narrow (3 to 6 mm deep, up to three plates), four wide (12 to 24 mm, up to
 one plate), three very wide (40 to 60 mm, homogeneous); arcs of 10 to 40 mm radius, 12 to 22 mm

@@ -11,14 +11,14 @@ from fingerdesign.pipeline import analyse
 from fingerdesign_bench.accuracy import analytic, reference
 from fingerdesign_bench.accuracy import verification_bodies as bodies
 from fingerdesign_bench.check import two_codes
-from fingerdesign_bench.known.case import Curve, Picture, Solution, beside
+from fingerdesign_bench.known.case import Curve, Picture, Solution, compare_curves
 from fingerdesign_bench.known.rounds import orders
 
 
 def _pressures(solved: bodies.Solved, known: np.ndarray, step: int = -1) -> Picture:
     model = solved.problem.model
     found = solved.steps[step].increment.multiplier[:, 0] / model.areas
-    return beside("x (mm)", "pressure (MPa)", model.points[:, 0], known, found)
+    return compare_curves("x (mm)", "pressure (MPa)", model.points[:, 0], known, found)
 
 
 def cylinders(size: float = 0.01) -> Solution:
@@ -54,7 +54,9 @@ def plate() -> Solution:
     values = {f"at {x:g}": float(solved.displacement(np.array([x, 0.0]))[0]) for x in known}
     x = np.array(list(known))
     found = np.array(list(values.values()))
-    picture = beside("x (mm)", "displacement (mm)", x, np.array(list(known.values())), found)
+    picture = compare_curves(
+        "x (mm)", "displacement (mm)", x, np.array(list(known.values())), found
+    )
     return Solution(values, picture, (solved.problem, solved.steps))
 
 
@@ -69,7 +71,7 @@ def punch(size: float = 0.02) -> Solution:
         "pressure, off": float(np.abs(found / known - 1.0).max()),
         "middle": float(solved.pressure[np.argmin(np.abs(x))] * np.pi),
     }
-    picture = beside("x / a", "pressure (MPa)", x[inner], known, found)
+    picture = compare_curves("x / a", "pressure (MPa)", x[inner], known, found)
     return Solution(values, picture, (solved.problem, solved.steps))
 
 
@@ -110,7 +112,9 @@ def wedge(friction: float = 0.3, slope: float = 0.1) -> Solution:
     known = analytic.sliding_wedge(slope, friction)
     found = across[:, 0] / np.minimum(across[:, 1], -1e-30)
     found = -found
-    picture = beside("x (mm)", "traction along over across", x, np.full(len(x), known), found)
+    picture = compare_curves(
+        "x (mm)", "traction along over across", x, np.full(len(x), known), found
+    )
     return Solution({"force": ratio}, picture, (solved.problem, solved.steps))
 
 
@@ -134,7 +138,9 @@ def homogeneous(fidelity: str) -> Solution:
         known.append(row["Ft"] or 0.0)
         found.append(measures.tangential_force)
     place = np.arange(1.0, len(rows) + 1.0)
-    picture = beside("increment", "tangential force (N)", place, np.array(known), np.array(found))
+    picture = compare_curves(
+        "increment", "tangential force (N)", place, np.array(known), np.array(found)
+    )
     return Solution(values, picture, (solved.problem, tuple(solved.steps)))
 
 
@@ -203,5 +209,5 @@ def grip_path(slope: float, friction: float = 0.5) -> Solution:
     if slope > 1.0:  # c / a: the root of (N - T / mu) / N
         force = np.array(rows[1:])
         known = np.sqrt(np.maximum(0.0, 1.0 - force[:, 1] / friction / force[:, 0]))
-    picture = beside("increment", "stick ratio", np.arange(1.0, 11.0), known, stick)
+    picture = compare_curves("increment", "stick ratio", np.arange(1.0, 11.0), known, stick)
     return Solution({"stick": float(stick[-1])}, picture)

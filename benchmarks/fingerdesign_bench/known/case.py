@@ -119,7 +119,7 @@ class Picture:
     curves: tuple[Curve, ...]
 
 
-def beside(across: str, up: str, x: Array, known: Array, found: Array) -> Picture:
+def compare_curves(across: str, up: str, x: Array, known: Array, found: Array) -> Picture:
     """What is known and what is found at the same places, from left to right."""
     order = np.argsort(x)
     pair = (Curve("known", x[order], known[order], True), Curve("found", x, found, False))

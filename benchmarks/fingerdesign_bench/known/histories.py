@@ -17,7 +17,7 @@ from fingerdesign.shapes.objects import Cylinder, Plane, Sphere
 from fingerdesign_bench.accuracy import analytic
 from fingerdesign_bench.accuracy import verification_contact as rounds
 from fingerdesign_bench.accuracy.verification_contact import RADIUS
-from fingerdesign_bench.known.case import Curve, Picture, Solution, beside
+from fingerdesign_bench.known.case import Curve, Picture, Solution, compare_curves
 from fingerdesign_bench.known.rounds import orders
 from fingerdesign_bench.known.theory import lubkin, mindlin_loss, mindlin_shift
 
@@ -115,7 +115,9 @@ def together(plane: bool, slope: float, start: float, count: int = 20) -> Soluti
     found = steps[-1].increment.force[:, 0] / model.areas
     off = np.sqrt(model.areas @ (found - known) ** 2 / (model.areas @ known**2))
     row = _line_of_nodes(model)
-    picture = beside("x / a", "shear traction (MPa)", model.points[row, 0], known[row], found[row])
+    picture = compare_curves(
+        "x / a", "shear traction (MPa)", model.points[row, 0], known[row], found[row]
+    )
     values = {"stick": _stick(steps[-1], plane), "traction, L2": float(off)}
     return Solution(values, picture, (problem, steps))
 
@@ -212,7 +214,7 @@ def rolling(share: float = 0.75, half_width: float = 0.5, step: float = 0.0125) 
     inner = analytic.Hertz(stick, stick * hertz.peak_pressure)
     known = FRICTION * (hertz.pressure(x) - inner.pressure(x - (1.0 - stick)))
     found = increment.force[:, 0] / model.areas
-    picture = beside("x / a (rolls toward +x)", "shear traction (MPa)", x, known, found)
+    picture = compare_curves("x / a (rolls toward +x)", "shear traction (MPa)", x, known, found)
     values = {
         "stick": measures.stick_ratio or 0.0,
         "creep": creep / (FRICTION * half_width / RADIUS),

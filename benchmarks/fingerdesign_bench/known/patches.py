@@ -16,7 +16,7 @@ from fingerdesign.shapes.objects import Indenter, Plane
 from fingerdesign_bench.accuracy.block import rectangle
 from fingerdesign_bench.accuracy.revolve import revolved_half, round_block_section
 from fingerdesign_bench.accuracy.verification_bodies import face_loads
-from fingerdesign_bench.known.case import Solution, beside
+from fingerdesign_bench.known.case import Solution, compare_curves
 from fingerdesign_bench.known.rounds import orders
 
 SUNK = 0.01  # mm, all of it on faces that stand 1 mm deep; E = 1 MPa
@@ -67,7 +67,9 @@ def sheared_brick(friction: float = 0.5, share: float = 0.8) -> Solution:
         "stick": float(step.measures.stick_ratio or 0.0),
     }
     x = problem.model.points[:, 0]
-    picture = beside("x (mm)", "shear traction (MPa)", x, np.full(len(x), traction), found[:, 0])
+    picture = compare_curves(
+        "x (mm)", "shear traction (MPa)", x, np.full(len(x), traction), found[:, 0]
+    )
     return Solution(values, picture, (problem, (step,)))
 
 
@@ -109,7 +111,7 @@ def _pressed(
     steps: tuple[Step, ...] = tuple(follow(problem, [motion or Motion(SUNK, 0.0)]))
     found = steps[-1].increment.multiplier[:, 0] / problem.model.areas
     x = problem.model.points[:, 0]
-    picture = beside("x (mm)", "pressure (MPa)", x, np.full(len(x), pressure), found)
+    picture = compare_curves("x (mm)", "pressure (MPa)", x, np.full(len(x), pressure), found)
     off = float(np.abs(found / pressure - 1.0).max())
     return Solution({"pressure, off": off}, picture, (problem, steps))
 

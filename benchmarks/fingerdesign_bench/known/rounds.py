@@ -11,7 +11,7 @@ from fingerdesign_bench.accuracy import analytic
 from fingerdesign_bench.accuracy import verification_contact as rounds
 from fingerdesign_bench.accuracy.verification_contact import Pressed
 from fingerdesign_bench.accuracy.verification_product import dome_errors
-from fingerdesign_bench.known.case import Curve, Picture, Solution, beside
+from fingerdesign_bench.known.case import Curve, Picture, Solution, compare_curves
 
 line_contact = lru_cache(maxsize=8)(rounds.line_contact)
 point_contact = lru_cache(maxsize=4)(rounds.point_contact)
@@ -57,7 +57,7 @@ def _hertz(case: Pressed) -> Solution:
     share, friction = rounds.stick_share(case, step), case.problem.friction_coefficient
     known = analytic.cattaneo_mindlin_traction(x, contact, share, friction)
     found = step.increment.force[row, 0] / model.areas[row]
-    picture = beside("x / a", "shear traction at Q = 0.8 mu P (MPa)", x, known, found)
+    picture = compare_curves("x / a", "shear traction at Q = 0.8 mu P (MPa)", x, known, found)
     return Solution(values, picture, (case.problem, case.steps))
 
 

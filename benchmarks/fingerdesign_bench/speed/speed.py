@@ -1,4 +1,4 @@
-"""The speeds that were asked for, each measured in a process of its own, cold and warm.
+"""Speeds against their targets, each measured in a process of its own, cold and warm.
 
 Cold: the first run of a new process, its imports done and the mesher's process up, no cache. Warm:
 the least of the runs after it. Whole runs go from the design to the last increment; models to the
@@ -40,7 +40,7 @@ _TIME_LIMIT_S = 1800.0  # for one case
 
 @dataclass(frozen=True)
 class Speed:
-    """Series of sizes, their power laws, the grips, and what was asked against it."""
+    """Series of sizes, their power laws, the grips, and targets."""
 
     sizes: tuple[Size, ...]
     laws: tuple[Growth, ...]

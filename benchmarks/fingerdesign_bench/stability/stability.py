@@ -171,7 +171,7 @@ class StabilityMap:
         return _cases(self.outcomes)
 
     def checks(self) -> list[Check]:
-        """What is asked of the production solver."""
+        """List the targets of the production solver."""
         counts = self.counts()[PRODUCTION]
         solvable = self.cases() - counts[Verdict.REFUSED.value]
         unsolved = (counts["failed"] + counts["hang"] + counts["wrong"]) / max(solvable, 1)
