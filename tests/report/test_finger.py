@@ -14,11 +14,9 @@ from fingerdesign.analysis.page.finger import (
     VIEWS,
     finger_figure,
     finger_report,
-    gage_quads,
-    patch_of,
-    surface_of,
 )
 from fingerdesign.analysis.page.gage import gages_chart, plate_rows
+from fingerdesign.analysis.page.surfaces import gage_quads, patch_of, surface_of
 from fingerdesign.checks.load import load_design
 from fingerdesign.design.schema import Gages
 from fingerdesign.errors import PictureError

@@ -10,27 +10,26 @@ import pytest
 from cadquery import Workplane
 
 from fingerdesign import load_design
-from fingerdesign.analysis.page.finger import gage_quads
+from fingerdesign.analysis.page.shapes import (
+    SHARP_DEG,
+    body_triangles,
+    hole_rims,
+    outline_of,
+)
+from fingerdesign.analysis.page.surfaces import gage_quads
 from fingerdesign.layout.bodies import crest_height, surface_height
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.records.outcome import Traces
+from fingerdesign.report.figure import fans
 from fingerdesign.search.compare.figures import (
     contact_figure,
     forces_figure,
     frictions_of,
     gages_figure,
 )
-from fingerdesign.search.compare.geometry import (
-    MOST_PLATES,
-    SHARP_DEG,
-    body_triangles,
-    fans,
-    hole_rims,
-    outline_of,
-    packed_geometry,
-)
+from fingerdesign.search.compare.geometry import MOST_PLATES, packed_geometry
 from fingerdesign.search.compare.page import detail
 from tests.support.any_outcomes import any_outcomes
 from tests.support.steps import read_here, write
