@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 import textwrap
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ import click
 
 from fingerdesign.cad.step_rules import check_mirror
 from fingerdesign.checks.meshing import plane_strain_faults
+from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import file_text, kind_of
 from fingerdesign.design.step import StepFacts, step_facts
@@ -32,17 +33,21 @@ _MANY_FACES = 60  # a question of all faces to all edges: below a second
 _NUMBERS_WIDE = 63  # characters of the table without its first column's words
 
 
+@dataclass(frozen=True)
+class _Checked:
+    """A sound design: its report for scripts, and the rows of the tables."""
+
+    report: dict[str, object]
+    summary: Summary
+    costs: list[Forecast]
+    lifts: list[Lift]
+    notes: list[str]
+
+
 def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_json: bool) -> int:
     """Name every fault of every FILE at once, each as key, value, bound and remedy."""
-    from fingerdesign.analysis.forecast.forecast import forecasts
-    from fingerdesign.analysis.forecast.lift import lifts
-    from fingerdesign.analysis.forecast.limits import too_large
-
     reports: list[dict[str, object]] = []
-    summaries: list[Summary] = []
-    costs: list[tuple[str, Forecast]] = []
-    held_by: list[tuple[str, Lift]] = []
-    notes: list[str] = []
+    checked: list[_Checked] = []
     scene, wrong = judged_scene(scene_file) if scene_file is not None else (None, None)
     if scene_file is not None and wrong is not None:
         reports.append(_faulty(scene_file, wrong))
@@ -57,35 +62,48 @@ def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_js
             assert error is not None
             reports.append(_faulty(path, error))
         else:
-            summary = summarise(found.value, sound_scene)
-            summaries.append(summary)
-            known = asdict(summary) if wrong is None else {}  # forecast for the requested scene
-            doubts = _notes(found.value)
-            ahead = forecasts(found.value, sound_scene) if wrong is None else []
-            costs += [(summary.name, each) for each in ahead]
-            held = lifts(found.value) if scene_file is None else []
-            held_by += [(summary.name, each) for each in held]
-            doubts += list(dict.fromkeys(words for each in held for words in each.remedies))
-            doubts += [words for each in ahead if (words := too_large(each))]
-            notes += [f"{path}: {note}" for note in doubts]
-            report: dict[str, object] = {"file": str(path), "sound": True, "faults": []}
-            report |= {"notes": doubts, **known}
-            if wrong is None:
-                report["forecast"] = [each.as_dict() for each in ahead]
-                report["lifts"] = [each.as_dict() for each in held]
-            reports.append(report)
-    sound = all(report["sound"] for report in reports)
+            lifted = scene_file is None
+            checked.append(_forecast(path, found.value, sound_scene, wrong is None, lifted))
+            reports.append(checked[-1].report)
     if as_json:
         print_json(reports)
     elif not quiet:
-        if summaries and wrong is None:
-            name = scene_file.stem if sound_scene is not None and scene_file else ""
-            _show(summaries, name)
-            _show_costs(costs, name)
-            _show_lifts(held_by)
-        for note in notes:
+        name = scene_file.stem if sound_scene is not None and scene_file else ""
+        _show_all(checked, name, wrong is None)
+    return 0 if all(report["sound"] for report in reports) else 2
+
+
+def _forecast(
+    path: Path, design: Design, scene: Scene | None, scene_sound: bool, lifted: bool
+) -> _Checked:
+    """Summarise a sound design and forecast its analysis; not where the scene is faulty."""
+    from fingerdesign.analysis.forecast.forecast import forecasts
+    from fingerdesign.analysis.forecast.lift import lifts
+    from fingerdesign.analysis.forecast.limits import too_large
+
+    summary = summarise(design, scene)
+    costs = forecasts(design, scene) if scene_sound else []
+    found = lifts(design) if lifted else []
+    notes = _notes(design)
+    notes += list(dict.fromkeys(words for each in found for words in each.remedies))
+    notes += [words for each in costs if (words := too_large(each))]
+    report: dict[str, object] = {"file": str(path), "sound": True, "faults": [], "notes": notes}
+    if scene_sound:
+        report |= asdict(summary)
+        report["forecast"] = [each.as_dict() for each in costs]
+        report["lifts"] = [each.as_dict() for each in found]
+    return _Checked(report, summary, costs, found, [f"{path}: {note}" for note in notes])
+
+
+def _show_all(checked: list[_Checked], scene: str, scene_sound: bool) -> None:
+    """Print the tables of all sound designs, then the notes."""
+    if checked and scene_sound:
+        _show([each.summary for each in checked], scene)
+        _show_costs([(each.summary.name, cost) for each in checked for cost in each.costs], scene)
+        _show_lifts([(each.summary.name, lift) for each in checked for lift in each.lifts])
+    for each in checked:
+        for note in each.notes:
             click.echo(f"note: {note}")
-    return 0 if sound else 2
 
 
 def _other(path: Path, kind: str, silent: bool) -> dict[str, object]:

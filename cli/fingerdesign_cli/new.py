@@ -17,6 +17,21 @@ def new(
     """Write a commented starter design to FILE.toml, its name taken from FILE; or another file."""
     if scene + study + short + (short and source is not None) > 1:
         raise click.UsageError("give one of --scene, --study, --short; --short goes without --from")
+    _refuse(file, force)
+    name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
+    kind = "scene" if scene else "study" if study else "design"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(file, _text(kind, name, source, short))
+    schema = file.parent / f"{kind}.schema.json"
+    if not study and (force or not schema.exists()):
+        write_whole(schema, schema_text(kind))
+    if not quiet:
+        design = "DESIGN --scene " if scene else ""
+        click.echo(f"{file} written; next: fingerdesign check {design}{shlex.quote(str(file))}")
+
+
+def _refuse(file: Path, force: bool) -> None:
+    """Raise a usage error for a file that cannot or must not be written."""
     if file.suffix != ".toml":
         other = file.with_suffix(".toml") if file.name else Path("finger.toml")
         raise click.UsageError(f"FILE = {file}: must end in .toml; try {other}")
@@ -27,19 +42,12 @@ def new(
     if why := why_no_place(file.parent):
         wrong = f"must be in a folder that can be written into, and {why}"
         raise click.UsageError(f"FILE = {file}: {wrong}; choose another")
-    name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
-    kind = "scene" if scene else "study" if study else "design"
-    if scene:
-        text = starter.starter_scene_text(source)
-    elif study:
-        text = starter.starter_study_text(name, source)
-    else:
-        text = starter.starter_short_text(name) if short else starter.starter_text(name, source)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(file, text)
-    schema = file.parent / f"{kind}.schema.json"
-    if not study and (force or not schema.exists()):
-        write_whole(schema, schema_text(kind))
-    if not quiet:
-        design = "DESIGN --scene " if scene else ""
-        click.echo(f"{file} written; next: fingerdesign check {design}{shlex.quote(str(file))}")
+
+
+def _text(kind: str, name: str, source: str | None, short: bool) -> str:
+    """Return the starter's text."""
+    if kind == "scene":
+        return starter.starter_scene_text(source)
+    if kind == "study":
+        return starter.starter_study_text(name, source)
+    return starter.starter_short_text(name) if short else starter.starter_text(name, source)

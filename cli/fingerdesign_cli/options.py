@@ -24,6 +24,19 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 FILE = click.Path(path_type=Path)
 
 
+# Names of former versions, which work until December 2027: the words that now stand for each.
+RENAMED = {
+    "teach": ("train",),
+    "calibrate": ("identify", "--bench"),
+    "study-control": ("study",),
+    "study-unlike": ("study", "--perturbed"),
+    "tune": ("study", "--tune"),
+    "export-c": ("export", "--to", "c"),
+    "sketch": ("view",),
+    "gages": ("validate", "--gages"),
+}
+
+
 class ShippedOrFile(click.Path):
     """A file, or the name of what is shipped; shells complete both. kinds: of which."""
 
@@ -43,19 +56,6 @@ class ShippedOrFile(click.Path):
 
 
 DESIGN, SCENE, STUDY = (ShippedOrFile(kind) for kind in ("design", "scene", "study"))
-
-
-# Names of former versions, which work until December 2027: the words that now stand for each.
-RENAMED = {
-    "teach": ("train",),
-    "calibrate": ("identify", "--bench"),
-    "study-control": ("study",),
-    "study-unlike": ("study", "--perturbed"),
-    "tune": ("study", "--tune"),
-    "export-c": ("export", "--to", "c"),
-    "sketch": ("view",),
-    "gages": ("validate", "--gages"),
-}
 
 
 class Group(click.Group):

@@ -18,7 +18,7 @@ from fingerdesign.contact.measures import Measures, completely_slips, measure
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem, ContactState
 from fingerdesign.contact.uniqueness import other_solutions
-from fingerdesign.design.faults import leaves
+from fingerdesign.design.keys import leaves
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, Gages
 from fingerdesign.design.step import portable

@@ -13,8 +13,9 @@ from typing import Any
 from fingerdesign.checks.body import body_faults
 from fingerdesign.checks.design import design_faults
 from fingerdesign.checks.follow import followed
-from fingerdesign.design.faults import leaves, set_value, shown
+from fingerdesign.design.faults import shown
 from fingerdesign.design.io import Judged, design_data, distinct, judge_keys, parse_toml
+from fingerdesign.design.keys import leaves, set_value
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import file_text
 from fingerdesign.design.step import resolved

@@ -28,6 +28,10 @@ from pydantic_core import (
 from fingerdesign.errors import DesignError
 from fingerdesign.runtime.registry import REFERENCE, Kind, Registry, is_reference, load_plugins
 
+# Quotients of smaller positive values overflow or divide by zero. A nanometre, a nanonewton and a
+# nanosecond are far below anything that a finger can show.
+LEAST = 1e-9
+
 
 class Table(BaseModel):
     """One frozen TOML table.
@@ -84,10 +88,6 @@ def _as_tuple(value: Any) -> Any:
     """Turn the lists that TOML and JSON give into tuples, so that a frozen table stays frozen."""
     return tuple(value) if isinstance(value, list) else value
 
-
-# Quotients of smaller positive values overflow or divide by zero. A nanometre, a nanonewton and a
-# nanosecond are far below anything that a finger can show.
-LEAST = 1e-9
 
 _T = TypeVar("_T")
 _U = TypeVar("_U")

@@ -23,6 +23,8 @@ from fingerdesign.design.base import (
 )
 from fingerdesign.runtime.registry import CONTROLLERS
 
+GRAVITY = 9.80665  # m/s^2
+_FORCES = 2**32 - 1  # Number of the force cells' random stream; plates have their own.
 # A milligram, and a friction below that of ice on ice or of any rubber: lighter and slipperier
 # objects are errors of units, and forces divide by both.
 LEAST_MASS_G, LEAST_FRICTION = 1e-3, 1e-3
@@ -51,9 +53,6 @@ class WeightChange(Table):
 
     step_after_lift: int = Field(ge=1, le=100_000, description="1 is the next after the lift")
     object_mass_g: float = Field(ge=LEAST_MASS_G, le=1e5, description="its mass from then on")
-
-
-GRAVITY = 9.80665  # m/s^2
 
 
 def weight_per_finger(object_mass_g: float) -> float:
@@ -99,9 +98,6 @@ def lifting_tugs(
         least = min(pull_at(step, mass_g, tugs, changes) for step in during)
         if tug.extra_force_N < 0.0 and least < 0.0:
             yield number, least
-
-
-_FORCES = 2**32 - 1  # Number of the force cells' random stream; plates have their own.
 
 
 class HardwareTable(Table):

@@ -33,25 +33,6 @@ _SCENE_HEAD = f"""\
 _NONE: Mapping[str, Any] = {}
 _SCENE_ROWS = ((0.05, 0.0), (0.1, 0.0), (0.1, 0.03), (0.1, 0.06), (0.1, 0.09))
 _SCENE_EXAMPLES = {"radius_mm": 10.0, "increments_N": [[2.5, 0.0], [5.0, 0.0], [5.0, 1.0]]}
-
-
-def starter_scene_text(source: str | None = None) -> str:
-    """Return a commented scene file: a plane pressed and drawn, or a copy of a shipped scene.
-
-    Without ``source`` it holds every key that a scene has, with its default and meaning. Raises
-    :class:`DesignError` where ``source`` is unknown.
-    """
-    if source is not None:
-        text = _with_schema(shipped_text(source, "scene"), SCENE_SCHEMA_FILE)
-    else:
-        scene = Scene.model_validate({"path": {"increments_mm": _SCENE_ROWS}})
-        names = Scene.model_fields
-        tables = [_table(name, getattr(scene, name), examples=_SCENE_EXAMPLES) for name in names]
-        text = "\n".join([_SCENE_HEAD, *tables])
-    parse_scene(text)
-    return text
-
-
 _STUDY = """\
 # A study: a base design, the keys that are varied, and what a good finger is. `fingerdesign check
 # FILE` names every fault at once; `generate` writes the variants, `sweep` analyses all of them,
@@ -92,19 +73,6 @@ grip_success = {{ at_least = 0.99 }}
 [optimise]                       # of `fingerdesign optimise` alone
 trials = 50
 """
-
-
-def starter_study_text(name: str, source: str | None = None) -> str:
-    """Return a commented study file called ``name``; with ``source`` a copy of a shipped study.
-
-    DesignError where ``source`` is unknown.
-    """
-    if source is None:
-        return _STUDY.format(name=_toml(name))
-    text = shipped_text(source, "study")
-    return re.sub(r'(?m)^name = ".*"$', f"name = {_toml(name)}", text, count=1)
-
-
 SHORT = {  # the keys of a first finger
     "body": ("width_mm", "base_height_mm", "arc_radius_mm", "depth_mm", "material"),
     "plates": (
@@ -119,6 +87,34 @@ _SHORT_HEAD = f"""\
 # moduli in MPa, angles in degrees. `fingerdesign view FILE` draws it, `fingerdesign check FILE`
 # judges it; other keys take their defaults (`fingerdesign new other.toml` explains them all).
 """
+
+
+def starter_scene_text(source: str | None = None) -> str:
+    """Return a commented scene file: a plane pressed and drawn, or a copy of a shipped scene.
+
+    Without ``source`` it holds every key that a scene has, with its default and meaning. Raises
+    :class:`DesignError` where ``source`` is unknown.
+    """
+    if source is not None:
+        text = _with_schema(shipped_text(source, "scene"), SCENE_SCHEMA_FILE)
+    else:
+        scene = Scene.model_validate({"path": {"increments_mm": _SCENE_ROWS}})
+        names = Scene.model_fields
+        tables = [_table(name, getattr(scene, name), examples=_SCENE_EXAMPLES) for name in names]
+        text = "\n".join([_SCENE_HEAD, *tables])
+    parse_scene(text)
+    return text
+
+
+def starter_study_text(name: str, source: str | None = None) -> str:
+    """Return a commented study file called ``name``; with ``source`` a copy of a shipped study.
+
+    DesignError where ``source`` is unknown.
+    """
+    if source is None:
+        return _STUDY.format(name=_toml(name))
+    text = shipped_text(source, "study")
+    return re.sub(r'(?m)^name = ".*"$', f"name = {_toml(name)}", text, count=1)
 
 
 def starter_short_text(name: str) -> str:

@@ -33,6 +33,8 @@ READ = "fingerdesign.cad.step_read:read_body"
 FORMAT = 8  # raise it when what that returns changes
 TIME_LIMIT_S = 120.0  # 1 s for a dozen faces; a body of 2000 takes half a minute
 MAX_BYTES = 100_000_000  # of a file; a body of 2000 faces has 2 MB
+LEAST_BASE_HEIGHT_MM = 0.5  # The least of every body; a contact surface may run down to the base.
+SAME_MM = 1e-6  # A size given with the file may differ so much: a design is written and read again.
 KEPT = 100  # Bodies in the cache; the longest unused go first.
 _KEY = "body.step.file"
 
@@ -225,12 +227,6 @@ def _intact(brep: Path, outline: str) -> bool:
 def _triple(values: Sequence[float]) -> tuple[float, float, float]:
     x, y, z = values
     return float(x), float(y), float(z)
-
-
-# Sizes and whereabouts in a design's tables.
-
-LEAST_BASE_HEIGHT_MM = 0.5  # that of every body; a contact surface may run down to the base
-SAME_MM = 1e-6  # A size given with the file may differ so much: a design is written and read again.
 
 
 def resolved(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pydantic import ValidationError
 
 from fingerdesign.design.body import Body
-from fingerdesign.design.faults import set_value
+from fingerdesign.design.keys import set_value
 from fingerdesign.design.plates import Plates
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame

@@ -18,7 +18,10 @@ from fingerdesign.runtime.cache import Cache
 if sys.platform != "win32":
     import resource
 
-# What work costs this process and all that it has started: processor seconds, memory.
+_SIZE, _REPEATS = 512, 3  # Size and number of the matrix products: 0.03 s in all.
+_VALID_S = 86_400.0  # A measured speed is valid for a day.
+_CGROUP = Path("/sys/fs/cgroup")
+_UNLIMITED = 1 << 60  # Bytes that cgroups report where there is no limit.
 
 _PEAK = Path("/proc/self/clear_refs")
 
@@ -84,12 +87,6 @@ def _own_peak_MB() -> float:
             if line.startswith("VmHWM:"):
                 return float(line.split()[1]) / 1024.0
     return _largest_MB()
-
-
-_SIZE, _REPEATS = 512, 3  # of the matrix products: 0.03 s in all
-_VALID_S = 86_400.0  # a measured speed is believed for a day
-_CGROUP = Path("/sys/fs/cgroup")
-_UNLIMITED = 1 << 60  # bytes: what cgroups say where there is no limit
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,7 @@ from fingerdesign.errors import DesignError, Fault, PluginWarning
 from fingerdesign.runtime.child import ALLOWED, MODULES, PARENT
 
 PLUGINS = "fingerdesign.plugins"
+REFERENCE = r"^[\w.]+:[\w.]+$"  # "package.module:Class"
 LAST = 1000  # Place in lists of a kind that gives none: behind those that are shipped.
 
 
@@ -82,9 +83,6 @@ def unknown_name(name: object, key: str, known: Sequence[str]) -> Fault:
     near = get_close_matches(str(name), known, 1, 0.5)
     remedy = f"did you mean {near[0]}?" if near else "choose one of them"
     return Fault(key, name, f"one of {', '.join(known)}", remedy)
-
-
-REFERENCE = r"^[\w.]+:[\w.]+$"  # "package.module:Class"
 
 
 def is_reference(name: object) -> bool:

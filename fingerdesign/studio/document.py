@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from fingerdesign.checks.load import judge_design, with_values
-from fingerdesign.design.faults import leaves, set_value
 from fingerdesign.design.io import read_text
+from fingerdesign.design.keys import leaves, set_value
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import file_text
 from fingerdesign.errors import DesignError, Fault

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from fingerdesign.design.faults import leaves
+from fingerdesign.design.keys import leaves
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.studio.document import Document

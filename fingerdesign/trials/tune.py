@@ -16,9 +16,9 @@ from pathlib import Path
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.plants.plant import Memory
-from fingerdesign.design.faults import set_value
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.io import dump_design
+from fingerdesign.design.keys import set_value
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
 from fingerdesign.records.result import GripResult

@@ -277,8 +277,6 @@ def view() -> None:
     """
 
 
-# Many fingers.
-
 study_fidelity_option = fidelity_option(None, auto=True, unset="study.fidelity")
 
 

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.answers import read_arrays
-from fingerdesign.design.faults import leaves, parts_of
+from fingerdesign.design.keys import leaves, parts_of
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault

@@ -11,7 +11,8 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 from pydantic import PlainValidator as Plain
 
 from fingerdesign.design.base import Many, Table, refuse
-from fingerdesign.design.faults import dotted, parts_of, shown
+from fingerdesign.design.faults import dotted, shown
+from fingerdesign.design.keys import parts_of
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
 

@@ -12,8 +12,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from fingerdesign.checks.load import load_design, with_values
-from fingerdesign.design.faults import dotted, fault_of, parts_of, set_value, shown, undexed
+from fingerdesign.design.faults import dotted, fault_of, shown, undexed
 from fingerdesign.design.io import design_data
+from fingerdesign.design.keys import parts_of, set_value
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError, Fault
