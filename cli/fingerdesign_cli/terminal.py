@@ -200,14 +200,13 @@ def say_block(view: VerdictView, folder: Path) -> None:
     title = f"{view.name} · {view.fidelity} · {view.seconds:.0f} s"
     lines = [f"{title}{view.summary:>{WIDTH - len(title)}}"]
     if view.failure:
-        lines += textwrap.wrap(printable(view.failure), WIDTH - 4)[: LINES - 2]
+        lines += textwrap.wrap(printable(view.failure), WIDTH - 4)[: LINES - 3]
         lines[1:] = [f"  {SIGNS['fail']} {lines[1]}", *(f"    {line}" for line in lines[2:])]
     lines += _verdict_lines(view.verdicts)
     fixes = _fix_lines(view.fixes)
     room = LINES - 1 - len(lines) - len(fixes)
     lines += _warning_lines(view.warnings, max(room, 1))
-    lines += fixes[: LINES - 1 - len(lines)]
-    for line in lines:
+    for line in [*lines, *fixes][: LINES - 1]:
         say(line)
     say(where_report(folder))
 
