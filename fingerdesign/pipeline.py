@@ -15,7 +15,7 @@ from fingerdesign.analysis.analysed import Analysed
 from fingerdesign.analysis.analysis import Analysis, analysis_of, failed_analysis, too_deep
 from fingerdesign.analysis.answers import cache_answer, cached_answer, extras
 from fingerdesign.analysis.case import Case, Clock
-from fingerdesign.analysis.fidelity.ladder import Choice, choose
+from fingerdesign.analysis.fidelity.choice import Choice, choose
 from fingerdesign.analysis.finite_path import finite_steps
 from fingerdesign.analysis.folder import cad_concurrently, complete_answer, write_analysis
 from fingerdesign.analysis.forecast.forecast import forecast_progress

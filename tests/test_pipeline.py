@@ -9,7 +9,7 @@ from fingerdesign import analyse, load_design, parse_design, parse_scene, pipeli
 from fingerdesign.analysis import stages
 from fingerdesign.analysis.analysis import caveats
 from fingerdesign.analysis.case import Case, fundamental_scene
-from fingerdesign.analysis.fidelity.ladder import Choice
+from fingerdesign.analysis.fidelity.choice import Choice
 from fingerdesign.analysis.page.tables import ladder_table
 from fingerdesign.analysis.path import follow_path
 from fingerdesign.checks.meshing import plane_strain_faults

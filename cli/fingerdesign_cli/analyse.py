@@ -253,7 +253,7 @@ def _report_grips(result: Result, out: Path, quiet: bool, as_json: bool) -> None
                 click.echo(words)
         say_block(verdict_view(result, str(folder / DESIGN)), folder)
         if details():
-            _say_details(result, folder)
+            _say_details(result)
 
 
 def _in_time(grip: GripResult, result: Result) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.analysis.case import Case, Clock, result_digest
-from fingerdesign.analysis.fidelity.ladder import Choice
+from fingerdesign.analysis.fidelity.choice import Choice
 from fingerdesign.analysis.finite_path import finite_faults
 from fingerdesign.analysis.path import PathStopped, contact_history, increment_result
 from fingerdesign.analysis.stages import recover_fields

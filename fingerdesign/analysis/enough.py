@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from fingerdesign.analysis.case import Case
-from fingerdesign.analysis.fidelity.ladder import Choice
+from fingerdesign.analysis.fidelity.choice import Choice
 from fingerdesign.analysis.path import touch_point
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.checks.load import with_values

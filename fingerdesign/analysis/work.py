@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 from fingerdesign.analysis.case import Case, Clock
 from fingerdesign.analysis.enough import finer
-from fingerdesign.analysis.fidelity.ladder import Choice
+from fingerdesign.analysis.fidelity.choice import Choice
 from fingerdesign.analysis.stages import widened, zone_of
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import Step

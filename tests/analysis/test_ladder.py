@@ -7,14 +7,9 @@ import pytest
 
 from fingerdesign import parse_design, parse_scene
 from fingerdesign.analysis.case import Case
-from fingerdesign.analysis.fidelity.ladder import (
-    ORDERS,
-    analytic_readings,
-    climb,
-    difference,
-    discretisation,
-    of_most,
-)
+from fingerdesign.analysis.fidelity.estimate import ORDERS, difference, discretisation, of_most
+from fingerdesign.analysis.fidelity.formulas import analytic_readings
+from fingerdesign.analysis.fidelity.ladder import climb
 from fingerdesign.analysis.fidelity.models import Model, solve
 from fingerdesign.analysis.fidelity.readings import Readings, errors
 from fingerdesign.analysis.fidelity.rungs import (

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerdesign.analysis.fidelity.ladder import GROWTH, Ladder, Solve, climb, goal_errors, of_most
+from fingerdesign.analysis.fidelity.estimate import goal_errors, of_most
+from fingerdesign.analysis.fidelity.ladder import GROWTH, Ladder, Solve, climb
 from fingerdesign.analysis.fidelity.models import Model
 from fingerdesign.analysis.fidelity.readings import Readings
 from fingerdesign.arrays import Array
