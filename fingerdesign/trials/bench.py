@@ -20,9 +20,10 @@ from fingerdesign.control.calibration import Bounds, Calibration
 from fingerdesign.control.episode import Episode, judged_warnings, run_episode
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.metrics import reaction_steps
+from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Timed
-from fingerdesign.control.plants.plant import Memory, RememberedPlant
-from fingerdesign.control.plants.rig import Hardware, ImperfectPlant, calibrated
+from fingerdesign.control.plants.remembered import Memory, RememberedPlant
+from fingerdesign.control.plants.rig import calibrated
 from fingerdesign.control.roster import Controller, make_controller
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.schema import Design

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds
+from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import Truth, press, safety_margin
-from fingerdesign.control.plants.rig import ImperfectPlant
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.schema import Design

@@ -15,7 +15,7 @@ from operator import attrgetter
 from pathlib import Path
 
 from fingerdesign.checks.load import with_values
-from fingerdesign.control.plants.plant import Memory
+from fingerdesign.control.plants.remembered import Memory
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.io import dump_design
 from fingerdesign.design.keys import set_value

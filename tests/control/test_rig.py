@@ -11,14 +11,14 @@ from fingerdesign import parse_design
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.episode import run_episodes
+from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.plant import (
     CondensedPlant,
-    Memory,
-    RememberedPlant,
     Truth,
     press,
 )
-from fingerdesign.control.plants.rig import Hardware, ImperfectPlant, Rig
+from fingerdesign.control.plants.remembered import Memory, RememberedPlant
+from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace import read_trace
 from fingerdesign.records.folder import write_grip_csv

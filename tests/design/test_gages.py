@@ -5,7 +5,7 @@ import pytest
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.checks.load import parse_design
-from fingerdesign.control.plants.rig import ImperfectPlant
+from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.errors import DesignError
 
 NAME = 'design.name = "a"\n'

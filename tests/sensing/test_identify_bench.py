@@ -26,8 +26,8 @@ from fingerdesign.control.estimator import (
     Layer,
     feature_count,
 )
+from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant
-from fingerdesign.control.plants.rig import ImperfectPlant
 from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace import Trace
 from fingerdesign.errors import DesignError

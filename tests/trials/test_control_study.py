@@ -15,7 +15,7 @@ from fingerdesign import parse_design
 from fingerdesign.checks.load import load_design
 from fingerdesign.control.metrics import unsure_at_the_end
 from fingerdesign.control.plants.lift import LiftPlant
-from fingerdesign.control.plants.plant import Memory
+from fingerdesign.control.plants.remembered import Memory
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError, json_schema

@@ -21,8 +21,8 @@ from fingerdesign.contact.problem import Motion
 from fingerdesign.control.calibration import Bounds, Calibration, calibrate
 from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.episode import Episode, run_episode
+from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Plant
-from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
 from fingerdesign.design.grip import weight_per_finger
 
 if TYPE_CHECKING:

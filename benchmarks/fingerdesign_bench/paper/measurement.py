@@ -22,7 +22,7 @@ import numpy as np
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.episode import Episode
-from fingerdesign.control.plants.rig import Hardware
+from fingerdesign.control.plants.hardware import Hardware
 from fingerdesign_bench.paper.lifts import calibration, grip
 
 if TYPE_CHECKING:

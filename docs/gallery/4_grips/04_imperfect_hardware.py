@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib import pyplot
 
 from fingerdesign.checks.load import load_design
+from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant
-from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
 from fingerdesign.sensing.model import grip_problem
 
 design = load_design("sensitive")

@@ -20,8 +20,8 @@ from fingerdesign.control.bench_curves import (
     bench_curves,
     points_of,
 )
+from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Plant
-from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
 from fingerdesign.control.trace import trace_of
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault

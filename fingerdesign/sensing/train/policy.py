@@ -19,9 +19,9 @@ from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.controllers.regulator import Regulator, RegulatorTable
 from fingerdesign.control.episode import run_episode
 from fingerdesign.control.estimator import GripEstimator, Moment
+from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.lift import LiftPlant, Relaxation
 from fingerdesign.control.plants.plant import CondensedPlant, Plant, Truth
-from fingerdesign.control.plants.rig import ImperfectPlant
 from fingerdesign.control.roster import Object
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import Grip
