@@ -386,8 +386,7 @@ def run_case(tree, name, target):
             (target / f"call_{number:02}.txt").write_text(placed(text, places), "utf-8")
             if name == "help":  # commands found are asked for their own help
                 before = call.removesuffix("--help")
-                listed = done[1].partition("Commands:")[2]
-                found = re.findall(r"^  ([a-z][a-z-]+) ", listed, re.M)
+                found = re.findall(r"^  ([a-z][a-z-]+)  +\S", done[1], re.M)
                 calls += [f"{before}{command} --help" for command in found]
         for path in sorted(work.rglob("*")):
             inside = path.relative_to(work)
