@@ -68,10 +68,14 @@ def test_the_readme_leads_to_a_design(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_readme_leads_to_a_mold(tmp_path, monkeypatch):
+def test_the_readme_leads_to_a_mold_and_shows_what_is_printed(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for command in commands("README.md")[0]:
         assert main(command.split()[1:]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    (shown,) = re.findall(r"^```\n(mine .*?)```", TEXT, flags=re.DOTALL | re.MULTILINE)
+    for line in shown.splitlines()[1:]:
+        assert " ".join(line.split()) in printed
     assert Path("molds/mine/report.html").is_file()
 
 
@@ -155,8 +159,8 @@ def test_every_design_of_the_fingers_page_is_sound_and_its_python_runs(
     assert designs[0].body.core is not None
     assert {frame.along for frame in plate_frames(designs[1])} == {"x", "z"}
     assert all(frame.holes and frame.bend_radius for frame in plate_frames(designs[2]))
-    said = run_python("docs/reference/fingers.md", capsys).split()
-    assert [float(value) for value in said] == pytest.approx([12.0, 9.0])
+    printed = run_python("docs/reference/fingers.md", capsys).split()
+    assert [float(value) for value in printed] == pytest.approx([12.0, 9.0])
 
 
 def test_python_of_the_method_page_runs(capsys):
@@ -169,8 +173,8 @@ def test_python_of_the_method_page_runs(capsys):
 
 
 def test_the_page_on_three_dimensions_shows_what_its_python_prints(capsys):
-    said = run_python("docs/explanation/three_d.md", capsys)
-    for depth, *areas in (re.findall(r"[\d.]+", line) for line in said.splitlines()):
+    printed = run_python("docs/explanation/three_d.md", capsys)
+    for depth, *areas in (re.findall(r"[\d.]+", line) for line in printed.splitlines()):
         assert f"| {depth} mm" in page("docs/explanation/three_d.md")
         assert " ".join(areas) in page("docs/explanation/three_d.md")
 
@@ -204,11 +208,11 @@ def test_the_molds_page_reports_refusals_as_they_are():
         design = with_values(load_design(name), {key: parsed})
         with pytest.raises(DesignError) as error:
             plan_mold(design)
-        said = str(error.value)
+        message = str(error.value)
         blamed = re.match(r"[a-z_.]+ = ", reported)
-        assert (blamed[0] if blamed else f"{key} = ") in said
+        assert (blamed[0] if blamed else f"{key} = ") in message
         for number in re.findall(r"\d+\.\d+", reported):
-            assert number in said, (number, said)
+            assert number in message, (number, message)
 
 
 def test_make_targets_exist():
