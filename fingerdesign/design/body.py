@@ -199,7 +199,14 @@ class Body(Table):
         return {"depth_mm": data.get("width_mm", 20.0), **data}
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
-        """Keys that the shape lacks or has no use for."""
+        """Refuse keys that the shape lacks or has no use for."""
+        yield from self._shape_misfits()
+        yield from self._step_misfits()
+        if self.edge_radius_mm is None and self.edge != "round":
+            bound = "absent where body.edge_radius_mm is not given"
+            yield refuse_key(self, "body.edge", bound, "remove it or give body.edge_radius_mm")
+
+    def _shape_misfits(self) -> Iterator[PydanticCustomError]:
         idle = f"absent where body.shape = '{self.shape}'"
         for name in own_keys(BODIES) - own_keys(BODIES, self.shape):
             if getattr(self, name, None) is not None:
@@ -214,7 +221,12 @@ class Body(Table):
             bound = f"body.width_mm = {self.width_mm:g} where body.shape = 'revolved'"
             remedy = "remove it: a revolved body is as deep as wide"
             yield refuse_key(self, "body.depth_mm", bound, remedy)
-        key = "body.step.file"
+        if self.shape in ("block", "step") and self.arc_radius_mm != _ARC_RADIUS_MM:
+            remedy = "remove it: there is no arc, or set body.shape = 'arc'"
+            yield refuse_key(self, "body.arc_radius_mm", idle, remedy)
+
+    def _step_misfits(self) -> Iterator[PydanticCustomError]:
+        key, idle = "body.step.file", f"absent where body.shape = '{self.shape}'"
         if self.shape == "step" and self.step is None:
             remedy = "add a table [body.step] with file = 'finger.step'"
             yield refuse("(absent)", "given where body.shape = 'step'", remedy, key)
@@ -222,12 +234,6 @@ class Body(Table):
             yield refuse(self.step.file, idle, "remove [body.step] or set body.shape = 'step'", key)
         if self.shape == "step" and self.edge_radius_mm is not None:
             yield refuse_key(self, "body.edge_radius_mm", idle, "round the edges in your CAD")
-        if self.shape in ("block", "step") and self.arc_radius_mm != _ARC_RADIUS_MM:
-            remedy = "remove it: there is no arc, or set body.shape = 'arc'"
-            yield refuse_key(self, "body.arc_radius_mm", idle, remedy)
-        if self.edge_radius_mm is None and self.edge != "round":
-            bound = "absent where body.edge_radius_mm is not given"
-            yield refuse_key(self, "body.edge", bound, "remove it or give body.edge_radius_mm")
 
     @property
     def straight(self) -> bool:

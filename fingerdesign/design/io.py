@@ -65,6 +65,12 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
     except (ValueError, RecursionError) as error:  # a bad date, a 5000-digit integer are ValueError
         why = "too deeply nested" if isinstance(error, RecursionError) else str(error)[:300]
         raise DesignError([Fault("file", "(text)", "valid TOML", why)], source) from None
+    _refuse_large(data, source)
+    return data
+
+
+def _refuse_large(data: dict[str, Any], source: str) -> None:
+    """Raise DesignError for too many or too deep keys."""
     level: list[Any] = [data]
     keys, depth = 0, 0
     while level and depth <= MAX_DEPTH and keys <= MAX_KEYS:
@@ -78,7 +84,6 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
         raise DesignError(
             [Fault("file", value, bound, "check the path, or leave out keys")], source
         )
-    return data
 
 
 def judge_keys(model: type[_Model], data: dict[str, Any]) -> Judged[_Model]:
