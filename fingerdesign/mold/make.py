@@ -67,8 +67,8 @@ def write_mold(
 ) -> MoldData:
     """Make a mold into the folder ``target``, which is replaced once the new one is whole.
 
-    DesignError as :func:`make_mold`. ResultError where ``target`` holds what is no mold, or the
-    disk is full: an older mold then stays as it was.
+    DesignError names every fault with its remedies. ResultError where ``target`` holds what is no
+    mold, or the disk is full: an older mold then stays as it was.
     """
     target = Path(target).absolute()
     FOLDER.refuse_foreign(target)
@@ -100,7 +100,8 @@ def make_mold(
 ) -> MoldData:
     """Make a mold's files into a folder that exists; ``status`` of the record says how it went.
 
-    DesignError, before anything is written, names every reason why this finger can't be molded so.
+    MoldRefused, before anything is written, names every reason why this finger can't be molded so,
+    with general remedies; ``write_mold`` adds those that were tried.
     What the CAD kernel cannot build, and checks that fail, are in the record as its ``failure``;
     record and report are written all the same. A disk that is full is an OSError or a ResultError,
     and no record. TypeError for what is no design.

@@ -11,11 +11,11 @@ from typing import Literal
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.io import parse_toml, read_text
-from fingerdesign.design.mold import Comb, Mold, MoldLimits
+from fingerdesign.design.mold import Comb, MoldLimits
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mold.plan.limits import comb_tolerance, limits_of
+from fingerdesign.mold.plan.limits import Limits, comb_tolerance, limits_of
 from fingerdesign.mold.plan.plan import MoldPlan, Side
 
 PROFILE_FILE = "profile.toml"
@@ -39,13 +39,13 @@ class Ladder:
     measure: str
 
 
-def ladders_of(mold: Mold) -> tuple[Ladder, ...]:
+def ladders_of(limits: Limits) -> tuple[Ladder, ...]:
     """The rows of the coupon, in their order on it.
 
-    >>> [ladder.sizes for ladder in ladders_of(Mold()) if ladder.kind == "slot"]
+    >>> from fingerdesign.mold.plan.limits import PROFILES
+    >>> [ladder.sizes for ladder in ladders_of(PROFILES["sla"]) if ladder.kind == "slot"]
     [(0.25, 0.35, 0.5, 0.7, 1.0)]
     """
-    limits = limits_of(mold)
 
     def sizes(value: float) -> tuple[float, ...]:
         return tuple(round(step * value, 3) for step in STEPS)
@@ -88,9 +88,10 @@ def profile_text(design: Design) -> str:
     """The profile that a mold is planned with, as TOML; each key with its meaning, and with the row
     of the coupon that shows it."""
     mold = design.mold
-    limits = {key: getattr(limits_of(mold), key) for key in MoldLimits.model_fields}
+    process = limits_of(mold)
+    limits = {key: getattr(process, key) for key in MoldLimits.model_fields}
     comb = mold.comb.model_dump() | {"tolerance_mm": comb_tolerance(mold)}
-    rows = {ladder.key: ladder for ladder in ladders_of(mold)}
+    rows = {ladder.key: ladder for ladder in ladders_of(process)}
     lines = [_HEAD, f'process = "{mold.process}"']
     for name, table, values in (("limits", MoldLimits, limits), ("comb", Comb, comb)):
         lines.append(f"\n[{name}]")

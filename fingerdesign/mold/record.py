@@ -311,7 +311,7 @@ def mold_record(
             "sensor": sensor_of(design, placement),
             "warnings": warnings_of(design, plan, placement) if placement else [],
             "notes": made.notes if made else [],
-            "coupon": [values_of(LadderData, each) for each in ladders_of(design.mold)],
+            "coupon": [values_of(LadderData, each) for each in ladders_of(plan.limits)],
             "bill": list(made.items) if made else [],
             "files": files,
             "timings_s": dict(timings_s),

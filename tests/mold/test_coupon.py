@@ -15,7 +15,7 @@ from tests.support.molds import shipped
 @pytest.mark.parametrize("process", ["sla", "fdm", "machined"])
 def test_each_row_has_its_key_in_the_middle_and_can_be_told_apart(process):
     limits = limits_of(Mold(process=process))
-    rows = ladders_of(Mold(process=process))
+    rows = ladders_of(limits_of(Mold(process=process)))
     for row in rows:
         assert row.sizes[2] == getattr(limits, row.key)
         assert list(row.sizes) == sorted(set(row.sizes))
@@ -28,7 +28,8 @@ def test_each_row_has_its_key_in_the_middle_and_can_be_told_apart(process):
 
 @pytest.mark.parametrize("process", ["sla", "fdm", "machined"])
 def test_the_bar_has_what_its_rows_say(process):
-    rows, pin = ladders_of(Mold(process=process)), limits_of(Mold(process=process)).pin_mm
+    rows = ladders_of(limits_of(Mold(process=process)))
+    pin = limits_of(Mold(process=process)).pin_mm
     bar = ladder_bar(rows, pin)
     assert bar.isValid()
     found = [(face.geomType(), face.BoundingBox()) for face in bar.Faces()]

@@ -33,7 +33,7 @@ def build_coupon(design: Design, plan: MoldPlan) -> tuple[BuiltPart, ...]:
     """All pieces: bar, pin (none of machined parts: dowels are bought), cell and its combs (none
     where no two plates leave through the same sides). GeometryError where the kernel fails."""
     limits = limits_of(design.mold)
-    found = [_piece(COUPON, ladder_bar(ladders_of(design.mold), limits.pin_mm))]
+    found = [_piece(COUPON, ladder_bar(ladders_of(limits), limits.pin_mm))]
     if not limits.dowels:
         head = box((0.0, 0.0, 0.0), (4.0 * limits.pin_mm, 4.0 * limits.pin_mm, LOW_MM))
         foot = 2.0 * limits.pin_mm
