@@ -1,8 +1,8 @@
 """Figures by Plotly, for pages that open offline and for notebooks; the finger in space.
 
 A figure is {data, layout} as Plotly has them. Colours are names of the page's variables ("--blue"):
-a page's script puts in what they stand for, :func:`in_notebook` the colours of print. No text of a
-design or an outcome stands in one, which Plotly might take for markup.
+a page's script puts in their values, :func:`in_notebook` the colours of print. A figure holds no
+text of a design or an outcome, which Plotly might take for markup.
 """
 
 import json
@@ -19,12 +19,12 @@ from fingerdesign.report.page import COMMON, macros, pack, paragraphs
 from fingerdesign.report.style import COLOURS, ReportFigure
 
 Figure = dict[str, Any]
-# What all charts have in common, and how the parts of a finger look. "series": in colour, dashes
-# and marker, so that no one of them is needed.
+# The common look of charts and of the parts of a finger. The lines of "series" differ in colour,
+# dashes and marker, so that a reader needs only one of the three.
 LOOKS: Figure = json.loads((COMMON / "looks.json").read_text(encoding="utf-8"))
-DIGITS = 4  # significant: a drawing is a thousand points wide
-_MICRO = 3  # digits of a place in mm
-START = (-32.0, 24.0)  # degrees: turn about y and tilt of the view that a finger is first seen in
+DIGITS = 4  # Significant digits: a drawing is a thousand points wide.
+_MICRO = 3  # Decimals of a place in mm: micrometres.
+START = (-32.0, 24.0)  # Degrees: turn about y and tilt of a finger's first view.
 _FONT = 'system-ui, "Segoe UI", Roboto, Helvetica, Arial, sans-serif'
 
 
@@ -38,14 +38,11 @@ def round_values(values: Any) -> list[float | int | None]:
 
 
 def number(value: float | None) -> float | int | None:
-    """One of :func:`round_values`."""
+    """A number to DIGITS significant digits; None where it is no number."""
     if value is None or not math.isfinite(value):
         return None
     near = float(f"{value:.{DIGITS}g}")
     return int(near) if near == int(near) else near
-
-
-# Surfaces in space. Axes as everywhere: x tangential, y normal (crest up), z along the plates; mm.
 
 
 @dataclass(frozen=True)
@@ -132,14 +129,11 @@ def merge_triangles(parts: Iterable[tuple[Array, IntArray]]) -> Triangles:
     return Triangles(np.concatenate(vertices), np.concatenate(triangles))
 
 
-# The finger in space, for every page.
-
-
 def finger_in_space(parts: Mapping[str, Any]) -> Figure:
     """A finger to be turned: data (each trace by its part's name) and layout.
 
     parts: body, core, plates, gages, holes (as :meth:`Triangles.drawn`; what is None is not there;
-    more keys of a trace may stand in them), edges (:meth:`Triangles.outline`), size along x, y, z.
+    they may have more keys of a trace), edges (:meth:`Triangles.outline`), size along x, y, z.
     """
     data = [
         {"name": name, **LOOKS["solid"], **look, **parts[name]}
@@ -167,9 +161,6 @@ def camera(turn_deg: float, tilt_deg: float) -> Figure:
     return {**dict(zip(("eye", "up"), ends, strict=True)), "projection": {"type": "orthographic"}}
 
 
-# On pages and in notebooks.
-
-
 def chart(data: Sequence[Figure], title: str, across: str, up: str, **more: Any) -> Figure:
     """A chart of one pair of axes in the common look; ``more``: of its layout."""
     layout: Figure = {
@@ -179,7 +170,7 @@ def chart(data: Sequence[Figure], title: str, across: str, up: str, **more: Any)
         "title": {"text": title, "font": {"size": 13}, "x": 0.01, "y": 0.97},
         "xaxis": {"title": {"text": across, "standoff": 6}, **more.pop("xaxis", {})},
         "yaxis": {"title": {"text": up}, "zeroline": True, **more.pop("yaxis", {})},
-        "uirevision": "kept",
+        "uirevision": "unchanged",
         **more,
     }
     if layout.get("showlegend"):
@@ -249,7 +240,7 @@ def caption_chart(
 ) -> ReportFigure:
     """A figure for a page with its words: title, how to read it, what it shows.
 
-    It lies packed behind its place, and behind fields that stand for its slider and its menus: the
+    It is packed behind its place and behind the fields of its slider and menus: the
     page's script (templates/figures.js) draws it without these. still: an <svg> that is shown
     until then, and where the browser cannot draw in space.
     """

@@ -68,7 +68,7 @@ class Page:
     """A whole page: heading, first screen, sections, and the record in the footer.
 
     first: the picture at the left of the first screen; view: the verdicts and fixes at its right.
-    marked: a cell with this text stands out.
+    marked: a cell with this text is emphasised.
     """
 
     title: str
@@ -87,7 +87,7 @@ class Page:
 
     @property
     def charted(self) -> bool:
-        """Whether a figure is drawn by Plotly."""
+        """True if a figure is drawn by Plotly."""
         items = [item for section in self.sections for item in _flat(section.items)]
         return any(isinstance(each, ReportFigure) and each.drawn for each in [self.first, *items])
 
@@ -243,7 +243,7 @@ def texts_of(file: Path) -> dict[str, dict[str, str]]:
 
 
 def sentences(template: Path, macro: str, *given: Any) -> tuple[str, ...]:
-    """What a macro of a template of plain sentences says, a sentence a line."""
+    """The lines of a macro of plain sentences, without empty ones."""
     lines = str(getattr(macros(template), macro)(*given)).splitlines()
     return tuple(line for line in lines if line.strip())
 
@@ -279,10 +279,10 @@ def plotly_script() -> tuple[str, str]:
     return pack(text), digest(text)
 
 
-def drawing_scripts(wanted: bool, *more: Path) -> dict[str, Any]:
-    """What a template needs for figures by Plotly: ``plotly``, ``scripts`` (the common one, then
+def drawing_scripts(charted: bool, *more: Path) -> dict[str, Any]:
+    """The values of a page with figures by Plotly: ``plotly``, ``scripts`` (the common one, then
     ``more``, by default what draws a report's figures) and the page's ``policy``."""
-    if not wanted:
+    if not charted:
         return {"plotly": "", "scripts": [], "policy": content_policy("'none'")}
     paths = (COMMON / "chart.js", *(more or (COMMON / "figures.js",)))
     plotly, plotly_digest = plotly_script()

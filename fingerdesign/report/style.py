@@ -45,7 +45,7 @@ BLUE, VERMILION, GREEN, PURPLE = (
 )
 PAPER = COLOURS["paper"]
 
-# One look a series: colour, dashes and marker all differ, so that no one of them is needed.
+# The looks of series differ in colour, dashes and marker: a reader needs only one of the three.
 SERIES: tuple[tuple[str, Any, str], ...] = (
     (BLUE, "-", "o"),
     (VERMILION, (0, (6, 2)), "s"),
@@ -84,7 +84,7 @@ def house_style() -> Iterator[None]:
 
 
 def load_ahead() -> None:
-    """Load matplotlib, a third of a second, beside what is done until it is needed."""
+    """Load matplotlib in another thread; loading takes a third of a second."""
 
     def load() -> None:
         import matplotlib.backends.backend_svg
@@ -103,7 +103,7 @@ def canvas(width: float = 7.2, height: float = 3.0) -> Canvas:
 def points(
     colour: Any, marker: str, size: float, label: str | None = None, **more: Any
 ) -> dict[str, Any]:
-    """What ``plot`` is given for points that no line joins."""
+    """The arguments of ``plot`` for points that no line joins."""
     return {"color": colour, "marker": marker, "ms": size, "label": label, "ls": "none", **more}
 
 

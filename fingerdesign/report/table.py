@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from fingerdesign.records.result import IncrementResult
 
-# Numbers as a reader should meet them: rounding noise is zero, a column has one format.
-
-NOISE = 1e-9  # of a column's scale, or of its unit (N, mm, MPa, microstrain) if that is more
+# Of a column's scale, or of its unit (N, mm, MPa, microstrain) if that is more: rounding noise.
+NOISE = 1e-9
 
 
 def without_noise(

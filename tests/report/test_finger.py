@@ -50,16 +50,16 @@ def test_surfaces_of_a_section_of_a_half_and_of_a_whole_finger_are_closed(plane_
     whole = whole_mesh(solid.mesh)
     for mesh, times in ((plane_strain.mesh, 10.0), (solid.mesh, 2.0), (whole, 1.0)):
         found = surface_of(mesh, 10.0)
-        wanted = times * cells_volume(mesh)
-        assert volume(found.points, found.whole) == pytest.approx(wanted, rel=1e-9)
-        assert volume(found.points, found.half) == pytest.approx(0.5 * wanted, rel=1e-6)
+        exact = times * cells_volume(mesh)
+        assert volume(found.points, found.whole) == pytest.approx(exact, rel=1e-9)
+        assert volume(found.points, found.half) == pytest.approx(0.5 * exact, rel=1e-6)
         assert found.points[found.half][..., 2].max() == pytest.approx(0.0, abs=1e-9)
         assert found.points[:, 2].min() == pytest.approx(-5.0)
         assert closed(found.half)
 
 
 def whole_mesh(half):
-    """The same finger as a mesh that says nothing of a mirror."""
+    """The same finger as a mesh without a mirror."""
     mirrored = half.points * [1.0, 1.0, -1.0]
     cells = half.cells.copy() + len(half.points)
     order = [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]  # positively oriented again
@@ -203,9 +203,9 @@ def test_gages_are_drawn_on_the_faces_that_carry_them(frame, face, sides):
 @pytest.mark.parametrize("frame", [FLAT, ALONG_Z, BENT])
 def test_plates_are_drawn_closed_and_outward(frame):
     drawn = triangles_of(solids_of((frame,)))
-    wanted = frame.length * frame.thickness * frame.span
+    exact = frame.length * frame.thickness * frame.span
     found = volume(drawn.vertices, drawn.triangles)
-    assert found == pytest.approx(wanted, rel=2e-3 if frame.bend_radius else 1e-9)
+    assert found == pytest.approx(exact, rel=2e-3 if frame.bend_radius else 1e-9)
 
 
 def test_rows_are_distinguished():

@@ -1,4 +1,4 @@
-"""Tables hold what the numbers say."""
+"""Tables hold the numbers of a result."""
 
 from dataclasses import replace
 
@@ -108,9 +108,9 @@ def test_tables_have_a_cell_for_every_column_and_a_dash_for_no_value(plane_strai
 
 def test_what_was_said_of_slip_stands_beside_the_grips_with_cases_and_intervals(plane_strain):
     assert foreseen_tables(plane_strain.result) == ()
-    told = {"alarms": 3, "false_alarms": 1, "samples": 50, "stick_error_samples": 40}
+    warned = {"alarms": 3, "false_alarms": 1, "samples": 50, "stick_error_samples": 40}
     slip = {"slip_warning": "standing", "lead_s": 0.05, "lead_force_share": 0.9}
-    grips = [told | slip | {"stick_error": 0.1}, told | {"stick_error": 0.2}, {}]
+    grips = [warned | slip | {"stick_error": 0.1}, warned | {"stick_error": 0.2}, {}]
     each, every = foreseen_tables(with_parts(plane_strain.result, "grips", grips))
     assert each.rows[0][3:] == ("warned of", "0.050", "90", "3", "1", "50", "0.100", "40")
     assert each.rows[2][3:] == ("–", "–", "–", "–", "–", "0", "–", "0")

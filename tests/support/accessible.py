@@ -1,9 +1,9 @@
 """Faults of a page that bar readers from it, as axe-core's serious rules have them, in Chromium.
 
 Names of pictures, buttons, links and fields; contrast of text (WCAG 2.1, 1.4.3: 4.5, of large text
-3); order of headings; the page's language and title; ids that stand twice.
+3); order of headings; the page's language and title; ids that occur twice.
 
-And words of a page that stand neither in the glossary nor among those that any reader knows.
+And words of a page that are neither in the glossary nor among those that any reader knows.
 """
 
 import re
@@ -51,7 +51,7 @@ const ids = all("[id]").map((e) => e.id);
 ids.filter((id, k) => ids.indexOf(id) < k).forEach((id) => found.push(`duplicate id: ${id}`));
 const needy = "img, svg, button, a[href], summary, input:not([type=hidden]), select, textarea, "
   + "[role=img], [role=region]";
-const own = "[aria-hidden=true], .plot, #js-plotly-tester"; // drawn, in words beside it
+const own = "[aria-hidden=true], .plot, #js-plotly-tester"; // drawn, in words next to it
 for (const e of all(needy))
   if (seen(e) && !e.closest(own) && !named(e)) fault("name", e);
 for (const e of all(".scroll, .drawing"))
@@ -78,7 +78,7 @@ const behind = (e) => {
   }
   return rgba("Canvas");
 };
-const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), told = new Set();
+const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), reported = new Set();
 while (texts.nextNode()) {
   const e = texts.currentNode.parentElement, style = getComputedStyle(e);
   const aside = e.closest("script, style, noscript, .plot, .skip");
@@ -88,8 +88,8 @@ while (texts.nextNode()) {
   const size = parseFloat(style.fontSize), bold = +style.fontWeight >= 700;
   const large = size >= 24 || (size >= 18.66 && bold);
   const ratio = (pair[0] + 0.05) / (pair[1] + 0.05), key = `${colour} ${pair}`;
-  if (ratio < (large ? 3 : 4.5) && !told.has(key)) {
-    told.add(key); fault(`contrast ${ratio.toFixed(2)}`, e);
+  if (ratio < (large ? 3 : 4.5) && !reported.has(key)) {
+    reported.add(key); fault(`contrast ${ratio.toFixed(2)}`, e);
   }
 }
 return found;

@@ -47,7 +47,7 @@ def chromium():
 class Browser:
     """One page, a file or a local server's address, open while the block lasts.
 
-    console: what the page said there, and what it threw. requests: addresses that it asked for,
+    console: messages and errors of the page. requests: addresses that it requested,
     other than its own and data:. opened_s: from asking for the page to its load event. Downloads go
     to ``work/downloads``.
     """
@@ -95,7 +95,7 @@ class Browser:
         self._end()
 
     def goto(self, page, size=(1400, 1000)):
-        """Open another page in the same window; what was said and asked before is forgotten."""
+        """Open another page in the same window; console and requests are forgotten."""
         width, height = size
         screen = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self.call("Emulation.setDeviceMetricsOverride", **screen)
@@ -211,8 +211,8 @@ class Browser:
         """One call of the protocol, and its answer."""
         self._number += 1
         number = self._number
-        said = json.dumps({"id": number, "method": method, "params": parameters})
-        answer: dict[str, Any] = self._run(self._answer(said, number))
+        message = json.dumps({"id": number, "method": method, "params": parameters})
+        answer: dict[str, Any] = self._run(self._answer(message, number))
         if "error" in answer:
             raise BrowserError(f"{method}: {answer['error'].get('message')}")
         found: dict[str, Any] = answer.get("result", {})
@@ -246,8 +246,8 @@ class Browser:
 
         return await websocket_connect(address, max_message_size=LARGEST_MESSAGE)
 
-    async def _answer(self, said, number):
-        await self._socket.write_message(said)
+    async def _answer(self, message, number):
+        await self._socket.write_message(message)
         while True:
             found = await self._hear()
             if found.get("id") == number:
@@ -268,8 +268,8 @@ class Browser:
         if event == "Page.loadEventFired":
             self._loaded = True
         elif event == "Runtime.consoleAPICalled":
-            said = (str(each.get("value", each.get("description"))) for each in reported["args"])
-            self.console.append(f"{reported['type']}: {' '.join(said)}")
+            values = (str(each.get("value", each.get("description"))) for each in reported["args"])
+            self.console.append(f"{reported['type']}: {' '.join(values)}")
         elif event == "Runtime.exceptionThrown":
             self.console.append(_thrown(reported["exceptionDetails"]))
         elif event == "Log.entryAdded" and reported["entry"]["source"] != "rendering":

@@ -41,7 +41,7 @@ def path_chart(result: Result) -> Figure:
 def _loads(rows: Sequence[IncrementResult]) -> tuple[Array, Array, Array, Array]:
     """F_n, F_t, F_z (N) and the twist moment (N mm), rid of noise."""
     both = np.array([[row.normal_force_N, row.tangential_force_N] for row in rows])
-    normal, tangential = without_noise(both).T  # on one scale: F_t may be noise beside F_n
+    normal, tangential = without_noise(both).T  # on one scale: F_t may be noise compared with F_n
     most = float(np.abs(normal).max(initial=0.0))
     along = without_noise((row.force_z_N for row in rows), scale=most)
     return (
@@ -98,7 +98,7 @@ def _middle(contact: ContactHistory) -> tuple[Array, Array, Array, bool]:
     pressure = without_noise(normal)
     both = without_noise(tangential, scale=float(pressure.max(initial=0.0)))
     size = np.linalg.norm(both, axis=2)
-    # A free mesh has no row of nodes on z = 0: a little stands aside there even in pure shear.
+    # A free mesh has no row of nodes on z = 0: it has a small part along z even in pure shear.
     turned = bool(np.abs(both[..., 1:]).max(initial=0.0) > 0.02 * size.max(initial=0.0))
     return x, pressure, size if turned else both[..., 0], turned
 
@@ -200,7 +200,7 @@ def status_bars(axes: Axes, contact: ContactHistory, upright: bool = False) -> N
 def status_legend(
     axes: Axes, shown: Iterable[int] = (STICK, SLIP, OPEN), below: bool = False
 ) -> None:
-    """What colours stand for: above the axes, or ``below`` the figure."""
+    """The legend of the colours: above the axes, or ``below`` the figure."""
     from matplotlib.patches import Patch
 
     handles = []

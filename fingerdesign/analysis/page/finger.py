@@ -1,8 +1,8 @@
 """The finger in space, to be turned: what its contact and its plates do along the path of loads.
 
 A slider goes along the increments; menus choose the colours of the contact, how the body is drawn,
-and from where it is seen. A section (plane strain) is drawn as the finger that it stands for:
-extruded over the body's depth. A half model is mirrored in z = 0.
+and from where it is seen. A section (plane strain) is extruded over the body's
+depth. A half model is mirrored in z = 0.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def _plates(analysis: Analysis) -> Iterator[Painted]:
 
 
 def _contact(analysis: Analysis) -> Iterator[Painted]:
-    """What ever touched, in the colours of pressure, shear traction, slip and status."""
+    """Everything that is ever in contact, coloured by pressure, shear traction, slip or status."""
     contact = analysis.contact
     if contact is None or not (contact.status != OPEN).any():
         return
@@ -242,7 +242,7 @@ def _dimensions(points: Array, keys: Mapping[str, Any]) -> tuple[list[Figure], A
 
 
 def _near(size: Array) -> float:
-    """How large the scene's cube is drawn: the finger and its dimensions fill the view of START."""
+    """Size of the scene's cube: the finger and its dimensions fill the view of START."""
     (st, sp), (ct, cp) = np.sin(np.radians(START)), np.cos(np.radians(START))
     length = float(np.linalg.norm(size))
     half = 0.5 * size + length * np.array([_OFF, 0.0, 2.2 * _OFF])
@@ -322,7 +322,7 @@ def _add_slider(
 def _bodies(
     painted: Sequence[Painted], surfaces: Mapping[str, Surface], place: Mapping[str, int]
 ) -> dict[str, Any]:
-    """How the body may be drawn: of all that is cut its triangles, and how dense it is."""
+    """The looks of the body: the triangles of everything that is cut, and its opacity."""
     cut = [each for each in painted if each.half is not None]
     traces = [*(place[name] for name in surfaces), *(place[each.trace["name"]] for each in cut)]
 

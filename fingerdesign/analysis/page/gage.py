@@ -1,4 +1,4 @@
-"""Figures of the gages: strain profiles, response and gage area beside stick area (Fig. 8)."""
+"""Figures of the gages: strain profiles, response, gage area and stick area (Fig. 8)."""
 
 from collections.abc import Sequence
 
@@ -244,7 +244,7 @@ def response_figure(study: SlipStudy, share: float) -> style.ReportFigure:
 
 
 def area_figure(studies: tuple[SlipStudy, ...]) -> style.ReportFigure:
-    """Gage area beside true stick length by step, a panel a friction coefficient."""
+    """Gage area and true stick length by step, a panel a friction coefficient."""
     columns = min(3, len(studies))
     figure = style.canvas(7.2, 0.6 + 2.3 * -(-len(studies) // columns))
     up = "length along x (mm)"

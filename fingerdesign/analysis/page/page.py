@@ -33,7 +33,7 @@ from fingerdesign.report.table import Table
 
 RESPONSES = 3  # Friction coefficients whose responses are drawn gage by gage.
 PAGE_STAGE = "this page"
-# They stand in the table of times until the page is made: no text of a design can hold a NUL.
+# Placeholders in the table of times until the page is made: no text of a design can hold a NUL.
 OWN_TIME, WHOLE_TIME = "\0own", "\0whole"
 WORDS = texts_of(FIGURES.with_name("page.toml"))
 

@@ -228,7 +228,7 @@ def section_svg(
 ) -> str:
     """The dimensioned section as one <svg>; ``words``: its text alternative.
 
-    picked: the plate whose gage stands out. Gages carry data-gage, their plate's index.
+    picked: the plate whose gage is emphasised. Gages carry data-gage, their plate's index.
     """
     shapes = [*section_shapes(design), *dimension_shapes(design)]
     if touch is not None:

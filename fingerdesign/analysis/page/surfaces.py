@@ -158,7 +158,7 @@ class Patch:
 
 
 def patch_of(contact: ContactHistory, depth: float) -> Patch:
-    """Of a section the strips over its depth, of a half model both halves."""
+    """The patch of a contact: strips over the depth of a section, both halves of a half model."""
     touched = (contact.status != OPEN).any(axis=0)
     facets, m = contact.facets[touched[contact.facets].any(axis=1)], len(contact.points)
     copies, points = 1, contact.points

@@ -45,7 +45,7 @@ def increment_table(result: Result) -> Table:
     def column(name: str, decimals: int = 3, scale: float = 0.0) -> list[str]:
         return column_texts([getattr(row, name) for row in found], decimals, scale)
 
-    # Forces share a scale, and so do motions: without friction F_t is noise beside F_n.
+    # Forces share a scale, and so do motions: without friction F_t is noise compared with F_n.
     normal = max((abs(row.normal_force_N) for row in found), default=0.0)
     most = max((abs(row.tangential_force_N) for row in found), default=0.0)
     nodes = [f"{row.open_nodes} / {row.stick_nodes} / {row.slip_nodes}" for row in found]
@@ -74,7 +74,7 @@ def increment_table(result: Result) -> Table:
 
 
 def leaves_section(found: Sequence[IncrementResult]) -> bool:
-    """Whether anything is moved, or pushed, out of the plane of the section."""
+    """True if anything is moved, or pushed, out of the plane of the section."""
     if any(row.shear_z_mm or row.twist_deg for row in found):
         return True
     most = max((abs(row.normal_force_N) for row in found), default=0.0)
@@ -106,7 +106,7 @@ def grip_table(result: Result) -> Table:
 
 
 def foreseen_tables(result: Result) -> tuple[Table, ...]:
-    """What the controllers said of slip: a row a grip; then all grips, each number with its 95 %
+    """Warnings of slip: a row a grip; then all grips, each number with its 95 %
     interval and its cases. None where they neither warn nor report a stick ratio."""
     grips = result.grips
     if all(grip.alarms is None and grip.stick_error is None for grip in grips):
@@ -184,7 +184,7 @@ def _whole(count: int | None) -> str:
 
 
 def _caught(grip: GripResult) -> str:
-    """Of an object that slid and was caught, how far and how long; else nothing."""
+    """Distance and time of an object that slid and was caught; else nothing."""
     if not grip.caught:
         return ""
     ms = "" if grip.catch_s is None else f" within {1e3 * grip.catch_s:.0f} ms"
@@ -196,7 +196,7 @@ def _yes(value: bool | None) -> str:
 
 
 def model_table(result: Result) -> Table:
-    """What was solved, and how good its mesh is."""
+    """The model, and the quality of its mesh."""
     rows = []
     if result.model is not None:
         model = result.model
