@@ -1,7 +1,7 @@
 """README and docs: length, length of sentences, and words; what is counted is stated here.
 
 Words are those between white space of README.md and docs/**/*.md, tables and code included.
-A sentence ends with . ! ? or : before white space, and with its paragraph, list item or quotation.
+A sentence ends with . ! or ? before white space, and with its paragraph, list item or quotation.
 Headings, tables, code blocks, directives and pictures have no sentences. Inline code and a link's
 text count as the words that are seen, a link's target as none.
 """
@@ -87,7 +87,7 @@ def sentences(text):
     found = []
     for paragraph in prose(text):
         plain = re.sub(r"`[^`]*`", "code", paragraph)
-        for sentence in re.split(r"(?<=[.!?:])[*_)\"]*\s+", plain):
+        for sentence in re.split(r"(?<=[.!?])[*_)\"]*\s+", plain):
             words = [word for word in sentence.split() if re.search(r"\w", word)]
             if words:
                 found.append(words)
