@@ -302,7 +302,7 @@ def _add_slider(
         return
     moved = [k for k, each in enumerate(data) if each["name"] == MOVED]
     traces = [place[each.trace["name"]] for each in coloured]
-    steps = []
+    steps: list[Figure] = []
     for k in range(count):
         shades = [_shades(each.values[k], each.trace["cmax"]) for each in coloured]
         shades += [data[each]["intensity"] for each in moved]
@@ -313,9 +313,9 @@ def _add_slider(
         steps.append({"label": f"{k + 1}", "method": "update", "args": given})
     shown = increment % count
     layout["sliders"] = [{"name": "Increment", "steps": steps, "active": shown}]
-    change, words, own = steps[shown]["args"]
-    layout["title"]["text"] = words["title.text"]
-    for trace, shade, opacity in zip(own, change["intensity"], change["opacity"], strict=True):
+    now, title, own = steps[shown]["args"]
+    layout["title"]["text"] = title["title.text"]
+    for trace, shade, opacity in zip(own, now["intensity"], now["opacity"], strict=True):
         data[trace] |= {"intensity": shade, "opacity": opacity}
 
 

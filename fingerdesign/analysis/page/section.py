@@ -201,7 +201,7 @@ def enlarged_shapes(design: Design, row: PlateRow) -> Iterator[Shape]:
     yield from _angle_shapes(plate, unit)
     tips = plate.from_local(np.array([-0.5, 0.5]) * plate.length, 0.0)
     away = plate.normal if plate.normal[1] >= 0.0 else -plate.normal
-    yield from measured(*tips, 1.25 * unit * away, f"{plate.length:g}")
+    yield from measured(tips[0], tips[1], 1.25 * unit * away, f"{plate.length:g}")
     right = 0.5 * plate.length * np.sqrt(1.0 - steep**2) + 0.8 * unit
     yield from measured(plate.centre, (plate.place, top), (right, 0.0), f"cover {cover:.3g}")
     if following is not None:
