@@ -17,22 +17,6 @@ PAGES = (
     ROOT / "README.md",
     *sorted(path for path in ROOT.glob("docs/**/*.md") if "generated" not in path.parts),
 )
-# Pages that still wait for their plain text.
-OLD = {
-    "docs/api/contact.md",
-    "docs/api/grips.md",
-    "docs/api/index.md",
-    "docs/api/making.md",
-    "docs/api/start.md",
-    "docs/index.md",
-    "docs/reference/benchmarks.md",
-    "docs/reference/cli.md",
-    "docs/reference/fingers.md",
-    "docs/reference/finished_studies.md",
-    "docs/reference/keys.md",
-    "docs/reference/site.md",
-    "docs/reference/suite.md",
-}
 TEXTS = (*PAGES, ROOT / "CHANGELOG.md", *sorted(ROOT.glob("docs/gallery/**/*.rst")))
 MOST_WORDS, MOST_WORDS_README, MOST_LINES_README = 30_000, 1_200, 130
 LONGEST, MEAN = 35, 18.0
@@ -65,9 +49,6 @@ DIALECT = {
 def named(page):
     """Path of a page in the repository."""
     return page.relative_to(ROOT).as_posix()
-
-
-PLAIN = [page for page in PAGES if named(page) not in OLD]
 
 
 def prose(text):
@@ -109,19 +90,17 @@ def test_readme_is_short():
 
 def test_all_pages_together_are_short():
     counts = {named(page): len(page.read_text("utf-8").split()) for page in PAGES}
-    assert OLD or sum(counts.values()) <= MOST_WORDS, sorted(
-        counts.items(), key=lambda each: -each[1]
-    )
+    assert sum(counts.values()) <= MOST_WORDS, sorted(counts.items(), key=lambda each: -each[1])
 
 
-@pytest.mark.parametrize("page", PLAIN, ids=named)
+@pytest.mark.parametrize("page", PAGES, ids=named)
 def test_no_sentence_is_long(page):
     found = sentences(page.read_text("utf-8"))
     assert [" ".join(words) for words in found if len(words) > LONGEST] == []
     assert not found or mean(map(len, found)) < MEAN
 
 
-@pytest.mark.parametrize("page", PLAIN, ids=named)
+@pytest.mark.parametrize("page", PAGES, ids=named)
 def test_no_word_of_the_dialect(page):
     text = " ".join(prose(page.read_text("utf-8")))
     words = re.findall(r"[a-z]+", re.sub(r"`[^`]*`", "", text).lower())
