@@ -81,6 +81,16 @@ class System:
         self.factors: Factors | None = None
         self._trial_per_motion = np.repeat(-self.rho, self.dim)
 
+    def is_factored(self, point: Point, residual: float, last: float) -> bool:
+        """True if the factors at hand suit the point's statuses and still converge fast enough."""
+        factors = self.factors
+        return not (factors is None or factors.worn(residual, last) or factors.other(point))
+
+    def factorise(self, point: Point) -> None:
+        """Factor the derivative at a point; no factors where it is singular."""
+        factors = Factors(self, point)
+        self.factors = factors if factors.sound else None
+
     def at(self, force: Array, motion: Array, status: IntArray | None = None) -> Point:
         """The point at these forces and motions (c dim,).
 

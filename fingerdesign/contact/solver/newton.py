@@ -66,9 +66,8 @@ def newton(
             if inverse is None or not len(inverse.nodes):
                 inverse = ActiveInverse.of(compliance, closed, dim)
             inverse = inverse.moved_to(compliance, closed, dim)
-            multiplier = _linear_step(
-                compliance, friction_coefficient, status, trial, rho, multiplier, motion, inverse
-            )
+            here = _Iterate(friction_coefficient, rho, multiplier, motion, status, trial)
+            multiplier = _linear_step(compliance, here, inverse)
         except np.linalg.LinAlgError:
             return NewtonResult(best, best_residual, iteration, False)
         was, motion = motion, (compliance @ multiplier.reshape(-1)).reshape(m, dim) + offset
@@ -80,7 +79,7 @@ def newton(
         if residual <= _TOLERANCE:
             return NewtonResult(multiplier, residual, iteration, True, inverse)
         if _left(motion, status) > max(_DRIFT * _left(was, status), rounding):
-            inverse = None  # carried too far: rounding has eaten it up
+            inverse = None  # after many updates rounding has spoilt it
     return NewtonResult(best, best_residual, max_iterations, False)
 
 
@@ -113,108 +112,75 @@ def classify(
     return status, trial
 
 
-def _linear_step(
-    compliance: Array,
-    friction_coefficient: float,
-    status: IntArray,
-    trial: Array,
-    rho: Array,
-    multiplier: Array,
-    motion: Array,
-    active: ActiveInverse,
-) -> Array:
-    """Forces that solve the law linearised at the current point, as a correction of it."""
-    dim = multiplier.shape[1]
+@dataclass(frozen=True)
+class _Iterate:
+    """Forces, gaps and slips (m, dim) of an iteration, statuses (m,), trial forces (m, dim)."""
+
+    friction_coefficient: float
+    rho: Array
+    multiplier: Array
+    motion: Array
+    status: IntArray
+    trial: Array
+
+
+def _linear_step(compliance: Array, here: _Iterate, active: ActiveInverse) -> Array:
+    """Forces that solve the law linearised at the iterate, as a correction of it."""
+    multiplier, dim = here.multiplier, here.multiplier.shape[1]
     closed = active.nodes
     result = np.zeros_like(multiplier)
     if len(closed) == 0:
         return result
-    opened = np.flatnonzero((status == OPEN) & multiplier.any(axis=1))
-    now = motion[closed].reshape(-1)
+    opened = np.flatnonzero((here.status == OPEN) & multiplier.any(axis=1))
+    now = here.motion[closed].reshape(-1)
     if len(opened):
         gone = block(compliance, dofs_of(closed, dim), dofs_of(opened, dim))
         now = now - gone @ multiplier[opened].reshape(-1)
-    forces = multiplier[closed].reshape(-1) - active.inverse @ now  # were nothing to slide
-    sliding = np.flatnonzero(status[closed] == SLIP)
+    forces = multiplier[closed].reshape(-1) - active.inverse @ now  # if nothing slid
+    sliding = np.flatnonzero(here.status[closed] == SLIP)
     if len(sliding):
-        slip = _slips(friction_coefficient, trial, rho, multiplier, motion, active, sliding, forces)
         moved = np.zeros(len(forces))
-        moved[tangential_dofs(sliding, dim)] = slip
+        moved[tangential_dofs(sliding, dim)] = _slips(here, active, sliding, forces)
         forces = forces + active.inverse @ moved  # cheaper than picking the columns
     result[closed] = forces.reshape(-1, dim)
     return result
 
 
-@dataclass(frozen=True)
-class SlipSystem:
-    """Linearised friction law of s sliding nodes, d their slips:
+def _slips(here: _Iterate, active: ActiveInverse, sliding: IntArray, forces: Array) -> Array:
+    """Slips d (s (dim - 1),) of the nodes at positions ``sliding`` of ``active``.
 
-    matrix d = right-hand side, from (I - Q) f_t - mu e f_n + rho Q d with f = forces + G_d d;
-    keep = I - Q (s, dim - 1, dim - 1), turn = Q, pull = mu e (s, dim - 1), bound (s,) N.
-    """
+    With e a node's trial direction, q = bound / |trial| and Q = q (I - e e^T), the linearised law
 
-    matrix: Array
-    keep: Array
-    turn: Array
-    pull: Array
-    bound: Array
-    direction: Array
+        (I - Q) f_t - mu e f_n + rho Q d,       f = forces + G_d d,
 
-
-def slip_system(
-    friction_coefficient: float,
-    trial: Array,
-    rho: Array,
-    multiplier: Array,
-    active: ActiveInverse,
-    sliding: IntArray,
-) -> SlipSystem:
-    """The system of the nodes at positions ``sliding`` of ``active``.
-
-    With e a node's direction and q = bound / |trial|: Q = q (I - e e^T).
+    equals that of the iterate less its residual F_t.
     """
     nodes = active.nodes[sliding]
-    count, dim = len(nodes), multiplier.shape[1]
-    size = lengths(trial[nodes, 1:])
-    direction = trial[nodes, 1:] / size[:, None]
-    bound = friction_coefficient * np.maximum(multiplier[nodes, 0], 0.0)
+    count, dim = len(nodes), here.multiplier.shape[1]
+    size = lengths(here.trial[nodes, 1:])
+    direction = here.trial[nodes, 1:] / size[:, None]
+    bound = here.friction_coefficient * np.maximum(here.multiplier[nodes, 0], 0.0)
     ratio = np.minimum(bound / size, 1.0)[:, None, None]
     # In plane strain there is no direction to turn to: turn is zero.
     turn = ratio * (np.eye(dim - 1) - direction[:, :, None] * direction[:, None, :])
-    keep = np.eye(dim - 1) - turn
-    pull = friction_coefficient * direction
+    stay = np.eye(dim - 1) - turn
+    pull = here.friction_coefficient * direction
 
     columns = tangential_dofs(sliding, dim)
     tangential = block(active.inverse, columns, columns).reshape(count, dim - 1, -1)
     normal = block(active.inverse, sliding * dim, columns)
-    matrix = keep @ tangential - pull[:, :, None] * normal[:, None, :]
+    matrix = stay @ tangential - pull[:, :, None] * normal[:, None, :]
     diagonal = matrix.reshape(count, dim - 1, count, dim - 1)
-    here = np.arange(count)
-    diagonal[here, :, here, :] += rho[nodes][:, :, None] * turn
-    return SlipSystem(matrix.reshape(count * (dim - 1), -1), keep, turn, pull, bound, direction)
+    own = np.arange(count)
+    diagonal[own, :, own, :] += here.rho[nodes][:, :, None] * turn
 
-
-def _slips(
-    friction_coefficient: float,
-    trial: Array,
-    rho: Array,
-    multiplier: Array,
-    motion: Array,
-    active: ActiveInverse,
-    sliding: IntArray,
-    forces: Array,
-) -> Array:
-    """Slips d (s (dim - 1),): the linearised law equals that of the current point less F_t."""
-    system = slip_system(friction_coefficient, trial, rho, multiplier, active, sliding)
-    nodes = active.nodes[sliding]
-    dim = multiplier.shape[1]
-    current = multiplier[nodes, 1:]
-    target = system.bound[:, None] * system.direction - current  # - F_t
-    target += np.einsum("sab,sb->sa", system.keep, current) - system.pull * multiplier[nodes, :1]
-    target += rho[nodes] * np.einsum("sab,sb->sa", system.turn, motion[nodes, 1:])
+    current = here.multiplier[nodes, 1:]
+    target = bound[:, None] * direction - current  # - F_t
+    target += np.einsum("sab,sb->sa", stay, current) - pull * here.multiplier[nodes, :1]
+    target += here.rho[nodes] * np.einsum("sab,sb->sa", turn, here.motion[nodes, 1:])
     shaped = forces.reshape(-1, dim)[sliding]
-    target -= np.einsum("sab,sb->sa", system.keep, shaped[:, 1:]) - system.pull * shaped[:, :1]
-    return np.asarray(np.linalg.solve(system.matrix, target.reshape(-1)))
+    target -= np.einsum("sab,sb->sa", stay, shaped[:, 1:]) - pull * shaped[:, :1]
+    return np.asarray(np.linalg.solve(matrix.reshape(count * (dim - 1), -1), target.reshape(-1)))
 
 
 def tangential_dofs(nodes: IntArray, dim: int) -> IntArray:

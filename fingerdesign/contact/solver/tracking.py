@@ -29,7 +29,7 @@ from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
 from fingerdesign.contact.outcome import Answer, Outcome, outcome
 from fingerdesign.contact.problem import ContactProblem, ContactState
 from fingerdesign.contact.solver.active_inverse import ActiveInverse, ScratchBuffers
-from fingerdesign.contact.solver.linearised import TOLERANCE, Factors, Point, System
+from fingerdesign.contact.solver.linearised import TOLERANCE, Point, System
 
 # rho C_ii. Ten times that of newton.py, which starts from farther away; from 2 on it cycles.
 _FACTOR = 0.5
@@ -326,14 +326,12 @@ class Tracker:
                 return x, point, residual, iteration
             if not np.isfinite(residual):
                 return None
-            factors = system.factors
-            if factors is None or factors.worn(residual, last) or factors.other(point):
+            if not system.is_factored(point, residual, last):
                 if iteration == 1 and alone and self._whole(base, system, start, x, point)[1].any():
                     return x, point, residual, iteration
-                factors = system.factors = Factors(system, point)
-                if not factors.sound:
-                    system.factors = None
-                    return None
+                system.factorise(point)
+            if (factors := system.factors) is None:
+                return None
             x = np.where(factors.held, -rest, x + factors.solve(point.rows.reshape(-1)))
             status, last = None, max(residual, 1e-30)
         return None

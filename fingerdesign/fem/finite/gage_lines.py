@@ -70,8 +70,10 @@ class GageLines:
 def gage_lines(
     mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages, weights: tuple[float, float]
 ) -> GageLines:
-    """The lines of all plates' gages; weights: of strain along and across the plates. Raises
-    SolverError for plates that are modelled as sheets."""
+    """The lines of all plates' gages; weights: of strain along and across the plates.
+
+    Raises SolverError for plates that are modelled as sheets.
+    """
     if any(name.startswith("plate_") for name in mesh.facets):
         raise SolverError(
             'plates.model = "sheet": finite strain reads gages on solid plates; '
@@ -80,15 +82,11 @@ def gage_lines(
     solid = mesh.dimension == 3
     offsets, heights = gage_heights(gages) if solid else (np.zeros(1), np.ones(1))
     pieces = 1 if all(frame.bend_radius is None for frame in frames) else _CHORDS
-    along, across = [], []
-    for frame in frames:
-        for v in (0.5 * frame.thickness, -0.5 * frame.thickness):
-            line = _line(frame, gages.length_mm, v, pieces)
-            at = frame.middle + offsets
-            along.append(np.array([frame.to_space(line, z) for z in at] if solid else [line]))
-            across.append(gage_crossing(frame, gages, v)[0].swapaxes(0, 1))
+    faces = [(frame, side * frame.thickness) for frame in frames for side in (0.5, -0.5)]
+    along = [_along(frame, gages.length_mm, v, pieces, offsets, solid) for frame, v in faces]
     parts = [_lines(mesh, frames, along, weights[0] * heights)]
     if solid and weights[1] != 0.0 and frames:
+        across = [gage_crossing(frame, gages, v)[0].swapaxes(0, 1) for frame, v in faces]
         shares = gage_crossing(frames[0], gages, 0.0)[1]
         parts.append(_lines(mesh, frames, across, weights[1] * shares))
     return GageLines(tuple(parts), pairing(frames, gages))
@@ -106,6 +104,15 @@ def _lines(
     count = points.shape[0] // max(len(places) * len(weights), 1)
     shape = (len(places), len(weights), count)
     return _Lines(points, sp.vstack(rows, format="csr"), weights, shape)
+
+
+def _along(
+    frame: PlateFrame, length: float, v: float, pieces: int, offsets: Array, solid: bool
+) -> Array:
+    """Points (k, pieces + 1, dim) of a gage's lines on the face at ``v``."""
+    line = _line(frame, length, v, pieces)
+    at = frame.middle + offsets
+    return np.array([frame.to_space(line, z) for z in at] if solid else [line])
 
 
 def _line(frame: PlateFrame, length: float, v: float, pieces: int) -> Array:
