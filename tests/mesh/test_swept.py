@@ -208,7 +208,7 @@ def test_what_cannot_be_layered_is_refused_by_name():
 def test_parts_over_one_another_and_sheets_without_room_are_refused_by_name():
     """Apart in space, but drawn into one section."""
     crossing = {"plates.span_mm": 2.0, "plates.placement": [[0, 4, 45, -1.5], [0, 4, -45, 1.5]]}
-    assert not_layered(with_values(DESIGN, crossing)).startswith("plates 0 and 1 lie over")
+    assert not_layered(with_values(DESIGN, crossing)).startswith("plates 0 and 1 overlap")
     core = {"body.core": CORE | {"depth_mm": 2.0}, "plates.span_mm": 1.5}
     beyond = with_values(DESIGN, core | {"plates.placement": [[0, 1.2, 0, 2.0], [0, 4, 0, -2.0]]})
     assert overlaps(beyond).startswith("plate 0 and the core lie over")
