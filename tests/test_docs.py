@@ -75,13 +75,6 @@ def sentences(text):
     return found
 
 
-def test_how_sentences_are_counted():
-    text = (
-        "# No\n\nOne `a b` two. Three:\n\n- four [five](x.md) six\n- seven\n\n| a |\n\n    code\n"
-    )
-    assert [len(each) for each in sentences(text)] == [3, 1, 3, 1]
-
-
 def test_readme_is_short():
     text = (ROOT / "README.md").read_text("utf-8")
     assert len(text.split()) <= MOST_WORDS_README

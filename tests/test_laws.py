@@ -1,4 +1,4 @@
-"""Laws between answers hold on random fingers: a few here, fifty each by tests/support/laws.py."""
+"""Laws between answers hold on random fingers: a few fast, more slow."""
 
 import pytest
 

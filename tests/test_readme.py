@@ -49,17 +49,15 @@ def commands(name):
 
 
 @pytest.fixture
-def analysed(tmp_path, monkeypatch):
+def analysed(tmp_path, in_tmp_path):
     """A folder with the design and the scene of the page on analyses."""
     (tmp_path / "scene.toml").write_text(blocks("toml", ANALYSE)[0], encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
     assert main(["new", "mine.toml"]) == 0
     write_coarser(tmp_path / "mine.toml")
     return tmp_path
 
 
-def test_the_readme_leads_to_a_design(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_the_readme_leads_to_a_design(in_tmp_path):
     (five,) = commands("README.md")
     assert len(five) == 5
     for command in five[:3]:
@@ -68,8 +66,7 @@ def test_the_readme_leads_to_a_design(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_readme_leads_to_a_mold_and_shows_what_is_printed(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_the_readme_leads_to_a_mold_and_shows_what_is_printed(in_tmp_path, capsys):
     for command in commands("README.md")[0]:
         assert main(command.split()[1:]) == 0
     printed = " ".join(capsys.readouterr().out.split())
@@ -106,16 +103,14 @@ STUDY = "docs/tutorials/first_study.md"
 
 
 @pytest.mark.parametrize("count", [1, pytest.param(3, marks=pytest.mark.slow)])
-def test_commands_of_the_first_study_run(tmp_path, monkeypatch, capsys, count):
-    monkeypatch.chdir(tmp_path)
+def test_commands_of_the_first_study_run(in_tmp_path, capsys, count):
     Path("angles.toml").write_text(blocks("toml", STUDY)[0], "utf-8")
     for (command,) in commands(STUDY)[:count]:
         assert main(command.split()[1:]) == 0, capsys.readouterr()
 
 
 @pytest.mark.slow
-def test_the_commands_of_the_page_on_the_command_line_run(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_the_commands_of_the_page_on_the_command_line_run(tmp_path, in_tmp_path, capsys):
     for block in blocks("sh", "docs/reference/cli.md") + blocks("sh", "docs/how_to/install.md"):
         for command in block.splitlines():
             assert main(command.split()[1:]) == 0, (command, capsys.readouterr())
@@ -126,9 +121,8 @@ FIRST = [block.split()[1:] for block in blocks("sh", "docs/tutorials/first_finge
 
 
 @pytest.fixture
-def first_finger(tmp_path, monkeypatch):
+def first_finger(in_tmp_path):
     """The folder of the page on a first finger, where its file has been written."""
-    monkeypatch.chdir(tmp_path)
     assert main(FIRST[0]) == 0
     assert "[plates]" in Path("mine.toml").read_text("utf-8")
     Path("mine.toml").write_text(blocks("toml", "docs/tutorials/first_finger.md")[0], "utf-8")
@@ -149,11 +143,8 @@ def test_a_command_for_the_first_finger_runs(first_finger, words, capsys):
     assert main([word for word in words if word != "--open"]) == 0, capsys.readouterr()
 
 
-def test_every_design_of_the_fingers_page_is_sound_and_its_python_runs(
-    tmp_path, monkeypatch, capsys
-):
+def test_every_design_of_the_fingers_page_is_sound_and_its_python_runs(own_cache, capsys):
 
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     designs = [parse_design(block) for block in blocks("toml", "docs/reference/fingers.md")]
     assert [design.design.name for design in designs] == ["pad", "rows", "skin"]
     assert designs[0].body.core is not None
@@ -213,12 +204,6 @@ def test_the_molds_page_reports_refusals_as_they_are():
         assert (blamed[0] if blamed else f"{key} = ") in message
         for number in re.findall(r"\d+\.\d+", reported):
             assert number in message, (number, message)
-
-
-def test_make_targets_exist():
-    makefile = (ROOT / "Makefile").read_text("utf-8")
-    for target in re.findall(r"\bmake ([a-z-]+)", TEXT):
-        assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), target
 
 
 def test_the_suites_table_is_that_of_its_cases():

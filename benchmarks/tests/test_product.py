@@ -32,15 +32,13 @@ from fingerdesign.shapes.objects import Plane
     ],
     ids=["plane strain", "one plate", "swept", "tetrahedra"],
 )
-def test_tables_that_two_other_codes_agree_on(checks, monkeypatch, tmp_path):
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+def test_tables_that_two_other_codes_agree_on(checks, own_cache):
     failing = [" ".join(check.row()) for check in checks() if not check.holds]
     assert not failing, "\n".join(failing)
 
 
 @pytest.mark.slow
-def test_hertz_and_cattaneo_mindlin_on_a_dome(monkeypatch, tmp_path):
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+def test_hertz_and_cattaneo_mindlin_on_a_dome(own_cache):
     errors = dome_errors()
     assert np.abs(errors.peak).max() < 1e-2
     assert np.abs(errors.width).max() < 4e-2  # 0.010 to 0.028 from mesh to mesh

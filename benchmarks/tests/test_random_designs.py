@@ -13,11 +13,10 @@ COUNT = 200
 
 
 @pytest.fixture
-def step_in_this_process(monkeypatch, tmp_path):
+def step_in_this_process(monkeypatch, own_cache):
     """STEP files are read without a process of their own: fast, and what is said is the same."""
     from fingerdesign.runtime.child import resolved
 
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     monkeypatch.setattr(step_facts, "call", lambda name, *given, time_s: resolved(name)(*given))
     step_facts._outcome.cache_clear()
 

@@ -13,6 +13,7 @@ import click
 
 from fingerdesign.cad.step_rules import check_mirror
 from fingerdesign.checks.meshing import plane_strain_faults
+from fingerdesign.design.io import Judged
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import file_text, kind_of
@@ -51,39 +52,35 @@ def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_js
     scene, wrong = judged_scene(scene_file) if scene_file is not None else (None, None)
     if scene_file is not None and wrong is not None:
         reports.append(_faulty(scene_file, wrong))
-    sound_scene = scene.value if scene is not None and wrong is None else None
     for path in designs:
-        kind = kind_of(path)
-        if kind != "design":
+        if (kind := kind_of(path)) != "design":
             reports.append(_other(path, kind, quiet or as_json))
             continue
         found, error = judged_design(path, scene)
-        if error is not None or found is None or found.value is None:
-            assert error is not None
+        if error is not None:
             reports.append(_faulty(path, error))
-        else:
-            lifted = scene_file is None
-            checked.append(_forecast(path, found.value, sound_scene, wrong is None, lifted))
+        elif found is not None and found.value is not None:
+            checked.append(_forecast(path, found.value, scene, wrong is None))
             reports.append(checked[-1].report)
     if as_json:
         print_json(reports)
     elif not quiet:
-        name = scene_file.stem if sound_scene is not None and scene_file else ""
-        _show_all(checked, name, wrong is None)
+        _show_all(checked, scene_file.stem if scene_file else "", wrong is None)
     return 0 if all(report["sound"] for report in reports) else 2
 
 
 def _forecast(
-    path: Path, design: Design, scene: Scene | None, scene_sound: bool, lifted: bool
+    path: Path, design: Design, judged: Judged[Scene] | None, scene_sound: bool
 ) -> _Checked:
     """Summarise a sound design and forecast its analysis; not where the scene is faulty."""
     from fingerdesign.analysis.forecast.forecast import forecasts
     from fingerdesign.analysis.forecast.lift import lifts
     from fingerdesign.analysis.forecast.limits import too_large
 
+    scene = judged.value if judged is not None and scene_sound else None
     summary = summarise(design, scene)
     costs = forecasts(design, scene) if scene_sound else []
-    found = lifts(design) if lifted else []
+    found = lifts(design) if judged is None and scene_sound else []
     notes = _notes(design)
     notes += list(dict.fromkeys(words for each in found for words in each.remedies))
     notes += [words for each in costs if (words := too_large(each))]

@@ -75,9 +75,6 @@ def estimator_for(
     from fingerdesign.sensing.train.result import estimator_faults
 
     try:
-        if path.exists() and not path.is_file() and not path.is_dir():
-            bound, why = "an ordinary file", "a device or pipe may never end"
-            raise DesignError([Fault("--estimator", str(path), bound, why)])
         estimator = GripEstimator.from_json(whole_text(path))
     except (OSError, UnicodeDecodeError, EstimatorError) as error:
         fault = Fault("--estimator", str(path), "an estimator's JSON file", str(error))

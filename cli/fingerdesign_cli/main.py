@@ -100,44 +100,38 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         code = cli.main(args=arguments, prog_name="fingerdesign", standalone_mode=False)
         return code if isinstance(code, int) else OK
-    except click.UsageError as error:
-        _show(error)
-        return BAD_INPUT
-    except click.ClickException as error:
-        _show(error)
+    except (Exception, KeyboardInterrupt) as error:
+        return _report(error, keep="--debug" in arguments)
+
+
+def _report(error: Exception | KeyboardInterrupt, keep: bool) -> int:
+    """Report an error in words; its exit code. keep: the traceback of an unexpected one."""
+    if isinstance(error, click.ClickException):
+        text = StringIO()
+        error.show(text)
+        _say(text.getvalue().rstrip("\n"))
         return error.exit_code
-    except (click.Abort, KeyboardInterrupt):
-        return _interrupted()
-    except DesignError as error:
+    if isinstance(error, DesignError):
         _say(str(error))
         return BAD_INPUT
-    except FingerDesignError as error:
-        if _end_requested:
-            return _interrupted()
-        _say(f"failed: {error}")
-        return FAILED
-    except BrokenPipeError:  # the reader of our output has gone: `fingerdesign ... | head`
+    if isinstance(error, BrokenPipeError):  # nobody reads our output: `fingerdesign ... | head`
         sys.stdout = None
         return FAILED
-    except OSError as error:
+    if isinstance(error, OSError):
         remedy = "; free space there, or write to another disk" if is_full(error) else ""
         _say(f"failed: {error}{remedy}")
         return FAILED
-    except Exception as error:
-        if _end_requested:  # an extension that was loading makes an ImportError of it
-            return _interrupted()
-        return _unexpected(error, keep="--debug" in arguments)
+    if _end_requested or isinstance(error, click.Abort | KeyboardInterrupt):
+        return _interrupted()  # an extension that was loading makes an ImportError of a signal
+    if isinstance(error, FingerDesignError):
+        _say(f"failed: {error}")
+        return FAILED
+    return _unexpected(error, keep)
 
 
 def _say(text: str) -> None:
-    """Say what failed: whatever a file or an argument holds, the terminal obeys none of it."""
+    """Print a failure: whatever a file or an argument holds, the terminal obeys none of it."""
     click.echo(printable(text), err=True)
-
-
-def _show(error: click.ClickException) -> None:
-    text = StringIO()
-    error.show(text)
-    _say(text.getvalue().rstrip("\n"))
 
 
 def _warned(

@@ -33,10 +33,7 @@ def mesh(
     as_json: bool,
 ) -> None:
     """Mesh DESIGN as an analysis would, and say how good the mesh is."""
-    endings = tuple(dict.fromkeys(ending.lstrip(".").lower() for ending in formats))
-    for ending in endings:
-        if ending not in ENDINGS:
-            raise click.UsageError(f"--format = {ending}: must be one of {', '.join(ENDINGS)}")
+    endings = _endings(formats)
     finger, scene = read_case(design_file, scene_file)
     run_scene = scene or fundamental_scene(finger)
     out = folder or OUT / finger.design.name
@@ -59,8 +56,17 @@ def mesh(
             report("drawing")
             files.append(draw_mesh(mesh, out / "mesh.png", name=finger.design.name))
             files.append(draw_quality(mesh, finger, quality, out / "quality.png", requested))
+    names = list(map(str, files))
     if as_json:
-        print_json({**quality.to_dict(), "files": [str(path) for path in files]})
+        print_json({**quality.to_dict(), "files": names})
     elif not quiet:
-        click.echo(quality.text())
-        click.echo("written: " + ", ".join(str(path) for path in files))
+        click.echo(f"{quality.text()}\nwritten: {', '.join(names)}")
+
+
+def _endings(formats: tuple[str, ...]) -> tuple[str, ...]:
+    """Return each requested ending once. UsageError for one that is not known."""
+    endings = tuple(dict.fromkeys(ending.lstrip(".").lower() for ending in formats))
+    for ending in endings:
+        if ending not in ENDINGS:
+            raise click.UsageError(f"--format = {ending}: must be one of {', '.join(ENDINGS)}")
+    return endings

@@ -75,8 +75,7 @@ def _draw(design_file: Path, out: Path, quiet: bool, as_json: bool) -> None:
 
 
 def _show_results(folder: Path, cad: bool, quiet: bool, as_json: bool) -> None:
-    places = _places(folder)
-    views = [_view(place) for place in places]
+    views = [_view(place) for place in _places(folder)]
     page = opens() or not (quiet or as_json)
     for each in views:
         if isinstance(each, _View):
@@ -84,11 +83,9 @@ def _show_results(folder: Path, cad: bool, quiet: bool, as_json: bool) -> None:
     if as_json:
         print_json([_summary(each) for each in views])
     elif not quiet:
+        show = _show if len(views) == 1 or details() else _show_line
         for each in views:
-            if len(views) == 1 or details():
-                _show(each)
-            else:
-                say(_line(each))
+            show(each)
     for each in views:
         if each.report is not None:
             open_page(Path(each.report))
@@ -209,16 +206,16 @@ def _verdicts(view: _View) -> VerdictView:
     return verdict_view(view.result, str(view.place / DESIGN))
 
 
-def _line(view: _View | _Other) -> str:
+def _show_line(view: _View | _Other) -> None:
     """One line for one of several results: a sign, the folder, and what fails."""
     if isinstance(view, _Other):
         bad = [shortened(each) for each in view.look.bad]
-        words = [view.look.what, *bad[:1]]
-        sign = SIGNS["fail" if bad else "pass" if view.look.good else "note"]
+        words, good = [view.look.what, *bad[:1]], bool(view.look.good)
     else:
         found = _verdicts(view)
-        failing = [each.name for each in found.verdicts if each.status == "fail"]
-        words = [found.fidelity, f"{found.seconds:.0f} s", found.summary, ", ".join(failing)]
-        status = {each.status for each in found.verdicts}
-        sign = SIGNS["fail" if failing or found.failure else "pass" if "pass" in status else "note"]
-    return shortened(f"{sign} {view.place.name}: {' · '.join(each for each in words if each)}")
+        bad = [each.name for each in found.verdicts if each.status == "fail"]
+        words = [found.fidelity, f"{found.seconds:.0f} s", found.summary, ", ".join(bad)]
+        bad += [found.failure] if found.failure else []
+        good = "pass" in {each.status for each in found.verdicts}
+    sign = SIGNS["fail" if bad else "pass" if good else "note"]
+    say(shortened(f"{sign} {view.place.name}: {' · '.join(filter(None, words))}"))

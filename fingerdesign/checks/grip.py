@@ -146,24 +146,32 @@ def _dead_gage_faults(design: Design, name: str, before: Sequence[int] = ()) -> 
     """Find the faults of one list of gages that fail; ``before``: those that have failed
     already."""
     dead, plates = list(getattr(design.grip.hardware, name)), design.plates.number
-    pairs = design.gages.grid == "double_axial"
-    bridges = plates // 2 if pairs else plates
-    key, most = f"grip.hardware.{name}", max(bridges - _LEAST_GAGES - len(set(before)), 0)
-    if len(set(dead)) < len(dead):
-        return [Fault(key, dead, "each once", "name a plate once")]
-    if wrong := [plate for plate in dead if plate >= plates]:
-        bound = f"plates 0 to {plates - 1}" if plates else "empty: the design has no plates"
-        return [Fault(key, wrong, bound, "name plates of the design")]
-    if seconds := [plate for plate in dead if pairs and plate % 2]:
-        bound = "even: the bridge of two plates goes by the first"
-        return [Fault(key, seconds, bound, "name the plate before")]
-    if both := sorted(set(dead) & set(before)):
-        return [Fault(key, both, "other than grip.hardware.dead_gages", "name a plate once")]
-    if len(dead) > most:
-        remedy = f"leave {_LEAST_GAGES} gages that respond: a rig is calibrated by them"
-        bound = f"at most {most} of the design's {bridges}"
-        return [Fault(key, dead, f"{bound}, dead ones counted" if before else bound, remedy)]
-    return []
+    step = 2 if design.gages.grid == "double_axial" else 1
+    bridges = plates // step
+    most = max(bridges - _LEAST_GAGES - len(set(before)), 0)
+    present = f"plates 0 to {plates - 1}" if plates else "empty: the design has no plates"
+    counted = f"at most {most} of the design's {bridges}{', dead ones counted' * bool(before)}"
+    rules: tuple[tuple[list[int], str, str], ...] = (
+        (dead if len(set(dead)) < len(dead) else [], "each once", "name a plate once"),
+        ([each for each in dead if each >= plates], present, "name plates of the design"),
+        (
+            [each for each in dead if each % step],
+            "even: the bridge of two plates goes by the first",
+            "name the plate before",
+        ),
+        (
+            sorted(set(dead) & set(before)),
+            "other than grip.hardware.dead_gages",
+            "name a plate once",
+        ),
+        (
+            dead if len(dead) > most else [],
+            counted,
+            f"leave {_LEAST_GAGES} gages that respond: a rig is calibrated by them",
+        ),
+    )
+    key = f"grip.hardware.{name}"
+    return [Fault(key, wrong, bound, remedy) for wrong, bound, remedy in rules if wrong][:1]
 
 
 def _stage_faults(grip: Grip) -> list[Fault]:

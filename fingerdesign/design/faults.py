@@ -143,6 +143,7 @@ def fault_of(error: ErrorDetails, model: type[BaseModel]) -> Fault:
     """Return the fault that one of pydantic's errors on ``model`` amounts to."""
     kind, location, context = error["type"], error["loc"], error.get("ctx", {})
     key, value = dotted(location) or "file", error["input"]
+    bound, remedy = f"valid ({error['msg']})", "correct it"
     if kind == "fault":
         own = context["value"]
         text = own if own == "(absent)" else shown(own)
@@ -150,23 +151,27 @@ def fault_of(error: ErrorDetails, model: type[BaseModel]) -> Fault:
     if kind == "extra_forbidden":
         return _unknown(model, location, value)
     if kind == "missing":
-        table = table_at(model, location)
-        needed = (
-            [n for n, info in table.model_fields.items() if info.is_required()] if table else []
-        )
-        return Fault(dotted((*location, *needed[:1])), "(absent)", "given", "add it")
+        return Fault(_required(model, location), "(absent)", "given", "add it")
     if kind == "literal_error":
         choices = str(context["expected"]).replace("'", "").replace(" or ", ", ")
         near = difflib.get_close_matches(str(value), choices.split(", "), 1, 0.5)
+        bound = f"one of {choices}"
         remedy = f"did you mean '{near[0]}'?" if near else "choose one of them"
-        return Fault(key, shown(value), f"one of {choices}", remedy)
-    if kind in TYPES:
-        remedy = "remove the quotes" if isinstance(value, str) else "correct it"
-        return Fault(key, shown(value), TYPES[kind], remedy)
-    if kind in LIMITS:
+    elif kind in TYPES:
+        bound = TYPES[kind]
+        remedy = "remove the quotes" if isinstance(value, str) else remedy
+    elif kind in LIMITS:
         name, words, remedy = LIMITS[kind]
-        return Fault(key, shown(value), words.format(context[name]), remedy)
-    return Fault(key, shown(value), f"valid ({error['msg']})", "correct it")
+        bound = words.format(context[name])
+    return Fault(key, shown(value), bound, remedy)
+
+
+def _required(model: type[BaseModel], location: tuple[int | str, ...]) -> str:
+    """Return the dotted key that is missing: of an absent table, its first required one."""
+    table = table_at(model, location)
+    fields = table.model_fields.items() if table else ()
+    needed = [name for name, info in fields if info.is_required()]
+    return dotted((*location, *needed[:1]))
 
 
 def at_least(value: float) -> str:

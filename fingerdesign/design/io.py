@@ -12,6 +12,7 @@ from fingerdesign.design.faults import fault_of
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, unknown_materials
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.runtime.files import whole_content
 
 MAX_BYTES = 2_000_000  # A design has some kilobytes; a scene of 10,000 rows stays below 1 MB.
 # The largest shipped file has 80 keys, three tables deep. Many more take minutes to be refused one
@@ -41,20 +42,11 @@ class Judged(Generic[_Found]):
 
 def read_text(file: str | Path) -> str:
     """Return a file's text. Raises :class:`DesignError` where it cannot be read."""
-    path = Path(file)
     try:
-        if path.exists() and not path.is_file() and not path.is_dir():
-            bound = "an ordinary file"
-            raise DesignError([Fault("file", str(path), bound, "a device or pipe may never end")])
-        with path.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-        if len(content) > MAX_BYTES:
-            bound = f"at most {MAX_BYTES} bytes"
-            raise DesignError([Fault("file", str(path), bound, "check the path")])
-        return content.decode("utf-8-sig")
+        return whole_content(file, MAX_BYTES).decode("utf-8-sig")
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise DesignError([Fault("file", str(path), "a readable TOML file", f"{why}")]) from None
+        raise DesignError([Fault("file", str(file), "a readable TOML file", f"{why}")]) from None
 
 
 def parse_toml(text: str, source: str = "") -> dict[str, Any]:
@@ -74,16 +66,14 @@ def _refuse_large(data: dict[str, Any], source: str) -> None:
     level: list[Any] = [data]
     keys, depth = 0, 0
     while level and depth <= MAX_DEPTH and keys <= MAX_KEYS:
-        tables = [each for each in level if isinstance(each, dict)]
-        keys, depth = keys + sum(map(len, tables)), depth + 1
-        inside = [*(each.values() for each in tables), *(e for e in level if isinstance(e, list))]
+        keys, depth = keys + sum(len(each) for each in level if isinstance(each, dict)), depth + 1
+        inside = [each.values() if isinstance(each, dict) else each for each in level]
         level = [each for values in inside for each in values if isinstance(each, dict | list)]
     if level or keys > MAX_KEYS:
         bound = f"at most {MAX_KEYS} keys, {MAX_DEPTH} tables or arrays deep"
         value = f"{keys} keys or more" if keys > MAX_KEYS else f"{depth} deep or more"
-        raise DesignError(
-            [Fault("file", value, bound, "check the path, or leave out keys")], source
-        )
+        remedy = "check the path, or leave out keys"
+        raise DesignError([Fault("file", value, bound, remedy)], source)
 
 
 def judge_keys(model: type[_Model], data: dict[str, Any]) -> Judged[_Model]:

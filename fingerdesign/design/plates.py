@@ -183,6 +183,21 @@ class Plates(Table):
         further = [first.model_copy(update=row.model_dump(exclude_none=True)) for row in self.rows]
         return (first, *further)
 
+    def full(self, depth_mm: float) -> bool:
+        """Tell whether all plates are whole and span the full depth, mm, centred on z = 0."""
+        if self.placement is not None:
+            rows: tuple[Plates, ...] = (self,)
+            centred = not any(any(place[3:]) for place in self.placement)
+        else:
+            rows, centred = self.all_rows, True
+        full = centred and self.hole_diameter_mm is None and all(r.spans(depth_mm) for r in rows)
+        return full or self.number == 0
+
+    def spans(self, depth_mm: float) -> bool:
+        """Tell whether the row's plates lie along z, over the full depth, mm."""
+        moved = self.span_offset_mm != 0.0 or self.stagger_mm != 0.0
+        return self.along == "x" and self.span_mm in (None, depth_mm) and not moved
+
     @property
     def number(self) -> int:
         """Return the number of plates, whether placed by pitch or one by one."""

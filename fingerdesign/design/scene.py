@@ -172,7 +172,11 @@ class ScenePath(Table):
             remedy = "approach is counted from first touch, closing > 0"
             bound, key = "at least 0 in the first row", "path.increments_mm[0][0]"
             yield refuse(self.rows[0][0], bound, remedy, key)
-        for index, row in enumerate(self.rows if force else ()):
+        yield from self._row_misfits() if force else ()
+
+    def _row_misfits(self) -> Iterator[PydanticCustomError]:
+        """Rows that are no two forces, or that pull off."""
+        for index, row in enumerate(self.rows):
             if len(row) != 2:
                 yield refuse(list(row), *_BOTH_FORCES, f"{self.key}[{index}]")
             elif row[0] < LEAST_FORCE_N:

@@ -29,6 +29,8 @@ from fingerdesign.runtime.registry import CONTROLLERS, load_plugins
 __all__ = ["Body", "Core", "Design", "Gages", "Material", "Meta", "Plates", "Row", "StepFile"]
 
 
+DATA = Path(__file__).resolve().parent.parent / "data"
+_KNOWN = ("youngs_modulus_MPa", "poissons_ratio", "source")  # Keys that the library has.
 NAME_PATTERN = r"^[A-Za-z0-9_-]([A-Za-z0-9._-]{0,62}[A-Za-z0-9_-])?$"
 
 
@@ -138,21 +140,8 @@ class Design(Whole):
     @property
     def extruded(self) -> bool:
         """Tell whether one section describes the finger: all that is in it has the full depth."""
-        plates, depth = self.plates, self.body.depth_mm
-        rows = plates.all_rows if plates.placement is None else (plates,)
-        full = all(
-            row.along == "x"
-            and row.span_mm in (None, depth)
-            and row.span_offset_mm == 0.0
-            and row.stagger_mm == 0.0
-            for row in rows
-        )
-        shifted = plates.placement is not None and any(
-            len(place) > 3 and place[3] != 0.0 for place in plates.placement
-        )
-        full = full and plates.hole_diameter_mm is None and not shifted
-        core = self.body.core is None or self.body.core.depth_mm in (None, depth)
-        return self.body.straight and core and (full or plates.number == 0)
+        core = self.body.core is None or self.body.core.depth_mm in (None, self.body.depth_mm)
+        return self.body.straight and core and self.plates.full(self.body.depth_mm)
 
     @property
     def core_region(self) -> int:
@@ -214,9 +203,6 @@ def load_controller(design: Any) -> None:
     CONTROLLERS.knows(_part(_part(design, "grip"), "controller"))
 
 
-_KNOWN = ("youngs_modulus_MPa", "poissons_ratio", "source")  # keys that the library has
-
-
 def _completed(name: str, given: Any) -> Any:
     """Return a material's table with the keys that it lacks taken from the known material."""
     known = MATERIALS.get(name)
@@ -270,13 +256,7 @@ def _part(table: Any, key: str) -> Any:
     return table.get(key) if isinstance(table, Mapping) else getattr(table, key, None)
 
 
-# JSON schemas of design and scene files, from which editors complete and explain keys.
-#
-# ``python -m fingerdesign.design.schema`` writes the shipped copies again.
-
-DATA = Path(__file__).resolve().parent.parent / "data"
-
-
+# Files that have a JSON schema, from which editors complete and explain keys.
 _FILES: dict[str, tuple[type[Whole], str]] = {
     "design": (Design, "A finger design (fingerdesign)"),
     "scene": (Scene, "A scene that a finger is put through (fingerdesign)"),

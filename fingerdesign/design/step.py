@@ -9,7 +9,7 @@ content and the rules of ``[body.step]``; this process computes with numpy alone
 import hashlib
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import lru_cache
@@ -251,15 +251,20 @@ def resolved(
         return out, ()
     except DesignError as error:
         return out, error.faults
-    faults = []
+    faults = tuple(_size_faults(body, sizes))
+    if sizes:
+        body |= sizes
+    return out, faults
+
+
+def _size_faults(body: Mapping[str, Any], sizes: Mapping[str, float]) -> Iterator[Fault]:
+    """Find sizes in a raw [body] that are not those of its file's solid."""
     for key, value in sizes.items():
         given = body.get(key)
         same = isinstance(given, (int, float)) and abs(given - value) <= SAME_MM
         if given is not None and not same:
             bound = f"absent where body.shape = 'step' (the file's solid has {value:.6g})"
-            faults.append(Fault(f"body.{key}", given, bound, "remove it: the file says it"))
-        body[key] = value
-    return out, tuple(faults)
+            yield Fault(f"body.{key}", given, bound, "remove it: the file says it")
 
 
 def step_sizes(step: StepFile) -> dict[str, float]:

@@ -129,10 +129,17 @@ def whole_folder(target: Path) -> Iterator[Path]:
 
 
 def whole_text(path: Path | str, encoding: str = "utf-8", most: int = MOST_BYTES) -> str:
-    """A file's text, its line ends as "\\n".
+    """A file's text, its line ends as "\\n". Errors as of :func:`whole_content`, and
+    UnicodeDecodeError where it is none."""
+    text = whole_content(path, most).decode(encoding)
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
-    UnicodeDecodeError where it is none; OSError, of which ``strerror`` says why, also for a pipe or
-    a device, which may never end, and for more than ``most`` bytes.
+
+def whole_content(path: Path | str, most: int) -> bytes:
+    """A file's bytes.
+
+    OSError, of which ``strerror`` gives the reason, also for a pipe or a device, which may never
+    end, and for more than ``most`` bytes.
     """
     path = Path(path)
     if path.exists() and not path.is_file() and not path.is_dir():
@@ -142,7 +149,7 @@ def whole_text(path: Path | str, encoding: str = "utf-8", most: int = MOST_BYTES
         if len(content) > most or path.stat().st_size > most:
             words = f"it is larger than {most // 10**6} MB; check the path"
             raise OSError(errno.EFBIG, words, str(path))
-    return content.decode(encoding).replace("\r\n", "\n").replace("\r", "\n")
+    return content
 
 
 def move_into(folder: Path, files: Iterable[Path]) -> None:

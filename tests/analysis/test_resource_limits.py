@@ -196,8 +196,7 @@ def test_tetrahedra_are_predicted_as_they_were_made(seed):
         ("3d", SWEPT | {"plates.model": "none"}, ("contact_size_mm", "far_size_mm")),
     ],
 )
-def test_finer_costs_more(fidelity, values, keys, monkeypatch, tmp_path):
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+def test_finer_costs_more(fidelity, values, keys, own_cache):
     design = shipped("narrow", values)
     said = design.model_dump()["mesh"]
     for key in keys:
@@ -230,8 +229,7 @@ def test_more_is_requested_more_is_predicted():
     assert 1.6 < whole.elements / half.elements < 2.2
 
 
-def test_a_mesh_in_the_cache_is_counted_as_it_is(monkeypatch, tmp_path):
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+def test_a_mesh_in_the_cache_is_counted_as_it_is(own_cache):
     case = Case(shipped("homogeneous"))
     zone = zone_of(case, case.path_scene)
     before = forecast_case(case, MACHINE)

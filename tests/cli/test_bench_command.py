@@ -17,8 +17,7 @@ from fingerdesign_bench.suite import Suite
         ["bench", "nonsense"],
     ],
 )
-def test_wrong_use_is_exit_code_2(arguments, tmp_path, monkeypatch, said):
-    monkeypatch.chdir(tmp_path)
+def test_wrong_use_is_exit_code_2(arguments, tmp_path, in_tmp_path, said):
     assert "Error" in said(*arguments, code=2).err
     assert list(tmp_path.iterdir()) == []
 
@@ -48,16 +47,6 @@ def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, said):
     assert ("speed failed: no answer" in shown.err) == bool(failures)
 
 
-def test_numbers_are_written_where_requested(tmp_path, monkeypatch, said):
-    found = [Check("dofs", 1.0, 0.5)], {"mesh": 0.1}
-    monkeypatch.setattr("fingerdesign_bench.speed.whole.whole_checks", lambda fidelity: found)
-    given = ("--fidelity", "plane-strain", "--json", "--out", tmp_path)
-    assert json.loads(said("bench", "whole", *given).out)[0]["holds"] is True
-    record = json.loads((tmp_path / "whole.json").read_text("utf-8"))
-    assert record["checks"][0]["name"] == "dofs"
-    assert record["machine"]["cores"] >= 1
-
-
 @pytest.mark.parametrize(("off", "code"), [(0.0, 0), (0.1, 1)])
 def test_the_suite_writes_a_page_and_fails_where_an_answer_is_missed(
     off, code, tmp_path, monkeypatch, said
@@ -69,24 +58,3 @@ def test_the_suite_writes_a_page_and_fails_where_an_answer_is_missed(
     assert case.title in shown
     assert json.loads((tmp_path / "suite.json").read_text("utf-8"))["cases"][0]["value"]
     assert (tmp_path / "problems" / "wedge.npz").exists()
-
-
-def test_peers_that_are_not_installed_are_named_and_left_out(tmp_path, monkeypatch, said):
-    monkeypatch.setattr("fingerdesign_bench.speed.peers.PYTHON", tmp_path / "python3")
-    shown = said("bench", "peers", code=1)
-    assert "python3-siconos): left out" in shown.err
-    assert "python3-getfem): left out" in shown.err
-    monkeypatch.setattr("fingerdesign_bench.speed.peers.installed", lambda: {"getfem": "5.4"})
-    row = {"problem": "a finger", "failed": "all"}
-    monkeypatch.setattr(
-        "fingerdesign_bench.speed.peers.measure_peers",
-        lambda found, report, quick: ([], [row | {"ratio": 2.0}, row]),
-    )
-    monkeypatch.setattr("fingerdesign_bench.speed.peers_finite.finite_row", lambda: row)
-    shown = said("bench", "peers", "--out", tmp_path)
-    assert "siconos is not installed" in shown.err
-    assert "getfem is not installed" not in shown.err
-    record = json.loads((tmp_path / "peers.json").read_text("utf-8"))
-    assert record["installed"] == {"getfem": "5.4"}
-    assert record["full"][1] == row
-    assert record["finite"] == [row]

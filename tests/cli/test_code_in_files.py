@@ -46,9 +46,8 @@ REMEDY = "add --allow-code"
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
+def here(tmp_path, monkeypatch, in_tmp_path):
     """A folder with a design that names a class, and that class's file, which leaves a trace."""
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.setattr(CONTROLLERS, "_references", {})
     for name in (ALLOWED, MODULES):

@@ -2,14 +2,12 @@
 
 import csv
 import json
-import os
 import re
 
 import numpy as np
 import pytest
-from fingerdesign_cli.inputs import estimator_for
 
-from fingerdesign import DesignError, load_design
+from fingerdesign import load_design
 from fingerdesign.control.c_code import c_files
 from fingerdesign.control.estimator import Band, FingerCurves, GripEstimator, Layer, feature_count
 from fingerdesign.sensing.model import grip_problem
@@ -72,13 +70,6 @@ def test_an_estimator_taught_on_another_is_refused(folder, tmp_path, estimator, 
     refused = said(*solid, *given, code=2).err
     assert "in plane-strain: must be one trained in 3d" in refused
     assert not out.exists()
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
-def test_a_pipe_is_no_estimator(tmp_path):
-    os.mkfifo(tmp_path / "pipe.json")
-    with pytest.raises(DesignError, match="an ordinary file"):
-        estimator_for(load_design("maeno2000"), tmp_path / "pipe.json")
 
 
 def test_an_estimator_is_exported(folder, tmp_path, estimator, said):

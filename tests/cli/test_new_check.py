@@ -9,12 +9,9 @@ from pathlib import Path
 
 import click
 import pytest
-from fingerdesign_bench.any_finger.step_samples import sample_step
 from fingerdesign_cli import main as cli_main
-from fingerdesign_cli.terminal import progress
 
 from fingerdesign.errors import FingerDesignError
-from tests.support.steps import read_here
 
 ROOT = Path(__file__).parents[2]
 
@@ -42,13 +39,6 @@ def test_new_scene_then_check(said):
         for key in schema["$defs"][name]["properties"]:
             assert f"{key} = " in text
     assert not Path("design.schema.json").exists()
-
-
-@pytest.mark.parametrize("name", ["ball", "pull", "twist"])
-def test_new_scene_from_a_shipped_one(name, said):
-    said("new", "mine.toml", "--scene", "--from", name, "-q")
-    said("check", "homogeneous", "--scene", "mine.toml", "-q")
-    assert "ball" in said("new", "other.toml", "--scene", "--from", "x", code=2).err
 
 
 def test_new_overwrites_nothing_without_force(said):
@@ -106,24 +96,6 @@ def test_check_judges_the_scene_beside_faults_of_its_own_and_of_the_design(rows,
     assert [line.split(" = ")[0] for line in err.splitlines()] == keys
 
 
-def test_check_finds_shipped_names(said):
-    assert "Of the fundamental path" in said("check", "narrow", "wide").out
-    assert "did you mean narrow" in said("check", "narow", code=2).err
-
-
-def test_a_designs_name_is_never_cut(monkeypatch, said):
-    name = "a_finger_with_a_rather_long_name_of_mine"
-    Path("long.toml").write_text(f'design.name = "{name}"')
-    assert name in said("check", "long.toml").out
-    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
-    monkeypatch.setenv("COLUMNS", "80")
-    shown = said("check", "long.toml").out
-    lines = [line for line in shown.splitlines() if line.startswith("│")]
-    cells = "".join(line[1:].split("│")[0].strip() for line in lines)
-    assert name in cells
-    assert max(len(line) for line in lines) <= 80
-
-
 def test_check_as_json(said):
     Path("bad.toml").write_text('design.name = "a"\nplates.count = 501')
     said("new", "good.toml", "-q")
@@ -144,42 +116,6 @@ def test_a_faulty_scene_leaves_no_forecast_of_another(rows, said):
     assert "half-width" in said("check", "narrow", "--scene", "fundamental").out
     shown = said("check", "narrow", "--scene", "wrong.toml", "--json", code=2).out
     assert json.loads(shown)[-1]["sound"] is (rows != "[[9.0, 0.0]]")
-
-
-def test_check_says_what_plane_strain_will_refuse(said):
-    text = 'design.name = "s"\nplates.along = "z"\nplates.span_mm = 4\nplates.count = 5'
-    Path("across.toml").write_text(text)
-    assert "note: across.toml: sound in three dimensions only" in said("check", "across.toml").out
-    assert "three dimensions only" not in said("check", "narrow").out
-    assert "straight along z: of a revolved body" in said("check", "pin").out
-
-
-def test_check_says_what_was_understood_of_a_step_file(said, monkeypatch, tmp_path):
-    read_here(monkeypatch, tmp_path / "cache")
-    file = sample_step("filleted", 16.0, 12.0, 10.0, 1.5)
-    text = f'design.name = "s"\nplates.count = 0\nbody.shape = "step"\nbody.step.file = "{file}"'
-    Path("step.toml").write_text(text)
-    out = said("check", "step.toml").out
-    assert "step: 16 x 10 x 12 mm (x, y, z as turned), base 192 mm2, contact 5 of 10" in out
-    assert "mirrors_in_z = true halves" in out
-    Path("step.toml").write_text(text + "\nbody.step.mirrors_in_z = true")
-    assert "halves" not in said("check", "step.toml").out
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code"),
-    [
-        (["check"], 2),
-        (["nonsense"], 2),
-        (["check", "--nonsense"], 2),
-        (["--nope"], 2),
-        (["--version"], 0),
-        (["new", "-h"], 0),
-    ],
-)
-def test_usage_errors_are_2_and_help_is_0(arguments, code, said):
-    shown = said(*arguments, code=code)
-    assert shown.out if code == 0 else "Usage" in shown.err
 
 
 def fail_with(monkeypatch, error):
@@ -217,23 +153,6 @@ def test_debug_keeps_the_traceback_in_a_file(monkeypatch, said, tmp_path):
     (kept,) = tmp_path.glob("fingerdesign-*.txt")
     assert str(kept) in err
     assert "ZeroDivisionError: oh" in kept.read_text()
-
-
-def test_every_listed_command_has_the_help_line_it_is_listed_with(said):
-    context = click.Context(cli_main.cli)
-    for name in cli_main.cli.list_commands(context):
-        assert "Usage: fingerdesign " + name in said(name, "--help").out
-
-
-def test_progress_is_plain_lines_off_a_terminal_and_nothing_when_quiet(capsys):
-    with progress("work") as show:
-        show("meshing", 0.1)
-        show("meshing", 0.2)
-        show("solving")
-    assert capsys.readouterr().err.splitlines() == ["work: meshing", "work: solving"]
-    with progress("work", quiet=True) as show:
-        show("meshing")
-    assert capsys.readouterr().err == ""
 
 
 LIGHT = """

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import pytest
 from fingerdesign_cli.main import main
-from fingerdesign_cli.terminal import print_table
 
 from tests.support.result_folders import write_result_folder
 
@@ -38,17 +37,10 @@ def printed(capsys):
     ],
     ids=range(8),
 )
-def test_arguments(code, arguments, tmp_path, monkeypatch, printed):
-    monkeypatch.chdir(tmp_path)
+def test_arguments(code, arguments, tmp_path, monkeypatch, in_tmp_path, printed):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     said = printed(code, *arguments)
     assert "\\u202e" in said.err or "\\udcff" in said.err
-
-
-def test_what_a_file_holds(tmp_path, printed):
-    path = tmp_path / "d.toml"
-    path.write_text('[design]\nname = "a\\u001b[31m\\u202e"\n"k\\u001b" = 1\n')
-    assert printed(2, "check", path).err
 
 
 def test_what_a_record_holds(tmp_path, printed, plane_strain):
@@ -57,9 +49,3 @@ def test_what_a_record_holds(tmp_path, printed, plane_strain):
     write_result_folder(tmp_path / "a", bad)
     said = printed(0, "view", tmp_path / "a").out.splitlines()
     assert sum(line.startswith("report: ") for line in said) == 1
-
-
-def test_tables(capsys):
-    print_table(BAD, [BAD, "b"], [[BAD, "1"]])
-    said = capsys.readouterr().out
-    assert all(line.isprintable() for line in said.splitlines())

@@ -1,19 +1,13 @@
 """``generate``, ``sweep`` and ``compare``: files, counts, words; wrong input is named."""
 
-import itertools
 import json
 import os
 import struct
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from fingerdesign_cli.search import StudyProgress, words
-from fingerdesign_cli.search import _read as read_with
 
 from fingerdesign.search.compare.read import read_comparison
-from fingerdesign.search.run.run import Standing
-from fingerdesign.search.study.file import parse_study
 from tests.support.any_outcomes import any_outcomes
 
 TEXT = (
@@ -104,14 +98,6 @@ def test_what_is_in_the_way_is_refused_before_any_work(command, study, out, said
     assert "thesis.tex" in said(command, study, "--out", out, code=2).err
 
 
-def test_the_commands_fidelity_stands_in_the_study_that_is_kept(study):
-    text, found = read_with(study, "3d")
-    assert found.study.fidelity == "3d"
-    assert parse_study(text) == found
-    assert text.replace('fidelity = "3d"\n', "") == TEXT
-    assert read_with(study, None)[0] == TEXT
-
-
 @pytest.mark.parametrize(
     ("options", "named"),
     [
@@ -141,41 +127,6 @@ def test_no_finger_at_all_is_a_failure_with_a_report(study, out, said, monkeypat
     *lines, last = map(json.loads, said(*arguments, "--json", code=1).out.splitlines())
     assert [(each["done"], each["number"]) for each in lines] == [(1, 1), (2, 2)]
     assert last["failures"] == 2
-
-
-@pytest.mark.parametrize(
-    ("changes", "reported"),
-    [
-        ({}, "3 of 8"),
-        ({"failures": 1, "left": 200.0}, "3 of 8, 1 failed, 3 min left"),
-        ({"waiting": True, "left": 5.0}, "3 of 8, waiting for workers"),
-        ({"number": 8, "left": 0.0}, "8 of 8"),
-    ],
-)
-def test_progress_in_words(changes, reported):
-    assert words(replace(Standing(3, 8, 0, 0, 3, 1.0), **changes)) == reported
-
-
-def test_plain_lines_are_few_and_a_long_variant_is_reported_to_be_alive(monkeypatch):
-    """Where nothing comes, a line at least every ten seconds, each another than the last."""
-    monkeypatch.setattr("sys.stderr.isatty", lambda: False, raising=False)
-    clock, shown = [1000.0], {}
-    monkeypatch.setattr("fingerdesign_cli.search.time.monotonic", lambda: clock[0])
-    reported = StudyProgress(
-        lambda message, fraction=None: shown.setdefault(message, clock[0]), True, False
-    )
-    for number in range(1, 201):
-        reported(Standing(number, 200, 0, 0, number, 1.0))
-    reported(Standing(3, 200, 0, 0, 1, 1.0, waiting=True))
-    reported(Standing(4, 200, 0, 0, 1, 1.0, threads=2))
-    few = ["1 of 200", "200 of 200", "3 of 200, waiting for workers", "4 of 200"]
-    assert list(shown) == few
-    for _ in range(200):  # a look each two seconds, with the same words
-        reported(Standing(5, 200, 0, 0, 1, 1.0, left=300.0, threads=2))
-        clock[0] += 2.0
-    times = list(shown.values())[len(few) :]
-    assert max(after - before for before, after in itertools.pairwise(times)) <= 10.0
-    assert times[-1] > clock[0] - 12.0
 
 
 @pytest.fixture
@@ -229,14 +180,3 @@ def test_wrong_input_of_a_comparison_is_named(outcomes, page, said, monkeypatch,
     assert not page.exists()
     assert read_comparison([outcomes]).outcomes == MADE
     assert Path("pipe.html").is_fifo()
-
-
-def test_what_is_left_out_is_said(outcomes, page, tmp_path, said):
-    good = next(each for each in MADE if each.status == "ok")
-    plain = replace(good, digest="f" * 64, name="plain", metrics={"cost": 1.0})
-    extra = tmp_path / "extra.jsonl"
-    extra.write_text(f"{plain.to_json()}\n", encoding="utf-8")
-    requested = ["compare", outcomes, extra, "--out", page, "--objective", "stick_error"]
-    assert "1 design lacks stick_error and was left out (plain)" in said(*requested).out
-    reported = json.loads(said(*requested, "--json").out)
-    assert reported["not_feasible"] == {"plain": ["no stick_error, an objective"]}

@@ -5,13 +5,10 @@ import json
 
 import click
 import pytest
-from fingerdesign_cli import looks
 from fingerdesign_cli.main import cli
-from fingerdesign_cli.options import FIDELITIES, RENAMED, SHELVES
+from fingerdesign_cli.options import SHELVES
 
 from fingerdesign.design.shipped import shipped_names
-
-WRITES_NOWHERE = {"new", "check", "list", "studio"}
 
 
 def leaves(group, name=""):
@@ -34,21 +31,6 @@ def options(name):
     return found
 
 
-def test_what_writes_has_a_default_place_of_one_meaning():
-    given = options("--out")
-    assert {words for words, _ in leaves(cli)} - set(given) == WRITES_NOWHERE
-    meanings = {
-        "Where to write: DIR/NAME, the name that of the design or study.": "DIR",
-        "Where to write: into this very folder.": "DIR",
-        "Where to write: the page, FILE.html.": "FILE",
-    }
-    for words, option in given.items():
-        assert meanings[option.help] == option.metavar, words
-        assert not option.required, words
-        shown = option.default if option.default is not None else option.show_default
-        assert str(shown).split("/")[0] == "out", words
-
-
 @pytest.mark.parametrize("name", ["--json", "--quiet", "--open", "--workers"])
 def test_an_option_is_the_same_everywhere(name):
     found = options(name)
@@ -58,40 +40,6 @@ def test_an_option_is_the_same_everywhere(name):
     }
     assert len(facts) > 5
     assert len({str(fact) for fact in facts.values()}) == 1, facts
-
-
-def test_fidelities_are_the_same_words_everywhere():
-    for words, option in options("--fidelity").items():
-        models = tuple(option.type.choices)
-        assert models == tuple(each for each in FIDELITIES if each in models), words
-        assert set(models) >= {"plane-strain", "3d"}, words
-        for model in models:
-            assert f"{model}: {FIDELITIES[model]}" in option.help, words
-        assert option.default in ("plane-strain", "3d") or isinstance(option.show_default, str)
-
-
-def test_what_shows_a_page_opens_it(monkeypatch, tmp_path, said):
-    """Through the context, whatever the command; not of a page that is not there."""
-    from fingerdesign_cli import terminal
-
-    opened = []
-    monkeypatch.setattr(terminal.click, "launch", opened.append)
-
-    @click.command()
-    @click.pass_context
-    def command(context):
-        terminal.open_page(tmp_path / "absent.html")
-        terminal.open_page(tmp_path)
-        terminal.open_page(page)
-
-    page = tmp_path / "page.html"
-    page.touch()
-    opening = next(iter(options("--open").values()))
-    command.params.append(opening)
-    for arguments, count in (([], 0), (["--open"], 1)):
-        command.main(arguments, standalone_mode=False)
-        assert len(opened) == count
-    assert opened == [page.absolute().as_uri()]
 
 
 @pytest.mark.parametrize(
@@ -296,26 +244,6 @@ def test_a_record_that_holds_nothing_is_refused(tmp_path, said):
     assert "run its command again" in said("view", tmp_path, code=2).err
 
 
-def test_every_kind_of_folder_is_known_by_a_record_of_its_own():
-    records = [kind.record for kind in looks.KINDS]
-    assert len(set(records)) == len(records)
-    others = {"study.json", "phases.csv", "regulator.c"}
-    others |= {"trace.csv"}
-    assert set(records) == {*FOLDERS, *others} - {"speed.json"}
-
-
-def test_what_makes_no_record_is_seen_too(tmp_path, said):
-    for name, text in (("regulator.c", "int a;\n"), ("phases.csv", "trace,phase\np.csv,press\n")):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / name).write_text(text)
-    page = tmp_path / "page.html"
-    page.write_text('<h1>a: fingers compared</h1><p class="lead">12 designs &amp; more.</p>')
-    assert "12 designs & more." in said("view", page).out
-    assert {"C99: 1 lines", "1 traces"} <= {
-        words for words in ("C99: 1 lines", "1 traces") if words in said("view", tmp_path).out
-    }
-
-
 @pytest.mark.parametrize("name", ["maeno2000", "both_ways", "homogeneous"])
 def test_a_sketch_names_its_dimensions(name, tmp_path, said):
     said("view", name, "--out", tmp_path)
@@ -335,9 +263,3 @@ def test_a_former_name_works_and_reports_the_new_one(tmp_path, said):
     order = ("Design:", "Analyse:", "Choose:", "Cast:", "Control:", "Reference:")
     places = [help_text.index(heading) for heading in order]
     assert places == sorted(places)
-
-
-@pytest.mark.parametrize("former", RENAMED)
-def test_a_former_name_stands_for_a_command_that_is(former):
-    if former not in cli.commands:
-        assert RENAMED[former][0] in cli.commands

@@ -95,8 +95,7 @@ def test_the_kernel_judges_an_answer_as_numpy_does(shape, spoilt, request, libra
     assert mine.largest == theirs.largest
 
 
-def test_without_a_compiler_numpy_does_it(patch, monkeypatch, tmp_path):
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+def test_without_a_compiler_numpy_does_it(patch, monkeypatch, own_cache):
     monkeypatch.setattr(native, "_COMPILERS", ("no-such-compiler",))
     found = native._compiled.__wrapped__(Path(kernel.__file__).with_name("kernel.c"))
     assert found is None

@@ -481,8 +481,7 @@ def test_its_design_is_sound_and_says_every_key_of_the_hardware():
     assert set(type(design.grip.hardware).model_fields) - given == {"specimen"}
 
 
-def test_a_lift_is_recorded(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_a_lift_is_recorded(tmp_path, in_tmp_path, capsys):
     exec(compile(blocks("python")[0], "plants.md", "exec"), {})
     lifted, carried, rise = capsys.readouterr().out.split()
     assert lifted == "True"

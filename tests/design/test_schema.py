@@ -11,10 +11,7 @@ from fingerdesign.layout.frames import Hole, PlateFrame
 from fingerdesign.layout.layers import layered
 from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.materials import (
-    MATERIALS,
-    disagreement_of,
     gent_youngs_modulus,
-    stretched_youngs_modulus,
 )
 from tests.support.faults import faults_of as faults
 
@@ -289,14 +286,3 @@ def test_a_hardness_stands_for_a_modulus():
     for wrong in ('"hard"', "300", "true"):
         with pytest.raises(DesignError, match=r"materials\.mine"):
             parse_design(text.replace("30", wrong))
-
-
-def test_rubbers_whose_sources_disagree_are_doubted():
-    for name, known in MATERIALS.items():
-        doubt = disagreement_of(name, known.youngs_modulus_MPa)
-        assert (doubt is not None) == (known.modulus_ratio > 1.25)
-        if known.published_MPa is not None:
-            assert known.published_MPa[0] <= known.youngs_modulus_MPa <= known.published_MPa[1]
-    assert "1.3 to 3" in disagreement_of("sylgard_184", 1.8)
-    assert disagreement_of("sylgard_184", 2.0) is None  # somebody's own
-    assert stretched_youngs_modulus(1.75) == pytest.approx(3.0)

@@ -18,7 +18,6 @@ from fingerdesign.errors import DesignError
 from fingerdesign.layout.bodies import surface_height
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.layout.zone import contact_half_width
-from fingerdesign.materials import MATERIALS
 
 
 @pytest.fixture(autouse=True)
@@ -95,22 +94,6 @@ def test_starter_holds_every_key_with_its_default_and_rows_and_holes_that_are_so
     assert plates.all_rows[1].along == "z"
 
 
-@pytest.mark.parametrize("table", ["body.core", "body.step"])
-def test_what_stands_commented_out_in_the_starter_is_sound(table):
-    text = starter_text("mine")
-    first = text.index(f"# [{table}]")
-    block = text[first : text.index("\n\n", first)]
-    lines = [line for line in block.splitlines() if re.match(r"# (\[|\w+ = )", line)]
-    opened = text.replace(block, "\n".join(line[2:] for line in lines))
-    if table == "body.core":
-        assert parse_design(opened).body.core.depth_mm == 6.0
-    else:
-        opened = opened.replace('shape = "arc"', 'shape = "step"')
-        with pytest.raises(DesignError) as caught:  # there is no such file here
-            parse_design(opened)
-        assert [fault.key for fault in caught.value.faults] == ["body.step.file"]
-
-
 def test_starter_from_a_shipped_design_keeps_its_comments():
     text = starter_text("mine", "narrow")
     assert text.splitlines()[0] == shipped_text("narrow").splitlines()[0]
@@ -136,13 +119,6 @@ def test_designs_and_scenes_are_found_by_file_or_by_name(tmp_path, monkeypatch):
     assert load_design("narrow").design.name == "narrow"
     (tmp_path / "wide").write_text('design.name = "mine"')
     assert load_design("wide").design.name == "mine"
-
-
-def test_every_material_is_usable_and_has_a_source():
-    for name, data in MATERIALS.items():
-        design = parse_design(f'design.name = "a"\nbody.material = "{name}"')
-        assert design.material_of("body").youngs_modulus_MPa == data.youngs_modulus_MPa
-        assert len(data.source) > 15
 
 
 def test_volume_of_an_arc_and_of_a_dome():

@@ -263,8 +263,9 @@ def test_points_mirror_with_their_signs():
 MODULI = ("materials.silicone.youngs_modulus_MPa", "materials.phosphor_bronze.youngs_modulus_MPa")
 
 
-def test_a_body_is_condensed_once_whatever_its_moduli_are_multiplied_by(monkeypatch, tmp_path):
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+def test_a_body_is_condensed_once_whatever_its_moduli_are_multiplied_by(
+    monkeypatch, own_cache, tmp_path
+):
     mesh = mesh_section(DESIGN, 1.5)
 
     def built(factors=(1.0, 1.0), store=True):

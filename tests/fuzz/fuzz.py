@@ -1,40 +1,25 @@
 """Thousands of hostile files for the command line: it may refuse them, with a sentence, or do.
 
-    python tests/fuzz/fuzz.py --count 10000 --kept fuzz [--first 0] [--kind designs]
-
-Each input is a number. What was found of it is a line of KEPT/judged.jsonl, and a number that
-stands there is not tried again, so that a run that was stopped goes on. At the end counts by kind
-and exit code, the slowest refusal and what was wrong. Exits with 1 where anything was.
-
-Wrong are: an exit code but 0, 1 and 2; a failure without a sentence, with the word "unexpected", a
-traceback, or what a terminal would obey; a warning of Python's; more than 10 s of processor time,
-or 60 s by the clock, to refuse; what check refuses and another command takes; anything changed or
-left beside OUT, or half-written in it; a spoiled cache that changes an answer.
+Each input is a number. Wrong are: an exit code but 0, 1 and 2; a failure without a sentence, with
+the word "unexpected", a traceback, or what a terminal would obey; a warning of Python's; more than
+10 s of processor time, or 60 s by the clock, to refuse; what check refuses and another command
+takes; anything changed or left next to OUT, or half-written in it; a spoiled cache that changes an
+answer.
 """
 
-import argparse
 import contextlib
-import faulthandler
 import io
-import itertools
 import json
 import os
 import shutil
 import signal
-import sys
 import tempfile
 import time
 import warnings
-from collections import Counter
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import Any
-
-if __name__ == "__main__":
-    ROOT = Path(__file__).resolve().parents[2]
-    sys.path[:0] = [str(ROOT / each) for each in (".", "cli", "benchmarks")]
 
 from tests.fuzz.inputs import KINDS, chance_of, corpus, kind_of
 
@@ -178,49 +163,3 @@ def _run(line: list[str], found: Judged) -> int:
         what.append(f"{name} says what a terminal would obey")
     what += [f"{name} warns: {each.message}"[:300] for each in warned]
     return code
-
-
-def _summary(lines: list[dict[str, Any]]) -> None:
-    """Counts by kind and exit code, the slowest refusals, what was wrong."""
-    print("kind | inputs | first exit 0 | 1 | 2 | slowest refusal, s")
-    for kind in KINDS:
-        mine = [each for each in lines if each["kind"] == kind]
-        exits = Counter(each["exits"][0] for each in mine)
-        slowest = max((each["seconds"] for each in mine), default=0.0)
-        print(f"{kind} | {len(mine)} | {exits[0]} | {exits[1]} | {exits[2]} | {slowest:.1f}")
-    wrong = [each for each in lines if each["wrong"]]
-    print(f"{len(lines)} inputs, wrong: {len(wrong)}")
-    for each in wrong:
-        print(f"  {each['number']} {each['kind']}: {'; '.join(each['wrong'])}"[:500])
-
-
-def main() -> int:
-    """Judge inputs that were not judged before; 1 where something is wrong."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=100)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--kind", choices=sorted(KINDS), default="")
-    parser.add_argument("--kept", type=Path, default=Path("fuzz"), metavar="FOLDER")
-    given = parser.parse_args()
-    given.kept.mkdir(parents=True, exist_ok=True)
-    judged = given.kept.absolute() / "judged.jsonl"
-    lines = [json.loads(each) for each in judged.open()] if judged.exists() else []
-    known = {each["number"] for each in lines}
-    numbers = (n for n in itertools.count(given.first) if given.kind in ("", kind_of(n)))
-    with fuzzing(given.kept), judged.open("a") as stream:
-        for number in itertools.islice(numbers, given.count):
-            if number in known:
-                continue
-            faulthandler.dump_traceback_later(5 * CLOCK_S, exit=True)  # native code that hangs
-            lines.append(asdict(judge(number)))
-            stream.write(json.dumps(lines[-1]) + "\n")
-            stream.flush()
-            if lines[-1]["wrong"]:
-                print(number, lines[-1]["kind"], lines[-1]["wrong"], flush=True)
-    faulthandler.cancel_dump_traceback_later()
-    _summary(lines)
-    return int(any(each["wrong"] for each in lines))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

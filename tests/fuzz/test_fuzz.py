@@ -1,4 +1,4 @@
-"""A seeded hundred of the fuzzer's inputs; thousands by tests/fuzz/fuzz.py."""
+"""A seeded hundred of the fuzzer's inputs; four hundred with the slow tests."""
 
 import os
 
@@ -32,8 +32,7 @@ def test_a_text_that_never_ends_or_is_too_long_is_an_error(tmp_path):
     assert whole_text(long) == "a\nb\nc"
 
 
-def test_a_cache_holds_no_pipe(tmp_path, monkeypatch):
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+def test_a_cache_holds_no_pipe(own_cache):
     kept = Cache("texts", most=3)
     path = kept.path("a")
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -195,8 +195,7 @@ def test_cells_that_are_no_simplices_or_of_two_orders_are_refused(tmp_path):
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+def folder(tmp_path, own_cache):
     return tmp_path / "meshes"
 
 

@@ -265,8 +265,9 @@ def test_one_process_answers_again_and_alike_until_it_fails():
     assert len(run_netgen(square(0.5), 30.0)[1]) > 0
 
 
-def test_an_outline_is_triangulated_once_and_anew_where_it_is_garbled(tmp_path, monkeypatch):
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+def test_an_outline_is_triangulated_once_and_anew_where_it_is_garbled(
+    tmp_path, monkeypatch, own_cache
+):
     first = triangulated(square(0.2), 30.0)
     with monkeypatch.context() as without:
         without.setattr("fingerdesign.mesh.section.netgen.run_netgen", None)

@@ -196,9 +196,8 @@ def test_an_attempt_without_volume_is_made_again_and_a_mesh_far_too_fine_refused
 
 
 def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(
-    tmp_path, monkeypatch, known_tetrahedra
+    tmp_path, monkeypatch, own_cache, known_tetrahedra
 ):
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     design, _ = known_tetrahedra
     first = tetrahedralise(design, Zone(3.0))
     calls = []

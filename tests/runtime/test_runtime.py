@@ -1,6 +1,5 @@
 """Files whole or not at all, locks, kept arrays and texts, journals, and pools of processes."""
 
-import json
 import os
 import signal
 import sqlite3
@@ -8,7 +7,6 @@ import subprocess
 import sys
 import time
 from contextlib import closing
-from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -19,9 +17,7 @@ from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.journal import Journal, JournalError, held
 from fingerdesign.runtime.machine import (
-    forget_peak_memory,
     largest_memory_MB,
-    peak_memory_MB,
     processor_seconds,
 )
 from fingerdesign.runtime.pool import Pool
@@ -95,15 +91,6 @@ def test_a_lock_is_held_by_one_and_goes(tmp_path):
     assert not path.exists()
     with files.locked(path, wait=False):
         assert path.exists()
-
-
-def test_scratch_goes_and_what_was_requested_stays(tmp_path, monkeypatch):
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    with files.scratch("trial") as folder:
-        (folder / "a").write_text("a")
-    assert not list(tmp_path.iterdir())
-    kept = files.keep_request("trial", "request.json", "{}")
-    assert (kept.read_text(), kept.parent.parent) == ("{}", tmp_path)
 
 
 @pytest.fixture
@@ -287,18 +274,6 @@ def test_a_child_that_lives_counts_and_once():
     assert abs(processor_seconds() - before - living) < 0.2
 
 
-def test_peak_memory_is_that_since_it_was_forgotten():
-    low = peak_memory_MB()
-    forget_peak_memory()
-    much = np.ones(30_000_000)
-    high = peak_memory_MB()
-    assert high > 200.0
-    del much
-    forget_peak_memory()
-    assert peak_memory_MB() < high - 150.0
-    assert low > 10.0
-
-
 def test_a_process_is_not_charged_with_what_its_parent_had():
     own = np.ones(50_000_000)  # 400 MB; the system hands the peak on to what is started
     code = "from fingerdesign.runtime.machine import largest_memory_MB; print(largest_memory_MB())"
@@ -315,20 +290,6 @@ def test_speed_cores_and_memory_are_plausible():
     if free is not None:
         pages = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
         assert 0.0 < free <= pages / 2**20
-
-
-def test_a_kept_speed_is_believed_for_a_day_and_no_garbage(tmp_path):
-    kept, name = Cache("machines", folder=tmp_path / "deep"), "any"
-    speed = machine.Machine(50.0, 90.0, machine.usable_cores())
-    assert machine._read(kept, name) is None
-    kept.put_text(name, json.dumps(asdict(speed)))
-    assert machine._read(kept, name) == speed
-    old = time.time() - 2 * 86_400
-    os.utime(kept.path(name), (old, old))
-    assert machine._read(kept, name) is None
-    for text in ("", "{}", "[]", '{"one_core": -1, "all_cores": 2, "cores": 1}'):
-        kept.put_text(name, text)
-        assert machine._read(kept, name) is None
 
 
 def test_a_control_group_lessens_cores_and_memory(tmp_path, monkeypatch):

@@ -16,7 +16,7 @@ from fingerdesign.records.outcome import Traces
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import facts_of
 from fingerdesign.search.compare.recommend import Bound, Wanted, recommend
-from tests.support.accessible import faults, unexplained
+from tests.support.accessible import faults
 from tests.support.any_outcomes import HOSTILE, any_outcomes
 from tests.support.browser import Browser, BrowserError, chromium
 
@@ -597,7 +597,3 @@ def test_the_page_bars_nobody(views, look):
     wide = views.evaluate("document.documentElement.scrollWidth")
     assert wide <= views.evaluate("innerWidth")
     views.appear()
-
-
-def test_every_term_of_the_page_has_an_entry(views):
-    assert unexplained(views.page.read_text(encoding="utf-8")) == []

@@ -27,7 +27,6 @@ from fingerdesign.search.optimise.sensitivity import WEAK, sensitivities
 from fingerdesign.search.run.evaluate import Job, failed
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.variants import base_design
-from tests.support.accessible import unexplained
 from tests.support.optimise_evaluators import outcome_of
 
 STUDY = """
@@ -200,7 +199,6 @@ parameters = { "plates.material" = ["phosphor_bronze", "polyimide"] }
     assert record["confirm_fidelity"] == ""
     assert not (folder / "front.png").exists()  # one objective has no plane
     page = (folder / "report.html").read_text()
-    assert unexplained(page) == []
     assert page.index("Against the reference") < page.index("Recommended")
     said = verdict(found)
     assert "No more thorough model confirmed this." in said

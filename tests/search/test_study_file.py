@@ -141,7 +141,7 @@ def test_ranges():
         ),
         (parameters('"body.depth_mm" = { low = 5.0, high = 9.0 }'), ["sampling = 'grid'"]),
         (HEAD.replace("maeno2000", "maeno200") + ONE, ["did you mean maeno2000?"]),
-        (HEAD.replace("maeno2000", "/dev/zero") + ONE, ["an ordinary file"]),
+        (HEAD.replace("maeno2000", "/dev/zero") + ONE, ["no ordinary file"]),
         (HEAD.replace("maeno2000", "x" * 500) + ONE, ["study.base", "too long"]),
         (parameters('"body.a b" = [1, 2]'), ["body.a b"]),
         (parameters('"no.such" = [1, 2]'), ["no.such"]),
@@ -190,7 +190,7 @@ def test_files_beyond_every_size_are_refused(tmp_path):
     big, latin = tmp_path / "big.toml", tmp_path / "latin.toml"
     big.write_text(HEAD + ONE + "# " + "x" * 10_000_000, "utf-8")
     latin.write_bytes(b'[study]\nname = "\xe9"')
-    said = {big: "at most 2000000 bytes", tmp_path: "readable TOML file", latin: "UTF-8"}
+    said = {big: "larger than 2 MB", tmp_path: "readable TOML file", latin: "UTF-8"}
     for path, words in said.items():
         with pytest.raises(DesignError, match=words):
             read_study(path)

@@ -350,9 +350,8 @@ def test_wrong_options_and_foreign_estimators_are_refused(design, measured, tmp_
 
 
 @pytest.mark.slow
-def test_the_pages_commands_run(design, tmp_path, monkeypatch, capsys):
+def test_the_pages_commands_run(design, tmp_path, in_tmp_path, capsys):
     text = (ROOT / "docs/how_to/identify.md").read_text("utf-8")
-    monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.toml").write_text(SOFT)
     estimator_file(design, tmp_path / "trained/mine")
     for block in re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL):

@@ -127,7 +127,9 @@ def test_perturbed_fingers_train_the_same_with_any_number_of_workers(monkeypatch
     assert one.friction_utilisation_errors[0] < 0.35
 
 
-def test_training_is_cached_and_repeated_for_a_broken_file(problem, grips, monkeypatch, tmp_path):
+def test_training_is_cached_and_repeated_for_a_broken_file(
+    problem, grips, monkeypatch, own_cache, tmp_path
+):
     trained = []
 
     def train(problem, key, settings, report, paths=None, workers=1):
@@ -135,7 +137,6 @@ def test_training_is_cached_and_repeated_for_a_broken_file(problem, grips, monke
         return train_estimator(problem, key, SETTINGS, grips=grips)
 
     monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 2),))
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     monkeypatch.setattr(training, "train_estimator", train)
     design = with_values(load_design("sensitive"), {"grip.regulator.training_fingers": 1})
     first = training.training_result_for(design, problem)

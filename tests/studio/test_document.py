@@ -60,8 +60,7 @@ def test_a_faulty_file_leaves_the_last_sound_text(file):
     assert document.changed()
 
 
-def test_a_shipped_design_is_saved_as_a_file_of_ones_own(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_shipped_design_is_saved_as_a_file_of_ones_own(tmp_path, in_tmp_path):
     document = Document.of(None)
     document.put({"plates.angle_deg": 30.0})
     assert document.save() == Path("maeno2000.toml")

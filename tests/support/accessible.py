@@ -2,39 +2,7 @@
 
 Names of pictures, buttons, links and fields; contrast of text (WCAG 2.1, 1.4.3: 4.5, of large text
 3); order of headings; the page's language and title; ids that occur twice.
-
-And words of a page that are neither in the glossary nor among those that any reader knows.
 """
-
-import re
-from html import unescape
-
-from fingerdesign.report.page import term_pattern
-
-# Words of headings, columns and captions that any reader knows; all others are terms.
-PLAIN_WORDS = """
-coupon crest cutter determined fixes machine name planned row shows sizes try
-a across advice against all along analysed and angle answer any are as at axial axis back base be
-before begins believe bench bend best better bill both bound by came cases casting centre centres
-change changed changes chart check checked checks chosen clean close cm cm³ come compared complete
-conditions contact content contents cost count crushed cut degrees design designs details diameter
-did difference different do does downloads drawn dropped each ended engineering equal error
-estimated every everything faces failed failures far figures files filled final finger finish first
-fixed flat follow for force forces found from front g gages geometry glossary go good greatest
-grips half has have heading hole holes hollow how in incr inside is it item its key kind largest
-last least left length lie lifted lifts limit limits made maeno main make mass material materials
-mean measure measured memory mg microstrain middle mind missing mix mm mn model modelled mold most
-motion mpa n names nearest no not notes nothing number numbers objects of off on once one open
-opens or order other others out over page paper part parts passed pattern peak per picture place
-plan point points positions pour quality radius read reading record reference remark report
-reported row rows rubber s said same saves saving saw says scale scene search seconds see seen
-shape sheet short side size slips sorts stands step steps surface table test than that the their
-thickness this time times to together told took tried true two under unit up used value values
-verdict volume warned warning warnings was weight went were what where which who why width with
-without words work works worst x y young z
-findings given tables
-"""
-PLAIN = set(PLAIN_WORDS.split())
 
 FAULTS = r"""(() => {
 const found = [], all = (what) => [...document.querySelectorAll(what)];
@@ -99,15 +67,3 @@ return found;
 def faults(browser):
     """The serious faults of the page that is open, as it appears now."""
     return browser.evaluate(FAULTS)
-
-
-def unexplained(page):
-    """Words of headings, columns, captions and drawings that are neither plain nor in an entry."""
-    main = page.partition("<main")[2].partition("</main>")[0]
-    inside = main.partition('<div class="definition"')[0]
-    labels = re.findall(r"<(?:th|caption|h2|h3|text)\b[^>]*>([^<]*)<", inside)
-    left = (
-        term_pattern().sub(" ", unescape(re.sub(r"\w+(\.\w+)+", " ", label))) for label in labels
-    )
-    words = {word.lower() for each in left for word in re.findall(r"[^\W\d_]{2,}", each)}
-    return sorted(words - PLAIN)

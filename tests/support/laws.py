@@ -1,21 +1,14 @@
 """Laws between the answers of two fingers, or of one finger twice, on random fingers.
 
-    python tests/support/laws.py [--fingers 50] [--first 0] [--law WORD] [--fidelity 3d]
-
-A line a law and fidelity: how many fingers, the bound, the worst that was seen, whose, and seconds
-of processor time. Exits with 1 where a law is broken. Each law says how wrong an answer may be, as
-:func:`any_fingers.difference` measures it, and why that much.
+Each law gives the bound of an answer's error, as :func:`any_fingers.difference` measures it, and
+its reason.
 """
 
 from __future__ import annotations
 
-import argparse
-import itertools
 import os
 import shutil
-import sys
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
@@ -24,10 +17,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-
-if __name__ == "__main__":
-    ROOT = Path(__file__).resolve().parents[2]
-    sys.path[:0] = [str(ROOT / each) for each in (".", "cli", "benchmarks")]
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.path import (
@@ -401,48 +390,3 @@ def cached(finger: Finger) -> float:
         shutil.rmtree(kept / "answers", ignore_errors=True)  # what was quick is not kept
         found.append(made())
     return float(not found[0] == found[1] == found[2])
-
-
-def tried(each: Law, fidelity: str, count: int, first: int = 0) -> dict[int, float]:
-    """How wrong ``count`` fingers are that a law says something of, by their seeds from first."""
-    found: dict[int, float] = {}
-    for seed in itertools.count(first):
-        if len(found) == count:
-            return found
-        wrong = each.wrong(known(seed, fidelity).finger)
-        if wrong is not None:
-            found[seed] = wrong
-    raise AssertionError  # there are always more seeds
-
-
-def main() -> int:
-    """Try laws on fingers; 1 where one is broken."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--fingers", type=int, default=50, help="a law and fidelity")
-    parser.add_argument("--first", type=int, default=0, help="the first finger's seed")
-    parser.add_argument("--law", default="", help="laws whose name holds this alone")
-    parser.add_argument("--fidelity", choices=BOTH)
-    given = parser.parse_args()
-    broken = 0
-    print("law | fidelity | fingers | bound | worst | of finger | s")
-    for each in LAWS.values():
-        for fidelity in each.fidelities:
-            if given.law not in each.name or given.fidelity not in (None, fidelity):
-                continue
-            start = time.process_time()
-            found = tried(each, fidelity, given.fingers, given.first)
-            worst = max(found, key=lambda seed: found[seed])
-            numbers = f"{each.bound:.0e} | {found[worst]:.1e} | {worst}"
-            seconds = time.process_time() - start
-            print(
-                f"{each.name} | {fidelity} | {len(found)} | {numbers} | {seconds:.0f}", flush=True
-            )
-            over = {seed: wrong for seed, wrong in found.items() if not wrong <= each.bound}
-            broken += len(over)
-            if over:
-                print(f"    broken by {over}", flush=True)
-    return int(broken > 0)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -36,6 +36,18 @@ def interruptible():
 
 
 @pytest.fixture
+def in_tmp_path(tmp_path, monkeypatch):
+    """Work in the test's own folder."""
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def own_cache(tmp_path, monkeypatch):
+    """Use the test's own folder as the cache."""
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+
+
+@pytest.fixture
 def said(capsys):
     """Run the command line to an exit code; what was said by then, on ``out`` and ``err``."""
     from fingerdesign_cli.main import main

@@ -1,23 +1,15 @@
 """Moves of sliders in a real Chromium, timed from the slider to the picture.
 
-    python tests/support/studio.py [DESIGN]
-
-Beside the clock's time stands the processor time that the studio's process and the page's thread
-took: on a machine that others use it alone says what the studio costs.
+The processor time of the studio's process and of the page's thread is measured too: it is the cost
+of the studio on a machine that others use.
 """
 
 import subprocess
 import sys
-import tempfile
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 
-import numpy as np
 import psutil
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-from tests.support.browser import Browser
 
 OBJECT = [("friction", 0.3 + 0.02 * k) for k in range(8)]
 OBJECT += [("shear", 0.02 + 0.01 * k) for k in range(6)]
@@ -45,12 +37,6 @@ class Times:
 
     clock: list[float]
     busy: list[float]
-
-    def words(self, name: str) -> str:
-        """95th percentiles."""
-        clock, busy = (1e3 * float(np.quantile(each, 0.95)) for each in (self.clock, self.busy))
-        count = f"95th percentile of {len(self.clock)}"
-        return f"{name}: {clock:.0f} ms by the clock, {busy:.0f} ms of processors ({count})"
 
 
 @contextmanager
@@ -95,20 +81,3 @@ def memory_MB(process):
     """Resident memory of the studio's processes, MB."""
     family = psutil.Process(process.pid)
     return sum(each.memory_info().rss for each in [family, *family.children(recursive=True)]) / 1e6
-
-
-def _show(arguments, work):
-    with (
-        running(*arguments, folder=work) as (process, address),
-        Browser(address, work) as browser,
-    ):
-        browser.wait(READY, 120)
-        moved(browser, process, [("friction", 0.9), ("friction", 0.8)])
-        print(moved(browser, process, OBJECT).words("approach, shear, friction"))
-        print(moved(browser, process, FINGER).words("the finger"))
-        print(f"memory of the studio: {memory_MB(process):.0f} MB")
-
-
-if __name__ == "__main__":
-    with tempfile.TemporaryDirectory() as folder:
-        _show(sys.argv[1:], Path(folder))

@@ -182,8 +182,7 @@ def test_another_mesher_is_asked_for_by_name_in_three_dimensions(monkeypatch):
 
 
 @pytest.mark.slow  # fTetWild's mesh of a finger, and two models in 3-D
-def test_by_another_mesher_a_finger_is_much_the_same(monkeypatch, tmp_path):
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+def test_by_another_mesher_a_finger_is_much_the_same(own_cache):
     design = parse_design(COARSE + "[mesh]\ncontact_size_mm = 0.8\nplate_size_mm = 0.6")
     felt = []
     for fault in ("gains", "mesher"):

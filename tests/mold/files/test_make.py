@@ -23,7 +23,6 @@ from fingerdesign.mold.picture import Badge, Picture, Pictures, pictures_job
 from fingerdesign.mold.plan.limits import PROFILES, limits_of
 from fingerdesign.mold.record import mold_digest
 from fingerdesign.records.base import ResultError, json_schema
-from tests.support.accessible import unexplained
 from tests.support.molds import read_3mf
 
 PASSED = Check("watertight", "core", True, 0.0, 0.0, "edges", "no edge is open")
@@ -99,7 +98,6 @@ def test_the_folder_holds_everything_its_record_fits_its_schema_and_its_page_sho
     assert data["plates"][0]["count"] == 3
     assert {"plan", "cad", "checks", "files", "picture"} <= set(data["timings_s"])
     page = (tmp_path / "block" / "report.html").read_text("utf-8")
-    assert unexplained(page) == []
     assert "http" not in page.replace("http-equiv", "")
     assert "<script" not in page
     for words in ("All 1 checks passed", "gate: pour in here", "2 bolts (M3 x 35"):
