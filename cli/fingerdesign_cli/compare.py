@@ -12,14 +12,20 @@ from fingerdesign.runtime.files import why_no_place, write_whole
 from fingerdesign.runtime.registry import unknown_name
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, Comparison, read_comparison
-from fingerdesign.search.compare.recommend import GOALS, Recommendation, Wanted, recommend, why_not
+from fingerdesign.search.compare.recommend import (
+    GOALS,
+    Objective,
+    Recommendation,
+    recommend,
+    why_not,
+)
 from fingerdesign.search.compare.words import summary
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import Store, run_jobs
 from fingerdesign.search.study.file import Limits
 from fingerdesign.search.study.metrics import METRICS
-from fingerdesign_cli.search import StudyProgress
+from fingerdesign_cli.search import StudyProgress, say_recommended
 from fingerdesign_cli.terminal import open_page, print_json, print_table, progress
 
 LIMITS = Limits(time_s=1800.0, memory_MB=8000.0)  # of one in 3-D: a minute, some gigabytes
@@ -96,7 +102,7 @@ def _refuse_places(places: dict[str, Path | None], results: Sequence[Path]) -> N
         taken.add(path)
 
 
-def _objectives(requested: Sequence[str]) -> list[Wanted]:
+def _objectives(requested: Sequence[str]) -> list[Objective]:
     found = []
     for text in requested:
         metric, _, goal = text.partition(":")
@@ -108,7 +114,7 @@ def _objectives(requested: Sequence[str]) -> list[Wanted]:
             raise click.UsageError(
                 f"--objective {text}: must be METRIC:min or METRIC:max; say which end is better"
             )
-        found.append(Wanted(metric, "min" if goal == "min" else "max"))
+        found.append(Objective(metric, "min" if goal == "min" else "max"))
     return found
 
 
@@ -145,16 +151,12 @@ def _reported(found: Comparison, best: Recommendation, out: Path) -> dict[str, o
 
 
 def _show(found: Comparison, best: Recommendation) -> None:
-    said = summary(found.outcomes, found.facts, best)
-    click.echo(said.counts)
-    click.echo(f"recommended: {said.recommended}. {said.why}" if said.recommended else said.why)
-    for key, value in said.values.items():
-        click.echo(f"  {key} = {value}")
-    if said.table is not None:
-        print_table(said.table.caption, said.table.columns, said.table.rows)
-    for sentence in said.scales:
-        click.echo(f"  {sentence}")
-    for sentence in said.given_up:
+    head = summary(found.outcomes, found.facts, best)
+    click.echo(head.counts)
+    say_recommended(head)
+    if head.table is not None:
+        print_table(head.table.caption, head.table.columns, head.table.rows)
+    for sentence in head.given_up:
         click.echo(f"  better elsewhere: {sentence}")
-    for sentence in said.mind:
+    for sentence in head.mind:
         click.echo(f"mind: {sentence}")

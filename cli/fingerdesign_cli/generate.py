@@ -80,13 +80,13 @@ def _chosen(study: Study, base: Any, count: int | None, only: tuple[int, ...]) -
     if absent:
         raise click.UsageError(f"--only = {absent[0]}: must be at most {all_of_them}")
     digits = max(4, len(str(all_of_them)))
-    wanted = set(only)
+    requested = set(only)
     rows = (
         (number, values)
         for number, values in enumerate(points(study), start=1)
-        if not wanted or number in wanted
+        if not requested or number in requested
     )
-    of = len(wanted) or all_of_them
+    of = len(requested) or all_of_them
     of = of if count is None else min(count, of)
     return of, (
         variant_of(study, base, number, values, digits) for number, values in islice(rows, of)
@@ -109,8 +109,10 @@ def _show(found: Sequence[Made], target: Path, quiet: bool) -> None:
     if len(invalid) > 1:
         rows = [[key, str(count), name] for key, count, _, name in reported]
         print_table("why variants cannot exist", ["key", "variants", "the first"], rows)
-    kept, failed = (sum(each) for each in zip(*((m.kept, m.failed) for m in found), strict=True))
-    click.echo(f"{len(found) - len(invalid)} variants, {kept} of them there already: {target}")
+    existed, failed = (
+        sum(each) for each in zip(*((m.existed, m.failed) for m in found), strict=True)
+    )
+    click.echo(f"{len(found) - len(invalid)} variants, {existed} of them there already: {target}")
     if invalid:
         click.echo(f"{len(invalid)} cannot exist: {target / 'invalid.csv'}")
     if failed:
@@ -125,7 +127,7 @@ def _variant_data(made: Made) -> dict[str, object]:
         "valid": made.variant.design is not None,
         "faults": [str(fault) for fault in made.variant.faults],
         "cad": made.cad or None,
-        "kept": made.kept,
+        "kept": made.existed,
     }
 
 

@@ -15,15 +15,16 @@ import click
 from fingerdesign.design.shipped import file_text
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.runtime.progress import Progress
+from fingerdesign.search.compare.folder import FOLDER, write_study
 from fingerdesign.search.compare.read import Comparison
 from fingerdesign.search.compare.recommend import recommend
-from fingerdesign.search.compare.words import summary
+from fingerdesign.search.compare.words import Summary, summary
 from fingerdesign.search.optimise.confirm import confirm
-from fingerdesign.search.optimise.optimise import BATCH, Search, Trials, refuse_aimless, searched
+from fingerdesign.search.optimise.optimise import BATCH, Search, refuse_aimless, searched
 from fingerdesign.search.optimise.page import FOLDER as SEARCH_FOLDER
-from fingerdesign.search.optimise.page import journal_beside, tables, verdict, write_optimised
+from fingerdesign.search.optimise.page import journal_path, tables, verdict, write_optimised
+from fingerdesign.search.optimise.trials import Trials
 from fingerdesign.search.run.cluster import Cluster
-from fingerdesign.search.run.folder import FOLDER, write_study
 from fingerdesign.search.run.run import (
     TRANSIENT,
     Planned,
@@ -38,31 +39,37 @@ from fingerdesign.search.study.variants import base_design, variants
 from fingerdesign_cli.inputs import refuse_foreign
 from fingerdesign_cli.terminal import open_page, print_table, progress
 
-# What commands on studies share: where they run, progress with time left and failures.
-
 _NUMBER = re.compile(r"-(\d{4,6})(?:-3d|-auto)?$")
 _PLAIN_S = 8.0  # between plain lines, where stderr is no terminal; looks are 2 s apart
+_KINDS = {
+    "invalid": "invalid",
+    "refused": "refused",
+    "failed": "without a result",
+    "crashed": "crashed",
+    "timeout": "out of time",
+    "memory": "out of memory",
+}
 
 
 class StudyProgress:
-    """Shows where a study stands, on a bar, in plain lines, or a JSON line an outcome.
+    """Shows the progress of a study, on a bar, in plain lines, or a JSON line an outcome.
 
     cluster: set it once it is there; its dashboard's address is reported when it has started.
     """
 
     def __init__(self, show: Progress, quiet: bool, as_json: bool) -> None:
         self._show, self._quiet, self._as_json = show, quiet, as_json
-        self._said_dashboard = False
+        self._dashboard_shown = False
         self._next, self._waited = 0.0, False
-        self._start, self._said = time.monotonic(), ""
+        self._start, self._last = time.monotonic(), ""
         self.cluster: Cluster | None = None
         self.last: Standing | None = None
 
     def __call__(self, standing: Standing) -> None:
         """Show a standing."""
         self.last = standing
-        if (standing.threads or standing.waiting) and not self._said_dashboard:
-            self._said_dashboard = True
+        if (standing.threads or standing.waiting) and not self._dashboard_shown:
+            self._dashboard_shown = True
             self._dashboard()
         if self._as_json and standing.outcome is not None:
             line(reported(standing))
@@ -70,12 +77,12 @@ class StudyProgress:
         news = standing.number == standing.of or standing.waiting != self._waited
         if news or sys.stderr.isatty() or now >= self._next:
             self._next, self._waited = now + _PLAIN_S, standing.waiting
-            said = words(standing)
-            if said == self._said and not sys.stderr.isatty():  # nothing new: it is alive
-                said += f", {now - self._start:.0f} s so far"
+            text = words(standing)
+            if text == self._last and not sys.stderr.isatty():  # nothing new: it is alive
+                text += f", {now - self._start:.0f} s so far"
             else:
-                self._said = said
-            self._show(said, standing.number / max(standing.of, 1))
+                self._last = text
+            self._show(text, standing.number / max(standing.of, 1))
 
     def _dashboard(self) -> None:
         address = None if self.cluster is None else self.cluster.dashboard
@@ -86,15 +93,15 @@ class StudyProgress:
 
 
 def words(standing: Standing) -> str:
-    """As "12 of 200, 1 failed, 3 min left"."""
-    said = [f"{standing.number} of {standing.of}"]
+    """Progress as text: "12 of 200, 1 failed, 3 min left"."""
+    parts = [f"{standing.number} of {standing.of}"]
     if standing.failures:
-        said.append(f"{standing.failures} failed")
+        parts.append(f"{standing.failures} failed")
     if standing.waiting:
-        said.append("waiting for workers")
+        parts.append("waiting for workers")
     elif standing.left is not None and standing.number < standing.of:
-        said.append(f"{duration(standing.left)} left")
-    return ", ".join(said)
+        parts.append(f"{duration(standing.left)} left")
+    return ", ".join(parts)
 
 
 def duration(seconds: float) -> str:
@@ -149,6 +156,13 @@ def say_failures(outcomes: Sequence[Outcome], causes: Path) -> None:
         click.echo(f"{failures} of {len(outcomes)} failed: causes in {causes}", err=True)
 
 
+def say_recommended(found: Summary) -> None:
+    """Print the recommended design with its values, or why there is none."""
+    click.echo(f"recommended: {found.recommended}. {found.why}" if found.recommended else found.why)
+    for key, value in found.values.items():
+        click.echo(f"  {key} = {value}")
+
+
 def line(value: dict[str, Any]) -> None:
     """One line of JSON on stdout, at once."""
     click.echo(json.dumps(value, allow_nan=False))
@@ -169,9 +183,6 @@ def _read(study_file: Path, fidelity: str | None) -> tuple[str, Study]:
     return text, parse_study(text, str(study_file))
 
 
-# ``fingerdesign optimise``: search for better fingers, and confirm the best of them.
-
-
 def optimise(
     study_file: Path,
     out: Path,
@@ -190,21 +201,21 @@ def optimise(
     refuse_foreign(SEARCH_FOLDER, target)
     search = Search(study, base_design(study, folder), study_scenes(study, folder))
     store = Store()
-    journal = journal_beside(target.absolute())
+    journal = journal_path(target.absolute())
     with (
-        Trials(study, search.base, journal) as kept,  # held till the folder is written
+        Trials(study, search.base, journal) as trials_on_disk,  # locked till the folder is written
         progress(study.name, quiet or as_json) as show,
         Cluster(workers, scheduler) as cluster,
     ):
         shown = StudyProgress(show, quiet, as_json)
         shown.cluster = cluster
-        report = _Told(shown, len(search.scenes))
+        report = _SearchProgress(shown, len(search.scenes))
 
         def evaluated(plan: Sequence[Planned]) -> tuple[Outcome, ...]:
             return run_jobs(plan, store, cluster, study.limits, report.standing, retry=retry)
 
         batch = max(BATCH, workers or 0)
-        tried = searched(search, kept, evaluated, trials, batch, report.trials)
+        tried = searched(search, trials_on_disk, evaluated, trials, batch, report.trials)
         report.searching = False
         found = confirm(search, tried, evaluated, lambda message: show(message, None))
         show("writing the report", 1.0)
@@ -225,7 +236,7 @@ def optimise(
     return 0 if any(o.status == "ok" for each in tried for o in each.outcomes) else 1
 
 
-class _Told:
+class _SearchProgress:
     """Shows each batch's standing as one of the whole search, then that of the confirmation."""
 
     def __init__(self, show: StudyProgress, scenes: int) -> None:
@@ -241,7 +252,7 @@ class _Told:
         self._done, self._of, self._before = done, of, self._failures
 
     def standing(self, now: Standing) -> None:
-        """Show where a batch stands."""
+        """Show the progress of a batch."""
         if not self.searching:
             self._show(now)
             return
@@ -257,16 +268,6 @@ class _Told:
             left = seconds / (number - earlier) * (of - number)
         shown: dict[str, Any] = {"number": number, "of": of, "failures": self._failures}
         self._show(replace(now, **shown, left=left, seconds=seconds))
-
-
-_KINDS = {
-    "invalid": "invalid",
-    "refused": "refused",
-    "failed": "without a result",
-    "crashed": "crashed",
-    "timeout": "out of time",
-    "memory": "out of memory",
-}
 
 
 def sweep(
@@ -304,7 +305,7 @@ def sweep(
 
 
 def _counts(outcomes: Sequence[Outcome], last: Standing | None) -> dict[str, object]:
-    """What came of a study, for scripts."""
+    """Counts of a study's outcomes, for scripts."""
     kinds = Counter(outcome.failure.kind for outcome in outcomes if outcome.failure is not None)
     return {
         "variants": len(outcomes),
@@ -321,8 +322,8 @@ def _show(
 ) -> None:
     facts = found.facts
     best = recommend(found.outcomes, facts.objectives, facts.constraints)
-    said = summary(found.outcomes, facts, best)
-    click.echo(said.counts)
+    head = summary(found.outcomes, facts, best)
+    click.echo(head.counts)
     counts = _counts(outcomes, last)
     kinds = counts["failures_by_kind"]
     assert isinstance(kinds, dict)
@@ -335,7 +336,5 @@ def _show(
         click.echo("nothing was computed: every outcome was in the store")
     elif counts["from_store"]:
         click.echo(f"{counts['computed']} computed, {counts['from_store']} were in the store")
-    click.echo(f"recommended: {said.recommended}. {said.why}" if said.recommended else said.why)
-    for key, value in said.values.items():
-        click.echo(f"  {key} = {value}")
+    say_recommended(head)
     click.echo(f"report: {target / 'report.html'}")

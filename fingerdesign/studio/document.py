@@ -1,7 +1,7 @@
-"""The TOML file that the studio watches: read, told apart from what is unsaved, saved as it was.
+"""The TOML file that the studio watches: read, watched, and saved with its comments.
 
-What sliders have moved is kept as dotted keys beside the file's text. A change of the file itself
-(by an editor) is taken over, and wins where it is of the same key.
+Moved sliders are stored as dotted keys, apart from the file's text. A change of the file by an
+editor is taken over, and wins where it is of the same key.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ SHIPPED = "maeno2000"  # what is shown where no design is named
 
 
 def with_keys(text: str, values: Mapping[str, object]) -> str:
-    """TOML ``text`` with dotted keys set, its comments and its order kept.
+    """TOML ``text`` with dotted keys set, its comments and its order unchanged.
 
     >>> print(with_keys('[plates]  # bronze\\ncount = 15  # as in the paper', {"plates.count": 9}))
     [plates]  # bronze
@@ -75,11 +75,11 @@ class Document:
 
     def put(self, values: Mapping[str, Any]) -> None:
         """Take sliders' values: what equals the file's is not unsaved."""
-        stands = dict(leaves(self.saved_design().model_dump(mode="json")))
-        self.unsaved = {key: value for key, value in values.items() if stands.get(key) != value}
+        saved = dict(leaves(self.saved_design().model_dump(mode="json")))
+        self.unsaved = {key: value for key, value in values.items() if saved.get(key) != value}
 
     def changed(self) -> bool:
-        """Whether the file has changed since it was read; its text is then taken over.
+        """Return True where the file has changed since it was read; its text is then taken over.
 
         A key that was changed in the file too is no longer unsaved. Raises DesignError where the
         file is gone, cannot be read, or holds a fault: the text before stays then.
@@ -87,7 +87,7 @@ class Document:
         if self.shipped:
             return False
         if not self.path.is_file():
-            remedy = "Save writes it anew" if not self.path.exists() else "move that away"
+            remedy = "Save writes it again" if not self.path.exists() else "move that away"
             raise DesignError([Fault("file", str(self.path), "there, an ordinary file", remedy)])
         text = read_text(self.path)
         if text == self.text:
@@ -104,7 +104,7 @@ class Document:
         return True
 
     def save(self) -> Path:
-        """Write the file with what is unsaved, comments kept; the path that was written.
+        """Write the file with what is unsaved, comments unchanged; the path that was written.
 
         Raises DesignError where the result would be faulty, the file may not be written, or a
         shipped design's copy would overwrite a file; OSError as of the disk.

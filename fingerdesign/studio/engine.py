@@ -1,15 +1,15 @@
-"""From a design and a press to numbers: condensed sections that are kept, and 3-D beside them.
+"""From a design and a press to numbers: cached condensed sections, and 3-D in another process.
 
 The studio's section is coarser than an analysis's: edges of twice the length at the contact and
 three times along plates, which leaves a sixth of the triangles. On the paper's finger forces then
-differ by less than 1 %, the stick ratio by 0.003 and what gages say of the shear by 0.8 % of the
+differ by less than 1 %, the stick ratio by 0.003 and the gages' change by the shear by 0.8 % of the
 largest (docs/how_to/studio.md).
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from fingerdesign.runtime.isolate import ProcessError, Worker
 from fingerdesign.studio.numbers import Numbers, numbers_of
 from fingerdesign.studio.sliders import Press
 
-KEPT = 40  # condensed sections; each under a MB
+CACHED = 40  # condensed sections; each under a MB
 TIME_LIMIT_S = 900.0  # of a 3-D answer
 # Longer edges than the design's own section has, and how much faster they grow.
 COARSER = {
@@ -70,14 +70,14 @@ def zone_for(design: Design, press: Press, reach: float) -> Zone:
 
 @dataclass
 class Engine:
-    """Plane strain at once, from sections that are kept; for one thread.
+    """Plane strain at once, from cached sections; for one thread.
 
-    reach: the largest approach of the slider, mm. condensed: how often a finger was condensed.
+    reach: the largest approach of the slider, mm. condensed: number of condensations.
     """
 
     reach: float
     condensed: int = 0
-    _kept: OrderedDict[str, ContactProblem] = field(default_factory=OrderedDict)
+    _cache: OrderedDict[str, ContactProblem] = field(default_factory=OrderedDict)
 
     def numbers(self, design: Design, press: Press) -> Numbers:
         """The answer in plane strain. Raises DesignError where the design has no such section,
@@ -92,23 +92,23 @@ class Engine:
         return in_wide_zone(design, zone_for(design, press, self.reach), work)
 
     def _problem(self, design: Design, press: Press, zone: Zone) -> ContactProblem:
-        """The condensed section, made where it is not kept; friction is the press's business."""
+        """The condensed section, made where it is not cached; friction comes from the press."""
         shape = design.model_copy(update={"grip": type(design.grip)()})
         name = f"{shape.digest()} {zone}"
-        if name not in self._kept:
+        if name not in self._cache:
             scene, chosen = flat_scene(press), coarse(design)
             mesh = make_mesh(chosen, "plane-strain", zone)
             reduced = build_model(chosen, mesh, zone.half_width, np.empty((0, 3))).reduced
-            self._kept[name] = problem_at_touch(reduced, scene.object, chosen.body)
+            self._cache[name] = problem_at_touch(reduced, scene.object, chosen.body)
             self.condensed += 1
-            while len(self._kept) > KEPT:
-                self._kept.popitem(last=False)
-        self._kept.move_to_end(name)
-        return self._kept[name]
+            while len(self._cache) > CACHED:
+                self._cache.popitem(last=False)
+        self._cache.move_to_end(name)
+        return self._cache[name]
 
 
 def numbers_in_3d(design: Design, press: Press, reach: float) -> Numbers:
-    """The answer in 3-D, by the design's own mesh; accepted meshes and models are kept on disk."""
+    """The answer in 3-D, by the design's own mesh; meshes and models are cached on disk."""
     scene = flat_scene(press)
     symmetric = mirrors_in_z(design)
 
@@ -119,7 +119,7 @@ def numbers_in_3d(design: Design, press: Press, reach: float) -> Numbers:
             problem = problem_at_touch(model, scene.object, design.body)
             return numbers_of(design, problem, press)
 
-    return in_wide_zone(design, replace(zone_for(design, press, reach)), work)
+    return in_wide_zone(design, zone_for(design, press, reach), work)
 
 
 class Refiner:

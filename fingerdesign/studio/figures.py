@@ -47,7 +47,7 @@ def tractions(now: Numbers, pinned: Numbers | None = None) -> Figure:
 
 
 def bars(now: Numbers, picked: int | None, pinned: Numbers | None = None) -> Figure:
-    """What the shear changes of each gage, over its place; a click picks one."""
+    """Change of each gage by the shear, over its place; a click picks one."""
     plates = np.arange(len(now.gage_x))
     looks = ["--vermilion" if plate == picked else "--blue" for plate in plates]
     data: list[Figure] = [
@@ -108,7 +108,7 @@ def shape(design: Design) -> Figure | None:
         return None
     figure = finger_in_space(found)
     layout = {"template": LOOKS["template"], **figure["layout"], "height": 300}
-    layout["scene"] |= {"uirevision": "kept"}
+    layout["scene"] |= {"uirevision": "unchanged"}
     return {**figure, "layout": layout, "words": found["words"]}
 
 

@@ -1,4 +1,4 @@
-"""What a model says of a press: forces, contact, tractions, readings; the same of every model."""
+"""Results of a press: forces, contact, tractions, readings; the same of every model."""
 
 from __future__ import annotations
 
@@ -37,13 +37,11 @@ class Numbers:
     readings            (k, gages) microstrain; gage_x (gages,) mm
     correlation         of gage area and stick area over the shear; None where it has none
     noise               of the design's amplifier, microstrain, one sample (0.5 where it says none)
-    measured            what such a sample sees of slip under this normal force; None: nothing
+    measured            slip measured by such a sample under this normal force; None: nothing
     """
 
     dimension: int
     friction: float
-    approach: Array
-    sheared: Array
     normal: Array
     tangential: Array
     ratio: Array
@@ -62,12 +60,12 @@ class Numbers:
 
     @property
     def slips(self) -> bool:
-        """Whether the contact slips as a whole at the end."""
+        """True where the contact slips as a whole at the end."""
         return bool(self.tangential[-1] > 0.0 and self.ratio[-1] < COMPLETE_SLIP[self.dimension])
 
     @property
     def touches(self) -> bool:
-        """Whether there is a contact at the end."""
+        """True where there is a contact at the end."""
         return bool(np.isfinite(self.ratio[-1]))
 
     @property
@@ -100,8 +98,6 @@ def numbers_of(design: Design, problem: ContactProblem, press: Press) -> Numbers
     return Numbers(
         dimension=problem.model.dimension,
         friction=press.friction,
-        approach=np.array([step.increment.motion.approach for step in steps]),
-        sheared=np.array([step.increment.motion.shear for step in steps]),
         normal=np.array([each.normal_force for each in measures]),
         tangential=np.array([each.tangential_force for each in measures]),
         ratio=np.array(ratios),
@@ -121,7 +117,7 @@ def numbers_of(design: Design, problem: ContactProblem, press: Press) -> Numbers
 
 
 def _measured(design: Design, problem: ContactProblem, normal: float) -> MeasuredState | None:
-    """What one sample of the array's gages sees of slip under ``normal`` N."""
+    """Slip measured by one sample of the array's gages under ``normal`` N."""
     array = gage_array(design)
     if not array or not normal > 0.0:
         return None

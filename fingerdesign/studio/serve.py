@@ -55,7 +55,7 @@ class MissingLibrary(FingerDesignError):
 
 
 def new_token() -> str:
-    """A token that nobody guesses: 128 random bits."""
+    """Return a token of 128 random bits."""
     return os.urandom(16).hex()
 
 
@@ -85,7 +85,7 @@ def guard(token: str) -> list[Any]:
 
 
 def refusal(request: Request, token: str) -> str:
-    """Why a request is refused, "" where it is not.
+    """Return why a request is refused, "" where it is not.
 
     It must come from this machine, for this machine by name (no foreign name that was pointed
     here), from no other site's page, with the token in its address or its cookie.
@@ -114,7 +114,7 @@ def _cookie(request: Request) -> str:
 class Page:
     """A session bound to trame's state: moves in, pictures out, the newest move first.
 
-    All work is done by one thread beside the server's; what was moved while it works is answered
+    All work is done by one thread next to the server's; what was moved while it works is answered
     next, and only the last of it.
     """
 
@@ -149,7 +149,7 @@ class Page:
                 self._begin(self._at_rest(self._moves))
 
     def close(self) -> None:
-        """End what goes on beside."""
+        """End the work in the background."""
         self.refiner.give_up()
         for task in self._tasks:
             task.cancel()
@@ -168,7 +168,7 @@ class Page:
         await self._do(self.session.pick, int(plate))
 
     async def pin(self) -> None:
-        """Keep this state beside the next, or let go of it."""
+        """Pin this state, or remove the pin."""
         await self._do(self.session.pin)
 
     async def save(self) -> None:

@@ -1,4 +1,4 @@
-"""What one open page shows and does, without the page: moves, answers, pins, saves.
+"""State and actions of one open page, without the page: moves, answers, pins, saves.
 
 A session is worked by one thread; what it shows is a dict of plain values, ready for the browser.
 """
@@ -30,7 +30,7 @@ Shown = dict[str, Any]
 
 @dataclass(frozen=True)
 class Pinned:
-    """A state that was kept to be seen beside the present one."""
+    """A state that is shown next to the present one."""
 
     design: Design
     values: dict[str, float]
@@ -61,7 +61,7 @@ class Session:
 
     @property
     def press(self) -> Press:
-        """What the object does."""
+        """Motion of the object."""
         return Press.of(self.values)
 
     def start(self) -> Shown:
@@ -115,7 +115,7 @@ class Session:
         return self.shown()
 
     def pin(self) -> Shown:
-        """Keep the present state beside what follows; or let go of what is kept."""
+        """Pin the present state next to what follows, or remove the pin."""
         if self.pinned is not None:
             self.pinned = None
         elif self.numbers is not None:
@@ -131,7 +131,7 @@ class Session:
         return self.shown() | {"note": note, "file": str(self.document.path)}
 
     def look(self) -> Shown:
-        """What a change of the file brings; nothing where it has not changed."""
+        """Take over a change of the file; empty where it has not changed."""
         try:
             if not self.document.changed():
                 if not self._file_faults:
@@ -147,13 +147,13 @@ class Session:
             return self.shown()
         self._file_faults = []
         self.design = self.document.design()
-        stands = dict(leaves(self.design.model_dump(mode="json")))
+        values = dict(leaves(self.design.model_dump(mode="json")))
         fresh = {each.key: each for each in sliders_of(self.document.saved_design())}
         object_part = [each for each in self.sliders if not each.of_design]
         own = [each for each in fresh.values() if each.of_design]
         self.sliders = (*object_part, *own)
         self.values = {
-            each.key: float(stands[each.key]) if each.of_design else self.values[each.key]
+            each.key: float(values[each.key]) if each.of_design else self.values[each.key]
             for each in self.sliders
         }
         self.numbers, self.picked = None, None
@@ -193,7 +193,7 @@ class Session:
         return self._shapes[name]
 
     def _pinned_words(self) -> str:
-        """What differs from the pinned state: "plate angle 45 to 30 °, friction 0.5 to 0.3"."""
+        """List the changes since the pin: "plate angle 45 to 30 °, friction 0.5 to 0.3"."""
         if self.pinned is None:
             return ""
         was = self.pinned.values

@@ -32,7 +32,7 @@ class Slider:
 
     @property
     def of_design(self) -> bool:
-        """Whether it changes the finger, which is then condensed anew."""
+        """True for a key of the finger, which is then condensed again."""
         return "." in self.key
 
     def data(self) -> dict[str, Any]:
@@ -42,7 +42,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class Press:
-    """What the object does: pressed by ``approach`` (mm), then drawn by ``shear`` (mm)."""
+    """Motion of the object: pressed by ``approach`` (mm), then drawn by ``shear`` (mm)."""
 
     approach: float
     shear: float

@@ -1,4 +1,4 @@
-"""What the page says of the numbers: three questions, a table, and what the sketch shows."""
+"""The page's words on the numbers: three questions, a table, the section's text."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def verdict(now: Numbers) -> list[dict[str, str]]:
     return [
         _finding("holds", _holds(now), now=now),
         _finding("follows", _graded(now.correlation, GOOD, FAIR), now=now),
-        _finding("measurable", _seen(now), now=now, wanted=WANTED_STICK_CHANGE),
+        _finding("measurable", _seen(now), now=now, target=WANTED_STICK_CHANGE),
     ]
 
 

@@ -5,7 +5,6 @@ The views of two designs: drawn, turned, followed, chosen; names stay text.
 
 import csv
 import io
-import itertools
 import json
 import re
 from dataclasses import replace
@@ -15,10 +14,10 @@ import pytest
 from fingerdesign.records.outcome import Traces
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import facts_of
-from fingerdesign.search.compare.recommend import Bound, Wanted, recommend
+from fingerdesign.search.compare.recommend import Bound, Objective
 from tests.support.accessible import faults
 from tests.support.any_outcomes import HOSTILE, any_outcomes
-from tests.support.browser import Browser, BrowserError, chromium
+from tests.support.browser import Browser, chromium
 
 pytestmark = [
     pytest.mark.slow,
@@ -26,7 +25,11 @@ pytestmark = [
         chromium() is None, reason="no chromium: the page is not opened in a browser"
     ),
 ]
-WANTED = (Wanted("stick_error", "min"), Wanted("cost", "min"), Wanted("safety_margin", "max"))
+WANTED = (
+    Objective("stick_error", "min"),
+    Objective("cost", "min"),
+    Objective("safety_margin", "max"),
+)
 # Many, of which twelve have anything to draw.
 FLAT = any_outcomes(300, seed=1, failed=0.0)
 FLAT = (*FLAT[:12], *(replace(each, traces=Traces(), grips=()) for each in FLAT[12:]))
@@ -149,18 +152,6 @@ def cost(number):
     return MADE[number].metrics["cost"]
 
 
-def test_watch_sees_errors_and_requests(window, tmp_path):
-    page = tmp_path / "bad.html"
-    page.write_text(
-        '<img src="http://127.0.0.1:9/x.png"><script>noSuchFunction()</script>', encoding="utf-8"
-    )
-    window.goto(page)
-    assert "noSuchFunction" in "".join(window.console)
-    assert window.requests == ["http://127.0.0.1:9/x.png"]
-    with pytest.raises(BrowserError, match="nothing"):
-        window.evaluate("nothing")
-
-
 @pytest.mark.parametrize("few", [(), any_outcomes(3, failed=1.0), MADE[20:21], MADE[20:22]])
 def test_a_page_of_few_or_none_is_silent(page_of, few):
     browser = page_of(few, WANTED)
@@ -168,19 +159,6 @@ def test_a_page_of_few_or_none_is_silent(page_of, few):
         browser.show(place)
         browser.evaluate("new Promise((f) => setTimeout(f, 200))")
     assert browser.evaluate("FD.shown.length") == sum(o.status == "ok" for o in few)
-
-
-def test_opens_with_the_recommended_one_first_and_a_name_for_every_field(opened):
-    first = opened.evaluate(f"{SHOWN}[0].textContent")
-    assert text(opened, "recommended-name") in first
-    assert "recommended" in first
-    assert opened.evaluate("document.title") == "a study: fingers compared"
-    nameless = opened.evaluate(
-        "[...document.querySelectorAll('button, input, select')].filter((e) =>"
-        "!(e.textContent.trim() || e.getAttribute('aria-label') || e.closest('label')"
-        "|| e.labels?.length)).map((e) => e.outerHTML)"
-    )
-    assert nameless == []
 
 
 def test_sorts_by_mouse_and_keys_both_ways_most_first_and_no_value_last(browser):
@@ -246,20 +224,6 @@ def test_choosing_in_the_chart_by_mouse_and_keys(browser):
     assert browser.evaluate(f"FD.name({by_error[-1]})") in text(browser, "chosen")
 
 
-def test_of_three_the_oldest_goes_and_any_can_be_left_out(browser):
-    seen = []
-    for number in (20, 21, 22, 21):
-        browser.evaluate(f"FD.toggle({number})")
-        seen.append(browser.evaluate("FD.selected"))
-    assert seen == [[20, None], [20, 21], [21, 22], [22, None]]
-    browser.evaluate("FD.toggle(20)")
-    browser.click("#chosen > button")  # swap
-    assert browser.evaluate("FD.selected") == [20, 22]
-    browser.click("#chosen .one button")  # leave A out
-    assert browser.evaluate("FD.selected") == [22, None]
-    assert browser.evaluate("document.querySelectorAll('#table-designs tr[data-mark]').length") == 1
-
-
 def test_front_of_two_measures_is_right(browser):
     option = "[...e.options].find((o) => o.text === '{}').value"
     browser.change("axis-y", option.format("safety margin"), "change")
@@ -302,27 +266,6 @@ def test_downloads(browser):
     assert reported[20]["traces"]["gages"] == [list(row) for row in MADE[20].traces.gages]
 
 
-@pytest.mark.parametrize("dark", [False, True])
-def test_text_stands_out(browser, dark):
-    browser.appear(dark=dark)
-    colours = browser.evaluate(
-        "['ink', 'muted', 'blue', 'yes', 'no', 'partly', 'paper', 'panel'].map((n) => FD.colour(n))"
-    )
-    browser.appear()
-    *inks, paper, panel = (luminance(colour) for colour in colours)
-    for ink, ground in itertools.product(inks, (paper, panel)):
-        low, high = sorted((ink, ground))
-        assert (high + 0.05) / (low + 0.05) >= 4.5
-
-
-def luminance(colour):
-    """Relative luminance of #rrggbb (WCAG 2.2)."""
-    whole = colour if len(colour) == 7 else "#" + "".join(2 * c for c in colour[1:])
-    parts = [int(whole[i : i + 2], 16) / 255 for i in (1, 3, 5)]
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
-    return sum(w * c for w, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
-
-
 @pytest.mark.parametrize("width", [360, 800])
 def test_fits_narrow_windows_and_prints(browser, tmp_path, width):
     screen = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
@@ -333,46 +276,6 @@ def test_fits_narrow_windows_and_prints(browser, tmp_path, width):
     assert wide <= width
     assert (bar == "static") == (width <= 640)  # on a narrow screen the bar covers nothing
     assert browser.pdf(tmp_path / "page.pdf").stat().st_size > 20_000
-
-
-def test_badges_leave_the_star_and_b_is_the_runner_up(browser):
-    found = recommend(MADE, WANTED, BOUNDS)
-    assert browser.evaluate("FD.data.study.pair") == [found.chosen, found.runner_up]
-    browser.evaluate("FD.select(...FD.data.study.pair)")
-    badges = "document.getElementById('pareto').layout.annotations"
-    browser.wait(f"{badges}.length === 2")
-    apart = """(() => {
-      const place = document.getElementById("pareto");
-      const drawn = [...place.querySelectorAll(".trace.scatter path.point")]; // the star last
-      const both = [drawn.pop(), place.querySelector(".annotation")];
-      const [a, b] = both.map((e) => e.getBoundingClientRect());
-      return a.right <= b.x || b.right <= a.x || a.bottom <= b.y || b.bottom <= a.y;
-    })()"""
-    assert browser.evaluate(apart)
-
-
-def test_the_two_say_what_they_miss_and_where_grips_differ(browser):
-    missing = next(i for i in GOOD if MADE[i].metrics["peak_ratio"] > 2)
-    other = next(i for i in GOOD if i != missing)
-    browser.evaluate(f"FD.select({missing}, {other})")
-    words = "document.getElementById('pair-numbers').innerText"
-    assert "A: not feasible, peak_ratio" in browser.evaluate(words)
-    both = ", ".join(f"FD.data.designs[{i}].metrics.grip_success" for i in (missing, other))
-    before = browser.evaluate(f"[{both}]")
-    for success, reported in ((0.5, True), (1.0, False)):
-        browser.evaluate(f"[{both}] = [{success}, 1.0]")
-        browser.evaluate(f"FD.select({missing}, {other})")
-        assert ("grip success of the two differs" in browser.evaluate(words)) is reported
-    browser.evaluate(f"[{both}] = {json.dumps(before)}")
-
-
-def test_a_measure_alike_for_all_has_one_mark(page_of):
-    few = [replace(MADE[i], metrics=MADE[i].metrics | {"cost": 7.0}) for i in GOOD[:8]]
-    browser = page_of(few)
-    browser.wait("document.querySelector('#pareto .ytick')")
-    assert "cost: the same for all" in text(browser, "pareto")
-    ticks = "[...document.querySelectorAll('#pareto .ytick')].map((e) => e.textContent)"
-    assert browser.evaluate(ticks) == ["7"]
 
 
 def test_plotly_runs_under_the_policy_and_nothing_else_does(views):
@@ -437,17 +340,6 @@ def test_turned_by_keys_buttons_and_hand(views):
     assert eyes() == start
 
 
-def test_another_pair_is_seen_from_where_the_last_one_was(views):
-    views.click('#views [aria-label="View from the side"]')
-    eye = views.evaluate(EYE.format(0))
-    views.change("increment", 3)
-    choose(views, 2, 3)
-    assert views.evaluate(EYE.format(0)) == eye
-    assert views.evaluate("document.getElementById('increment').value") == "3"
-    views.click('#views [aria-label="Reset the view"]')
-    views.change("increment", 24)
-
-
 def test_the_slider_moves_all_pictures(views):
     state = (
         "[...document.querySelectorAll('#views .plot')].flatMap((e) =>"
@@ -486,15 +378,6 @@ def test_a_gage_is_brought_out(views):
     assert (wide.index(max(wide)), wide.count(max(wide))) == (1, 1)
 
 
-def test_one_design_alone(views):
-    choose(views, 0, None)
-    columns = "[...document.querySelectorAll('.v-column')].filter((e) => !e.hidden).length"
-    assert views.evaluate(columns) == 5
-    views.evaluate("FD.select(null, null)")
-    views.wait("document.getElementById('views').hidden")
-    assert "none chosen" in text(views, "table-pair")
-
-
 def test_parallel_coordinates_choose_by_keys_and_by_click_and_their_axes_are_chosen(views):
     place = "document.getElementById('parallel-chart')"
     views.evaluate("FD.select(2, 5)")
@@ -529,20 +412,6 @@ def test_parallel_coordinates_choose_by_keys_and_by_click_and_their_axes_are_cho
     views.wait(f"{count} === {before - 1}")
     views.evaluate("document.querySelector('#parallel-axes input').click()")
     views.wait(f"{count} === {before}")
-
-
-def test_turning_is_quick_and_many_designs_too(views):
-    busy = views.busy_s()
-    views.evaluate("document.getElementById('shape-0').focus()")
-    views.key("ArrowLeft", 5)
-    turned = (views.busy_s() - busy) / 5
-    views.key("0")
-    assert turned < 0.5
-    busy = views.busy_s()
-    views.evaluate("FD.select(0, 2)")  # the lines are drawn anew
-    label = "document.getElementById('parallel-chart').getAttribute('aria-label')"
-    seen(views, "parallel", f"{label}?.includes({json.dumps(FLAT[2].name)})")
-    assert views.busy_s() - busy < 1.5
 
 
 def test_contact_in_3d_is_a_top_view_of_the_chosen_increment(page_of):

@@ -2,7 +2,6 @@
 
 import gzip
 import json
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -29,8 +28,7 @@ from fingerdesign.search.compare.figures import (
     frictions_of,
     gages_figure,
 )
-from fingerdesign.search.compare.geometry import MOST_PLATES, packed_geometry
-from fingerdesign.search.compare.page import detail
+from fingerdesign.search.compare.geometry import packed_geometry
 from tests.support.any_outcomes import any_outcomes
 from tests.support.steps import read_here, write
 
@@ -148,15 +146,6 @@ def test_data_that_is_no_design_is_said_and_not_drawn(spoil, note):
     json.dumps(packed, allow_nan=False)
 
 
-def test_many_plates_are_cut_off_and_said():
-    design = tomllib.loads(PAPER.read_text("utf-8"))  # a file as written does as well
-    assert packed_geometry(design) == packed_geometry(data_of(PAPER))
-    design["plates"] |= {"count": MOST_PLATES + 5, "pitch_mm": 0.1, "length_mm": 0.05}
-    packed = packed_geometry(design)
-    assert len(packed["plates"]["x"]) == 8 * MOST_PLATES
-    assert f"Of {MOST_PLATES + 5} plates" in packed["note"]
-
-
 @pytest.mark.parametrize("number", range(3))
 def test_contact_rows_are_as_long_as_the_status_says(number):
     made = any_outcomes(3, seed=1, failed=0.0)[number].traces
@@ -204,11 +193,3 @@ def test_forces_stand_against_their_own_limit():
     end = outcomes[0].traces.normal_force_N[-1]
     assert figure["steps"][-1]["shapes[0].xanchor"] == pytest.approx(end, rel=1e-3)
     assert figure["words"].count("regulator") == 3
-
-
-def test_what_is_not_recorded_has_no_figure():
-    (made,) = any_outcomes(1, failed=1.0)
-    found = detail(made, {})
-    assert {key for key, each in found["figures"].items() if each} == {"shape"}
-    assert found["count"] == 0
-    json.dumps(found, allow_nan=False)

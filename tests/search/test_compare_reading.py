@@ -17,7 +17,7 @@ from fingerdesign.records.result import (
     Result,
 )
 from fingerdesign.search.compare.read import read_comparison
-from fingerdesign.search.compare.recommend import Bound, Wanted
+from fingerdesign.search.compare.recommend import Bound, Objective
 from tests.support.any_outcomes import any_outcomes
 from tests.support.result_folders import write_result_folder
 
@@ -46,7 +46,7 @@ def test_study_folder(tmp_path):
     found = read_comparison([write_study(tmp_path / "s", MADE, **record)])
     assert found.outcomes == MADE
     assert found.facts.name == "mine"
-    assert found.facts.objectives == (Wanted("cost", "min"),)
+    assert found.facts.objectives == (Objective("cost", "min"),)
     assert found.facts.constraints == (Bound("peak_ratio", None, 3),)
     assert found.facts.record == {"seed": "7", "parameters: plates.count": "[9, 11]"}
     assert not found.facts.assumed_objectives
@@ -269,7 +269,7 @@ def test_what_an_analysis_lacks_is_worked_on_request(tmp_path, plain_result):
     assert (job.design.body.width_mm, job.cost.plate, job.scene) == (22.0, 3.0, None)
     assert (found.metrics["stick_error"], found.metrics["cost"]) == (0.15, 7.0)
     assert found.metrics["grip_success"] == 0.5  # its own stays
-    assert "cost, stick_error were worked" in found.warnings[-1]
+    assert "cost, stick_error were computed" in found.warnings[-1]
 
     def failing(jobs):
         return [replace(GOOD[0], status="failed", failure=Failure("failed", "No mesh."))]

@@ -105,7 +105,7 @@ def test_run_again_it_makes_what_is_missing_or_changed(tmp_path):
     stamp, whole = first.stat().st_mtime_ns, second.read_text("utf-8")
     second.write_text(whole[:100], "utf-8")
     found = made(target, cad=False)
-    assert [each.kept for each in found] == [True, False, True, True, False, False]
+    assert [each.existed for each in found] == [True, False, True, True, False, False]
     assert first.stat().st_mtime_ns == stamp
     assert second.read_text("utf-8") == whole
     # A shorter study leaves no older variants.
@@ -168,7 +168,7 @@ def test_killed_and_run_again_it_ends_as_if_undisturbed(tmp_path, fake_cad):
     assert list(few.glob(".*.partial-*"))
     fake_cad.delenv("FAKE_CAD")
     found = made(few)
-    assert [each.kept for each in found][:4] != [False] * 4
+    assert [each.existed for each in found][:4] != [False] * 4
     made(tmp_path / "whole" / "few")
     again, whole = (
         {path.relative_to(home): path.read_bytes() for path in home.rglob("*") if path.is_file()}
@@ -202,7 +202,7 @@ def test_cad_that_fails_is_a_reason_and_the_rest_goes_on(tmp_path, fake_cad, fat
     assert os.listdir(target / "few-0001") == ["few-0001.toml"]
     fake_cad.delenv("FAKE_CAD")
     again = made(target, text, workers=2)
-    assert [each.kept for each in again] == [False, True, False]
+    assert [each.existed for each in again] == [False, True, False]
     assert not any(each.failed for each in again)
     assert (target / "few-0001" / "finger.step").exists()
 
@@ -230,6 +230,6 @@ def test_interrupted_it_keeps_what_is_whole_and_goes_on(tmp_path, fake_cad):
     assert not (target / "variants.csv").exists()
     fake_cad.delenv("FAKE_CAD")
     found = made(target, text, workers=2)
-    assert any(each.kept for each in found)
+    assert any(each.existed for each in found)
     assert all(each.cad == "written" for each in found)
     assert not list(target.glob(".*"))

@@ -259,7 +259,7 @@ def test_a_full_disk_says_so_and_keeps_what_fitted(place, undisturbed):
     place.evaluator = "large"
     code, _, err = ended(place.sweep("--workers", "1", limit=limited))
     assert code == 1
-    assert "cannot be kept" in err
+    assert "cannot be stored" in err
     assert "File too large" in err
     files = [path for path in place.store.rglob("*") if path.is_file()]
     assert files
@@ -305,7 +305,7 @@ def test_a_killed_scheduler_ends_the_driver_and_loses_nothing(place, undisturbed
         scheduler.kill()
         code, _, err = ended(run)
     assert code == 1
-    assert f"Dask scheduler at {address} is gone; what was done is kept" in err
+    assert f"Dask scheduler at {address} is gone; finished work is stored" in err
     with dask(place):
         assert well(place.sweep("--scheduler", "scheduler.json"))[-1]["from_store"] >= 6
     assert place.outcomes() == undisturbed

@@ -164,7 +164,7 @@ def test_no_room_is_an_error_and_leaves_nothing(store, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(StoreError, match=r"cannot be kept in .*No space left on device"):
+    with pytest.raises(StoreError, match=r"cannot be stored in .*No space left on device"):
         store.put(outcome())
     assert [path for path in store.folder.rglob("*") if path.is_file()] == []
 

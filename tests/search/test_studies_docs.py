@@ -6,10 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from fingerdesign.design.faults import known_keys
 from fingerdesign.errors import DesignError
-from fingerdesign.search.optimise.optimise import RANDOM_TRIALS
-from fingerdesign.search.study.file import Cost, Limits, Study, parse_study, read_study
+from fingerdesign.search.study.file import parse_study, read_study
 from fingerdesign.search.study.metrics import METRICS
 from fingerdesign.search.study.variants import base_design, variants
 
@@ -36,16 +34,6 @@ def test_the_pages_study_has_sound_variants_and_its_python_runs(capsys):
     total, valid = map(int, first.split())
     assert total == 200
     assert len({line.split()[0] for line in faults}) == total - valid
-
-
-def test_the_page_names_every_key_and_the_defaults():
-    named = set(re.findall(r"`([a-zA-Z_.]+)`", TEXT))
-    for key in known_keys(Study):
-        assert re.sub(r"^(fixed|parameters|constraints)\..*", r"\1", key) in named, key
-    limits, cost = Limits(), Cost()
-    assert f"left out: {limits.time_s:g} s, {limits.memory_MB:g} MB" in TEXT
-    prices = (cost.fixed, cost.plate, cost.gage, cost.silicone_per_ml)
-    assert f"left out: {', '.join(f'{price:g}' for price in prices)} |" in TEXT
 
 
 def test_the_page_lists_every_metric():
@@ -81,21 +69,3 @@ def test_shipped_studies_say_why_and_have_variants(name):
     assert study.objectives
     found = list(itertools.islice(variants(study, base_design(study)), 32))
     assert sum(variant.design is not None for variant in found) >= 0.8 * len(found)
-
-
-def test_the_options_of_the_pages_commands_are_known():
-    import click
-    from fingerdesign_cli.main import cli
-
-    context = click.Context(cli)
-    for line in re.findall(r"^    fingerdesign (.+?)(?: *#.*)?$", TEXT, flags=re.MULTILINE):
-        name, *rest = line.split()
-        params = cli.get_command(context, name).params
-        known = {option for each in params for option in (*each.opts, *each.secondary_opts)}
-        assert {word for word in rest if word.startswith("--")} <= known
-
-
-def test_the_example_is_the_shipped_study():
-    for objective in BETTER.objectives:
-        assert f"`{objective.metric}`" in PAGE
-    assert RANDOM_TRIALS == 20  # "the first 20 are random"

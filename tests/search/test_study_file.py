@@ -14,7 +14,6 @@ from fingerdesign.design.schema import safe_name
 from fingerdesign.design.shipped import shipped_text
 from fingerdesign.errors import DesignError
 from fingerdesign.search.study.file import parse_study, read_study
-from fingerdesign.search.study.metrics import METRICS, known_metric
 from fingerdesign.search.study.values import Range, set_keys, value_of
 from fingerdesign.search.study.variants import (
     base_design,
@@ -92,45 +91,33 @@ def test_ranges():
         (HEAD + "count = 5\n" + ONE, ["study.count = 5", "absent where sampling = 'grid'"]),
         (HEAD.replace("grid", "sobol") + ONE, ["study.count = (absent)"]),
         (parameters('"body.depth_mm" = 5.0'), ["a list of choices or a range"]),
-        (parameters('"body.depth_mm" = [1.0, 1.0]'), ["values that differ; say 1.0 once"]),
+        (parameters('"body.depth_mm" = [1.0, 1.0]'), ["values that differ; give 1.0 once"]),
         (parameters('"body.depth_mm" = [nan, inf]'), ["[0] = nan", "[1] = inf"]),
-        (parameters('"body.depth_mm" = [[1], { a = 1 }]'), ["[0] = [1]", "[1] = a table"]),
         (parameters('"body.depth_mm" = [0x' + "f" * 9000 + "]"), ["a huge number"]),
         (parameters('"body.depth_mm" = { low = 2.0 }'), ['"body.depth_mm".high', "given"]),
         (parameters('"body.depth_mm" = { low = 2.0, high = 1.0 }'), ["more than low = 2.0"]),
-        (parameters('"body.depth_mm" = { low = "a", high = 1.0 }'), ["remove the quotes"]),
-        (parameters('"body.depth_mm" = { low = 1.0, hihg = 2.0 }'), ["did you mean", "high"]),
         (parameters('"a.b" = { low = 0.0, high = 1.0, log = true }'), ["remove log"]),
         (parameters('"a.b" = { low = 0.0, high = 1.0, step = 1e-300 }'), ["high - low"]),
         (HEAD + ONE + '[[objectives]]\nmetric = "strick_error"\n', ["did you mean 'stick_error'?"]),
         (HEAD + ONE + '[[objectives]]\nmetric = "normal_force_N"\n', ["add goal"]),
         (HEAD + ONE + 2 * '[[objectives]]\nmetric = "cost"\n', ["no other objective has"]),
         (HEAD + ONE + "[constraints]\ncots = { at_most = 1.0 }\n", ["did you mean 'cost'?"]),
-        (HEAD + ONE + "[constraints]\ncost = {}\n", ["at_least or at_most"]),
         (HEAD + ONE + "[constraints]\ncost = { at_least = 2.0, at_most = 1.0 }\n", ["at most"]),
         (HEAD + ONE + "[limits]\ntime_s = 0.0\nmemory_MB = 1.0\n", ["time_s", "memory_MB"]),
         (HEAD + ONE + "[scene]\nfriction_coefficient = 0.5\n", ["bench plane-strain"]),
-        (HEAD + ONE + "[cost]\nplate = 1e300\n", ["at most 1"]),
         # Keys are held against the schema of designs before work.
         (parameters('"plates.cuont" = [5]'), ["did you mean plates.count?"]),
         (parameters('"plates.count" = { low = 9, high = 9000 }'), ["= 9000: must be at most"]),
-        (parameters('"plates.count" = { low = 9, high = 11, step = 1.0 }'), ["a whole number"]),
         (parameters('"plates.material" = ["bronze"]'), ["'bronze'", "a known material"]),
-        (parameters('"body.shape" = ["arc", "cube"]'), ["'cube'", "one of"]),
         (parameters('"body.depth_mm.x" = [5]'), ['"body.depth_mm.x"']),
         (fixed('"plates.cuont" = 5'), ['fixed."plates.cuont"', "plates.count?"]),
-        (fixed('"gages.face" = "left"\n"gages.width_mm" = 1e9'), ["face", "width"]),
         (fixed('"plates.material" = "\\u0000"'), ["control characters"]),
-        (fixed('"mold.cure" = 0x' + "f" * 9000), ["a huge number"]),
         (parameters('"plates.placement[0][0" = [1.0]'), ["a dotted key, such as"]),
-        (parameters('"plates..count" = [1]\n"/" = [1]'), ["a dotted key, such as"]),
         (fixed('"gages.width_mm" = 1979-05-27'), ["a number"]),
         (fixed(".".join("a" * 3000) + " = 1"), ["20 tables or arrays deep"]),
-        (fixed('"plates.rows" = [{ ' + ".".join("a" * 3000) + " = 1 }]"), ["deep"]),
         (fixed('"body.depth_mm" = 10.0'), ["in [fixed] too"]),
         (fixed('"body.depth_mm" = 10.0\nbody.depth_mm = 11.0'), ["given once"]),
         (parameters('"plates.span_mm / plates.material" = [1.0]'), ["holds a number"]),
-        (parameters('"plates.count / body.depth" = { low = 1, high = 2 }'), ["holds a number"]),
         (parameters('"plates.span_mm / body.depth_mm" = ["a"]'), ["numbers: shares"]),
         (parameters('"plates.count / body.depth_mm" = [0.5]'), ["a whole number"]),
         (parameters('"a.b" = [1.0]\n"a.b / c.d" = [0.5]'), ["no other parameter"]),
@@ -144,8 +131,6 @@ def test_ranges():
         (HEAD.replace("maeno2000", "/dev/zero") + ONE, ["no ordinary file"]),
         (HEAD.replace("maeno2000", "x" * 500) + ONE, ["study.base", "too long"]),
         (parameters('"body.a b" = [1, 2]'), ["body.a b"]),
-        (parameters('"no.such" = [1, 2]'), ["no.such"]),
-        (fixed('"body.a b" = 1'), ['fixed."body.a b"']),
         *(
             (HEAD.replace('"few"', f'"{name}"') + ONE, ["study.name"])
             for name in ("../x", "a/b", "..", "", "<b>x</b>", "a\\nb", "a\\u0000", "x" * 65)
@@ -326,11 +311,3 @@ def test_names_are_safe_and_distinct_whatever_the_number():
     for key in ("body.nothing", "plates.model_fields", "plates.rows[3].count"):
         assert value_of(base, key) is None
     assert set_keys(base, {"a.b / body.depth_mm": 0.25}) == {"a.b": 2.5}
-
-
-def test_metrics_have_units_and_meanings():
-    units = {"_N": "N", "_MPa": "MPa", "_ml": "ml", "_seconds": "s"}
-    for name, metric in METRICS.items():
-        assert name == metric.name == known_metric(name)
-        assert metric.words
-        assert all(not name.endswith(end) or metric.unit == unit for end, unit in units.items())

@@ -9,8 +9,8 @@ import pytest
 from fingerdesign.design.shipped import shipped_text
 from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Failure, Outcome
+from fingerdesign.search.compare.folder import FILES, FOLDER, failures_csv, write_study
 from fingerdesign.search.compare.read import read_comparison
-from fingerdesign.search.run.folder import FILES, FOLDER, failures_csv, write_study
 from fingerdesign.search.run.run import Job, planned, study_scenes
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.variants import base_design, variants

@@ -104,7 +104,7 @@ def test_a_file_that_broke_meanwhile_is_not_saved_over(file, text):
 def test_a_file_that_is_gone_is_said_and_saved_anew(file):
     document = Document.of(file)
     file.unlink()
-    with pytest.raises(DesignError, match="Save writes it anew"):
+    with pytest.raises(DesignError, match="Save writes it again"):
         document.changed()
     assert document.save() == file
     assert not document.changed()

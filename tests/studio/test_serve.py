@@ -122,8 +122,3 @@ def test_with_the_token_the_page_and_its_scripts_are_there(answers):
     assert "connect-src 'self'" in headers["Content-Security-Policy"]
     assert answers["after"][0] == 200
     assert "finger-chart" in answers["after"][1]
-
-
-def test_scripts_by_hand_stay_few():
-    folder = ROOT / "fingerdesign"
-    assert sum(len(path.read_text("utf-8").splitlines()) for path in folder.rglob("*.js")) <= 600

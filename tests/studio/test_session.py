@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.checks.load import load_design
 from fingerdesign.design.starter import starter_text
-from fingerdesign.studio.engine import coarse, flat_scene
+from fingerdesign.studio.engine import flat_scene
 from fingerdesign.studio.numbers import PRESSES, SHEARS, motions
-from fingerdesign.studio.session import DEEP, FLAT, Session
+from fingerdesign.studio.session import Session
 from fingerdesign.studio.sliders import Press
 from fingerdesign.studio.verdict import verdict
 
@@ -115,11 +115,6 @@ def test_a_clicked_gage_shows_its_trace(session):
     assert session.pick(99)["picked"] == 3
 
 
-def test_the_badge_says_which_model_spoke(session, numbers):
-    assert session.deep(numbers)["model"] == DEEP
-    assert session.move({"friction": 0.49})["model"] == FLAT
-
-
 def test_a_finger_without_plates_has_no_gages_and_no_failure():
     session = Session(Path("homogeneous"))
     shown = session.start()
@@ -145,13 +140,6 @@ def test_the_file_is_watched(tmp_path):
     assert session.look() == {}
     path.write_text(sound)
     assert session.look()["faults"] == []
-
-
-def test_coarse_sizes_stay_within_the_schema():
-    design = load_design("maeno2000")
-    section = {"mesh.section.gradation": 1.9, "mesh.section.far_size_mm": 90.0}
-    found = coarse(with_values(design, section)).mesh.section
-    assert (found.gradation, found.far_size_mm) == (2.0, 100.0)
 
 
 def test_faults_of_the_file_stay_said_while_sliders_move(tmp_path):

@@ -87,7 +87,7 @@ def contact_figure(traces: Traces) -> Figure | None:
 
 
 def _bars(
-    x: Sequence[float], order: Sequence[int], status: Sequence[str], wanted: str
+    x: Sequence[float], order: Sequence[int], status: Sequence[str], mark: str
 ) -> dict[str, Any]:
     """The runs of one character as bars: base, x (their length) and y (the increment)."""
     edge = [x[0], *(0.5 * (p + q) for p, q in pairwise(x)), x[-1]]
@@ -96,7 +96,7 @@ def _bars(
         start = 0
         for character, group in groupby(text[k : k + 1] or "." for k in order):
             end = start + len(list(group))
-            if character == wanted:
+            if character == mark:
                 found["base"].append(number(edge[start]))
                 found["x"].append(number(edge[end] - edge[start]))
                 found["y"].append(row)

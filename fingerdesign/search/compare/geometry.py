@@ -26,7 +26,7 @@ Packed = dict[str, Any]
 
 
 def packed_geometry(design: Mapping[str, Any], traces: Traces | None = None) -> Packed:
-    """What is drawn of a design (its TOML data), JSON-ready; lengths in mm.
+    """Geometry of a design (its TOML data) for drawing, JSON-ready; lengths in mm.
 
     words   the finger in sentences: the drawing's text alternative
     note    what the drawing leaves out, or why there is none; "" otherwise
@@ -77,7 +77,7 @@ def _nothing(words: str, note: str) -> Packed:
 
 
 def _touched(body: Body, depth: float, traces: Traces) -> Packed | None:
-    """Where the contact points lie on the surface, a little above it; lines along z in 2-D."""
+    """Contact points on the surface, a little above it; lines along z in 2-D."""
     x = np.array(traces.contact_x_mm, dtype=float)
     if not len(x) or not traces.status:
         return None

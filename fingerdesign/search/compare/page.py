@@ -1,9 +1,13 @@
-"""compare.html: many designs on one page that opens offline, with the scripts inside."""
+"""compare.html: many designs on one page that opens offline, with the scripts inside.
+
+The page carries its data as JSON. The light part (metrics, values, validity) is read when it opens;
+the heavy one (designs, traces, contact maps, shapes) only when a design is viewed or saved.
+"""
 
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -46,11 +50,6 @@ from fingerdesign.search.compare.table import (
 )
 from fingerdesign.search.compare.words import summary
 
-# What the comparison page carries as JSON: a light part of every design, a heavy one of each.
-#
-# The light part (metrics, values, validity) is read when the page opens; the heavy one (the design,
-# traces, contact maps, shapes) only when a design is looked at or everything is downloaded.
-
 READINGS = {
     "normal_force_N": "normal force (N)",
     "tangential_force_N": "tangential force (N)",
@@ -60,6 +59,11 @@ READINGS = {
     "shear_mm": "shear (mm)",
 }
 _HEAVY: dict[str, Any] = {"design": {}, "traces": Traces(), "grips": (), "schema_version": 0}
+TEMPLATES = Path(__file__).parent / "templates"
+SCRIPTS = ("page.js", "table.js", "charts.js", "pareto.js", "parallel.js", "views.js")
+MOST_TICK = 14  # characters of a text next to an axis
+MOST_AXES = 5  # of values, and of metrics, that the lines of all designs begin with
+TOGETHER = 16  # designs whose heavy parts are unpacked together
 
 
 def page_data(
@@ -70,7 +74,7 @@ def page_data(
 ) -> dict[str, Any]:
     """The light part: the study, how charts look, and every design in order.
 
-    references: numbers of the designs that a search was to beat.
+    references: indices of the reference designs of a search.
     """
     feasible, front, designs = set(found.feasible), set(found.front), []
     for number, outcome in enumerate(outcomes):
@@ -149,43 +153,44 @@ def script_json(value: Any) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-TEMPLATES = Path(__file__).parent / "templates"
+@dataclass(frozen=True)
+class SearchFindings:
+    """Results of a search that its page shows.
 
-SCRIPTS = ("page.js", "table.js", "charts.js", "pareto.js", "parallel.js", "views.js")
-MOST_TICK = 14  # characters of a text beside an axis
-MOST_AXES = 5  # of values, and of metrics, that the lines of all designs begin with
-TOGETHER = 16  # designs whose heavy parts are unpacked together
+    answer: sentences that head the page; notes, tables: further results; references: names of the
+    outcomes that the search was to beat.
+    """
+
+    answer: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
+    references: tuple[str, ...] = ()
+
+
+NO_SEARCH = SearchFindings()
 
 
 def compare_html(
-    outcomes: Sequence[Outcome],
-    facts: StudyFacts,
-    *,
-    answer: Sequence[str] = (),
-    notes: Sequence[str] = (),
-    tables: Sequence[Table] = (),
-    references: Sequence[str] = (),
+    outcomes: Sequence[Outcome], facts: StudyFacts, search: SearchFindings = NO_SEARCH
 ) -> str:
     """The whole page as text: the outcomes in their order, and all of their numbers inside.
 
-    answer: of a search, sentences that head the page; notes, tables: what it found and what each
-    objective hangs on; references: names of the outcomes that it was to beat.
-
-    Every text of an outcome or of ``facts`` is a stranger's: it is escaped, and without control
+    Every text of an outcome or of ``facts`` is untrusted: it is escaped, and without control
     characters.
     """
     found = recommend(outcomes, facts.objectives, facts.constraints)
     table = design_table(outcomes, facts, found)
+    known = search.references
     reference = [
         number
         for number, outcome in enumerate(outcomes)
-        if any(outcome.name == each or outcome.name.startswith(f"{each} (") for each in references)
+        if outcome.name in known or outcome.name.startswith(tuple(f"{each} (" for each in known))
     ]
     data = page_data(outcomes, facts, found, reference)
     data["columns"] = [_column(column, outcomes) for column in table.columns]
     for number, rank, cells in table.rows:
         data["designs"][number] |= {"standing": cells[0], "rank": rank}
-    files = {  # that the page offers; exact, unlike what is drawn
+    files = {  # The page offers these for download, unrounded.
         "designs.csv": designs_csv(outcomes),
         "outcomes.jsonl": "".join(f"{outcome.to_json()}\n" for outcome in outcomes),
         "increments.csv": increments_csv(outcomes),
@@ -204,9 +209,9 @@ def compare_html(
         lines=[*table.places("values")[:MOST_AXES], *table.places("metrics")[:MOST_AXES]],
         references=reference,
         readings=READINGS,
-        answer=[shown(each) for each in answer],
-        notes=[shown(note) for note in notes],
-        search_tables=tables,
+        answer=[shown(each) for each in search.answer],
+        notes=[shown(note) for note in search.notes],
+        search_tables=search.tables,
         failures=_failures(outcomes),
         record=_record(outcomes, facts),
         page_style=(TEMPLATES / "compare.css").read_text(encoding="utf-8"),
@@ -215,9 +220,9 @@ def compare_html(
 
 
 def _column(column: Column, outcomes: Sequence[Outcome]) -> dict[str, Any]:
-    """What the page's scripts know of a column.
+    """Facts of a column for the page's scripts.
 
-    label, alike, short: its heading beside an axis, there where all have one value, and above an
+    label, alike, short: its heading next to an axis, there where all have one value, and above an
     axis; most: characters shown of a text; kinds: the texts that it has; ticks: those as marks of
     an axis. What Plotly shows it reads as markup: label, alike, short and ticks are escaped.
     """
@@ -261,10 +266,10 @@ def _first_axes(
         return len({value_at(outcomes[number], path) for number, _, _ in table.rows}) < 2
 
     by_path = {column.path: place for place, column in enumerate(table.columns)}
-    wanted = [
+    objectives = [
         by_path[path] for each in facts.objectives if (path := ("metrics", each.metric)) in by_path
     ]
-    order = list(dict.fromkeys([*sorted(wanted, key=alike), *numeric]))
+    order = list(dict.fromkeys([*sorted(objectives, key=alike), *numeric]))
     return (order[0], order[min(1, len(order) - 1)]) if order else None
 
 

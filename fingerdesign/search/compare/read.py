@@ -34,8 +34,8 @@ from fingerdesign.records.result import GripResult, Result
 from fingerdesign.runtime.files import whole_text
 from fingerdesign.search.compare.recommend import (
     Bound,
+    Objective,
     StudyFacts,
-    Wanted,
     known_metrics,
     requested,
     usual_objectives,
@@ -45,16 +45,18 @@ from fingerdesign.search.run.measured import grip_metrics, grip_outcome, metrics
 from fingerdesign.search.study.file import Cost
 from fingerdesign.search.study.values import is_number
 
-# A result of `analyse` as an outcome, so that single analyses stand beside studies.
-
 _SCENE = "scene."
 _FINGER = ("body.", "plates.", "gages.", "materials.")
 _NO_VALUES = (".content", ".source")  # of a file, of a material: in words elsewhere
 _WRONG = (ValueError, TypeError, AttributeError)
+Work = Callable[[Sequence[Job]], Sequence[Outcome]]
+OUTCOMES_FILE, STUDY_FILE = "outcomes.jsonl", "study.json"
+_MOST_LINE = 10_000_000  # characters: an outcome with its traces takes a hundredth of that
+DIGITS = 8  # of a digest, where nothing else tells designs apart
 
 
 def outcome_of_result(folder: Path) -> Outcome:
-    """The outcome that a result folder tells of: metrics of its grips and of its path's end.
+    """The outcome of a result folder: metrics of its grips and of its path's end.
 
     The contact map is that of the folder's arrays, where it holds them. Metrics that ask for the
     model (the gage error of the stick ratio) or for prices are left out: see
@@ -168,12 +170,6 @@ def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
     return tuple(row[0] for row in rows), tuple(row[1] for row in rows)
 
 
-Work = Callable[[Sequence[Job]], Sequence[Outcome]]
-OUTCOMES_FILE, STUDY_FILE = "outcomes.jsonl", "study.json"
-_MOST_LINE = 10_000_000  # characters: an outcome with its traces takes a hundredth of that
-DIGITS = 8  # of a digest, where nothing else tells designs apart
-
-
 @dataclass(frozen=True)
 class Comparison:
     """Outcomes, none twice, and the facts of the study or studies that they are of."""
@@ -197,7 +193,7 @@ class _Source:
 
 def read_comparison(
     paths: Sequence[Path],
-    objectives: Sequence[Wanted] = (),
+    objectives: Sequence[Objective] = (),
     name: str = "",
     work: Work | None = None,
 ) -> Comparison:
@@ -228,20 +224,20 @@ def read_comparison(
 
 
 def _completed(
-    sources: Sequence[_Source], objectives: Sequence[Wanted], work: Work
+    sources: Sequence[_Source], objectives: Sequence[Objective], work: Work
 ) -> list[_Source]:
-    """The sources, those of analyses with the metrics that they lack, worked as a study works
-    them; what they have stays."""
+    """The sources, those of analyses with the metrics that they lack, computed as a study
+    computes them; what they have is unchanged."""
     every = [outcome for source in sources for outcome in source.outcomes]
-    wanted = {name for outcome in every for name in outcome.metrics} | {"stick_error", "cost"}
-    wanted |= {each.metric for each in objectives}
+    needed = {name for outcome in every for name in outcome.metrics} | {"stick_error", "cost"}
+    needed |= {each.metric for each in objectives}
     known = (source.record["cost"] for source in sources if "cost" in source.record)
     prices: dict[str, Any] = next(known, {})
     jobs: dict[int, Job] = {}
     for place, source in enumerate(sources):
         if source.result is None or source.outcomes[0].status != "ok":
             continue
-        if wanted - source.outcomes[0].metrics.keys():
+        if needed - source.outcomes[0].metrics.keys():
             jobs[place] = _job(source.outcomes[0], read_result(source.result), prices)
     found = dict(zip(jobs, work(list(jobs.values())), strict=True)) if jobs else {}
     return [
@@ -253,8 +249,10 @@ def _completed(
 
 
 def _job(outcome: Outcome, result: Result, prices: dict[str, Any]) -> Job:
-    """What makes the analysis again, as a study would. DesignError where it cannot be made, as
-    where a file that the design names is not beside it."""
+    """Return the job that repeats the analysis, as a study would run it.
+
+    Raises DesignError where it cannot be made, as where a file of the design is missing.
+    """
     keys = {k: v for k, v in result.parameters.items() if k.startswith(_SCENE)}
     alone = not (result.grips or result.slip_studies)  # the scene was given, not the grips
     source = f"{outcome.name}, which is to be completed"
@@ -274,7 +272,7 @@ def _with_missing(own: Outcome, made: Outcome) -> Outcome:
         return replace(own, warnings=(*own.warnings, f"not completed: {made.failure.sentence}"))
     validity = own.validity if own.validity != Validity() else made.validity
     names = ", ".join(sorted(made.metrics.keys() - own.metrics.keys()))
-    worked = f"{names} were worked with the mesh of a study's analyses"
+    worked = f"{names} were computed with the mesh of a study's analyses"
     warnings = tuple(dict.fromkeys((*own.warnings, worked)))
     metrics = made.metrics | own.metrics
     return replace(own, metrics=metrics, validity=validity, warnings=warnings)
@@ -283,19 +281,25 @@ def _with_missing(own: Outcome, made: Outcome) -> Outcome:
 def facts_of(
     name: str,
     outcomes: Sequence[Outcome],
-    objectives: Sequence[Wanted] = (),
+    objectives: Sequence[Objective] = (),
     constraints: Sequence[Bound] = (),
     record: dict[str, str] | None = None,
     sources: Sequence[str] = (),
 ) -> StudyFacts:
     """Facts of outcomes; without ``objectives`` the usual ones, and the page says so."""
-    wanted = tuple(objectives) or tuple(usual_objectives(outcomes))
-    kept = known_metrics(outcomes), not objectives, record or {}, tuple(sources)
-    return StudyFacts(name, wanted, tuple(constraints), *kept)
+    return StudyFacts(
+        name,
+        tuple(objectives) or tuple(usual_objectives(outcomes)),
+        tuple(constraints),
+        known_metrics(outcomes),
+        not objectives,
+        record or {},
+        tuple(sources),
+    )
 
 
 def _distinct(outcomes: Sequence[Outcome], sources: Sequence[_Source]) -> tuple[Outcome, ...]:
-    """The outcomes; where a name stands for several, each with what tells it from the others."""
+    """The outcomes; where several have one name, each name with a mark that distinguishes it."""
     place = {
         (each.digest, each.name): source.name for source in sources for each in source.outcomes
     }
@@ -325,8 +329,8 @@ def with_varied(outcomes: Sequence[Outcome]) -> tuple[Outcome, ...]:
     keys = dict.fromkeys(key for outcome in outcomes for key in outcome.values)
     flat = [_leaves(outcome.design) for outcome in outcomes if outcome.design]
     every = dict.fromkeys(key for each in flat for key in each)
-    unlike = [key for key in every if len({each.get(key) for each in flat}) > 1]
-    keys |= dict.fromkeys([key for key in unlike if key.startswith(_FINGER)] or unlike)
+    varied = [key for key in every if len({each.get(key) for each in flat}) > 1]
+    keys |= dict.fromkeys([key for key in varied if key.startswith(_FINGER)] or varied)
     return tuple(
         replace(
             outcome, values={**{k: _value_at(outcome.design, k) for k in keys}, **outcome.values}
@@ -406,7 +410,7 @@ def _lines(path: Path) -> tuple[Outcome, ...]:
 
 
 def _record(path: Path) -> dict[str, Any]:
-    """What study.json says; nothing where there is none."""
+    """The record study.json; empty where there is none."""
     if not path.is_file():
         return {}
     why = ""
@@ -424,14 +428,14 @@ def _record(path: Path) -> dict[str, Any]:
 def _facts(
     sources: Sequence[_Source],
     outcomes: Sequence[Outcome],
-    objectives: Sequence[Wanted],
+    objectives: Sequence[Objective],
     name: str,
 ) -> StudyFacts:
     """Those of the studies: objectives of the first that has any, constraints of all."""
     bounds, record, many = dict[str, Bound](), dict[str, str](), len(sources) > 1
     for source in sources:
-        wanted, found = requested(source.record, str(source.place / STUDY_FILE))
-        objectives = objectives or wanted
+        own, found = requested(source.record, str(source.place / STUDY_FILE))
+        objectives = objectives or own
         bounds |= {each.metric: each for each in found}
         prefix = f"{source.name}: " if many else ""
         record |= {f"{prefix}{key}": text for key, text in _texts(source.record)}
@@ -441,7 +445,7 @@ def _facts(
 
 
 def _texts(record: dict[str, Any]) -> list[tuple[str, str]]:
-    """A record's facts as text, a table's one by one; without what stands elsewhere on the page."""
+    """A record's facts as text, a table's one by one; without what is elsewhere on the page."""
     skip = ("name", "objectives", "constraints", "versions", "schema_version", "optimise")
     found = []
     for key, value in record.items():

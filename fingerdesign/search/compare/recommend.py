@@ -1,11 +1,11 @@
-"""What is wanted of a finger, and which of the outcomes to take: the nearest to the best of all.
+"""Objectives of a comparison, its Pareto front, and the recommended design.
 
 Compromise programming (P. L. Yu, A class of solutions for group decision problems, Management
 Science 19, 1973): each objective is scaled by its range over the front, 0 its best and 1 its worst;
 the point of the front at the least Euclidean distance from all zeros is recommended. Of points
 equally near, as two that are all of a front of two objectives, the one that is nearer when scaled
-by the range over all that were compared. No objective weighs more than another; whoever sees it
-otherwise reads the front.
+by the range over all that were compared. All objectives have
+equal weight.
 
 What fails the purpose of a tactile finger is never recommended, however good its other numbers.
 And one value is better than another only where they differ by more than ``SHOWN`` standard
@@ -30,8 +30,6 @@ from fingerdesign.records.base import closed
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.study.metrics import METRICS, Goal, Metric
 
-# What a comparison must know beside the outcomes: what is wanted, and of which study they are.
-
 GOALS = ("min", "max")
 # Without objectives of the user's, the first of these that the outcomes have, up to three.
 USUAL_OBJECTIVES = ("stick_error", "grip_success", "peak_ratio", "least_margin", "cost")
@@ -39,10 +37,14 @@ MOST_USUAL = 3
 SHOWN = 2.0  # standard deviations: one difference in twenty is that large by chance
 GRIPS_MEASURED = 3  # in the grips that Metric.noisy was measured with
 LEAST_DEEP = 2  # 3-D outcomes that are enough to choose among
+_MUST_BE = {
+    "objectives": "{metric, goal = min or max}",
+    "constraints": "{at_least, at_most} of numbers",
+}
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Objective:
     """An objective: a metric, and which end of it is better."""
 
     metric: str
@@ -58,25 +60,25 @@ class Bound:
     at_most: float | None = None
 
     def holds(self, outcome: Outcome) -> bool:
-        """Whether the outcome has the metric, within the bound."""
+        """Return True where the outcome has the metric, within the bound."""
         return not self.broken_by(outcome)
 
     def broken_by(self, outcome: Outcome) -> str:
-        """What of the outcome breaks the bound, and by how much; "" where it holds."""
+        """Describe how the outcome breaks the bound, and by how much; "" where it holds."""
         value = outcome.metrics.get(self.metric)
         if value is None:
-            return f"no {self.metric}, asked is {self.words}"
+            return f"no {self.metric}, required is {self.words}"
         if self.at_least is not None and value < self.at_least:
             requested, away = f"at least {self.at_least:g}", self.at_least - value
         elif self.at_most is not None and value > self.at_most:
             requested, away = f"at most {self.at_most:g}", value - self.at_most
         else:
             return ""
-        return f"{self.metric} {value:.4g}, asked is {requested} (off by {away:.2g})"
+        return f"{self.metric} {value:.4g}, required is {requested} (off by {away:.2g})"
 
     @property
     def words(self) -> str:
-        """As "cost <= 40"."""
+        """The bound as text: "cost <= 40"."""
         low = "" if self.at_least is None else f"{self.at_least:g} <= "
         high = "" if self.at_most is None else f" <= {self.at_most:g}"
         return f"{low}{self.metric}{high}"
@@ -84,14 +86,14 @@ class Bound:
 
 @dataclass(frozen=True)
 class StudyFacts:
-    """The study: a name to head the page, what is wanted, and what repeats it.
+    """A study: its name, objectives, constraints and metrics, and the facts that repeat it.
 
     assumed_objectives: the user named none. record: further facts, name -> text (sampling, seed,
     digest of the study, ...). sources: where the outcomes were read.
     """
 
     name: str
-    objectives: tuple[Wanted, ...] = ()
+    objectives: tuple[Objective, ...] = ()
     constraints: tuple[Bound, ...] = ()
     metrics: tuple[Metric, ...] = ()
     assumed_objectives: bool = False
@@ -106,12 +108,12 @@ def known_metrics(outcomes: Iterable[Outcome]) -> tuple[Metric, ...]:
     return tuple(METRICS.get(name, Metric(name)) for name in ordered if name in found)
 
 
-def usual_objectives(outcomes: Iterable[Outcome]) -> list[Wanted]:
-    """What a finger is wanted for where nobody said: of metrics that every good outcome has."""
+def usual_objectives(outcomes: Iterable[Outcome]) -> list[Objective]:
+    """Objectives where the user gave none: of the metrics that every good outcome has."""
     good = [outcome for outcome in outcomes if outcome.status == "ok"]
     good = [outcome for outcome in good if not fails_purpose(outcome)] or good
     found = [
-        Wanted(name, better)
+        Objective(name, better)
         for name in USUAL_OBJECTIVES
         if (better := METRICS[name].better) is not None
         and good
@@ -121,7 +123,7 @@ def usual_objectives(outcomes: Iterable[Outcome]) -> list[Wanted]:
 
 
 def fails_purpose(outcome: Outcome, bounded: Collection[str] = ()) -> dict[str, str]:
-    """What a tactile finger is for and the outcome is not: what it lacks -> a sentence.
+    """Return the purposes of a tactile finger that the outcome fails: name -> sentence.
 
     A metric that is not known fails nothing, and one that is ``bounded`` is its constraint's to
     judge. An optimisation judges its trials by this, too.
@@ -132,7 +134,7 @@ def fails_purpose(outcome: Outcome, bounded: Collection[str] = ()) -> dict[str, 
         found["a grip that lifts"] = "it lifts nothing: no grip is without complete slip"
     change = own.get("smallest_stick_change")
     if own.get("plates") == 0.0:
-        found["gages"] = "it has no gages, so that it feels nothing"
+        found["gages"] = "it has no gages and measures nothing"
     elif change is not None and change >= UNSEEN_STICK_CHANGE:
         found["gages that can be measured"] = (
             "its gages cannot be measured: the smallest change of the stick ratio that they show "
@@ -142,10 +144,10 @@ def fails_purpose(outcome: Outcome, bounded: Collection[str] = ()) -> dict[str, 
 
 
 def why_not(
-    outcome: Outcome, objectives: Iterable[Wanted], constraints: Sequence[Bound]
+    outcome: Outcome, objectives: Iterable[Objective], constraints: Sequence[Bound]
 ) -> tuple[str, ...]:
-    """Why an analysed outcome is not feasible: each objective it lacks, each bound it breaks, each
-    purpose it fails."""
+    """List why an analysed outcome is not feasible: each objective it lacks, each bound it breaks,
+    each purpose it fails."""
     if outcome.status != "ok":
         return ()
     lacking = [
@@ -163,7 +165,7 @@ def uncertainty(outcome: Outcome, name: str) -> float:
 
     0 where it is exact (plates, cost), where it has no value, and where nothing is known of it. Of
     the share of n noisy grips, k of them good, that of a beta distribution after k and n - k
-    (Laplace's rule of succession). An estimated error of the mesh counts beside it, in squares.
+    (Laplace's rule of succession). An estimated error of the mesh is added, in squares.
     """
     metric, value = METRICS.get(name), outcome.metrics.get(name)
     if metric is None or value is None:
@@ -182,7 +184,7 @@ def uncertainty(outcome: Outcome, name: str) -> float:
 
 
 def _noisy(outcome: Outcome) -> bool:
-    """Whether what the controller hears is left to chance, by the design's [grip.hardware]."""
+    """Return True where [grip.hardware] gives the controller's signals noise."""
     grip = outcome.design.get("grip")
     hardware = grip.get("hardware") if isinstance(grip, dict) else None
     chances = hardware.items() if isinstance(hardware, dict) else ()
@@ -196,17 +198,13 @@ class _Ends(TypedDict, total=False):
 
 
 class _Requested(TypedDict, total=False):
-    objectives: tuple[Wanted, ...]
+    objectives: tuple[Objective, ...]
     constraints: dict[str, _Ends]
 
 
-_MUST_BE = {
-    "objectives": "{metric, goal = min or max}",
-    "constraints": "{at_least, at_most} of numbers",
-}
-
-
-def requested(record: dict[str, Any], source: str) -> tuple[tuple[Wanted, ...], tuple[Bound, ...]]:
+def requested(
+    record: dict[str, Any], source: str
+) -> tuple[tuple[Objective, ...], tuple[Bound, ...]]:
     """Objectives, [{metric, goal}], and constraints, {metric: {at_least, at_most}}, of a study's
     record; DesignError for any other."""
     given = {key: record[key] for key in _MUST_BE if record.get(key)}
@@ -225,7 +223,7 @@ def requested(record: dict[str, Any], source: str) -> tuple[tuple[Wanted, ...], 
 
 @dataclass(frozen=True)
 class Recommendation:
-    """What is recommended; numbers are places among the outcomes given.
+    """The recommendation; numbers are indices of the given outcomes.
 
     feasible: meet the constraints and have every objective. group: those that were compared, of one
     scene and fidelity; front: those of the group that none of it dominates; chosen: None where the
@@ -248,7 +246,7 @@ class Recommendation:
 
 
 def recommend(
-    outcomes: Sequence[Outcome], objectives: Sequence[Wanted], constraints: Sequence[Bound]
+    outcomes: Sequence[Outcome], objectives: Sequence[Objective], constraints: Sequence[Bound]
 ) -> Recommendation:
     """Front and recommended finger of those feasible; nothing is chosen without objectives."""
     feasible = tuple(
@@ -264,9 +262,9 @@ def recommend(
         for number in feasible
         if (outcomes[number].scene, outcomes[number].fidelity) == (scene, fidelity)
     )
-    values, unsure = losses(outcomes, group, objectives), doubts(outcomes, group, objectives)
+    values, unsure = _losses(outcomes, group, objectives)
     free = ~dominated(values, unsure)
-    front = tuple(number for number, kept in zip(group, free, strict=True) if kept)
+    front = tuple(number for number, best in zip(group, free, strict=True) if best)
     scaled = _scaled(values[free], unsure[free])
     distance = np.round(np.sqrt((scaled**2).sum(axis=1)), 9)
     of_all = np.sqrt((_scaled(values, unsure) ** 2).sum(axis=1))
@@ -291,32 +289,21 @@ def recommend(
     )
 
 
-def losses(
-    outcomes: Sequence[Outcome], numbers: Sequence[int], objectives: Sequence[Wanted]
-) -> Array:
-    """The objectives, turned so that less is better: shape (numbers, objectives)."""
-    signs = [1.0 if each.goal == "min" else -1.0 for each in objectives]
-    return np.array(
-        [
-            [
-                sign * float(outcomes[number].metrics[each.metric] or 0.0)
-                for sign, each in zip(signs, objectives, strict=True)
-            ]
-            for number in numbers
-        ]
-    )
+def _losses(
+    outcomes: Sequence[Outcome], numbers: Sequence[int], objectives: Sequence[Objective]
+) -> tuple[Array, Array]:
+    """The objectives, turned so that less is better, and their standard deviations by chance.
 
-
-def doubts(
-    outcomes: Sequence[Outcome], numbers: Sequence[int], objectives: Sequence[Wanted]
-) -> Array:
-    """Standard deviations of the objectives by chance: shape (numbers, objectives)."""
-    rows = [[uncertainty(outcomes[k], each.metric) for each in objectives] for k in numbers]
-    return np.array(rows).reshape(len(numbers), len(objectives))
+    Both are of shape (numbers, objectives).
+    """
+    signs = np.array([1.0 if each.goal == "min" else -1.0 for each in objectives])
+    rows = [[outcomes[k].metrics[each.metric] or 0.0 for each in objectives] for k in numbers]
+    chance = [[uncertainty(outcomes[k], each.metric) for each in objectives] for k in numbers]
+    return signs * np.array(rows, dtype=float), np.array(chance, dtype=float)
 
 
 def differs(values: Array, unsure: Array, own: Array, own_unsure: Array) -> BoolArray:
-    """Where values differ from ``own`` by more than chance, all of one shape or broadcast.
+    """Return True where values differ from ``own`` by more than chance; shapes are broadcast.
 
     >>> differs(np.array([1.0, 1.3]), np.array([0.1, 0.1]), np.array(1.0), np.array(0.1)).tolist()
     [False, True]
@@ -325,7 +312,7 @@ def differs(values: Array, unsure: Array, own: Array, own_unsure: Array) -> Bool
 
 
 def dominated(values: Array, unsure: Array | None = None) -> BoolArray:
-    """Which rows another row is nowhere worse than and somewhere shown to be better; less is
+    """Mark rows that another row dominates: nowhere worse and somewhere shown to be better; less is
     better. unsure: standard deviations of the values; without them each is exact.
 
     >>> dominated(np.array([[1.0, 2.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]])).tolist()

@@ -24,7 +24,7 @@ _UNITS = {"_N_per_mm": "N/mm", **{f"_{unit}": unit for unit in _PLAIN}}
 
 @dataclass(frozen=True)
 class Column:
-    """A column of the table: where its value stands in a design's data, and how it is headed.
+    """A column of the table: the place of its value in a design's data, and its heading.
 
     path: keys into the design's data on the page; help: the heading's explanation; scale: what of
     its values is good, and what poor.
@@ -35,7 +35,7 @@ class Column:
     unit: str = ""
     numeric: bool = True
     goal: Literal["min", "max"] | None = None
-    wanted: bool = False
+    objective: bool = False
     help: str = ""
     scale: str = ""
 
@@ -53,7 +53,7 @@ class DesignTable:
     @property
     def first(self) -> list[int]:
         """The first of them, and every objective."""
-        return [k for k, each in enumerate(self.columns) if k < FIRST_COLUMNS or each.wanted]
+        return [k for k, each in enumerate(self.columns) if k < FIRST_COLUMNS or each.objective]
 
     def places(self, kind: str) -> list[int]:
         """Numbers of the columns that are "values", "metrics" or another part of a design."""
@@ -112,7 +112,7 @@ def name_and_unit(name: str, unit: str = "") -> tuple[str, str]:
         if name.endswith(ending):
             return shown(name.removesuffix(ending).replace("_", " ")), unit or known
     if name.endswith("_seconds"):
-        unit = ""  # it is said already
+        unit = ""  # the title has it already
     return shown(name.replace("_", " ")), unit
 
 
@@ -128,10 +128,10 @@ def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
     for metric in metrics:
         title, unit = name_and_unit(metric.name, metric.unit)
         goal = goals.get(metric.name, metric.better)
-        wanted = metric.name in goals
+        objective = metric.name in goals
         path = ("metrics", metric.name)
         scale = metric.scale if goal == metric.better else ""
-        found.append(Column(path, title, unit, True, goal, wanted, shown(metric.words), scale))
+        found.append(Column(path, title, unit, True, goal, objective, shown(metric.words), scale))
     named = {metric.name for metric in metrics}
     errors = {"plane_strain_error": "plane-strain error", "mesh_error": "mesh error"}
     for name, title in errors.items():

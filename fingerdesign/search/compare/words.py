@@ -15,9 +15,9 @@ from fingerdesign.report.page import sentences
 from fingerdesign.report.table import Table, value_text
 from fingerdesign.search.compare.recommend import (
     SHOWN,
+    Objective,
     Recommendation,
     StudyFacts,
-    Wanted,
     differs,
     fails_purpose,
     uncertainty,
@@ -33,10 +33,10 @@ _FIDELITY = {"plane-strain": "in plane strain", "3d": "in 3-D", "finite": "at fi
 
 @dataclass(frozen=True)
 class Summary:
-    """What heads the page.
+    """Head of the page.
 
     recommended: name, "" where there is none; values: its values of what was varied, by their keys;
-    table: its objectives; scales: each objective's on its scale, what is good and what poor.
+    table: its objectives.
     """
 
     counts: str
@@ -46,7 +46,6 @@ class Summary:
     given_up: tuple[str, ...]
     mind: tuple[str, ...]
     table: Table | None
-    scales: tuple[str, ...]
 
 
 def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> Summary:
@@ -55,11 +54,11 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
     counts = " ".join(sentences(WORDS, "counts", of))
     if found.chosen is None:
         why = " ".join(sentences(WORDS, "why_none", of))
-        return Summary(counts, "", why, {}, (), (), None, ())
+        return Summary(counts, "", why, {}, (), (), None)
     chosen = outcomes[found.chosen]
     objectives = [
-        _objective(outcomes, facts, found, wanted, best)
-        for wanted, best in zip(facts.objectives, found.best, strict=True)
+        _objective(outcomes, facts, found, objective, best)
+        for objective, best in zip(facts.objectives, found.best, strict=True)
     ]
     believed = chosen.validity
     warnings = [shown(warning) for warning in chosen.warnings]
@@ -72,14 +71,13 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
         sentences(WORDS, "given_up", objectives),
         sentences(WORDS, "mind", of | {"fidelity": chosen.fidelity}, *errors, warnings),
         _table(shown(chosen.name), objectives),
-        sentences(WORDS, "scales", objectives),
     )
 
 
 def _counted(
     outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation
 ) -> dict[str, Any]:
-    """What the sentences count: designs, those that meet what is asked, and those that lack it."""
+    """Count the designs that failed, meet the constraints, or lack a value."""
     good = [outcome for outcome in outcomes if outcome.status == "ok"]
     lacking = {
         each.metric: [shown(o.name) for o in good if o.metrics.get(each.metric) is None]
@@ -114,36 +112,35 @@ def _objective(
     outcomes: Sequence[Outcome],
     facts: StudyFacts,
     found: Recommendation,
-    wanted: Wanted,
+    objective: Objective,
     best: int,
 ) -> dict[str, Any]:
     """An objective: the chosen one's value and place, and those of the front's best in it."""
     assert found.chosen is not None
     numbers = (found.chosen, best, *found.group)
-    (own, other, *rest), doubt = (
-        np.array([of(outcomes[number], wanted.metric) for number in numbers])
+    (own, other, *rest), deviation = (
+        np.array([of(outcomes[number], objective.metric) for number in numbers])
         for of in (_metric, uncertainty)
     )
-    values, unsure = np.array(rest), doubt[2:]
-    differ = differs(values, unsure, own, doubt[0])
-    ahead = int((differ & (values < own if wanted.goal == "min" else values > own)).sum())
-    metric = METRICS.get(wanted.metric, Metric(wanted.metric))
+    values, unsure = np.array(rest), deviation[2:]
+    differ = differs(values, unsure, own, deviation[0])
+    ahead = int((differ & (values < own if objective.goal == "min" else values > own)).sum())
+    metric = METRICS.get(objective.metric, Metric(objective.metric))
     return {
-        "goal": _goal(wanted),
-        "words": _words(wanted),
+        "goal": _goal(objective),
+        "words": _words(objective),
         "own": own,
-        "unsure": SHOWN * doubt[0],
+        "unsure": SHOWN * deviation[0],
         "place": _place(ahead, int((~differ).sum()), len(values), len(set(rest)) == 1),
         "best": other,
-        "better": bool(differs(other, doubt[1], own, doubt[0])),
+        "better": bool(differs(other, deviation[1], own, deviation[0])),
         "best_name": shown(outcomes[best].name),
         "rivals": {_words(each): _metric(outcomes[best], each.metric) for each in facts.objectives},
         "median": statistics.median(rest),
         "alike": len(set(rest)) == 1,
         "settled": not differs(values[:, None], unsure[:, None], values, unsure).any(),
         "leads": best == found.chosen and int((~differ).sum()) == 1,
-        "grade": metric.grade(own) if metric.better == wanted.goal else "",
-        "scale": metric.scale,
+        "grade": metric.grade(own) if metric.better == objective.goal else "",
     }
 
 
@@ -170,10 +167,10 @@ def _metric(outcome: Outcome, name: str) -> float:
     return value
 
 
-def _words(wanted: Wanted) -> str:
-    title, unit = name_and_unit(wanted.metric)
+def _words(objective: Objective) -> str:
+    title, unit = name_and_unit(objective.metric)
     return f"{title} ({unit})" if unit else title
 
 
-def _goal(wanted: Wanted) -> str:
-    return f"{_ENDS[wanted.goal]} {_words(wanted)}"
+def _goal(objective: Objective) -> str:
+    return f"{_ENDS[objective.goal]} {_words(objective)}"

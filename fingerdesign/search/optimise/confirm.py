@@ -1,4 +1,4 @@
-"""From quick trials to fingers that are believed: which are analysed again, and what stands then.
+"""Confirmation of the best quick trials by a more thorough model.
 
 The search runs at the study's fidelity. Of its front, those that together dominate most beyond the
 reference (the study's base) are analysed at ``confirm_fidelity``, and so is the reference: a
@@ -23,84 +23,16 @@ from fingerdesign.search.compare.recommend import dominated
 from fingerdesign.search.optimise.optimise import (
     Evaluator,
     Search,
-    Trial,
     Tried,
     lacks,
     reference_plan,
     reported,
 )
 from fingerdesign.search.optimise.sensitivity import Sensitivity, sensitivities
+from fingerdesign.search.optimise.trials import Trial
+from fingerdesign.search.optimise.volume import beats, hypervolume, most_volume
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.study.file import Study
-
-# How much better one set of fingers is than another: dominance and hypervolume.
-#
-# Rows are designs, columns losses (less is better, see recommend.losses). The front itself is
-# recommend.dominated's.
-
-
-def beats(own: Array, other: Array) -> bool:
-    """Whether ``own`` (losses of one design) is nowhere worse and somewhere better.
-
-    >>> beats(np.array([1.0, 2.0]), np.array([1.0, 3.0]))
-    True
-    """
-    return bool((own <= other).all() and (own < other).any())
-
-
-def hypervolume(losses: Array, corner: Array) -> float:
-    """The volume that the rows dominate below ``corner``; rows not below it add nothing.
-
-    The exclusive volumes of the rows one after the other (L. While, L. Bradstreet and L. Barone, A
-    fast way of calculating exact hypervolumes, IEEE Trans. Evol. Comput. 16, 2012).
-
-    >>> hypervolume(np.array([[0.0, 1.0], [1.0, 0.0]]), np.array([2.0, 2.0]))
-    3.0
-    """
-    inside = losses[(losses < corner).all(axis=1)]
-    return _volume(_front(inside), corner)
-
-
-def most_volume(losses: Array, corner: Array, count: int) -> tuple[int, ...]:
-    """Rows taken one by one, each the one that adds most volume to those before it.
-
-    Fewer than ``count`` where no other row adds any. It is the usual greedy choice of a few that
-    stand for a front: its volume is at least 1 - 1/e of the best choice's.
-    """
-    taken: list[int] = []
-    volume = 0.0
-    while len(taken) < count:
-        gains = [
-            -np.inf if row in taken else hypervolume(losses[[*taken, row]], corner) - volume
-            for row in range(len(losses))
-        ]
-        best = int(np.argmax(gains)) if gains else -1
-        if best < 0 or gains[best] <= 1e-12 * max(volume, 1e-300):
-            break
-        taken.append(best)
-        volume += float(gains[best])
-    return tuple(taken)
-
-
-def _volume(points: Array, corner: Array) -> float:
-    if len(points) == 0:
-        return 0.0
-    # The worst first: what it leaves to the others is soon empty.
-    points = points[np.argsort(-points[:, -1], kind="stable")]
-    total = 0.0
-    for row, own in enumerate(points):
-        shared = _front(np.maximum(points[row + 1 :], own))
-        total += float(np.prod(corner - own)) - _volume(shared, corner)
-    return total
-
-
-def _front(points: Array) -> Array:
-    """The rows that no other dominates, none twice."""
-    if len(points) < 2:
-        return points
-    kept: Array = np.unique(points[~dominated(points)], axis=0)
-    return kept
-
 
 WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
 MARGIN = 0.1  # of the front's range, beyond its worst end, where no reference bounds the volume
@@ -132,8 +64,8 @@ class Judged:
 
     def data(self) -> dict[str, Any]:
         """For study.json and scripts."""
-        kept = {"name": self.name, "metrics": self.metrics, "feasible": self.feasible}
-        return kept | {"failure": self.failure or None, "fails_purpose": list(self.lacks.values())}
+        own = {"name": self.name, "metrics": self.metrics, "feasible": self.feasible}
+        return own | {"failure": self.failure or None, "fails_purpose": list(self.lacks.values())}
 
 
 @dataclass(frozen=True)
@@ -147,7 +79,7 @@ class Confirmed:
 
 @dataclass(frozen=True)
 class Optimised:
-    """A search that is done: what it found, and what stands of it.
+    """A search that is done: its results, and those that were confirmed.
 
     judged: the trials against the study, in order. reference: by the quick model, and by the
     thorough one (None where nothing was confirmed, and fidelity, of the thorough model, is "").
@@ -170,27 +102,27 @@ class Optimised:
 
     @property
     def standing(self) -> tuple[Confirmed, ...]:
-        """Those that dominate the reference by the thorough model, too."""
+        """Trials that dominate the reference by the thorough model, too."""
         known = self.thorough_reference
         return tuple(c for c in self.confirmed if known and c.thorough.dominates(known))
 
     @property
     def better_in_all(self) -> int:
-        """How many stand that are better in every objective."""
+        """Number of confirmed fingers that are better in every objective."""
         deep = self.thorough_reference
         return sum(deep is not None and c.thorough.better_in_all(deep) for c in self.standing)
 
     @property
     def outcomes(self) -> tuple[Outcome, ...]:
         """All: the reference and confirmations first, then trials; of one digest the first."""
-        kept: dict[str, Outcome] = {}
+        unique: dict[str, Outcome] = {}
         for outcome in (*self.again, *(each for one in self.tried for each in one.outcomes)):
-            kept.setdefault(outcome.digest, outcome)
-        return tuple(kept.values())
+            unique.setdefault(outcome.digest, outcome)
+        return tuple(unique.values())
 
     @cached_property
     def sensitivities(self) -> tuple[Sensitivity, ...]:
-        """Of each objective to each parameter, over the trials of the first scene."""
+        """Sensitivities of each objective to each parameter, over the trials of the first scene."""
         return sensitivities(self.search.study, [each.outcomes[0] for each in self.tried])
 
     def counts(self) -> dict[str, int]:
@@ -211,7 +143,7 @@ class Optimised:
         }
 
     def sentences(self) -> tuple[str, ...]:
-        """What came out, in words."""
+        """The results in sentences."""
         lacked = Counter(lack for each in self.judged for lack in each.lacks)
         return sentences(WORDS, "outcome", self, self.counts(), lacked)
 
@@ -242,17 +174,17 @@ class Optimised:
         }
 
 
-def judged(study: Study, outcomes: Sequence[Outcome]) -> Judged:
-    """The outcomes of a finger, a scene each, as what the study asks."""
+def judge(study: Study, outcomes: Sequence[Outcome]) -> Judged:
+    """Judge the outcomes of a finger, one for each scene, against the study."""
     values, broken = reported(study, outcomes)
     signs = [1.0 if each.direction == "min" else -1.0 for each in study.objectives]
     failures = [each.failure.sentence for each in outcomes if each.failure is not None]
-    wanted = {each.metric: value for each, value in zip(study.objectives, values, strict=True)}
+    objectives = {each.metric: value for each, value in zip(study.objectives, values, strict=True)}
     metrics: dict[str, float | None] = {}
-    for metric in (*wanted, *study.constraints):
+    for metric in (*objectives, *study.constraints):
         found = [each.metrics.get(metric) for each in outcomes]
         absent = None in found or broken["failed"] > 0.0
-        metrics[metric] = None if absent else wanted.get(metric, found[0])
+        metrics[metric] = None if absent else objectives.get(metric, found[0])
     return Judged(
         outcomes[0].name,
         np.array(values) * signs,
@@ -273,8 +205,8 @@ def confirm(
     study, table = search.study, search.study.optimise
     report("the reference")
     outcomes = tuple(evaluated(reference_plan(search)))
-    reference = judged(study, outcomes)
-    every = tuple(judged(study, each.outcomes) for each in tried)
+    reference = judge(study, outcomes)
+    every = tuple(judge(study, each.outcomes) for each in tried)
     front = front_of(every)
     found = Optimised(
         search,
@@ -295,7 +227,7 @@ def confirm(
     report(f"{len(chosen)} trials and the reference, {fidelity}")
     again = evaluated([replace(j, name=f"{j.name}-{fidelity}") for p in plans for j in p])
     rest = iter(again)
-    reference, *deep = [judged(study, [next(rest) for _ in plan]) for plan in plans]
+    reference, *deep = [judge(study, [next(rest) for _ in plan]) for plan in plans]
     return replace(
         found,
         fidelity=fidelity,

@@ -1,4 +1,8 @@
-"""An optimisation's answer in sentences: who beats the reference, by how much, and what decides."""
+"""An optimisation's folder: a study's files, with its answer, tables and chart.
+
+study.json has "optimise" too: the front, the confirmation, sensitivities. front.png shows trials,
+reference and confirmed fingers in the first two objectives.
+"""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -21,16 +25,18 @@ from fingerdesign.report.style import (
     house_style,
 )
 from fingerdesign.report.table import Table
+from fingerdesign.search.compare.folder import FILES, write_study
+from fingerdesign.search.compare.page import SearchFindings
 from fingerdesign.search.compare.read import STUDY_FILE
 from fingerdesign.search.compare.table import name_and_unit
 from fingerdesign.search.optimise.confirm import WORDS, Judged, Optimised
 from fingerdesign.search.optimise.sensitivity import LEAST
-from fingerdesign.search.run.folder import FILES, write_study
 from fingerdesign.search.study.metrics import METRICS
 
-# Tables of an optimisation: what stood by the thorough model, and what each objective hangs on.
-
 NONE = "–"
+MOST_NAMED = 3
+CHART_FILE = "front.png"
+FOLDER = RecordFolder("optimisation", STUDY_FILE, (*FILES, CHART_FILE))
 
 
 def tables(found: Optimised) -> list[Table]:
@@ -97,9 +103,6 @@ def _sensitivity_table(found: Optimised) -> Table | None:
     return Table("sensitivity", caption, columns, tuple(rows), frozenset({0})) if known else None
 
 
-# The chart of a search: trials, front, reference and confirmed fingers; and how it went.
-
-
 def draw_front(found: Optimised, path: Path) -> None:
     """The first two objectives against each other, and the volume dominated by number of trials."""
     with house_style():
@@ -161,9 +164,6 @@ def _words(metric: str) -> str:
     return f"{metric} ({unit})" if unit and not metric.endswith(f"_{unit}") else metric
 
 
-MOST_NAMED = 3
-
-
 def verdict(found: Optimised) -> tuple[str, ...]:
     """Who dominates the reference and by how much, by both models; what the objectives hang on."""
     goals = {each.metric: each.direction for each in found.search.study.objectives}
@@ -176,17 +176,8 @@ def verdict(found: Optimised) -> tuple[str, ...]:
     )
 
 
-# OUT/NAME of an optimisation: a study's files, with what was searched, confirmed and decides.
-#
-# study.json  has "optimise" besides: the front, the confirmation, sensitivities
-# front.png   trials, reference and confirmed fingers in the first two objectives
-
-CHART_FILE = "front.png"
-FOLDER = RecordFolder("optimisation", STUDY_FILE, (*FILES, CHART_FILE))
-
-
-def journal_beside(target: Path) -> Path:
-    """The file that keeps an optimisation's trials, beside its folder."""
+def journal_path(target: Path) -> Path:
+    """The file of an optimisation's trials, next to its folder."""
     return target.with_name(f"{target.name}.trials.jsonl")
 
 
@@ -198,10 +189,12 @@ def write_optimised(folder: Path, found: Optimised, source: str) -> None:
         found.outcomes,
         source,
         {"optimise": found.data()},
-        answer=verdict(found),
-        notes=found.sentences(),
-        tables=tables(found),
-        references=[each.name for each in (found.reference, found.thorough_reference) if each],
+        SearchFindings(
+            verdict(found),
+            found.sentences(),
+            tuple(tables(found)),
+            tuple(each.name for each in (found.reference, found.thorough_reference) if each),
+        ),
     )
     if len(found.search.study.objectives) > 1:
         draw_front(found, folder / CHART_FILE)

@@ -1,8 +1,8 @@
-"""What each objective hangs on: how much each parameter decides of it, and which way.
+"""Sensitivity of each objective to each parameter: its share of the variance, and its direction.
 
 share      of the metric's variance that goes with the parameter, alone or in concert: half the
            growth of a forest's squared error when the parameter's values are shuffled, on trials
-           that it was not taught (permutation importance, L. Breiman, Random forests, Machine
+           that it was not trained on (permutation importance, L. Breiman, Random forests, Machine
            Learning 45, 2001; the half makes it the total effect of M. J. W. Jansen, Comput. Phys.
            Commun. 117, 1999)
 direction  rank correlation with the metric, the other parameters' ranks held (partial rank
@@ -30,7 +30,7 @@ WEAK = 0.3  # explained: below, shares are no more than hints
 
 @dataclass(frozen=True)
 class Effect:
-    """Of one parameter on one metric; ``spread``: standard error of ``share`` over folds."""
+    """Effect of one parameter on one metric; ``spread``: standard error of ``share`` over folds."""
 
     parameter: str
     share: float
@@ -40,7 +40,7 @@ class Effect:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Of one metric; ``explained``: R2 on trials that were not taught; effects: largest first."""
+    """Sensitivity of one metric; ``explained``: R2 on other trials; effects: largest first."""
 
     metric: str
     count: int
@@ -49,16 +49,16 @@ class Sensitivity:
 
     @property
     def words(self) -> str:
-        """How far it may be believed."""
+        """Sentence on how reliable it is."""
         if self.explained is None:
-            return f"{self.metric}: {self.count} trials tell nothing (at least {LEAST} that differ)"
+            return f"{self.metric}: of {self.count} trials too few differ (at least {LEAST})"
         much = f"{100 * max(self.explained, 0.0):.0f} % of its variance is predicted"
         hint = "; the shares are hints at best" if self.explained < WEAK else ""
         return f"{self.metric}: over {self.count} trials {much}{hint}"
 
 
 def sensitivities(study: Study, outcomes: Sequence[Outcome]) -> tuple[Sensitivity, ...]:
-    """Of each of the study's objectives to each parameter; seeded."""
+    """Compute the sensitivity of each of the study's objectives to each parameter; seeded."""
     return tuple(_of(study, outcomes, each.metric) for each in study.objectives)
 
 
@@ -132,7 +132,7 @@ def _directions(
     """Partial rank correlation of each parameter that has an order; equal values share a rank."""
     from scipy.stats import rankdata
 
-    ranks, wanted = (
+    ranks, target = (
         each - each.mean(axis=0) for each in (rankdata(inputs, axis=0), rankdata(truth))
     )
     found: list[float | None] = []
@@ -144,7 +144,7 @@ def _directions(
         others = np.column_stack([ranks[:, ~own], np.ones(len(truth))])
         rest = [
             each - others @ np.linalg.lstsq(others, each, rcond=None)[0]
-            for each in (ranks[:, own][:, 0], wanted)
+            for each in (ranks[:, own][:, 0], target)
         ]
         size = float(np.linalg.norm(rest[0]) * np.linalg.norm(rest[1]))
         found.append(float(rest[0] @ rest[1]) / size if size > 1e-9 * len(truth) else 0.0)

@@ -1,1 +1,1 @@
-"""Running a study: jobs, evaluation, cluster, store, folder."""
+"""Running a study: jobs, evaluation, cluster, store."""

@@ -2,7 +2,8 @@
 
 Dask hands out the work; what evaluates it is a child process of each worker thread, which bears the
 limits and the crashes. So the local workers are threads of this process: no port is opened, and
-nothing is left when it ends.
+nothing is left when it ends. Each thread reuses its own child. Text goes in and out, so that a
+worker needs nothing of a study but this package.
 """
 
 import contextlib
@@ -29,11 +30,6 @@ from fingerdesign.runtime.pool import Pool
 from fingerdesign.search.run.evaluate import EVALUATE, Job, failed
 from fingerdesign.search.study.file import Limits
 
-# What a Dask worker does with a job: hand it to a child process, and hand back what comes of it.
-#
-# Each thread of a worker has a child of its own, kept from one job to the next. Text goes in and
-# out, so that a worker needs nothing of a study but this package.
-
 TRIES = 3  # of a job whose process somebody ended: the system for want of memory, or a user
 RECYCLED_AFTER = 100  # jobs: 3 s of loading are 2 % of their work
 READY_S = 120.0  # to load; 2 s on a quiet machine
@@ -42,6 +38,10 @@ _LOAD = "fingerdesign.search.run.evaluate:load"
 _POOLS: dict[tuple[str, ...], Pool] = {}  # by name, evaluator and limits
 _ENDED: set[str] = set()
 _LOCK = threading.Lock()
+AHEAD = 500  # jobs handed to the scheduler before their turn: enough for it to ask for workers by
+CONNECT_S, CLOSE_S, LOOK_S = 15.0, 10.0, 2.0
+_LIKE = "an address like tcp://host:8786 or tls://host:8786"
+_LOGGERS = ("distributed", "distributed.client", "distributed.scheduler", "distributed.worker")
 
 
 def work(text: str) -> str:
@@ -100,18 +100,12 @@ def forget_pool(name: str) -> None:
         pool.__exit__()
 
 
-AHEAD = 500  # jobs handed to the scheduler before their turn: enough for it to ask for workers by
-CONNECT_S, CLOSE_S, LOOK_S = 15.0, 10.0, 2.0
-_LIKE = "an address like tcp://host:8786 or tls://host:8786"
-_LOGGERS = ("distributed", "distributed.client", "distributed.scheduler", "distributed.worker")
-
-
 class ClusterError(FingerDesignError):
     """The cluster cannot work: no scheduler answers, it was lost, its workers cannot evaluate."""
 
 
 class Cluster(ExitStack):
-    """Where jobs are evaluated; started by the first of them. A context manager.
+    """Evaluation of jobs; the first job starts it. A context manager.
 
     workers: processes at a time on this machine (None: as many as cores); scheduler: the address
     of a Dask scheduler instead, or the file that it wrote it to. evaluator: "module:function", see
@@ -218,12 +212,12 @@ class Cluster(ExitStack):
         return found
 
     def _result(self, future: Any) -> str:
-        """What a task answered; fetched again where the worker died that held it."""
+        """Result of a task; computed again where its worker died."""
         while True:
             try:
                 return str(future.result(timeout=CONNECT_S))
             except TimeoutError:
-                self._count()  # raises where nobody answers any more
+                self._count()  # raises where the scheduler no longer answers
 
     def _start_here(self) -> None:
         from distributed import Client, LocalCluster
@@ -292,7 +286,7 @@ class Cluster(ExitStack):
 
     def _lost(self) -> ClusterError:
         at = f" at {self._scheduler}" if self._scheduler else ""
-        reported = f"the Dask scheduler{at} is gone; what was done is kept"
+        reported = f"the Dask scheduler{at} is gone; finished work is stored"
         return ClusterError(f"{reported}: run it again, and it goes on")
 
 
@@ -312,7 +306,7 @@ def _refuse_without_certificate(address: str) -> None:
 
 
 def _address(scheduler: str) -> str:
-    """What a scheduler's file (``dask scheduler --scheduler-file``) says, or the address itself."""
+    """The address itself, or the one in a file that the scheduler wrote."""
     if not os.path.isfile(scheduler):
         return scheduler
     try:

@@ -30,7 +30,7 @@ from fingerdesign.sensing.model import FIDELITIES, meshed_for_grips
 from fingerdesign.validate.plane_strain import plane_strain_error
 from fingerdesign.version import versions
 
-# How far the numbers of an outcome may be believed.
+EVALUATE = "fingerdesign.search.run.evaluate:evaluated"
 
 
 def validity_of(case: Case, analysis: Analysis) -> Validity:
@@ -58,10 +58,10 @@ def validity_of(case: Case, analysis: Analysis) -> Validity:
 
 @dataclass(frozen=True)
 class Job:
-    """What is to be analysed, and what its cost is added up from.
+    """An analysis to run, and the prices of its cost.
 
     scene None: the fundamental case and the grips of the design's ``[grip]`` table. values: the
-    studied keys, reported in the outcome. said: the keys that the study gives values, which stay;
+    studied keys, reported in the outcome. study_keys: keys that the study sets; they are unchanged;
     other sizes of the mesh are those that grips are studied with (sensing/model.py).
     """
 
@@ -73,7 +73,7 @@ class Job:
     scene_name: str = "fundamental"
     fidelity: str = "plane-strain"
     tolerance: float = 0.02
-    said: tuple[str, ...] = ()
+    study_keys: tuple[str, ...] = ()
 
     @property
     def case(self) -> Case:
@@ -83,7 +83,7 @@ class Job:
         if self.fidelity in FIDELITIES:
             # Coarser contact in plane strain moves the peak ratio of maeno2000 by up to a fourth.
             size = 0.0 if self.fidelity == "plane-strain" else None
-            design = meshed_for_grips(design, self.fidelity, size, self.said)
+            design = meshed_for_grips(design, self.fidelity, size, self.study_keys)
         return Case(
             design,
             self.scene,
@@ -123,7 +123,7 @@ class Job:
 
     @property
     def own(self) -> dict[str, Any]:
-        """What an outcome says of the job that its digest leaves out."""
+        """Facts of the job in its outcome that the digest leaves out."""
         return {
             "name": self.name,
             "values": dict(self.values),
@@ -132,9 +132,6 @@ class Job:
             "fidelity": self.fidelity,
             "seeds": dict.fromkeys(("grip", "stick_error"), self.design.grip.seed),
         }
-
-
-EVALUATE = "fingerdesign.search.run.evaluate:evaluated"
 
 
 def load() -> None:
@@ -188,7 +185,7 @@ def relabelled(outcome: Outcome, job: Job) -> Outcome:
 
 
 def failed(job: Job, failure: Failure) -> Outcome:
-    """The outcome of a job that came to nothing."""
+    """The outcome of a failed job."""
     try:
         digest = job.digest()
     except DesignError as error:  # a file that it names is gone: nothing to keep it by

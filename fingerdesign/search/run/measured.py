@@ -1,4 +1,4 @@
-"""From an analysis to what an outcome keeps of it: metrics, thinned traces, grips."""
+"""Parts of an outcome from an analysis: metrics, thinned traces, grips."""
 
 import math
 import statistics
@@ -31,7 +31,7 @@ _FIRST_SLIP = 0.9  # of the greatest stick ratio of the pull: pressing alone sli
 
 
 def metrics_of(design: Design, cost: Cost, analysis: Analysis) -> dict[str, float | None]:
-    """The metrics that this analysis tells; "core_seconds" is the caller's."""
+    """The metrics of this analysis; "core_seconds" is the caller's."""
     rows = analysis.result.increments
     deepest = max(rows, key=lambda row: row.approach_mm)
     pressed = deepest.approach_mm > 0.0
@@ -76,7 +76,7 @@ def stick_error_of(case: Case, analysis: Analysis) -> tuple[float | None, tuple[
 
 
 def own_metrics(design: Design, cost: Cost) -> dict[str, float | None]:
-    """The metrics that the design alone tells: plates, rubber, cost."""
+    """The metrics of the design alone: plates, rubber, cost."""
     plates = design.plates.number
     inserts = core_volume(design) + sum(plate_volume(frame) for frame in plate_frames(design))
     rubber = (outline_volume(design.body) - inserts) * 1e-3
@@ -88,8 +88,8 @@ def own_metrics(design: Design, cost: Cost) -> dict[str, float | None]:
 def traces_of(analysis: Analysis) -> Traces:
     """The path's numbers, gages and contact map, thinned to what a comparison shows."""
     every, contact = analysis.result.increments, analysis.contact
-    kept = evenly_spaced(len(every), MOST_INCREMENTS)
-    rows = [every[k] for k in kept]
+    chosen = evenly_spaced(len(every), MOST_INCREMENTS)
+    rows = [every[k] for k in chosen]
     along = ("approach_mm", "shear_mm", "normal_force_N", "tangential_force_N", "stick_ratio")
     path = (*along, "contact_width_mm")
     places = {name: _numbers(getattr(row, name) for row in rows) for name in path}
@@ -99,7 +99,7 @@ def traces_of(analysis: Analysis) -> Traces:
         places["contact_x_mm"] = _numbers(contact.points[shown, 0])
         if contact.dimension == 3:
             places["contact_z_mm"] = _numbers(contact.points[shown, 2])
-        status = tuple("".join(MARKS.get(s, "#") for s in contact.status[k][shown]) for k in kept)
+        status = tuple("".join(MARKS.get(s, "#") for s in contact.status[k][shown]) for k in chosen)
     by_index = {frame.index: frame.x for frame in analysis.plates}
     return Traces(
         **places,
@@ -118,17 +118,17 @@ def grips_of(analysis: Analysis) -> tuple[GripOutcome, ...]:
 
 
 def grip_outcome(grip: GripResult, normal: Numbers, tangential: Numbers) -> GripOutcome:
-    """What an outcome keeps of a grip, its path of forces thinned."""
+    """A grip of an outcome, its path of forces thinned."""
     facts: dict[str, Any] = {
         each.name: getattr(grip, each.name, ()) for each in fields(GripOutcome)
     }
-    kept = evenly_spaced(len(normal), MOST_STEPS)
-    normal, tangential = (tuple(path[k] for k in kept) for path in (normal, tangential))
+    chosen = evenly_spaced(len(normal), MOST_STEPS)
+    normal, tangential = (tuple(path[k] for k in chosen) for path in (normal, tangential))
     return replace(GripOutcome(**facts), normal_force_N=normal, tangential_force_N=tangential)
 
 
 def grip_metrics(grips: Sequence[GripResult]) -> dict[str, float | None]:
-    """The metrics that grips tell; none without grips.
+    """The metrics of grips; none without grips.
 
     Margins and the peak's ratio are of grips that lifted the object: one that lets go at a small
     force is not gentle.

@@ -26,39 +26,38 @@ from fingerdesign.search.study.file import Limits, Study
 from fingerdesign.search.study.variants import Variant
 from fingerdesign.version import versions
 
-# Outcomes on disk by digest: whole or absent, shared by all studies of a user.
-#
-# One file an outcome, in a folder by the digest's first two digits. It holds the checksum of its
-# content, so that one that a crash or a full disk has spoilt is taken for absent. Nothing but the
-# driver of a study writes here.
-
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 # Another machine, or another day, may fare better; "failed": as where a mesher ran out of time.
 TRANSIENT = ("crashed", "timeout", "memory", "failed")
+Planned = Job | Outcome  # an outcome: of a variant that is no finger
+FUNDAMENTAL = "fundamental"
 
 
 class StoreError(FingerDesignError):
-    """An outcome cannot be kept: no room, no right; nothing half is left."""
+    """An outcome cannot be stored: no room or no permission; no partial file is left."""
 
 
 class Store:
-    """Outcomes in ``folder``; by default the user's own store."""
+    """Outcomes on disk by digest, in ``folder``; by default the user's own store.
+
+    One file each, with a checksum: a damaged file counts as absent. All studies of a user share it.
+    """
 
     def __init__(self, folder: Path | None = None) -> None:
-        self._kept = Cache("outcomes", folder=folder)
-        self.folder = self._kept.folder
-        self._kept.clear()  # what drivers that were killed have left half-written
+        self._cache = Cache("outcomes", folder=folder)
+        self.folder = self._cache.folder
+        self._cache.clear()  # what drivers that were killed have left half-written
 
     def get(self, digest: str, retry: bool = False) -> Outcome | None:
-        """The outcome kept under a digest; None where there is none, or only an invalid one.
+        """The outcome stored under a digest; None where there is none, or only an invalid one.
 
         retry: neither one that failed but was not refused.
         """
         name = _name(digest)
         try:
-            line = self._kept.text(name)
+            line = self._cache.text(name)
         except OSError as error:
-            raise StoreError(f"{self._kept.path(name)} cannot be read: {error}") from error
+            raise StoreError(f"{self._cache.path(name)} cannot be read: {error}") from error
         if line is None:
             return None
         try:
@@ -71,23 +70,17 @@ class Store:
         return None if retry and transient else found
 
     def put(self, outcome: Outcome) -> None:
-        """Keep an outcome, in the place of an older one. StoreError where that fails."""
+        """Store an outcome, in place of an older one. StoreError where that fails."""
         try:
-            self._kept.put_text(_name(outcome.digest), outcome.to_json(), durable=True)
+            self._cache.put_text(_name(outcome.digest), outcome.to_json(), durable=True)
         except OSError as error:
-            raise StoreError(f"an outcome cannot be kept in {self.folder}: {error}") from error
+            raise StoreError(f"an outcome cannot be stored in {self.folder}: {error}") from error
 
 
 def _name(digest: str) -> str:
     if not _DIGEST.fullmatch(digest):
         raise ValueError(f"{digest!r} is no digest")
     return f"{digest[:2]}/{digest}.txt"
-
-
-# From a study to its jobs: one a variant and scene; a variant that is no finger as an outcome.
-
-Planned = Job | Outcome  # an outcome: of a variant that is no finger
-FUNDAMENTAL = "fundamental"
 
 
 def study_scenes(study: Study, folder: Path | None = None) -> dict[str, Scene | None]:
@@ -99,8 +92,8 @@ def study_scenes(study: Study, folder: Path | None = None) -> dict[str, Scene | 
         return {FUNDAMENTAL: None}
     found: dict[str, Scene | None] = {}
     for name in study.study.scenes:
-        beside = (folder or Path.cwd()) / name
-        found[Path(name).stem] = load_scene(beside if beside.is_file() else name)
+        own = (folder or Path.cwd()) / name
+        found[Path(name).stem] = load_scene(own if own.is_file() else name)
     return found
 
 
@@ -123,7 +116,7 @@ def planned(
                 scene_name=name,
                 fidelity=table.fidelity,
                 tolerance=table.tolerance,
-                said=(*study.fixed, *variant.values),
+                study_keys=(*study.fixed, *variant.values),
             )
 
 
@@ -145,7 +138,7 @@ def _invalid(study: Study, variant: Variant) -> Outcome:
 
 @dataclass(frozen=True)
 class Standing:
-    """Where a study stands.
+    """Progress of a study.
 
     number, of  outcomes at hand, and of how many; of them failures, stored (taken from the store)
                 and computed (now; the digests are counted, two variants may have one)
@@ -179,8 +172,8 @@ def run_jobs(
     *,
     retry: bool = False,
 ) -> tuple[Outcome, ...]:
-    """The outcomes of jobs, in their order, of one digest computed once; an outcome among them
-    stands for itself. Raises StoreError and ClusterError."""
+    """The outcomes of jobs, in their order, of one digest computed once; an outcome among them is
+    returned unchanged. Raises StoreError and ClusterError."""
     found: dict[int, Outcome] = {}  # by place in the plan
     missing: dict[str, list[int]] = {}  # places by digest
     start = first = time.monotonic()
@@ -214,9 +207,9 @@ def run_jobs(
             add(place, each, None)
             continue
         digest = each.digest()
-        kept = None if digest in missing else store.get(digest, retry)
-        if kept is not None:
-            add(place, kept, None, stored=True)
+        stored = None if digest in missing else store.get(digest, retry)
+        if stored is not None:
+            add(place, stored, None, stored=True)
             continue
         if digest not in missing:
             jobs.append((digest, each))

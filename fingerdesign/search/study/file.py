@@ -1,4 +1,4 @@
-"""A study file: a design, the keys that are varied, and what is asked of each variant.
+"""A study file: a design, the keys that are varied, and the objectives and constraints.
 
 [study] name, base, sampling, count, seed, fidelity, tolerance, scenes      [fixed] design keys
 [parameters] key = [choices] or { low, high, log, step }      [limits]      [cost]
@@ -33,11 +33,10 @@ from fingerdesign.search.study.values import (
     shallow,
 )
 
-# Tables of a study file beside its keys: how variants are drawn, limits, prices, what counts.
-
 MOST_VARIANTS = 100_000
 MOST_PRICE = 1e6
 MetricName = Annotated[str, AfterValidator(known_metric)]
+_REPORTED = 200  # faults; a file of more is not mended one by one
 
 
 class StudyTable(Table):
@@ -46,7 +45,7 @@ class StudyTable(Table):
     name: Annotated[str, AfterValidator(safe_name)] = Field(
         description="names the folder and the variants: letters, digits, - _ ."
     )
-    base: Text = Field(description="a shipped design, or a file beside the study's")
+    base: Text = Field(description="a shipped design, or a file next to the study's")
     sampling: Literal["grid", "latin_hypercube", "sobol"] = "sobol"
     count: int | None = Field(default=None, ge=1, le=MOST_VARIANTS, description="not of a grid")
     seed: int = Field(default=0, ge=0, le=2**31)
@@ -72,7 +71,7 @@ class StudyTable(Table):
             remedy = "remove it, or set study.sampling = 'sobol'"
             raise refuse(self.count, "absent where sampling = 'grid'", remedy, "study.count")
         if self.sampling != "grid" and self.count is None:
-            remedy = "say how many variants are drawn"
+            remedy = "give the number of variants"
             raise refuse("(absent)", "given where sampling is not 'grid'", remedy, "study.count")
         return self
 
@@ -115,13 +114,13 @@ class Objective(Table):
 
 
 class Bound(Table):
-    """What a metric of ``[constraints]`` must keep."""
+    """Bounds of a metric of ``[constraints]``."""
 
     at_least: float | None = None
     at_most: float | None = None
 
     @model_validator(mode="after")
-    def _said(self) -> Self:
+    def _given(self) -> Self:
         if self.at_least is None and self.at_most is None:
             raise refuse("{}", "at_least or at_most or both", "give one")
         if None not in (self.at_least, self.at_most) and self.at_least > self.at_most:  # type: ignore[operator]
@@ -129,7 +128,7 @@ class Bound(Table):
         return self
 
     def excess(self, value: float | None) -> float:
-        """How far a value lies outside, 0 within; infinite for a metric without a value."""
+        """Distance of a value outside the bounds, 0 within; infinite without a value."""
         if value is None:
             return math.inf
         low = -math.inf if self.at_least is None else self.at_least
@@ -143,9 +142,6 @@ class Optimise(Table):
     trials: int = Field(default=100, ge=1, le=MOST_VARIANTS)
     confirm: int = Field(default=3, ge=0, le=100)
     confirm_fidelity: Literal["3d", "auto"] = "3d"
-
-
-_TOLD = 200  # faults; a file of more is not mended one by one
 
 
 class Study(Table):
@@ -208,7 +204,7 @@ def read_study(path: Path | str) -> Study:
 
 
 def parse_study(text: str, source: str = "") -> Study:
-    """The study that TOML ``text`` says. DesignError with every fault of its keys.
+    """The study of TOML ``text``. DesignError with every fault of its keys.
 
     Files that parameters and [fixed] name lie where ``source`` does.
     """
@@ -221,10 +217,12 @@ def parse_study(text: str, source: str = "") -> Study:
         study = Study.model_validate(data)
     except ValidationError as error:
         found = error.errors(include_url=False)
-        faults = list({str(fault): fault for fault in map(_fault, found[:_TOLD])}.values())
-        if len(found) > _TOLD:
+        faults = list({str(fault): fault for fault in map(_fault, found[:_REPORTED])}.values())
+        if len(found) > _REPORTED:
             remedy = "correct those reported first"
-            faults.append(Fault("file", f"{len(found)} faults", f"without any of {_TOLD}", remedy))
+            faults.append(
+                Fault("file", f"{len(found)} faults", f"without any of {_REPORTED}", remedy)
+            )
         raise DesignError(faults, source) from None
     if faults := key_faults(study.fixed, study.parameters):
         raise DesignError(faults, source)

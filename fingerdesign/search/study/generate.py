@@ -1,9 +1,9 @@
 """Variants of a study as files: a folder each with its design and CAD, and two lists.
 
 OUT/NAME/NAME-0007/   NAME-0007.toml, finger.step, finger.stl (the outside), body.stl, plates.stl
-variants.csv          a row a variant: its values, its design's digest, what came of its CAD
+variants.csv          a row a variant: its values, its design's digest, the result of its CAD
 invalid.csv           a row a fault of those that cannot exist
-generate.json         what was asked, versions, counts
+generate.json         the request, versions, counts
 
 A variant's folder is there whole or not at all. Run again, only what is missing or was another
 design is made, so an interrupted run goes on.
@@ -28,15 +28,20 @@ from fingerdesign.search.study.file import Study
 from fingerdesign.search.study.variants import Variant, stems
 from fingerdesign.version import versions
 
-# The lists of generated variants: those that are, and those that cannot be with every reason.
-
 VARIANTS, INVALID = "variants.csv", "invalid.csv"
+RECORD = "generate.json"
+BUILD = "fingerdesign.cad.export:build_and_write"
+RECYCLED_AFTER, READY_S = 100, 120.0  # designs that one process builds; seconds to start it
+CHORD_TOLERANCE_MM = 0.01
+LEFT_OUT, WRITTEN = "left out", "written"  # of a variant's CAD, or else the reason of a failure
+_UNFINISHED = (".*.lock", ".*.partial-*", ".*.older-*", ".????????????-*")
+_LOCK = ".lock"
 
 
 def _csv(
     keys: Sequence[str], more: Sequence[str], rows: Iterable[tuple[Variant, list[str]]]
 ) -> str:
-    """A row each: number and name of a variant, its values, and what more is said."""
+    """A row each: number and name of a variant, its values, and further cells."""
     cells = (
         [variant.number, variant.name, *(variant.values.get(key) for key in keys), *rest]
         for variant, rest in rows
@@ -45,7 +50,7 @@ def _csv(
 
 
 def reasons(found: Iterable[Variant]) -> list[tuple[str, int, Fault, str]]:
-    """Why variants are invalid, most frequent first: key, of how many, one fault and whose it is.
+    """List causes of invalid variants, most frequent first: key, count, a fault and its variant.
 
     A variant with several faults of one key counts once.
     """
@@ -57,27 +62,21 @@ def reasons(found: Iterable[Variant]) -> list[tuple[str, int, Fault, str]]:
     return [(key, len(each), *each[0]) for key, each in ordered]
 
 
-RECORD = "generate.json"
-BUILD = "fingerdesign.cad.export:build_and_write"
-RECYCLED_AFTER, READY_S = 100, 120.0  # designs that one process builds; seconds to start it
-CHORD_TOLERANCE_MM = 0.01
-LEFT_OUT, WRITTEN = "left out", "written"  # of a variant's CAD, beside the reason of a failure
-_UNFINISHED = (".*.lock", ".*.partial-*", ".*.older-*", ".????????????-*")
-_LOCK = ".lock"
-
-
 @dataclass(frozen=True)
 class Made:
-    """What came of a variant. cad: "written", "left out", a reason why there is none, or "" where
-    the variant is invalid; kept: it was there already."""
+    """Result of generating a variant.
+
+    cad: "written", "left out", the cause of a failure, or "" where the variant is invalid. existed:
+    it was there already.
+    """
 
     variant: Variant
     cad: str = ""
-    kept: bool = False
+    existed: bool = False
 
     @property
     def failed(self) -> bool:
-        """Whether its CAD could not be made."""
+        """True where its CAD failed."""
         return self.variant.design is not None and self.cad not in (LEFT_OUT, WRITTEN)
 
 
@@ -193,11 +192,11 @@ def _made(
     except (OSError, UnicodeDecodeError):
         same = False
     if same and (built or pool is None):
-        return Made(variant, WRITTEN if built else LEFT_OUT, kept=True)
+        return Made(variant, WRITTEN if built else LEFT_OUT, existed=True)
     with _variant_folder(variant.name).written(place) as aside:
         (aside / f"{variant.name}.toml").write_text(text, encoding="utf-8")
-        said = LEFT_OUT if pool is None else _cad(study, variant, aside, pool, ended)
-    return Made(variant, said)
+        outcome = LEFT_OUT if pool is None else _cad(study, variant, aside, pool, ended)
+    return Made(variant, outcome)
 
 
 def _cad(study: Study, variant: Variant, folder: Path, pool: Pool, ended: threading.Event) -> str:

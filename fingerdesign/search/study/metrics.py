@@ -1,6 +1,6 @@
-"""What fingers are compared by: each metric's unit, which end of it is better, and its meaning.
+"""Metrics of fingers: each one's unit, which end of it is better, and its meaning.
 
-What computes them is search/run/evaluate.py. A change of a meaning raises ``METRICS_VERSION``,
+search/run/measured.py computes them. A change of a meaning raises ``METRICS_VERSION``,
 which is part of every outcome's digest. The standard library only.
 """
 
@@ -49,98 +49,76 @@ class Metric:
 
     @property
     def scale(self) -> str:
-        """As "good from 0.95, poor to 0.75"; "" where there is none."""
+        """The scale as text: "good from 0.95, poor to 0.75"; "" where there is none."""
         if self.good is None or self.poor is None:
             return ""
         ends = ("from", "to") if self.better == "max" else ("to", "from")
         return f"good {ends[0]} {self.good:g}, poor {ends[1]} {self.poor:g}"
 
 
-_ALL = (
-    Metric(
-        "grip_success",
-        "",
-        "max",
-        "share of the grips lifted without complete slip",
-        good=0.95,
-        poor=0.75,
-    ),
-    Metric(
-        "safety_margin",
-        "",
-        None,
-        "median of F_n / (F_t / mu) at lift, over grips that lifted",
-        share=0.02,
-        noisy=0.18,
-    ),
-    Metric(
-        "least_margin",
-        "",
-        "max",
-        "least margin of the grips that lifted; 1 is on the edge of slip",
-        good=1.2,
-        poor=1.05,
-        share=0.035,
-        noisy=0.4,
-    ),
-    Metric(
-        "peak_force_N", "N", "min", "greatest normal force of all grips", share=0.06, noisy=0.11
-    ),
-    Metric(
+_ROWS: tuple[tuple[str, str, Goal | None, str], ...] = (  # name, unit, better, meaning
+    ("grip_success", "", "max", "share of the grips lifted without complete slip"),
+    ("safety_margin", "", None, "median of F_n / (F_t / mu) at lift, over grips that lifted"),
+    ("least_margin", "", "max", "least margin of the grips that lifted; 1 is on the edge of slip"),
+    ("peak_force_N", "N", "min", "greatest normal force of all grips"),
+    (
         "peak_ratio",
         "",
         "min",
         "median of peak F_n over the least that holds, mg / 2 mu; grips that lifted",
-        good=1.5,
-        poor=3.0,
-        share=0.03,
-        noisy=0.19,
     ),
-    Metric(
-        "stick_error",
-        "",
-        "min",
-        "RMS error of the stick ratio as estimated from noisy gages",
-        good=0.1,
-        poor=0.2,
-        step=0.007,
-    ),
-    Metric(
-        "gage_response",
-        "microstrain/N",
-        "max",
-        "greatest reading per tangential force",
-        share=0.005,
-    ),
-    Metric(
+    ("stick_error", "", "min", "RMS error of the stick ratio as estimated from noisy gages"),
+    ("gage_response", "microstrain/N", "max", "greatest reading per tangential force"),
+    (
         "smallest_stick_change",
         "",
         "min",
         "smallest change of the stick ratio that gages show above the noise of one sample",
-        good=0.1,
-        poor=0.3,
-        share=0.02,
     ),
-    Metric("normal_force_N", "N", None, "F_n at the end of the scene's path", share=0.002),
-    Metric("tangential_force_N", "N", None, "F_t at the end of the scene's path", share=0.002),
-    Metric(
-        "stiffness_N_per_mm", "N/mm", None, "F_n over approach at the deepest approach", share=0.001
-    ),
-    Metric(
+    ("normal_force_N", "N", None, "F_n at the end of the scene's path"),
+    ("tangential_force_N", "N", None, "F_t at the end of the scene's path"),
+    ("stiffness_N_per_mm", "N/mm", None, "F_n over approach at the deepest approach"),
+    (
         "first_slip_N",
         "N",
         None,
         "F_t where the stick ratio falls below 0.9 of its most in the pull",
-        share=0.003,
     ),
-    Metric("peak_pressure_MPa", "MPa", "min", "greatest contact pressure of the path", share=0.007),
-    Metric("plates", "", "min", "plates used"),
-    Metric("cost", "", "min", "what [cost] adds up: plates, gages, rubber"),
-    Metric("rubber_volume_ml", "ml", "min", "volume of the elastomer"),
-    Metric("plane_strain_error", "", None, "forecast of what plane strain overstates F_n by"),
-    Metric("core_seconds", "s", None, "processor time of the variant"),
+    ("peak_pressure_MPa", "MPa", "min", "greatest contact pressure of the path"),
+    ("plates", "", "min", "plates used"),
+    ("cost", "", "min", "what [cost] adds up: plates, gages, rubber"),
+    ("rubber_volume_ml", "ml", "min", "volume of the elastomer"),
+    ("plane_strain_error", "", None, "forecast of what plane strain overstates F_n by"),
+    ("core_seconds", "s", None, "processor time of the variant"),
 )
-METRICS: dict[str, Metric] = {metric.name: metric for metric in _ALL}
+_SCALES = {  # good, poor
+    "grip_success": (0.95, 0.75),
+    "least_margin": (1.2, 1.05),
+    "peak_ratio": (1.5, 3.0),
+    "stick_error": (0.1, 0.2),
+    "smallest_stick_change": (0.1, 0.3),
+}
+_CHANCE = {  # share, step, noisy
+    "safety_margin": (0.02, 0.0, 0.18),
+    "least_margin": (0.035, 0.0, 0.4),
+    "peak_force_N": (0.06, 0.0, 0.11),
+    "peak_ratio": (0.03, 0.0, 0.19),
+    "stick_error": (0.0, 0.007, 0.0),
+    "gage_response": (0.005, 0.0, 0.0),
+    "smallest_stick_change": (0.02, 0.0, 0.0),
+    "normal_force_N": (0.002, 0.0, 0.0),
+    "tangential_force_N": (0.002, 0.0, 0.0),
+    "stiffness_N_per_mm": (0.001, 0.0, 0.0),
+    "first_slip_N": (0.003, 0.0, 0.0),
+    "peak_pressure_MPa": (0.007, 0.0, 0.0),
+}
+METRICS: dict[str, Metric] = {}
+for _name, _unit, _better, _words in _ROWS:
+    _good, _poor = _SCALES.get(_name, (None, None))
+    _share, _step, _noisy = _CHANCE.get(_name, (0.0, 0.0, 0.0))
+    METRICS[_name] = Metric(
+        _name, _unit, _better, _words, _good, _poor, share=_share, step=_step, noisy=_noisy
+    )
 
 
 def known_metric(name: str) -> str:

@@ -1,4 +1,4 @@
-"""What a study's parameters may hold: choices and ranges; what a stranger may write is bounded."""
+"""Choices and ranges of a study's parameters; untrusted text is bounded."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ MOST_DEPTH = 8  # of tables in tables; a design's own are 3 deep
 MOST_LEVELS = 1_000_000
 _PART = re.compile(r"[^\[\]]+(\[\d{1,4}\])*")  # of a dotted key
 Choice = bool | int | float | str
+FILE_KEYS = ("body.step.file", "mesh.file")  # of a design: paths relative to the study's file
 
 
 class Estimated:
@@ -59,12 +60,12 @@ Key = Annotated[Text, AfterValidator(dotted_key)]
 
 
 def is_number(value: Any) -> bool:
-    """Whether a value is a number; true and false are none."""
+    """Return True for a number; true and false are none."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def all_numbers(parameter: Parameter) -> bool:
-    """Whether a parameter has an order: a range, or choices that are numbers."""
+    """Return True where a parameter has an order: a range, or choices that are numbers."""
     return isinstance(parameter, Range) or all(is_number(each) for each in parameter)
 
 
@@ -93,7 +94,7 @@ def _distinct(values: tuple[Choice, ...]) -> tuple[Choice, ...]:
     seen = [(isinstance(value, bool), value) for value in values]
     for place, each in enumerate(seen):
         if each in seen[:place]:
-            raise refuse(list(values), "values that differ", f"say {values[place]!r} once")
+            raise refuse(list(values), "values that differ", f"give {values[place]!r} once")
     return values
 
 
@@ -127,12 +128,12 @@ class Range(Table):
 
     @property
     def whole(self) -> bool:
-        """Whether its values are whole numbers."""
+        """True where all its values are whole numbers."""
         return all(isinstance(each, int) for each in (self.low, self.high, self.step or 1))
 
     @property
     def levels(self) -> int | None:
-        """How many values it has; None where they are continuous, or whole and logarithmic."""
+        """Number of its values; None where they are continuous, or whole and logarithmic."""
         step = self.step if self.step is not None else (1 if self.whole else None)
         if step is None or self.log:
             return None
@@ -208,11 +209,6 @@ def flattened(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str,
             yield key, value
 
 
-# A study's keys: which may stand beside each other, shares of other lengths, values set.
-
-FILE_KEYS = ("body.step.file", "mesh.file")  # of a design: paths beside the study's file
-
-
 def split_share(key: str) -> tuple[str, str]:
     """The two keys of a share.
 
@@ -248,7 +244,7 @@ def value_of(design: Design, key: str) -> Any:
 
 
 def key_faults(fixed: Mapping[str, Any], parameters: Iterable[str]) -> list[Fault]:
-    """Faults of keys beside each other: one set twice, a share of a share, a variant's name."""
+    """Faults of keys together: one set twice, a share of a share, a variant's name."""
     faults = []
     targets: dict[str, str] = {}
     shares = {split_share(key)[0] for key in parameters if "/" in key}
@@ -256,7 +252,7 @@ def key_faults(fixed: Mapping[str, Any], parameters: Iterable[str]) -> list[Faul
         (target, whole), where = split_share(key), dotted(("parameters", key))
         if target in targets:
             bound = "a key that no other parameter sets"
-            faults.append(Fault(where, f"beside {shown(targets[target])}", bound, "remove one"))
+            faults.append(Fault(where, f"set by {shown(targets[target])} too", bound, "remove one"))
         targets[target] = key
         if target in fixed:
             bound = "a key that [fixed] does not set"

@@ -29,12 +29,12 @@ from fingerdesign.search.study.values import (
     value_of,
 )
 
-# Points of a study: every combination of a grid, a Latin hypercube or a Sobol sequence; seeded.
-
 MOST_GRID = 100_000  # variants
 
 
 Values = dict[str, Choice]
+REPORTED = 200  # faults; a file of more is not mended one by one
+_NO_KEY = "extra_forbidden"  # pydantic's name of that fault
 
 
 def points(study: Study) -> Iterator[Values]:
@@ -46,7 +46,7 @@ def points(study: Study) -> Iterator[Values]:
 
 
 def number_of_points(study: Study) -> int:
-    """How many variants the study has."""
+    """Number of variants of the study."""
     if study.study.count is not None:
         return study.study.count
     return math.prod(len(values) for values in _levels(study).values())
@@ -106,19 +106,11 @@ def _drawn(study: Study) -> Iterator[Values]:
     return (at_shares(study, tuple(float(share) for share in row)) for row in shares)
 
 
-# A study's keys held against the schema of designs, before any work.
-#
-# Only what is wrong for itself is reported here: an unknown key, a wrong kind of value, a value
-# outside the key's own bounds. Whether a combination can exist is each variant's question.
-
-REPORTED = 200  # faults; a file of more is not mended one by one
-_NO_KEY = "extra_forbidden"  # pydantic's name of that fault
-
-
 def study_faults(study: Study, base: Design) -> list[Fault]:
     """Faults of [fixed], of the parameters and of the grid's size, each reported once.
 
-    At most ``REPORTED`` of them, and one that says so.
+    Unknown keys, wrong kinds of values and values outside a key's own bounds; combinations are
+    judged variant by variant. At most ``REPORTED`` faults, and one that says so.
     """
     faults = _share_faults(study, base) or list(islice(_key_faults(study, base), REPORTED + 1))
     try:
@@ -160,7 +152,7 @@ def _shown(parameter: Parameter) -> str:
 
 
 def _key_faults(study: Study, base: Design) -> Iterator[Fault]:
-    """Of [fixed], of what is no key at all, and of each parameter's values by themselves."""
+    """Faults of [fixed], of unknown keys, and of each parameter's values by themselves."""
     wholes = {split_share(key)[1] for key in study.parameters if "/" in key} & set(study.fixed)
     own = {key: study.fixed[key] for key in wholes}  # which shares are of
     setting = {**study.fixed, **set_keys(base, {**own, **middle_values(study)})}
@@ -169,13 +161,13 @@ def _key_faults(study: Study, base: Design) -> Iterator[Fault]:
     varied = {_plain(split_share(key)[0]): key for key in study.parameters}
     faults = [(each, _NO_KEY) for each in refused] + _schema_faults(data, (*fixed, *varied))
     for fault, kind in faults:
-        owner = next((each for each in fixed if _stands_in(fault.key, each)), None)
+        owner = next((each for each in fixed if _is_inside(fault.key, each)), None)
         if owner is not None:
             inner = fault.key[len(owner) :]
             yield replace(fault, key=dotted(("fixed", fixed[owner])) + inner)
         for plain in varied if kind == _NO_KEY else ():
-            if _stands_in(fault.key, plain) or _stands_in(plain, fault.key):
-                # What is no key at all has nothing to say to the others, and is reported once.
+            if _is_inside(fault.key, plain) or _is_inside(plain, fault.key):
+                # What is no key at all is reported once, and left out for the others.
                 key = varied[plain]
                 setting.pop(split_share(key)[0], None)
                 own_value = _shown(study.parameters[key])
@@ -188,7 +180,7 @@ def _key_faults(study: Study, base: Design) -> Iterator[Fault]:
 def _value_faults(
     study: Study, base: Design, setting: Mapping[str, Any], key: str
 ) -> Iterator[Fault]:
-    """Of each value of a parameter; of a range its ends."""
+    """Faults of each value of a parameter; of a range its ends."""
     target, share = split_share(key)[0], "/" in key
     plain, parameter = _plain(target), study.parameters[key]
     data, _ = _set(base, setting)
@@ -201,7 +193,7 @@ def _value_faults(
         for fault, kind in _schema_faults(data, (plain,)):
             # A share's product is out of bounds or not with the length that it is of.
             bounds = kind.startswith(("greater_", "less_"))
-            if _stands_in(fault.key, plain) and not (share and bounds):
+            if _is_inside(fault.key, plain) and not (share and bounds):
                 yield replace(fault, key=dotted(("parameters", key)), value=shown(value))
         if share:
             return
@@ -212,8 +204,8 @@ def _plain(key: str) -> str:
     return dotted(parts_of(key))
 
 
-def _stands_in(key: str, owner: str) -> bool:
-    """Whether a fault's key is that key, or stands in it."""
+def _is_inside(key: str, owner: str) -> bool:
+    """Return True where a fault's key is that key, or inside it."""
     return undexed(key) == undexed(owner) or key.startswith((f"{owner}.", f"{owner}["))
 
 
@@ -230,14 +222,14 @@ def _set(base: Design, setting: Mapping[str, Any]) -> tuple[dict[str, Any], list
 
 
 def _schema_faults(data: Mapping[str, Any], owners: Iterable[str]) -> list[tuple[Fault, str]]:
-    """Faults of ``owners`` by themselves, or of a table that one stands in, each with its kind."""
-    wanted, found = tuple(owners), list[tuple[Fault, str]]()
+    """Faults of ``owners`` by themselves, or of a table that contains one, each with its kind."""
+    keys, found = tuple(owners), list[tuple[Fault, str]]()
     try:
         Design.model_validate(data)
     except ValidationError as error:
         for each in error.errors(include_url=False):
             kind, where = each["type"], dotted(each["loc"])
-            near = (_stands_in(where, own) or _stands_in(own, where) for own in wanted)
+            near = (_is_inside(where, own) or _is_inside(own, where) for own in keys)
             if kind == _NO_KEY and not any(near):
                 continue  # its words take long to find
             fault = fault_of(each, Design)
@@ -288,11 +280,11 @@ def base_design(study: Study, folder: Path | None = None) -> Design:
 
 
 def _found(base: str, folder: Path) -> Design:
-    """A file beside the study's comes first, then a shipped design."""
-    beside = folder / base
+    """Load the file next to the study's, or else a shipped design."""
+    own = folder / base
     try:
-        shipped = base in shipped_names() and not beside.is_file()
-        return load_design(base if shipped else beside)
+        shipped = base in shipped_names() and not own.is_file()
+        return load_design(base if shipped else own)
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else "it is no path"
         fault = Fault("study.base", shown(base), "a shipped design or a readable file", f"{why}")
@@ -336,5 +328,5 @@ def stems(name: str) -> tuple[str, ...]:
 
 
 def _stem(name: str, digits: int) -> str:
-    """So much of a study's name that a variant's is no longer than a name may be."""
+    """The part of a study's name that a variant's is no longer than a name may be."""
     return name[: 63 - digits].rstrip(".")

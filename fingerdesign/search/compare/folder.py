@@ -14,7 +14,7 @@ from typing import Any
 from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.outcome import Outcome, cells_csv, designs_csv
-from fingerdesign.search.compare.page import compare_html
+from fingerdesign.search.compare.page import NO_SEARCH, SearchFindings, compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, Comparison, read_comparison
 from fingerdesign.search.study.file import Study
 from fingerdesign.version import versions
@@ -30,12 +30,12 @@ def write_study(
     outcomes: Sequence[Outcome],
     source: str,
     more: dict[str, Any] | None = None,
-    **page: Any,
+    search: SearchFindings = NO_SEARCH,
 ) -> Comparison:
     """Write the files of a study into ``folder``; what its page compares.
 
-    source: the text of the study's file; more: further facts for study.json; page: what else
-    compare_html takes.
+    source: the text of the study's file; more: further facts for study.json; search: results of
+    a search, for the page.
     """
     record = study_record(study, outcomes) | (more or {})
     lines = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
@@ -48,15 +48,15 @@ def write_study(
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    found = read_comparison([folder])  # what `compare` will say of it
+    found = read_comparison([folder])  # as `compare` will read it
     facts = replace(found.facts, sources=())  # a folder that is gone once it is renamed
-    html = compare_html(found.outcomes, facts, **page)
+    html = compare_html(found.outcomes, facts, search)
     (folder / REPORT_FILE).write_text(html, encoding="utf-8", newline="\n")
     return found
 
 
 def study_record(study: Study, outcomes: Sequence[Outcome]) -> dict[str, Any]:
-    """What study.json says: all that repeats the study, and how many outcomes of each kind."""
+    """The record study.json: all that repeats the study, and how many outcomes of each kind."""
     table = study.study
     kinds = Counter(
         outcome.failure.kind if outcome.failure is not None else "ok" for outcome in outcomes
