@@ -30,7 +30,7 @@ RENAMED = {
     "calibrate": ("identify", "--bench"),
     "study-control": ("study",),
     "study-unlike": ("study", "--perturbed"),
-    "tune": ("study", "--tune"),
+    "tune": ("study", "--tune", "--quick"),
     "export-c": ("export", "--to", "c"),
     "sketch": ("view",),
     "gages": ("validate", "--gages"),

@@ -8,12 +8,11 @@ import click
 
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import plain
-from fingerdesign.records.statistics import Rms, Share
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.trials.grid import ControlGrid, Perturbed, refuse
 from fingerdesign.trials.page import answers
-from fingerdesign.trials.record import ControlStudy, Foreseen, Summary, TuningData
+from fingerdesign.trials.record import ControlStudy, Summary, TuningData
 from fingerdesign.trials.study import (
     FOLDER,
     StudyOptions,
@@ -21,11 +20,11 @@ from fingerdesign.trials.study import (
     run_study,
     write_study,
 )
-from fingerdesign.trials.tune import DESIGN_FILE, TuningSetting
+from fingerdesign.trials.tables import NONE, at_noise
+from fingerdesign.trials.tuning import DESIGN_FILE, TuningSetting
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import CONTROLLER_NAMES
 from fingerdesign_cli.terminal import (
-    details,
     number,
     open_page,
     print_json,
@@ -33,7 +32,6 @@ from fingerdesign_cli.terminal import (
     say_marked,
 )
 
-NONE = "–"  # in a cell without a value
 _SIGN_OF = {"yes": SIGNS["pass"], "no": SIGNS["fail"], "partly": SIGNS["warning"]}
 
 
@@ -108,46 +106,24 @@ def _grid(
 
 
 def _show(found: ControlStudy, folder: Path) -> None:
-    """One table, the findings, and where the page is; with ``--details`` all other tables."""
+    """One table, the findings, and where the page with all other tables is."""
     noise, data = found.trace_noise, found.data
-    names = [each["controller"] for each in data["controllers"]]
-    summaries = {name: found.summary(name, noise) for name in names}
-    grips = next(iter(summaries.values())).grips
+    rows = [(each["controller"], at_noise(each, noise)) for each in data["controllers"]]
     print_table(
-        f"{data['design']} at {noise:g} microstrain: {grips} grips each; success and held in %",
+        f"{data['design']} at {noise:g} microstrain: {rows[0][1].grips} grips each; "
+        "success and held in %",
         ["controller", "success", "95 %", "held", "dropped", "crushed", "unlifted"],
-        [_shares(name, own) for name, own in summaries.items()],
+        [_shares(name, own) for name, own in rows],
     )
     if data["conditions"]["perturbed"] is not None:
         _show_faults(found)
     if data["tuning"] is not None:
         _show_tuning(data["tuning"], folder)
-    if details():
-        _show_details(found, summaries)
     for item in answers(data):
         say_marked(_SIGN_OF.get(item.answer, SIGNS["note"]), f"{item.question} {item.detail}")
     for warning in data["warnings"]:
         say_marked(SIGNS["warning"], warning)
     click.echo(f"{data['seconds']['whole']:.0f} s; report: {folder / 'control.html'}")
-
-
-def _show_details(found: ControlStudy, summaries: dict[str, Summary]) -> None:
-    """Medians, warnings before slip, reactions to the tug."""
-    data, noise = found.data, found.trace_noise
-    print_table(
-        "medians; margin and peak: force over the least that holds",
-        ["controller", "lifted", "margin", "peak", "least stick", "slip, mm", "steps"],
-        [_medians(name, own) for name, own in summaries.items()],
-    )
-    _show_foreseen(found, noise)
-    if (tug := data["conditions"]["tug"]) is not None:
-        rate = data["hardware"]["sample_rate_Hz"]
-        assert isinstance(rate, float)
-        print_table(
-            f"tugged with {100 * tug['share']:g} % of the weight: reactions in ms",
-            ["controller", "held %", "answered", "median", "slowest"],
-            [_reactions(name, found.summary(name, tugged=True), rate) for name in summaries],
-        )
 
 
 def _show_tuning(tuning: TuningData, folder: Path) -> None:
@@ -187,60 +163,4 @@ def _shares(name: str, own: Summary) -> list[str]:
         number(own.held.rate, 1, 100.0, NONE),
         f"{own.dropped}" + (f", {own.caught} caught" if own.caught else ""),
         *(str(count) for count in (own.crushed, own.not_lifted)),
-    ]
-
-
-def _medians(name: str, own: Summary) -> list[str]:
-    columns = (
-        (own.margin_at_lift, 2),
-        (own.peak_ratio, 2),
-        (own.minimum_stick_ratio, 2),
-        (own.slip_distance_mm, 3),
-        (own.steps, 0),
-    )
-    return [
-        name,
-        str(own.grips - own.not_lifted),
-        *(number(None if s is None else s.median, digits, none=NONE) for s, digits in columns),
-    ]
-
-
-def _show_foreseen(found: ControlStudy, noise: float) -> None:
-    """Warnings before slip, of those that report anything."""
-    rows = []
-    for each in found.data["controllers"]:
-        saw = found.summary(each["controller"], noise).foreseen
-        if saw.false_alarms is not None or saw.stick_error is not None:
-            rows.append([each["controller"], *_foreseen(saw)])
-    if rows:
-        title = "warnings before slip (95 %); error of the stick ratio"
-        headings = ["controller", "slips warned of", "lead, s", "falsely, %", "error, RMS"]
-        print_table(title, headings, rows)
-
-
-def _foreseen(saw: Foreseen) -> list[str]:
-    warned, false, error = saw.warned, saw.falsely_alarmed, saw.stick_error
-    return [
-        NONE if warned is None else f"{warned.count} of {warned.of}{_brackets(warned, 100.0, 0)}",
-        number(None if saw.lead_s is None else saw.lead_s.median, 2, none=NONE),
-        NONE if false is None else f"{number(false.rate, 0, 100.0)}{_brackets(false, 100.0, 0)}",
-        NONE if error is None else f"{error.value:.3f}{_brackets(error)}",
-    ]
-
-
-def _brackets(found: Share | Rms, factor: float = 1.0, digits: int = 2) -> str:
-    """The interval in brackets."""
-    if found.low is None or found.high is None:
-        return ""
-    return f" ({factor * found.low:.{digits}f}–{factor * found.high:.{digits}f})"
-
-
-def _reactions(name: str, own: Summary, rate_hz: float) -> list[str]:
-    reaction = own.reaction_steps
-    times = (None, None) if reaction is None else (reaction.median, reaction.most)
-    return [
-        name,
-        number(own.held.rate, 1, 100.0, NONE),
-        f"{own.answered.count} of {own.answered.of}",
-        *(number(each, 0, 1000.0 / rate_hz, NONE) for each in times),
     ]

@@ -60,7 +60,8 @@ class Tug:
 @dataclass(frozen=True)
 class Cell:
     """One grip; noise in microstrain; tug: share of the weight, 0 without; fault: the label of what
-    is perturbed, and plant: the number of the finger that was drawn for it."""
+    is perturbed, and plant: the number of the finger that was drawn for it. values: of the design's
+    keys that are tried on it."""
 
     controller: str
     friction: float
@@ -69,6 +70,7 @@ class Cell:
     tug: float = 0.0
     fault: str = NONE
     plant: int = 0
+    values: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ controllers than before.
 """
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, fields
 
 from pydantic import TypeAdapter
@@ -18,11 +18,12 @@ from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.trials.bench import Bench
 from fingerdesign.trials.grid import Cell
-from fingerdesign.trials.tuning import Report
 
-KIND = "a control study"  # of journals
+KIND = "a control study"  # The kind of a study's journal.
 # A journal whose grips have other fields than these is another version's.
 FIELDS = [field.name for field in fields(GripResult)]
+
+Report = Callable[[str, float], None]  # It is given a message and the fraction that is done.
 
 
 def stored_grips(journal: Journal) -> dict[str, list[GripResult]]:
@@ -40,7 +41,7 @@ def stored_grips(journal: Journal) -> dict[str, list[GripResult]]:
 def key_of(cell: Cell, design: str) -> str:
     """The key of a grip in a journal; design: the digest of what is studied, tuned or not."""
     parts = (cell.controller, cell.friction, cell.mass_g, cell.noise, cell.tug)
-    return repr((*parts, cell.fault, cell.plant, design[:16]))
+    return repr((*parts, cell.fault, cell.plant, cell.values, design[:16]))
 
 
 def run_batches(

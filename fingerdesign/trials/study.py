@@ -6,7 +6,7 @@ found.summary("paper", noise=0.5).success.rate
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -57,8 +57,8 @@ from fingerdesign.trials.record import (
     control_data,
     grips_csv,
 )
-from fingerdesign.trials.stored import FIELDS, KIND, run_batches
-from fingerdesign.trials.tune import (
+from fingerdesign.trials.stored import FIELDS, KIND, Report, run_batches
+from fingerdesign.trials.tuning import (
     DESIGN_FILE,
     TuningSetting,
     tune_controllers,
@@ -68,7 +68,6 @@ from fingerdesign.trials.tune import (
 )
 from fingerdesign.version import __version__, versions
 
-Progress = Callable[[str, float], None]
 Fidelity = Literal["plane-strain", "3d"]
 # The grid's noises take the place of these keys of the hardware.
 VARIED = {"gage_noise_microstrain", "gage_noise_microvolt_per_V"}
@@ -92,7 +91,7 @@ class StudyOptions:
     workers: int = 1
     fidelity: Fidelity = "plane-strain"
     tuning: TuningSetting | None = None
-    report: Progress = lambda message, fraction: None
+    report: Report = lambda message, fraction: None
 
 
 def run_study(

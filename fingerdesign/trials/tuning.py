@@ -1,4 +1,7 @@
-"""One way of tuning for every controller: the same procedure, the same number of grips.
+"""Tuning of a study's controllers before it begins: one procedure and number of grips for all.
+
+    tuning = tune_controllers(design, bench, ("paper", "reactive"), journal, setting)
+    tuned = tuned_design(design, tuning)
 
 Rounds of trials, each judged on more grips than the last and searched in a smaller box:
 
@@ -13,23 +16,39 @@ The same seed gives the same trials, whatever the number of processes. A control
 parameters of its own would still be given every round; an oracle has one.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from operator import attrgetter
+from pathlib import Path
 
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.checks.load import with_values
+from fingerdesign.control.plants.remembered import Memory
 from fingerdesign.control.roster import ControllerKind, Range
+from fingerdesign.design.grip import Grip
+from fingerdesign.design.io import dump_design
+from fingerdesign.design.keys import set_value
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.result import GripResult
+from fingerdesign.report.page import sentences
+from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.registry import CONTROLLERS
+from fingerdesign.trials.bench import GripBench
 from fingerdesign.trials.grid import FRICTIONS, GOOD_AMPLIFIER, MASSES_G, Cell
+from fingerdesign.trials.record import ControllerTuningData, TunedTrialData, TuningData
+from fingerdesign.trials.stored import Report, run_batches
+
+DESIGN_FILE = "tuned.toml"
+WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
+# This is added to the seed of all noise, so that tuning grips have another noise than the grid's.
+_APART = 1009
 
 Values = Mapping[str, float]
-Report = Callable[[str, float], None]
-Requested = Sequence[tuple[Values, Sequence[Cell]]]  # parameters, and the grips to judge them on
-# Outcomes of each of what is requested, in order, each as soon as its grips are over.
-Judge = Callable[[Requested], Iterable[list[GripResult]]]
+# The results of batches of cells; the cells of a batch have the same values.
+Judge = Callable[[Sequence[tuple[Cell, ...]], Report], list[list[GripResult]]]
 
 
 @dataclass(frozen=True)
@@ -43,7 +62,15 @@ class Round:
 
 
 BUDGET = (Round(32, 0, 16), Round(8, 8, 48), Round(4, 4, 96))  # 1808 grips
-_SHRINK = 1.0 / 3.0  # of the box, from round to round
+_SHRINK = 1.0 / 3.0  # The box of a round is so wide as a part of the last round's.
+
+
+@dataclass(frozen=True)
+class TuningSetting:
+    """Setting of a study's tuning. noises: of the gages, microstrain, in turn."""
+
+    noises: tuple[float, ...] = (GOOD_AMPLIFIER,)
+    budget: tuple[Round, ...] = BUDGET
 
 
 @dataclass(frozen=True)
@@ -117,7 +144,11 @@ def tune(
     going: list[int] = []  # those of the last round, the best first
     box = np.tile([0.0, 1.0], (len(own), 1))
     for number, each in enumerate(budget):
-        report(f"{controller}: round {number + 1} of {len(budget)}", number / len(budget))
+
+        def shown(message: str, part: float, begun: int = number) -> None:
+            words = f"tuning {controller}: round {begun + 1} of {len(budget)}"
+            report(words, (begun + part) / len(budget))
+
         made = [Candidate(dict(default), 0)] if number == 0 else []
         points = _points(box, each.new - len(made), np.random.default_rng([seed, number]))
         made += [Candidate(_values(own, point), number) for point in points]
@@ -127,15 +158,19 @@ def tune(
         chosen += range(len(everything), len(everything) + len(made))
         everything += made
         # On those of the grips that they were not judged on yet.
-        requested = [
-            (everything[k].values, cells[len(everything[k].outcomes) : each.grips]) for k in chosen
-        ]
-        for k, found in zip(chosen, judge(requested), strict=True):
+        batches = [_cells_of(everything[k], cells[: each.grips]) for k in chosen]
+        for k, found in zip(chosen, judge(batches, shown), strict=True):
             everything[k] = replace(everything[k], outcomes=(*everything[k].outcomes, *found))
         going = sorted(chosen, key=lambda k: everything[k].order, reverse=True)
         box = _box_around(own, everything[going[0]].values, _SHRINK ** (number + 1))
     first, trials = everything[going[0]], tuple(everything)
     return Tuning(controller, seed, own, tuple(budget), trials, first, trials[0])
+
+
+def _cells_of(trial: Candidate, cells: Sequence[Cell]) -> tuple[Cell, ...]:
+    """Those of the cells on which a trial was not judged yet, with its values."""
+    values = tuple(trial.values.items())
+    return tuple(replace(cell, values=values) for cell in cells[len(trial.outcomes) :])
 
 
 def ranges_of(controller: str) -> tuple[Range, ...]:
@@ -190,3 +225,137 @@ def tuning_cells(
         )
         for k, (x, y) in enumerate(_sobol(2, count, seed))
     ]
+
+
+def tune_controllers(
+    design: Design,
+    bench: GripBench,
+    controllers: Sequence[str],
+    journal: Journal,
+    setting: TuningSetting,
+    workers: int = 1,
+    report: Report = lambda message, fraction: None,
+) -> dict[str, Tuning]:
+    """Tune each controller by the same procedure and the same number of grips.
+
+    Grips that the journal holds are not run again. Raises SolverError where a process died.
+    """
+    budget, seed, found = setting.budget, bench.grid.seed, {}
+    judge = bench_judge(bench, design, journal, workers)
+    for number, name in enumerate(controllers):
+
+        def shown(message: str, part: float, begun: int = number) -> None:
+            report(message, (begun + part) / len(controllers))
+
+        found[name] = tune(
+            name,
+            default_values(design, name),
+            tuning_cells(name, budget[-1].grips, seed, setting.noises),
+            judge,
+            budget=budget,
+            seed=seed,
+            report=shown,
+        )
+    return found
+
+
+def default_values(design: Design, controller: str) -> dict[str, float]:
+    """A design's own values of the parameters that a controller is tuned in."""
+    return {each.key: float(attrgetter(each.key)(design)) for each in ranges_of(controller)}
+
+
+def tuned_design(design: Design, tuned: dict[str, Tuning]) -> Design:
+    """The design with the best values of all controllers, checked like a file.
+
+    Where two controllers share a key (the oracles do), the last one's value is taken.
+    """
+    best = [each.best.values for each in tuned.values()]
+    return with_values(design, {key: value for each in best for key, value in each.items()})
+
+
+def tuned_grip(grip: Grip, values: Values) -> Grip:
+    """A ``[grip]`` table with dotted keys of the design set, checked like a file."""
+    data = {"grip": grip.model_dump(mode="json", exclude_none=True)}
+    for key, value in values.items():
+        set_value(data, key, value)
+    return Grip.model_validate(data["grip"])
+
+
+@dataclass(frozen=True)
+class TriedBench:
+    """A bench whose cells have values of their own, the same in a batch."""
+
+    bench: GripBench
+
+    def run_batch(self, cells: Sequence[Cell]) -> list[GripResult]:
+        """Run cells with the values that are tried; each is of another object."""
+        tuned = self.bench.with_grip(tuned_grip(self.bench.grip, dict(cells[0].values)))
+        return [tuned.run_cell(cell, Memory()) for cell in cells]
+
+
+def bench_judge(bench: GripBench, design: Design, journal: Journal, workers: int) -> Judge:
+    """A judge of trials on a bench that stores their grips; ``workers``: see run_batches.
+
+    Both fingers are alike there, and the noise is not the grid's.
+    """
+    grid = replace(bench.grid, seed=bench.grid.seed + _APART, tug=None)
+    tried = TriedBench(replace(bench, grid=grid, opposite=None))
+
+    def judged(batches: Sequence[tuple[Cell, ...]], report: Report) -> list[list[GripResult]]:
+        once = dict.fromkeys(batches)  # Values may be tried twice.
+        found = run_batches(tried, once, journal, workers, report, design.digest())
+        return [[found[cell] for cell in batch] for batch in batches]
+
+    return judged
+
+
+def tuning_data(
+    tuned: dict[str, Tuning], setting: TuningSetting, seed: int, digest: str
+) -> TuningData:
+    """The tunings as plain values; digest: of the design before them."""
+    cells = tuning_cells("", setting.budget[-1].grips, seed, setting.noises)
+    return {
+        "digest": digest,
+        "cells": [
+            {
+                "friction_coefficient": each.friction,
+                "object_mass_g": each.mass_g,
+                "noise_microstrain": each.noise,
+            }
+            for each in cells
+        ],
+        "controllers": {name: _controller_data(each) for name, each in tuned.items()},
+    }
+
+
+def _controller_data(tuning: Tuning) -> ControllerTuningData:
+    return {
+        "grips": tuning.grips,
+        "ranges": [asdict(each) for each in tuning.ranges],
+        "rounds": [asdict(each) for each in tuning.budget],
+        "best": trial_data(tuning.best),
+        "default": trial_data(tuning.default),
+        "trials": [trial_data(each) for each in tuning.trials],
+    }
+
+
+def trial_data(trial: Candidate) -> TunedTrialData:
+    """A trial as plain values; the reasons why its other grips failed are counted."""
+    outcomes = trial.outcomes
+    return {
+        "values": trial.values,
+        "round": trial.round,
+        "grips": len(outcomes),
+        "success_rate": trial.success,
+        "held_rate": sum(each.holds_object for each in outcomes) / max(len(outcomes), 1),
+        "mean_peak_ratio": trial.mean_peak_ratio,
+        "dropped": sum(each.gross_slip for each in outcomes),
+        "crushed": sum(each.crushed for each in outcomes),
+        "not_lifted": sum(not each.lifted for each in outcomes),
+    }
+
+
+def tuned_text(design: Design, tuning: TuningData, seed: int) -> str:
+    """The tuned design as a file whose first comment gives the tuning's grips and rates."""
+    head = sentences(WORDS, "tuned", design.design.name, tuning, seed)
+    return "".join(f"# {line}\n" for line in head) + f"\n{dump_design(design)}"

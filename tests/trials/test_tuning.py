@@ -1,10 +1,8 @@
 """Tuning: one procedure and budget for all, seeded, on grips of its own; record and command."""
 
 import json
-import os
 import re
 from collections import Counter
-from contextlib import nullcontext
 from dataclasses import replace
 
 import jsonschema
@@ -12,25 +10,28 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import load_design
-from fingerdesign.errors import DesignError, SolverError
+from fingerdesign.errors import DesignError
 from fingerdesign.records.base import json_schema
 from fingerdesign.runtime.journal import Journal, JournalError
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials import study as control_study
-from fingerdesign.trials import tune as tune_study
 from fingerdesign.trials.bench import GripBench
-from fingerdesign.trials.grid import FRICTIONS, MASSES_G, Cell, ControlGrid, seed_of
+from fingerdesign.trials.grid import FRICTIONS, MASSES_G, ControlGrid, seed_of
 from fingerdesign.trials.stored import KIND
 from fingerdesign.trials.study import StudyOptions, run_study
-from fingerdesign.trials.tune import (
-    StoredTrials,
+from fingerdesign.trials.tuning import (
+    BUDGET,
+    Range,
+    Round,
+    TriedBench,
     TuningSetting,
     bench_judge,
     default_values,
-    run_cells,
+    ranges_of,
+    tune,
     tuned_grip,
+    tuning_cells,
 )
-from fingerdesign.trials.tuning import BUDGET, Range, Round, ranges_of, tune, tuning_cells
 from tests.support.grips import trial
 
 SMALL = (Round(4, 0, 3), Round(2, 2, 5))
@@ -43,14 +44,14 @@ def made_up(cell, success, peak):
 
 
 class Judge:
-    """Grips succeed where mu is over the ratio, at the peak mu / ratio; counts what it is asked."""
+    """Grips succeed where mu is over the ratio, at the peak mu / ratio; it stores the rounds."""
 
     def __init__(self):
-        self.requested = []
+        self.rounds = []
 
-    def __call__(self, requested):
-        self.requested.append([(dict(values), tuple(cells)) for values, cells in requested])
-        return [[self.one(values, cell) for cell in cells] for values, cells in requested]
+    def __call__(self, batches, report):
+        self.rounds.append(batches)
+        return [[self.one(dict(cell.values), cell) for cell in batch] for batch in batches]
 
     def one(self, values, cell):
         ratio = values[A.key]
@@ -98,16 +99,11 @@ def test_ties_go_to_the_lower_peak():
 def test_no_grip_is_made_twice_and_the_best_see_all():
     judge = Judge()
     found = tuned(judge)
-    made = Counter(
-        (tuple(values.items()), cell)
-        for requested in judge.requested
-        for values, cells in requested
-        for cell in cells
-    )
+    made = Counter(cell for batches in judge.rounds for batch in batches for cell in batch)
     assert max(made.values()) == 1
     assert sum(made.values()) == found.grips == 1808
     assert len(found.best.outcomes) == len(found.default.outcomes) == BUDGET[-1].grips
-    assert len(judge.requested) == len(BUDGET)
+    assert len(judge.rounds) == len(BUDGET)
 
 
 @pytest.mark.parametrize("name", CONTROLLERS.names())
@@ -146,56 +142,72 @@ def test_tuning_grips_are_not_those_of_the_grid():
     assert [cell.noise for cell in others[:3]] == [0.5, 2.0, 0.5]
 
 
-def test_their_noise_is_another_than_the_grids(bench, monkeypatch):
-    felt = []
-    monkeypatch.setattr(GripBench, "run_cell", lambda self, cell, memory: felt.append((self, cell)))
-    cell = Cell("paper", 0.5, 200.0, 0.5)
-    with bench_judge(bench, 1) as judge:
-        list(judge([({}, [cell])]))
-    own, same = felt[0]
-    assert seed_of(same, own.grid.seed) != seed_of(cell, bench.grid.seed)
+def judged(bench, design, path, workers=1):
+    """A small tuning of the fixed ratio on the bench, stored in a journal."""
+    with Journal(path, KIND, "d") as journal:
+        return tune(
+            "fixed_ratio",
+            default_values(design, "fixed_ratio"),
+            tuning_cells("fixed_ratio", SMALL[-1].grips),
+            bench_judge(bench, design, journal, workers),
+            budget=SMALL,
+        )
+
+
+def test_their_noise_is_another_than_the_grids(bench, design, tmp_path, monkeypatch):
+    used = []
+    real = GripBench.run_cell
+    monkeypatch.setattr(
+        GripBench, "run_cell", lambda *given: used.append(given[:2]) or real(*given)
+    )
+    judged(bench, design, tmp_path / "j")
+    own, cell = used[0]
+    assert seed_of(cell, own.grid.seed) != seed_of(cell, bench.grid.seed)
     assert own.grid.tug is None
 
 
-def test_grips_take_the_values_that_are_tried_and_the_bench_keeps_what_it_taught(bench):
-    cells = tuning_cells("fixed_ratio", 2)
-    loose, tight = (run_cells(bench, {A.key: ratio}, cells) for ratio in (0.6, 0.15))
+def test_grips_take_the_values_that_are_tried_and_the_bench_stores_its_calibration(bench):
+    tried, cells = TriedBench(bench), tuning_cells("fixed_ratio", 2)
+    loose, tight = (
+        tried.run_batch([replace(cell, values=((A.key, ratio),)) for cell in cells])
+        for ratio in (0.6, 0.15)
+    )
     assert all(a.peak_ratio < b.peak_ratio for a, b in zip(loose, tight, strict=True))
-    kept = bench.calibration(0.0)
+    stored = bench.calibration(0.0)
     for values, same in (({A.key: 0.3}, True), ({"grip.preload_mm": 0.05}, False)):
         other = bench.with_grip(tuned_grip(bench.grip, values))
-        assert (other.calibration(0.0) is kept) == same
+        assert (other.calibration(0.0) is stored) == same
 
 
-def test_a_real_tuning_improves_and_processes_change_nothing(bench, design):
+def test_a_real_tuning_improves_and_processes_change_nothing(bench, design, tmp_path):
     """The design's own 0.17 crushes what is rough."""
-    found = []
-    for workers in (1, 2):
-        with bench_judge(bench, workers) as judge:
-            found.append(
-                tune(
-                    "fixed_ratio",
-                    default_values(design, "fixed_ratio"),
-                    tuning_cells("fixed_ratio", SMALL[-1].grips),
-                    judge,
-                    budget=SMALL,
-                )
-            )
+    found = [judged(bench, design, tmp_path / f"{count}", count) for count in (1, 2)]
     assert found[0] == found[1]
     assert found[0].best.order > found[0].default.order
 
 
-class Dying(Cell):
-    """A cell that no process survives to receive."""
+def test_an_interrupted_tuning_goes_on_with_the_trials_that_are_left(
+    bench, design, tmp_path, monkeypatch
+):
+    """The sixth trial is interrupted: what was judged before is not run again."""
+    real, batches = TriedBench.run_batch, []
 
-    def __reduce__(self):
-        return os._exit, (1,)
+    def interrupted(self, cells):
+        if len(batches) == 5:
+            raise KeyboardInterrupt
+        batches.append(tuple(cells))
+        return real(self, cells)
 
-
-def test_a_process_that_dies_is_said(bench):
-    said = pytest.raises(SolverError, match="a process of the tuning")
-    with bench_judge(bench, 2) as judge, said:
-        list(judge([({}, [Dying("paper", 0.5, 200.0, 0.5)])]))
+    monkeypatch.setattr(TriedBench, "run_batch", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        judged(bench, design, tmp_path / "j")
+    monkeypatch.setattr(
+        TriedBench, "run_batch", lambda *given: batches.append(given[1]) or real(*given)
+    )
+    found = judged(bench, design, tmp_path / "j")
+    cells = [cell for batch in batches for cell in batch]
+    assert len(cells) == len(set(cells)) == found.grips
+    assert found == judged(bench, design, tmp_path / "other")
 
 
 def test_unknown_controllers_and_too_few_grips_are_refused():
@@ -219,11 +231,6 @@ GRID = ControlGrid((0.4,), (150.0,), (0.5,), tug=None)
 TUNED = StudyOptions(tuning=TuningSetting(budget=SMALL))
 
 
-def not_requested(requested):
-    assert not requested
-    return []
-
-
 def test_a_tuned_study_has_the_best_values_and_its_trials_are_stored(
     quick, design, tmp_path, monkeypatch
 ):
@@ -237,43 +244,12 @@ def test_a_tuned_study_has_the_best_values_and_its_trials_are_stored(
     ratio = own["best"]["values"][A.key]
     assert found.tuned.grip.fixed_ratio.ratio == ratio != design.grip.fixed_ratio.ratio
     # All trials and grips are in the journal: nothing is gripped again.
-    monkeypatch.setattr(
-        tune_study, "bench_judge", lambda bench, workers: nullcontext(not_requested)
-    )
-    monkeypatch.setattr(GripBench, "run_batch", not_requested)
+    monkeypatch.setattr(GripBench, "run_cell", pytest.fail)
     again = run_study(design, names, GRID, path, TUNED)
     assert again.data["tuning"] == tuning
     assert again.trials == found.trials
     with pytest.raises(JournalError, match="of another design"):
         run_study(design, names, replace(GRID, seed=1), path, TUNED)
-
-
-def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
-    """The fifth trial of the last round is interrupted: what was judged before is not asked for."""
-    path, reported, requested = tmp_path / "journal", [], []
-
-    def judge(stop):
-        def judged(pairs):
-            for values, cells in pairs:
-                if len(requested) == stop:
-                    raise KeyboardInterrupt
-                requested.append((tuple(values.items()), tuple(cells)))
-                yield [Judge().one(values, cell) for cell in cells]
-
-        return judged
-
-    with pytest.raises(KeyboardInterrupt), Journal(path, KIND, "d") as journal:
-        tuned(StoredTrials(journal).judge(judge(6)), budget=SMALL)
-    kept = StoredTrials(Journal(path, KIND, "d"))
-    assert kept.grips == sum(len(cells) for _, cells in requested) > 4 * 3
-    found = tuned(kept.judge(judge(None), lambda *each: reported.append(each)), budget=SMALL)
-    assert found == tuned(Judge(), budget=SMALL)
-    assert len(requested) == len(set(requested))
-    assert sum(len(cells) for _, cells in requested) == found.grips
-    assert reported[0] == (12, 12)
-    assert reported[-1][0] == reported[-1][1]
-    with pytest.raises(JournalError, match="of another design"):
-        Journal(path, KIND, "e")
 
 
 def test_the_command(quick, design_file, tmp_path, capsys):

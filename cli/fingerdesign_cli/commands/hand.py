@@ -212,7 +212,6 @@ def export() -> None:
     help="With --perturbed: objects a finger.  [default: 4]",
 )
 @open_option
-@details_option
 @trial_options("all noise, fingers and trials")
 def study() -> None:
     """Judge controllers on DESIGN over friction, weight and gage noise.
