@@ -11,7 +11,6 @@ from fingerdesign.trials.record import (
     ControlData,
     ControllerData,
     NoiseSummary,
-    Summary,
     TuningData,
 )
 
@@ -75,73 +74,41 @@ def _fault_tables(data: ControlData) -> list[Table]:
 
 
 def noise_tables(data: ControlData) -> list[Table]:
-    """Success, held and margin by noise."""
+    """Success and margin by noise."""
     noises = data["conditions"]["noises_microstrain"]
     columns = ("controller", *(f"{noise:g}" for noise in noises))
-    found = []
-    for key, caption in (("noise", "success %"), ("held", "held %"), ("margins", "margin")):
-        rows = []
-        for each in data["controllers"]:
-            cells = [_of_noise(key, own) for own in each["by_noise"]]
-            rows.append((title_of(each["controller"]), *cells))
-        found.append(_table(key, f"By noise (microstrain): {caption}", columns, rows))
-    return found
-
-
-def _of_noise(key: str, own: Summary) -> str:
-    if key == "margins":
-        return _median(own.margin_at_lift)
-    return _share(own.success if key == "noise" else own.held)
+    success, margins = [], []
+    for each in data["controllers"]:
+        name, own = title_of(each["controller"]), each["by_noise"]
+        success.append((name, *(_share(row.success) for row in own)))
+        margins.append((name, *(_median(row.margin_at_lift) for row in own)))
+    return [
+        _table("noise", "By noise (microstrain): success %", columns, success),
+        _table("margins", "By noise (microstrain): margin", columns, margins),
+    ]
 
 
 def warning_tables(data: ControlData, noise: float) -> list[Table]:
     """Warnings of slip before it came, and errors of the reported stick ratio."""
-    columns = ["controller", "complete slips warned of %", "withdrawn", "lead s"]
-    columns += ["F_t at the warning %", "grips with a false alarm %", "false alarms per 100 steps"]
-    every = data["controllers"]
-    here = [_warnings(title_of(each["controller"]), at_noise(each, noise)) for each in every]
-    whole = []
-    for each in every:
-        name = title_of(each["controller"])
-        whole.append(_warnings(name, each["whole_grid"]))
-        if each["tugged"] is not None:
-            whole.append(_warnings(f"{name}, tugged", each["tugged"]))
-    tugged = data["conditions"]["tug"] is not None
-    noises = [f"{noise:g}" for noise in data["conditions"]["noises_microstrain"]]
-    errors = []
-    for each in every:
-        saw = each["whole_grid"].foreseen
-        grips = saw.stick_error_of_grips
-        if saw.stick_error is None or grips is None:
-            continue
-        cells = [_rms(own.foreseen.stick_error) for own in each["by_noise"]]
-        middle = f"{grips.low:.3f} to {grips.high:.3f}"
-        row = [title_of(each["controller"]), *cells, _rms(saw.stick_error), _median(grips, 3)]
-        last = [] if each["tugged"] is None else [_rms(each["tugged"].foreseen.stick_error)]
-        errors.append((*row, middle, *last))
-    found = [
-        _table("foreseen", f"At {noise:g} microstrain: warnings before slip", columns, here),
-        _table("foreseen-all", "Over all noises, and of tugged grips", columns, whole),
-    ]
-    if errors:
-        more = ("all", "of a grip, median", "middle half", *(("tugged",) if tugged else ()))
-        caption = "Error of the reported stick ratio, RMS, by noise (microstrain)"
-        found.append(_table("errors", caption, ("controller", *noises, *more), errors))
-    return found
-
-
-def _warnings(name: str, own: Summary) -> tuple[str, ...]:
-    saw = own.foreseen
-    withdrawn = NONE if saw.withdrawn is None else str(saw.withdrawn)
-    return (
-        name,
-        _share(saw.warned),
-        withdrawn,
-        _median(saw.lead_s),
-        _median(saw.lead_force_share, 0, 100.0),
-        _share(saw.falsely_alarmed),
-        _share(saw.false_alarms, 2),
-    )
+    columns = ("controller", "complete slips warned of %", "withdrawn", "lead s")
+    columns += ("F_t at the warning %", "grips with a false alarm %", "false alarms per 100 steps")
+    rows = []
+    for each in data["controllers"]:
+        saw = at_noise(each, noise).foreseen
+        rows.append(
+            (
+                title_of(each["controller"]),
+                _share(saw.warned),
+                NONE if saw.withdrawn is None else str(saw.withdrawn),
+                _median(saw.lead_s),
+                _median(saw.lead_force_share, 0, 100.0),
+                _share(saw.falsely_alarmed),
+                _share(saw.false_alarms, 2),
+                _rms(saw.stick_error),
+            )
+        )
+    caption = f"At {noise:g} microstrain: warnings before slip, and the reported stick ratio"
+    return [_table("foreseen", caption, (*columns, "error of the stick ratio, RMS"), rows)]
 
 
 def tug_tables(data: ControlData) -> list[Table]:
@@ -220,10 +187,8 @@ def _table(
     return Table(key, caption, tuple(columns), tuple(rows), frozenset(texts))
 
 
-# A value, then its 95 % interval and the number of cases that it rests on.
-
-
 def _share(share: Share | None, digits: int = 1) -> str:
+    """The rate in %, its 95 % interval, and the number of cases; so have the next two."""
     if share is None or share.rate is None or share.low is None or share.high is None:
         return NONE
     low, high = (f"{100.0 * each:.{digits}f}" for each in (share.low, share.high))
