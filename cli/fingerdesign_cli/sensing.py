@@ -38,7 +38,7 @@ from fingerdesign.sensing.identify.simulated_trace import (
     simulated_trace,
 )
 from fingerdesign.sensing.identify.trace_fit import identified
-from fingerdesign.sensing.identify.trace_page import write_identification
+from fingerdesign.sensing.identify.trace_page import value_table, write_identification
 from fingerdesign.sensing.identify.trace_report import (
     DESIGN_FILE,
     IDENTIFICATION,
@@ -61,11 +61,7 @@ _WORDS = {
     "touch": "touch",
     "gain": "gages' gains",
 }
-_DRAWN = (
-    "plates",
-    "modulus",
-    "gains",
-)  # The faults of a simulated finger, unless others are given.
+_DRAWN = ("plates", "modulus", "gains")  # A simulated finger has these faults, if none is given.
 
 
 def train(
@@ -318,19 +314,8 @@ def _simulate_trace(design: Design, seed: int, fidelity: str, shown: Shown) -> i
 
 
 def _show_values(data: IdentificationData, folder: Path) -> None:
-    own = [each for each in data.values if not each.name.startswith("gage_")]
-    gains = [each for each in data.values if each.kind == "gain"]
-    rows = [
-        [
-            each.name.replace("_", " ").replace(".", ", "),
-            *each.shown(),
-            each.unit,
-            "yes" if each.determined else "not enough",
-        ]
-        for each in (*own, *gains)
-    ]
-    columns = ["value", "found", "95 % interval", "unit", "determined"]
-    print_table(f"{data.design}: values from {data.trace}", columns, rows)
+    table = value_table(data, gages=False)
+    print_table(f"{data.design}: values from {data.trace}", table.columns, table.rows)
     for warning in data.warnings:
         click.echo(f"warning: {warning}")
     if data.next_motion is not None:

@@ -7,7 +7,6 @@ stage at once.
 from __future__ import annotations
 
 import csv
-import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,9 +22,8 @@ from fingerdesign.control.bench_curves import (
     points_of,
     pressed,
 )
-from fingerdesign.control.trace import Trace, read_trace
+from fingerdesign.control.trace import Trace, csv_text_of, read_trace
 from fingerdesign.errors import DesignError, Fault, SolverError
-from fingerdesign.runtime.files import whole_text
 
 TABLE = "phases.csv"
 COLUMNS = ("trace", "phase", "friction_coefficient", "tilt_deg", "samples")
@@ -60,7 +58,6 @@ def read_bench(source: Path, gages: int) -> tuple[Phase, ...]:
     traces: list[Trace] = []
     for row in rows:
         try:
-            _refuse_endless(table.parent / row.name)
             traces.append(read_trace(table.parent / row.name, gages))
         except DesignError as error:
             errors.append(DesignError(error.faults, error.source or row.name))
@@ -83,25 +80,24 @@ def read_bench(source: Path, gages: int) -> tuple[Phase, ...]:
 
 
 def _phase(row: _Row, trace: Trace, delay: int = 0) -> Phase:
-    points = points_of(trace, row.samples, delay)
-    own = (row.name, row.kind, row.friction_coefficient, row.tilt_deg)
-    return Phase(*own, points, row.samples, trace)
-
-
-def _refuse_endless(path: Path) -> None:
-    if os.path.exists(path) and not (os.path.isfile(path) or os.path.isdir(path)):
-        why = "a device or pipe may never end"
-        raise DesignError([Fault("trace", str(path), "an ordinary file", why)])
+    return Phase(
+        row.name,
+        row.kind,
+        row.friction_coefficient,
+        row.tilt_deg,
+        points_of(trace, row.samples, delay),
+        row.samples,
+        trace,
+    )
 
 
 def _table_of(path: Path) -> list[_Row]:
-    _refuse_endless(path)
+    bound = f"a folder with {TABLE}, or such a table"
+    text = csv_text_of(path, "--measured", bound)
     try:
-        lines = list(csv.reader(whole_text(path, "utf-8-sig").splitlines(), strict=True))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        bound = f"a folder with {TABLE}, or such a table"
-        why = error.strerror if isinstance(error, OSError) else "it is not CSV text in UTF-8"
-        raise DesignError([Fault("--measured", str(path), bound, f"{why}")]) from None
+        lines = list(csv.reader(text.splitlines(), strict=True))
+    except csv.Error as error:
+        raise DesignError([Fault("--measured", str(path), bound, str(error))]) from None
     lines = [[cell.strip() for cell in line] for line in lines]
     header, *body = lines or [[]]
     faults = [

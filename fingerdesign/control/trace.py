@@ -87,19 +87,25 @@ def read_trace(path: Path | str, gages: int | None = None) -> Trace:
     Raises DesignError with the faults found, each with its row and column.
     """
     path = Path(path)
+    return parse_trace(csv_text_of(path, "trace", "a readable CSV file"), gages, str(path))
+
+
+def csv_text_of(path: Path, key: str, bound: str) -> str:
+    """Text of a file of the user's; DesignError, by ``key`` and ``bound``, if it cannot be read."""
+
+    def refuse(bound: str, why: str) -> DesignError:
+        return DesignError([Fault(key, str(path), bound, why)])
+
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
-            bound, why = "an ordinary file", "a device or pipe may never end"
-            raise DesignError([Fault("trace", str(path), bound, why)])
-        text = whole_text(path, "utf-8-sig")
+            raise refuse("an ordinary file", "a device or pipe may never end")
+        return whole_text(path, "utf-8-sig")
     except OSError as error:
-        why = error.strerror or "it cannot be read"
-        raise DesignError([Fault("trace", str(path), "a readable CSV file", why)]) from None
-    except ValueError as error:
-        text_is_bad = isinstance(error, UnicodeDecodeError)
-        why = "it is not UTF-8 text" if text_is_bad else "its name holds a zero byte"
-        raise DesignError([Fault("trace", str(path), "a readable CSV file", why)]) from None
-    return parse_trace(text, gages, str(path))
+        raise refuse(bound, error.strerror or "it cannot be read") from None
+    except UnicodeDecodeError:
+        raise refuse(bound, "it is not UTF-8 text") from None
+    except ValueError:
+        raise refuse(bound, "its name holds a zero byte") from None
 
 
 def parse_trace(text: str, gages: int | None = None, source: str = "trace") -> Trace:

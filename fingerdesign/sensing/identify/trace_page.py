@@ -20,7 +20,6 @@ from fingerdesign.sensing.identify.trace_report import (
     PAGE_FILE,
     RECORD_FILE,
     IdentificationData,
-    ValueData,
     identification,
     identified_design,
 )
@@ -54,7 +53,7 @@ def identify_html(found: Identified, data: IdentificationData, plates: Sequence[
     against: list[Item] = [*others, *(Text(f"{each}.", "warnings") for each in data.warnings)]
     words = "Intervals are of all values together, from the noise that the trace shows. They hold "
     words += f"for the model's own errors as far as the misfit, {data.misfit:.3g}, is about 1."
-    tables = [_table(data, False), _table(data, True)]
+    tables = [value_table(data, gages) for gages in (False, True)]
     files = "Next to this file: identification.json (all values), identified.toml (the design)."
     return page_html(
         Page(
@@ -140,17 +139,18 @@ def _gages(found: Identified, plates: Sequence[int]) -> style.ReportFigure:
     )
 
 
-def _table(data: IdentificationData, gages: bool) -> Table:
-    own = [each for each in data.values if each.name.startswith("gage_") == gages]
-    rows = tuple((_named(each), *each.shown(), each.unit or "–", _determined(each)) for each in own)
+def value_table(data: IdentificationData, gages: bool) -> Table:
+    """The values of the gages, or all others, with their intervals."""
+    rows = tuple(
+        (
+            each.name.replace("_", " ").replace(".", ", "),
+            *each.shown(),
+            each.unit or "–",
+            "yes" if each.determined else "not enough",
+        )
+        for each in data.values
+        if each.name.startswith("gage_") == gages
+    )
     columns = ("value", "found", "95 % interval", "unit", "determined")
     key, caption = ("gages", "Gages") if gages else ("values", "Rubber and contact")
     return Table(key, caption, columns, rows, frozenset({0, 3, 4}))
-
-
-def _named(value: ValueData) -> str:
-    return value.name.replace("_", " ").replace(".", ", ")
-
-
-def _determined(value: ValueData) -> str:
-    return "yes" if value.determined else "not enough"
