@@ -90,8 +90,9 @@ def noise_tables(data: ControlData) -> list[Table]:
 
 def warning_tables(data: ControlData, noise: float) -> list[Table]:
     """Warnings of slip before it came, and errors of the reported stick ratio."""
-    columns = ("controller", "complete slips warned of %", "withdrawn", "lead s")
-    columns += ("F_t at the warning %", "grips with a false alarm %", "false alarms per 100 steps")
+    columns = ["controller", "complete slips warned of %", "withdrawn", "lead s"]
+    columns += ["F_t at the warning %", "grips with a false alarm %", "false alarms per 100 steps"]
+    columns.append("error of the stick ratio, RMS")
     rows = []
     for each in data["controllers"]:
         saw = at_noise(each, noise).foreseen
@@ -108,7 +109,7 @@ def warning_tables(data: ControlData, noise: float) -> list[Table]:
             )
         )
     caption = f"At {noise:g} microstrain: warnings before slip, and the reported stick ratio"
-    return [_table("foreseen", caption, (*columns, "error of the stick ratio, RMS"), rows)]
+    return [_table("foreseen", caption, columns, rows)]
 
 
 def tug_tables(data: ControlData) -> list[Table]:
