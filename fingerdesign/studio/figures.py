@@ -18,8 +18,6 @@ from fingerdesign.search.compare.geometry import packed_geometry
 from fingerdesign.studio.numbers import PRESSES, Numbers
 from fingerdesign.studio.verdict import section_words
 
-_PINNED = {"color": "--muted", "width": 1.4, "dash": "dot"}
-
 
 def section(design: Design, now: Numbers | None, picked: int | None = None) -> str:
     """The section z = 0 with the contact, as SVG; now: None before the first result."""
@@ -125,14 +123,7 @@ def _line(
 
 
 def _beneath(x: Array, y: Array) -> Figure:
-    return {
-        "mode": "lines",
-        "x": round_values(x),
-        "y": round_values(y),
-        "name": "pinned",
-        "line": _PINNED,
-        "showlegend": False,
-    }
+    return {**_line(x, y, "pinned", "--muted", "dot", 1.4), "showlegend": False}
 
 
 def _figure(data: list[Figure], title: str, across: str, up: str, **more: Any) -> Figure:

@@ -14,29 +14,24 @@ from fingerdesign.report.page import paragraphs
 from fingerdesign.studio.numbers import Numbers
 
 WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
-# As the report has it for "follows"; a partial answer is one that beats the number of the step
-# (0.44 in 3-D) clearly.
+# The report has the same bound for "follows"; a partial answer is clearly above the rank correlation
+# of the step index alone (0.44 in 3-D).
 GOOD, FAIR = 0.9, 0.6
-# Of the stick ratio: where a hand that steers by it starts to hold. A change of so much is seen
-# before all is lost.
+# A change of the stick ratio by this much is measured before the grip is lost: there a hand that is
+# controlled by it starts to hold.
 ROUGH = 0.3
 _LITTLE = 0.2  # of a contact that sticks: it is about to slip
 
 
 def verdict(now: Numbers) -> list[dict[str, str]]:
     """Questions, answers ("yes", "partly", "no", "open") and their reasons."""
+    change = None if now.measured is None else -now.measured.smallest_stick_change
+    measurable = _graded(change, -WANTED_STICK_CHANGE, -ROUGH)
     return [
         _finding("holds", _holds(now), now=now),
         _finding("follows", _graded(now.correlation, GOOD, FAIR), now=now),
-        _finding("measurable", _seen(now), now=now, target=WANTED_STICK_CHANGE),
+        _finding("measurable", measurable, now=now, target=WANTED_STICK_CHANGE),
     ]
-
-
-def _seen(now: Numbers) -> str:
-    if now.measured is None:
-        return "open"
-    change = now.measured.smallest_stick_change
-    return "yes" if change <= WANTED_STICK_CHANGE else "partly" if change <= ROUGH else "no"
 
 
 def _holds(now: Numbers) -> str:

@@ -77,13 +77,13 @@ def test_downloads_are_exact(made, page):
 
 def test_recommended_in_words(made, page):
     found = recommend(made, WANTED, BOUNDS)
-    said = said_of(made, bounds=BOUNDS)
-    assert said.recommended == made[found.chosen].name
-    assert f'<strong id="recommended-name">{said.recommended}</strong>' in page
-    assert f"{sum(o.status == 'failed' for o in made)} failed" in said.counts
+    stated = summary_of(made, bounds=BOUNDS)
+    assert stated.recommended == made[found.chosen].name
+    assert f'<strong id="recommended-name">{stated.recommended}</strong>' in page
+    assert f"{sum(o.status == 'failed' for o in made)} failed" in stated.counts
     # Each sentence of what is given up names a design that is better there, and its price.
     best = made[found.best[0]]
-    assert any(best.name in line and "cost" in line for line in said.given_up)
+    assert any(best.name in line and "cost" in line for line in stated.given_up)
 
 
 def test_hostile_texts_stay_text():
@@ -108,7 +108,7 @@ def test_script_json_ends_no_element(text):
     assert json.loads(packed) == {text: [text]}
 
 
-def said_of(outcomes, wanted=WANTED, bounds=()):
+def summary_of(outcomes, wanted=WANTED, bounds=()):
     return summary(
         outcomes, facts_of("x", outcomes, wanted, bounds), recommend(outcomes, wanted, bounds)
     )
@@ -125,18 +125,18 @@ def good(made):
 
 def test_what_is_left_out_and_what_decides_nothing_is_said(good):
     two = [with_metrics(each, stick_error=None) for each in good[:2]]
-    counts = said_of([*two, *good[2:]]).counts
+    counts = summary_of([*two, *good[2:]]).counts
     assert "2 designs lack stick_error" in counts
     assert two[0].name in counts
     level = [with_metrics(each, cost=7.0) for each in good]
-    said = said_of(level)
-    assert "All have the same cost, 7: it decides nothing." in said.why
-    assert said.table.rows[1][3] == "the same for all"
-    both = said_of([with_metrics(each, stick_error=0.1) for each in level])
+    stated = summary_of(level)
+    assert "All have the same cost, 7: it decides nothing." in stated.why
+    assert stated.table.rows[1][3] == "the same for all"
+    both = summary_of([with_metrics(each, stick_error=0.1) for each in level])
     assert "nothing decides" in both.why
     made = [with_metrics(each, least_margin=1.0 + k) for k, each in enumerate(good[:3])]
     wanted = (Objective("least_margin", "max"), LEAST_COST)
-    only = said_of(made, wanted, (Bound("least_margin", at_least=2.5),))
+    only = summary_of(made, wanted, (Bound("least_margin", at_least=2.5),))
     assert "1 meets the constraints" in only.counts
 
 
@@ -155,8 +155,8 @@ def test_the_row_says_which_constraint_broke_and_what_was_varied_stands_first(go
 
 
 def outcome(name, **metrics):
-    kept = {"digest": name, "values": {}, "design": {}, "scene": "s", "fidelity": "plane-strain"}
-    return Outcome(name=name, **kept, status="ok", metrics=metrics)
+    common = {"digest": name, "values": {}, "design": {}, "scene": "s", "fidelity": "plane-strain"}
+    return Outcome(name=name, **common, status="ok", metrics=metrics)
 
 
 def test_knee_of_a_front_and_the_runner_up_next_of_it():
@@ -255,9 +255,9 @@ def test_nothing_is_recommended_that_fails_its_purpose(flaw, words):
     found = recommend([cheap, sound], [LEAST_COST], [])
     assert (found.chosen, found.feasible) == (1, (1,))
     assert words in why_not(cheap, [LEAST_COST], [])[0]
-    said = said_of([cheap, sound], [LEAST_COST])
-    assert "1 design fails its purpose" in said.counts
-    none = said_of([cheap], [LEAST_COST])
+    stated = summary_of([cheap, sound], [LEAST_COST])
+    assert "1 design fails its purpose" in stated.counts
+    none = summary_of([cheap], [LEAST_COST])
     assert (none.recommended, none.values) == ("", {})
     assert "(1 of 1 miss it)" in none.why
     # A bound of the study's own on the same number judges in its place.
@@ -277,11 +277,11 @@ def test_better_is_said_only_beyond_what_chance_changes():
     near = [outcome("a", stick_error=0.150, cost=1.0), outcome("b", stick_error=0.155, cost=1.0)]
     found = recommend(near, WANTED, [])
     assert (found.front, found.same) == ((0, 1), (1,))
-    said = said_of(near)
-    assert "No difference is shown" in said.why
-    assert said.given_up == ()
-    assert said.table.rows[0][3] == "no difference shown"
-    assert "±" in said.table.rows[0][1]
+    stated = summary_of(near)
+    assert "No difference is shown" in stated.why
+    assert stated.given_up == ()
+    assert stated.table.rows[0][3] == "no difference shown"
+    assert "±" in stated.table.rows[0][1]
     far = [near[0], outcome("c", stick_error=0.18, cost=1.0)]
     found = recommend(far, WANTED, [])
     assert (found.front, found.same) == ((0,), ())

@@ -96,7 +96,7 @@ def test_analysis_becomes_an_outcome(tmp_path, plain_result):
     assert found.metrics["peak_ratio"] == pytest.approx(12.0 / least * (1 + 4) / 2)
 
 
-def test_analyses_beside_a_study_have_the_values_of_what_is_varied(tmp_path, plain_result):
+def test_analyses_neighbour_top_a_study_have_the_values_of_what_is_varied(tmp_path, plain_result):
     narrower = replace(plain_result, parameters={"body.width_mm": 21.0})
     write_result_folder(tmp_path / "mine", narrower)
     write_study(tmp_path / "s", MADE)
@@ -257,15 +257,15 @@ def test_rows_of_grips(analysed, row):
 def test_what_an_analysis_lacks_is_worked_on_request(tmp_path, plain_result):
     study = write_study(tmp_path / "s", GOOD, cost={"plate": 3.0})
     mine = write_result_folder(tmp_path / "mine", plain_result)
-    asked = []
+    requested = []
 
     def work(jobs):
-        asked.extend(jobs)
+        requested.extend(jobs)
         made = {"stick_error": 0.15, "cost": 7.0, "grip_success": 0.0}
         return [replace(GOOD[0], metrics=made) for _ in jobs]
 
     found = read_comparison([study, mine], work=work).outcomes[-1]
-    (job,) = asked
+    (job,) = requested
     assert (job.design.body.width_mm, job.cost.plate, job.scene) == (22.0, 3.0, None)
     assert (found.metrics["stick_error"], found.metrics["cost"]) == (0.15, 7.0)
     assert found.metrics["grip_success"] == 0.5  # its own stays

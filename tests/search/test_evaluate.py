@@ -128,11 +128,11 @@ def test_variants_are_meshed_as_grips_are_but_for_what_the_study_says(job, desig
     solid = replace(job, fidelity="3d")
     mesh = solid.case.design.mesh
     assert (mesh.layers, mesh.layer_growth, mesh.section.gradation) == (4, 0.75, 0.4)
-    said = replace(
+    stated = replace(
         solid, study_keys=("mesh.layers", "mesh.mesher", "plates.count")
     ).case.design.mesh
-    assert (said.layers, said.mesher) == (design.mesh.layers, design.mesh.mesher)
-    assert (said.layer_growth, said.contact_size_mm) == (0.75, mesh.contact_size_mm)
+    assert (stated.layers, stated.mesher) == (design.mesh.layers, design.mesh.mesher)
+    assert (stated.layer_growth, stated.contact_size_mm) == (0.75, mesh.contact_size_mm)
     assert solid.digest() != replace(solid, study_keys=("mesh.layers",)).digest()
     flat, own = replace(job, fidelity="plane-strain").case.design.mesh.section, design.mesh.section
     assert (flat.gradation, flat.contact_size_mm) == (0.4, own.contact_size_mm)

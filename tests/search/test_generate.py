@@ -1,4 +1,4 @@
-"""Generated variants: whole folders, kept when run again, invalid ones reported with reasons."""
+"""Generated variants: whole folders, unchanged when run again; invalid ones with reasons."""
 
 import csv
 import json
@@ -113,7 +113,7 @@ def test_run_again_it_makes_what_is_missing_or_changed(tmp_path):
     study = parse_study(shorter)
     some = [each for each in variants(study, base_design(study)) if each.number == 1]
     generate(study, iter(some), target, cad=False, whole=False)
-    assert (target / "few-0004").is_dir()  # asked for one, the others are left alone
+    assert (target / "few-0004").is_dir()  # one was requested, the others are left alone
     made(target, shorter, cad=False)
     assert sorted(p.name for p in target.iterdir() if p.is_dir()) == ["few-0001", "few-0002"]
 

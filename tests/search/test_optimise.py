@@ -61,8 +61,8 @@ class Evaluator:
 
 
 def optimise(search, journal, evaluator, trials=None):
-    with Trials(search.study, search.base, journal) as kept:
-        return searched(search, kept, evaluator, trials)
+    with Trials(search.study, search.base, journal) as journaled:
+        return searched(search, journaled, evaluator, trials)
 
 
 def values_of(tried):
@@ -167,10 +167,10 @@ def test_the_best_are_confirmed_against_the_reference_of_the_same_model(longer, 
     assert {each.fidelity for each in honest.again} == {"plane-strain", "3d"}
     assert honest.volumes[-1] == pytest.approx(1.0)
     assert np.all(np.diff(honest.volumes) >= 0.0)
-    said = verdict(honest)
+    stated = verdict(honest)
     name = honest.standing[0].thorough.name
-    assert said[0].startswith(f"{name} dominates the reference, reference-maeno2000-3d, in 3-D")
-    assert any("depends most on" in each for each in said)
+    assert stated[0].startswith(f"{name} dominates the reference, reference-maeno2000-3d, in 3-D")
+    assert any("depends most on" in each for each in stated)
     flattered = confirm(search, longer, Evaluator(outcome=flattering))
     assert flattered.standing == ()
     assert "None of the 2 fingers analysed again in 3-D" in verdict(flattered)[0]
@@ -195,16 +195,16 @@ parameters = { "plates.material" = ["phosphor_bronze", "polyimide"] }
     assert not (folder / "front.png").exists()  # one objective has no plane
     page = (folder / "report.html").read_text()
     assert page.index("Against the reference") < page.index("Recommended")
-    said = verdict(found)
-    assert "No more thorough model confirmed this." in said
-    assert any("too few, 20 are needed" in each for each in said)
+    stated = verdict(found)
+    assert "No more thorough model confirmed this." in stated
+    assert any("too few, 20 are needed" in each for each in stated)
 
 
 def test_the_worst_scene_counts():
     study = search_of().study
-    kept = {"digest": "d", "name": "n", "values": {}, "design": {}, "fidelity": "plane-strain"}
+    common = {"digest": "d", "name": "n", "values": {}, "design": {}, "fidelity": "plane-strain"}
     scenes = [
-        Outcome(**kept, scene=scene, status="ok", metrics=metrics)
+        Outcome(**common, scene=scene, status="ok", metrics=metrics)
         for scene, metrics in (
             ("a", {"stick_error": 0.1, "peak_force_N": 9.0, "grip_success": 1.0}),
             ("b", {"stick_error": 0.3, "peak_force_N": 5.0, "grip_success": 0.5}),
@@ -234,9 +234,9 @@ def test_a_finger_that_fails_its_purpose_is_not_feasible_whatever_else_is_good(t
         _, broken = reported(search.study, each.outcomes)
         own = fails_purpose(each.outcomes[0], search.study.constraints)
         assert broken["purpose"] == len(own)
-    said = " ".join(found.sentences())
-    assert f"{len(unseen)} trials fail the purpose" in said
-    assert f"gages that can be measured ({len(unseen)})" in said
+    stated = " ".join(found.sentences())
+    assert f"{len(unseen)} trials fail the purpose" in stated
+    assert f"gages that can be measured ({len(unseen)})" in stated
     assert found.data()["fail_purpose"] == len(unseen)
 
 
@@ -330,7 +330,7 @@ objectives = [{ metric = "cost" }, { metric = "stick_error" }, { metric = "plate
 def outcomes_of(count, cost=None):
     """Trials whose cost is of the radius and the material, or a function of radius and length."""
     rng = np.random.default_rng(0)
-    kept = {"digest": "d", "design": {}, "scene": "s", "fidelity": "plane-strain", "status": "ok"}
+    common = {"digest": "d", "design": {}, "scene": "s", "fidelity": "plane-strain", "status": "ok"}
     found = []
     for number in range(count):
         radius, length = rng.uniform(20.0, 60.0), rng.uniform(0.6, 1.2)
@@ -338,7 +338,7 @@ def outcomes_of(count, cost=None):
         own = cost(radius, length) if cost else -radius + 8.0 * (material == "polyimide")
         metrics = {"cost": own, "stick_error": float(rng.uniform()), "plates": 15.0}
         values = dict(zip(DECIDED.parameters, (radius, length, material), strict=True))
-        found.append(Outcome(name=str(number), values=values, **kept, metrics=metrics))
+        found.append(Outcome(name=str(number), values=values, **common, metrics=metrics))
     return found
 
 

@@ -149,7 +149,7 @@ def until(reached, process):
 
 
 def ended(process):
-    """Exit code, JSON lines and what was said on stderr."""
+    """Exit code, JSON lines and what was stated on stderr."""
     out, err = process.communicate(timeout=PATIENCE_S)
     return process.returncode, [json.loads(each) for each in out.splitlines()], err
 
@@ -192,22 +192,22 @@ def dask(place, workers=2, protocol="tcp"):
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.slow
 def test_a_killed_and_an_interrupted_driver_go_on_where_they_stopped(place, undisturbed):
-    kept = 4
+    stored = 4
     for sign in (signal.SIGKILL, signal.SIGINT):
         run = place.sweep("--workers", "2")
-        place.wait_for(kept + 2, run)
+        place.wait_for(stored + 2, run)
         children = family(run)
         begun = time.monotonic()
         run.send_signal(sign)
         _, err = run.communicate(timeout=PATIENCE_S)
         assert gone(children)
         assert not (place.folder / "out" / "many").exists()
-        kept = place.stored()
+        stored = place.stored()
     assert run.returncode == 130
     assert err.strip() == "interrupted; finished work is stored"
     assert time.monotonic() - begun < 10.0
-    assert kept >= 8
-    assert place.swept()[-1]["from_store"] == kept
+    assert stored >= 8
+    assert place.swept()[-1]["from_store"] == stored
     assert place.outcomes() == undisturbed
     times = Counter(place.done())
     assert len(times) == 30
@@ -277,8 +277,8 @@ def test_a_tenth_crashes_hangs_or_eats_memory(place, undisturbed):
     assert found == {"crashed": 1, "memory": 1, "timeout": 1}
     folder = place.folder / "out" / "many"
     for file in ("failures.csv", "report.html"):
-        for said in ("SIGABRT", "not done after 6 s", "more than 500 MB"):
-            assert said in (folder / file).read_text()
+        for stated in ("SIGABRT", "not done after 6 s", "more than 500 MB"):
+            assert stated in (folder / file).read_text()
     place.evaluator = "slow"
     last = place.swept("--retry")[-1]
     assert (last["computed"], last["failures"]) == (3, 0)
@@ -348,13 +348,13 @@ def test_over_tls_a_study_is_the_same_and_without_a_certificate_refused(place, u
 
 
 @contextlib.contextmanager
-def anything(said):
+def anything(stated):
     """What is no scheduler: it says its bytes to whoever comes, and goes away; its address."""
 
     class Says(socketserver.BaseRequestHandler):
         def handle(self):
             with contextlib.suppress(OSError):
-                self.request.sendall(said)
+                self.request.sendall(stated)
                 self.request.shutdown(socket.SHUT_WR)
                 self.request.settimeout(1.0)
                 self.request.recv(1000)
@@ -377,7 +377,7 @@ def worker(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("address", "code", "said"),
+    ("address", "code", "stated"),
     [
         ("tcp://127.0.0.1:1", 1, "failed: no Dask scheduler answers at tcp://127.0.0.1:1: "),
         (b"", 1, "Dask scheduler"),
@@ -388,12 +388,12 @@ def worker(tmp_path_factory):
     ],
     ids=range(6),
 )
-def test_no_scheduler_is_an_error(worker, address, code, said):
+def test_no_scheduler_is_an_error(worker, address, code, stated):
     """Bytes: what somebody else answers there."""
     strange = isinstance(address, bytes)
     with anything(address) if strange else contextlib.nullcontext(address) as at:
         arguments = ("sweep", "many.toml", "--out", "out", "--json", "--scheduler", at)
         found = worker.call("tests.support.calls:command", arguments, time_s=PATIENCE_S)
     assert found[0] == code
-    assert said in found[1]
+    assert stated in found[1]
     assert len(found[1].splitlines()) == 1

@@ -145,18 +145,18 @@ def test_an_outcome_under_another_digest_or_of_an_older_format_is_none(store):
     store.put(replace(outcome(), schema_version=0))
     assert store.get(DIGEST) is None
     path.unlink()  # a folder in its place is moved away
-    (path / "kept").mkdir(parents=True)
+    (path / "inside").mkdir(parents=True)
     assert store.get(DIGEST) is None
     store.put(outcome())
     assert store.get(DIGEST) == outcome()
-    assert len(list(store.folder.rglob("kept"))) == 1
+    assert len(list(store.folder.rglob("inside"))) == 1
 
 
 @pytest.mark.parametrize("kind", ["crashed", "timeout", "memory", "failed", "refused"])
 def test_what_may_fare_better_is_tried_again_and_a_refusal_stays(store, kind):
-    store.put(kept := outcome(status="failed", failure=Failure(kind, "why")))
-    assert store.get(DIGEST) == kept
-    assert store.get(DIGEST, retry=True) == (kept if kind == "refused" else None)
+    store.put(first := outcome(status="failed", failure=Failure(kind, "why")))
+    assert store.get(DIGEST) == first
+    assert store.get(DIGEST, retry=True) == (first if kind == "refused" else None)
 
 
 def test_no_room_is_an_error_and_leaves_nothing(store, monkeypatch):

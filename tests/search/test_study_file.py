@@ -1,6 +1,6 @@
 """Study files: what they say, and what a stranger may write into them.
 
-Variants: sampled as asked, the same every time, invalid ones with their reasons.
+Variants: sampled as requested, the same every time, invalid ones with their reasons.
 """
 
 import itertools
@@ -175,8 +175,8 @@ def test_files_beyond_every_size_are_refused(tmp_path):
     big, latin = tmp_path / "big.toml", tmp_path / "latin.toml"
     big.write_text(HEAD + ONE + "# " + "x" * 10_000_000, "utf-8")
     latin.write_bytes(b'[study]\nname = "\xe9"')
-    said = {big: "larger than 2 MB", tmp_path: "readable TOML file", latin: "UTF-8"}
-    for path, words in said.items():
+    stated = {big: "larger than 2 MB", tmp_path: "readable TOML file", latin: "UTF-8"}
+    for path, words in stated.items():
         with pytest.raises(DesignError, match=words):
             read_study(path)
 
@@ -191,7 +191,7 @@ def test_shipped_studies_are_found_by_name_and_distinguished(tmp_path, monkeypat
     assert read_study("fingers").name == "few"
 
 
-def test_files_lie_beside_the_study(tmp_path, monkeypatch):
+def test_files_lie_neighbour_top_the_study(tmp_path, monkeypatch):
     (home := tmp_path / "home").mkdir()
     (home / "own.toml").write_text(shipped_text("narrow"), "utf-8")
     text = HEAD.replace("maeno2000", "own.toml")

@@ -40,7 +40,7 @@ def test_friction_approach_and_shear_do_not_condense_anew(session):
     session.move({"plates.angle_deg": 40.0})
     assert session.engine.condensed == before + 1
     session.move({"plates.angle_deg": 45.0, "approach": 0.1, "shear": 0.05, "friction": 0.5})
-    assert session.engine.condensed == before + 1  # kept
+    assert session.engine.condensed == before + 1  # cached
 
 
 def test_numbers_obey_the_laws(numbers):
@@ -92,7 +92,7 @@ def test_what_cannot_be_is_said_and_the_picture_stays(session):
     assert session.move({"plates.pitch_mm": 0.75, "plates.angle_deg": 45.0})["faults"] == []
 
 
-def test_a_pinned_state_stands_beside_the_new_one(session):
+def test_a_pinned_state_stands_neighbour_top_the_new_one(session):
     shown = session.pin()
     assert "nothing" in shown["pinned"]
     shown = session.move({"plates.angle_deg": 60.0})

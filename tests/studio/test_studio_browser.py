@@ -15,7 +15,7 @@ pytestmark = [
 ]
 NUMBERS = "document.getElementById('numbers').innerText"
 EYE = "Object.values(document.getElementById('shape')._fullLayout.scene._scene.getCamera().eye)"
-# trame asks once whether a launcher started it; it is told no.
+# trame asks once whether a launcher started it; the answer is no.
 USUAL = ("405 (Method Not Allowed)", "Vue.use")
 
 
@@ -90,9 +90,9 @@ def test_sliders_stand_at_the_side_of_the_pictures_on_a_wide_screen(studio):
         ".filter(r => r.width > 0).map(r => [r.left, r.right, r.top])"
     )
     assert len(places) >= 2
-    for (_, right, top), (left, _, beside) in itertools.pairwise(places):
+    for (_, right, top), (left, _, neighbour_top) in itertools.pairwise(places):
         assert right <= left
-        assert beside == pytest.approx(top, abs=2.0)
+        assert neighbour_top == pytest.approx(top, abs=2.0)
 
 
 def test_nothing_is_wider_than_a_telephone_and_nothing_is_fetched(studio):

@@ -190,6 +190,11 @@ class _Source:
         """The study's, or the folder's or file's."""
         return str(self.record.get("name", self.place.name))
 
+    def lacks(self, metrics: set[str]) -> bool:
+        """True for a good analysis without one of the metrics."""
+        own = self.outcomes[0]
+        return own.status == "ok" and bool(metrics - own.metrics.keys())
+
 
 def read_comparison(
     paths: Sequence[Path],
@@ -233,19 +238,16 @@ def _completed(
     needed |= {each.metric for each in objectives}
     known = (source.record["cost"] for source in sources if "cost" in source.record)
     prices: dict[str, Any] = next(known, {})
-    jobs: dict[int, Job] = {}
-    for place, source in enumerate(sources):
-        if source.result is None or source.outcomes[0].status != "ok":
-            continue
-        if needed - source.outcomes[0].metrics.keys():
-            jobs[place] = _job(source.outcomes[0], read_result(source.result), prices)
-    found = dict(zip(jobs, work(list(jobs.values())), strict=True)) if jobs else {}
-    return [
-        replace(source, outcomes=(_with_missing(source.outcomes[0], found[place]),))
-        if place in found
-        else source
+    jobs = {
+        place: _job(source.outcomes[0], read_result(source.result), prices)
         for place, source in enumerate(sources)
-    ]
+        if source.result is not None and source.lacks(needed)
+    }
+    completed = list(sources)
+    for place, made in zip(jobs, work(list(jobs.values())) if jobs else (), strict=True):
+        own = sources[place]
+        completed[place] = replace(own, outcomes=(_with_missing(own.outcomes[0], made),))
+    return completed
 
 
 def _job(outcome: Outcome, result: Result, prices: dict[str, Any]) -> Job:
@@ -332,12 +334,10 @@ def with_varied(outcomes: Sequence[Outcome]) -> tuple[Outcome, ...]:
     varied = [key for key in every if len({each.get(key) for each in flat}) > 1]
     keys |= dict.fromkeys([key for key in varied if key.startswith(_FINGER)] or varied)
     return tuple(
-        replace(
-            outcome, values={**{k: _value_at(outcome.design, k) for k in keys}, **outcome.values}
-        )
-        if outcome.design
-        else outcome
-        for outcome in outcomes
+        replace(each, values={k: _value_at(each.design, k) for k in keys} | each.values)
+        if each.design
+        else each
+        for each in outcomes
     )
 
 

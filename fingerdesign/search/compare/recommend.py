@@ -251,8 +251,8 @@ def recommend(
     """Front and recommended finger of those feasible; nothing is chosen without objectives."""
     feasible = tuple(
         number
-        for number, outcome in enumerate(outcomes)
-        if outcome.status == "ok" and not why_not(outcome, objectives, constraints)
+        for number, each in enumerate(outcomes)
+        if each.status == "ok" and not why_not(each, objectives, constraints)
     )
     if not feasible or not objectives:
         return Recommendation(feasible)
@@ -279,11 +279,10 @@ def recommend(
     row = group.index(chosen)
     near_by = ~differs(values, unsure, values[row], unsure[row]).any(axis=1)
     same = tuple(group[k] for k in np.flatnonzero(near_by) if k != row)
-    if len(front) > 1:
-        second: int | None = front[int(ranked[1])]
-    else:
-        others = [number for _, number in sorted(zip(of_all.tolist(), group, strict=True))]
-        second = next((number for number in others if number != chosen), None)
+    by_distance = [front[int(k)] for k in ranked]
+    if len(front) == 1:
+        by_distance = [number for _, number in sorted(zip(of_all.tolist(), group, strict=True))]
+    second = next((number for number in by_distance if number != chosen), None)
     return Recommendation(
         feasible, group, front, chosen, best, alike, same, second, scene, fidelity
     )
