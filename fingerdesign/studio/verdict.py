@@ -14,7 +14,7 @@ from fingerdesign.report.page import paragraphs
 from fingerdesign.studio.numbers import Numbers
 
 WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
-# The report has the same bound for "follows"; a partial answer is clearly above the rank correlation
+# The report has the same bound for "follows"; a partial answer is clearly above the correlation
 # of the step index alone (0.44 in 3-D).
 GOOD, FAIR = 0.9, 0.6
 # A change of the stick ratio by this much is measured before the grip is lost: there a hand that is
