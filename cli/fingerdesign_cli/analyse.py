@@ -248,24 +248,9 @@ def _report_grips(result: Result, out: Path, quiet: bool, as_json: bool) -> None
         headings = ["μ", "ends", "F_n N", "margin", "stick", "holds"]
         headings += ["stick error", "slip warning"]
         print_table(title, headings, [_row(grip) for grip in result.grips], WIDTH)
-        for grip in result.grips:
-            if words := _in_time(grip, result):
-                click.echo(words)
         say_block(verdict_view(result, str(folder / DESIGN)), folder)
         if details():
             _say_details(result)
-
-
-def _in_time(grip: GripResult, result: Result) -> str:
-    """What an object with inertia did, and how fast it would swing; empty of one without."""
-    if grip.swing_Hz is None:
-        return ""
-    rate = float(result.parameters.get("grip.hardware.sample_rate_Hz", 0.0))
-    words = f"friction {grip.friction_coefficient:g}: {grip.ending}; held, it swings at "
-    words += f"{grip.swing_Hz:.0f} Hz, sampled at {rate:g} Hz"
-    if grip.swing_Hz < 0.5 * rate:
-        words += ": what comes at once would overshoot for some samples"
-    return words
 
 
 def _row(grip: GripResult) -> list[str]:

@@ -4,10 +4,7 @@ A kind is known by the file that it always holds. Each function reads that recor
 is in the folder, what is good in it, what is bad, and one table at most.
 """
 
-import csv
-import html
 import json
-import re
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -195,21 +192,6 @@ def _study(data: _Data, folder: Path) -> Look:
     return Look(f"study {data['name']} of {data['base']}", good, bad, facts, headings, rows)
 
 
-def _comparison(text: str, page: Path) -> Look:
-    """Of a page that compare wrote: its own head."""
-
-    def texts(pattern: str) -> list[str]:
-        found = re.findall(pattern, text, flags=re.DOTALL)
-        return [html.unescape(re.sub(r"<[^>]+>", "", each)).strip() for each in found]
-
-    title, lead = texts(r"<h1>(.*?)</h1>"), texts(r'<p class="lead">(.*?)</p>')
-    name = texts(r'<strong id="recommended-name">(.*?)</strong>')
-    why = texts(r'<p class="which">.*?</p>\s*<p>(.*?)</p>')
-    good = [f"recommended: {' '.join([*name, *why])}"] if name else []
-    bad = [] if name else ["no finger is recommended: the page shows why"]
-    return Look(title[0] if title else page.name, good, bad, lead)
-
-
 def _variants(data: _Data, folder: Path) -> Look:
     good = [f"{data['variants']} variants that can exist"] if data["variants"] else []
     bad = []
@@ -238,26 +220,6 @@ def _paper(data: _Data, _: Path) -> Look:
     return Look(what, good, bad, (), ("claim", "paper", "holds"), rows)
 
 
-def _checks(data: _Data, folder: Path) -> Look:
-    words = {
-        each["name"]: f"{each['name']}: {each['measured']:.3g} {each['unit']}".strip()
-        + f", target at most {each['asked']:g}"
-        for each in data["checks"]
-    }
-    good = [words[each["name"]] for each in data["checks"] if each["holds"]]
-    bad = [words[each["name"]] for each in data["checks"] if not each["holds"]]
-    return Look(f"benchmark {folder.name}", good, bad)
-
-
-def _bench(text: str, folder: Path) -> Look:
-    rows = list(csv.DictReader(text.splitlines()))
-    names = [[row.get("trace", ""), row.get("phase", "")] for row in rows]
-    what = f"what a bench measured of {folder.name}: {len(rows)} traces"
-    return Look(
-        what, (), (), (f"next: fingerdesign identify DESIGN {folder}",), ("trace", "is"), names
-    )
-
-
 def _identification(data: _Data, _: Path) -> Look:
     values = [each for each in data["values"] if not each["name"].startswith("gage_")]
     rows = [
@@ -270,15 +232,6 @@ def _identification(data: _Data, _: Path) -> Look:
     facts = [] if motion is None else [f"next: {motion['words']}"]
     what = f"values of {data['design']} from {data['trace']}"
     return Look(what, (), [*bad, *data["warnings"]], facts, ("value", "found"), rows)
-
-
-def _trace(text: str, folder: Path) -> Look:
-    rows = len(text.splitlines()) - 1
-    return Look(f"a trace of {folder.name}: {rows} rows", facts=("next: fingerdesign identify",))
-
-
-def _code(text: str, folder: Path) -> Look:
-    return Look(f"regulator of {folder.name} as C99: {len(text.splitlines())} lines")
 
 
 @dataclass(frozen=True)
@@ -300,40 +253,23 @@ KINDS = (
     Kind("lesson.json", _training),  # of former versions
     Kind("calibration.json", _calibration),
     Kind("identification.json", _identification, "identify.html"),
-    Kind("trace.csv", _trace),
     Kind("validate.json", _validation, "validate.html"),
     Kind("observability.json", _gages, "observability.png"),
     Kind("study.json", _study, "report.html"),
     Kind("generate.json", _variants),
     Kind("quality.json", _mesh, "mesh.png"),
     Kind("paper.json", _paper, "paper.html"),
-    Kind("phases.csv", _bench),
-    Kind("regulator.c", _code),
 )
 
 
 def kind_of(place: Path) -> Kind | None:
-    """The kind of a folder, or of a page of compare; None where it is none that is known."""
-    if place.suffix in (".html", ".htm") and place.is_file():
-        return Kind(place.name, _comparison, place.name)
-    for kind in KINDS:
-        if (place / kind.record).is_file():
-            return kind
-    records = sorted(place.glob("*.json")) if place.is_dir() else []
-    for path in records:
-        try:
-            if whole_text(path).find('"checks"') >= 0:
-                return Kind(path.name, _checks)
-        except (OSError, UnicodeDecodeError):
-            continue
-    return None
+    """The kind of a folder; None where it is none that is known."""
+    return next((kind for kind in KINDS if (place / kind.record).is_file()), None)
 
 
 def look_at(kind: Kind, place: Path) -> Look:
     """The content of a folder of that kind. ValueError and its like where it cannot be read."""
-    path = place if place.is_file() else place / kind.record
-    text = whole_text(path)
-    found = kind.look(json.loads(text) if path.suffix == ".json" else text, place)
+    found = kind.look(json.loads(whole_text(place / kind.record)), place)
     cut = {key: [shown(each) for each in getattr(found, key)] for key in ("good", "bad", "facts")}
     rows = [[shown(str(cell)) for cell in row] for row in found.rows]
     return Look(shown(found.what), **cut, headings=found.headings, rows=rows)

@@ -6,7 +6,6 @@ view = verdict_view(result)
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.materials import MATERIALS
@@ -118,7 +117,7 @@ def grip_verdicts(grips: Sequence[GripResult]) -> Iterator[Verdict]:
 
 
 def _grip_force(good: Sequence[GripResult]) -> Verdict:
-    forces = [force_ratio(each) for each in good]
+    forces = [each.peak_ratio for each in good]
     margins = [each.safety_margin for each in good if each.safety_margin is not None]
     status: Status = "pass"
     count = ""
@@ -130,12 +129,6 @@ def _grip_force(good: Sequence[GripResult]) -> Verdict:
     return Verdict(
         status, "grip force", found, f"target {HUMAN_MARGIN[0]:g} to {MOST_FORCE:g}", count
     )
-
-
-def force_ratio(grip: GripResult) -> float:
-    """A grip's greatest normal force over the least that holds the object by friction."""
-    least = weight_per_finger(grip.object_mass_g) / grip.friction_coefficient
-    return grip.peak_normal_force_N / least
 
 
 def measures(state: MeasuredState, found: Measurability) -> bool:
@@ -150,7 +143,7 @@ def _gage_signal(found: Measurability) -> Verdict:
     count = f"{good} of {len(found.states)} μ"
     if status == "fail":
         count = f"{two_digits(smallest / target)} x short"
-    number = f"sees a stick change of {two_digits(smallest)}"
+    number = f"smallest stick change seen {two_digits(smallest)}"
     return Verdict(status, "gage signal", number, f"target {target:.2f}", count)
 
 
@@ -186,20 +179,29 @@ def _fixes(result: Result, failing: set[str], design_file: str) -> Iterator[Fix]
 
 
 def _lift_fixes(result: Result) -> Iterator[Fix]:
-    shortfalls = [shortfall(each, result) for each in result.grips if not lifts(each)]
-    worst = max(shortfalls, key=lambda each: each.needed_N)
-    grip, brings = worst.grip, f"lifts at μ {worst.grip.friction_coefficient:g}"
+    failing = [each for each in result.grips if not lifts(each)]
+    needed, grip = max(((_firm_hold(each), each) for each in failing), key=lambda pair: pair[0])
+    brings = f"lifts at μ {grip.friction_coefficient:g}"
     yield Fix('grip.controller = "fixed_force"', brings, "Coulomb")
-    yield Fix(f"grip.fixed_force.force_N = {worst.needed_N:.3g}", "with the line above")
-    travel = result.parameters.get("grip.max_approach_mm")
-    if worst.needed_mm and isinstance(travel, int | float) and 1.2 * worst.needed_mm > travel:
-        yield Fix(f"grip.max_approach_mm = {1.2 * worst.needed_mm:.2g}", "with the line above")
-    if worst.light_g < grip.object_mass_g:
-        yield Fix(f"grip.object_mass_g = {two_digits(worst.light_g)}", brings, "Coulomb")
+    yield Fix(f"grip.fixed_force.force_N = {needed:.3g}", "with the line above")
+    travel, deep = (
+        result.parameters.get("grip.max_approach_mm"),
+        _approach(result.increments, needed),
+    )
+    if deep and isinstance(travel, int | float) and 1.2 * deep > travel:
+        yield Fix(f"grip.max_approach_mm = {1.2 * deep:.2g}", "with the line above")
+    light = grip.object_mass_g * grip.peak_normal_force_N / needed  # The force reached holds it.
+    if light < grip.object_mass_g:
+        yield Fix(f"grip.object_mass_g = {two_digits(light)}", brings, "Coulomb")
+
+
+def _firm_hold(grip: GripResult) -> float:
+    """The force, N, that holds by friction alone, with the most margin that people keep."""
+    return HUMAN_MARGIN[1] * weight_per_finger(grip.object_mass_g) / grip.friction_coefficient
 
 
 def _force_fixes(good: Sequence[GripResult], design_file: str) -> Iterator[Fix]:
-    if max(map(force_ratio, good)) >= MOST_FORCE:
+    if any(each.crushed for each in good):
         yield Fix(f"fingerdesign study {design_file} --tune", "searches a gentler controller")
         return
     nearest = min(good, key=lambda each: each.safety_margin or math.inf)
@@ -256,29 +258,6 @@ def _plate_material(remedy: GageRemedy, needed: float) -> tuple[str, float]:
 
 def _passes(name: str) -> str:
     return f"{name} {SIGNS['pass']}"
-
-
-@dataclass(frozen=True)
-class Shortfall:
-    """A grip that does not lift, and the press that would: forces in N, approaches in mm.
-
-    needed_N: of a hold with the most margin that people keep, by friction alone; needed_mm: the
-    approach that presses so by the model's own increments, None where they do not tell.
-    light_g: what the force that was reached holds with that margin.
-    """
-
-    grip: GripResult
-    needed_N: float
-    needed_mm: float | None
-    light_g: float
-
-
-def shortfall(grip: GripResult, result: Result) -> Shortfall:
-    """The force that a failing grip lacks."""
-    weight = weight_per_finger(grip.object_mass_g)
-    needed = HUMAN_MARGIN[1] * weight / grip.friction_coefficient
-    light = grip.object_mass_g * grip.peak_normal_force_N / needed
-    return Shortfall(grip, needed, _approach(result.increments, needed), light)
 
 
 def _approach(rows: Sequence[IncrementResult], force: float) -> float | None:

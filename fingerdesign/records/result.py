@@ -4,9 +4,7 @@ Units stand in the names: mm, N, MPa, s; strains are microstrain (1e-6), tension
 are those on the finger: normal > 0 in compression, tangential > 0 toward +x."""
 
 import dataclasses
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from html import escape
 from importlib import import_module
 from typing import Any, Literal, Self
 
@@ -367,12 +365,6 @@ class Result:
         """In a line, for a notebook and a prompt."""
         return f"<Result of {self.design}: {'; '.join(self._phrases())}>"
 
-    def _repr_html_(self) -> str:
-        """As a notebook shows it: what was found, and the path of forces as a picture."""
-        title = f"<b>{escape(self.design)}</b>"
-        items = "".join(f"<li>{escape(each)}</li>" for each in self._phrases())
-        return f"<div>{title}<ul>{items}</ul>{_forces_picture(self.increments)}</div>"
-
     def _phrases(self) -> list[str]:
         """What it is and what was found, a phrase each."""
         found = [f"scene {self.scene}, {self.fidelity}, {self.failure or self.status}"]
@@ -443,30 +435,6 @@ class Result:
 
 
 _NESTED = ("gages", "points")
-_PICTURE = (240.0, 160.0)  # pixels
-
-
-def _forces_picture(rows: Sequence[IncrementResult]) -> str:
-    """Tangential over normal force, increment by increment, as SVG; "" without a path."""
-    most = [max((abs(getattr(r, k)) for r in rows), default=0.0) for k in _FORCES]
-    if not all(most):
-        return ""
-    (wide, high), room = _PICTURE, 0.9
-    corners = " ".join(
-        f"{room * wide * row.normal_force_N / most[0]:.1f},"
-        f"{high * (1.0 - room * max(row.tangential_force_N, 0.0) / most[1]):.1f}"
-        for row in rows
-    )
-    words = f"F_t to {most[1]:.3g} N over F_n to {most[0]:.3g} N"
-    return (
-        f'<svg width="{wide:g}" height="{high:g}" role="img" aria-label="{words}">'
-        f"<title>{words}</title>"
-        f'<polyline points="{corners}" fill="none" stroke="#0072b2" stroke-width="2"/></svg>'
-        f"<div><small>{words}</small></div>"
-    )
-
-
-_FORCES = ("normal_force_N", "tangential_force_N")
 
 
 def _fault(item: Any) -> Fault:

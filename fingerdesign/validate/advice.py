@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerdesign.report.page import paragraphs
-from fingerdesign.validate.record import THRESHOLDS, ComparisonData, Kind, Place, Spread, Verdict
+from fingerdesign.validate.record import THRESHOLDS, ComparisonData, Kind, Spread, Verdict
 
 TEMPLATES = Path(__file__).parent / "templates"
 WORDS = TEMPLATES / "words.txt.j2"
@@ -116,8 +116,3 @@ def advise(
         values["seconds"] = (dearest.assumed.seconds, dearest.better.seconds)
         values["worth"] = _WORTH
     return verdict, paragraphs(WORDS, kind, verdict=verdict, **values)[0]
-
-
-def off_middle(along_z: Sequence[Place]) -> str:
-    """A sentence on gages that do not lie in the middle of the depth."""
-    return paragraphs(WORDS, "off_middle", place=along_z[-1])[0]

@@ -7,8 +7,6 @@ NotTestable with the reason why this design and scene cannot tell.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from fingerdesign.analysis.fidelity.models import Plates, Solved
 from fingerdesign.analysis.fidelity.rungs import can_be_sheets, can_extrude
 from fingerdesign.analysis.path import steps_sideways
@@ -18,8 +16,8 @@ from fingerdesign.design.schema import Design, Part
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.section.section import sheet_room_faults
-from fingerdesign.validate.comparison import Answer, answer_of, compare, compare_gages, side_of
-from fingerdesign.validate.record import ComparisonData, Kind, Place
+from fingerdesign.validate.comparison import Answer, answer_of, compare, compare_gages
+from fingerdesign.validate.record import ComparisonData, Kind
 from fingerdesign.validate.solves import FINER_SECTION, FINER_SPACE, Reader, Solves
 
 Pairs = list[ComparisonData]
@@ -31,7 +29,6 @@ E_BAND = 0.2
 KELVIN = 10.0  # warmer than when gages were zeroed
 LEFT = 0.75  # of the modulus, of rubber that has relaxed as casting silicones may
 POINT = 0.05  # of the gage's length and width: short enough to be a point, long enough to round
-PLACES = (0.0, 0.25, 0.5, 0.75, 1.0)  # from the middle to where the gage meets the plate's end
 
 
 class NotTestable(FingerDesignError):
@@ -72,29 +69,6 @@ def section_why_not(design: Design, scene: Scene) -> str | None:
         return "the scene is not the same in every section: it needs three dimensions"
     faults = plane_strain_faults(design) or sheet_room_faults(design)
     return f"{faults[0].key} = {faults[0].value} cannot be shown by a section" if faults else None
-
-
-def profile_along_z(solves: Solves) -> tuple[Place, ...] | None:
-    """What gages off the middle read; None where there is nothing to tell, or no room to move.
-
-    Part of plane_strain: there a gage reads the same wherever it lies.
-    """
-    reader = solves.reader()
-    frames, gages = plate_frames(reader.solved.design), reader.solved.design.gages
-    if not frames:
-        return None
-    room = 0.5 * (min(frame.span for frame in frames) - gages.width_mm)
-    if room <= 0.0:
-        return None
-    places = [float(place) for place in np.round(room * np.array(PLACES), 6)]
-    own = reader.own if gages.z_mm == 0.0 else reader.read(gages.model_copy(update={"z_mm": 0.0}))
-    read = [reader.read(gages.model_copy(update={"z_mm": place})) for place in places[1:]]
-    sides = [side_of(each, own) for each in (own, *read)]
-    return tuple(
-        Place(place, gage.greatest, gage.median, side.gages)
-        for place, side in zip(places, sides, strict=True)
-        if (gage := side.errors["gage"]) is not None
-    )
 
 
 @_assumption("model")

@@ -8,8 +8,6 @@ from fingerdesign.records.verdict import Status, Verdict, VerdictView
 from fingerdesign.report import style
 from fingerdesign.report.page import (
     Bullets,
-    Fold,
-    Item,
     Page,
     Section,
     Text,
@@ -19,7 +17,7 @@ from fingerdesign.report.page import (
 )
 from fingerdesign.report.style import Axes, Axis, Canvas
 from fingerdesign.report.table import Table
-from fingerdesign.validate.advice import GROUPS, NONE, TEMPLATES, WORDS, percent_cell, spread_cell
+from fingerdesign.validate.advice import GROUPS, NONE, TEMPLATES, WORDS, spread_cell
 from fingerdesign.validate.record import Row, Thresholds, Validation
 
 FLOOR = 1e-4  # of one: smaller errors are drawn there
@@ -66,27 +64,6 @@ def chart_png(of: Validation) -> bytes:
     """The chart as a PNG on paper's colour, with the names of the numbers."""
     with style.house_style():
         return style.to_png(_chart(of))
-
-
-def along_z_figure(of: Validation) -> style.ReportFigure | None:
-    """How far gages off the middle read otherwise; None where that was not reported."""
-    profile = next((row.along_z for row in of.assumptions if row.along_z), None)
-    if profile is None:
-        return None
-    z = [place.z_mm for place in profile]
-    with style.house_style():
-        figure = style.canvas(7.2, 2.9)
-        axes = figure.subplots()
-        for look, (name, words) in enumerate(
-            (("greatest", "greatest over path and gages"), ("median", "median"))
-        ):
-            shares = [100.0 * getattr(place, name) for place in profile]
-            style.series(axes, z, shares, look, words)
-        axes.set_xlabel("gage's middle from its plate's middle, along z (mm)")
-        axes.set_ylabel("against the middle (%)")
-        axes.set_ylim(bottom=0.0)
-        axes.legend()
-        return caption_drawing(figure, WORDS, "along_z", "along-z", profile=profile)
 
 
 def _chart(of: Validation) -> Canvas:
@@ -214,13 +191,7 @@ def validate_html(of: Validation) -> str:
         for number, row in enumerate(rows, start=1)
     )
     thresholds = {"keep": 100 * of.thresholds.keep, "limit": 100 * of.thresholds.limit}
-    profile = along_z_figure(of)
-    gages = [table for side in SIDES if (table := _gage_table(rows, side)).rows]
     advice = Bullets([f"{number} {row.title}: {row.advice}" for number, row in enumerate(rows, 1)])
-    details: list[Item] = [profile] if profile is not None else []
-    details.append(_comparison_table(rows))
-    if gages:
-        details.append(Fold("Gage by gage", gages))
     errors = [*(_errors_table(rows, side) for side in SIDES), _cost_table(rows)]
     note, files, finite = (Text(PAGE[each], "quiet") for each in ("dash", "files", "finite"))
     versions = ", ".join(f"{name} {each}" for name, each in of.versions.items())
@@ -235,7 +206,6 @@ def validate_html(of: Validation) -> str:
             sections=[
                 Section("advice", "Advice", [advice, Text(PAGE["rule"].format(**thresholds))]),
                 Section("errors", "Numbers", [*errors, note]),
-                Section("details", "Details", details),
             ],
             record=[digest, files, *([] if of.deep else [finite])],
         )
@@ -265,28 +235,3 @@ def _cost_table(rows: Sequence[Row]) -> Table:
         found = [NONE if value is None else f"{value:.{digits}f}" for value, digits in costs]
         cells.append((str(number), row.title, row.assumed, row.better, *found))
     return Table("costs", "What it saves", columns, tuple(cells), frozenset({1, 2, 3}))
-
-
-def _comparison_table(rows: Sequence[Row]) -> Table:
-    columns = ("", "compared", "model", "held against", "equations", "left out, or missing")
-    cells = []
-    for number, row in enumerate(rows, start=1):
-        for each in row.comparisons:
-            sizes = f"{each.assumed.dofs:,} / {each.better.dofs:,}"
-            sides = (each.equal_motion, each.equal_force)
-            notes = "; ".join([*(side.note for side in sides if side and side.note), *each.missing])
-            models = (each.assumed.model, each.better.model)
-            cells.append((str(number), each.label, *models, sizes, notes))
-    return Table("comparisons", "What was compared", columns, tuple(cells), frozenset({1, 2, 3, 5}))
-
-
-def _gage_table(rows: Sequence[Row], at: str) -> Table:
-    """The greatest error of each gage; gages down, assumptions across."""
-    sides = {str(number): getattr(row, at) for number, row in enumerate(rows, start=1)}
-    found = {number: side.gages for number, side in sides.items() if side and side.gages}
-    cells = tuple(
-        (str(gage), *(percent_cell(error) for error in errors))
-        for gage, errors in enumerate(zip(*found.values(), strict=True))
-    )
-    caption = f"{SIDES[at]}: greatest error of each gage by assumption, % of the row's largest"
-    return Table(f"gages-{at}", caption, ("gage", *found), cells)

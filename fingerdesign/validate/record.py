@@ -85,17 +85,6 @@ class ComparisonData:
 
 @closed
 @dataclass(frozen=True)
-class Place:
-    """Gages at one place along z."""
-
-    z_mm: Size
-    greatest: Size
-    median: Size
-    gages: tuple[float, ...]
-
-
-@closed
-@dataclass(frozen=True)
 class Row:
     """One assumption.
 
@@ -119,7 +108,6 @@ class Row:
     verdict: Verdict
     advice: str
     comparisons: tuple[ComparisonData, ...]
-    along_z: tuple[Place, ...] | None
 
     def greatest(self, side: str, quantity: str) -> float | None:
         """The greatest error of a quantity at "equal_motion" or "equal_force"; None: no error."""

@@ -6,7 +6,6 @@ validation.row("plane_strain").advice
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,8 +18,8 @@ from fingerdesign.records.folder import RecordFolder
 from fingerdesign.report.page import paragraphs
 from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.runtime.registry import unknown_name
-from fingerdesign.validate.advice import TEMPLATES, advise, off_middle
-from fingerdesign.validate.assumptions import ASSUMPTIONS, Assumption, NotTestable, profile_along_z
+from fingerdesign.validate.advice import TEMPLATES, advise
+from fingerdesign.validate.assumptions import ASSUMPTIONS, Assumption, NotTestable
 from fingerdesign.validate.page import chart_png, validate_html
 from fingerdesign.validate.record import (
     CSV_FILE,
@@ -121,10 +120,6 @@ def _row(of: Assumption, solves: Solves, deep: bool, failed: list[Row]) -> Row:
         failed.append(untested_row(of, why))
         return failed[-1]
     verdict, words = advise(of.kind, comparisons, gages=solves.design.plates.number > 0)
-    profile = None
-    if of.key == "plane_strain":
-        with suppress(FingerDesignError):
-            profile = profile_along_z(solves)
     most = max(comparisons, key=lambda each: each.better.seconds)
     seconds, better = most.assumed.seconds, most.better.seconds
     value = of.kind == "value"  # the better one is the design's, and another value costs the same
@@ -138,9 +133,8 @@ def _row(of: Assumption, solves: Solves, deep: bool, failed: list[Row]) -> Row:
         equal_motion=worst_side([each.equal_motion for each in comparisons]),
         equal_force=worst_side([each.equal_force for each in comparisons]),
         verdict=verdict,
-        advice=words if profile is None else f"{words} {off_middle(profile)}",
+        advice=words,
         comparisons=tuple(comparisons),
-        along_z=profile,
     )
 
 
@@ -159,7 +153,6 @@ def untested_row(of: Assumption, reason: str) -> Row:
         verdict="not tested",
         advice=f"Not tested: {reason}.",
         comparisons=(),
-        along_z=None,
         **nothing,
     )
 

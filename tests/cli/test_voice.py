@@ -220,9 +220,6 @@ FOLDERS = {  # the record that a command writes, as short as it can be
         "fidelity": "3d",
         "summaries": {"all": {"x": {"success": {"rate": 0.2}}}},
     },
-    "speed.json": {
-        "checks": [{"name": "n", "asked": 1.0, "measured": 2.0, "unit": "s", "holds": False}]
-    },
 }
 
 

@@ -265,7 +265,7 @@ def test_a_file_system_without_locks_loses_no_work(tmp_path, monkeypatch):
     assert (tmp_path / "a" / "result.json").is_file()
 
 
-def test_a_notebook_shows_a_result_and_takes_its_numbers(monkeypatch):
+def test_a_notebook_takes_the_numbers_of_a_result(monkeypatch):
     gages = tuple(GageResult(k, 1.0, 1.0, 1.0, 0.0, 1.0 + k) for k in (0, 2))
     row = IncrementResult(0.1, 0.0, 6.0, 3.0, 2.0, None, 1, 2, 3, 0.2, 4, 0.0, gages)
     model, mesh = ModelSummary(2, "P2", 9, 5, False), MeshSummary("m", 3, 30.0, 0.0, None)
@@ -273,10 +273,6 @@ def test_a_notebook_shows_a_result_and_takes_its_numbers(monkeypatch):
     assert repr(found) == (
         "<Result of <mine>: scene s, 3d, ok; 2 increments to F_n and F_t of 6 and 3 N>"
     )
-    page = found._repr_html_()
-    assert "&lt;mine&gt;" in page
-    assert "<svg" in page
-    assert "<mine>" not in page
     arrays = found.arrays()
     assert arrays["gages"].tolist() == [[1.0, 3.0], [1.0, 3.0]]
     assert arrays["normal_force_N"].tolist() == [6.0, 6.0]
@@ -287,7 +283,6 @@ def test_a_notebook_shows_a_result_and_takes_its_numbers(monkeypatch):
     # pandas need not be there: what it is given stands for it.
     monkeypatch.setitem(sys.modules, "pandas", SimpleNamespace(DataFrame=dict))
     assert found.to_dataframe()["gage_2"].tolist() == [3.0, 3.0]
-    assert "svg" not in replace(found, increments=())._repr_html_()
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")

@@ -7,7 +7,7 @@ import pytest
 from fingerdesign.analysis.page.tables import (
     assumed_values,
     design_table,
-    foreseen_tables,
+    foreseen_table,
     grip_table,
     increment_table,
     leaves_section,
@@ -106,23 +106,14 @@ def test_tables_have_a_cell_for_every_column_and_a_dash_for_no_value(plane_strai
     assert grip_table(changed).rows[0][6:8] == ("not tried", "–")
 
 
-def test_what_was_said_of_slip_stands_beside_the_grips_with_cases_and_intervals(plane_strain):
-    assert foreseen_tables(plane_strain.result) == ()
+def test_warnings_of_slip_are_a_row_a_grip(plane_strain):
+    assert foreseen_table(plane_strain.result) is None
     warned = {"alarms": 3, "false_alarms": 1, "samples": 50, "stick_error_samples": 40}
     slip = {"slip_warning": "standing", "lead_s": 0.05, "lead_force_share": 0.9}
     grips = [warned | slip | {"stick_error": 0.1}, warned | {"stick_error": 0.2}, {}]
-    each, every = foreseen_tables(with_parts(plane_strain.result, "grips", grips))
-    assert each.rows[0][3:] == ("warned of", "0.050", "90", "3", "1", "50", "0.100", "40")
-    assert each.rows[2][3:] == ("–", "–", "–", "–", "–", "0", "–", "0")
-    rows = {row[0]: row[1:] for row in every.rows}
-    assert rows["complete slips warned of (%)"] == ("100.0", "20.7 to 100.0", "1")
-    assert rows["lead (s), median"] == ("0.050", "–", "1")
-    assert rows["grips with a false alarm (%)"] == ("100.0", "34.2 to 100.0", "2")
-    assert rows["false alarms per 100 steps"][::2] == ("2.00", "100")
-    value, interval, cases = rows["error of stick ratio, RMS"]
-    assert (value, cases) == ("0.158", "2 grips, 80 samples")
-    assert " to " in interval
-    assert {len(row) for table in (each, every) for row in table.rows} == {11, 4}
+    rows = foreseen_table(with_parts(plane_strain.result, "grips", grips)).rows
+    assert rows[0][3:] == ("warned of", "0.050", "90", "3", "1", "50", "0.100", "40")
+    assert rows[2][3:] == ("–", "–", "–", "–", "–", "0", "–", "0")
 
 
 def test_assumed_keys_show_their_values(plane_strain):

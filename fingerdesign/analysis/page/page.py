@@ -32,7 +32,6 @@ from fingerdesign.report.page import (
 from fingerdesign.report.table import Table
 
 RESPONSES = 3  # Friction coefficients whose responses are drawn gage by gage.
-PAGE_STAGE = "this page"
 # Placeholders in the table of times until the page is made: no text of a design can hold a NUL.
 OWN_TIME, WHOLE_TIME = "\0own", "\0whole"
 WORDS = texts_of(FIGURES.with_name("page.toml"))
@@ -57,20 +56,6 @@ def quality_figure(mesh: Mesh) -> style.ReportFigure:
     worst = ", ".join(f"{name} {angles[own].min():.1f}" for name, own, *_ in parts)
     values = {"angle": angle, "worst": worst, "median": np.median(angles)}
     return caption_drawing(figure, FIGURES, "quality", **values)
-
-
-def time_figure(stages: dict[str, float]) -> style.ReportFigure:
-    """Seconds by stage."""
-    figure = style.canvas(7.2, 0.6 + 0.27 * max(len(stages), 1))
-    axes = figure.subplots()
-    bars = axes.barh(list(stages), list(stages.values()), color=style.MUTED, height=0.6)
-    axes.bar_label(bars, [f"{seconds:.1f} s" for seconds in stages.values()], padding=3)
-    axes.invert_yaxis()
-    axes.grid(visible=False, axis="y")
-    axes.set_xlabel("seconds")
-    axes.margins(x=0.12)
-    shown = ", ".join(f"{name} {seconds:.1f} s" for name, seconds in stages.items())
-    return caption_drawing(figure, FIGURES, "time", stages=shown, total=sum(stages.values()))
 
 
 def report_figures(analysis: Analysis) -> dict[str, list[style.ReportFigure]]:
@@ -115,15 +100,10 @@ def report_html(analysis: Analysis) -> str:
     except PictureError as error:
         first = Text(f"The finger could not be drawn: {error}.", "quiet")
     figures = report_figures(analysis)
-    took = {name: seconds for name, seconds in result.timings_s.items() if seconds > 0}
-    if took:
-        with style.house_style():
-            chart = time_figure({**took, PAGE_STAGE: perf_counter() - begin})
-        figures = {**figures, "model": [*figures["model"], chart]}
     text = page_html(_page(analysis, first, figures))
     own = perf_counter() - begin
     text = text.replace(OWN_TIME, f"{own:.2f} s", 1)
-    return text.replace(WHOLE_TIME, f"{sum(took.values()) + own:.2f} s", 1)
+    return text.replace(WHOLE_TIME, f"{sum(result.timings_s.values()) + own:.2f} s", 1)
 
 
 def _page(
@@ -174,10 +154,10 @@ def _gages(result: Result) -> Iterator[Item]:
 
 def _grips(result: Result) -> Iterator[Item]:
     yield from _filled(tables.grip_table(result))
-    if foreseen := tables.foreseen_tables(result):
+    if foreseen := tables.foreseen_table(result):
         warning = float(result.parameters.get("grip.warning_stick_ratio") or 0.3)
         words = WORDS["foreseen"]["text"].format(warning=warning, alarm=warning + CLEARLY)
-        yield Fold(WORDS["foreseen"]["title"], [*foreseen, Text(words, "quiet")])
+        yield Fold(WORDS["foreseen"]["title"], [foreseen, Text(words, "quiet")])
 
 
 def _model(result: Result) -> Iterator[Item]:

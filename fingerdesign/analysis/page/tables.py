@@ -1,20 +1,12 @@
 """The report's tables, as text: captions, column names with units, rows of formatted cells."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fingerdesign.records.result import GripResult, IncrementResult, Result
-from fingerdesign.records.statistics import (
-    Share,
-    Spread,
-    clustered_share,
-    rms_of,
-    share_of,
-    spread_of,
-)
 from fingerdesign.report.table import (
     NOISE,
     Table,
@@ -105,12 +97,11 @@ def grip_table(result: Result) -> Table:
     return _table("grips", "Grips", columns, "0 3 4 6 11")
 
 
-def foreseen_tables(result: Result) -> tuple[Table, ...]:
-    """Warnings of slip: a row a grip; then all grips, each number with its 95 %
-    interval and its cases. None where they neither warn nor report a stick ratio."""
+def foreseen_table(result: Result) -> Table | None:
+    """A row a grip: its warnings of slip. None where no grip warns or reports a stick ratio."""
     grips = result.grips
     if all(grip.alarms is None and grip.stick_error is None for grip in grips):
-        return ()
+        return None
     slips = {"standing": "warned of", "withdrawn": "missed: withdrawn", "none": "missed"}
     columns: dict[str, Iterable[str]] = {
         "controller": [grip.controller for grip in grips],
@@ -127,52 +118,7 @@ def foreseen_tables(result: Result) -> tuple[Table, ...]:
         "error of stick ratio, RMS": [number_text(grip.stick_error, 3) for grip in grips],
         "its samples": [str(grip.stick_error_samples) for grip in grips],
     }
-    each = _table("foreseen", "Was slip seen before it came?", columns, "0 3")
-    names = "what", "value", "95 %", "cases"
-    rows = tuple(_foreseen_of_all(grips))
-    return each, Table("foreseen-all", "The same of all grips", names, rows, frozenset({0}))
-
-
-def _foreseen_of_all(grips: Sequence[GripResult]) -> Iterator[tuple[str, str, str, str]]:
-    """Rows: what, its value, its 95 % interval, on how many cases it rests."""
-    warning = [grip for grip in grips if grip.alarms is not None]
-    ends = [grip.slip_warning for grip in warning if grip.slip_warning is not None]
-    false = [grip.false_alarms or 0 for grip in warning]
-    if warning:
-        alarmed = share_of(sum(count > 0 for count in false), len(false))
-        steps = clustered_share(false, [grip.samples for grip in warning])
-        yield _of_share("complete slips warned of (%)", share_of(ends.count("standing"), len(ends)))
-        yield _of_spread("lead (s), median", spread_of(grip.lead_s for grip in grips), 3)
-        shares = spread_of(_hundred(grip.lead_force_share) for grip in grips)
-        yield _of_spread("F_t at the warning (% of that at complete slip), median", shares, 0)
-        yield _of_share("grips with a false alarm (%)", alarmed)
-        yield _of_share("false alarms per 100 steps", steps, 2)
-    known = [grip for grip in grips if grip.stick_error is not None]
-    samples = [grip.stick_error_samples for grip in known]
-    error = rms_of([grip.stick_error or 0.0 for grip in known], samples)
-    if error is not None:
-        interval = _interval(error.low, error.high, 3)
-        cases = f"{error.count} grips, {error.samples} samples"
-        yield "error of stick ratio, RMS", number_text(error.value, 3), interval, cases
-
-
-def _of_share(name: str, share: Share, decimals: int = 1) -> tuple[str, str, str, str]:
-    low, high = _hundred(share.low), _hundred(share.high)
-    rate = number_text(_hundred(share.rate), decimals)
-    return name, rate, _interval(low, high, decimals), str(share.of)
-
-
-def _of_spread(name: str, spread: Spread | None, decimals: int) -> tuple[str, str, str, str]:
-    if spread is None:
-        return name, "–", "–", "0"
-    interval = _interval(spread.median_low, spread.median_high, decimals)
-    return name, number_text(spread.median, decimals), interval, str(spread.count)
-
-
-def _interval(low: float | None, high: float | None, decimals: int) -> str:
-    if low is None or high is None:
-        return "–"
-    return f"{low:.{decimals}f} to {high:.{decimals}f}"
+    return _table("foreseen", "Was slip seen before it came?", columns, "0 3")
 
 
 def _hundred(share: float | None) -> float | None:
