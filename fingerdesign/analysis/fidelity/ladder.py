@@ -6,8 +6,7 @@
 A coarse finger in space and plane strain come first: what they differ by is what plane strain costs
 here. Where that is near the tolerance, the section is refined, and taken as soon as a finger in
 space confirms it. Else the finger is refined, each answer judged by the one before, sizes that
-cannot suffice skipped, until the estimate is under the tolerance. Formulas, where they speak of the
-scene, are reported and never taken: the plane strain that judges them costs a tenth of a second.
+cannot suffice skipped, until the estimate is under the tolerance.
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from fingerdesign.analysis.fidelity.estimate import Estimate, difference, discretisation
-from fingerdesign.analysis.fidelity.formulas import NAME, analytic_readings
 from fingerdesign.analysis.fidelity.models import InTurn, Model
 from fingerdesign.analysis.fidelity.readings import Readings
 from fingerdesign.analysis.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, can_be_section, rung
@@ -180,14 +178,6 @@ def _section(
     """Plane strain where it may do, refined until its own error is a small part of the tolerance,
     and that error; None where the coarse finger in space is too far from it."""
     report("plane strain")
-    formulas = analytic_readings(design, scene)
-    if formulas is not None:
-        off = difference(formulas, space.readings)
-        words = (
-            f"off by {percent(off.worst)} ({WORDS[off.worst_quantity]}) from the coarse finger in "
-            "space; reported, never taken"
-        )
-        ladder.tried.append(TriedModel(NAME, 2, 0, 0, 0.0, dict(off.by_quantity), words))
     scale = SECTION_SCALES[0]
     now = solver(design, scene, rung(design, scene, "plane strain", scale))
     price = difference(now.readings, space.readings)
