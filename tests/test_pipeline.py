@@ -1,21 +1,15 @@
 """The whole road in plane strain, in 3-D, by the ladder; one factorisation, failures, record."""
 
-from dataclasses import replace
-
 import pytest
-from fingerdesign_cli.main import main
 
 from fingerdesign import analyse, load_design, parse_design, parse_scene, pipeline, with_values
 from fingerdesign.analysis import stages
-from fingerdesign.analysis.analysis import caveats
 from fingerdesign.analysis.case import Case, fundamental_scene
-from fingerdesign.analysis.fidelity.choice import Choice
 from fingerdesign.analysis.page.tables import ladder_table
-from fingerdesign.analysis.path import follow_path
 from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.design.io import dump_design
 from fingerdesign.design.shipped import shipped_names
-from fingerdesign.errors import DesignError, Fault, MeshError
+from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.fem import factor
 from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.layout.zone import Zone
@@ -186,19 +180,6 @@ def test_one_factorisation_serves_frictions_grips_and_fields(counted, monkeypatc
     assert (len(analysis.slip_studies) >= 5) == (scene is None)  # friction coefficients
 
 
-def test_analyse_can_be_reported_to_leave_fields_out(monkeypatch, tmp_path):
-    cases = []
-
-    def stop(case, *more, **named):
-        cases.append(case)
-        raise DesignError([Fault("test", 0, "ended here", "none")])
-
-    monkeypatch.setattr("fingerdesign.pipeline.analyse_into", stop)
-    for more in ([], ["--no-fields", "--go-on"]):
-        assert main(["analyse", "narrow", "--out", str(tmp_path), "-q", *more]) == 2
-    assert [(case.fields, case.go_on) for case in cases] == [(True, False), (False, True)]
-
-
 SMALL = """
 design.name = "small"
 body.width_mm = 10.0
@@ -216,15 +197,6 @@ SHORT = "[object]\n[path]\nincrements_mm = [[0.1, 0.0], [0.1, 0.02], [0.1, 0.04]
 def climbed():
     design, scene = parse_design(SMALL), parse_scene(SHORT)
     return run(Case(design, scene, "auto", tolerance=0.2, fields=False)), design
-
-
-def test_a_tolerance_that_was_not_reached_is_a_caveat(climbed):
-    analysis, design = climbed
-    scene, problem = parse_scene(SHORT), analysis.problem
-    ladder = replace(analysis.result.ladder, reached=False, tolerance=1e-3)
-    steps = follow_path(problem, scene, design)
-    chosen = Choice(Case(design, scene, "auto"), None, None, [], ladder)
-    assert any("0.001 was not reached" in each for each in caveats(chosen, scene, problem, steps))
 
 
 def test_the_result_says_what_was_tried(climbed):

@@ -53,20 +53,27 @@ def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_js
     if scene_file is not None and wrong is not None:
         reports.append(_faulty(scene_file, wrong))
     for path in designs:
-        if (kind := kind_of(path)) != "design":
-            reports.append(_other(path, kind, quiet or as_json))
-            continue
-        found, error = judged_design(path, scene)
-        if error is not None:
-            reports.append(_faulty(path, error))
-        elif found is not None and found.value is not None:
-            checked.append(_forecast(path, found.value, scene, wrong is None))
-            reports.append(checked[-1].report)
+        found = _judged(path, scene, wrong is None, quiet or as_json)
+        if isinstance(found, _Checked):
+            checked.append(found)
+        reports.append(found.report if isinstance(found, _Checked) else found)
     if as_json:
         print_json(reports)
     elif not quiet:
         _show_all(checked, scene_file.stem if scene_file else "", wrong is None)
     return 0 if all(report["sound"] for report in reports) else 2
+
+
+def _judged(
+    path: Path, scene: Judged[Scene] | None, scene_sound: bool, silent: bool
+) -> _Checked | dict[str, object]:
+    """Judge a file: a sound design with its forecasts, or the report of anything else."""
+    if (kind := kind_of(path)) != "design":
+        return _other(path, kind, silent)
+    found, error = judged_design(path, scene)
+    if error is not None or found is None or found.value is None:
+        return _faulty(path, error or DesignError([]))
+    return _forecast(path, found.value, scene, scene_sound)
 
 
 def _forecast(
@@ -81,9 +88,8 @@ def _forecast(
     summary = summarise(design, scene)
     costs = forecasts(design, scene) if scene_sound else []
     found = lifts(design) if judged is None and scene_sound else []
-    notes = _notes(design)
-    notes += list(dict.fromkeys(words for each in found for words in each.remedies))
-    notes += [words for each in costs if (words := too_large(each))]
+    remedies = dict.fromkeys(words for each in found for words in each.remedies)
+    notes = [*_notes(design), *remedies, *filter(None, map(too_large, costs))]
     report: dict[str, object] = {"file": str(path), "sound": True, "faults": [], "notes": notes}
     if scene_sound:
         report |= asdict(summary)

@@ -29,7 +29,7 @@ from fingerdesign.errors import (
 from fingerdesign.runtime.files import is_full
 from fingerdesign.runtime.limits import forget, reached
 from fingerdesign_cli.commands import finger, hand
-from fingerdesign_cli.options import Group, limit, permit
+from fingerdesign_cli.options import Group, limit_option, permit
 from fingerdesign_cli.terminal import degrade_signs
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -54,22 +54,8 @@ _PATIENCE_S = 2.0  # a second signal within it is the first one's echo
     callback=permit,
     help="Import the code that a design or study names (package.module:Class): if you trust it.",
 )
-@click.option(
-    "--time-limit",
-    metavar="S",
-    type=click.FloatRange(0.1, 1e7),
-    expose_value=False,
-    callback=limit,
-    help="Stop after so many seconds; finished work is stored.",
-)
-@click.option(
-    "--memory-limit",
-    metavar="MB",
-    type=click.FloatRange(1.0, 1e7),
-    expose_value=False,
-    callback=limit,
-    help="Stop when all processes together use more; finished work is stored.",
-)
+@limit_option("--time-limit", "S", 0.1, "Stop after so many seconds")
+@limit_option("--memory-limit", "MB", 1.0, "Stop when all processes together use more")
 def cli(debug: bool) -> None:
     """Design, simulate and compare elastic tactile fingers that detect incipient slip.
 

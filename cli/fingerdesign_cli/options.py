@@ -22,8 +22,10 @@ from fingerdesign.runtime.registry import CONTROLLERS, code_allowed, is_referenc
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 FILE = click.Path(path_type=Path)
-
-
+OPEN = "fingerdesign.open"  # The name of --open in a command's context.
+DETAILS = "fingerdesign.details"  # The name of --details there.
+COMMON = "Also: --time-limit, --memory-limit, --allow-code (see `fingerdesign --help`)."
+OUT = Path("out")  # The folder of commands that are given no other.
 # Names of former versions, which work until December 2027: the words that now stand for each.
 RENAMED = {
     "teach": ("train",),
@@ -126,12 +128,6 @@ class Group(click.Group):
             raise
 
 
-OPEN = "fingerdesign.open"  # The name of --open in a command's context.
-DETAILS = "fingerdesign.details"  # The name of --details there.
-COMMON = "Also: --time-limit, --memory-limit, --allow-code (see `fingerdesign --help`)."
-OUT = Path("out")  # The folder of commands that are given no other.
-
-
 def command(module: str, short: str) -> Callable[[Callable[[], None]], click.Command]:
     """Make a command of a function that holds options and words; its work is the function of the
     same name in ``module``. short: its line in the list of commands."""
@@ -152,13 +148,21 @@ def command(module: str, short: str) -> Callable[[Callable[[], None]], click.Com
     return made
 
 
-def limit(context: click.Context, parameter: click.Parameter, value: float | None) -> None:
-    """Limit the command's time or memory (runtime/limits.py)."""
-    if value is not None and not math.isfinite(value):
-        raise click.BadParameter(f"{value} is not a finite number", param=parameter)
-    if value is not None:
-        seconds = parameter.name == "time_limit"
-        context.with_resource(limited(value) if seconds else limited(memory_MB=value))
+def limit_option(name: str, metavar: str, least: float, about: str) -> Callable[[Any], Any]:
+    """A limit of the command's time or memory (runtime/limits.py)."""
+
+    def limit(context: click.Context, parameter: click.Parameter, value: float | None) -> None:
+        if value is not None and not math.isfinite(value):
+            raise click.BadParameter(f"{value} is not a finite number", param=parameter)
+        if value is not None:
+            seconds = name == "--time-limit"
+            context.with_resource(limited(value) if seconds else limited(memory_MB=value))
+
+    kind = click.FloatRange(least, 1e7)
+    shown = f"{about}; finished work is stored."
+    return click.option(
+        name, metavar=metavar, type=kind, expose_value=False, callback=limit, help=shown
+    )
 
 
 def permit(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
@@ -178,18 +182,28 @@ def output_folder(
     return value
 
 
-def out_option(function: _Command) -> _Command:
-    """``--out`` (``out``): the folder that holds the folder of the design or study, OUT/NAME."""
-    option = click.option(
-        "--out",
-        metavar="DIR",
-        type=FILE,
-        default=OUT,
-        show_default=True,
-        callback=output_folder,
-        help="Where to write: DIR/NAME, the name that of the design or study.",
-    )
-    return option(function)
+def together(*options: Callable[[Any], Any]) -> Callable[[_Command], _Command]:
+    """Give a command several options, which its help shows in this order."""
+
+    def given(function: _Command) -> _Command:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return given
+
+
+out_option = click.option(  # ``out``: the folder that holds the folder of the design or study.
+    "--out",
+    metavar="DIR",
+    type=FILE,
+    default=OUT,
+    show_default=True,
+    callback=output_folder,
+    help="Where to write: DIR/NAME, the name that of the design or study.",
+)
+# The argument DESIGN (``design_file``) and ``--out`` (``out``).
+design_and_out = together(click.argument("design_file", metavar="DESIGN", type=DESIGN), out_option)
 
 
 def folder_option(name: str = "") -> Callable[[_Command], _Command]:
@@ -197,7 +211,7 @@ def folder_option(name: str = "") -> Callable[[_Command], _Command]:
 
     name: empty where it is the design's; ``folder`` is then None unless it is given.
     """
-    option = click.option(
+    return click.option(
         "--out",
         "folder",
         metavar="DIR",
@@ -207,12 +221,6 @@ def folder_option(name: str = "") -> Callable[[_Command], _Command]:
         callback=output_folder,
         help="Where to write: into this very folder.",
     )
-    return option
-
-
-def design_and_out(function: _Command) -> _Command:
-    """The argument DESIGN (``design_file``) and ``--out`` (``out``)."""
-    return click.argument("design_file", metavar="DESIGN", type=DESIGN)(out_option(function))
 
 
 def estimator_option(about: str) -> Callable[[_Command], _Command]:
@@ -270,9 +278,7 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON o
 quiet_option = click.option("--quiet", "-q", is_flag=True, help="Print only failures.")
 
 
-def output_options(function: _Command) -> _Command:
-    """Give a command the flags ``--quiet`` (``quiet``) and ``--json`` (``as_json``)."""
-    return quiet_option(json_option(function))
+output_options = together(quiet_option, json_option)
 
 
 def _context_flag(option: str, key: str, about: str) -> Callable[[_Command], _Command]:
@@ -288,20 +294,12 @@ open_option = _context_flag("--open", OPEN, "Open what was made in the browser."
 details_option = _context_flag("--details", DETAILS, "Print every finding, warning and table.")
 
 
-def result_options(function: _Command) -> _Command:
-    """Give a command ``--page`` (``page``), ``--cad`` (``cad``) and ``--fresh`` (``fresh``)."""
-    when = "  [default: except in plane strain; view makes it later]"
-    for option in (
-        click.option(
-            "--fresh", is_flag=True, help="Compute again what is in this machine's cache."
-        ),
-        click.option("--cad/--no-cad", default=None, help=f"Write STEP and STL files.{when}"),
-        click.option("--page/--no-page", default=None, help=f"Draw report.html.{when}"),
-    ):
-        function = option(function)
-    return function
-
-
+_WHEN = "  [default: except in plane strain; view makes it later]"
+result_options = together(
+    click.option("--page/--no-page", default=None, help=f"Draw report.html.{_WHEN}"),
+    click.option("--cad/--no-cad", default=None, help=f"Write STEP and STL files.{_WHEN}"),
+    click.option("--fresh", is_flag=True, help="Compute again what is in this machine's cache."),
+)
 go_on_option = click.option(
     "--go-on", is_flag=True, help="Even where the forecast exceeds the memory that is free."
 )
@@ -345,39 +343,6 @@ controllers_option = click.option(
 )
 
 
-def trial_options(seed_of: str) -> Callable[[_Command], _Command]:
-    """Give a command the options for trials of controllers: ``--seed``, estimator, workers and
-    model."""
-
-    def given(function: _Command) -> _Command:
-        for option in (
-            output_options,
-            model_option,
-            workers_option,
-            estimator_option(
-                "For the regulator: what `fingerdesign train` wrote for DESIGN. Without it one is "
-                "trained first (minutes), or taken from the cache."
-            ),
-            click.option("--seed", type=int, default=0, show_default=True, help=f"Of {seed_of}."),
-        ):
-            function = option(function)
-        return function
-
-    return given
-
-
-def scheduler_options(function: _Command) -> _Command:
-    """Give a command ``--workers`` (``workers``) and ``--scheduler`` (``scheduler``)."""
-    function = click.option(
-        "--scheduler",
-        metavar="ADDRESS",
-        callback=_alone,
-        help="Run on the workers of this Dask scheduler: tcp://host:8786 or tls://host:8786 "
-        "for one, or its file.",
-    )(function)
-    return workers_option(function)
-
-
 def _alone(context: click.Context, _parameter: click.Parameter, value: str | None) -> str | None:
     if value is not None and context.params.get("workers") is not None:
         raise click.UsageError("--workers and --scheduler: give one; a cluster has its own workers")
@@ -385,3 +350,16 @@ def _alone(context: click.Context, _parameter: click.Parameter, value: str | Non
         remedy = "give one like tcp://host:8786, its file, or leave --scheduler out"
         raise click.UsageError(f"--scheduler = {value!r}: must be an address; {remedy}")
     return value
+
+
+# ``--workers`` (``workers``) and ``--scheduler`` (``scheduler``).
+scheduler_options = together(
+    workers_option,
+    click.option(
+        "--scheduler",
+        metavar="ADDRESS",
+        callback=_alone,
+        help="Run on the workers of this Dask scheduler: tcp://host:8786 or tls://host:8786 "
+        "for one, or its file.",
+    ),
+)

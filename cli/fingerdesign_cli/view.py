@@ -76,16 +76,13 @@ def _draw(design_file: Path, out: Path, quiet: bool, as_json: bool) -> None:
 
 def _show_results(folder: Path, cad: bool, quiet: bool, as_json: bool) -> None:
     views = [_view(place) for place in _places(folder)]
-    page = opens() or not (quiet or as_json)
     for each in views:
         if isinstance(each, _View):
-            _complete(each.place, page, cad)
+            _complete(each.place, opens() or not (quiet or as_json), cad)
     if as_json:
         print_json([_summary(each) for each in views])
     elif not quiet:
-        show = _show if len(views) == 1 or details() else _show_line
-        for each in views:
-            show(each)
+        _show_all(views)
     for each in views:
         if each.report is not None:
             open_page(Path(each.report))
@@ -219,3 +216,10 @@ def _show_line(view: _View | _Other) -> None:
         good = "pass" in {each.status for each in found.verdicts}
     sign = SIGNS["fail" if bad else "pass" if good else "note"]
     say(shortened(f"{sign} {view.place.name}: {' · '.join(filter(None, words))}"))
+
+
+def _show_all(views: list[_View | _Other]) -> None:
+    """One result in full; of several a line each, but with --details all of each."""
+    show = _show if len(views) == 1 or details() else _show_line
+    for each in views:
+        show(each)

@@ -31,6 +31,7 @@ from fingerdesign.runtime.registry import REFERENCE, Kind, Registry, is_referenc
 # Quotients of smaller positive values overflow or divide by zero. A nanometre, a nanonewton and a
 # nanosecond are far below anything that a finger can show.
 LEAST = 1e-9
+_HOLDERS: dict[type["Table"], list[type["Table"]]] = {}  # Tables, and what is made of them.
 
 
 class Table(BaseModel):
@@ -256,9 +257,6 @@ def rebuild(model: type[Table]) -> None:
     model.model_rebuild(force=True)
     for other in _HOLDERS.get(model, ()):
         other.model_rebuild(force=True)
-
-
-_HOLDERS: dict[type[Table], list[type[Table]]] = {}
 
 
 def holds(holder: type[Table], *tables: type[Table]) -> None:

@@ -1,7 +1,7 @@
 """Keys of former versions: read under their new names until December 2027, with a note."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from typing import Any
 
@@ -24,22 +24,22 @@ def current_key(key: str) -> str:
 
 def with_current_keys(data: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return a design's tables with former keys under their present names."""
-    found = {}
+    found = {old: table[last] for old, table, last in _places(data) if last in table}
+    if not found:
+        return data
+    copied = deepcopy(dict(data))
+    for old, table, last in _places(copied):
+        if old in found:
+            table[current_key(old).rpartition(".")[2]] = table.pop(last)
+    return copied
+
+
+def _places(data: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
+    """List former keys, the table that would hold each, and its last part."""
     for old in RENAMED:
         *tables, last = old.split(".")
         table: Any = data
         for name in tables:
             table = table.get(name) if isinstance(table, Mapping) else None
-        if isinstance(table, Mapping) and last in table:
-            found[old] = table[last]
-    if not found:
-        return data
-    copied = deepcopy(dict(data))
-    for old, value in found.items():
-        *tables, last = old.split(".")
-        table = copied
-        for name in tables:
-            table = table[name]
-        del table[last]
-        table[current_key(old).rpartition(".")[2]] = value
-    return copied
+        if isinstance(table, Mapping):
+            yield old, table, last

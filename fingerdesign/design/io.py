@@ -67,13 +67,18 @@ def _refuse_large(data: dict[str, Any], source: str) -> None:
     keys, depth = 0, 0
     while level and depth <= MAX_DEPTH and keys <= MAX_KEYS:
         keys, depth = keys + sum(len(each) for each in level if isinstance(each, dict)), depth + 1
-        inside = [each.values() if isinstance(each, dict) else each for each in level]
-        level = [each for values in inside for each in values if isinstance(each, dict | list)]
+        level = [inner for each in level for inner in _nested(each)]
     if level or keys > MAX_KEYS:
         bound = f"at most {MAX_KEYS} keys, {MAX_DEPTH} tables or arrays deep"
         value = f"{keys} keys or more" if keys > MAX_KEYS else f"{depth} deep or more"
         remedy = "check the path, or leave out keys"
         raise DesignError([Fault("file", value, bound, remedy)], source)
+
+
+def _nested(value: Any) -> list[Any]:
+    """List the tables and arrays right inside a table or an array."""
+    values = value.values() if isinstance(value, dict) else value
+    return [each for each in values if isinstance(each, dict | list)]
 
 
 def judge_keys(model: type[_Model], data: dict[str, Any]) -> Judged[_Model]:

@@ -57,18 +57,18 @@ def set_value(data: dict[str, Any], key: str, value: object) -> None:
     for place, following in zip(places, parts_of(key)[1:], strict=True):
         table = _entered(table, place, [] if isinstance(following, int) else {}, refused)
     if isinstance(table, list):
-        if not isinstance(last, int) or last > len(table) or (value is None and last == len(table)):
+        most = len(table) - (value is None)
+        if not isinstance(last, int) or last > most:
             raise refused(f"there are {len(table)} of them, numbered from 0")
         table[last : last + 1] = [] if value is None else [value]
-        return
-    if not isinstance(table, dict):
+    elif not isinstance(table, dict):
         raise refused(f"{places[-1]} is a value")
-    if places[:1] == ["materials"] and last != "source":
-        table.pop("source", None)  # no longer that source's values
-    if value is None:
-        table.pop(last, None)
     else:
+        if places[:1] == ["materials"] and last != "source":
+            table.pop("source", None)  # no longer that source's values
         table[last] = value
+        if value is None:
+            del table[last]
 
 
 def _entered(table: Any, place: str | int, empty: Any, refused: Any) -> Any:

@@ -4,6 +4,7 @@ import re
 import textwrap
 from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
+from importlib import resources
 from typing import Any
 
 from pydantic import BaseModel
@@ -33,46 +34,7 @@ _SCENE_HEAD = f"""\
 _NONE: Mapping[str, Any] = {}
 _SCENE_ROWS = ((0.05, 0.0), (0.1, 0.0), (0.1, 0.03), (0.1, 0.06), (0.1, 0.09))
 _SCENE_EXAMPLES = {"radius_mm": 10.0, "increments_N": [[2.5, 0.0], [5.0, 0.0], [5.0, 1.0]]}
-_STUDY = """\
-# A study: a base design, the keys that are varied, and what a good finger is. `fingerdesign check
-# FILE` names every fault at once; `generate` writes the variants, `sweep` analyses all of them,
-# `optimise` searches. `fingerdesign list metrics` names what objectives and constraints may be.
-
-[study]
-name = {name}                    # names the folder and the variants
-base = "maeno2000"               # a shipped design, or a file next to this one
-sampling = "sobol"               # sobol | latin_hypercube | grid (every combination; no count)
-count = 32                       # variants
-seed = 0
-fidelity = "plane-strain"        # plane-strain | 3d | auto (keeps to study.tolerance)
-# scenes = ["slope"]             # paths instead of the fundamental case and the design's grips
-
-[fixed]                          # design keys that all variants have in common
-"grip.friction_coefficients" = [0.3, 0.6]
-
-[parameters]                     # a list: choices; a table: a range (log, step are optional)
-"body.arc_radius_mm" = {{ low = 15.0, high = 60.0, log = true }}
-"plates.count" = {{ low = 7, high = 15, step = 2 }}
-"plates.cover_mm" = {{ low = 1.0, high = 2.5 }}
-"plates.material" = ["phosphor_bronze", "polyimide"]
-
-[limits]                         # of each variant
-time_s = 120.0
-memory_MB = 4000.0
-
-[[objectives]]                   # the aim of a finger
-metric = "stick_error"
-goal = "min"
-[[objectives]]
-metric = "peak_ratio"
-goal = "min"
-
-[constraints]                    # what it must meet
-grip_success = {{ at_least = 0.99 }}
-
-[optimise]                       # of `fingerdesign optimise` alone
-trials = 50
-"""
+STUDY_FILE = "starter_study.toml"  # In data/, next to the schemas.
 SHORT = {  # the keys of a first finger
     "body": ("width_mm", "base_height_mm", "arc_radius_mm", "depth_mm", "material"),
     "plates": (
@@ -111,10 +73,9 @@ def starter_study_text(name: str, source: str | None = None) -> str:
 
     DesignError where ``source`` is unknown.
     """
-    if source is None:
-        return _STUDY.format(name=_toml(name))
-    text = shipped_text(source, "study")
-    return re.sub(r'(?m)^name = ".*"$', f"name = {_toml(name)}", text, count=1)
+    starter = resources.files("fingerdesign") / "data" / STUDY_FILE
+    text = starter.read_text("utf-8") if source is None else shipped_text(source, "study")
+    return _renamed(text, name)
 
 
 def starter_short_text(name: str) -> str:
@@ -134,6 +95,10 @@ def starter_short_text(name: str) -> str:
     return text
 
 
+def _renamed(text: str, name: str) -> str:
+    return re.sub(r'(?m)^name = ".*?"', f"name = {_toml(name)}", text, count=1)
+
+
 def _with_schema(text: str, file: str) -> str:
     return re.sub(r"(?m)^#:schema .*$", f"#:schema ./{file}", text)
 
@@ -149,7 +114,7 @@ def starter_text(name: str, source: str | None = None) -> str:
         text = _all_keys(name)
     else:
         text = _with_schema(shipped_text(source), SCHEMA_FILE)
-        text = re.sub(r'(?m)^name = ".*"$', f"name = {_toml(name)}", text, count=1)
+        text = _renamed(text, name)
     judge_keys(Design, parse_toml(text)).sound("")
     return text
 

@@ -241,30 +241,29 @@ def resolved(
     out, home = deepcopy(dict(data)), folder or Path.cwd()
     body: Any = out.get("body")
     step = body.get("step") if isinstance(body, dict) and body.get("shape") == "step" else None
-    named = [each for each in (step, out.get("mesh")) if isinstance(each, dict)]
-    for table in named:
-        if isinstance(table.get("file"), str) and table["file"]:
-            table["file"] = str((home / table["file"]).absolute())
+    tables: tuple[Any, ...] = (step, out.get("mesh"))
+    for table in tables:
+        file = table.get("file") if isinstance(table, dict) else None
+        if isinstance(file, str) and file:
+            table["file"] = str((home / file).absolute())
     try:
         sizes = step_sizes(StepFile.model_validate(step)) if step else {}
     except ValidationError:  # its keys are judged with all others
         return out, ()
     except DesignError as error:
         return out, error.faults
-    faults = tuple(_size_faults(body, sizes))
-    if sizes:
-        body |= sizes
-    return out, faults
+    return out, tuple(_fill_sizes(body, sizes))
 
 
-def _size_faults(body: Mapping[str, Any], sizes: Mapping[str, float]) -> Iterator[Fault]:
-    """Find sizes in a raw [body] that are not those of its file's solid."""
+def _fill_sizes(body: dict[str, Any], sizes: Mapping[str, float]) -> Iterator[Fault]:
+    """Set the sizes of the file's solid in a raw [body]; find other ones that it gives."""
     for key, value in sizes.items():
         given = body.get(key)
         same = isinstance(given, (int, float)) and abs(given - value) <= SAME_MM
         if given is not None and not same:
             bound = f"absent where body.shape = 'step' (the file's solid has {value:.6g})"
             yield Fault(f"body.{key}", given, bound, "remove it: the file says it")
+        body[key] = value
 
 
 def step_sizes(step: StepFile) -> dict[str, float]:

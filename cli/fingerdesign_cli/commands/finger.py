@@ -32,15 +32,8 @@ from fingerdesign_cli.options import (
 ANY = ShippedOrFile("design", "scene", "study")
 _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
     *("plane_strain", "gage_depth_average", "plate_span", "small_strain", "poissons_ratio"),
-    *(
-        "youngs_modulus",
-        "relaxation",
-        "temperature",
-        "sheets",
-        "gage_point",
-        "plates_left_out",
-        "discretisation",
-    ),
+    *("youngs_modulus", "relaxation", "temperature", "sheets", "gage_point"),
+    *("plates_left_out", "discretisation"),
 )
 
 

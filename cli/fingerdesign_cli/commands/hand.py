@@ -20,7 +20,6 @@ from fingerdesign_cli.options import (
     out_option,
     output_options,
     result_options,
-    trial_options,
     workers_option,
 )
 
@@ -212,7 +211,16 @@ def export() -> None:
     help="With --perturbed: objects a finger.  [default: 4]",
 )
 @open_option
-@trial_options("all noise, fingers and trials")
+@click.option(
+    "--seed", type=int, default=0, show_default=True, help="Of all noise, fingers and trials."
+)
+@estimator_option(
+    "For the regulator: what `fingerdesign train` wrote for DESIGN. Without it one is "
+    "trained first (minutes), or taken from the cache."
+)
+@workers_option
+@model_option
+@output_options
 def study() -> None:
     """Judge controllers on DESIGN over friction, weight and gage noise.
 
