@@ -18,9 +18,10 @@ from typing import Any
 from fingerdesign.analysis.case import Clock
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError, GeometryError, PictureError
+from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.page import mold_html
-from fingerdesign.mold.part import Check, MoldMeshes
+from fingerdesign.mold.part import MoldMeshes
 from fingerdesign.mold.picture import Pictures, pictures_job, pictures_of
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.planning import plan_mold
@@ -30,9 +31,9 @@ from fingerdesign.mold.products.bill import bill_of_materials, write_bill
 from fingerdesign.mold.products.casting import casting_of
 from fingerdesign.mold.products.drawing import write_drawings
 from fingerdesign.mold.products.notes import casting_notes, unknown_effect
-from fingerdesign.mold.products.three_mf import Posed, laid_out, write_3mf
+from fingerdesign.mold.products.three_mf import write_3mf
 from fingerdesign.mold.profile import PROFILE_FILE, profile_text
-from fingerdesign.mold.record import RECORD_FILE, MoldData, Outcome, Products, mold_record
+from fingerdesign.mold.record import RECORD_FILE, MoldData, Outcome, mold_record
 from fingerdesign.records.base import ResultError, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import sweep_abandoned
@@ -115,56 +116,58 @@ def make_mold(
         raise ResultError(f"{folder} is no folder: make it before, or use write_mold")
     report("planning", 0.0)
     with clock.stage("plan"):
-        outcome = Outcome(design, plan_mold(design))
+        outcome = Outcome(design, plan_mold(design), gage_fit(design))
     effect = "fingerdesign.mold.placement:placement_effect"
+    pictures, missing = None, "There are no parts to draw."
     with concurrently(effect, design, outcome.plan, time_s=PLACEMENT_LIMIT_S) as placing:
-        return _make(outcome, folder, placing, clock, start, report)
-
-
-def _make(
-    outcome: Outcome, folder: Path, placing: Wait, clock: Clock, start: float, report: Report
-) -> MoldData:
-    """Make files, report and record. The page's own time is not yet known to either."""
-    design, plan = outcome.design, outcome.plan
-    pictures: Pictures | None = None
-    missing = "There are no parts to draw."
-    try:
-        report("building the parts", 0.05)
-        with clock.stage("cad"):
-            meshes = mold_meshes(design, plan, folder, CAD_LIMIT_S)
-        casting = casting_of(design, plan, meshes)
-        notes, views = casting_notes(casting)
-        with pictures_job(meshes, views) as drawing:
-            report("checking the parts", 0.45)
-            with clock.stage("checks"):
-                outcome.checks = run_checks(design, plan, meshes)
-            outcome.failure = failure_of(outcome.checks)
-            report("writing the files", 0.8)
-            with clock.stage("files"):
-                items = bill_of_materials(casting)
-                outcome.products = Products(casting, printed_of(meshes), items, notes)
-                write_products(outcome.products, folder)
-            with clock.stage("placement"):
-                outcome.placement = placement_of(placing)
-            report("writing the report", 0.9)
-            with clock.stage("picture"):
-                try:
-                    pictures = pictures_of(drawing, meshes, views)
-                    (folder / PICTURE_FILE).write_bytes(pictures.opened.png)
-                except PictureError as error:
-                    missing = f"The mold could not be drawn: {error}."
-    except GeometryError as error:
-        _refuse_full(folder, error)
-        for path in folder.iterdir():
-            path.unlink()
-        outcome.placement = None
-        reasons = (" ".join(str(error).split()), outcome.failure)
-        outcome.failure = "; ".join(filter(None, reasons))
+        try:
+            pictures, missing = _make(outcome, folder, placing, clock, report)
+        except GeometryError as error:
+            _refuse_full(folder, error)
+            for path in folder.iterdir():
+                path.unlink()
+            outcome.placement = None
+            outcome.broken = " ".join(str(error).split())
     files = sorted({path.name for path in folder.iterdir()} | {RECORD_FILE, REPORT_FILE})
     record = mold_record(outcome, files, clock.seconds, time.perf_counter() - start)
     (folder / REPORT_FILE).write_text(mold_html(record, pictures, missing), encoding="utf-8")
     (folder / RECORD_FILE).write_text(json_text(record), encoding="utf-8")
     return record
+
+
+def _make(
+    outcome: Outcome, folder: Path, placing: Wait, clock: Clock, report: Report
+) -> tuple[Pictures | None, str]:
+    """Make all files but report and record; the pictures, or why there are none."""
+    design, plan = outcome.design, outcome.plan
+    report("building the parts", 0.05)
+    with clock.stage("cad"):
+        meshes = mold_meshes(design, plan, folder, CAD_LIMIT_S)
+    casting = casting_of(design, plan, meshes, outcome.fit)
+    notes, views = casting_notes(casting)
+    with pictures_job(meshes, views) as drawing:
+        report("checking the parts", 0.45)
+        with clock.stage("checks"):
+            outcome.checks = run_checks(design, plan, meshes)
+        report("writing the files", 0.8)
+        with clock.stage("files"):
+            outcome.items = bill_of_materials(casting)
+            outcome.casting, outcome.notes = casting, notes
+            write_bill(outcome.items, folder / BILL_FILE)
+            write_3mf(casting.posed, folder / PRINT_FILE, f"{design.design.name}: mold")
+            write_3mf(casting.coupon, folder / COUPON_FILE, f"{design.design.name}: coupon")
+            write_drawings(casting, folder)
+            (folder / PROFILE_FILE).write_text(profile_text(design), encoding="utf-8")
+        with clock.stage("placement"):
+            outcome.placement = placement_of(placing)
+        report("writing the report", 0.9)
+        with clock.stage("picture"):
+            try:
+                pictures = pictures_of(drawing, meshes, views)
+            except PictureError as error:
+                return None, f"The mold could not be drawn: {error}."
+            (folder / PICTURE_FILE).write_bytes(pictures.opened.png)
+    return pictures, ""
 
 
 def mold_meshes(
@@ -193,23 +196,6 @@ def mold_meshes(
     return found
 
 
-def printed_of(meshes: MoldMeshes) -> tuple[Posed, ...]:
-    """The mold's parts as they lie on the printer's bed."""
-    return laid_out(tuple(part for part in meshes.parts if part.made == "process"))
-
-
-def write_products(made: Products, folder: Path) -> None:
-    """Write mold.3mf, coupon.3mf, the drawings, bill_of_materials.csv and profile.toml;
-    GeometryError where one is not sound."""
-    casting, name = made.casting, made.casting.design.design.name
-    coupon = laid_out(tuple(part for part in casting.meshes.coupon if part.made == "process"))
-    write_3mf(made.posed, folder / PRINT_FILE, f"{name}: mold")
-    write_3mf(coupon, folder / COUPON_FILE, f"{name}: coupon")
-    write_drawings(casting, folder)
-    write_bill(made.items, folder / BILL_FILE)
-    (folder / PROFILE_FILE).write_text(profile_text(casting.design), encoding="utf-8")
-
-
 def placement_of(wait: Wait) -> dict[str, Any]:
     """Wait for the effect of placement; where its process failed, a record says how."""
     try:
@@ -231,19 +217,3 @@ def _refuse_full(folder: Path, error: BaseException) -> None:
         stream.write(bytes(_PROBE_BYTES))
         stream.flush()
         os.fsync(stream.fileno())
-
-
-def failure_of(checks: tuple[Check, ...]) -> str | None:
-    """Name the checks that failed, in a sentence; None where all passed.
-
-    >>> from fingerdesign.mold.part import Check
-    >>> failure_of((Check("wall", "core", False, 0.5, 1.0, "mm", "its wall is 0.5 mm"),))
-    '1 of 1 check failed: wall (core)'
-    """
-    failed = [check for check in checks if not check.ok]
-    if not failed:
-        return None
-    names = [f"{check.name} ({check.part})" if check.part else check.name for check in failed]
-    more = f" and {len(names) - 6} more" if len(names) > 6 else ""
-    whole = f"{len(checks)} check{'' if len(checks) == 1 else 's'}"
-    return f"{len(failed)} of {whole} failed: {', '.join(names[:6])}{more}"

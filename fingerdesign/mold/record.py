@@ -14,15 +14,14 @@ from pydantic import ConfigDict, Field, with_config
 from typing_extensions import TypedDict
 
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.fitting import gage_fit, gage_words
+from fingerdesign.layout.fitting import GageFit, gage_words
 from fingerdesign.mold.part import Check, PartMesh
 from fingerdesign.mold.plan.limits import comb_tolerance
 from fingerdesign.mold.plan.patterns import FlatPattern
 from fingerdesign.mold.plan.plan import MoldPlan, Side, SidePlan
 from fingerdesign.mold.products.bill import ItemData
-from fingerdesign.mold.products.casting import Casting
+from fingerdesign.mold.products.casting import Casting, SiliconeData
 from fingerdesign.mold.products.notes import placement_worst, warnings_of
-from fingerdesign.mold.products.silicone import SiliconeData
 from fingerdesign.mold.products.three_mf import Posed
 from fingerdesign.mold.profile import ladders_of
 from fingerdesign.records.base import Count, Size, closed, plain
@@ -247,42 +246,47 @@ class MoldData(TypedDict):
     versions: dict[str, str]
 
 
-@dataclass(frozen=True)
-class Products:
-    """Products of a mold: its casting, parts on the printer's bed, the bill of materials,
-    the casting notes."""
-
-    casting: Casting
-    posed: tuple[Posed, ...]
-    items: tuple[ItemData, ...]
-    notes: list[dict[str, Any]]
-
-
 @dataclass
 class Outcome:
     """Facts of a mold that are known while it is made.
 
-    products   None where nothing could be built, and then ``failure`` says why; else it names the
-               checks that failed
+    fit       of a gage type to the plates; None without plates
+    casting   None where nothing could be built, and then ``broken`` says why
+    items     of the bill of materials; notes: to the caster
     """
 
     design: Design
     plan: MoldPlan
+    fit: GageFit | None
     checks: tuple[Check, ...] = ()
-    products: Products | None = None
+    casting: Casting | None = None
+    items: tuple[ItemData, ...] = ()
+    notes: Sequence[Mapping[str, Any]] = ()
     placement: dict[str, Any] | None = None
-    failure: str | None = None
+    broken: str | None = None
+
+
+def failure_of(checks: tuple[Check, ...]) -> str | None:
+    """Name the checks that failed, in a sentence; None where all passed.
+
+    >>> failure_of((Check("wall", "core", False, 0.5, 1.0, "mm", "its wall is 0.5 mm"),))
+    '1 of 1 check failed: wall (core)'
+    """
+    failed = [check for check in checks if not check.ok]
+    if not failed:
+        return None
+    names = [f"{check.name} ({check.part})" if check.part else check.name for check in failed]
+    more = f" and {len(names) - 6} more" if len(names) > 6 else ""
+    whole = f"{len(checks)} check{'' if len(checks) == 1 else 's'}"
+    return f"{len(failed)} of {whole} failed: {', '.join(names[:6])}{more}"
 
 
 def mold_record(
     outcome: Outcome, files: list[str], timings_s: Mapping[str, float], seconds: float
 ) -> MoldData:
     """Write the record of one `fingerdesign mold`; files: names next to the record."""
-    design, plan, made = outcome.design, outcome.plan, outcome.products
-    failure, placement = outcome.failure, outcome.placement
-    posed = {each.name: each for each in made.posed} if made else {}
-    patterns = made.casting.patterns if made else ()
-    parts = made.casting.meshes.parts if made else ()
+    design, plan, placement = outcome.design, outcome.plan, outcome.placement
+    failure = "; ".join(filter(None, (outcome.broken, failure_of(outcome.checks)))) or None
     record: MoldData = plain(
         {
             "schema_version": 1,
@@ -294,25 +298,19 @@ def mold_record(
             "process": _process(design, plan),
             "shrinkage": design.mold.shrinkage_used,
             "scale": plan.scale,
-            "parts": [
-                _part(part, number, posed.get(part.name), files)
-                for number, part in enumerate(parts, start=1)
-            ],
-            "plates": [_pattern(pattern, files) for pattern in patterns],
-            "placements": _placements(plan, patterns),
+            **_made(outcome, files),
             "fixture": [_fixture(plan, side) for side in plan.sides],
             "base": _base(plan),
             "checks": [
                 asdict(check) | {"measured": _finite(check.measured), "bound": _finite(check.bound)}
                 for check in outcome.checks
             ],
-            "silicone": made.casting.silicone if made else None,
             "placement": placement,
-            "sensor": sensor_of(design, placement),
-            "warnings": warnings_of(design, plan, placement) if placement else [],
-            "notes": made.notes if made else [],
+            "sensor": sensor_of(design, outcome.fit, placement),
+            "warnings": warnings_of(design, plan, outcome.fit, placement) if placement else [],
+            "notes": outcome.notes,
             "coupon": [values_of(LadderData, each) for each in ladders_of(plan.limits)],
-            "bill": list(made.items) if made else [],
+            "bill": outcome.items,
             "files": files,
             "timings_s": dict(timings_s),
             "seconds": seconds,
@@ -322,6 +320,22 @@ def mold_record(
         decimals=MICRO,
     )
     return record
+
+
+def _made(outcome: Outcome, files: list[str]) -> dict[str, Any]:
+    """The record of what was built: parts, plates with their places, silicone."""
+    casting, patterns = outcome.casting, outcome.casting.patterns if outcome.casting else ()
+    placements = _placements(outcome.plan, patterns)
+    if casting is None:
+        return {"parts": [], "plates": [], "placements": placements, "silicone": None}
+    posed = {each.name: each for each in casting.posed}
+    parts = enumerate(casting.meshes.parts, start=1)
+    return {
+        "parts": [_part(part, number, posed.get(part.name), files) for number, part in parts],
+        "plates": [_pattern(pattern, files) for pattern in patterns],
+        "placements": placements,
+        "silicone": casting.silicone,
+    }
 
 
 def _process(design: Design, plan: MoldPlan) -> dict[str, Any]:
@@ -337,13 +351,14 @@ def _process(design: Design, plan: MoldPlan) -> dict[str, Any]:
     )
 
 
-def sensor_of(design: Design, placement: Mapping[str, Any] | None) -> dict[str, Any]:
+def sensor_of(
+    design: Design, fit: GageFit | None, placement: Mapping[str, Any] | None
+) -> dict[str, Any]:
     """Judge if a finger's gages exist for its plates and read what the model computes, as cast.
 
     A finger without plates is no sensor, and ready. Where placement has no numbers, the reason is
     that these are unknown.
     """
-    fit = gage_fit(design)
     if fit is None:
         return {"ready": True, "reading_error": None, "gage": None, "reasons": []}
     reasons: list[str] = []

@@ -17,6 +17,7 @@ from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import resolved
 from fingerdesign.errors import DesignError
+from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.mold.cad.build import build_mold
 from fingerdesign.mold.checks.run import run_checks
@@ -25,10 +26,9 @@ from fingerdesign.mold.part import BASE, INSERT
 from fingerdesign.mold.plan.limits import limits_of
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.bill import hardware
-from fingerdesign.mold.products.casting import casting_of
+from fingerdesign.mold.products.casting import casting_of, silicone_of
 from fingerdesign.mold.products.drawing import write_drawings
 from fingerdesign.mold.products.notes import casting_notes
-from fingerdesign.mold.products.silicone import silicone_of
 from tests.support.as_planned import as_planned
 
 FRAMES = {"frame_front", "frame_back"}
@@ -202,7 +202,7 @@ def test_a_frame_slides_off_comb_and_legs_and_leaves_them(made):
 
 def test_its_drawings_say_the_combs_size(made, tmp_path):
     design, plan, meshes, _ = made
-    write_drawings(casting_of(design, plan, meshes), tmp_path)
+    write_drawings(casting_of(design, plan, meshes, gage_fit(design)), tmp_path)
     for side in plan.sides:
         if side.comb:
             drawn = ezdxf.readfile(tmp_path / f"{side.comb}.dxf")
@@ -214,7 +214,7 @@ def test_its_drawings_say_the_combs_size(made, tmp_path):
 def test_its_notes_press_the_base_plate_on_last_and_know_no_gate(made):
     design, plan, meshes, _ = made
     silicone = silicone_of(design, plan, meshes)
-    notes, views = casting_notes(casting_of(design, plan, meshes))
+    notes, views = casting_notes(casting_of(design, plan, meshes, gage_fit(design)))
     steps = [step for section in notes for step in section["steps"]]
     text = " ".join(steps)
     for word in ("gate", "riser", "vent ", "end wall", "side wall"):

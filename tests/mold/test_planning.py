@@ -13,11 +13,12 @@ from fingerdesign.mold.checks.venting import pour_turn, upward
 from fingerdesign.mold.plan import remedies
 from fingerdesign.mold.plan.base import base_holes_of
 from fingerdesign.mold.plan.extent import extent_of
-from fingerdesign.mold.plan.limits import PROFILES, density_of, limits_of
+from fingerdesign.mold.plan.limits import PROFILES, limits_of
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.plan.refusals import MoldRefused
 from fingerdesign.mold.plan.slots import core_box
+from fingerdesign.mold.products.casting import density_of
 from tests.support.faults import faults_of
 from tests.support.molds import drawn, keys, made, mold_faults, mold_remedies, shipped
 

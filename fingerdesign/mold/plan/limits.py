@@ -1,28 +1,19 @@
-"""Sizes that a process can make and densities of the rubbers: the numbers a plan starts from."""
+"""Sizes that a process can make: the numbers that a plan starts from."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from fingerdesign.design.mold import Mold
-from fingerdesign.design.schema import Design
+from fingerdesign.mold.plan.refusals import Refusal
 
 # A planned wall is this much thicker than the least wall: round holes are measured as triangles.
 SPARE_MM = 0.05
+SLENDER = 1.5  # a pin's length, in diameters
 # The place of an edge that wire erosion cuts is held to 0.01 mm in two or three passes and to
 # 0.005 mm in four to six, as shops report; lasers that cut solder stencils hold the former.
 _CUT_MM, _FINE_CUT_MM = 0.01, 0.005
-# Densities are typical of makers' data sheets of the cured rubber; fillers change them by some %.
-DENSITIES_G_CM3: Mapping[str, float] = MappingProxyType(
-    {
-        "silicone": 1.1,
-        "dragon_skin_20": 1.08,
-        "dragon_skin_30": 1.08,
-        "sylgard_184": 1.03,
-        "polyurethane_60a": 1.04,
-    }
-)
-_ANY_SILICONE_G_CM3 = 1.1
 
 
 @dataclass(frozen=True)
@@ -78,9 +69,10 @@ PROFILES: Mapping[str, Limits] = MappingProxyType(
 def limits_of(mold: Mold) -> Limits:
     """Return the process's profile, with what ``[mold.limits]`` gives instead.
 
-    >>> from fingerdesign.design.mold import Mold
-    >>> limits_of(Mold(process="fdm", limits={"slot_mm": 0.5})).slot_mm
-    0.5
+        >>> from fingerdesign.design.mold import Mold
+    from fingerdesign.mold.plan.refusals import Refusal
+        >>> limits_of(Mold(process="fdm", limits={"slot_mm": 0.5})).slot_mm
+        0.5
     """
     given = mold.limits.model_dump(exclude_none=True)
     return replace(PROFILES[mold.process], **given)
@@ -93,8 +85,44 @@ def comb_tolerance(mold: Mold) -> float:
     return _FINE_CUT_MM if mold.process == "machined" else _CUT_MM
 
 
-def density_of(design: Design) -> float:
-    """Density of the rubber, g/cm^3: given, typical of its name, or of any silicone."""
-    if design.mold.density_g_cm3 is not None:
-        return design.mold.density_g_cm3
-    return DENSITIES_G_CM3.get(design.body.material, _ANY_SILICONE_G_CM3)
+def limit_refusals(mold: Mold, limits: Limits, reach: float, pour: str) -> list[Refusal]:
+    """Refuse limits that contradict each other, plates of the mold below the process's wall, and
+    holes that are given below its hole; pins reach as far as ``reach`` into their sockets."""
+    given, thick = mold.limits.model_dump(exclude_none=True), _least_pin(mold, limits, reach)
+    of, found = "mold.limits.", list[Refusal]()
+    if limits.feature_mm > limits.wall_mm:
+        if "feature_mm" in given or "wall_mm" not in given:
+            blamed = Refusal("thick_web", f"{of}feature_mm", limits.feature_mm, {"limits": limits})
+        else:
+            blamed = Refusal("thin_wall_limit", f"{of}wall_mm", limits.wall_mm, {"limits": limits})
+        found.append(blamed)
+    if limits.pin_mm < thick and "pin_mm" in given:
+        numbers = {"limits": limits, "thick": thick, "draft": mold.draft_deg}
+        found.append(Refusal("thin_pins", f"{of}pin_mm", limits.pin_mm, numbers))
+    if limits.clearance_mm > 0.25 * limits.pin_mm and "pin_mm" not in given:
+        most = {"most": 0.25 * limits.pin_mm}
+        found.append(Refusal("wide_sockets", f"{of}clearance_mm", limits.clearance_mm, most))
+    walls, holes = ("insert_mm", "base_mm"), ("lock_mm", "gate_mm", "vent_mm")
+    for key in (*walls, *(holes if pour == "closed" else holes[:1])):
+        size, usual = getattr(mold, key), Mold.model_fields[key].default
+        least = limits.wall_mm if key in walls else limits.hole_mm
+        if size is not None and size < least and (key in walls or size != usual):
+            kind = "thin_wall" if key in walls else "narrow_hole"
+            found.append(Refusal(kind, f"mold.{key}", size, {"limits": limits}))
+    return found
+
+
+def _least_pin(mold: Mold, limits: Limits, reach: float) -> float:
+    """Least diameter of the small pins, mm: four clearances, and a tip that can be made.
+
+    Pins get shorter as they get thinner: ``reach`` moves with the big pins' diameter.
+    """
+    least = 4.0 * limits.clearance_mm
+    if limits.dowels:
+        return max(least, limits.feature_mm)
+    lean = 2.0 * math.tan(math.radians(mold.draft_deg))
+    slope = 1.0 - SLENDER * lean
+    if slope <= 0.0:  # no diameter helps: the draft itself is refused
+        return least
+    rest = max(reach - SLENDER * limits.pin_mm, 0.0)
+    return max(least, (limits.feature_mm + lean * rest) / slope)

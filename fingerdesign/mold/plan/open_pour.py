@@ -17,18 +17,20 @@ from fingerdesign.mold.plan.fasteners.columns import (
     CORNERS,
     ENDS,
     FLANKS,
-    SLENDER,
     Columns,
     columns_of,
-    insert_pin_length,
-    most_draft,
     z_bolt_height,
 )
-from fingerdesign.mold.plan.fasteners.fasteners import insert_pin, with_mount
-from fingerdesign.mold.plan.fasteners.refusals import LEAST_PIN
+from fingerdesign.mold.plan.fasteners.fasteners import (
+    LEAST_PIN,
+    insert_pin,
+    insert_pin_length,
+    most_draft,
+    with_mount,
+)
 from fingerdesign.mold.plan.fixture.fixture import Fixture
 from fingerdesign.mold.plan.fixture.outer import with_outer_combs
-from fingerdesign.mold.plan.limits import SPARE_MM
+from fingerdesign.mold.plan.limits import SLENDER, SPARE_MM
 from fingerdesign.mold.plan.plan import Bolt, Lug, MoldPlan, Pin, SidePlan, frame_name
 from fingerdesign.mold.plan.refusals import Refusal
 

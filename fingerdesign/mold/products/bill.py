@@ -11,8 +11,7 @@ from typing_extensions import TypedDict
 
 from fingerdesign.arrays import Array
 from fingerdesign.mold.plan.plan import Bolt, MoldPlan
-from fingerdesign.mold.products.casting import Casting
-from fingerdesign.mold.products.silicone import mixing_of, rubber_words
+from fingerdesign.mold.products.casting import Casting, rubber_words
 from fingerdesign.records.base import Count, Size, closed, write_csv
 from fingerdesign.report.page import macros
 
@@ -45,19 +44,17 @@ class ItemData(TypedDict):
 def bill_of_materials(casting: Casting) -> tuple[ItemData, ...]:
     """Write all lines, parts first, then plates, hardware and what is consumed."""
     design, plan, meshes, patterns = casting.design, casting.plan, casting.meshes, casting.patterns
-    fit, silicone = casting.fit, casting.silicone
     plates = sum(pattern.count for pattern in patterns)
     gages = design.gages.faces * plates
     wire = design.mold.wire_mm / _BUNDLE[design.gages.leads]
-    mixing = mixing_of(design.body.material, design.mold.cure)
     metres = math.ceil(design.gages.leads * plates * WIRE_MM / 1000.0)
-    gage = None if fit is None else fit.found
+    gage = None if casting.fit is None else casting.fit.found
     rubber, open_ = rubber_words(design), plan.pour == "open"
     return (
         *_lines("parts", design, (*meshes.parts, *meshes.coupon), _extent),
         *_lines("plates", design, patterns, _extent, {each.index for each in casting.trial}),
         *hardware(plan),
-        *_lines("consumed", rubber, design, silicone, mixing, gages, gage, metres, wire, open_),
+        *_lines("consumed", rubber, casting, gages, gage, metres, wire, open_),
     )
 
 

@@ -1,43 +1,204 @@
-"""A casting: the facts of a built mold that notes, bill, files and record share."""
+"""A casting: the facts of a built mold that notes, bill, files and record share, and its rubber."""
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from typing_extensions import TypedDict
 
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.fitting import GageFit, gage_fit
+from fingerdesign.layout.fitting import GageFit
 from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.materials import MATERIALS, gent_shore_a
 from fingerdesign.mold.part import MoldMeshes
 from fingerdesign.mold.plan.patterns import FlatPattern, flat_patterns
 from fingerdesign.mold.plan.plan import MoldPlan
-from fingerdesign.mold.products.silicone import SiliconeData, silicone_of
+from fingerdesign.mold.products.three_mf import Posed, laid_out
 from fingerdesign.mold.profile import cell_plates
+from fingerdesign.records.base import Size, closed
+
+_ELASTOMERS = ("dragon_skin_20", "dragon_skin_30", "sylgard_184")
+_LIKE = 1.25  # ratio of moduli: batches of one silicone differ as much
+_ROOM = "at room temperature"
+# Densities are typical of makers' data sheets of the cured rubber; fillers change them by some %.
+DENSITIES_G_CM3: Mapping[str, float] = MappingProxyType(
+    {
+        "silicone": 1.1,
+        "dragon_skin_20": 1.08,
+        "dragon_skin_30": 1.08,
+        "sylgard_184": 1.03,
+        "polyurethane_60a": 1.04,
+    }
+)
+_ANY_SILICONE_G_CM3 = 1.1
+
+
+@dataclass(frozen=True)
+class Mixing:
+    """Parts A and B by mass; how long it can be poured; how it cures. source: of the numbers;
+    known: they are the material's own, not what is usual of its cure."""
+
+    part_a: float
+    part_b: float
+    pot_life: str
+    cure: str
+    source: str
+    known: bool = True
+
+    def shares(self, mass_g: float) -> tuple[float, float]:
+        """Masses of A and B, g, that make ``mass_g``.
+
+        >>> Mixing(10.0, 1.0, "", "", "").shares(11.0)
+        (10.0, 1.0)
+        """
+        whole = self.part_a + self.part_b
+        return mass_g * self.part_a / whole, mass_g * self.part_b / whole
+
+
+# Typical figures of the makers' data sheets at about 23 degrees C, by the material's name; then
+# what is usual of a cure, where the notes ask to compare it with the data sheet.
+MIXINGS: Mapping[str, Mixing] = MappingProxyType(
+    {
+        "dragon_skin_20": Mixing(1, 1, "25 min", f"4 h {_ROOM}", "Smooth-On"),
+        "dragon_skin_30": Mixing(1, 1, "45 min", f"16 h {_ROOM}", "Smooth-On"),
+        "sylgard_184": Mixing(10, 1, "1.5 h", f"48 h {_ROOM}, or 4 h at 60 degrees C", "Dow"),
+        "platinum": Mixing(
+            *(1, 1, "20 to 60 min", f"4 to 24 h {_ROOM}", "usual of platinum silicones", False)
+        ),
+        "condensation": Mixing(
+            *(100, 5, "30 to 90 min", f"24 h {_ROOM}, in moist air", "usual of tin silicones"),
+            known=False,
+        ),
+        "polyurethane": Mixing(
+            *(1, 1, "10 to 20 min", f"16 to 24 h {_ROOM}", "usual of casting polyurethanes", False)
+        ),
+    }
+)
+
+
+@closed
+class SiliconeData(TypedDict):
+    """Amount that has to be mixed, and what it consists of."""
+
+    finger_cm3: Size
+    locks_cm3: Size
+    gate_risers_vents_cm3: Size
+    flash_cm3: Size
+    excess: Size
+    mixed_cm3: Size
+    density_g_cm3: Size
+    mass_g: Size
+    sentence: str
+
+
+def silicone_of(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> SiliconeData:
+    """Sum up what rubber, base holes and slots take; plates without rubber between leave no
+    flash."""
+    locks, openings = 0.0, 0.0
+    for hole in plan.base_holes:
+        d, outer = hole.diameter, hole.outer_diameter
+        cone = math.pi * plan.base * (d**2 + d * outer + outer**2) / 12.0
+        locks += cone if hole.kind == "lock" else 0.0
+        openings += cone if hole.kind in ("gate", "riser", "vent") else 0.0
+    volumes = 1e-3 * np.array([meshes.rubber.volume, locks, openings, _flash(plan)])
+    finger, locks, openings, flash = volumes.tolist()
+    where = "locks and flash" if plan.pour == "open" else "locks, gate, risers, vents and flash"
+    excess, density = design.mold.excess, density_of(design)
+    mixed = sum(volumes.tolist()) * (1.0 + excess)
+    return {
+        "finger_cm3": finger,
+        "locks_cm3": locks,
+        "gate_risers_vents_cm3": openings,
+        "flash_cm3": flash,
+        "excess": excess,
+        "mixed_cm3": mixed,
+        "density_g_cm3": density,
+        "mass_g": mixed * density,
+        "sentence": f"mix {mixed:.2f} cm³ ({mixed * density:.1f} g at {density:g} g/cm³): "
+        f"{finger:.2f} cm³ of finger, {locks + openings + flash:.2f} cm³ in {where}, "
+        f"and {100.0 * excess:.0f} % to spare",
+    }
+
+
+def _flash(plan: MoldPlan) -> float:
+    """Slots less the legs in them, as deep as what holds them: sheets, or the whole wall."""
+    whole = 0.0
+    for side, slot, width in plan.leg_slots:
+        metal = width * plan.thickness[slot.plate]
+        free = max(0.0, slot.length * slot.width - metal)
+        whole += free * (side.sheet or plan.wall(side.side))
+    return float(whole)
+
+
+def mixing_of(material: str, cure: str) -> Mixing:
+    """Find how a material is mixed, or what is usual of its cure."""
+    usual = "polyurethane" if material.startswith("polyurethane") else cure
+    return MIXINGS.get(material, MIXINGS[usual])
+
+
+def rubber_words(design: Design) -> str:
+    """Describe what to buy for the body: its name, or the hardness that its modulus asks for and a
+    silicone of that modulus where one is known."""
+    name, modulus = design.body.material, design.material_of("body").youngs_modulus_MPa
+    if name in MIXINGS:
+        return name.replace("_", " ")
+    words = (
+        f"{name.replace('_', ' ')} of {modulus:g} MPa, Shore A {gent_shore_a(modulus):.0f} or so"
+    )
+    away, like = min(
+        (abs(math.log(MATERIALS[each].youngs_modulus_MPa / modulus)), each) for each in _ELASTOMERS
+    )
+    if away < math.log(_LIKE):
+        words += f" (such as {like.replace('_', ' ')})"
+    return words
+
+
+def density_of(design: Design) -> float:
+    """Density of the rubber, g/cm^3: given, typical of its name, or of any silicone."""
+    if design.mold.density_g_cm3 is not None:
+        return design.mold.density_g_cm3
+    return DENSITIES_G_CM3.get(design.body.material, _ANY_SILICONE_G_CM3)
 
 
 @dataclass(frozen=True)
 class Casting:
     """A built mold and what is cast in it.
 
-    patterns   of the different plates; silicone: what is mixed
+    patterns   of the different plates; silicone: how much is mixed; mixing: of what
     fit        of a gage type to the plates; None without plates
     trial      the plates of the coupon's cell, which are cut once more
+    posed      parts, and pieces of the coupon, as they lie on the printer's bed
     """
 
     design: Design
     plan: MoldPlan
     meshes: MoldMeshes
+    fit: GageFit | None
     patterns: tuple[FlatPattern, ...]
     silicone: SiliconeData
-    fit: GageFit | None
+    mixing: Mixing
     trial: tuple[PlateFrame, ...]
+    posed: tuple[Posed, ...]
+    coupon: tuple[Posed, ...]
 
 
-def casting_of(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> Casting:
-    """Find the facts of a built mold."""
+def casting_of(design: Design, plan: MoldPlan, meshes: MoldMeshes, fit: GageFit | None) -> Casting:
+    """Find the facts of a built mold; ``fit``: of a gage type to its plates."""
+    parts, coupon = (
+        laid_out(tuple(part for part in some if part.made == "process"))
+        for some in (meshes.parts, meshes.coupon)
+    )
     return Casting(
         design,
         plan,
         meshes,
+        fit,
         flat_patterns(design, plan),
         silicone_of(design, plan, meshes),
-        gage_fit(design),
+        mixing_of(design.body.material, design.mold.cure),
         cell_plates(plan),
+        parts,
+        coupon,
     )

@@ -4,7 +4,6 @@ Layers of the drawings are CUT, HOLES, GAGES, BEND and TEXT; ezdxf loads when a 
 Lengths in mm.
 """
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -19,11 +18,11 @@ from fingerdesign.mold.part import PartMesh, axis_name
 from fingerdesign.mold.plan.patterns import FlatPattern
 from fingerdesign.mold.plan.plan import SIDES, Side, across, direction
 from fingerdesign.mold.products.casting import Casting
+from fingerdesign.mold.products.three_mf import in_rows
 from fingerdesign.mold.solids import solid_of
 
 # layer -> AutoCAD colour number (7: black on white): each also differs by its name
 LAYERS = {"CUT": 7, "HOLES": 1, "GAGES": 5, "BEND": 3, "TEXT": 8}
-GAP_MM = 5.0  # between sheets of one drawing, and parts on one bed
 LINE = 1.6  # of a text's height, from line to line
 MILLIMETRES = 4  # $INSUNITS
 MICRON = 3  # decimals
@@ -60,25 +59,6 @@ def polygon_area(points: Array) -> float:
     """
     x, y = points.T
     return abs(float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1))))
-
-
-def in_rows(sizes: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Places (x, y) of the lower left corners of rectangles (width, depth), in the order given: in
-    rows from the deepest to the least deep, with gaps, that make about a square.
-
-    >>> in_rows([(2.0, 1.0), (2.0, 3.0), (2.0, 2.0)])
-    [(0.0, 8.0), (0.0, 0.0), (7.0, 0.0)]
-    """
-    area = sum((wide + GAP_MM) * (deep + GAP_MM) for wide, deep in sizes)
-    limit = max(1.2 * math.sqrt(area), *(wide for wide, _ in sizes), 0.0)
-    places, x, y, row = [(0.0, 0.0)] * len(sizes), 0.0, 0.0, 0.0
-    for k in sorted(range(len(sizes)), key=lambda each: -sizes[each][1]):
-        wide, deep = sizes[k]
-        if x > 0.0 and x + wide > limit:
-            x, y, row = 0.0, y + row + GAP_MM, 0.0
-        places[k] = x, y
-        x, row = x + wide + GAP_MM, max(row, deep)
-    return places
 
 
 def write_dxf(sheets: Sequence[Sheet], path: Path) -> None:

@@ -14,18 +14,16 @@ import numpy as np
 
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words
+from fingerdesign.layout.fitting import GageFit, gage_words, sheet_words
 from fingerdesign.layout.gaps import PlateGap, least_gap
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.mold.part import COUPON, axis_name
 from fingerdesign.mold.plan.base import TILT_DEG
-from fingerdesign.mold.plan.limits import density_of
 from fingerdesign.mold.plan.plan import WORDS, MoldPlan
 from fingerdesign.mold.products.bill import bolt_length, bolt_words
-from fingerdesign.mold.products.casting import Casting
+from fingerdesign.mold.products.casting import Casting, density_of
 from fingerdesign.mold.products.drawing import numbers_text
-from fingerdesign.mold.products.silicone import mixing_of
 from fingerdesign.report.page import macros
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
@@ -77,7 +75,7 @@ def casting_notes(casting: Casting) -> tuple[list[dict[str, Any]], list[View]]:
         thickness=lambda part: round(float(np.ptp(part.vertices, axis=0).min()), 4),
         patterns=casting.patterns,
         silicone=casting.silicone,
-        mixing=mixing_of(design.body.material, design.mold.cure),
+        mixing=casting.mixing,
         numbers=numbers_text,
         bolts={axis: [bolt_words(bolt) for bolt in bolts if bolt.axis == axis] for axis in "yz"},
         front=WORDS,
@@ -106,10 +104,11 @@ def legs_share(design: Design, plan: MoldPlan) -> float:
     return plan.legs_volume / (plan.scale**3 * outline_volume(design.body))
 
 
-def warnings_of(design: Design, plan: MoldPlan, placement: Mapping[str, Any]) -> list[str]:
+def warnings_of(
+    design: Design, plan: MoldPlan, fit: GageFit | None, placement: Mapping[str, Any]
+) -> list[str]:
     """Warnings to the caster, found from the design: a sentence each."""
     share, worst = legs_share(design, plan), placement_worst(placement)
-    fit = gage_fit(design)
     stock = sheet_words(design)
     if fit is not None and fit.found is not None and fit.unlike(design):
         stock.append(gage_words(design, fit) or "")

@@ -4,6 +4,7 @@ Importing this module is light; lib3mf (the format's own library) loads when a f
 """
 
 import locale
+import math
 import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -17,9 +18,9 @@ from scipy.spatial.transform import Rotation
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.part import PartMesh
-from fingerdesign.mold.products.drawing import in_rows
 from fingerdesign.mold.solids import areas
 
+GAP_MM = 5.0  # between parts on one bed, and sheets of one drawing
 DECIMALS = 6  # nm: finer than single precision, in which the format's library holds vertices
 FLAT = 1e-6  # mm; how far from its plane a face may lie
 OUTSIDE = 1.5  # how much more a face that is drawn away from the finger counts: its other side
@@ -58,6 +59,25 @@ def laid_out(parts: tuple[PartMesh, ...]) -> tuple[Posed, ...]:
     posed.sort(key=lambda each: (-each.size[1], each.name))
     places = in_rows([each.size[:2] for each in posed])
     return tuple(replace(each, place=place) for each, place in zip(posed, places, strict=True))
+
+
+def in_rows(sizes: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Places (x, y) of the lower left corners of rectangles (width, depth), in the order given: in
+    rows from the deepest to the least deep, with gaps, that make about a square.
+
+    >>> in_rows([(2.0, 1.0), (2.0, 3.0), (2.0, 2.0)])
+    [(0.0, 8.0), (0.0, 0.0), (7.0, 0.0)]
+    """
+    area = sum((wide + GAP_MM) * (deep + GAP_MM) for wide, deep in sizes)
+    limit = max(1.2 * math.sqrt(area), *(wide for wide, _ in sizes), 0.0)
+    places, x, y, row = [(0.0, 0.0)] * len(sizes), 0.0, 0.0, 0.0
+    for k in sorted(range(len(sizes)), key=lambda each: -sizes[each][1]):
+        wide, deep = sizes[k]
+        if x > 0.0 and x + wide > limit:
+            x, y, row = 0.0, y + row + GAP_MM, 0.0
+        places[k] = x, y
+        x, row = x + wide + GAP_MM, max(row, deep)
+    return places
 
 
 def flat_faces(part: PartMesh) -> list[tuple[float, Array]]:

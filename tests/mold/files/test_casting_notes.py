@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from fingerdesign.checks.load import with_values
+from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.mold.plan.plan import Bolt
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.bill import bill_of_materials, bolt_length, hardware, write_bill
-from fingerdesign.mold.products.casting import casting_of
+from fingerdesign.mold.products.casting import casting_of, mixing_of, rubber_words, silicone_of
 from fingerdesign.mold.products.notes import bridged_gap, casting_notes, legs_share, warnings_of
-from fingerdesign.mold.products.silicone import mixing_of, rubber_words, silicone_of
 from tests.support.molds import shipped
 
 SILENT = {"reason": "no gages", "sentences": ["Not known."]}
@@ -26,7 +26,7 @@ TITLES = (
 
 
 def notes_of(design, plan, meshes):
-    sections, _ = casting_notes(casting_of(design, plan, meshes))
+    sections, _ = casting_notes(casting_of(design, plan, meshes, gage_fit(design)))
     return {section["title"]: " ".join(section["steps"]) for section in sections}
 
 
@@ -78,7 +78,10 @@ def test_steps_come_in_the_order_of_the_work(hand_made, order):
 @pytest.mark.parametrize("cure", ["platinum", "condensation"])
 def test_what_stops_a_cure_is_warned_of(hand_made, process, cure):
     design, plan, meshes = hand_made(process=process, cure=cure)
-    reported, notes = " ".join(warnings_of(design, plan, SILENT)), notes_of(design, plan, meshes)
+    reported, notes = (
+        " ".join(warnings_of(design, plan, gage_fit(design), SILENT)),
+        notes_of(design, plan, meshes),
+    )
     platinum = cure == "platinum"
     assert ("Solder flux" in reported) is platinum
     assert ("amine" in notes["Plates and gages"]) is platinum
@@ -92,13 +95,13 @@ def test_large_effects_and_another_fixture_are_warned_of(hand_made):
     design, plan, _ = hand_made()
     effect = {"reason": None, "together": {"worst": 0.31}}
     longer = replace(plan, legs=tuple(replace(leg, exit=12.0) for leg in plan.legs))
-    reported = " ".join(warnings_of(design, longer, effect))
+    reported = " ".join(warnings_of(design, longer, gage_fit(design), effect))
     assert "31 %" in reported
     assert f"{100 * legs_share(design, longer):.2f} %" in reported
-    silent = " ".join(warnings_of(design, plan, {**effect, **SILENT}))
+    silent = " ".join(warnings_of(design, plan, gage_fit(design), {**effect, **SILENT}))
     assert "31" not in silent
     assert "Legs of the plates" not in silent
-    other = " ".join(warnings_of(design, hand_made("slots")[1], SILENT))
+    other = " ".join(warnings_of(design, hand_made("slots")[1], gage_fit(design), SILENT))
     assert "mold.plate_fixture = 'comb'" in other
 
 
@@ -111,7 +114,7 @@ def test_a_gap_that_rubber_bridges_asks_for_a_vacuum(hand_made):
     assert gap.distance == pytest.approx(0.378, abs=1e-3)
     assert wetting == pytest.approx(0.042 / (1e-3 * gap.distance))
     assert buoyancy == pytest.approx(1.1 * 9.80665 * (0.9 + 0.1) * np.sqrt(0.5))
-    assert "under vacuum" in " ".join(warnings_of(design, plan, SILENT))
+    assert "under vacuum" in " ".join(warnings_of(design, plan, gage_fit(design), SILENT))
     level, apart, _ = hand_made()  # level plates next to each other are no channel
     assert bridged_gap(level, apart) is None
 
@@ -127,7 +130,7 @@ def test_bolts_reach_through_washers_and_nut_or_are_rods(hand_made):
 @pytest.mark.parametrize("holding", ["comb", "slots"])
 def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
     design, plan, meshes = hand_made(holding, process="machined" if holding == "slots" else "sla")
-    casting = casting_of(design, plan, meshes)
+    casting = casting_of(design, plan, meshes, gage_fit(design))
     items = bill_of_materials(casting)
     write_bill(items, tmp_path / "bill.csv")
     with (tmp_path / "bill.csv").open(newline="") as stream:
@@ -149,6 +152,6 @@ def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
     assert "none that is sold" in by_item["strain gage"]["size"]  # on plates of 2 mm
     assert by_item["gage wire"]["size"].startswith("3 m, ")  # four leads of 200 mm a plate
     tees = with_values(design, {"gages.grid": "tee", "mold.wire_mm": 0.3})
-    found = bill_of_materials(casting_of(tees, plan, meshes))
+    found = bill_of_materials(casting_of(tees, plan, meshes, gage_fit(tees)))
     wire = next(item for item in found if item["item"] == "gage wire")
     assert wire["size"].startswith("4 m, 0.1 mm")  # six, three across the bundle

@@ -12,6 +12,7 @@ import pytest
 from manifold3d import Manifold
 
 from fingerdesign.errors import GeometryError
+from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.layout.volume import enclosed_volume as volume
 from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.planning import plan_mold
@@ -228,7 +229,7 @@ def test_a_nested_drawing_has_each_plate_as_often_as_it_is_cut_and_none_on_anoth
     hand_made, tmp_path
 ):
     design, plan, meshes = hand_made()
-    write_drawings(casting_of(design, plan, meshes), tmp_path)
+    write_drawings(casting_of(design, plan, meshes, gage_fit(design)), tmp_path)
     drawn = ezdxf.filemanagement.readfile(tmp_path / "nested_phosphor_bronze_0.1mm.dxf")
     outlines = drawn.modelspace().query('LWPOLYLINE[layer=="CUT"]')
     boxes = [np.array(each.get_points("xy")) for each in outlines]

@@ -11,14 +11,13 @@ import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.design.mold import Mold
-from fingerdesign.mold.plan.limits import SPARE_MM, Limits
+from fingerdesign.mold.plan.limits import SLENDER, SPARE_MM, Limits
 from fingerdesign.mold.plan.plan import MoldPlan, Side
 
 LEDGE_MM = 2.0  # the mount reaches so far beyond the finger, at most
 _STEP_MM = 0.1  # between the places that are tried
 # Clearance holes of the medium series (ISO 273), mm; M2.5 in the table of the same series.
 CLEARANCE_HOLES = {"M2": 2.4, "M2.5": 2.9, "M3": 3.4, "M4": 4.5}
-SLENDER = 1.5  # a pin's length, in diameters
 ENDS: tuple[tuple[Side, float], ...] = (("+z", 1.0), ("-z", -1.0))
 FLANKS: tuple[tuple[Side, float], ...] = (("+x", 1.0), ("-x", -1.0))
 CORNERS = tuple(product(ENDS, FLANKS))
@@ -113,11 +112,6 @@ def columns_of(plan: MoldPlan, mold: Mold, size: str, wide: bool) -> Columns:
         *(x1, x2, x3, deep, bar_bolt, bar_pin),
         *(side_x - plan.half_width, reach_x - side_x, reach_z - plan.half_depth),
     )
-
-
-def most_draft(diameter: float, length: float, least: float) -> float:
-    """The draft at which a tapered pin's tip, or a rib's edge, is still ``least`` wide, degrees."""
-    return math.degrees(math.atan(max(diameter - least, 0.0) / (2.0 * length)))
 
 
 def clear(places: Array, room: float, low: Array, high: Array) -> BoolArray:
@@ -251,16 +245,6 @@ def _small_or_big(plan: MoldPlan, columns: Columns, side: Side, small: bool) -> 
     place = _pin_place(plan, columns, side, small)
     small = small or math.isnan(place)
     return _pin_place(plan, columns, side, small), small
-
-
-def insert_pin_length(plan: MoldPlan, columns: Columns, diameter: float, seam: float) -> float:
-    """Depth to which a pin below the insert reaches into a wall that is ``seam`` high; half frames
-    may end short of the base plate."""
-    short = columns.limits.seam_mm if plan.pour == "open" else 0.0
-    most = seam - short - columns.gap - columns.clearance
-    if columns.limits.dowels:
-        most = min(most, plan.top - plan.crest - columns.gap)
-    return min(SLENDER * diameter, most)
 
 
 def _closed_columns(plan: MoldPlan, mold: Mold) -> Columns:

@@ -15,6 +15,7 @@ from itertools import product
 import numpy as np
 
 from fingerdesign.design.body import Body
+from fingerdesign.design.mold import Mold
 from fingerdesign.mold.part import INSERT
 from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.fasteners.columns import (
@@ -24,12 +25,14 @@ from fingerdesign.mold.plan.fasteners.columns import (
     ONE,
     Columns,
     Fit,
-    insert_pin_length,
 )
+from fingerdesign.mold.plan.limits import SLENDER, SPARE_MM
 from fingerdesign.mold.plan.plan import Bolt, MoldPlan, Pin, wall_name
+from fingerdesign.mold.plan.refusals import Refusal
 
 FOOTPRINT = 2.0  # area of the mount over that of the finger's base, at most
 LEAST_LEDGE_MM = 0.5  # the mount reaches so far beyond the finger, at least
+LEAST_PIN = 0.4  # length over diameter: a shorter pin guides nothing
 LIP_MM = 2.0  # thickness of the base frame below the base plate, at least
 
 
@@ -102,3 +105,80 @@ def insert_pin(
     diameter = columns.small if small else columns.big
     length = insert_pin_length(plan, columns, diameter, min(around)) + max(around) - min(around)
     return _pin(columns, (x, max(around), z), (0.0, -1.0, 0.0), small, length, INSERT, into)
+
+
+def insert_pin_length(plan: MoldPlan, columns: Columns, diameter: float, seam: float) -> float:
+    """Depth to which a pin below the insert reaches into a wall that is ``seam`` high; half frames
+    may end short of the base plate."""
+    short = columns.limits.seam_mm if plan.pour == "open" else 0.0
+    most = seam - short - columns.gap - columns.clearance
+    if columns.limits.dowels:
+        most = min(most, plan.top - plan.crest - columns.gap)
+    return min(SLENDER * diameter, most)
+
+
+def most_draft(diameter: float, length: float, least: float) -> float:
+    """The draft at which a tapered pin's tip, or a rib's edge, is still ``least`` wide, degrees."""
+    return math.degrees(math.atan(max(diameter - least, 0.0) / (2.0 * length)))
+
+
+def fastener_refusals(mold: Mold, plan: MoldPlan, fit: Fit) -> list[Refusal]:
+    """Refuse bolts and pins that do not fit the walls of a closed mold."""
+    columns, found = fit.columns, list[Refusal]()
+    if mold.wall_mm is not None and mold.wall_mm < columns.wall_z - 1e-9:
+        numbers = {"limits": columns.limits, "columns": columns}
+        found.append(Refusal("thin_end_walls", "mold.wall_mm", mold.wall_mm, numbers))
+    return [
+        *found,
+        *_low_walls(mold, plan, columns, fit.bolt_height is None),
+        *_pointed_pins(mold, plan, columns, fit.pin_height is not None),
+        *_no_room(mold, plan, fit),
+    ]
+
+
+def _low_walls(mold: Mold, plan: MoldPlan, columns: Columns, low: bool) -> list[Refusal]:
+    """Refuse walls too low for the bolt that was requested, or for anything."""
+    found, rim, wall = list[Refusal](), plan.rim, columns.limits.wall_mm
+    if mold.bolt != "auto" and low:
+        numbers = {"rim": rim, "columns": columns}
+        found.append(Refusal("big_bolt", "mold.bolt", mold.bolt, numbers))
+    most = rim - LEAST_PIN * columns.big - columns.clearance - SPARE_MM
+    if wall > most + 1e-9:
+        of = {"most": most, "rim": rim, "columns": columns, "higher": wall - most}
+        kind = "thick_walls" if most > 0 else "low_walls"
+        found.append(Refusal(kind, "mold.limits.wall_mm", wall, of))
+    return found
+
+
+def _pointed_pins(mold: Mold, plan: MoldPlan, columns: Columns, level: bool) -> list[Refusal]:
+    """Refuse pins without a tip; ``level``: there are pins along z, too."""
+    if columns.limits.dowels:
+        return []
+    least = columns.limits.feature_mm
+    longest = insert_pin_length(plan, columns, columns.small, plan.rim)
+    if level:
+        longest = max(longest, columns.reach)
+    most = most_draft(columns.small, max(longest, 1e-3), least)
+    if mold.draft_deg <= most or (most <= 0.0 and mold.limits.pin_mm is not None):
+        return []  # the pin that is too thin is refused
+    if most <= 0.0:
+        return [Refusal("webs_on_pins", "mold.limits.feature_mm", least, {"columns": columns})]
+    of = {"most": most, "columns": columns, "limits": columns.limits}
+    return [Refusal("great_draft", "mold.draft_deg", mold.draft_deg, of)]
+
+
+def _no_room(mold: Mold, plan: MoldPlan, fit: Fit) -> list[Refusal]:
+    """Refuse upright bolts and pins without a place next to what the walls hold."""
+    found, columns, low = list[Refusal](), fit.columns, fit.bolt_height is None
+    bolts = fit.bolts if mold.bolt == "auto" or not low else ()
+    lacking = next((side for side, x, z in bolts if math.isnan(x + z)), None)
+    if lacking is not None:
+        length = 2.0 * (plan.corner if lacking.endswith("x") else plan.half_width)
+        of = {"side": lacking, "columns": columns, "rim": plan.rim, "length": length}
+        found.append(Refusal("no_low_bolt" if low else "no_bolt", "mold.bolt", mold.bolt, of))
+    lacking = next((side for side, x, z, _ in fit.pins if math.isnan(x + z)), None)
+    if lacking is not None:
+        room = 2.0 * (0.5 * columns.small + columns.clearance + columns.gap)
+        key, pin = "mold.limits.pin_mm", columns.limits.pin_mm
+        found.append(Refusal("no_pin", key, pin, {"side": lacking, "room": room}))
+    return found
