@@ -18,20 +18,17 @@ _SHOWN = 10  # failing checks that are shown one by one
 def mold(
     design_file: Path,
     out: Path,
-    process: str | None,
-    fixture: str | None,
-    pour: str | None,
     profile: Path | None,
     quiet: bool,
     as_json: bool,
+    **instead: str | None,
 ) -> int:
-    """Make the mold that DESIGN is cast in: parts, plate fixture, checks, casting notes."""
+    """Make the mold that DESIGN is cast in; ``instead``: values of keys of its [mold] table."""
     design, _ = read_case(design_file)
     name = design.design.name
     if profile is not None:
         design = with_profile(design, profile)
-    given = {"process": process, "plate_fixture": fixture, "pour": pour}
-    given = {key: value for key, value in given.items() if value is not None}
+    given = {key: value for key, value in instead.items() if value is not None}
     design = design.model_copy(update={"mold": design.mold.model_copy(update=given)})
     refuse_foreign(FOLDER, out / name)
     passed = older_passed(out / name)
@@ -42,14 +39,23 @@ def mold(
     elif not quiet:
         _show(report, out / name)
     open_page(out / name / "report.html")
-    if report["failure"] is not None:
-        click.echo(f"{name}: {report['failure']}", err=True)
-        for check in [check for check in report["checks"] if not check["ok"]][:_SHOWN]:
-            part = f" ({check['part']})" if check["part"] else ""
-            click.echo(f"{name}: {check['name']}{part}: {check['sentence']}", err=True)
-        if passed:
-            click.echo(f"{name}: it replaces an older mold that had passed its checks", err=True)
-    return 0 if report["status"] == "ok" else 1
+    if report["failure"] is None:
+        return 0
+    for line in (report["failure"], *_failed(report)):
+        click.echo(f"{name}: {line}", err=True)
+    if passed:
+        click.echo(f"{name}: it replaces an older mold that had passed its checks", err=True)
+    return 1
+
+
+def _failed(report: MoldData) -> list[str]:
+    """A sentence a failing check, the first ones."""
+    checks = [check for check in report["checks"] if not check["ok"]][:_SHOWN]
+    parts = [f" ({check['part']})" if check["part"] else "" for check in checks]
+    return [
+        f"{check['name']}{part}: {check['sentence']}"
+        for check, part in zip(checks, parts, strict=True)
+    ]
 
 
 def _show(report: MoldData, folder: Path) -> None:

@@ -220,10 +220,7 @@ def _in_zone(
             solved.append(share)
         return np.abs(np.array(changes)[:, sampled]) / most[sampled][:, None], np.array(solved)
 
-    order = np.argsort(np.argsort([frame.place for frame in frames]))
-    second = np.where(order % 2, -1.0, 1.0)
-    signs = (np.ones(len(frames)), second) if len(frames) > 1 else (second,)
-    ways, solved = changed([move for sign in signs for move in _moves(sign[:, None] * off)])
+    ways, solved = changed(_moves(frames, off))
     ways = ways.reshape(-1, 3, *ways.shape[1:])
     solved = solved.reshape(-1, 3).min(axis=0)
     share = ways.max(axis=0)
@@ -298,9 +295,13 @@ def _coarser(design: Design, zone: Zone) -> SectionMesh:
     return own.model_copy(update=wider | {"gradation": max(own.gradation, _GRADATION)})
 
 
-def _moves(off: Array) -> list[Array]:
-    """The three changes of plates that may be off by ``off`` (k, 2): mm and degrees."""
-    return [row * off[:, [0, 0, 1]] for row in np.eye(3)]
+def _moves(frames: tuple[PlateFrame, ...], off: Array) -> list[Array]:
+    """The three changes of plates that may be off by ``off`` (k, 2), mm and degrees: of all alike,
+    then of every second one the other way."""
+    order = np.argsort(np.argsort([frame.place for frame in frames]))
+    second = np.where(order % 2, -1.0, 1.0)
+    signs = (np.ones(len(frames)), second) if len(frames) > 1 else (second,)
+    return [row * (sign[:, None] * off)[:, [0, 0, 1]] for sign in signs for row in np.eye(3)]
 
 
 def _moved(mesh: Mesh, frames: tuple[PlateFrame, ...], move: Array) -> tuple[Mesh, float]:

@@ -5,7 +5,7 @@ it.
 """
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -16,7 +16,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.plan.limits import Limits, comb_tolerance, limits_of
-from fingerdesign.mold.plan.plan import MoldPlan, Side
+from fingerdesign.mold.plan.plan import MoldPlan
 
 PROFILE_FILE = "profile.toml"
 _KEYS = ("process", "limits", "comb")
@@ -68,16 +68,10 @@ def ladders_of(limits: Limits) -> tuple[Ladder, ...]:
 def cell_plates(plan: MoldPlan) -> tuple[PlateFrame, ...]:
     """Two neighbouring plates that leave through the same sides, combs before slots, in the middle
     of those that do; of a finger with one plate that leaves, that one. Empty: there are none."""
-    held: dict[int, set[Side]] = {}
     combed = {slot.plate for side, slot, _ in plan.leg_slots if side.comb}
-    for side, slot, _ in plan.leg_slots:
-        held.setdefault(slot.plate, set()).add(side.side)
-    frames = tuple(frame for frame in plan.frames if frame.index in held)
-    pairs = [
-        (one, two)
-        for one, two in pairwise(frames)
-        if held[one.index] == held[two.index] and one.along == two.along
-    ]
+    frames = tuple(frame for frame in plan.frames if frame.index in plan.held_at)
+    alike = groupby(frames, lambda frame: (plan.held_at[frame.index], frame.along))
+    pairs = [pair for _, group in alike for pair in pairwise(group)]
     pairs = [pair for pair in pairs if pair[0].index in combed] or pairs
     if pairs:
         return pairs[len(pairs) // 2]

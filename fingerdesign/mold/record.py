@@ -426,14 +426,13 @@ def _files_of(name: str, files: list[str]) -> list[str]:
 
 def _placements(plan: MoldPlan, patterns: Sequence[FlatPattern]) -> list[dict[str, Any]]:
     names = {plate: pattern.name for pattern in patterns for plate in pattern.plates}
-    held = [(slot.plate, side.side) for side in plan.sides for slot in side.slots]
     return [
         values_of(
             PlacedData,
             frame,
             plate=frame.index,
             pattern=names.get(frame.index, ""),
-            held_at=[side for plate, side in held if plate == frame.index],
+            held_at=plan.held_at.get(frame.index, []),
         )
         for frame in plan.frames
     ]

@@ -212,6 +212,7 @@ def validate() -> None:
 )
 @click.option(
     "--fixture",
+    "plate_fixture",
     type=click.Choice(["comb", "slots"]),
     help="Instead of mold.plate_fixture: what holds the plates.",
 )

@@ -30,6 +30,7 @@ from fingerdesign.mold.plan.plan import (
     MoldPlan,
     Plug,
     Side,
+    SidePlan,
     across,
     direction,
     in_space,
@@ -217,26 +218,22 @@ def parted(outline: cq.Solid, plan: MoldPlan) -> dict[str, tuple[cq.Solid, cq.So
     GeometryError where the kernel fails, or makes a part of several pieces.
     """
     flat = sides_followed(outline, plan)
-    blocks: dict[str, cq.Solid] = {}
+    floor, around = plan.rim, list[cq.Solid]()
     if flat is not None:
         floor = min(min(each.height_low, each.height_high) for each in flat.values())
         around = [
             face.drawn(plan.reach_x, face.away, plan.reach(side)) for side, face in flat.items()
         ]
-    else:
-        floor, around = plan.rim, []
-    for side in SIDES if plan.pour == "closed" else ():
-        blocks |= _layers(outline, plan, side, None if flat is None else flat[side])
-    for end in ENDS if plan.pour == "open" else ():
-        blocks |= _framed(outline, plan, end, flat)
+    blocks: dict[str, cq.Solid] = {}
+    sides, make = (SIDES, _layers) if plan.pour == "closed" else (ENDS, _framed)
+    for side in sides:
+        blocks |= make(outline, plan, side, flat)
     above = insert_block(plan, floor).cut(outline, *around)
     blocks[INSERT] = one_solid(above.clean(), INSERT)
-    for plug in plan.plugs:
-        for side in SIDES:
-            if side.endswith(plug.axis):
-                upper = beyond_plug(plan, side, floor).cut(outline, *around)
-                name = wall_name(side)
-                blocks[name] = one_solid(blocks[name].fuse(upper).clean(), name)
+    for side in [side for plug in plan.plugs for side in SIDES if side.endswith(plug.axis)]:
+        name = wall_name(side)
+        upper = beyond_plug(plan, side, floor).cut(outline, *around)
+        blocks[name] = one_solid(blocks[name].fuse(upper).clean(), name)
     filled = box(*plan.block)
     return {
         name: (part, part if name.endswith(OUTER) else _within(part, filled, name))
@@ -245,31 +242,39 @@ def parted(outline: cq.Solid, plan: MoldPlan) -> dict[str, tuple[cq.Solid, cq.So
 
 
 def _layers(
-    outline: cq.Solid, plan: MoldPlan, side: Side, flat: FlatSide | None
+    outline: cq.Solid, plan: MoldPlan, side: Side, flat: dict[Side, FlatSide] | None
 ) -> dict[str, cq.Solid]:
     """The comb of a side, and its wall behind it.
 
-    Of a side that is not ``flat``, the wall is what of the block below the rim is outside of the
-    outline; a comb is possible where it happens to be flat up to the rim.
+    Where sides are not ``flat``, the wall is what of the block below the rim is outside of the
+    outline; a comb is possible where the side happens to be flat up to the rim.
     """
-    planned, flank, name = plan.by_side[side], side.endswith("x"), wall_name(side)
+    planned, flank = plan.by_side[side], side.endswith("x")
+    end = plan.block_x if flank else plan.reach_z
+    if flat is not None:
+        layers = _bounds(planned, flat[side].away, flat[side].away, end)
+        return {part: flat[side].drawn(plan.reach_x, *ends) for part, ends in layers.items()}
     if planned.comb and not flank and plan.corner < plan.half_depth - 1e-6:
         raise GeometryError(f"{planned.comb}: the finger's {side} side is not one flat face")
-    inner = plan.half_width if flank else plan.corner
-    inner = inner if flat is None else flat.away
-    end = plan.block_x if flank else plan.reach_z
-    layers = {name: (0.0 if flank and flat is None else inner, end)}
-    if planned.comb:
-        behind = inner + planned.sheet
-        layers = {planned.comb: (inner, behind), name: (behind, end)}
-    if flat is not None:
-        return {part: flat.drawn(plan.reach_x, *bounds) for part, bounds in layers.items()}
-    reach = plan.corner if flank else plan.reach_x
+    inner, reach = (plan.half_width, plan.corner) if flank else (plan.corner, plan.reach_x)
     found = {}
+    layers = _bounds(planned, inner, 0.0 if flank else inner, end)
     for part, (start, stop) in layers.items():
         piece = slab(side, (-reach, 0.0, start), (reach, plan.rim, stop))
         found[part] = one_solid(piece if planned.comb else piece.cut(outline), part)
     return found
+
+
+def _bounds(
+    planned: SidePlan, inner: float, wall: float, end: float
+) -> dict[str, tuple[float, float]]:
+    """Distances from the mid-plane between which comb and wall of a side lie; a wall without a comb
+    begins at ``wall``."""
+    name = wall_name(planned.side)
+    if not planned.comb:
+        return {name: (wall, end)}
+    behind = inner + planned.sheet
+    return {planned.comb: (inner, behind), name: (behind, end)}
 
 
 def _framed(

@@ -22,16 +22,18 @@ FLAT_MM = 1e-6
 
 def demolding_checks(assembly: Assembly, _rng: np.random.Generator) -> list[Check]:
     """One check a part that is drawn: the greatest overlap on its way."""
-    drawn = [part for part in assembly.meshes.parts if part.draw is not None]
-    fixed = [part for part in assembly.meshes.parts if part.draw is None]
-    staying = (RUBBER, *(each.name for each in (*assembly.meshes.plates, *fixed)))
-    found = []
-    for part in sorted(drawn, key=lambda each: each.order):
-        # Those of one order that are drawn one way move together.
-        apart = [p for p in drawn if p.order == part.order and p.draw != part.draw]
-        left = [p.name for p in drawn if p.order > part.order or p in apart]
-        found.append(_drawn(assembly, part, (*staying, *left)))
-    return found
+    parts = sorted(assembly.meshes.parts, key=lambda each: each.order)
+    return [_drawn(assembly, p, _still_there(assembly, p)) for p in parts if p.draw is not None]
+
+
+def _still_there(assembly: Assembly, part: PartMesh) -> tuple[str, ...]:
+    """Names of what is there when a part is drawn; parts of one order and one draw move
+    together."""
+    drawn = [each for each in assembly.meshes.parts if each.draw is not None]
+    fixed = [each for each in assembly.meshes.parts if each.draw is None]
+    apart = [each for each in drawn if each.order == part.order and each.draw != part.draw]
+    left = [each for each in drawn if each.order > part.order or each in apart]
+    return (RUBBER, *(each.name for each in (*assembly.meshes.plates, *fixed, *left)))
 
 
 @dataclass(frozen=True)

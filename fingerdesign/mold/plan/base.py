@@ -85,30 +85,31 @@ def base_holes_of(
 ) -> tuple[tuple[BaseHole, ...], list[Refusal]]:
     """Place every hole of a closed mold's base plate, the highest vent first; refuse what has no
     room. ``box``: of the core."""
-    mold, core, limits = design.mold, design.body.core, plan.limits
+    mold, limits = design.mold, plan.limits
     base = _base(design, plan, box)
     vent = max(VENT_MM, limits.hole_mm) if mold.vent_mm is None else mold.vent_mm
     screws = _screws(box)
-    holes: list[BaseHole] = []
+    holes, vents = list[BaseHole](), list[BaseHole]()
     openings: list[BaseHole] | None = None
     wires: list[BaseHole] | None = None
     for corners in (3, 1):  # on a small base the gate comes before further vents
         vents = _vents(base, vent, limits.hole_mm, corners)
         wires = _wires(design, plan, base, [*vents, *screws])
         holes = [*vents, *screws, *(wires or ())]
-        gate, lock = (max(size, limits.hole_mm) for size in (mold.gate_mm, mold.lock_mm))
+        gate, lock = max(mold.gate_mm, limits.hole_mm), max(mold.lock_mm, limits.hole_mm)
         openings = _openings(base, holes, gate, lock, limits.hole_mm)
         if openings is not None and wires is not None:
             break
-    lacking: list[tuple[str, float, str]] = []
-    if sum(hole.kind == "vent" for hole in holes) < 2:
-        lacking.append(("mold.vent_mm", vent, "two vents"))
-    if openings is None:
-        lacking.append(("mold.gate_mm", mold.gate_mm, "gate and riser"))
-    of_core = "core, " if core is not None and core.bottom_mm == 0.0 else ""
+    of_core = "core, " if box is not None and box[0][1] == 0.0 else ""
     numbers = {"limits": limits, "core": of_core}
+    lacking = (
+        (len(vents) < 2, "mold.vent_mm", vent, "two vents"),
+        (openings is None, "mold.gate_mm", mold.gate_mm, "gate and riser"),
+    )
     found = [
-        Refusal("no_hole", key, value, numbers | {"what": what}) for key, value, what in lacking
+        Refusal("no_hole", key, value, numbers | {"what": what})
+        for lacks, key, value, what in lacking
+        if lacks
     ]
     if wires is None:
         found.append(_no_leads(design, plan, f"{of_core}vents and "))
@@ -178,16 +179,7 @@ def _openings(
     """
     best: list[BaseHole] | None = None
     for share in _SHARES:
-        found: list[BaseHole] = []
-        for kind in _OPENINGS:
-            diameter = lock if kind == "lock" else max(share * gate, least)
-            if kind == "riser":  # no more rises in it than is poured
-                diameter = min(diameter, found[0].diameter)
-            hole = _gate(base, holes, diameter, least) if kind == "gate" else None
-            hole = hole or _largest(base, [*holes, *found], kind, diameter, least)
-            if hole is None:
-                break
-            found.append(hole)
+        found = _as_many(base, holes, max(share * gate, least), lock, least)
         if len(found) < 2:
             continue
         if best is None or (len(found), found[1].diameter) > (len(best), best[1].diameter):
@@ -195,6 +187,23 @@ def _openings(
         if len(found) >= 4 and found[1].diameter >= 0.5 * found[0].diameter:
             return found
     return best
+
+
+def _as_many(
+    base: _Base, holes: list[BaseHole], gate: float, lock: float, least: float
+) -> list[BaseHole]:
+    """Gate, riser and locks, as many as have room; no more rises in the riser than is poured."""
+    found: list[BaseHole] = []
+    for kind in _OPENINGS:
+        diameter = lock if kind == "lock" else gate
+        if kind == "riser":
+            diameter = min(diameter, found[0].diameter)
+        hole = _gate(base, holes, diameter, least) if kind == "gate" else None
+        hole = hole or _largest(base, [*holes, *found], kind, diameter, least)
+        if hole is None:
+            break
+        found.append(hole)
+    return found
 
 
 def _base(design: Design, plan: MoldPlan, box: Box | None) -> _Base:

@@ -88,6 +88,19 @@ def comb_tolerance(mold: Mold) -> float:
 def limit_refusals(mold: Mold, limits: Limits, reach: float, pour: str) -> list[Refusal]:
     """Refuse limits that contradict each other, plates of the mold below the process's wall, and
     holes that are given below its hole; pins reach as far as ``reach`` into their sockets."""
+    found = _contradictions(mold, limits, reach)
+    walls, holes = ("insert_mm", "base_mm"), ("lock_mm", "gate_mm", "vent_mm")
+    for key in (*walls, *(holes if pour == "closed" else holes[:1])):
+        size, usual = getattr(mold, key), Mold.model_fields[key].default
+        least = limits.wall_mm if key in walls else limits.hole_mm
+        if size is not None and size < least and (key in walls or size != usual):
+            kind = "thin_wall" if key in walls else "narrow_hole"
+            found.append(Refusal(kind, f"mold.{key}", size, {"limits": limits}))
+    return found
+
+
+def _contradictions(mold: Mold, limits: Limits, reach: float) -> list[Refusal]:
+    """Refuse limits that contradict each other: of two the one that is given."""
     given, thick = mold.limits.model_dump(exclude_none=True), _least_pin(mold, limits, reach)
     of, found = "mold.limits.", list[Refusal]()
     if limits.feature_mm > limits.wall_mm:
@@ -102,13 +115,6 @@ def limit_refusals(mold: Mold, limits: Limits, reach: float, pour: str) -> list[
     if limits.clearance_mm > 0.25 * limits.pin_mm and "pin_mm" not in given:
         most = {"most": 0.25 * limits.pin_mm}
         found.append(Refusal("wide_sockets", f"{of}clearance_mm", limits.clearance_mm, most))
-    walls, holes = ("insert_mm", "base_mm"), ("lock_mm", "gate_mm", "vent_mm")
-    for key in (*walls, *(holes if pour == "closed" else holes[:1])):
-        size, usual = getattr(mold, key), Mold.model_fields[key].default
-        least = limits.wall_mm if key in walls else limits.hole_mm
-        if size is not None and size < least and (key in walls or size != usual):
-            kind = "thin_wall" if key in walls else "narrow_hole"
-            found.append(Refusal(kind, f"mold.{key}", size, {"limits": limits}))
     return found
 
 

@@ -415,6 +415,14 @@ class MoldPlan(Extent):
             for slot in side.slots
         )
 
+    @cached_property
+    def held_at(self) -> dict[int, list[Side]]:
+        """The sides that hold each plate that has legs, in their order."""
+        found: dict[int, list[Side]] = {}
+        for side, slot, _ in self.leg_slots:
+            found.setdefault(slot.plate, []).append(side.side)
+        return found
+
     @property
     def thickness(self) -> dict[int, float]:
         """Thickness of each plate, by its number."""

@@ -12,6 +12,7 @@ import numpy as np
 from fingerdesign.checks.design import is_sound
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.remedies import edge
+from fingerdesign.design.body import Body
 from fingerdesign.design.faults import at_least
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
@@ -39,6 +40,11 @@ _GROUPS: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = (
     ((_BOLT, _PIN, _WALL), (_PROCESS, _PIN, _WALL, _HEIGHT, _DEPTH)),
     ((_GATE, _VENT), (_HOLE, _WALL, _PROCESS, _WIDTH, _DEPTH)),
     ((_WIRE,), (_WIRE, _HOLE, _PROCESS, _WIDTH, _DEPTH)),
+)
+# Sizes of slots and webs that a file may demand, those of combs first.
+_DEMANDS = (
+    *(("comb", name) for name in ("slot_mm", "web_mm", "clearance_mm")),
+    *(("limits", name) for name in ("slot_mm", "feature_mm", "clearance_mm")),
 )
 Values = Mapping[str, float | str]
 
@@ -116,20 +122,24 @@ def _text(values: Values) -> str:
 
 def _change(trials: _Trials, key: str) -> Values | None:
     """The nearest change of a key that mends; a round body's width is its depth."""
-    body, mold = trials.design.body, trials.design.mold
+    mold = trials.design.mold
     if key == _PROCESS:
         names = (name for name in ("sla", "machined", "fdm") if name != mold.process)
         return next((value for name in names if trials.mends(value := {key: name})), None)
-    if not key.startswith("body."):
-        name = key.rpartition(".")[2]
-        now = float(getattr(mold if key == _WIRE else limits_of(mold), name))
-        return trials.nearest([{key: round(factor * now, 2)} for factor in _DOWN])
+    if key.startswith("body."):
+        return trials.nearest(_larger(trials.design.body, key))
+    now = float(getattr(mold if key == _WIRE else limits_of(mold), key.rpartition(".")[2]))
+    return trials.nearest([{key: round(factor * now, 2)} for factor in _DOWN])
+
+
+def _larger(body: Body, key: str) -> list[Values]:
+    """Larger values of a key of the body, in their order; a round body has no depth of its own."""
     if body.step is not None or (key == _DEPTH and body.kind.turned):
-        return None
+        return []
     keys = (key, _DEPTH) if key == _WIDTH and body.kind.turned else (key,)
     now = float(getattr(body, key.removeprefix("body.")))
     values = (round(factor * now, 1) for factor in _UP)
-    return trials.nearest([dict.fromkeys(keys, value) for value in values if value > now])
+    return [dict.fromkeys(keys, value) for value in values if value > now]
 
 
 def _placed(design: Design, refusal: Refusal) -> Refusal:
@@ -209,12 +219,8 @@ def _demanded(design: Design, refusals: list[Refusal]) -> list[Refusal]:
     of_plates = [refusal for refusal in refusals if refusal.kind in ("high_legs", "no_web")]
     if not of_plates:
         return refusals
-    mold = design.mold
-    keys = [("comb", name) for name in ("slot_mm", "web_mm", "clearance_mm")]
-    keys = keys if mold.plate_fixture == "comb" else []
-    keys += [("limits", name) for name in ("slot_mm", "feature_mm", "clearance_mm")]
-    for table, name in keys:
-        given = getattr(mold, table)
+    for table, name in _DEMANDS if design.mold.plate_fixture == "comb" else _DEMANDS[3:]:
+        given = getattr(design.mold, table)
         if name not in given.model_fields_set or getattr(given, name) is None:
             continue
         value = float(getattr(given, name))

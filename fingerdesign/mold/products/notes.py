@@ -86,7 +86,12 @@ def casting_notes(casting: Casting) -> tuple[list[dict[str, Any]], list[View]]:
         gap=None if apart is None else apart.distance,
         bar=round(float(np.ptp(bar.vertices[:, 0])), 3),
     )
-    sections = [section.partition("\n") for section in f"\n{text}".split("\n# ")[1:]]
+    return _sections(text)
+
+
+def _sections(text: str) -> tuple[list[dict[str, Any]], list[View]]:
+    """Part a text into sections of steps and the views that its steps name."""
+    sections = [section.partition("\n") for section in text.split("§ ")[1:]]
     made: list[dict[str, Any]] = []
     views = []
     for title, _, lines in sections:
@@ -182,5 +187,5 @@ def percent(share: float) -> str:
 
 
 def _items(text: str) -> list[str]:
-    """The items of a list, each from a line that begins with a dash."""
-    return [" ".join(item.split()) for item in f"\n{text}".split("\n- ")[1:]]
+    """The items of a list, each from its bullet on."""
+    return [" ".join(item.split()) for item in text.split("• ")[1:]]
