@@ -14,13 +14,14 @@ if TYPE_CHECKING:
     from fingerdesign.mold.picture import Pictures
     from fingerdesign.mold.record import CheckData, HoleData, MoldData
 
-TEMPLATE = Path(__file__).parent / "templates" / "mold.html.j2"
+TEMPLATES = Path(__file__).parent / "templates"
 
 
 def mold_html(record: MoldData, pictures: Pictures | None, missing: str = "") -> str:
     """The page, from what mold_report.json holds; ``missing`` says why there are no pictures."""
     return render_page(
-        TEMPLATE,
+        TEMPLATES / "mold.html.j2",
+        page_style=(TEMPLATES / "mold.css").read_text(encoding="utf-8"),
         data=record,
         pictures=pictures,
         missing=missing,
