@@ -68,9 +68,3 @@ def test_the_cell_holds_two_plates_of_the_finger_as_the_mold_does(name):
 
 def common(one, other):
     return one.intersect(other).Volume()
-
-
-def test_a_finger_without_plates_has_no_cell():
-    design = shipped("homogeneous")
-    names = [piece.name for piece in build_coupon(design, plan_mold(design))]
-    assert names == ["coupon", "coupon_pin"]

@@ -7,7 +7,6 @@ CAD kernel's own common volumes and distances, drawings by ezdxf.
 from itertools import combinations
 
 import cadquery as cq
-import ezdxf
 import numpy as np
 import pytest
 import trimesh
@@ -17,7 +16,6 @@ from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import resolved
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.mold.cad.build import build_mold
 from fingerdesign.mold.checks.run import run_checks
@@ -26,9 +24,6 @@ from fingerdesign.mold.part import BASE, INSERT
 from fingerdesign.mold.plan.limits import limits_of
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.bill import hardware
-from fingerdesign.mold.products.casting import casting_of, silicone_of
-from fingerdesign.mold.products.drawing import write_drawings
-from fingerdesign.mold.products.notes import casting_notes
 from tests.support.as_planned import as_planned
 
 FRAMES = {"frame_front", "frame_back"}
@@ -198,33 +193,6 @@ def test_a_frame_slides_off_comb_and_legs_and_leaves_them(made):
             assert (wide, high) == pytest.approx(
                 (2 * plan.half_width, plan.crest), rel=1e-4, abs=2e-2
             )
-
-
-def test_its_drawings_say_the_combs_size(made, tmp_path):
-    design, plan, meshes, _ = made
-    write_drawings(casting_of(design, plan, meshes, gage_fit(design)), tmp_path)
-    for side in plan.sides:
-        if side.comb:
-            drawn = ezdxf.readfile(tmp_path / f"{side.comb}.dxf")
-            (outline,) = drawn.modelspace().query('LWPOLYLINE[layer=="CUT"]')
-            points = np.array([point[:2] for point in outline.get_points()])
-            assert np.ptp(points[:, 0]) == pytest.approx(2 * plan.half_width, abs=1e-3)
-
-
-def test_its_notes_press_the_base_plate_on_last_and_know_no_gate(made):
-    design, plan, meshes, _ = made
-    silicone = silicone_of(design, plan, meshes)
-    notes, views = casting_notes(casting_of(design, plan, meshes, gage_fit(design)))
-    steps = [step for section in notes for step in section["steps"]]
-    text = " ".join(steps)
-    for word in ("gate", "riser", "vent ", "end wall", "side wall"):
-        assert word not in text
-    last = next(k for k, step in enumerate(steps) if "Press the base plate on last" in step)
-    assert last > next(k for k, step in enumerate(steps) if "Pour a thread" in step)
-    assert "gate" not in silicone["sentence"]
-    pressed = [view.up for view in views if view.names == ("base_plate",)]
-    assert pressed == ["-y"]
-    assert silicone["gate_risers_vents_cm3"] == 0.0
 
 
 @pytest.mark.slow

@@ -19,7 +19,6 @@ from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.plan.refusals import MoldRefused
 from fingerdesign.mold.plan.slots import core_box
 from fingerdesign.mold.products.casting import density_of
-from tests.support.faults import faults_of
 from tests.support.molds import drawn, keys, made, mold_faults, mold_remedies, shipped
 
 
@@ -49,22 +48,6 @@ def test_shrinkage_follows_the_cure_and_density_the_material_unless_given():
     dragon = 'body.material = "dragon_skin_30"'
     for line, density in (("", 1.1), (dragon, 1.08), ("mold.density_g_cm3 = 1.2", 1.2)):
         assert density_of(parsed(line)) == density
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("mold.shrinkage", "0.2"),
-        ("mold.draft_deg", "46"),
-        ("mold.process", '"cnc"'),
-        ("mold.bolt", '"M5"'),
-        ("mold.limits.slot_mm", "0"),
-        ("mold.comb.shet_mm", "0.2"),
-        ("mold.plate_fixture", '"jig"'),
-    ],
-)
-def test_wrong_values_are_refused_by_key(key, value):
-    assert set(faults_of(f'design.name = "a"\n{key} = {value}')) == {key}
 
 
 @pytest.mark.parametrize(
@@ -293,12 +276,6 @@ def test_what_mends_leads_without_room_is_named_and_does():
     assert "mold.wire_mm" in dict(found)
     for key, value in found:
         assert not mold_faults(with_values(thick, {key: float(value)}))
-
-
-def test_a_process_that_mends_what_has_no_room_is_named():
-    (fault,) = mold_remedies(shipped("both_ways", mold__process="machined"))
-    assert "mold.process = 'sla'" in fault.remedy
-    assert not mold_faults(shipped("both_ways", mold__process="sla"))
 
 
 def test_holes_that_nobody_asked_for_are_as_large_as_the_least_and_an_open_mold_has_no_gate():

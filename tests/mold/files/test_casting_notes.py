@@ -13,7 +13,7 @@ from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.mold.plan.plan import Bolt
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.bill import bill_of_materials, bolt_length, hardware, write_bill
-from fingerdesign.mold.products.casting import casting_of, mixing_of, rubber_words, silicone_of
+from fingerdesign.mold.products.casting import casting_of, mixing_of, silicone_of
 from fingerdesign.mold.products.notes import bridged_gap, casting_notes, legs_share, warnings_of
 from tests.support.molds import shipped
 
@@ -46,15 +46,6 @@ def test_the_masses_weighed_are_what_is_mixed(hand_made):
     assert not mixing_of("mine", "condensation").known
 
 
-def test_a_silicone_is_bought_by_its_modulus(hand_made):
-    design = with_values(hand_made()[0], {"body.material": "silicone"})
-    assert "Shore A" in rubber_words(design)
-    assert "such as" not in rubber_words(design)  # none of those known is as stiff
-    soft = with_values(design, {"materials.silicone.youngs_modulus_MPa": 1.1})
-    assert "dragon skin 30" in rubber_words(soft)
-    assert rubber_words(hand_made()[0]) == "dragon skin 20"
-
-
 ORDERS = [
     ("comb", "Clean, cure, test", "Wash", "Bake", "wet-sand", "barrier coat", "Inhibition test"),
     ("comb", CLOSE, "push plates 0-2 into", "comb front", "Set the contact insert on"),
@@ -72,23 +63,6 @@ def test_steps_come_in_the_order_of_the_work(hand_made, order):
     assert places == sorted(places)
     assert ("Pick the clay" in notes[OPEN]) is (holding == "slots")
     assert "base plate (" not in notes[OPEN]  # it stays
-
-
-@pytest.mark.parametrize("process", ["sla", "fdm", "machined"])
-@pytest.mark.parametrize("cure", ["platinum", "condensation"])
-def test_what_stops_a_cure_is_warned_of(hand_made, process, cure):
-    design, plan, meshes = hand_made(process=process, cure=cure)
-    reported, notes = (
-        " ".join(warnings_of(design, plan, gage_fit(design), SILENT)),
-        notes_of(design, plan, meshes),
-    )
-    platinum = cure == "platinum"
-    assert ("Solder flux" in reported) is platinum
-    assert ("amine" in notes["Plates and gages"]) is platinum
-    assert ("Resin prints" in reported) is (platinum and process == "sla")
-    assert ("barrier coat" in notes["Clean, cure, test"]) is (platinum and process == "sla")
-    assert ("Shrinkage is assumed" in reported) is not platinum
-    assert ("1.0204 times" in notes["Finish and measure"]) is not platinum
 
 
 def test_large_effects_and_another_fixture_are_warned_of(hand_made):

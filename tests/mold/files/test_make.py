@@ -4,7 +4,6 @@ Stages are hand-made but for the last two tests, which make shipped fingers' mol
 """
 
 import json
-import os
 import re
 from contextlib import nullcontext
 from dataclasses import replace
@@ -296,19 +295,6 @@ def test_an_interruption_writes_nothing_and_says_so(stages, command, tmp_path):
     out, err = command("--quiet", code=130)
     assert (out, err.strip()) == ("", "interrupted; finished work is stored")
     assert list((tmp_path / "out").iterdir()) == []
-
-
-def test_what_killed_runs_left_is_swept_after_a_day(stages, tmp_path):
-    design = stages()
-    names = (".block.partial-0123abcd", ".block.partial-89abcdef", ".other.partial-0123abcd")
-    for name in names:
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "core.stl").write_text("x")
-    for name in (names[0], names[2]):
-        for path in (tmp_path / name / "core.stl", tmp_path / name):
-            os.utime(path, (1.0, 1.0))
-    make.write_mold(design, tmp_path / "block")
-    assert names_in(tmp_path) == [*names[1:], "block"]
 
 
 @pytest.mark.slow

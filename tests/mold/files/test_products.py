@@ -4,7 +4,6 @@ import itertools
 import locale
 import zipfile
 from dataclasses import replace
-from functools import partial
 
 import ezdxf
 import numpy as np
@@ -19,7 +18,6 @@ from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.casting import casting_of
 from fingerdesign.mold.products.drawing import (
     Sheet,
-    as_circle,
     comb_sheet,
     polygon_area,
     write_drawings,
@@ -102,16 +100,6 @@ def test_a_tapered_hole_is_drawn_as_it_is_in_the_outer_face():
         assert comb_sheet(replace(sheet, chord=0.02), side).circles == ((5.0, 4.0, radius),)
 
 
-def test_a_round_hole_is_distinguished_from_a_slot():
-    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    circle = np.column_stack([3.0 + 1.5 * np.cos(angle), -2.0 + 1.5 * np.sin(angle)])
-    assert as_circle(circle) == pytest.approx((3.0, -2.0, 1.5))
-    assert as_circle(circle + 1.23456e-4) == (3.0, -2.0, 1.5)  # in micrometres: what is cut
-    assert as_circle((circle + 30.0).astype(np.float32)) == (33.0, 28.0, 1.5)  # as in an STL
-    assert as_circle(circle * [1.0, 1.01]) is None
-    assert as_circle(SQUARE) is None
-
-
 def test_outlines_that_are_not_the_solid_or_of_no_solid_are_refused():
     with pytest.raises(GeometryError, match="comb_front: its outline times its thickness"):
         comb_sheet(comb(exact=20.0), "+z")
@@ -181,14 +169,6 @@ def test_a_face_that_something_stands_out_of_is_none_to_lie_on():
     assert (0.0, 0.0, 1.0) not in normals
 
 
-def test_neighbours_keep_apart():
-    posed = laid_out(tuple(printed(f"p{k}", (10.0 + k, 3.0 + k, 20.0)) for k in range(7)))
-    low = np.array([each.place for each in posed])
-    high = low + [each.size[:2] for each in posed]
-    gaps = np.maximum(low[:, None] - high[None], low[None] - high[:, None]).max(axis=2)
-    assert (gaps[np.triu_indices(7, 1)] >= 5.0 - 1e-9).all()
-
-
 PARTS = (printed("base_plate", (30.0, 4.0, 20.0)), printed("contact_insert", (30, 9, 20)))
 
 
@@ -215,14 +195,6 @@ def test_a_file_that_was_cut_short_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(zipfile, "ZipFile", Cut)
     with pytest.raises(GeometryError, match="is the disk full"):
         write_3mf(laid_out(PARTS), tmp_path / "mold.3mf", "x")
-
-
-@pytest.mark.parametrize(
-    "write", [partial(write_dxf, SHEETS), partial(write_3mf, laid_out(PARTS), title="x")]
-)
-def test_a_folder_that_is_not_there_is_a_sentence(tmp_path, write):
-    with pytest.raises(GeometryError, match=r"a\.file could not be written"):
-        write(path=tmp_path / "none" / "a.file")
 
 
 def test_a_nested_drawing_has_each_plate_as_often_as_it_is_cut_and_none_on_another(
