@@ -195,21 +195,6 @@ def test_filters_by_bounds_and_words_and_by_the_front(browser):
     assert sorted(browser.evaluate(NUMBERS)) == front
 
 
-def test_choosing_two_by_keys_in_the_table(browser):
-    browser.evaluate("document.querySelector('#table-designs tbody [tabindex=\"0\"]').focus()")
-    numbers = browser.evaluate(NUMBERS)
-    at = browser.evaluate("Number(document.activeElement.closest('tr').dataset.i)")
-    assert numbers.index(at) + 2 < len(numbers)
-    browser.key("Enter")
-    browser.key("ArrowDown", 2)
-    browser.key(" ")
-    assert browser.evaluate("FD.selected") == [at, numbers[numbers.index(at) + 2]]
-    count = "document.querySelectorAll('#table-designs [{}]').length"
-    assert browser.evaluate(count.format('aria-pressed="true"')) == 2
-    assert browser.evaluate(count.format('tabindex="0"')) == 1
-    assert re.search(r"[AB] is better", text(browser, "table-pair"))
-
-
 def test_choosing_in_the_chart_by_mouse_and_keys(browser):
     browser.evaluate("document.getElementById('pareto').focus()")
     browser.key("Home")
@@ -366,16 +351,6 @@ def test_the_slider_moves_all_pictures(views):
     assert stick["x"].count(None) == row.count("#")  # a gap after each line
     assert slip["x"].count(None) == row.count("/")
     views.change("increment", 24)
-
-
-def test_a_gage_is_brought_out(views):
-    widths = "document.getElementById('gages-0').data.map((trace) => trace.line.width)"
-    peak = [max(map(abs, each)) for each in zip(*FLAT[0].traces.gages, strict=True)]
-    wide = views.evaluate(widths)
-    assert wide.index(max(wide)) == peak.index(max(peak))
-    views.change("gage-0", 1, "change")
-    wide = views.evaluate(widths)
-    assert (wide.index(max(wide)), wide.count(max(wide))) == (1, 1)
 
 
 def test_parallel_coordinates_choose_by_keys_and_by_click_and_their_axes_are_chosen(views):

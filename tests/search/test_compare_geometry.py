@@ -26,7 +26,6 @@ from fingerdesign.search.compare.figures import (
     contact_figure,
     forces_figure,
     frictions_of,
-    gages_figure,
 )
 from fingerdesign.search.compare.geometry import packed_geometry
 from tests.support.any_outcomes import any_outcomes
@@ -164,17 +163,6 @@ def test_contact_of_a_half_model_is_mirrored():
     marks = contact_figure(half)["marks"]
     assert marks["each"] == 2
     assert marks["places"] == {"x": [0, 0, 1, 1], "y": [0, 0, 2, -2]}
-
-
-def test_gages_are_traces_with_four_digits_and_words():
-    traces = Traces(gages=((1.23456, -200.0), (None, 0.0)), gage_x_mm=(-1.0, 1.0))
-    figure = gages_figure(traces)
-    assert [trace["y"] for trace in figure["data"]] == [[1.235, None], [-200, 0]]
-    assert "The largest is -200 microstrain" in figure["words"]
-    assert "gage 2, x = 1 mm, at increment 1" in figure["words"]
-    assert figure["best"] == 1
-    assert gages_figure(Traces()) is None
-    assert contact_figure(Traces(contact_x_mm=(None,), status=("#",))) is None
 
 
 def test_forces_stand_against_their_own_limit():

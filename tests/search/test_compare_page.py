@@ -123,23 +123,6 @@ def good(made):
     return [each for each in made if each.status == "ok"]
 
 
-def test_what_is_left_out_and_what_decides_nothing_is_said(good):
-    two = [with_metrics(each, stick_error=None) for each in good[:2]]
-    counts = summary_of([*two, *good[2:]]).counts
-    assert "2 designs lack stick_error" in counts
-    assert two[0].name in counts
-    level = [with_metrics(each, cost=7.0) for each in good]
-    stated = summary_of(level)
-    assert "All have the same cost, 7: it decides nothing." in stated.why
-    assert stated.table.rows[1][3] == "the same for all"
-    both = summary_of([with_metrics(each, stick_error=0.1) for each in level])
-    assert "nothing decides" in both.why
-    made = [with_metrics(each, least_margin=1.0 + k) for k, each in enumerate(good[:3])]
-    wanted = (Objective("least_margin", "max"), LEAST_COST)
-    only = summary_of(made, wanted, (Bound("least_margin", at_least=2.5),))
-    assert "1 meets the constraints" in only.counts
-
-
 def test_the_row_says_which_constraint_broke_and_what_was_varied_stands_first(good):
     made = [with_metrics(good[0], cost=99.0), *good[1:]]
     page = compare_html(made, facts_of("x", made, WANTED, (Bound("cost", at_most=50.0),)))

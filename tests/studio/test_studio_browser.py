@@ -43,21 +43,6 @@ def test_moves_of_the_object_and_of_the_finger_are_answered(studio):
     assert memory_MB(process) < 1000
 
 
-def test_the_view_stays_where_the_hand_left_it(studio):
-    process, browser, _ = studio
-    browser.show("shape")
-    x, y = browser.evaluate(
-        "(() => { const r = document.getElementById('shape').getBoundingClientRect();"
-        "return [r.x + r.width / 2, r.y + r.height / 2]; })()"
-    )
-    start = browser.evaluate(EYE)
-    browser.press_at(x, y, to=(x + 60, y - 20))
-    turned = browser.evaluate(EYE)
-    assert turned != start
-    moved(browser, process, [("plates.angle_deg", 50.0)])
-    assert browser.evaluate(EYE) == pytest.approx(turned)
-
-
 def test_a_click_on_a_gage_shows_its_trace(studio):
     _, browser, _ = studio
     browser.click('[data-gage="3"] .target')
