@@ -8,7 +8,7 @@ from fingerdesign_bench.accuracy.revolve import revolved_half, round_block_secti
 
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
-from fingerdesign.mesh.types import TETRA_FACETS, TRIANGLE_EDGES
+from fingerdesign.mesh.cells import TETRA_FACETS, TRIANGLE_EDGES
 
 MESHES = {
     "rectangle": (lambda: block_section(60.0, 40.0, 1.5, 0.2), 120.0 * 40.0),

@@ -10,7 +10,8 @@ from fingerdesign.analysis.stages import make_mesh, zone_of
 from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.pictures import draw_mesh, draw_quality
-from fingerdesign.mesh.quality import assess, requested_sizes
+from fingerdesign.mesh.quality import assess
+from fingerdesign.mesh.requested import requested_sizes
 from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import write_whole

@@ -21,7 +21,7 @@ from fingerdesign.analysis.answers import (
 from fingerdesign.analysis.case import Case, Clock, fundamental_scene
 from fingerdesign.analysis.page.page import report_html
 from fingerdesign.arrays import Array
-from fingerdesign.cad.solid_process import finger_cad_beside, write_finger_cad
+from fingerdesign.cad.solid_process import finger_cad_concurrently, write_finger_cad
 from fingerdesign.checks.load import load_design
 from fingerdesign.design.io import dump_design
 from fingerdesign.design.schema import Design
@@ -118,7 +118,7 @@ def cad_concurrently(design: Design, folder: Path, clock: Clock, needed: bool) -
     if not needed:
         yield
         return
-    with finger_cad_beside(design, folder) as wait:
+    with finger_cad_concurrently(design, folder) as wait:
         yield
         with clock.stage("geometry"):
             wait()

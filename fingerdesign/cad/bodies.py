@@ -3,7 +3,7 @@
 The section of layout/profile.py, drawn along z (arc, block), turned about the line along x through
 the dome's centre (dome) or about y (revolved). Its rounded or chamfered edges are pieces of that
 section, so every surface is a plane, a cylinder, a cone, a sphere or a circle revolved, with the
-radius that the design says: no fillet of the kernel's is among them. What is bonded into the body
+design's radius: no fillet of the kernel's is among them. What is bonded into the body
 is drawn by its plate's frame (layout/frames.py): a perforated flat plate is its holed face drawn
 through the thickness; a bent one is an annular sector drawn along its span, out of which straight
 round holes are cut along the normal at their middle. Importing this module loads the CAD kernel.
@@ -41,7 +41,7 @@ def plate_solid(frame: PlateFrame, half: bool = False) -> cq.Solid:
     """One plate; of one that mirrors in z = 0 also its half z >= 0.
 
     GeometryError where it lies beyond the surface (its place is not a number), where a half is
-    asked of a plate that does not mirror, or where the kernel fails.
+    requested of a plate that does not mirror, or where the kernel fails.
     """
     what = f"plate {frame.index}"
     if not np.all(np.isfinite(frame.corners())):
@@ -242,13 +242,13 @@ def _dome(body: Body, profile: Profile, half: bool) -> cq.Solid:
 
 
 def step_outline(step: StepFile) -> cq.Solid:
-    """The body's solid, turned and moved. GeometryError where what was kept cannot be read."""
-    kept = outline_file(step)
+    """The body's solid, turned and moved. GeometryError where the stored solid cannot be read."""
+    stored = outline_file(step)
     try:
-        shape = cq.Shape.importBrep(str(kept))
+        shape = cq.Shape.importBrep(str(stored))
         solids: Sequence[cq.Solid] = [shape] if isinstance(shape, cq.Solid) else shape.Solids()
     except Exception as error:  # the kernel throws its own kinds
-        raise GeometryError(f"the kept solid {kept.name} cannot be read: {error}") from error
+        raise GeometryError(f"the stored solid {stored.name} cannot be read: {error}") from error
     if len(solids) != 1:
-        raise GeometryError(f"the kept solid {kept.name} holds {len(solids)} solids")
+        raise GeometryError(f"the stored solid {stored.name} holds {len(solids)} solids")
     return solids[0]

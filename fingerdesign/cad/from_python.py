@@ -1,6 +1,6 @@
 """A body of the user's own, made by a Python function in CadQuery.
 
-The function's solid is written as a STEP file beside the cache, named by its content, and goes the
+The function's solid is written as a STEP file in the cache, named by its content, and goes the
 way of every other STEP body. Importing this module loads no CAD kernel; calling it does.
 """
 
@@ -16,7 +16,7 @@ from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.files import scratch
 
-# Keys of [body] that a solid of one's own says by itself.
+# Keys of [body] that a solid of one's own replaces.
 _IDLE = (
     *("width_mm", "base_height_mm", "arc_radius_mm", "depth_mm", "dome_radius_mm"),
     *("edge_radius_mm", "edge"),
@@ -74,7 +74,7 @@ def written(shape: Any) -> Path:
             f"the body's function returned {type(shape).__name__}; it must return a CadQuery "
             "Workplane, Solid or Compound"
         )
-    writer, kept = STEPControl_Writer(), Cache("bodies")
+    writer, cache = STEPControl_Writer(), Cache("bodies")
     Interface_Static.SetCVal_s("write.step.product.name", "finger")
     try:
         with scratch("body") as folder:
@@ -86,8 +86,8 @@ def written(shape: Any) -> Path:
             content = re.sub(rb"'finger \d+'", b"'finger'", file.read_bytes())
         start = max(content.find(b"DATA;"), 0)  # the header holds the time of writing
         name = f"{hashlib.sha256(content[start:]).hexdigest()[:32]}.step"
-        if kept.path(name).exists():  # never taken away: designs name it
-            return kept.path(name)
-        return kept.put(name, content)
+        if cache.path(name).exists():  # never taken away: designs name it
+            return cache.path(name)
+        return cache.put(name, content)
     except OSError as error:
-        raise GeometryError(f"{kept.folder} cannot be written: {error.strerror}") from error
+        raise GeometryError(f"{cache.folder} cannot be written: {error.strerror}") from error

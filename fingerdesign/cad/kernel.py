@@ -1,7 +1,7 @@
 """Lines, arcs, faces and solids in CadQuery, built from exact centres and radii.
 
 CadQuery's own arcs go through three points, which loses digits where an arc is flat; here a circle
-keeps its centre and radius. Lengths in mm. Importing this module loads the CAD kernel.
+has its exact centre and radius. Lengths in mm. Importing this module loads the CAD kernel.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from OCP.BRepGProp import BRepGProp_Domain, BRepGProp_Face, BRepGProp_Vinert
 from OCP.gp import gp_Ax2, gp_Circ, gp_Dir, gp_Pnt
 
 from fingerdesign.arrays import Array
-from fingerdesign.cad.step_read import volume_of as by_gauss_kronrod
+from fingerdesign.cad.step_faces import volume_of as by_gauss_kronrod
 from fingerdesign.errors import GeometryError
 
 _SPLINES = ("BSPLINE", "BEZIER", "EXTRUSION", "OFFSET", "OTHER")  # kinds of faces

@@ -38,7 +38,7 @@ def fused(outline: cq.Solid, inserts: dict[str, cq.Solid]) -> tuple[cq.Solid, di
     fuse.Perform()
     if fuse.HasErrors():
         raise GeometryError("the CAD kernel could not fuse the plates into the body")
-    numbers = TopTools_IndexedMapOfShape()  # pieces by what they are, whatever their orientation
+    numbers = TopTools_IndexedMapOfShape()  # pieces by what they are, in any orientation
     inside = {numbers.Add(piece.wrapped): piece for piece in _images(fuse, outline)}
     pieces = {
         name: [numbers.Add(piece.wrapped) for piece in _images(fuse, insert)]
@@ -48,12 +48,12 @@ def fused(outline: cq.Solid, inserts: dict[str, cq.Solid]) -> tuple[cq.Solid, di
     taken = {own[0] for own in pieces.values()}
     rest = [piece for number, piece in inside.items() if number not in taken]
     if len(rest) != 1:
-        raise GeometryError(f"the inserts cut the body into {len(rest)} pieces; one is wanted")
+        raise GeometryError(f"the inserts cut the body into {len(rest)} pieces; it must be one")
     return rest[0], {name: inside[own[0]] for name, own in pieces.items()}
 
 
-def said(name: str) -> str:
-    """How a sentence calls a part: "plate 0" for "plate_0"."""
+def spoken(name: str) -> str:
+    """Name of a part in a sentence: "plate 0" for "plate_0"."""
     return name.replace("_", " ")
 
 
@@ -62,16 +62,16 @@ def _refuse_overlaps(pieces: dict[str, list[int]], inside: Set[int]) -> None:
     for name, own in pieces.items():
         sharing = [other for other in pieces if other != name and set(pieces[other]) & set(own)]
         if sharing:
-            raise GeometryError(f"{said(name)} and {said(sharing[0])} overlap")
+            raise GeometryError(f"{spoken(name)} and {spoken(sharing[0])} overlap")
     for name, own in pieces.items():
         if not set(own) <= inside:
-            raise GeometryError(f"{said(name)} leaves the body")
+            raise GeometryError(f"{spoken(name)} leaves the body")
         if len(own) != 1:
-            raise GeometryError(f"{said(name)} is in {len(own)} pieces; one is wanted")
+            raise GeometryError(f"{spoken(name)} is in {len(own)} pieces; it must be one")
 
 
 def _images(fuse: BOPAlgo_Builder, shape: cq.Shape) -> list[cq.Shape]:
-    """What became of a shape: its pieces, or itself where the fuse left it alone."""
+    """Images of a shape: its pieces, or itself where the fuse left it alone."""
     return [cq.Shape.cast(image) for image in fuse.Modified(shape.wrapped)] or [shape]
 
 
@@ -106,7 +106,7 @@ def build_solid(
     frames: the plates to build; by default the design's own (none where ``plates.model`` is
     "none"). Plates that the finite elements see as sheets are solids here: that is how they are
     made. Raises GeometryError where plates or the core cross each other or leave the body, where a
-    half is asked of a finger that does not mirror, where the kernel fails, or where a volume
+    half is requested of a finger that does not mirror, where the kernel fails, or where a volume
     differs from its closed form by 1e-9 (1e-6: domes, STEP files, perforated bent plates).
     """
     if frames is None:
@@ -142,13 +142,13 @@ def _check_volumes(
     loose = design.body.dome_radius_mm is not None or design.body.step is not None
     drilled = {f"plate_{f.index}" for f in frames if f.bend_radius is not None and f.holes}
     whole = outline_volume(design.body, half)
-    wanted = {f"plate_{frame.index}": plate_volume(frame, half) for frame in frames}
+    target = {f"plate_{frame.index}": plate_volume(frame, half) for frame in frames}
     if design.body.core is not None:
-        wanted["core"] = core_volume(design, half)
+        target["core"] = core_volume(design, half)
     check_volume("body outline", volume_of(outline), whole, 1e-6 if loose else 1e-9)
-    for name, volume in wanted.items():
+    for name, volume in target.items():
         found = volume_of(inserts[name])
-        check_volume(said(name), found, volume, 1e-6 if name in drilled else 1e-9)
-    rest = whole - sum(wanted.values())
+        check_volume(spoken(name), found, volume, 1e-6 if name in drilled else 1e-9)
+    rest = whole - sum(target.values())
     loose = loose or bool(drilled)
     check_volume("body without its inserts", volume_of(body), rest, 1e-6 if loose else 1e-9)

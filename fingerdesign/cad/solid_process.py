@@ -2,7 +2,7 @@
 
 The kernel is native code, and its work grows with the design: 15 plates take 0.1 s, 200 take 2 s,
 200 with 38 holes each a minute, and a STEP file may hold anything. So it runs under a time limit
-where it can harm nobody. (Whoever holds the CadQuery solid itself calls ``solid.build_solid``.)
+where it can harm nobody. (Code that needs the CadQuery solid itself calls ``solid.build_solid``.)
 Importing this module loads no CAD kernel.
 """
 
@@ -43,21 +43,21 @@ def write_finger_cad(design: Design, folder: Path | str) -> dict[str, Path]:
     Returns the paths by file name. Errors as of ``finger_triangles``.
     """
     target = Path(folder).resolve()
-    with finger_cad_beside(design, target) as wait:
+    with finger_cad_concurrently(design, target) as wait:
         return {name: target / name for name in wait()}
 
 
 @contextmanager
-def finger_cad_beside(design: Design, folder: Path) -> Iterator[Callable[[], Any]]:
-    """As :func:`write_finger_cad`, beside the block: what is yielded waits for the files."""
-    given = (design, folder.resolve(), CHORD_MM)
-    with concurrently(_WRITE, *given, time_s=TIME_LIMIT_S) as wait:
+def finger_cad_concurrently(design: Design, folder: Path) -> Iterator[Callable[[], Any]]:
+    """Write the CAD files concurrently with the block: the yielded function waits for them."""
+    target = folder.resolve()
+    with concurrently(_WRITE, design, target, CHORD_MM, time_s=TIME_LIMIT_S) as wait:
         yield _as_geometry_errors(design)(wait)
 
 
 @contextmanager
 def _as_geometry_errors(design: Design) -> Iterator[None]:
-    """What the kernel's process fails with, as GeometryError."""
+    """Errors of the kernel's process as GeometryError."""
     try:
         yield
     except DesignError as error:

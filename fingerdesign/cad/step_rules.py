@@ -1,6 +1,6 @@
 """The rules of ``[body.step]``: base and contact surface of a STEP body, and what it must be.
 
-Numpy only; runs in a process of its own. Faults are DesignErrors that say what the rules met.
+Numpy only; runs in a process of its own. Faults are DesignErrors that name what the rules met.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ BASE_DEG = 0.01  # a base is flat and clamped: 0.01 degrees of 20 mm are 3 micro
 SIZES_MM = (1.0, 500.0)  # of an extent along x or z: those of every body
 FACING_DEG = 60.0  # a base within it of contact_direction looks where the object comes from
 MIRROR_MM = 1e-5  # between the solid and its mirror image
-_TOLD = 8  # faces named in a fault
+_NAMED = 8  # faces named in a fault
 
 
 def refused(key: str, value: object, bound: str, remedy: str) -> DesignError:
@@ -26,7 +26,7 @@ def refused(key: str, value: object, bound: str, remedy: str) -> DesignError:
 
 
 def on_base(faces: Sequence[CadFace], low: Array, rules: Mapping[str, Any]) -> Array:
-    """How far (3,) the solid stands off y = 0: its base's height, or its lowest point's where the
+    """Offset (3,) of the solid from y = 0: its base's height, or its lowest point's where the
     base does not face down."""
     direction = _unit(rules["base_direction"])
     if direction[1] > -np.cos(np.radians(BASE_DEG)):
@@ -49,8 +49,8 @@ def picks(
 ) -> tuple[list[int], list[int]]:
     """Numbers of the base's and of the contact surface's faces; middles, normals (faces, 3)."""
     base = _base(faces, rules)
-    wanted = _unit(rules["contact_direction"])
-    angle = np.degrees(np.arccos(np.clip(normals @ wanted, -1.0, 1.0)))
+    facing = _unit(rules["contact_direction"])
+    angle = np.degrees(np.arccos(np.clip(normals @ facing, -1.0, 1.0)))
     close = angle <= rules["contact_angle_deg"] + 1e-9
     if any(close[k] and angle[k] <= FACING_DEG for k in base):
         raise refused(
@@ -179,7 +179,7 @@ def _offset(face: CadFace) -> float:
 
 def _reported(faces: Sequence[CadFace], normals: Array, middles: Array | None) -> str:
     """Directions, largest faces first, as "[0, 1, 0] at y = 12.7"."""
-    order = np.argsort([-face.area for face in faces])[:_TOLD]
+    order = np.argsort([-face.area for face in faces])[:_NAMED]
     words = []
     for k in order:
         text = "[" + ", ".join(f"{value + 0.0:.3g}" for value in np.round(normals[k], 3)) + "]"

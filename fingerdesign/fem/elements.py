@@ -7,7 +7,7 @@ import skfem
 from skfem.quadrature import get_quadrature
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
+from fingerdesign.mesh.cells import TETRA_EDGES, TRIANGLE_EDGES
 
 _FOUND = 1e-14  # A smaller step, relative to a cell, ends the search for a point.
 EDGES = {2: TRIANGLE_EDGES, 3: TETRA_EDGES}

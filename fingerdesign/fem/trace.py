@@ -17,7 +17,8 @@ import scipy.sparse as sp
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import quadrature, tabulate
-from fingerdesign.mesh.types import TETRA_FACETS, TRIANGLE_EDGES, Mesh, with_mid_nodes
+from fingerdesign.mesh.cells import TETRA_FACETS, TRIANGLE_EDGES, with_mid_nodes
+from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import SurfaceQuadrature
 
 TRACE_ORDER = 6  # The degree of phi (1) x gap of a curved facet (2 and more) x Jacobian.

@@ -1,1 +1,1 @@
-"""Where things lie, numbers alone: plates, outline, surface, candidate zone, volumes, gaps."""
+"""Places in numbers alone: plates, outline, surface, candidate zone, volumes, gaps."""

@@ -47,7 +47,7 @@ def cover_clearances(body: Body, frames: tuple[PlateFrame, ...]) -> Array:
 
 
 def surface_clearances(body: Body, points: Array) -> Array:
-    """How far points (n, 3) lie below the contact surface, (n,), mm; negative above it."""
+    """Depth of points (n, 3) below the contact surface, (n,), mm; negative above it."""
     if body.shape == "step":
         return _to_faces(body, ("contact",), points)
     profile = profile_of(body)

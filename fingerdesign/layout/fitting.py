@@ -1,4 +1,4 @@
-"""Whether what is sold fits a design: gages on its plates, sheet of its plates' thickness.
+"""Products on sale that fit a design: gages on its plates, sheet of its plates' thickness.
 
 A gage fits where its carrier lies on the plate, its grid in the middle of the design's gage, clear
 of holes, and where it can be bent as the plate is. Lengths in mm.
@@ -23,7 +23,7 @@ class GageFit:
     """Which gage the plates take.
 
     found     the type whose grid is the nearest to the design's, of those that fit; None: none does
-    nearest   the type that asks for the least change of the plates; None: no type is of this kind
+    nearest   the type that needs the least change of the plates; None: no type is of this kind
     length, width   what the plates must have for ``nearest``, along the grid and across, mm
     room      length and width that the smallest plate has, mm
     films     names of types made to measure that would fit
@@ -36,8 +36,8 @@ class GageFit:
     room: tuple[float, float]
     films: tuple[str, ...]
 
-    def unlike(self, design: Design) -> bool:
-        """Whether the grid that fits is another than the design averages over."""
+    def differs_from(self, design: Design) -> bool:
+        """True where the grid that fits is another than the design averages over."""
         gages, type_ = design.gages, self.found
         if type_ is None or type_.to_measure:
             return False
@@ -62,15 +62,15 @@ def gage_fit(design: Design) -> GageFit | None:
         return None
     kind = "tee" if design.gages.grid == "tee" else "foil"
     every = gage_types(design)
-    wanted = [each for each in every if each.name == design.mold.gage]
-    wanted = wanted or [each for each in every if each.kind == kind]
+    target = [each for each in every if each.name == design.mold.gage]
+    target = target or [each for each in every if each.kind == kind]
     room = min(frame.length for frame in frames), min(_across(design, each) for each in frames)
-    fitting = [each for each in wanted if _fits(design, each, frames, room)]
+    fitting = [each for each in target if _fits(design, each, frames, room)]
     films = [each.name for each in every if each.to_measure and _fits(design, each, frames, room)]
-    nearest = min(wanted, key=lambda each: _growth(design, each, room), default=None)
+    nearest = min(target, key=lambda each: _growth(design, each, room), default=None)
     length, width = _needed(design, nearest) if nearest is not None else (0.0, 0.0)
     return GageFit(
-        min(fitting, key=lambda each: _unlikeness(design, each), default=None),
+        min(fitting, key=lambda each: _differs_fromness(design, each), default=None),
         nearest,
         *(max(length, room[0]), max(width, room[1])),
         room,
@@ -82,8 +82,8 @@ def _across(design: Design, frame: PlateFrame) -> float:
     """Width of a plate that a carrier may take, centred as the design's gage is."""
     away = abs(design.gages.z_mm)
     half = 0.5 * frame.span - away
-    beside = (abs(hole.w - frame.middle - design.gages.z_mm) - hole.radius for hole in frame.holes)
-    return 2.0 * min(half, min(beside, default=half))
+    aside = (abs(hole.w - frame.middle - design.gages.z_mm) - hole.radius for hole in frame.holes)
+    return 2.0 * min(half, min(aside, default=half))
 
 
 def _needed(design: Design, type_: GageType) -> tuple[float, float]:
@@ -107,19 +107,19 @@ def _growth(design: Design, type_: GageType, room: tuple[float, float]) -> float
     )
 
 
-def _unlikeness(design: Design, type_: GageType) -> float:
+def _differs_fromness(design: Design, type_: GageType) -> float:
     gages = design.gages
     sizes = (gages.length_mm, type_.grid_length_mm), (gages.width_mm, type_.grid_width_mm)
     return sum(abs(math.log(a / b)) for a, b in sizes)
 
 
 def gage_words(design: Design, fit: GageFit | None) -> str | None:
-    """What is wrong with the gages' sizes, and the nearest plate that mends it; None: nothing."""
+    """Fault of the gages' sizes, and the nearest plate that mends it; None without a fault."""
     if fit is None:
         return None
     gages = design.gages
     if fit.found is not None:
-        if not fit.unlike(design):
+        if not fit.differs_from(design):
             return None
         type_ = fit.found
         return (
@@ -142,18 +142,18 @@ def gage_words(design: Design, fit: GageFit | None) -> str | None:
 
 def _change(design: Design, fit: GageFit) -> str:
     """The keys of a plate that takes the nearest type."""
-    said = []
+    changes = []
     if fit.length > fit.room[0]:
-        said.append(f"plates.length_mm = {fit.length:g}")
+        changes.append(f"plates.length_mm = {fit.length:g}")
     if fit.width > fit.room[1]:
-        said.append(f"plates.span_mm = {fit.width + 2.0 * abs(design.gages.z_mm):g}")
+        changes.append(f"plates.span_mm = {fit.width + 2.0 * abs(design.gages.z_mm):g}")
     assert fit.nearest is not None
     radii = [f.bend_radius for f in plate_frames(design) if f.bend_radius is not None]
     if min(radii, default=math.inf) < fit.nearest.bend_mm:
-        said.append(f"a radius of {fit.nearest.bend_mm:g} mm at least")
+        changes.append(f"a radius of {fit.nearest.bend_mm:g} mm at least")
     if fit.length > fit.room[0] and design.plates.number > 1:
-        said.append("a pitch or count that leaves it room")
-    return ", ".join(said)
+        changes.append("a pitch or count that leaves it room")
+    return ", ".join(changes)
 
 
 def sheet_words(design: Design) -> list[str]:

@@ -1,6 +1,6 @@
 """Sweeping a finger through layers: its section once, each part in its own layers.
 
-The section is drawn with all plates and the core at once, whatever their reach along z. So they
+The section is drawn with all plates and the core at once, at any reach along z. So they
 must not overlap in it, even where they never meet in space.
 """
 
@@ -47,7 +47,7 @@ def sweepable(design: Design) -> bool:
 
 
 def not_layered(design: Design) -> str | None:
-    """The first thing that keeps a finger from being swept through layers; None: nothing does.
+    """The first obstacle to sweeping a finger through layers; None: there is none.
 
     A straight body; plates along x, without holes, that end at any z; a core of any depth.
     """

@@ -94,7 +94,7 @@ def holes_of(plates: Plates, middle: float, span: float) -> tuple[Hole, ...]:
 def _height(body: Body, row: Plates, place: Array, middle: float) -> Array:
     with np.errstate(invalid="ignore"):
         if row.along == "x":
-            # The section whose surface a row keeps its cover from: the crest's.
+            # The section whose surface a row has its cover from: the crest's.
             return surface_height(body, place, 0.0 if body.step is None else middle)
         return surface_height(body, middle, place)
 

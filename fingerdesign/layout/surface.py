@@ -28,7 +28,7 @@ from fingerdesign.shapes.faces import CadFace, Smooth, nearest
 
 @dataclass(frozen=True)
 class Surface:
-    """What the mesh, the contact and the checks ask of a body's contact surface; lengths in mm.
+    """Contact surface of a body for mesh, contact and checks; lengths in mm.
 
     Points are (n, 2), in the mid-section z = 0, or (n, 3); answers have the shape of the question.
     Outside the body (toward the object) distances are positive.
@@ -52,7 +52,7 @@ class Surface:
         return self.body.kind.curvatures(self.body)
 
     def encloses(self, points: Array) -> BoolArray:
-        """Whether points (n, 3) with |x|, |z| within the body lie below the surface, (n,).
+        """Mask of points (n, 3) with |x|, |z| within the body that lie below the surface, (n,).
 
         Not the sign of the distance: continued, the surface closes below its axis.
         """

@@ -58,12 +58,12 @@ def core_volume(design: Design, half: bool = False) -> float:
     return float(core.width_mm * core.height_mm * depth * (0.5 if half else 1.0))
 
 
-def check_volume(what: str, found: float, wanted: float, tolerance: float) -> None:
+def check_volume(what: str, found: float, target: float, tolerance: float) -> None:
     """GeometryError unless two volumes agree to a relative ``tolerance``."""
-    error = abs(found - wanted) / wanted
+    error = abs(found - target) / target
     if not error <= tolerance:
         raise GeometryError(
-            f"{what}: the CAD volume {found:.9g} mm^3 differs from {wanted:.9g} mm^3 in closed "
+            f"{what}: the CAD volume {found:.9g} mm^3 differs from {target:.9g} mm^3 in closed "
             f"form by {error:.1e}, more than {tolerance:.0e}"
         )
 
@@ -72,7 +72,7 @@ def face_areas(body: Body, half: bool = False) -> dict[str, float]:
     """Areas of the finger's outer faces by name, mm^2, ends of plates and core in them included.
 
     By the outline's Gauss points, exact along z. ``half``: of z >= 0, with the face "symmetry". A
-    revolved body has no "end"; the edges belong to "contact". Of a STEP body what its solid says,
+    revolved body has no "end"; the edges belong to "contact". Of a STEP body: of its solid,
     without "symmetry".
     """
     whole = body.kind.areas(body)

@@ -1,7 +1,7 @@
-"""Accepted meshes, kept by content: fTetWild never makes the same mesh twice.
+"""Accepted meshes, cached by content: fTetWild never makes the same mesh twice.
 
 The folder is that of the environment variable FINGERDESIGN_CACHE, or the platform's cache folder.
-The name of a mesh is the digest of all that it depends on: geometry, sizes, zone and versions; not
+The name of a mesh is the digest of all its inputs: geometry, sizes, zone and versions; not
 the materials.
 """
 
@@ -24,7 +24,7 @@ from fingerdesign.runtime.cache import GARBLED, Cache
 from fingerdesign.version import __version__
 
 FORMAT = 6  # raise it when the way from CAD to mesh changes
-KEPT = 300  # meshes of a few MB each; the longest unused go first
+MOST_MESHES = 300  # meshes of a few MB each; the longest unused go first
 
 
 def mesh_key(
@@ -52,8 +52,8 @@ def mesh_key(
 
 
 def load_mesh(key: str) -> Mesh | None:
-    """The mesh kept under a key, or None: nothing kept, or a file that cannot be read."""
-    found = _kept().arrays(f"{key}.npz")
+    """The mesh cached under a key, or None: there is none, or its file cannot be read."""
+    found = _cache().arrays(f"{key}.npz")
     if found is None:
         return None
     data, about = found
@@ -74,8 +74,8 @@ def load_mesh(key: str) -> Mesh | None:
     return mesh
 
 
-def _kept() -> Cache:
-    return Cache("meshes", KEPT)
+def _cache() -> Cache:
+    return Cache("meshes", MOST_MESHES)
 
 
 def _check(mesh: Mesh) -> None:
@@ -91,11 +91,11 @@ def _check(mesh: Mesh) -> None:
         and mesh.regions.min() >= 0
         and all(rows.ndim == 2 and rows.min() >= 0 and rows.max() < nodes for rows in numbers)
     ):
-        raise ValueError("a kept mesh does not fit together")
+        raise ValueError("the arrays of a cached mesh do not fit together")
 
 
-def keep_mesh(key: str, mesh: Mesh) -> bool:
-    """Keep a mesh under a key; False where the folder cannot be written (the work goes on)."""
+def store_mesh(key: str, mesh: Mesh) -> bool:
+    """Store a mesh under a key; False where the folder cannot be written (the work goes on)."""
     about = {
         "facets": sorted(mesh.facets),
         "mesher": mesh.mesher,
@@ -109,4 +109,4 @@ def keep_mesh(key: str, mesh: Mesh) -> bool:
         "regions": mesh.regions.astype(np.int32),
         **{f"facets_{name}": rows.astype(np.int32) for name, rows in mesh.facets.items()},
     }
-    return _kept().put_arrays(f"{key}.npz", arrays, about)
+    return _cache().put_arrays(f"{key}.npz", arrays, about)

@@ -19,7 +19,7 @@ AUTO = "auto"
 
 
 class Mesher:
-    """What makes tetrahedra of a finger, or of its half z >= 0; a new one says at least ``make``.
+    """Maker of the tetrahedra of a finger, or of its half z >= 0; it defines at least ``make``.
 
     sections: it draws the section first, by the section's mesher. elements_from: where a forecast
     has its number of elements from, in words.
@@ -34,11 +34,11 @@ class Mesher:
         raise NotImplementedError
 
     def why_not(self, design: Design) -> str | None:
-        """What cannot be done to a design, as a clause; None where it can be meshed so."""
+        """The obstacle to meshing a design so, as a clause; None without one."""
         return None
 
     def refusals(self, design: Design, symmetric: bool) -> list[Fault]:
-        """What it cannot do of a sound design, before any work; symmetric: of the half."""
+        """Faults that stop it on a sound design, before any work; symmetric: of the half."""
         return []
 
 
@@ -67,4 +67,4 @@ def mesh_finger(design: Design, zone: Zone, symmetric: bool = True) -> Mesh:
 
 @mesher("auto", place=4)
 class Auto(Mesher):
-    """The one that suits the finger: never itself at work, :func:`mesher_of` says which is."""
+    """The one that suits the finger: :func:`mesher_of` returns which."""

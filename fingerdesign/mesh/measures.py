@@ -1,19 +1,9 @@
 """Measures of simplices: angles, aspects, edges, straight and curved volumes (numpy only)."""
 
-import re
-from dataclasses import dataclass
-
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.layout.profile import profile_of
-from fingerdesign.layout.rows import plate_frames
-from fingerdesign.layout.volume import core_volume, face_areas, outline_volume, plate_volume
-from fingerdesign.mesh.tetra.carriers import core_faces, outer_faces, plane, plate_faces
-from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES, Mesh, boundary_facets
-from fingerdesign.shapes.faces import Carrier
+from fingerdesign.mesh.cells import KINDS, TETRA, TRIANGLE, kind_of
 
 
 def cell_volumes(points: Array, cells: IntArray) -> Array:
@@ -39,11 +29,11 @@ def curved_cells(points: Array, cells: IntArray, tolerance: float = 1e-9) -> Boo
 
     ``tolerance``: of the edge's length.
     """
-    pairs, first = (TRIANGLE_EDGES, 3) if cells.shape[1] == 6 else (TETRA_EDGES, 4)
+    kind = kind_of(cells)
     found = np.zeros(len(cells), dtype=bool)
-    for edge, (i, j) in enumerate(pairs):
+    for edge, (i, j) in enumerate(kind.edges):
         a, b = points[cells[:, i]], points[cells[:, j]]
-        away = np.linalg.norm(points[cells[:, first + edge]] - 0.5 * (a + b), axis=1)
+        away = np.linalg.norm(points[cells[:, kind.corners + edge]] - 0.5 * (a + b), axis=1)
         found |= away > tolerance * np.linalg.norm(b - a, axis=1)
     return found
 
@@ -61,7 +51,7 @@ def curved_volumes(points: Array, cells: IntArray) -> Array:
         return volumes
     eye = np.eye(dim + 1)
     if dim == 2:
-        samples = [(0.5 * (eye[i] + eye[j]), 1.0 / 3.0) for i, j in TRIANGLE_EDGES]
+        samples = [(0.5 * (eye[i] + eye[j]), 1.0 / 3.0) for i, j in TRIANGLE.edges]
     else:
         samples = [(eye[i], 1.0 / 40.0) for i in range(4)]
         samples += [((1.0 - eye[i]) / 3.0, 9.0 / 40.0) for i in range(4)]
@@ -80,7 +70,7 @@ def jacobians(nodes: Array, place: Array) -> Array:
     dim = nodes.shape[2]
     gradient = np.zeros((nodes.shape[1], dim + 1))
     gradient[: dim + 1] = np.diag(4.0 * place - 1.0)
-    for edge, (i, j) in enumerate(TRIANGLE_EDGES if dim == 2 else TETRA_EDGES):
+    for edge, (i, j) in enumerate(KINDS[dim].edges):
         gradient[dim + 1 + edge, i] = 4.0 * place[j]
         gradient[dim + 1 + edge, j] = 4.0 * place[i]
     to_local = np.vstack([-np.ones(dim), np.eye(dim)])  # barycentric coordinates by local ones
@@ -99,8 +89,7 @@ def least_jacobian_ratios(points: Array, cells: IntArray) -> Array:
     nodes = points[cells[bent]]
     straight = (2.0 if dim == 2 else 6.0) * cell_volumes(points, cells[bent][:, : dim + 1])
     corners = np.eye(dim + 1)
-    pairs = TRIANGLE_EDGES if dim == 2 else TETRA_EDGES
-    places = [*corners, *(0.5 * (corners[i] + corners[j]) for i, j in pairs)]
+    places = [*corners, *(0.5 * (corners[i] + corners[j]) for i, j in KINDS[dim].edges)]
     places.append(np.full(dim + 1, 1.0 / (dim + 1)))
     least = np.min([jacobians(nodes, place) for place in places], axis=0)
     ratio[bent] = np.divide(least, straight, out=np.zeros(len(least)), where=straight != 0.0)
@@ -140,7 +129,7 @@ def aspects(points: Array, cells: IntArray) -> Array:
         around = edge_lengths(points, cells).sum(axis=1)
         return np.asarray(longest * around / volume / (4.0 * np.sqrt(3.0)))
     surface = np.zeros(len(cells))
-    for facet in TETRA_FACETS:
+    for facet in TETRA.facets:
         a, b, c = (points[cells[:, corner]] for corner in facet)
         surface += 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     return np.asarray(longest * surface / (3.0 * volume) / (2.0 * np.sqrt(6.0)))
@@ -163,172 +152,3 @@ def curved_areas(points: Array, facets: IntArray) -> Array:
             normal = np.cross(np.einsum("fni,n->fi", nodes, du), np.einsum("fni,n->fi", nodes, dv))
             total += 0.5 * weight * np.linalg.norm(normal, axis=1)
     return total
-
-
-_TOUCHES = 1e-6  # mm: a plate that ends in a face of the body
-
-
-def worst_area_error(mesh: Mesh, design: Design) -> float:
-    """Greatest relative error of an outer face's area, by the curved facets; 0 in the section."""
-    if mesh.dimension == 2:
-        return 0.0
-    wanted = outer_areas(mesh, design)
-    none = np.zeros((0, 6), dtype=np.int64)
-    facets = {name: mesh.facets.get(name, none) for name in wanted}
-    found = {name: curved_areas(mesh.points, rows).sum() for name, rows in facets.items()}
-    groups = [{name} for name in wanted]
-    for face in outer_faces(design.body, mesh.symmetric):
-        joined = [group for group in groups if group & set(face.boundaries)]
-        if len(joined) > 1:  # no edge tells where one ends and the next begins
-            groups = [group for group in groups if group not in joined] + [set().union(*joined)]
-    areas = [[sum(each[name] for name in group) for each in (found, wanted)] for group in groups]
-    return max(abs(float(area) / given - 1.0) for area, given in areas if given > 0.0)
-
-
-def outer_areas(mesh: Mesh, design: Design) -> dict[str, float]:
-    """Areas of the outer faces by name, mm^2, less the mouths of sheets' slots."""
-    wanted = dict(face_areas(design.body, mesh.symmetric))
-    if design.plates.model != "sheet":
-        return wanted
-    for frame in plate_frames(design):
-        mouth = frame.length * frame.thickness
-        for name, area in _mouths(frame, design, mesh.symmetric, mouth):
-            if name in wanted:
-                wanted[name] -= area
-    return wanted
-
-
-def _mouths(
-    frame: PlateFrame, design: Design, symmetric: bool, mouth: float
-) -> list[tuple[str, float]]:
-    """Where a slot opens in the body's outside, and how much of it."""
-    body = design.body
-    if frame.along == "x":
-        low, high = -0.5 * body.depth_mm, 0.5 * body.depth_mm
-        found = [("end", mouth)] if frame.high > high - _TOUCHES else []
-        if symmetric:
-            return [*found, ("symmetry", mouth)]
-        return [*found, ("end", mouth)] if frame.low < low + _TOUCHES else found
-    half = 0.5 * body.width_mm
-    share = 0.5 if symmetric else 1.0
-    sides = (frame.high > half - _TOUCHES) + (frame.low < -half + _TOUCHES)
-    found = [("side", share * mouth * sides)] if sides else []
-    if symmetric:
-        level = abs(frame.axis[0]) > 0.5  # along z: cut across; upright: cut along its mid-surface
-        found.append(("symmetry", frame.span * (frame.thickness if level else frame.length)))
-    return found
-
-
-@dataclass(frozen=True)
-class VolumeFit:
-    """Volumes (mm^3; in the section areas, mm^2) against the closed forms; errors are relative.
-
-    regions: by name "volume" (curved cells), "straight" (by corners), "wanted" and "error"
-    """
-
-    regions: dict[str, dict[str, float]]
-    body_error: float
-    body_error_straight: float
-    worst_plate_error: float
-
-
-def meshed_plates(mesh: Mesh, design: Design) -> tuple[PlateFrame, ...]:
-    """The frames that the mesh has, or should have: all in space; those that z = 0 cuts in 2-D."""
-    if design.plates.model == "none":
-        return ()
-    frames = plate_frames(design)
-    if mesh.dimension == 3:
-        return frames
-    return tuple(f for f in frames if f.along == "x" and f.low < 0.0 < f.high)
-
-
-def wanted_volumes(mesh: Mesh, design: Design) -> dict[int, float]:
-    """Volume by region, mm^3 (section: area, mm^2), of what the design says is solid there."""
-    frames = meshed_plates(mesh, design)
-    if mesh.dimension == 2:
-        whole = profile_of(design.body).area
-        plates = {frame.index + 1: frame.length * frame.thickness for frame in frames}
-        core = design.body.core
-        inner = core.width_mm * core.height_mm if core is not None else 0.0
-    else:
-        whole = outline_volume(design.body, mesh.symmetric)
-        plates = {frame.index + 1: plate_volume(frame, mesh.symmetric) for frame in frames}
-        inner = core_volume(design, mesh.symmetric)
-    wanted = {0: whole - sum(plates.values()) - inner}
-    if design.plates.model == "solid":
-        wanted |= plates
-    if inner:
-        wanted[design.core_region] = inner
-    return wanted
-
-
-def volumes_by_region(mesh: Mesh, design: Design) -> VolumeFit:
-    """Compare the volume of every region with the design's; a missing region has the error 1."""
-    wanted = wanted_volumes(mesh, design)
-    count = max(int(mesh.regions.max(initial=0)), *wanted) + 1
-    curved = np.bincount(mesh.regions, curved_volumes(mesh.points, mesh.cells), count)
-    straight = np.bincount(mesh.regions, cell_volumes(mesh.points, mesh.corners), count)
-    present = np.bincount(mesh.regions, minlength=count) > 0
-    regions = {}
-    for number in range(count):
-        if not present[number] and number not in wanted:
-            continue
-        requested = wanted.get(number, 0.0)
-        regions[mesh.region_name(number)] = {
-            "volume": float(curved[number]),
-            "straight": float(straight[number]),
-            "wanted": float(requested),
-            "error": _error(float(curved[number]), requested),
-        }
-    whole = sum(wanted.values())
-    strange = [n for n in range(1, count) if present[n] and n not in wanted]
-    plates = [
-        values["error"] for name, values in regions.items() if name not in ("elastomer", "core")
-    ]
-    return VolumeFit(
-        regions,
-        _error(float(curved.sum()), whole),
-        _error(float(straight.sum()), whole),
-        1.0 if strange else max(plates, default=0.0),
-    )
-
-
-def _error(found: float, wanted: float) -> float:
-    return abs(found / wanted - 1.0) if wanted > 0.0 else 1.0
-
-
-def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
-    """Greatest distance (mm) of the nodes of each named face, mid-nodes too, to the CAD face.
-
-    Besides the mesh's named facets, "plate_k" and "core": the surface of that region.
-    """
-    frames = {frame.index: frame for frame in meshed_plates(mesh, design)}
-    outer = outer_faces(design.body, mesh.symmetric)
-    found = {}
-    for name, facets in mesh.facets.items():
-        slot = re.fullmatch(r"plate_(\d+)_(upper|lower|end)", name)
-        if slot and int(slot[1]) in frames:
-            faces = plate_faces(frames[int(slot[1])])
-        else:
-            faces = [face for face in outer if name in face.boundaries]
-        if faces:
-            found[name] = _greatest(mesh, np.unique(facets), faces)
-    cut: list[Carrier] = [plane("symmetry", (0.0, 0.0, -1.0), 0.0)] if mesh.dimension == 3 else []
-    for number in np.unique(mesh.regions[mesh.regions > 0]):
-        if number == design.core_region and design.body.core is not None:
-            faces = core_faces(design.body)
-        elif int(number) - 1 in frames:
-            faces = plate_faces(frames[int(number) - 1])
-        else:
-            continue
-        surface = boundary_facets(mesh.cells[mesh.regions == number], mesh.dimension)
-        faces = faces + cut if mesh.symmetric else faces
-        found[mesh.region_name(int(number))] = _greatest(mesh, np.unique(surface), faces)
-    return found
-
-
-def _greatest(mesh: Mesh, nodes: IntArray, faces: list[Carrier]) -> float:
-    points = np.zeros((len(nodes), 3))
-    points[:, : mesh.dimension] = mesh.points[nodes]
-    away = np.min([np.abs(face.misfit(points)) for face in faces], axis=0)
-    return float(away.max(initial=0.0))

@@ -17,8 +17,9 @@ import scipy.sparse as sp
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mesh.cells import TRIANGLE_EDGES
 from fingerdesign.mesh.measures import cell_volumes
-from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh
+from fingerdesign.mesh.types import Mesh
 
 _REACH = 0.95  # of the way from a plate to what must stay in its place
 _LEAST_CELL = 0.2  # of its size before: a cell that shrinks to less was moved too far

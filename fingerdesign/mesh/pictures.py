@@ -1,6 +1,6 @@
 """A picture of a mesh: its outside with edges and, of a whole finger, its inside too (pyvista).
 
-Plates are bronze, a core purple, and a legend says so. VTK is native code that can crash where
+Plates are bronze, a core purple, and a legend names them. VTK is native code that can crash where
 graphics drivers are odd: it draws in a process of its own.
 """
 
@@ -14,7 +14,8 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.measures import cell_angles
-from fingerdesign.mesh.quality import AskedSizes, QualityReport, size_zones
+from fingerdesign.mesh.quality import QualityReport
+from fingerdesign.mesh.requested import TargetSizes, size_zones
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.files import whole_file
 from fingerdesign.runtime.isolate import Function, ProcessError, call
@@ -59,7 +60,7 @@ def cropped(image: NDArray[Any]) -> NDArray[Any]:
 
 def draw_mesh(mesh: Mesh, path: Path, name: str = "") -> Path:
     """Write a PNG of a mesh: a section seen along -z, a half model with its mid-plane in front, a
-    whole one beside itself cut open at z = 0. ``name``: the design's, for the title.
+    whole one next to itself cut open at z = 0. ``name``: the design's, for the title.
 
     MeshError where nothing can be rendered (no off-screen graphics on this machine).
     """
@@ -69,18 +70,18 @@ def draw_mesh(mesh: Mesh, path: Path, name: str = "") -> Path:
     return drawn(paint_mesh, path, data, picture_title(mesh, name), whole)
 
 
-def drawn(paint: Function, path: Path, *given: Any) -> Path:
-    """``paint(*given, path)`` in a process of its own, whole or not at all; MeshError says why."""
+def drawn(paint: Function, path: Path, *arguments: Any) -> Path:
+    """Run ``paint(*arguments, path)`` in a process of its own; MeshError where that fails."""
     try:
         with whole_file(path.absolute()) as aside:
-            call(paint, *given, aside, time_s=TIME_LIMIT_S)
+            call(paint, *arguments, aside, time_s=TIME_LIMIT_S)
     except ProcessError as error:
         raise MeshError(f"the picture {path} could not be drawn: {error}") from error
     return path
 
 
 def picture_title(mesh: Mesh, name: str = "") -> str:
-    """What is drawn: of which design, how much of it, of how many elements."""
+    """Title of a picture: the design, the part of it that is shown, the number of elements."""
     shown = "the section z = 0"
     if mesh.dimension == 3:
         shown = "the half z >= 0" if mesh.symmetric else "the whole finger, and cut open at z = 0"
@@ -161,7 +162,7 @@ def draw_angles(axes: Any, data: dict[str, NDArray[Any]], about: dict[str, Any])
 
 
 def draw_ratios(axes: Any, ratios: dict[str, NDArray[Any]]) -> None:
-    """Mean edges over the sizes asked for, zone by zone."""
+    """Mean edges over the target sizes, zone by zone."""
     edges = np.geomspace(0.25, 4.0, 49)
     for zone, values in ratios.items():
         counts = np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0]
@@ -177,11 +178,11 @@ def draw_ratios(axes: Any, ratios: dict[str, NDArray[Any]]) -> None:
     axes.set_xscale("log")
     axes.set_xticks([0.25, 0.5, 1.0, 2.0, 4.0], ["1/4", "1/2", "1", "2", "4"])
     axes.minorticks_off()
-    axes.set_xlabel("mean edge over the size asked for there")
+    axes.set_xlabel("mean edge over the target size there")
     axes.set_ylabel("per cent of the zone's elements")
     axes.set_ylim(0.0, 1.4 * axes.get_ylim()[1])
     axes.legend(fontsize=8.5, frameon=False, loc="upper left")
-    axes.set_title("sizes against those asked", loc="left", fontsize=9.5)
+    axes.set_title("sizes against their targets", loc="left", fontsize=9.5)
 
 
 VIEW = (1500, 1100)  # pixels of the view in space
@@ -194,11 +195,10 @@ def draw_quality(
     design: Design,
     report: QualityReport,
     path: Path,
-    requested: AskedSizes,
+    requested: TargetSizes,
 ) -> Path:
     """Write the PNG: the mesh cut open at z = 0, those of its worst elements marked that lie near
-    the cut, the histogram of all angles and those of the sizes over the sizes asked for, zone by
-    zone.
+    the cut, the histogram of all angles and those of the sizes over their targets, zone by zone.
 
     MeshError where nothing can be rendered.
     """
@@ -240,7 +240,7 @@ def near_cut(mesh: Mesh, cells: list[int]) -> IntArray:
 
 
 def _interest(mesh: Mesh) -> tuple[str, IntArray]:
-    """What to look at closely, in words, and its nodes: plates or their slots, or the core."""
+    """Title and nodes of the close view: plates or their slots, or the core."""
     parts = mesh.parts
     slots = [rows for name, rows in mesh.facets.items() if name.startswith("plate_")]
     plates = [mesh.cells[parts["plates"]].reshape(-1)]

@@ -1,146 +1,29 @@
-"""How good a mesh is: angles, sizes, volumes and areas against the CAD, distance to its faces."""
+"""Quality of a mesh: angles, sizes, volumes and areas against the CAD, distance to its faces."""
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.surface import surface_of
-from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.files.imported import import_words
+from fingerdesign.mesh.fit import face_distances, volumes_by_region, worst_area_error
 from fingerdesign.mesh.measures import (
     aspects,
     cell_angles,
     cell_volumes,
     edge_lengths,
-    face_distances,
     least_jacobian_ratios,
-    volumes_by_region,
-    worst_area_error,
 )
-from fingerdesign.mesh.section.outline import SectionSize
-from fingerdesign.mesh.section.section import (
-    extruded_sizes,
-    inner_of,
-    section_frames,
-    section_outline,
-    section_sizes,
-)
-from fingerdesign.mesh.sizing import FACETS_ACROSS, MeshSizes, SizeField
+from fingerdesign.mesh.requested import TargetSizes, size_ratios
 from fingerdesign.mesh.types import Mesh
-
-_END_WORDS = ("in plates and beside them finer at the plates' ends, where stress is singular",)
-
-
-@dataclass(frozen=True)
-class AskedSizes:
-    """Wanted edge length (mm) by place, and how a cell's own is measured against it.
-
-    at       points (n, 2 or 3) -> (n,)
-    reasons  why they differ from the keys of [mesh], a sentence each
-    stretch  cells are to be this many times longer along z; infinite: only what they measure in
-             the section counts (layers say how long they are along z)
-    """
-
-    at: Callable[[Array], Array]
-    stretch: float = 1.0
-    reasons: tuple[str, ...] = ()
-
-    def ratios(self, points: Array, cells: IntArray) -> Array:
-        """Mean edge of each cell (its corners) over the wanted one at its centroid, (c,)."""
-        shrunk = points.copy()
-        if points.shape[1] == 3:
-            shrunk[:, 2] /= self.stretch
-        edges = edge_lengths(shrunk, cells)
-        known = edges > 1e-9
-        mean = edges.sum(axis=1) / np.maximum(known.sum(axis=1), 1)
-        return np.asarray(mean / self.at(points[cells].mean(axis=1)))
-
-
-def requested_sizes(design: Design, mesh: Mesh, zone: Zone) -> AskedSizes:
-    """What the design's ``[mesh]`` table asks of a mesh that is fine in a zone of contact."""
-    frames = plate_frames(design) if design.plates.model != "none" else ()
-    ends = _END_WORDS if frames else ()
-    plane = mesh.dimension == 2
-    if plane or mesh.mesher == "extrude":
-        flat = (section_sizes if plane else extruded_sizes)(design, zone.half_width)
-        said = (design.mesh.section if plane else design.mesh).contact_size_mm
-        inner = None if plane else inner_of(design, zone)
-        shown = section_frames(design) if plane else frames
-        field = SectionSize(section_outline(design, zone.half_width, flat, shown, inner))
-        table = "mesh.section" if plane else "mesh"
-        words = _finer_words(table, said, flat.contact_size_mm, zone.half_width)
-        if inner is not None:
-            reach = f"over |x| <= {inner[0]:.3g} mm, which the scene's path reaches"
-            words.append(f"{reach}, {inner[1]:.3g} mm")
-        return AskedSizes(field, 1.0 if plane else np.inf, (*words, *ends))
-    sizes = MeshSizes.of(design, zone)
-    wanted = SizeField(surface_of(design.body), frames, sizes, zone)
-    half = min(zone.half_width, zone.half_depth or np.inf)
-    words = _finer_words("mesh", design.mesh.contact_size_mm, sizes.contact, half)
-    if sizes.stretch > 1.0:
-        words.append(
-            f"elements are to be {sizes.stretch:g} times longer along z than in the section, so "
-            f"at the contact {sizes.contact / np.sqrt(sizes.stretch):.3g} mm across"
-        )
-    return AskedSizes(wanted, sizes.stretch, (*words, *ends))
-
-
-def _finer_words(table: str, said: float, size: float, half_width: float) -> list[str]:
-    """Why the size at the contact is not ``table``.contact_size_mm, where it is not."""
-    if size >= said:
-        return []
-    return [
-        f"at the contact {size:.3g} mm, not {table}.contact_size_mm = {said:g}: "
-        f"{FACETS_ACROSS:g} facets over the half-width of the scene's contact zone "
-        f"({half_width:.3g} mm), but no finer than a third of the key"
-    ]
-
-
-def size_zones(mesh: Mesh, requested: AskedSizes) -> dict[str, BoolArray]:
-    """Which cells (c,) lie at the contact zone, in plates, in the core, elsewhere in the elastomer.
-
-    The contact zone: cells that touch contact facets where the size asked for is nearly the least
-    of all such facets.
-    """
-    parts = mesh.parts
-    contact = mesh.facets.get("contact", np.zeros((0, 3), dtype=np.int64))
-    at_contact = np.zeros(len(mesh.cells), dtype=bool)
-    if len(contact):
-        nodes = np.unique(contact[:, : mesh.dimension])
-        wanted = requested.at(mesh.points[nodes])
-        fine = nodes[wanted <= 1.2 * wanted.min()]
-        at_contact = np.isin(mesh.corners, fine).any(axis=1) & parts["elastomer"]
-    rest = parts["elastomer"] & ~at_contact
-    return {"contact": at_contact, "plates": parts["plates"], "core": parts["core"], "rest": rest}
-
-
-def size_ratios(mesh: Mesh, requested: AskedSizes) -> dict[str, dict[str, float]]:
-    """By zone: elements, mean size asked and found (mm), and their ratio: 5 %, mean, 95 %."""
-    ratios = requested.ratios(mesh.points, mesh.corners)
-    edges = edge_lengths(mesh.points, mesh.corners).mean(axis=1)
-    wanted = requested.at(mesh.points[mesh.corners].mean(axis=1))
-    return {
-        zone: {
-            "elements": int(rows.sum()),
-            "asked_mm": float(wanted[rows].mean()),
-            "edge_mm": float(edges[rows].mean()),
-            "p5": float(np.percentile(ratios[rows], 5)),
-            "mean": float(ratios[rows].mean()),
-            "p95": float(np.percentile(ratios[rows], 95)),
-        }
-        for zone, rows in size_zones(mesh, requested).items()
-        if rows.any()
-    }
 
 
 def _few(rows: dict[str, dict[str, float]], key: str) -> dict[str, dict[str, float]]:
-    """All rows but the plates', and of these the worst: quality.json has them all."""
+    """All rows but the plates', and of these the worst."""
     plates = {name: row for name, row in rows.items() if name.startswith("plate_")}
     found = {name: row for name, row in rows.items() if name not in plates}
     if plates:
@@ -157,7 +40,7 @@ WORST = 20  # elements that are named one by one
 
 @dataclass(frozen=True)
 class QualityReport:
-    """A mesh's quality; lengths in mm, angles in degrees, errors relative unless a unit is said.
+    """A mesh's quality; lengths in mm, angles in degrees, errors relative unless a unit is named.
 
     In 2-D "dihedral" means the angles of the triangles and "volume" the area. Angles, aspects and
     edges are those of the straight-sided cells.
@@ -173,15 +56,15 @@ class QualityReport:
     surface_distance_mm       greatest distance of nodes, mid-nodes included, to their CAD face, by
                               the face's name; of "plate_k" and "core" all of their own surface
     volumes                   by region: "volume" and "straight" (of curved and of straight cells),
-                              "wanted" (closed form) and "error"
-    size_ratio                by zone: mean edge over the size asked for there (5 %, mean, 95 %)
+                              "target" (closed form) and "error"
+    size_ratio                by zone: mean edge over the target size there (5 %, mean, 95 %)
     worst                     the cells of least angle: place, angle, region
     modelled                  "section", "half z >= 0" or "whole": what of the finger the cells,
                               and hence the volumes, are
-    size_reasons              why sizes asked for differ from the keys of [mesh]
+    size_reasons              why target sizes differ from the keys of [mesh]
     attempts                  of the mesher until this mesh passed; None where it is not reported
     failed_attempts           why those before it failed; empty where there were none
-    remarks                   what became of a mesh that was read from a file
+    remarks                   on a mesh that was read from a file
     """
 
     mesher: str
@@ -214,11 +97,11 @@ class QualityReport:
     remarks: list[str] = field(default_factory=list)
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain values, for JSON."""
+        """Plain values for JSON."""
         return asdict(self)
 
     def text(self) -> str:
-        """As readable lines, one measure each; lengths in mm, angles in degrees."""
+        """Readable lines, one measure each; lengths in mm, angles in degrees."""
         import jinja2
 
         distances = {name: {"mm": value} for name, value in self.surface_distance_mm.items()}
@@ -247,8 +130,8 @@ def _part(edges: Array, angles: Array, aspect: Array, volumes: Array) -> dict[st
     }
 
 
-def assess(mesh: Mesh, design: Design, requested: AskedSizes | None = None) -> QualityReport:
-    """Measure a mesh of a design against closed forms and, where given, the sizes asked for."""
+def assess(mesh: Mesh, design: Design, requested: TargetSizes | None = None) -> QualityReport:
+    """Measure a mesh of a design against closed forms and, where given, the target sizes."""
     cells = mesh.corners
     angles = cell_angles(mesh.points, cells)
     edges = edge_lengths(mesh.points, cells)

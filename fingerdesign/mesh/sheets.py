@@ -1,6 +1,6 @@
 """Plates as sheets: a section's mesh that follows the plates' mid-lines, opened to their thickness.
 
-The mesh is made with each plate as a line, which asks for no element of the plate's thickness. Then
+The mesh is made with each plate as a line, which needs no element of the plate's thickness. Then
 every line is cut into an upper and a lower face, the faces are moved t/2 apart, and the triangles
 around are squeezed to make room: beyond a reach R from the mid-line nothing moves. The plate's
 square ends open along a short line beyond each end, which is cut too and filled with triangles. So
@@ -18,8 +18,8 @@ from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.outline import chain_misfit
 from fingerdesign.layout.profile import profile_of
+from fingerdesign.mesh.cells import boundary_facets
 from fingerdesign.mesh.measures import cell_volumes
-from fingerdesign.mesh.types import boundary_facets
 
 FACES = ("upper", "lower", "end")
 _ON = 1e-9  # mm: the mesher's vertices lie on their lines to rounding
@@ -105,7 +105,7 @@ def _ends_filled(frame: PlateFrame, points: Array, chain: IntArray, lower: IntAr
 
 
 def _opening(frame: PlateFrame, points: Array, reach: float, beyond: float) -> Array:
-    """How far (n, 1) points beside a plate make room, mm."""
+    """Distance (n, 1) that points next to a plate move to make room, mm."""
     past = np.abs(frame.local(points)[:, 0]) - 0.5 * frame.length
     fading = np.clip(1.0 - np.maximum(past, 0.0) / beyond, 0.0, 1.0)
     fading *= np.clip(1.0 - _distance(frame, points) / reach, 0.0, 1.0)
@@ -113,7 +113,7 @@ def _opening(frame: PlateFrame, points: Array, reach: float, beyond: float) -> A
 
 
 def room_around(frame: PlateFrame, frames: tuple[PlateFrame, ...], body: Body) -> float:
-    """What is a plate's own around its mid-line, mm: to body and core, and half way to others.
+    """Room of a plate around its mid-line, mm: to body and core, and half way to others.
 
     Raises MeshError where that is too little for the faces to be moved apart.
     """
@@ -166,7 +166,7 @@ def sheet_facets(
     corners, then mid-edge nodes. Raises MeshError where they do not fill the plate's faces.
     """
     dimension = points.shape[1]
-    facets = boundary_facets(cells, dimension)
+    facets = boundary_facets(cells)
     corners = points[facets[:, :dimension]]
     found = {}
     for frame in frames:

@@ -32,7 +32,8 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.moved import moved_frames, moved_mesh
-from fingerdesign.mesh.section.section import mesh_section, section_sizes
+from fingerdesign.mesh.section.plates import section_sizes
+from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.mold.plan.fixture.outer import bow
 from fingerdesign.mold.plan.limits import comb_tolerance, limits_of

@@ -25,7 +25,7 @@ from fingerdesign.fem.factor import has_pardiso
 from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.mesh import sizing
-from fingerdesign.mesh.cache import keep_mesh, mesh_key
+from fingerdesign.mesh.cache import mesh_key, store_mesh
 from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.runtime import machine
 from fingerdesign.runtime.machine import Machine
@@ -236,7 +236,7 @@ def test_a_mesh_in_the_cache_is_counted_as_it_is(own_cache):
     swept = with_values(case.design, COARSE)
     mesh = make_mesh(swept, "3d", zone)
     sizes = MeshSizes.of(case.design, zone)
-    keep_mesh(mesh_key(case.design, sizes, zone, True), mesh)
+    store_mesh(mesh_key(case.design, sizes, zone, True), mesh)
     again = forecast_case(case, Machine(60.0, 110.0, 3))  # not the forecast remembered
     model = condense(case.design, mesh, zone, case.path_scene)
     assert (again.dofs, again.contact_nodes) == (model.dofs, model.reduced.nodes)

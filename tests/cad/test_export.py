@@ -8,12 +8,12 @@ import pytest
 from fingerdesign.cad.export import (
     check_watertight,
     enclosed_volume,
-    triangulate,
     write_cad,
     write_step,
     write_stl,
 )
 from fingerdesign.cad.kernel import volume_of
+from fingerdesign.cad.triangles import triangulate
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from fingerdesign.cad import solid_process
-from fingerdesign.cad.export import enclosed_volume, triangulate
+from fingerdesign.cad.export import enclosed_volume
 from fingerdesign.cad.solid import build_solid
 from fingerdesign.cad.solid_process import finger_triangles, write_finger_cad
+from fingerdesign.cad.triangles import triangulate
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume

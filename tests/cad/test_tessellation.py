@@ -6,14 +6,9 @@ import pytest
 
 from fingerdesign.cad import export as tessellation
 from fingerdesign.cad.bodies import outline_solid
-from fingerdesign.cad.export import (
-    check_watertight,
-    enclosed_volume,
-    merge_vertices,
-    triangulate,
-    triangulate_measured,
-)
+from fingerdesign.cad.export import check_watertight, enclosed_volume
 from fingerdesign.cad.kernel import volume_of
+from fingerdesign.cad.triangles import merge_vertices, triangulate, triangulate_measured
 from fingerdesign.design.body import Body
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.surface import surface_of

@@ -13,9 +13,9 @@ from fingerdesign.fem.model import build_model
 from fingerdesign.fem.reduction import body_model
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.cells import boundary_facets
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.mesh.types import boundary_facets
 from tests.support.boxes import block
 
 SHAPES = {2: ((6, 4), (3.0, 2.0)), 3: ((4, 3, 2), (3.0, 2.0, 1.0))}
@@ -37,7 +37,7 @@ def test_contact_facets_that_are_none_are_refused(dim):
     mesh, own = body.mesh, body.contact
     first = [0, 1, 3] if dim == 2 else [0, 1, 2, 4, 5, 6]
     inside = mesh.cells[:, first]
-    inside = inside[~np.isin(inside[:, -1], boundary_facets(mesh.cells, dim))]
+    inside = inside[~np.isin(inside[:, -1], boundary_facets(mesh.cells))]
     for contact, words in (
         (own[:, :dim], "mid-edge nodes"),
         (own + 10**6, "name nodes"),

@@ -10,7 +10,7 @@ from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body, assemble_system
 from fingerdesign.fem.trace import contact_trace
-from fingerdesign.mesh.types import boundary_facets
+from fingerdesign.mesh.cells import boundary_facets
 from tests.support.boxes import box, mesh_of
 
 WAVES, SLOPES = np.array([2.0, 1.5, 1.0]), np.array([1.0, 2.0, 1.5])
@@ -170,7 +170,7 @@ def test_pressure_jumps_between_materials(dim):
     body = Body(mesh, young, poisson, held.ravel(), cells[:0], element="mixed")
     system = assemble_system(body)
     assert system.pressures > len(np.unique(mesh.corners))
-    facets = boundary_facets(cells, dim)
+    facets = boundary_facets(cells)
     trace = contact_trace(points, facets[(points[facets, 1] > 1 - 1e-9).all(axis=1)])
     pull = np.outer(trace.areas, np.eye(dim)[1])
     row = sp.csr_matrix((trace.operator.T @ pull.ravel())[None] @ system.lift)

@@ -25,12 +25,13 @@ from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.cells import quadratic, with_mid_nodes
 from fingerdesign.mesh.measures import oriented
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.tetra.slots import open_slots
 from fingerdesign.mesh.tetra.tetwild import tetrahedralise
-from fingerdesign.mesh.types import Mesh, quadratic, with_mid_nodes
+from fingerdesign.mesh.types import Mesh
 from fingerdesign.shapes.objects import Plane
 from tests.support.boxes import simplices
 

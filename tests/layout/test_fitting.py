@@ -47,7 +47,7 @@ def test_the_nearest_plate_takes_the_gage(small):
 
 def test_a_grid_unlike_the_designs_is_named(small):
     grown = with_values(small, LARGE)
-    assert gage_fit(grown).unlike(grown)
+    assert gage_fit(grown).differs_from(grown)
     assert "gages.width_mm = 2" in gage_words(grown, gage_fit(grown))
     alike = with_values(grown, {"gages.length_mm": 0.3, "gages.width_mm": 2.0})
     assert gage_words(alike, gage_fit(alike)) is None

@@ -9,13 +9,13 @@ import pytest
 from fingerdesign import parse_design, with_values
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.cache import keep_mesh, load_mesh, mesh_key
+from fingerdesign.mesh.cache import load_mesh, mesh_key, store_mesh
+from fingerdesign.mesh.cells import TETRA_EDGES, TRIANGLE_EDGES, with_mid_nodes
 from fingerdesign.mesh.files.calculix import cell_faces
 from fingerdesign.mesh.files.io import read_named, to_meshio, write_mesh
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.sizing import MeshSizes
-from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, with_mid_nodes
 
 DESIGN = parse_design(
     """
@@ -183,7 +183,7 @@ def test_cells_that_are_no_simplices_or_of_two_orders_are_refused(tmp_path):
     tet, whole = np.arange(4)[None], np.arange(10)[None]
     for cells, words in (
         ([("tetra", tet), ("hexahedron", np.arange(8)[None])], "hexahedron"),
-        ([("tetra", tet), ("tetra10", whole + 4)], "one order"),
+        ([("tetra", tet), ("tetra10", whole + 4)], "of one order"),
         ([("line", np.array([[0, 1]]))], "no quadratic cells"),
     ):
         meshio.Mesh(points, cells).write(tmp_path / "m.vtu")
@@ -218,7 +218,7 @@ def test_a_mesh_is_kept_for_its_geometry_sizes_zone_and_half():
 
 
 def test_a_mesh_comes_back_as_it_was_and_garbage_is_nothing_kept(folder, mesh):
-    assert keep_mesh("key", mesh)
+    assert store_mesh("key", mesh)
     again, path = load_mesh("key"), folder / "key.npz"
     for name in ("points", "cells", "regions"):
         np.testing.assert_array_equal(getattr(again, name), getattr(mesh, name))

@@ -10,7 +10,8 @@ from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.measures import aspects
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.mirror import half_of
-from fingerdesign.mesh.section.section import mesh_section, section_outline
+from fingerdesign.mesh.section.plates import section_outline
+from fingerdesign.mesh.section.section import mesh_section
 
 DESIGN = parse_design(
     """

@@ -8,6 +8,7 @@ import pytest
 
 from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.cells import quadratic
 from fingerdesign.mesh.measures import (
     aspects,
     cell_angles,
@@ -17,10 +18,10 @@ from fingerdesign.mesh.measures import (
     edge_lengths,
     least_jacobian_ratios,
 )
-from fingerdesign.mesh.quality import assess, requested_sizes
+from fingerdesign.mesh.quality import assess
+from fingerdesign.mesh.requested import requested_sizes
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.mesh.types import quadratic
 
 TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]])
 TETRA = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
@@ -102,7 +103,7 @@ def cored():
 def test_every_region_and_face_is_held_against_the_design(cored):
     report = assess(cored, DESIGN)
     assert set(report.volumes) == {"elastomer", "plate_0", "plate_1", "core"}
-    assert report.volumes["core"]["wanted"] == 60.0  # half of the depth
+    assert report.volumes["core"]["target"] == 60.0  # half of the depth
     for values in report.volumes.values():
         assert values["error"] < 1e-6
     faces = {"base", "contact", "side", "end", "symmetry", "plate_0", "plate_1", "core"}

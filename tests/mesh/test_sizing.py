@@ -9,18 +9,12 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.counting import expected_elements
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.section.extrude import extrude
-from fingerdesign.mesh.section.section import extruded_sizes, section_sizes
-from fingerdesign.mesh.sizing import (
-    END_GRADATION,
-    GRID_POINTS,
-    LEAST_CONTACT_SIZE,
-    MeshSizes,
-    SizeField,
-    background_grid,
-    expected_elements,
-)
+from fingerdesign.mesh.section.plates import extruded_sizes, section_sizes
+from fingerdesign.mesh.sizing import END_GRADATION, LEAST_CONTACT_SIZE, MeshSizes, SizeField
+from fingerdesign.mesh.tetra.background import GRID_POINTS, background_grid
 
 
 def field_of(keys, stretch=1.0):

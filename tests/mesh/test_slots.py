@@ -9,10 +9,12 @@ from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.layers import not_a_sheet
+from fingerdesign.mesh.cells import boundary_facets
 from fingerdesign.mesh.measures import cell_volumes
-from fingerdesign.mesh.tetra.slots import carrier_frames, held_on_faces, open_slots
-from fingerdesign.mesh.tetra.snap import least_dihedral
-from fingerdesign.mesh.types import boundary_facets
+from fingerdesign.mesh.tetra.improve import least_dihedral
+from fingerdesign.mesh.tetra.slots import open_slots
+from fingerdesign.mesh.tetra.ways import carrier_frames
+from fingerdesign.mesh.tetra.widen import fixed_on_faces
 from tests.support.boxes import simplices
 
 # Boxes of the grid below are 1 x 0.5 x 1 mm: mid-surfaces lie between its cells.
@@ -87,11 +89,11 @@ def test_nothing_is_open_but_the_slot(case):
     """The outside is what it was, and else the slot's faces alone bound the mesh."""
     frame, slots, points, tets = case
     named = np.vstack([*slots.facets.values()])
-    outer = {tuple(sorted(f)) for f in boundary_facets(slots.tets, 3).tolist()}
+    outer = {tuple(sorted(f)) for f in boundary_facets(slots.tets).tolist()}
     faces = {tuple(sorted(f)) for f in named.tolist()}
     assert faces < outer
     rest = np.array(sorted(outer - faces))
-    before = area(points, boundary_facets(tets, 3))
+    before = area(points, boundary_facets(tets))
     mouths = 2 if frame is FLUSH else 1 if frame.low == 0.0 else 0
     mouth = frame.length * frame.thickness
     assert area(slots.points, rest) == pytest.approx(before - mouths * mouth, rel=1e-9)
@@ -191,7 +193,7 @@ def test_what_cannot_be_a_sheet():
 def test_a_facet_without_area_holds_its_nodes_in_all_directions():
     points = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 0, 1], [0, 1, 0]], dtype=float)
     tets, regions = np.array([[0, 1, 3, 4]]), np.zeros(1, dtype=np.int64)
-    held = held_on_faces(points, tets, regions, np.array([[0, 1, 2], [0, 1, 3]]))
+    held = fixed_on_faces(points, tets, regions, np.array([[0, 1, 2], [0, 1, 3]]))
     assert held[[0, 1, 2]].all()  # of 0, 1, 2 in a row
     assert held[3].tolist() == [False, True, False]  # across y, by 0, 1, 3
     assert not held[4].any()

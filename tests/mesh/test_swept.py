@@ -19,7 +19,8 @@ from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section.extrude import distinct, extrude, graded_heights, layer_heights
 from fingerdesign.mesh.section.netgen import run_netgen, start_mesher, triangulated
 from fingerdesign.mesh.section.outline import BODY, Outline
-from fingerdesign.mesh.section.section import mesh_section, section_frames
+from fingerdesign.mesh.section.plates import section_frames
+from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.sheets import open_sheets, room_around
 
 DESIGN = parse_design(
@@ -211,7 +212,7 @@ def test_parts_over_one_another_and_sheets_without_room_are_refused_by_name():
     assert not_layered(with_values(DESIGN, crossing)).startswith("plates 0 and 1 overlap")
     core = {"body.core": CORE | {"depth_mm": 2.0}, "plates.span_mm": 1.5}
     beyond = with_values(DESIGN, core | {"plates.placement": [[0, 1.2, 0, 2.0], [0, 4, 0, -2.0]]})
-    assert overlaps(beyond).startswith("plate 0 and the core lie over")
+    assert overlaps(beyond).startswith("plate 0 and the core overlap")
     frames = plate_frames(DESIGN)
     near = replace(frames[1], place=frames[0].place + 0.16)
     with pytest.raises(MeshError, match=r"plate 0 has 0\.0388 mm .* plates\.model = 'solid'"):

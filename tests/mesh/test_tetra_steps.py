@@ -6,17 +6,18 @@ import pytest
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.rows import plate_frames
+from fingerdesign.mesh.cells import TETRA_EDGES, TETRA_FACETS, boundary_facets
 from fingerdesign.mesh.measures import cell_volumes
-from fingerdesign.mesh.tetra.boundary import boundary_facets as named_facets
+from fingerdesign.mesh.tetra.boundary import carried_facets as named_facets
 from fingerdesign.mesh.tetra.boundary import enclosed
 from fingerdesign.mesh.tetra.carriers import Chain, carriers_of
-from fingerdesign.mesh.tetra.finish import TOO_LONG, refine
-from fingerdesign.mesh.tetra.snap import least_dihedral, snap_to_carriers
-from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, boundary_facets
+from fingerdesign.mesh.tetra.improve import least_dihedral
+from fingerdesign.mesh.tetra.refine import TOO_LONG, refine
+from fingerdesign.mesh.tetra.snap import snap_to_carriers
 from tests.support.boxes import simplices
 
 CUBE, KUHN = simplices(*[np.array([0.0, 1.0])] * 3)
-SIDES = boundary_facets(KUHN, 3)
+SIDES = boundary_facets(KUHN)
 TURNED = np.linalg.det(CUBE[SIDES] - 0.5) < 0.0
 SIDES[TURNED] = SIDES[TURNED][:, ::-1]  # wound outward
 

@@ -5,25 +5,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import fingerdesign.mesh.tetra.run as run
 import fingerdesign.mesh.tetra.tetwild as tetwild
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.cells import TRIANGLE_EDGES, boundary_facets, with_mid_nodes
 from fingerdesign.mesh.measures import cell_volumes, curved_areas
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.sizing import MeshSizes, SizeField
-from fingerdesign.mesh.tetra.slots import plate_ways
-from fingerdesign.mesh.tetra.tetwild import (
-    Attempt,
-    Gate,
-    envelope_mm,
-    run_tetwild,
-    tetrahedralise,
-    validate_surface,
-)
-from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh, boundary_facets, with_mid_nodes
+from fingerdesign.mesh.tetra.run import Attempt, run_tetwild, validate_surface
+from fingerdesign.mesh.tetra.tetwild import Gate, envelope_mm, tetrahedralise
+from fingerdesign.mesh.tetra.ways import plate_ways
+from fingerdesign.mesh.types import Mesh
 from tests.support.boxes import simplices
 
 COARSE = """
@@ -275,7 +271,7 @@ def test_ways_of_plates():
 @pytest.fixture
 def cube():
     points, tets = simplices(*[np.array([0.0, 1.0])] * 3)
-    return points, boundary_facets(tets, 3)
+    return points, boundary_facets(tets)
 
 
 @pytest.fixture
@@ -304,13 +300,13 @@ def test_a_mesher_that_fails_is_an_error_and_its_input_kept(cube, field, tmp_pat
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     with pytest.raises(
-        MeshError, match=r"did not finish in 0.05 s; its input is kept as .*in\.npz"
+        MeshError, match=r"did not finish in 0.05 s; its input is stored as .*in\.npz"
     ):
         run_tetwild(*cube, field, Attempt(0.01), 0.05, 1000.0)
     (kept,) = tmp_path.glob("*/in.npz")
     with np.load(kept) as data:
         np.testing.assert_allclose(data["vertices"], cube[0] / [1.0, 1.0, field.sizes.stretch])
-    monkeypatch.setattr(tetwild, "TETRAHEDRALISE", "failing_mesher:tetrahedralize")
+    monkeypatch.setattr(run, "TETRAHEDRALISE", "failing_mesher:tetrahedralize")
     with pytest.raises(MeshError, match="it failed: ValueError: bad mesh"):
         run_tetwild(*cube, field, Attempt(0.01), 30.0, 1000.0)
 

@@ -4,8 +4,9 @@ import numpy as np
 import skfem
 
 from fingerdesign.fem.system import Body
+from fingerdesign.mesh.cells import boundary_facets, quadratic
 from fingerdesign.mesh.measures import oriented
-from fingerdesign.mesh.types import Mesh, boundary_facets, quadratic
+from fingerdesign.mesh.types import Mesh
 
 
 def simplices(*axes):
@@ -32,7 +33,7 @@ def block_mesh(counts, size, contact_y):
     """A box |x| <= size_x / 2, 0 <= y <= size_y(, 0 <= z <= size_z); "contact" at y = contact_y."""
     axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, counts, strict=True)]
     nodes, cells = quadratic(*simplices(axes[0] - 0.5 * size[0], *axes[1:]))
-    facets = boundary_facets(cells, len(size))
+    facets = boundary_facets(cells)
 
     def on(y):
         return facets[(np.abs(nodes[facets[:, : len(size)], 1] - y) < 1e-9).all(axis=1)]

@@ -13,9 +13,10 @@ from fingerdesign.checks.load import parse_design
 from fingerdesign.design.schema import Gages
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.cells import quadratic
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.mesh.types import Mesh, quadratic
+from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.arrays import (
     OPEN,
     SLIP,

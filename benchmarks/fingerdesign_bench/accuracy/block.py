@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES, Mesh, quadratic
+from fingerdesign.mesh.cells import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES, quadratic
+from fingerdesign.mesh.types import Mesh
 
 
 def graded(size: float, fine: float, extent: float, growth: float = 1.3) -> Array:

@@ -8,7 +8,8 @@ on it to rounding. Names of the facets: "contact" (the whole arc) and, of a half
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh, quadratic
+from fingerdesign.mesh.cells import TRIANGLE_EDGES, quadratic
+from fingerdesign.mesh.types import Mesh
 from fingerdesign_bench.accuracy.block import both_sides, facets_on, graded, rectangle
 
 

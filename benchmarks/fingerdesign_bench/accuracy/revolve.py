@@ -11,7 +11,8 @@ import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh, quadratic
+from fingerdesign.mesh.cells import TETRA_EDGES, TRIANGLE_EDGES, quadratic
+from fingerdesign.mesh.types import Mesh
 from fingerdesign_bench.accuracy.block import facets_on, graded, rectangle, shell_scales
 
 

@@ -170,8 +170,8 @@ def _mesh(method: Method, design: Design, zone: float) -> Mesh:
 
 
 def _geometry_seconds(design: Design) -> float:
-    from fingerdesign.cad.export import triangulate
     from fingerdesign.cad.solid import build_solid
+    from fingerdesign.cad.triangles import triangulate
     from fingerdesign.mesh.tetra.tetwild import chord_mm
 
     start = time.perf_counter()

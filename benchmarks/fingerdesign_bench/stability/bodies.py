@@ -12,9 +12,10 @@ from fingerdesign.errors import MeshError
 from fingerdesign.fem.model import build_model
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.cells import quadratic
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.mesh.types import Mesh, quadratic
+from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import ReducedModel
 
 _SIZES = """

@@ -16,11 +16,12 @@ from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.cache import load_mesh, mesh_key
+from fingerdesign.mesh.counting import elements_within, expected_elements
 from fingerdesign.mesh.files.imported import imported_mesh
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.mesh.section.extrude import layer_borders
-from fingerdesign.mesh.section.outline import Outline, SectionSize, lengths_of, line_of
-from fingerdesign.mesh.section.section import (
+from fingerdesign.mesh.section.outline import Outline
+from fingerdesign.mesh.section.plates import (
     Inner,
     extruded_sizes,
     inner_of,
@@ -28,9 +29,10 @@ from fingerdesign.mesh.section.section import (
     section_outline,
     section_sizes,
 )
-from fingerdesign.mesh.sizing import MeshSizes, SizeField, elements_within, expected_elements
-from fingerdesign.mesh.tetra.slots import THICK, sized_frames
+from fingerdesign.mesh.section.size_field import SectionSize, lengths_of, line_of
+from fingerdesign.mesh.sizing import MeshSizes, SizeField
 from fingerdesign.mesh.tetra.tetwild import size_field
+from fingerdesign.mesh.tetra.ways import THICK, sized_frames
 from fingerdesign.mesh.types import Mesh
 
 # How many elements the meshers will make: their size fields integrated over body and section.

@@ -8,6 +8,7 @@ inside). Gmsh and CalculiX files carry both as groups and sets with names instea
 
 import contextlib
 import io
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,60 +17,14 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import IntArray
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.files.calculix import read_calculix, write_calculix
+from fingerdesign.mesh.cells import TETRA, TRIANGLE, CellKind
+from fingerdesign.mesh.files.calculix import write_calculix
+from fingerdesign.mesh.files.calculix_read import read_calculix
 from fingerdesign.mesh.files.named import NamedMesh, facet_name, facet_number
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.files import whole_file
 
-CELL_TYPES = {2: ("triangle6", "line3"), 3: ("tetra10", "triangle6")}
-LINEAR = {"tetra10": "tetra", "triangle6": "triangle", "line3": "line"}
-
-
-def _types(path: Path, kinds: set[str]) -> tuple[str, str]:
-    """The types of cells and facets to read: of the highest dimension, of one order."""
-    other = sorted(kind for kind in kinds if kind.startswith(("hexa", "wedge", "pyramid")))
-    if other:
-        raise MeshError(f"{path} holds {', '.join(other)}: only tetrahedra can be read")
-    for dimension in (3, 2):
-        cell, facet = CELL_TYPES[dimension]
-        if {cell, LINEAR[cell]} <= kinds:
-            raise MeshError(f"{path} holds {LINEAR[cell]} and {cell}: cells of one order, please")
-        if cell in kinds:
-            return cell, facet
-        if LINEAR[cell] in kinds:
-            return LINEAR[cell], LINEAR[facet]
-    raise MeshError(
-        f"{path} holds no quadratic cells (tetra10 or triangle6) nor linear ones, but "
-        f"{sorted(kinds)}"
-    )
-
-
-def _names(found: Any, number: int, inner: bool, level: int) -> NDArray[np.object_]:
-    """The name (count,) of each cell of a meshio block, or "": by its numbers, its groups or sets.
-
-    inner: whether these are cells, not facets; level: their dimension.
-    """
-    data = {key: np.asarray(parts[number]) for key, parts in found.cell_data.items()}
-    data = {key: values for key, values in data.items() if values.ndim == 1}
-    names = np.full(len(found.cells[number].data), "", dtype=object)
-    if "region" in data or "facet" in data:
-        values = np.rint(data.get("region" if inner else "facet", np.zeros(len(names)))).astype(int)
-        if inner and values.min(initial=0) < 0:
-            raise MeshError("there are cells in negative regions; 0 is the elastomer")
-        for value in np.unique(values).tolist():
-            part = "elastomer" if value == 0 else f"plate_{value - 1}"
-            names[values == value] = part if inner else facet_name(value)
-        if inner and "core" in data:
-            names[np.rint(data["core"]) == 1] = "core"
-    elif "gmsh:physical" in data and found.field_data:
-        for name, (group, dimension) in found.field_data.items():
-            if int(dimension) == level:
-                names[data["gmsh:physical"] == int(group)] = name
-    for name, members in ({} if found.field_data else found.cell_sets).items():
-        if number < len(members) and members[number] is not None and len(members[number]):
-            names[np.asarray(members[number], dtype=int)] = name
-    return names
-
+Names = NDArray[np.object_]
 
 FIRST_REGION_GROUP = 100  # Gmsh's physical group of region r is 100 + r; a facet's is its number
 
@@ -77,21 +32,24 @@ FIRST_REGION_GROUP = 100  # Gmsh's physical group of region r is 100 + r; a face
 def to_meshio(mesh: Mesh, gmsh: bool = False) -> Any:
     """A meshio.Mesh with the cells first, then the named facets; 2-D points get z = 0.
 
-    Of a .msh file meshio reads back the groups, not further data of cells of two kinds: ``gmsh``.
+    gmsh: with groups; meshio reads these back from a .msh file, not further data of two kinds of
+    cells.
     """
     import meshio
 
-    cell_type, facet_type = CELL_TYPES[mesh.dimension]
+    kind, dimension = mesh.kind, mesh.dimension
     points = np.zeros((len(mesh.points), 3))
     points[:, : mesh.dimension] = mesh.points
     number_of = {name: facet_number(name) for name in mesh.facets}
     names = sorted(number_of, key=lambda name: number_of[name])
     rows = [mesh.facets[name] for name in names]
     numbers = [np.full(len(mesh.facets[name]), number_of[name]) for name in names]
-    facets = np.vstack(rows) if rows else np.zeros((0, 3 * (mesh.dimension - 1)), dtype=int)
+    facets = np.vstack(rows) if rows else np.zeros((0, kind.facet.nodes), dtype=int)
     facet = np.concatenate([np.zeros(0, dtype=np.int64), *numbers]).astype(np.int64)
-    cells = [(cell_type, mesh.cells)] + ([(facet_type, facets)] if len(facets) else [])
-    nothing, dimension = np.zeros(len(facets), dtype=np.int64), mesh.dimension
+    cells = [(kind.quadratic, mesh.cells)] + (
+        [(kind.facet.quadratic, facets)] if len(facets) else []
+    )
+    nothing = np.zeros(len(facets), dtype=np.int64)
     groups: dict[str, IntArray] = {}
     if gmsh:
         physical = [FIRST_REGION_GROUP + mesh.regions, facet]
@@ -152,37 +110,99 @@ def read_named(path: Path | str) -> NamedMesh:
             return read_calculix(path)
         except OSError as error:
             raise MeshError(f"{path} could not be read: {error}") from error
-    import meshio
-
-    try:
-        said = io.StringIO()  # it prints what formats it has tried
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            found = meshio.read(path)
-    except SystemExit as error:  # so it answers some files that it cannot read
-        raise MeshError(f"meshio could not read {path}: not what its ending says") from error
-    except Exception as error:  # its readers raise whatever the file's content leads them to
-        why = str(error).strip() or type(error).__name__
-        raise MeshError(f"meshio could not read {path}: {why}") from error
-    cell_type, facet_type = _types(path, {block.type for block in found.cells})
-    dimension = 3 if cell_type.startswith("tetra") else 2
+    found = _read_meshio(path)
+    kind, cell_type, facet_type = _types(path, {block.type for block in found.cells})
     cells, names = list[IntArray](), list[Any]()
     facets: dict[str, list[IntArray]] = {}
     for number, block in enumerate(found.cells):
-        inner, rows = block.type == cell_type, np.asarray(block.data, dtype=np.int64)
-        if not (inner or block.type == facet_type) or not len(rows):
-            continue
-        own = _names(found, number, inner, dimension if inner else dimension - 1)
-        if inner:
+        rows = np.asarray(block.data, dtype=np.int64)
+        if block.type == cell_type and len(rows):
             cells.append(rows)
-            names.append(own)
-        else:
+            names.append(_names(found, number, kind.dimension, _region_names))
+        elif block.type == facet_type and len(rows):
+            own = _names(found, number, kind.dimension - 1, _facet_names)
             for name in np.unique(own[own != ""]).tolist():
-                facets.setdefault(name, []).append(rows[own == name, :dimension])
+                facets.setdefault(name, []).append(rows[own == name, : kind.dimension])
     if not cells:
         raise MeshError(f"{path} holds no {cell_type} cells")
-    points = np.asarray(found.points, dtype=float)[:, :dimension]
+    points = np.asarray(found.points, dtype=float)[:, : kind.dimension]
     every = [*cells, *(rows for parts in facets.values() for rows in parts)]
     if min(rows.min() for rows in every) < 0 or max(rows.max() for rows in every) >= len(points):
         raise MeshError(f"{path} has cells with nodes that it does not hold")
     merged = {name: np.vstack(rows) for name, rows in facets.items()}
     return NamedMesh(points, np.vstack(cells), np.concatenate(names).astype(str), merged)
+
+
+def _read_meshio(path: Path) -> Any:
+    import meshio
+
+    try:
+        silent = io.StringIO()  # it prints what formats it has tried
+        with contextlib.redirect_stdout(silent), contextlib.redirect_stderr(silent):
+            return meshio.read(path)
+    except SystemExit as error:  # so it answers some files that it cannot read
+        raise MeshError(f"meshio could not read {path}: not of its ending's format") from error
+    except Exception as error:  # its readers raise any kind of error
+        why = str(error).strip() or type(error).__name__
+        raise MeshError(f"meshio could not read {path}: {why}") from error
+
+
+def _types(path: Path, names: set[str]) -> tuple[CellKind, str, str]:
+    """The kind of cells to read, the highest in the file, and meshio's types of cells and facets,
+    of one order."""
+    other = sorted(name for name in names if name.startswith(("hexa", "wedge", "pyramid")))
+    if other:
+        raise MeshError(f"{path} holds {', '.join(other)}: only tetrahedra can be read")
+    for kind in (TETRA, TRIANGLE):
+        if {kind.quadratic, kind.linear} <= names:
+            orders = f"{kind.linear} and {kind.quadratic}"
+            raise MeshError(f"{path} holds {orders}: cells must be of one order")
+        if kind.quadratic in names:
+            return kind, kind.quadratic, kind.facet.quadratic
+        if kind.linear in names:
+            return kind, kind.linear, kind.facet.linear
+    raise MeshError(
+        f"{path} holds no quadratic cells (tetra10 or triangle6) nor linear ones, but "
+        f"{sorted(names)}"
+    )
+
+
+def _names(
+    found: Any, number: int, level: int, by_number: Callable[[dict[str, NDArray[Any]]], Names]
+) -> Names:
+    """The name (count,) of each cell of a meshio block, or "": by its numbers, its groups or sets.
+
+    level: the cells' dimension; by_number: names from the data that our own files hold.
+    """
+    data = {key: np.asarray(parts[number]) for key, parts in found.cell_data.items()}
+    data = {key: values for key, values in data.items() if values.ndim == 1}
+    names = np.full(len(found.cells[number].data), "", dtype=object)
+    if "region" in data or "facet" in data:
+        names = by_number(data | {"": np.zeros(len(names))})
+    elif "gmsh:physical" in data:
+        for name, (group, dimension) in found.field_data.items():
+            if int(dimension) == level:
+                names[data["gmsh:physical"] == int(group)] = name
+    for name, members in ({} if found.field_data else found.cell_sets).items():
+        if number < len(members) and members[number] is not None and len(members[number]):
+            names[np.asarray(members[number], dtype=int)] = name
+    return names
+
+
+def _region_names(data: dict[str, NDArray[Any]]) -> Names:
+    values = np.rint(data.get("region", data[""])).astype(int)
+    if values.min(initial=0) < 0:
+        raise MeshError("there are cells in negative regions; 0 is the elastomer")
+    names = _named(values, lambda value: f"plate_{value - 1}" if value else "elastomer")
+    if "core" in data:
+        names[np.rint(data["core"]) == 1] = "core"
+    return names
+
+
+def _facet_names(data: dict[str, NDArray[Any]]) -> Names:
+    return _named(np.rint(data.get("facet", data[""])).astype(int), facet_name)
+
+
+def _named(values: IntArray, name_of: Callable[[int], str]) -> Names:
+    unique, inverse = np.unique(values, return_inverse=True)
+    return np.array([name_of(value) for value in unique.tolist()], dtype=object)[inverse]

@@ -33,7 +33,7 @@ class NamedMesh:
 
     @property
     def quadratic(self) -> bool:
-        """Whether the cells have mid-edge nodes."""
+        """True where the cells have mid-edge nodes."""
         return int(self.cells.shape[1]) > self.dimension + 1
 
 
@@ -46,7 +46,7 @@ def region_number(name: str) -> int | None:
 
 
 def facet_number(name: str) -> int:
-    """The number that stands for a boundary's name in files that hold no names."""
+    """The number of a boundary's name in files that hold no names."""
     if name in FACET_NUMBERS:
         return FACET_NUMBERS[name]
     slot = re.fullmatch(rf"plate_([0-9]+)_({'|'.join(FACES)})", name)

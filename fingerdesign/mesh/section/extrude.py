@@ -21,18 +21,18 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.layers import layered, not_layered, not_sweepable, overlaps
 from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.cells import boundary_facets, quadratic, split_prisms
 from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.measures import cell_angles, oriented
+from fingerdesign.mesh.section.plates import extruded_sizes, inner_of
 from fingerdesign.mesh.section.section import (
     bend_faces,
-    extruded_sizes,
-    inner_of,
     mesh_section,
     onto_surface,
     sheet_room_faults,
 )
 from fingerdesign.mesh.sheets import sheet_facets
-from fingerdesign.mesh.types import Mesh, boundary_facets, core_name, prisms, quadratic
+from fingerdesign.mesh.types import Mesh, core_name
 
 LEAST_DEG = 1.1  # 1 degree is required of extruded layers; snapped nodes may take a little of it
 _SAME = 1e-9  # mm: borders that are one
@@ -84,7 +84,7 @@ def layer_borders(
     design: Design, ends: Array, points: Array, triangles: IntArray
 ) -> tuple[Array, float]:
     """Layer borders from z = 0, or where nothing mirrors there from end to end, and the thinnest
-    layer that is wanted; mm.
+    layer that is needed; mm.
 
     ends: z of the ends of parts; points (n, 2), triangles (t, 3): the section.
     """
@@ -112,7 +112,7 @@ def distinct(values: Array) -> Array:
 def tallest_layer(points: Array, triangles: IntArray, tallest: float) -> float:
     """Greatest height (mm) of a layer whose tetrahedra keep dihedral angles of LEAST_DEG.
 
-    points (n, 2), triangles (t, 3) of the section; tallest: the greatest height that is wanted.
+    points (n, 2), triangles (t, 3) of the section; tallest: the greatest height that is allowed.
     Prisms far taller than their triangles are cut into tetrahedra as flat as the triangles are
     small: where plates are thin, and nowhere else.
     """
@@ -128,7 +128,7 @@ def tallest_layer(points: Array, triangles: IntArray, tallest: float) -> float:
 def least_dihedral(points: Array, triangles: IntArray, height: float) -> float:
     """Least dihedral angle, degrees, of a layer of ``height`` (mm) cut into tetrahedra."""
     both = np.column_stack([np.tile(points, (2, 1)), np.repeat([0.0, height], len(points))])
-    return float(cell_angles(both, prisms(triangles, triangles + len(points))).min())
+    return float(cell_angles(both, split_prisms(triangles, triangles + len(points))).min())
 
 
 def extrude(
@@ -163,10 +163,10 @@ def extrude(
     tets, numbers = [], []
     for k, middle in enumerate(0.5 * (heights[1:] + heights[:-1])):
         own = _regions_at(float(middle), drawn_regions, parts, slots)
-        kept = triangles[own >= 0] + k * len(flat)
+        own_cells = triangles[own >= 0] + k * len(flat)
         # Cut alike, all layers would lean to one side; in turn mirrored, errors are half as large.
-        sides = (kept, kept + len(flat))
-        tets.append(prisms(*sides[:: 1 if k % 2 == 0 else -1]))
+        sides = (own_cells, own_cells + len(flat))
+        tets.append(split_prisms(*sides[:: 1 if k % 2 == 0 else -1]))
         numbers.append(np.repeat(own[own >= 0], 3))
     cells, regions = np.vstack(tets), np.concatenate(numbers)
     if mirrors_in_z(design) and not symmetric:
@@ -249,7 +249,7 @@ def _classify(
     design: Design, nodes: Array, cells: IntArray, symmetric: bool, slots: dict[str, IntArray]
 ) -> dict[str, IntArray]:
     """Boundary facets by name, (f, 6); without those of ``slots``."""
-    boundary = boundary_facets(cells, 3)
+    boundary = boundary_facets(cells)
     taken = [np.sort(rows[:, 3:], axis=1) for rows in slots.values()]
     if taken:
         key = np.vstack([*taken, np.sort(boundary[:, 3:], axis=1)])

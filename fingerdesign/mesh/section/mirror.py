@@ -2,7 +2,7 @@
 
 So a mirrored scene, or a mirrored finger, has a mirrored mesh, and its answer is the mirrored one
 to rounding. Free meshers do not do that of themselves: their front starts somewhere. What is swept
-mirrors too, but for one thing: beyond the ends of a sheet that stands upright in x = 0 a few prisms
+mirrors too, but for one thing: beyond the ends of a sheet that is upright in x = 0 a few prisms
 lie across the axis, and are cut to one side.
 """
 
@@ -14,7 +14,8 @@ import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mesh.section.outline import Outline, SectionSize
+from fingerdesign.mesh.section.outline import Outline
+from fingerdesign.mesh.section.size_field import SectionSize
 
 _DIGITS = 10  # of lengths in mm and angles in degrees that are one
 _ON = 1e-9  # mm: points that lie on x = 0
@@ -23,7 +24,7 @@ Drawn = tuple[float, ...]
 
 
 def drawn_as(frame: PlateFrame) -> Drawn:
-    """What of a plate is drawn in the section: angle, place, height, length, thickness, bend.
+    """The part of a plate that the section shows: angle, place, height, length, thickness, bend.
 
     A flat plate turned by half a turn is the same one.
     """
@@ -67,7 +68,7 @@ def half_of(outline: Outline) -> Outline:
     numbers: dict[int, int] = {}
     above: dict[int, int] = {}  # the domain above a point of the axis at which curves begin or end
 
-    def kept(number: int) -> int:
+    def copied(number: int) -> int:
         if number not in numbers:
             x, y, size = outline.points[number]
             numbers[number] = half.point(0.0 if abs(x) <= _ON else x, y, size)
@@ -78,14 +79,14 @@ def half_of(outline: Outline) -> Outline:
         a, b = (_side(outline, number) for number in (start, end))
         if a == b == 0:
             for number in (start, end):
-                above.setdefault(kept(number), -1)
+                above.setdefault(copied(number), -1)
         elif a >= 0 and b >= 0:
-            half.curve([kept(number) for number in points], left, right, size)
+            half.curve([copied(number) for number in points], left, right, size)
             if a * b == 0:
-                above[kept(end if b == 0 else start)] = left if a == 0 else right
+                above[copied(end if b == 0 else start)] = left if a == 0 else right
         elif max(a, b) > 0:
             at = half.point(0.0, _crossed(outline, points))
-            ends = (kept(start), at) if a > 0 else (at, kept(end))
+            ends = (copied(start), at) if a > 0 else (at, copied(end))
             if len(points) == 2:
                 half.curve(list(ends), left, right, size)
             else:
@@ -167,8 +168,8 @@ def mirrored(
 
     Of the mesh given, a half or the whole, only what lies right counts, and triangles across the
     axis. other (r,): a region's mirror image. Points on the axis come first, then the right ones,
-    then the left ones in the same order: so whatever goes by the order of an edge's ends does the
-    same on both sides.
+    then the left ones in the same order: so what depends on the order of an edge's ends is
+    the same on both sides.
     """
     points = points.copy()
     points[np.abs(points[:, 0]) <= _ON, 0] = 0.0

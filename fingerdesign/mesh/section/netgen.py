@@ -1,5 +1,5 @@
-"""Netgen run safely and often: a process that stays, with a time limit for each mesh; what it made
-of an outline is kept, for whoever changes materials, friction or path alone.
+"""Netgen run safely and often: a process that stays, with a time limit for each mesh, and a cache
+of the triangulations by outline.
 
 Starting Python and loading netgen takes longer than meshing a section, and a sweep meshes hundreds.
 So the process is started once (``start_mesher`` does it ahead of need, without waiting) and called
@@ -23,9 +23,9 @@ from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.isolate import ProcessError, Worker
 
 _SLOWER = (1.0, 2.0 / 3.0, 4.0 / 9.0)  # of the gradation, one after the other
-_NEEDLE = 5.0  # aspect of a triangle from which netgen is asked again; 2 to 4 are usual
+_NEEDLE = 5.0  # aspect of a triangle from which netgen runs again; 2 to 4 are usual
 FORMAT = 3  # raise it when the way from outline to triangles changes
-KEPT = 300  # triangulations, half a MB each; the longest unused go first
+MOST_SECTIONS = 300  # triangulations, half a MB each; the longest unused go first
 _LOCAL = threading.local()
 
 
@@ -39,17 +39,20 @@ def start_mesher() -> Worker:
 
 
 def triangulated(outline: dict[str, Any], time_limit_s: float) -> tuple[Array, IntArray, IntArray]:
-    """As :func:`run_netgen`; or what is kept of the same outline, by the same netgen."""
+    """Result of :func:`run_netgen`, from the cache for the same outline and netgen."""
     about = json.dumps([FORMAT, version("netgen-mesher"), outline])
-    kept, name = Cache("sections", KEPT), hashlib.sha256(about.encode()).hexdigest() + ".npz"
+    cache, name = (
+        Cache("sections", MOST_SECTIONS),
+        hashlib.sha256(about.encode()).hexdigest() + ".npz",
+    )
     names = ("points", "triangles", "domains")
-    found = kept.arrays(name)
+    found = cache.arrays(name)
     if found is not None and set(found[0]) == set(names):
         points, triangles, domains = (found[0][each] for each in names)
         return points, triangles.astype(np.int64), domains.astype(np.int64)
     points, triangles, domains = run_netgen(outline, time_limit_s)
     whole = (points, triangles.astype(np.int32), domains.astype(np.int32))
-    kept.put_arrays(name, dict(zip(names, whole, strict=True)), None, packed=False)
+    cache.put_arrays(name, dict(zip(names, whole, strict=True)), None, packed=False)
     return points, triangles, domains
 
 

@@ -1,4 +1,4 @@
-"""Which region a cell lies in, which facets bound it, and which CAD face carries each facet."""
+"""Regions of cells, the facets that bound them, and the CAD face that carries each facet."""
 
 from dataclasses import dataclass
 
@@ -8,13 +8,15 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mesh.cells import facet_keys, same_keys, tetra_facets
 from fingerdesign.mesh.tetra.carriers import Carriers
-from fingerdesign.mesh.types import TETRA_FACETS, facet_keys
 
 
 def enclosed(points: Array, vertices: Array, triangles: IntArray) -> BoolArray:
-    """Whether points (n, 3) lie inside the closed surface of triangles (t, 3), wound outward, (n,):
-    where its signed distance is negative (VTK). MeshError for an open one: signs would lie."""
+    """Mask (n,) of points (n, 3) inside the closed surface of triangles (t, 3), wound outward.
+
+    There its signed distance is negative (VTK). MeshError for an open one: signs would be wrong.
+    """
     import pyvista
 
     surface = pyvista.PolyData.from_regular_faces(vertices, triangles)
@@ -50,36 +52,30 @@ class BoundaryFacets:
     misfit: Array
 
     def on_carriers(self, nodes: int, carriers: Carriers) -> BoolArray:
-        """Whether each node lies on each carrier, (n, carriers): by its facets."""
+        """Mask (n, carriers) of the carriers that each node lies on, by its facets."""
         found = np.zeros((nodes, len(carriers.faces)), dtype=bool)
         for corner in range(3):
             found[self.corners[:, corner], self.carrier] = True
         return found
 
 
-def boundary_facets(
-    points: Array, tets: IntArray, regions: IntArray, carriers: Carriers, besides: IntArray
+def carried_facets(
+    points: Array, tets: IntArray, regions: IntArray, carriers: Carriers, slot_facets: IntArray
 ) -> BoundaryFacets:
     """Find the facets on CAD faces, and the face that carries each: the nearest by its corners.
 
-    Among faces equally near (at a corner of the body), the best aligned one is taken. ``besides``
-    (f, 3): corners of facets to leave out (slots of sheets).
+    Among faces equally near (at a corner of the body), the best aligned one is taken.
+    slot_facets (f, 3): corners of facets to leave out (slots of sheets).
     """
-    local = np.array(TETRA_FACETS)
-    opposite = np.array([6 - sum(facet) for facet in TETRA_FACETS])
-    facets = tets[:, local].reshape(-1, 3)
-    apexes = tets[:, opposite].reshape(-1)
-    cells = np.repeat(np.arange(len(tets)), 4)
+    facets, apexes, cells = tetra_facets(tets)
     keys = facet_keys(facets, len(points))
-    order = np.argsort(keys, kind="stable")
-    same = keys[order][1:] == keys[order][:-1]
-    paired = np.zeros(len(order), dtype=bool)
-    paired[:-1] |= same
-    paired[1:] |= same
-    lonely = order[~paired]
-    if len(besides):
-        lonely = lonely[~np.isin(keys[lonely], facet_keys(besides, len(points)))]
-    first, second = order[:-1][same], order[1:][same]
+    first, second = same_keys(keys)
+    alone = np.ones(len(keys), dtype=bool)
+    alone[first] = alone[second] = False
+    lonely = np.flatnonzero(alone)
+    lonely = lonely[np.argsort(keys[lonely], kind="stable")]
+    if len(slot_facets):
+        lonely = lonely[~np.isin(keys[lonely], facet_keys(slot_facets, len(points)))]
     differ = regions[cells[first]] != regions[cells[second]]
     first, second = first[differ], second[differ]
     # A facet between two parts would count for the higher: such parts touch, which is refused.

@@ -1,6 +1,6 @@
 """CAD faces that the nodes of a mesh are snapped to, in closed form (numpy only).
 
-Faces that join without an edge (under 12 degrees) are one carrier: a mesher keeps no edge there.
+Faces that join without an edge (under 12 degrees) are one carrier: a mesher follows no edge there.
 """
 
 from dataclasses import dataclass
@@ -145,7 +145,7 @@ def core_faces(body: Body) -> list[Carrier]:
 
 
 def in_core(body: Body, points: Array) -> BoolArray:
-    """Whether points (n, 3) lie in the core; none where there is none."""
+    """Mask (n,) of points (n, 3) that lie in the core, if there is one."""
     if body.core is None:
         return np.zeros(len(points), dtype=bool)
     away = np.stack([face.distance(points) for face in core_faces(body)])

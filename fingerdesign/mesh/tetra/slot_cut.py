@@ -8,15 +8,17 @@ import numpy as np
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mesh.types import Stars, boundary_facets
+from fingerdesign.mesh.cells import Stars, boundary_facets
 
+Triple = tuple[int, int, int]
+_STEEPEST = np.radians(75.0)  # of a wing against the plate's plane: a slot's end must open
 _ON = 1e-7  # mm: snapped nodes lie on their planes to rounding
 _FILLED = 1e-6  # relative: what is missing is a facet or nothing
 
 
 @dataclass(frozen=True)
 class Cut:
-    """Where a mesh is to be opened for one plate, by numbers of its nodes.
+    """The facets at which a mesh opens for one plate, by numbers of its nodes.
 
     sheet (f, 3): F, its normal to the plate's upper side; wings (w, 3): two rim nodes, then the far
     one; flaps (p, 3): a rim node, then two far ones.
@@ -45,7 +47,7 @@ def sheet_facets_of(
     carrier (t,): the tetrahedra of the plate's carrier box. MeshError where they do not fill it.
     """
     on = np.abs(frame.local(points)[:, 1]) < _ON
-    facets = boundary_facets(cells[carrier], 3)
+    facets = boundary_facets(cells[carrier])
     facets = facets[on[facets].all(axis=1)]
     a, b, c = (points[facets[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
@@ -75,24 +77,6 @@ def _extent(points: Array, frame: PlateFrame) -> float:
     if frame.along == "z" and ends[:, 2].min() < points[:, 2].min() - _ON:
         length *= (ends[:, 2].max() - float(points[:, 2].min())) / float(np.ptp(ends[:, 2]))
     return length * span
-
-
-# Around the rim of a plate's mid-surface: where a mesh is cut so that square ends can open.
-#
-# The facets F on the mid-surface are to open. For square ends the rim of F must open too, so the
-# cut goes on beyond the rim by a strip of facets whose far side stays closed:
-#
-# - beyond each free rim edge one facet, its *wing*, that leads on in the plate's plane;
-# - around each rim node the facets over a shortest path in the node's link, from the wing of one of
-#   its rim edges to that of the other: link nodes on F are not crossed, so the path and F close a
-#   curve in the link, a sphere, and part the tetrahedra around the node in two.
-#
-# A rim edge on the body's outside (an end face, the symmetry plane) is open anyway and has no wing:
-# there the link is a disc, and the path ends on the same outer face.
-
-Triple = tuple[int, int, int]
-
-_STEEPEST = np.radians(75.0)  # of a wing against the plate's plane: a slot's end must open
 
 
 def plan_cut(

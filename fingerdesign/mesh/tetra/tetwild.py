@@ -1,18 +1,15 @@
 """Tetrahedra for any finger: CAD surface -> fTetWild -> snapped quadratic mesh.
 
-fTetWild takes triangles and keeps them within an envelope of ``epsilon``. It is not deterministic,
-so its answer must pass the gate (``Gate``) or is made again, and what passed is kept.
+fTetWild takes triangles and stays within an envelope of ``epsilon`` of them. It is not
+deterministic, so its answer must pass the ``Gate`` or is made again, and what passed is cached.
 """
 
-import io
 import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.solid_process import finger_triangles
 from fingerdesign.checks.meshing import tetwild_faults
 from fingerdesign.design.schema import Body, Design
@@ -20,139 +17,30 @@ from fingerdesign.errors import DesignError, Fault, MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.cache import keep_mesh, load_mesh, mesh_key
+from fingerdesign.mesh.cache import load_mesh, mesh_key, store_mesh
+from fingerdesign.mesh.counting import expected_elements
 from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.quality import QualityReport, assess
-from fingerdesign.mesh.sizing import MeshSizes, SizeField, background_grid, expected_elements
+from fingerdesign.mesh.sizing import MeshSizes, SizeField
 from fingerdesign.mesh.tetra.finish import finish
-from fingerdesign.mesh.tetra.slots import PlateWay, plate_ways
+from fingerdesign.mesh.tetra.run import Attempt, MesherFailed, run_tetwild
+from fingerdesign.mesh.tetra.ways import PlateWay, plate_ways
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.runtime import files, isolate
 from fingerdesign.runtime.progress import announce
 
-# fTetWild run safely: its input validated, in a process and folder of its own, with a time limit.
-#
-# fTetWild (https://github.com/wildmeshing/fTetWild) crashes on empty or coincident input, hangs on
-# an epsilon of 0, returns wrong meshes for open surfaces without a word, and litters its folder.
-
-TETRAHEDRALISE = "pytetwild:tetrahedralize"  # only its own process loads it
-# Of the surface's diagonal. Asked for edges of two thirds of it, fTetWild made 100 000 tetrahedra
-# of a cube; of a fifth, 2000.
-LONGEST_EDGE = 0.12
-# fTetWild reads its sizes where the vertices of a first, even mesh lie, and sizes the rest between
-# them; then it works until its worst tetrahedron is good. After a first mesh with edges of 2 mm it
-# went over the finished mesh 9 to 20 times on eight of the ten shipped fingers, after one of these
-# edges (of the surface's diagonal; or with FIRST_SHARE of the final tetrahedra) twice: the ten
-# took half the processor time.
-FIRST_EDGE, FIRST_SHARE = 0.04, 0.4
-
-
-class MesherFailed(MeshError):
-    """fTetWild crashed, hung or gave no answer; its input is ``kept`` (a folder) for a report."""
-
-    def __init__(self, message: str, kept: Path) -> None:
-        super().__init__(message)
-        self.kept = kept
-
-
-@dataclass(frozen=True)
-class Attempt:
-    """One setting of fTetWild: envelope (mm when it runs; before, a factor on the usual one),
-    iterations, energy to stop at, size factor."""
-
-    envelope: float
-    iterations: int = 80
-    stop_energy: float = 10.0
-    size_factor: float = 1.0
-
-
-def validate_surface(vertices: Array, triangles: IntArray) -> None:
-    """MeshError unless a surface is fit for native code: closed, nothing coincident.
-
-    Faces shared inside (of a plate) make edges of three and four triangles: those are allowed, an
-    edge of one is not.
-    """
-    if len(np.unique(np.sort(triangles, axis=1), axis=0)) != len(triangles):
-        raise MeshError("the surface has coincident triangles")
-    a, b, c = (vertices[triangles[:, i]] for i in range(3))
-    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    if area.min() <= 1e-14 * np.ptp(vertices, axis=0).max() ** 2:
-        raise MeshError("the surface has triangles without area")
-    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    _, uses = np.unique(edges, axis=0, return_counts=True)
-    if uses.min() < 2:
-        raise MeshError(f"the surface is open: {int((uses == 1).sum())} edges have one triangle")
-
-
-def run_tetwild(
-    vertices: Array,
-    triangles: IntArray,
-    field: SizeField,
-    attempt: Attempt,
-    time_limit_s: float,
-    elements: float,
-) -> tuple[Array, IntArray]:
-    """Run fTetWild in a process of its own; returns points (n, 3) and tetrahedra (t, 4) of a box.
-
-    elements: how many the field asks for.
-    The tetrahedra fill a box around the surface: the caller keeps those inside. MeshError on unfit
-    input, MesherFailed on crash and time-out; then the input is kept, and the message says where.
-    Memory is bounded by the time limit only: an address-space limit makes the threads' allocator
-    fail at random.
-    """
-    validate_surface(vertices, triangles)
-    grid_points, grid_tets, grid_values = background_grid(
-        field, vertices.min(axis=0), vertices.max(axis=0)
-    )
-    # Meshed in a space that is squeezed along z: its even tetrahedra come out stretched.
-    squeeze = np.array([1.0, 1.0, 1.0 / field.sizes.stretch])
-    squeezed = vertices * squeeze
-    diagonal = float(np.linalg.norm(np.ptp(squeezed, axis=0)))
-    longest = min(field.sizes.far, LONGEST_EDGE * diagonal)
-    even = np.ptp(squeezed, axis=0).prod() * 6.0 * np.sqrt(2.0) / (FIRST_SHARE * elements)
-    given = {
-        "vertices": squeezed,
-        "faces": triangles.astype(np.int32),
-        "bg_vertices": grid_points * squeeze,
-        "bg_tets": grid_tets,
-        "bg_values": np.minimum(grid_values, longest),
-    }
-    options = {
-        "edge_length_abs": min(longest, max(FIRST_EDGE * diagonal, float(np.cbrt(even)))),
-        "epsilon": attempt.envelope / diagonal,
-        "stop_energy": attempt.stop_energy,
-        "num_opt_iter": attempt.iterations,
-        "disable_filtering": True,  # its inside test is by winding number; ours is exact
-        "quiet": True,
-    }
-    with files.scratch("tetwild") as folder:  # it litters where it runs
-        try:
-            points, tets = isolate.call(
-                TETRAHEDRALISE, time_s=time_limit_s, folder=folder, **given, **options
-            )
-        except isolate.ProcessError as error:
-            content = io.BytesIO()
-            named: dict[str, Any] = given | options
-            np.savez(content, **named)
-            kept = files.keep_request("tetwild", "in.npz", content.getvalue())
-            words = f"fTetWild: {error}; its input is kept as {kept}"
-            raise MesherFailed(words, kept.parent) from error
-    return points / squeeze, np.asarray(tets, dtype=np.int64)
-
-
-# Edges come out longer than asked where the field is steep: at the contact 1.33 times (0.28 mm for
-# 0.21, 0.39 for 0.30), at plates 1.0 to 1.08 times.
+# Edges come out longer than their target where the field is steep: at the contact 1.33 times (0.28
+# mm for 0.21, 0.39 for 0.30), at plates 1.0 to 1.08 times.
 CONTACT_OVERSHOOT = 1.33
 # fTetWild made 0.87 to 0.97 times the expected tetrahedra, 2 times where plates were very thin;
 # where its optimisation went astray (a stop energy of 20) 3 to 8 times.
 MOST_ELEMENTS_RATIO = 2.5
-FEW_ELEMENTS = 40_000  # never too many: holes and bends ask for elements that no size names
+FEW_ELEMENTS = 40_000  # never too many: holes and bends need elements that no size names
 MOST_ELEMENTS = 600_000  # about 2.5 million dofs: no machine this is for factors more
 
 
 @dataclass(frozen=True)
 class Gate:
-    """What a tetrahedral mesh must fulfil (NUMERICS 7; measured on accepted meshes in brackets)."""
+    """Limits of a tetrahedral mesh (NUMERICS 7; measured on accepted meshes in brackets)."""
 
     body_volume_error: float = 1e-3  # [2e-5]
     plate_volume_error: float = 1e-2  # [1e-12]
@@ -162,7 +50,7 @@ class Gate:
     least_jacobian_ratio: float = 0.05  # [0.9]
 
     def faults(self, report: QualityReport) -> list[str]:
-        """What a mesh fails, in words; empty when it passes."""
+        """The limits that a mesh breaks, in words; empty when it passes."""
         found = []
         for name, bound in vars(self).items():
             worst = name in ("plate_volume_error", "face_area_error")
@@ -178,20 +66,19 @@ def tetrahedralise(
 ) -> Mesh:
     """Mesh a finger (or its half z >= 0) with quadratic tetrahedra, fine in a zone of contact.
 
-    Meshes that passed the gate are kept by content
-    and returned again unless ``use_cache`` is False. MeshError when no attempt passes,
-    DesignError for what cannot be meshed so.
+    Meshes that passed the gate are cached by content and returned again unless ``use_cache`` is
+    False. MeshError when no attempt passes, DesignError for what cannot be meshed so.
     """
     faults = tetwild_faults(design, symmetric)
     if faults:
         raise DesignError(faults, design.design.name)
     sizes = MeshSizes.of(design, zone)
     key = mesh_key(design, sizes, zone, symmetric)
-    kept = load_mesh(key) if use_cache else None
-    if kept is not None and not Gate().faults(assess(kept, design)):
-        return kept
+    cached = load_mesh(key) if use_cache else None
+    if cached is not None and not Gate().faults(assess(cached, design)):
+        return cached
     complaints: list[str] = []
-    kept_inputs: list[Path] = []
+    inputs: list[Path] = []
     tries = _tries(plate_ways(design, symmetric), int(design.mesh.attempts))
     for number, (way, attempt) in enumerate(tries, start=1):
         announce(f"meshing: attempt {number} of at most {len(tries)}")
@@ -201,17 +88,17 @@ def tetrahedralise(
                 mesh = _attempted(design, way, attempt, sizes, zone, symmetric)
         except (MeshError, FloatingPointError) as error:
             complaints.append(f"attempt {number} ({way.name}): {error}")
-            kept_inputs += [error.kept] if isinstance(error, MesherFailed) else []
+            inputs += [error.input] if isinstance(error, MesherFailed) else []
             continue
         short = Gate().faults(assess(mesh, design))
         if not short:
             mesh.notes["attempts"] = number
-            for folder in kept_inputs:  # of no more use: another attempt has passed
+            for folder in inputs:  # of no more use: another attempt has passed
                 shutil.rmtree(folder, ignore_errors=True)
             if complaints:
                 mesh.notes["failed_attempts"] = "; ".join(complaints)
             if use_cache:
-                keep_mesh(key, mesh)
+                store_mesh(key, mesh)
             return mesh
         complaints.append(f"attempt {number} ({way.name}): {', '.join(short)}")
     raise MeshError(
@@ -228,13 +115,13 @@ def _attempted(
     zone: Zone,
     symmetric: bool,
 ) -> Mesh:
-    """One try: CAD, fTetWild, and what follows. MeshError says what failed."""
+    """One try: CAD, fTetWild, and what follows. MeshError names what failed."""
     scaled = sizes.scaled(attempt.size_factor)
     field = size_field(design, way.sized, scaled, zone)
     expected = expected_elements(field, *field.box(design.body, symmetric))
     if expected > MOST_ELEMENTS:
         raise MeshError(
-            f"the [mesh] sizes of {design.design.name} ask for about {expected:.2g} tetrahedra, "
+            f"the [mesh] sizes of {design.design.name} lead to about {expected:.2g} tetrahedra, "
             f"more than {MOST_ELEMENTS}; raise mesh.contact_size_mm, plate_size_mm or far_size_mm"
         )
     most = max(int(MOST_ELEMENTS_RATIO * expected), FEW_ELEMENTS)
@@ -273,7 +160,7 @@ def chord_mm(body: Body) -> float:
 def size_field(
     design: Design, frames: tuple[PlateFrame, ...], sizes: MeshSizes, zone: Zone
 ) -> SizeField:
-    """The size field to ask fTetWild for, so that edges at the contact come out as ``sizes``."""
+    """The size field for fTetWild, such that edges at the contact come out as ``sizes``."""
     requested = replace(sizes, contact=sizes.contact / CONTACT_OVERSHOOT)
     return SizeField(surface_of(design.body), frames, requested, zone)
 

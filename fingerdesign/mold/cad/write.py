@@ -13,16 +13,9 @@ from OCP.BRepGProp import BRepGProp
 from OCP.GProp import GProp_GProps
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.cad.export import (
-    BONE,
-    BRONZE,
-    SILICONE_GREY,
-    check_whole_step,
-    merge_vertices,
-    triangulate_measured,
-    write_triangles,
-)
+from fingerdesign.cad.export import BONE, BRONZE, SILICONE_GREY, check_whole_step, write_triangles
 from fingerdesign.cad.kernel import volume_of
+from fingerdesign.cad.triangles import merge_vertices, triangulate_measured
 from fingerdesign.design.schema import Design
 from fingerdesign.mold.cad.build import Built, BuiltPart, build_mold
 from fingerdesign.mold.cad.coupon import build_coupon

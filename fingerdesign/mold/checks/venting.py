@@ -12,7 +12,7 @@ import numpy as np
 from manifold3d import Manifold
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.mesh.types import pieces
+from fingerdesign.mesh.cells import pieces
 from fingerdesign.mold.checks.assembly import Assembly, from_pin, from_slot, place_text
 from fingerdesign.mold.part import BASE, CORE, RUBBER, Check
 from fingerdesign.mold.plan.base import TILT_DEG

@@ -115,7 +115,7 @@ def warnings_of(
     """Warnings to the caster, found from the design: a sentence each."""
     share, worst = legs_share(design, plan), placement_worst(placement)
     stock = sheet_words(design)
-    if fit is not None and fit.found is not None and fit.unlike(design):
+    if fit is not None and fit.found is not None and fit.differs_from(design):
         stock.append(gage_words(design, fit) or "")
     given = design, plan, share, worst, WORDS, bridged_gap(design, plan)
     return stock + _items(macros(TEMPLATES / "notes.j2").warnings(*given))
