@@ -33,7 +33,7 @@ def test_files_are_written_from_a_process(design_of, tmp_path):
     assert all(path.stat().st_size > 500 for path in files.values())
 
 
-def test_what_cannot_be_built_or_does_not_come_back_is_said(design_of, monkeypatch):
+def test_what_cannot_be_built_or_does_not_come_back_is_reported(design_of, monkeypatch):
     design = design_of("arc", "full span")
     frames = tuple(replace(frame, place=0.1 * frame.index) for frame in plate_frames(design))
     with pytest.raises(GeometryError, match="plate 0 and plate 1 overlap"):

@@ -4,7 +4,7 @@ import cadquery as cq
 import numpy as np
 import pytest
 
-from fingerdesign.cad import export as tessellation
+from fingerdesign.cad import triangles as tessellation
 from fingerdesign.cad.bodies import outline_solid
 from fingerdesign.cad.export import check_watertight, enclosed_volume
 from fingerdesign.cad.kernel import volume_of
