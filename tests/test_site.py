@@ -1,6 +1,7 @@
 """docs/gallery: each example says what it shows, is short, and uses what the API pages show."""
 
 import ast
+import os
 import re
 import subprocess
 import sys
@@ -24,8 +25,7 @@ def named(path):
     return f"{path.parent.name}/{path.stem}"
 
 
-def test_there_are_many_examples():
-    assert len(EXAMPLES) >= 20
+def test_every_folder_of_examples_has_its_page():
     folders = {path.parent for path in EXAMPLES}
     assert all((folder / "README.rst").is_file() for folder in folders)
 
@@ -65,7 +65,7 @@ def test_every_page_is_on_the_site():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stem", ["01_arc", "03_tractions", "01_one_lift"])
-def test_an_example_runs(stem, monkeypatch):
+def test_an_example_runs(stem):
     (path,) = (each for each in EXAMPLES if each.stem == stem)
-    monkeypatch.setenv("MPLBACKEND", "agg")
-    subprocess.run([sys.executable, path], check=True, timeout=120)
+    environment = os.environ | {"MPLBACKEND": "agg"}
+    subprocess.run([sys.executable, path], env=environment, check=True, timeout=120)

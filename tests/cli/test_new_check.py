@@ -16,9 +16,7 @@ from fingerdesign.errors import FingerDesignError
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.fixture(autouse=True)
-def _in_an_empty_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("in_tmp_path")
 
 
 @pytest.mark.parametrize("name", [None, "homogeneous", "narrow", "domed", "pin", "boned"])

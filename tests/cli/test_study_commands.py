@@ -82,9 +82,8 @@ def test_only_some(study, out, said):
     ],
 )
 def test_wrong_input_ends_before_any_work(
-    command, name, text, named, study, out, said, monkeypatch
+    command, name, text, named, study, out, said, in_tmp_path
 ):
-    monkeypatch.chdir(study.parent)
     study.write_text(text)
     err = said(command, name, "--out", out, code=2).err
     assert all(each in err for each in named)
@@ -173,8 +172,7 @@ def test_page_csv_and_outcomes(outcomes, page, tmp_path, said):
         *(([option, "pipe.html"], "a regular file") for option in ("--out", "--csv", "--outcomes")),
     ],
 )
-def test_wrong_input_of_a_comparison_is_named(outcomes, page, said, monkeypatch, more, named):
-    monkeypatch.chdir(outcomes.parent)
+def test_wrong_input_of_a_comparison_is_named(outcomes, page, said, in_tmp_path, more, named):
     os.mkfifo("pipe.html")
     assert named in said("compare", "study", "--out", page, *more, code=2).err
     assert not page.exists()
