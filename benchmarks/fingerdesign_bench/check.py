@@ -8,21 +8,21 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Check:
-    """``measured`` must be at most ``asked`` (errors, ratios, seconds)."""
+    """``measured`` must be at most ``target`` (errors, ratios, seconds)."""
 
     name: str
-    asked: float
+    target: float
     measured: float
     unit: str = ""
 
     @property
     def holds(self) -> bool:
-        return bool(self.measured <= self.asked)
+        return bool(self.measured <= self.target)
 
     def row(self) -> list[str]:
         unit = f" {self.unit}" if self.unit else ""
         verdict = "holds" if self.holds else "FALLS SHORT"
-        return [self.name, f"{self.asked:g}{unit}", f"{plain(self.measured)}{unit}", verdict]
+        return [self.name, f"{self.target:g}{unit}", f"{plain(self.measured)}{unit}", verdict]
 
     def as_dict(self) -> dict[str, Any]:
         return {**asdict(self), "holds": self.holds}

@@ -1,6 +1,5 @@
 """``fingerdesign bench --out``: precision, speed and stability into one folder."""
 
-import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -10,6 +9,7 @@ from typing import Any
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
+from fingerdesign_bench.files import write_json
 from fingerdesign_bench.machine import machine
 
 # Measures and writes into a folder; returns the files and the checks.
@@ -56,10 +56,7 @@ def run_suite(
         "checks": [check.as_dict() for check in found.checks],
         "files": [path.name for path in found.paths],
     }
-    found.paths.append(folder / "bench.json")
-    found.paths[-1].write_text(
-        json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8"
-    )
+    found.paths.append(write_json(folder / "bench.json", record))
     return found
 
 

@@ -87,7 +87,7 @@ def test_the_judge_counts_what_holds_and_what_it_costs():
 
 
 def test_plane_strain_that_does_is_expected_to_be_used():
-    (pair,) = (p for p in EVERY if p.number == 6)  # 10 % asked, 49 mm deep
+    (pair,) = (p for p in EVERY if p.number == 6)  # to 10 %, 49 mm deep
     alone = [pair if p.number == 6 else p for p in EVERY[:7]]
     truth = {p.number: readings(p, 0.0) for p in alone}
     every = [each for p in alone for each in records(p, 0.001, 0.0)]

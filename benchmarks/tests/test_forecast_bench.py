@@ -53,17 +53,6 @@ def test_a_wrong_forecast_falls_short(changed, short):
     assert all(any(name.startswith(each) for name in wrong) for each in short)
 
 
-def test_of_random_fingers_a_tenth_may_be_off():
-    known = record(plain_pairs()[0])
-    for off, holds in ((1, True), (2, False)):
-        records = [known] * (10 - off) + [{**known, "dofs": 9000}] * off
-        dofs = Forecasts(records, share=bench.SHARE).checks()[0]
-        assert (dofs.holds, dofs.measured) == (holds, pytest.approx(1.1 if holds else 9.0))
-    pairs = bench.random_pairs(4)
-    assert [pair["design"] for pair in pairs] == ["any_0", "any_1", "any_2", "any_3"]
-    assert {pairs[1]["fidelity"], pairs[3]["fidelity"]} == {"3d"}
-
-
 def test_the_command_says_and_writes_it(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(bench, "_run", lambda pair: record(pair, time_s=30.0))
     assert main(["bench", "forecast", "--quick", "--out", str(tmp_path)]) == 1

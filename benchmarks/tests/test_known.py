@@ -19,6 +19,7 @@ CHEAP = (
     "ssnv128",
     "wedge",
     "two_codes_plane_strain",
+    "two_codes_plate",
     "order_ring",
     "flat_punch",
     "measured_disc",

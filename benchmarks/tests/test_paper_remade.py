@@ -46,13 +46,13 @@ def coarse_design(**values):
 
 
 @pytest.fixture(scope="module")
-def said():
+def reported():
     return []
 
 
 @pytest.fixture(scope="module")
-def found(said):
-    return paper_remade.remake(coarse_design(), lambda m, f: said.append((m, f)), QUICK)
+def found(reported):
+    return paper_remade.remake(coarse_design(), lambda m, f: reported.append((m, f)), QUICK)
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +77,7 @@ def claim_of(found, key):
 
 def test_progress_goes_forward(found, said):
     assert found.seconds > 0.0
-    fractions = [fraction for _, fraction in said]
+    fractions = [fraction for _, fraction in reported]
     assert [0.0, *sorted(fractions), 1.0] == sorted({0.0, *fractions, 1.0})
     assert fractions == sorted(fractions)
 
@@ -116,14 +116,14 @@ def test_the_folder_holds_every_figure_three_times_a_page_and_a_record(folder):
     names = {path.name for path in folder.iterdir()}
     figures = {f"{key}.{kind}" for key in ORDER for kind in ("png", "svg", "csv")}
     assert names == {*figures, "paper.html", "paper.json"}
-    assert [path.name for path in folder.parent.iterdir()] == ["out"]  # nothing left beside
+    assert [path.name for path in folder.parent.iterdir()] == ["out"]  # nothing else is left
     for key in ORDER:
         assert (folder / f"{key}.png").read_bytes().startswith(b"\x89PNG")
         data = (folder / f"{key}.csv").read_text("utf-8")
         assert not re.search(r"\b(nan|None|True|False)\b", data), key  # empty, empty, 1, 0
         drawing = (folder / f"{key}.svg").read_text("utf-8")
         assert drawing.rstrip().endswith("</svg>")
-        assert "var(--" not in drawing  # it stands alone
+        assert "var(--" not in drawing  # it needs no page
 
 
 def rows_of(folder, key):

@@ -68,9 +68,9 @@ def test_failures_and_locking_are_named(found):
     failed = found.points[-1]
     assert failed.failure == "no mesh today"
     assert failed.normal_force_error is None
-    said = found.remarks["short"]
-    assert any(each.startswith("P1 (all): locks: F_n still") for each in said)
-    assert "broken (all), 0.8 mm: failed: no mesh today" in said
+    remarks = found.remarks["short"]
+    assert any(each.startswith("P1 (all): locks: F_n still") for each in remarks)
+    assert "broken (all), 0.8 mm: failed: no mesh today" in remarks
 
 
 def test_what_is_written(found, tmp_path):

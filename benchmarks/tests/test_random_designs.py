@@ -14,7 +14,7 @@ COUNT = 200
 
 @pytest.fixture
 def step_in_this_process(monkeypatch, own_cache):
-    """STEP files are read without a process of their own: fast, and what is said is the same."""
+    """STEP files are read without a process of their own: fast, and the outcome is the same."""
     from fingerdesign.runtime.child import resolved
 
     monkeypatch.setattr(step_facts, "call", lambda name, *given, time_s: resolved(name)(*given))

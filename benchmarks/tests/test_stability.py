@@ -1,22 +1,19 @@
 """bench stability: the judge on closed forms and on each law broken; the map of a few cases."""
 
 import csv
-import dataclasses
 import json
 import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from fingerdesign_bench.stability import stability as stability_map
 from fingerdesign_bench.stability.bodies import distorted, hard_bodies
 from fingerdesign_bench.stability.cases import BEYOND, FRICTIONS, WITHIN, cases_of
-from fingerdesign_bench.stability.judge import SHARP, Judge, Past, fixed_bound, lemke, same_total
+from fingerdesign_bench.stability.judge import SHARP, Judge, Past, same_total
 from fingerdesign_bench.stability.run import PRODUCTION, TimeIsUp, Verdict, time_limit
 from fingerdesign_bench.stability.stability import measure_stability, summary, write_stability
 
 from fingerdesign.contact.problem import Motion
-from fingerdesign.contact.solver.pivots import friction_pivots
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import reduced_model
@@ -132,28 +129,6 @@ def test_second_answer_is_found_and_right(dim):
     assert judge.violation(answer, judge.untouched(), MOTION) < SHARP
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_second_methods_agree(seed):
-    """Pivots and the fixed point on a random coupled problem with little friction."""
-    rng = np.random.default_rng(seed)
-    root = rng.normal(size=(16, 16))
-    compliance = root @ root.T / 8 + 0.2 * np.eye(16)
-    offset = rng.normal(size=(8, 2))
-    one, other = lemke(compliance, offset, 0.2), fixed_bound(compliance, offset, 0.2)
-    assert np.allclose(one, other, atol=1e-8 * np.abs(one).max())
-
-
-def test_lemke_on_a_ray_says_none():
-    """A seeded problem with much friction whose answer no covering vector leads to."""
-    rng = np.random.default_rng(96)
-    root = rng.normal(size=(6, 6))
-    compliance = root @ root.T / 3 + 0.2 * np.eye(6)
-    offset = rng.normal(size=(3, 2))
-    offset[0, 0] = -1.0
-    assert lemke(compliance, offset, 8.0) is None
-    assert friction_pivots(compliance, offset, 8.0).converged
-
-
 GOOD = (Verdict.RIGHT, Verdict.OTHER, Verdict.REFUSED)
 
 
@@ -202,20 +177,6 @@ def test_files(quick, tmp_path):
     assert rows[0]["method"] == PRODUCTION
     assert json.loads(paths[1].read_text("utf-8")) == summary(quick)
     assert paths[2].read_bytes().startswith(b"\x89PNG")
-
-
-def test_interrupted_writing_leaves_the_older_files(quick, tmp_path, monkeypatch):
-    paths = write_stability(quick, tmp_path)
-    before = [path.read_bytes() for path in paths]
-
-    def interrupt(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(stability_map, "draw_stability", interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        write_stability(dataclasses.replace(quick, outcomes=quick.outcomes[:3]), tmp_path)
-    assert [path.read_bytes() for path in paths] == before
-    assert sorted(tmp_path.iterdir()) == sorted(paths)
 
 
 def test_there_are_enough_cases_of_all_kinds():

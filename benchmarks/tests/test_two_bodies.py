@@ -15,16 +15,6 @@ from fingerdesign.fem.reduction import body_model
 from tests.support.boxes import block
 
 
-@pytest.mark.slow
-def test_equal_cylinders():
-    """Half-plane theory for bodies with a / R = 0.085: within 0.5 %."""
-    solved = bodies.equal_cylinders(0.01)
-    pressed, sheared = solved.steps[0].measures, solved.steps[-1].measures
-    assert 0.5 * pressed.contact_width == pytest.approx(0.6808, rel=1e-2)
-    assert pressed.peak_pressure == pytest.approx(9.351, rel=5e-3)
-    assert sheared.stick_width / sheared.contact_width == pytest.approx(0.7293, rel=1e-2)
-
-
 def test_either_body_may_be_the_finger():
     """A soft and a stiff cylinder exchanged: the same contact, on two different meshes."""
     one, other = (bodies.equal_cylinders(0.04, *pair) for pair in ((200.0, 50.0), (50.0, 200.0)))
@@ -43,8 +33,8 @@ def test_nafems_roller():
 def test_nafems_roller_with_friction():
     """The block's settlement and the stress of another code: 2.2 and 3.4 % from ours.
 
-    Its stress is extrapolated from the volume, and whether it moves the mesh along is not said;
-    ours rests on Hertz's 3585 MPa without friction, which friction between unlike bodies raises.
+    Its stress is extrapolated from the volume, and whether it moves the mesh along is not stated;
+    ours rests on Hertz's 3585 MPa without friction, which friction between different bodies raises.
     """
     solved = bodies.nafems_roller(0.15, 0.1)
     assert solved.displacement([0.0, 0.0])[1] == pytest.approx(-1.30264, rel=3e-2)
@@ -52,25 +42,15 @@ def test_nafems_roller_with_friction():
 
 
 def test_pressed_plate():
-    """SSNV128: the sliding foot of a plate; 5 % is what its own validation accepts."""
+    """SSNV128: the sliding foot of a plate."""
     solved = bodies.pressed_plate()
-    wanted = {0.0: 2.86e-2, 1.25: 2.72e-2, 5.0: 2.28e-2, 7.5: 1.98e-2, 11.25: 1.50e-2}
-    for x, moved in wanted.items():
+    known = {0.0: 2.86e-2, 1.25: 2.72e-2, 5.0: 2.28e-2, 7.5: 1.98e-2, 11.25: 1.50e-2}
+    for x, moved in known.items():
         assert solved.displacement([x, 0.0])[0] == pytest.approx(moved, rel=3e-2)
     # The support of a body held by contact carries nothing.
     force = solved.steps[-1].increment.force
     reaction = solved.body.reaction @ force.reshape(-1) - solved.loads.reshape(-1, 2).sum(axis=0)
     assert abs(reaction[1]) < 1e-6 * 2000.0
-
-
-def test_flat_punch():
-    solved = bodies.flat_punch()
-    x = solved.problem.model.points[:, 0]
-    inner = np.abs(x) < 0.9
-    exact = analytic.flat_punch_pressure(x[inner], 1.0, 1.0)
-    assert solved.pressure[inner] == pytest.approx(exact, rel=1.5e-2)
-    middle = np.argmin(np.abs(x))
-    assert solved.pressure[middle] == pytest.approx(1.0 / np.pi, rel=2e-3)
 
 
 def test_bonded_layer_nears_the_thin_limit():
@@ -82,14 +62,6 @@ def test_bonded_layer_nears_the_thin_limit():
         errors.append([measures.normal_force / force - 1.0, measures.peak_pressure / peak - 1.0])
     assert np.abs(errors[-1]).max() < 1e-2
     assert np.polyfit(np.log([10, 20, 40]), np.log(np.max(np.abs(errors), axis=1)), 1)[0] < -1.0
-
-
-def test_sliding_wedge():
-    solved = bodies.wedge()
-    measures = solved.steps[-1].measures
-    ratio = measures.tangential_force / measures.normal_force
-    assert measures.stick_area == 0.0
-    assert ratio == pytest.approx(analytic.sliding_wedge(0.1, 0.3), rel=1e-9)
 
 
 def test_no_force_holds_the_wedge_beyond_its_limit():
@@ -120,8 +92,8 @@ def test_a_body_facing_its_mirror_image(shape):
     ]
     dim = finger.dimension
     pick = (np.array(order)[:, None] * dim + np.arange(dim)).ravel()
-    wanted = own.compliance[np.ix_(pick, pick)]
-    assert np.abs(got - wanted).max() < 1e-10 * np.abs(wanted).max()
+    expected = own.compliance[np.ix_(pick, pick)]
+    assert np.abs(got - expected).max() < 1e-10 * np.abs(expected).max()
     with pytest.raises(SolverError, match="face no contact facet"):
         facing_compliance(
             raised(block((4, 4), (2.0, 2.0), 0.0), 2.0), body_model(block((6, 4), (3.0, 2.0), 2.0))

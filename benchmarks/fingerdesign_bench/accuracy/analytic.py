@@ -2,7 +2,7 @@
 
 Two elastic bodies act through R (1/R = 1/R1 + 1/R2) and E* (1/E* is the sum of (1 - nu^2)/E of
 each); against a rigid plane R and E / (1 - nu^2) are the body's own. Units are the caller's, if
-consistent (mm, N, MPa here). Source, unless said: K. L. Johnson, Contact Mechanics, Cambridge 1985.
+consistent (mm, N, MPa here). Source, unless stated: K. L. Johnson, Contact Mechanics, 1985.
 """
 
 from dataclasses import dataclass

@@ -60,18 +60,18 @@ def facing_points(points: Array, facets: IntArray, targets: Array) -> tuple[IntA
     nodes = points[facets][:, :, across]
     low, high = nodes.min(axis=1), nodes.max(axis=1)
     margin = 0.05 * (high - low).max(axis=1, keepdims=True)
-    wanted = targets[:, across]
+    places = targets[:, across]
     pairs = []
-    for start in range(0, len(wanted), _CHUNK):
-        place = wanted[start : start + _CHUNK, None]
+    for start in range(0, len(places), _CHUNK):
+        place = places[start : start + _CHUNK, None]
         near = ((place >= low - margin) & (place <= high + margin)).all(axis=2)
         pairs.append(np.argwhere(near) + np.array([start, 0]))
     target, facet = np.concatenate(pairs).T
-    reference = inverse_map(nodes[facet], wanted[target])
+    reference = inverse_map(nodes[facet], places[target])
     least = np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0))
     order = np.lexsort((-least, target))
     first = order[np.unique(target[order], return_index=True)[1]]
-    found = np.zeros(len(wanted), dtype=bool)
+    found = np.zeros(len(places), dtype=bool)
     found[target[first]] = least[first] > -_OUTSIDE
     if not found.all():
         lost = targets[~found][0]

@@ -209,8 +209,8 @@ def pressure_error(case: Pressed, step: Step) -> float:
     """L2 norm of the pressure's error over that of the pressure, at the nodes' own weights."""
     model = case.problem.model
     got = step.increment.multiplier[:, 0] / model.areas
-    wanted = hertz_of(case, step).pressure(_distance(model.points))
-    return _norm(got - wanted, model.areas) / _norm(wanted, model.areas)
+    exact = hertz_of(case, step).pressure(_distance(model.points))
+    return _norm(got - exact, model.areas) / _norm(exact, model.areas)
 
 
 def traction_error(case: Pressed, step: Step) -> float:
@@ -221,11 +221,11 @@ def traction_error(case: Pressed, step: Step) -> float:
     distance = _distance(model.points)
     if case.is_return(step):
         before = stick_share(case, case.sheared[-1])
-        wanted = analytic.reversed_traction(distance, contact, before, share, friction)
+        exact = analytic.reversed_traction(distance, contact, before, share, friction)
     else:
-        wanted = analytic.cattaneo_mindlin_traction(distance, contact, share, friction)
+        exact = analytic.cattaneo_mindlin_traction(distance, contact, share, friction)
     got = step.increment.force[:, 0] / model.areas
-    return _norm(got - wanted, model.areas) / _norm(wanted, model.areas)
+    return _norm(got - exact, model.areas) / _norm(exact, model.areas)
 
 
 def _distance(points: Array) -> Array:

@@ -72,13 +72,13 @@ def random_design(seed: int) -> Data:
     return drawn(f"any_{seed:03d}", np.random.default_rng([20261120, seed]), kinds(seed))
 
 
-def drawn(name: str, chance: Generator, wanted: tuple[str, ...]) -> Data:
-    """A valid design of the kinds ``wanted``, from what ``chance`` yields."""
+def drawn(name: str, chance: Generator, chosen: tuple[str, ...]) -> Data:
+    """A valid design of the kinds ``chosen``, from what ``chance`` yields."""
     for draw in range(MOST_DRAWS):
-        if wanted[0] != "step" or draw % _DRAWS_OF_A_STEP_BODY == 0:
-            body, height = _body(chance, wanted)
+        if chosen[0] != "step" or draw % _DRAWS_OF_A_STEP_BODY == 0:
+            body, height = _body(chance, chosen)
         data: Data = {"design": {"name": name}, "body": body}
-        data["plates"] = _plates(chance, wanted, height)
+        data["plates"] = _plates(chance, chosen, height)
         width = _width(body)
         data["gages"] = {"length_mm": 0.5, "width_mm": 0.5}
         data["mesh"] = {
@@ -89,7 +89,7 @@ def drawn(name: str, chance: Generator, wanted: tuple[str, ...]) -> Data:
         data["grip"] = {"max_approach_mm": 0.3}
         if _sound(data):
             return data
-    raise FingerDesignError(f"no sound design of kinds {wanted} in {MOST_DRAWS} draws")
+    raise FingerDesignError(f"no sound design of kinds {chosen} in {MOST_DRAWS} draws")
 
 
 def _sound(data: Data) -> bool:
@@ -117,9 +117,9 @@ def _width(body: Data) -> float:
     return float(min(body["width_mm"], body.get("depth_mm", body["width_mm"])))
 
 
-def _body(chance: Generator, wanted: tuple[str, ...]) -> tuple[Data, float]:
+def _body(chance: Generator, chosen: tuple[str, ...]) -> tuple[Data, float]:
     """A [body], and about how high its crest is."""
-    shape = wanted[0]
+    shape = chosen[0]
     width, depth = _draw(chance, "body.width_mm", 1), _draw(chance, "body.depth_mm", 1)
     base = _draw(chance, "body.base_height_mm", 1)
     body: Data = {"shape": shape}
@@ -133,16 +133,16 @@ def _body(chance: Generator, wanted: tuple[str, ...]) -> tuple[Data, float]:
             body["arc_radius_mm"] = _share(chance, "body.arc_radius_mm / width_mm", width)
         if shape == "dome":
             body["dome_radius_mm"] = _share(chance, "body.dome_radius_mm / depth_mm", depth)
-    if "edged" in wanted:
+    if "edged" in chosen:
         body["edge_radius_mm"] = _draw(chance, "body.edge_radius_mm")
         body["edge"] = "round" if chance.random() < 0.5 else "chamfer"
-    if "cored" in wanted:
+    if "cored" in chosen:
         body["core"] = _core(chance, shape, width, depth, base)
     return body, base
 
 
 def _core(chance: Generator, shape: str, width: float, depth: float, base: float) -> Data:
-    """A bone, or a backing that stands on the base; some of the full depth in a straight body."""
+    """A bone, or a backing on the base; some of the full depth in a straight body."""
     core: Data = {
         "width_mm": _share(chance, "body.core.width_mm / width_mm", width),
         "height_mm": _share(chance, "body.core.height_mm / base_height_mm", base),
@@ -170,8 +170,8 @@ def _step_body(chance: Generator, width: float, depth: float, base: float) -> tu
     return {"shape": "step", "step": step}, y - crown
 
 
-def _plates(chance: Generator, wanted: tuple[str, ...], height: float) -> Data:
-    kind, shape = wanted[-1], wanted[0]
+def _plates(chance: Generator, chosen: tuple[str, ...], height: float) -> Data:
+    kind, shape = chosen[-1], chosen[0]
     if kind == "none" and chance.random() < 0.5:
         return {"count": 0}
     low, high = RANGES["plates.count"]

@@ -40,7 +40,7 @@ def measure_pair(pair: dict[str, Any], folder: Path) -> dict[str, Any]:
         )
     )
     machine = Machine(one, every, before.cores)
-    # Predicted anew, for that machine, as before the run: its mesh must not be found in the cache.
+    # Predicted again, for that machine, as before the run: its mesh must not be found in the cache.
     os.environ["FINGERDESIGN_CACHE"] = str(folder / "empty")
     found = forecast_case(case, machine)
     record: dict[str, Any] = {

@@ -67,9 +67,9 @@ def after_remedies(design: Design, faults: Sequence[Fault]) -> tuple[str, str]:
                 plan_mold(mended)
             except DesignError:
                 continue
-            said = ", ".join(f"{key} = {value}" for key, value in (tried | values).items())
+            setting = ", ".join(f"{key} = {value}" for key, value in (tried | values).items())
             with tempfile.TemporaryDirectory(prefix="fingerdesign-bench-") as name:
-                return said, str(reported(make_mold(mended, name))["status"])
+                return setting, str(reported(make_mold(mended, name))["status"])
         tried |= {
             key: value for each in faults for key, value in next(remedies_of(each), {}).items()
         }

@@ -11,7 +11,8 @@ from typing import Any
 from fingerdesign.cad.from_python import written
 from fingerdesign.runtime.cache import Cache
 
-FORMAT = 1  # raise it when a shape changes
+# Part of the file name: raise it when a shape changes.
+FORMAT = 1
 
 
 def sample_step(shape: str, width: float, depth: float, height: float, crown: float) -> Path:
@@ -22,11 +23,11 @@ def sample_step(shape: str, width: float, depth: float, height: float, crown: fl
     """
     make = SHAPES[shape]
     sizes = "-".join(f"{size:.3f}" for size in (width, depth, height, crown))
-    kept, name = Cache("samples"), f"{shape}-{FORMAT}-{sizes}.step"
-    if not kept.path(name).is_file():
+    cache, name = Cache("samples"), f"{shape}-{FORMAT}-{sizes}.step"
+    if not cache.path(name).is_file():
         made = written(make(width, depth, height, crown))
-        kept.put(name, made.read_bytes())
-    return kept.path(name)
+        cache.put(name, made.read_bytes())
+    return cache.path(name)
 
 
 def _spline(width: float, depth: float, height: float, crown: float) -> Any:

@@ -79,22 +79,20 @@ def fidelity(folder: Path, workers: int | None, again: bool, quiet: bool, as_jso
 @click.command("forecast", short_help="Predicted and real dofs, memory, time (15 min).")
 @folder_option("forecast")
 @click.option("--quick", is_flag=True, help="Three small ones: half a minute.")
-@click.option("--random", type=click.IntRange(0), default=0, help="So many random fingers instead.")
 @output_options
-def forecast(folder: Path, quick: bool, random: int, quiet: bool, as_json: bool) -> int:
+def forecast(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
     """Forecasts of `check` (dofs, memory, time) against whole analyses.
 
     An interrupted run goes on where it stopped: run it again with the same --out.
 
     Each analysis runs in a process of its own, with an empty mesh cache. Its forecast is for the
     machine's speed as measured right before and after it, so that other work counts on both sides.
-    Exit code 1 where a forecast is off by more than a factor of 2; of random fingers, where more
-    than a tenth are.
+    Exit code 1 where a forecast is off by more than a factor of 2.
     """
     from fingerdesign_bench.any_finger.forecast import measure_forecasts, rows, write_forecasts
 
     with progress("bench forecast", quiet or as_json) as report:
-        found = measure_forecasts(folder, report, quick, random)
+        found = measure_forecasts(folder, report, quick)
     warn_busy(found.machine, quiet)
     paths = write_forecasts(found, folder)
     if not (quiet or as_json):

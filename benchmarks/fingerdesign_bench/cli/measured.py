@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 
@@ -51,7 +50,6 @@ def precision(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:
 @output_options
 def speed(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
     """Seconds, memory and their growth, against targets; the cost of condensation."""
-    from fingerdesign_bench.speed.growth import in_words
     from fingerdesign_bench.speed.speed import measure_speed, write_speed
 
     with progress("bench speed", quiet or as_json) as report:
@@ -61,7 +59,8 @@ def speed(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
     code = show_checks("Speed", found.checks, paths, quiet, as_json)
     if not (quiet or as_json):
         for law in found.laws:
-            click.echo(f"{law.kind}: {law.quantity} grows with {law.against}: {in_words(law)}")
+            grows = f"{law.kind}: {law.quantity} grows with {law.against}"
+            click.echo(f"{grows}: power {law.exponent:.2f}")
     return code
 
 
@@ -71,6 +70,7 @@ def speed(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
 @output_options
 def whole(fidelity: str | None, folder: Path, quiet: bool, as_json: bool) -> int:
     """Seconds, memory and dofs of `analyse`, from cold caches."""
+    from fingerdesign_bench.files import write_json
     from fingerdesign_bench.machine import machine
     from fingerdesign_bench.speed.whole import whole_checks
 
@@ -81,10 +81,8 @@ def whole(fidelity: str | None, folder: Path, quiet: bool, as_json: bool) -> int
             found, stages = whole_checks(each)
             checks += found
             report(f"{each}: " + ", ".join(f"{name} {s:.1f} s" for name, s in stages.items() if s))
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "whole.json"
     record = {"machine": machine(), "checks": [check.as_dict() for check in checks]}
-    path.write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    path = write_json(folder / "whole.json", record)
     title = "A whole analysis, in a process of its own"
     return show_checks(title, checks, [path], quiet, as_json)
 
@@ -106,7 +104,6 @@ def stability(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
 _PEER_TITLES = {
     "condensed": "Condensed: Siconos and ours, an increment",
     "full": "Full: GetFEM and ours, on one mesh",
-    "finite": "Finite strain: GetFEM and ours, on one mesh",
 }
 
 
@@ -120,9 +117,9 @@ def peers(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
     They must be installed for /usr/bin/python3 (Debian: python3-siconos, python3-getfem); what is
     missing is named and left out. Exit code 1 where neither is there.
     """
+    from fingerdesign_bench.files import write_json
     from fingerdesign_bench.machine import machine
     from fingerdesign_bench.speed import peers as bench
-    from fingerdesign_bench.speed.peers_finite import finite_row
 
     installed = bench.installed()
     for line in bench.missing(installed):
@@ -132,10 +129,8 @@ def peers(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
     begun = machine()
     with progress("bench peers", quiet or as_json) as report:
         condensed, full = bench.measure_peers(installed, report, quick)
-        report("full, finite strain")
-        finite = [finite_row()] if "getfem" in installed and not quick else []
     warn_busy(begun, quiet)
-    tables = {"condensed": condensed, "full": full, "finite": finite}
+    tables = {"condensed": condensed, "full": full}
     record = {"machine": begun, "installed": installed, **tables}
     if as_json:
         print_json(record)
@@ -144,9 +139,7 @@ def peers(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
             headings = list(dict.fromkeys(key for row in rows for key in row))
             cells = [[_cell(row.get(heading)) for heading in headings] for row in rows]
             print_table(_PEER_TITLES[name], headings, cells)
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "peers.json"
-    path.write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    path = write_json(folder / "peers.json", record)
     if not (quiet or as_json):
         click.echo(str(path))
     return 0

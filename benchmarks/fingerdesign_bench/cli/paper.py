@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def command(folder: Path, design_file: Path, quiet: bool, as_json: bool) -> None:
     """Remake the paper's Figs 2, 3, 6, 7, 8, 10 and 12, and judge its words by them.
 
-    OUT then holds paper.html (the paper's words beside what was measured), each figure as PNG and
+    OUT then holds paper.html (the paper's words next to what was measured), each figure as PNG and
     SVG with its data as CSV, and paper.json. In plane strain, under a minute. Exit code 0 also
     where a claim of the paper does not hold: that is a finding.
     """

@@ -1,4 +1,4 @@
-"""``fingerdesign bench fidelity``: does the ladder keep its word, and at what price?
+"""``fingerdesign bench fidelity``: are the ladder's estimates right, and at what price?
 
 Thirty seeded pairs of a finger and a scene, each with a tolerance. Every rung of every pair is
 solved once; the ladder then climbs on these records, and each single rung is judged as "the one
@@ -33,6 +33,7 @@ from fingerdesign_bench.fidelity.run import (
     recorded,
     run,
 )
+from fingerdesign_bench.files import write_json
 from fingerdesign_bench.lines import Record, read_lines
 
 if TYPE_CHECKING:
@@ -126,10 +127,10 @@ def _estimates(axes: Axes, found: FidelityBench) -> None:
         ylabel="true error of 95 % of the readings, %",
     )
     axes.legend(fontsize=7, loc="upper left")
-    axes.set_title("What it says of its error, and what the error is", loc="left", fontsize=10)
+    axes.set_title("Estimated and true error", loc="left", fontsize=10)
 
 
-SHARE_ASKED, SAVING_ASKED = 0.95, 3.0
+SHARE_TARGET, SAVING_TARGET = 0.95, 3.0
 _PRESCRIBED = ("normal_force", "tangential_force")  # where forces are given
 
 
@@ -139,7 +140,7 @@ class ReferencesMissing(FingerDesignError):
 
 @dataclass(frozen=True)
 class PairResult:
-    """One pair: what the ladder chose, what it said of its error, and what the error is.
+    """One pair: what the ladder chose, its estimated error, and what the error is.
 
     true_errors: of each reading that the scene does not prescribe; section_error: of the finest
     plane strain, of 95 % of its readings, NaN where there is none.
@@ -214,8 +215,8 @@ class FidelityBench:
         """List the numbers and their targets."""
         short = 1.0 - self.within
         return [
-            Check("readings over the tolerance", 1.0 - SHARE_ASKED, short),
-            Check("1 / saving over one model for all", 1.0 / SAVING_ASKED, self.seconds_share),
+            Check("readings over the tolerance", 1.0 - SHARE_TARGET, short),
+            Check("1 / saving over one model for all", 1.0 / SAVING_TARGET, self.seconds_share),
             Check("plane strain would do by half the tolerance, and was not used", 0, self.missed),
             Check("plane strain used where it does not do", 0, self.wrong),
         ]
@@ -228,7 +229,7 @@ class FidelityBench:
     @property
     def wrong(self) -> int:
         """Pairs where plane strain was chosen and fewer than SHARE of the readings hold."""
-        return sum(each.section_used and each.within < SHARE_ASKED for each in self.outcomes)
+        return sum(each.section_used and each.within < SHARE_TARGET for each in self.outcomes)
 
 
 def measure_fidelity(
@@ -360,7 +361,7 @@ def fixed_models(
             off = true_errors(pair, own[-1].readings, truth) <= pair.tolerance
             seconds += own[-1].total
             right, readings, count = right + int(off.sum()), readings + off.size, count + 1
-            meets += bool(off.mean() >= SHARE_ASKED)
+            meets += bool(off.mean() >= SHARE_TARGET)
         found.append(
             Fixed(f"{dimension}, x {scale:g}", seconds, right / max(readings, 1), meets, count)
         )
@@ -399,8 +400,6 @@ def rows(found: FidelityBench) -> list[list[str]]:
 
 def write_fidelity(found: FidelityBench, folder: Path) -> list[Path]:
     """fidelity.json and fidelity.png."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / "fidelity.json", folder / "fidelity.png"]
     record = {
         "machine": found.machine,
         "checks": [check.as_dict() for check in found.checks()],
@@ -410,9 +409,9 @@ def write_fidelity(found: FidelityBench, folder: Path) -> list[Path]:
         "fixed": [vars(each) for each in found.fixed],
         "pairs": [_pair_record(each) for each in found.outcomes],
     }
-    paths[0].write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    draw_fidelity(found, paths[1])
-    return paths
+    path, picture = write_json(folder / "fidelity.json", record), folder / "fidelity.png"
+    draw_fidelity(found, picture)
+    return [path, picture]
 
 
 def _pair_record(each: PairResult) -> Record:

@@ -94,8 +94,8 @@ materials.silicone.poissons_ratio = {rng.uniform(0.45, 0.495):.4f}
 mesh.mesher = "extrude"
 """
     if count == 0:
-        kept = (line for line in text.splitlines() if not line.startswith(("plates.", "gages.")))
-        text = "\n".join([*kept, "plates.count = 0"])
+        lines = (line for line in text.splitlines() if not line.startswith(("plates.", "gages.")))
+        text = "\n".join([*lines, "plates.count = 0"])
     return parse_design(text)
 
 

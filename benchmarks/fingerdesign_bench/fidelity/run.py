@@ -1,8 +1,8 @@
-"""Every rung of every pair, solved once and kept: what the ladder and fixed models are judged by.
+"""Every rung of every pair, solved once and stored: the ladder and fixed models are judged by them.
 
 A record is a line of JSON: readings, equations, seconds, and cost: seconds on one thread, of the
 processor where that was busy with other work as well (the mesher's by the clock). References, much
-finer models in space, are computed once and kept (fidelity_references.json).
+finer models in space, are computed once and stored (fidelity_references.json).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _WHOLE_DOFS = 420_000  # of the one model for all where the ladder has ended bef
 
 @dataclass(frozen=True)
 class Recorded:
-    """A solved rung as it was kept; the ladder takes it for the solve itself."""
+    """A solved rung as it was stored; the ladder takes it for the solve itself."""
 
     model: Model
     readings: Readings
@@ -149,7 +149,7 @@ def solve_finest(pair: Pair, dofs_at_one: int) -> list[Record]:
 
 
 def work(task: tuple[str, int, int]) -> list[Record]:
-    """What is asked of one pair, in a worker process; a failure is a record that says why."""
+    """Do one task of a pair, in a worker process; a failure is a record that says why."""
     from threadpoolctl import threadpool_limits
 
     kind, number, dofs = task
@@ -164,11 +164,11 @@ def work(task: tuple[str, int, int]) -> list[Record]:
 
 
 def run(
-    kind: str, wanted: Iterable[tuple[int, int]], path: Path, workers: int, report: Report
+    kind: str, sizes: Iterable[tuple[int, int]], path: Path, workers: int, report: Report
 ) -> None:
     """Solve what ``path`` (JSON lines) does not hold yet; each pair is added when it is whole."""
     have = {each["pair"] for each in read_lines(path)}
-    tasks = [(kind, number, dofs) for number, dofs in wanted if number not in have]
+    tasks = [(kind, number, dofs) for number, dofs in sizes if number not in have]
     if not tasks:
         return
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -26,7 +26,7 @@ class Case:
     tolerance: the most that the answer may be off it; regression: our own answer when the file was
     written, within regression_tolerance (inf where meshes differ from run to run). Errors are
     relative to the reference, or absolute. at_least: only too little is an error. quick: one of
-    ``--quick``. known_miss: why an answer is off by more than asked.
+    ``--quick``. known_miss: why an answer is off by more than the tolerance.
     """
 
     name: str
@@ -72,7 +72,7 @@ class Case:
         return off if self.absolute else off / abs(self.reference)
 
     def verdict(self, value: float) -> Verdict:
-        """``changed``: as near to the reference as asked, or a known miss, but not what it was."""
+        """``changed``: within the tolerance, or a known miss, but not what it was."""
         near = abs(self.error(value)) <= self.tolerance
         if not near and not self.known_miss:
             return "missed"
@@ -137,7 +137,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class Outcome:
-    """A case beside its answer; value None where the problem failed, and why."""
+    """A case with its answer; value None where the problem failed, and why."""
 
     case: Case
     value: float | None

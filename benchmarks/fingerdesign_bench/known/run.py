@@ -21,7 +21,7 @@ from fingerdesign_bench.known.export import write_problem
 from fingerdesign_bench.machine import caption, machine
 
 TEMPLATES = Path(__file__).parent / "templates"
-HEADINGS = ("case", "kind", "found", "reference", "known to", "error", "asked", "verdict")
+HEADINGS = ("case", "kind", "found", "reference", "known to", "error", "tolerance", "verdict")
 _IN_WORDS = {
     "analytic": "analytic",
     "code": "another code",

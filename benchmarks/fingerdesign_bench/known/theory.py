@@ -14,7 +14,7 @@ from scipy.special import ellipe, ellipk, ellipkm1
 from fingerdesign.arrays import Array
 
 _LAYERS, _RATIO = 26, 0.4  # elements shrink geometrically toward each border of stick and contact
-_NEAR = (1e-5, 3e-3)  # of the stick width: where the singularity beside its border is fitted
+_NEAR = (1e-5, 3e-3)  # of the stick width: where the singularity at its border is fitted
 _GAUSS = np.polynomial.legendre.leggauss(10)
 
 
@@ -176,7 +176,7 @@ def lubkin(stick: float) -> tuple[float, float]:
 
     The turn is 3 / (4 pi) (K(k') - E(k')), k'^2 = 1 - stick^2 (J. L. Lubkin, J. Appl. Mech. 18
     (1951) 183). By Abel's transform h of the traction, M = 4 pi int_0^1 t h(t) dt with
-    h = (3 / pi^2) t (K - E)(1 - t^2), kept at its value of stick (times t) within: derived here.
+    h = (3 / pi^2) t (K - E)(1 - t^2), held at its value of stick (times t) within: derived here.
 
     >>> round(lubkin(1e-6)[1] / (3 * np.pi / 16), 4)  # complete slip
     1.0

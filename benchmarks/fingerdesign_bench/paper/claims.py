@@ -1,4 +1,4 @@
-"""The paper's words (templates/claims.txt.j2), one by one, beside what was measured: do they hold?
+"""The paper's words (templates/claims.txt.j2), one by one, next to what was measured: do they hold?
 
 A verdict is "yes", "partly" or "no" by the bounds that stand here.
 """

@@ -62,5 +62,5 @@ def responses_figure(
         *("response_raw_microstrain_per_N", "threshold_microstrain_per_N", "gage_area_mm"),
         *("stick_length_mm", "stick_ratio"),
     )
-    said = {"study": study, "friction": friction}
-    return paper_figure(figure, "fig08", columns, _response_rows(studies), **said)
+    context = {"study": study, "friction": friction}
+    return paper_figure(figure, "fig08", columns, _response_rows(studies), **context)

@@ -80,9 +80,9 @@ def route_figure(lift: Lift, route: Route) -> PaperFigure:
     axes.annotate(words, place, (-4, 9), textcoords="offset points", ha="right")
     axes.set(xlabel="normal force F_n (N)", ylabel="tangential force F_t (N)")
     style.shared_legend([axes], 3)
-    said = {"trace": trace, "weight": weight, "mu": mu, "route": route}
+    context = {"trace": trace, "weight": weight, "mu": mu, "route": route}
     columns = ("route", "step", "normal_force_N", "tangential_force_N")
-    return paper_figure(figure, "fig02", columns, _route_rows(lift, route), **said)
+    return paper_figure(figure, "fig02", columns, _route_rows(lift, route), **context)
 
 
 def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
@@ -163,8 +163,8 @@ def measured_figure(rigs: Sequence[Rig], samples: int | None) -> PaperFigure:
         for g in rig.grips
         for row in trace_rows((rig.finger, g.samples, g.friction, g.seed, g.ended), g.episode.trace)
     ]
-    said = {"rigs": rigs, "samples": samples, "noise": noise_of(samples)}
-    return paper_figure(figure, "fig12", (*columns, *_TRACE_COLUMNS), rows, **said)
+    context = {"rigs": rigs, "samples": samples, "noise": noise_of(samples)}
+    return paper_figure(figure, "fig12", (*columns, *_TRACE_COLUMNS), rows, **context)
 
 
 def _draw_measured(axes: Axes, grips: Sequence[Measured], friction: float) -> None:

@@ -46,7 +46,7 @@ PANELS = (
 
 def draw_map(chart: PlaneStrainMap, path: Path, panels: tuple[Panel, ...] = PANELS) -> Path:
     """Contours of the errors over D/a and D/H; a row a quantity, a column a Poisson's ratio."""
-    ratios = sorted({_nearest(chart.poisson, wanted) for wanted in _RATIOS})
+    ratios = sorted({_nearest(chart.poisson, ratio) for ratio in _RATIOS})
     with house_style():
         figure = canvas(7.6, 0.9 + 1.85 * len(panels))
         grid = figure.subplots(len(panels), len(ratios), sharex=True, sharey=True, squeeze=False)
@@ -125,5 +125,5 @@ def _plain_ticks(axes: Axes, across: tuple[float, ...], up: tuple[float, ...]) -
         axis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
 
 
-def _nearest(axis: Array, wanted: float) -> float:
-    return float(axis[int(np.argmin(np.abs(axis - wanted)))])
+def _nearest(axis: Array, ratio: float) -> float:
+    return float(axis[int(np.argmin(np.abs(axis - ratio)))])

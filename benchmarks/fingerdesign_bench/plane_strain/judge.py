@@ -3,10 +3,8 @@
 Records go to plane_strain.jsonl, a line a model: an interrupted run goes on where it stopped.
 """
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -153,23 +151,10 @@ def mesh_errors(chart: PlaneStrainMap) -> dict[str, float]:
 
 
 def write_plane_strain(found: PlaneStrainStudy, folder: Path) -> list[Path]:
-    """Write the table (JSON, as it ships; CSV, a row an approach) and the chart."""
+    """Write the table (JSON, as it ships) and the chart."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = [write_table(found.chart.table, folder / "plane_strain.json")]
-    paths.append(_write_rows(found.chart.table, folder / "plane_strain.csv"))
     spans = {float(span) for span in found.chart.span}
     panels = tuple(panel for panel in PANELS if panel.span in spans)
     paths.append(draw_map(found.chart, folder / "plane_strain.png", panels))
     return [*paths, found.lines]
-
-
-def _write_rows(table: Table, path: Path) -> Path:
-    rows: list[dict[str, Any]] = []
-    for each in [*table["points"], *table["also"]]:
-        own = {key: value for key, value in each.items() if key != "rows"}
-        rows += [own | row for row in each["rows"]]
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    return path

@@ -59,9 +59,9 @@ def fitted(chart: PlaneStrainMap, quantity: str, span: float) -> Rule:
     columns = np.column_stack([np.ones(len(nu)), np.log(nu**2 / (1.0 - nu**2)), width])
     best: Rule | None = None
     for c in _DEPTH:
-        wanted = np.log(error * (1.0 + c * depth))
+        target = np.log(error * (1.0 + c * depth))
         # Weighted by the error: what counts is how far it is off, not by what factor.
-        solution = np.linalg.lstsq(columns * error[:, None], wanted * error, rcond=None)[0]
+        solution = np.linalg.lstsq(columns * error[:, None], target * error, rcond=None)[0]
         trial = Rule(
             quantity,
             float(chart.span[at]),

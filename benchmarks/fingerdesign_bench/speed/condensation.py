@@ -28,7 +28,7 @@ contact_size_mm = 0.17
 far_size_mm = 0.85
 layers = 14
 """
-_ZONE = 2.75  # mm: about 1400 kept dofs on the large mesh
+_ZONE = 2.75  # mm: about 1400 retained dofs on the large mesh
 
 
 def exactness_checks(design: Design, mesh: Mesh, zone: float, label: str) -> list[Check]:

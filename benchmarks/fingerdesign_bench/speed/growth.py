@@ -42,17 +42,13 @@ class Size:
 
 @dataclass(frozen=True)
 class Growth:
-    """y = factor x^exponent, fitted in logarithms over the series of one kind.
-
-    late_exponent: over the last three sizes alone, where there are more.
-    """
+    """y = factor x^exponent, fitted in logarithms over the series of one kind."""
 
     kind: str
     quantity: str
     against: str
     exponent: float
     factor: float
-    late_exponent: float | None = None
 
 
 _POINTS = 3  # through fewer a law is not fitted
@@ -75,18 +71,8 @@ def fit(kind: str, sizes: Sequence[Size]) -> list[Growth]:
         x = np.log([getattr(each, against) for each in mine])
         y = np.log([max(getattr(each, quantity), 1e-9) for each in mine])
         exponent, level = np.polyfit(x, y, 1)
-        late = np.argsort(x)[-_POINTS:]
-        apart = len(x) > _POINTS and len(set(x[late])) == _POINTS
-        after = float(np.polyfit(x[late], y[late], 1)[0]) if apart else None
-        law = Growth(kind, quantity, against, float(exponent), float(np.exp(level)), after)
-        laws.append(law)
+        laws.append(Growth(kind, quantity, against, float(exponent), float(np.exp(level))))
     return laws
-
-
-def in_words(law: Growth) -> str:
-    """The power, and that of the last three sizes where there are more."""
-    late = law.late_exponent
-    return f"power {law.exponent:.2f}" + ("" if late is None else f" (last three {late:.2f})")
 
 
 _TIMED = (
@@ -115,7 +101,7 @@ def draw_growth(
                 mine = [each for each in sizes if each.kind == kind]
                 x = [getattr(each, against) for each in mine]
                 law = [e for e in laws if e.kind == kind and e.quantity == quantity]
-                label = f"{kind}: {in_words(law[0])}" if law else kind
+                label = f"{kind}: power {law[0].exponent:.2f}" if law else kind
                 axes.plot(
                     x,
                     [getattr(each, quantity) for each in mine],

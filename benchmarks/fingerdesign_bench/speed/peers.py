@@ -1,4 +1,4 @@
-"""``fingerdesign bench peers``: Siconos and GetFEM on our problems, beside us in the same run.
+"""``fingerdesign bench peers``: Siconos and GetFEM on our problems, next to ours in the same run.
 
 Condensed: Siconos gets our compliance, the offsets and the last forces of each increment, and must
 give our nodal forces to a millionth. Full: GetFEM gets our mesh. Each runs on one thread under the
@@ -149,8 +149,8 @@ def work(task: str, given: dict[str, Any]) -> dict[str, Any]:
         except subprocess.TimeoutExpired as error:
             raise SolverError(f"{task}: not done in {_TIME_LIMIT_S:g} s") from error
         if done.returncode != 0 or not target.exists():
-            said = (done.stderr or done.stdout).strip()[-300:]
-            raise SolverError(f"{task} under {PYTHON} ended with {done.returncode}: {said}")
+            end = (done.stderr or done.stdout).strip()[-300:]
+            raise SolverError(f"{task} under {PYTHON} ended with {done.returncode}: {end}")
         if task == "probe":
             return dict(json.loads(target.read_text("utf-8")))
         with np.load(target) as answer:
@@ -190,7 +190,7 @@ def _ours(
     from fingerdesign.analysis.stages import one_thread
 
     state, workspace = ContactState.untouched(problem), Workspace()
-    seconds, kept = [], []
+    seconds, rows = [], []
     with one_thread():
         for k, motion in enumerate(motions):
             if k in chosen:
@@ -200,9 +200,9 @@ def _ours(
             if k in chosen:
                 seconds.append((cold, warm))
                 offset = problem.offset(motion, state.slip)
-                kept.append((offset, state.multiplier, increment.multiplier))
+                rows.append((offset, state.multiplier, increment.multiplier))
             state = increment.state
-    arrays = np.array(kept).swapaxes(0, 1)
+    arrays = np.array(rows).swapaxes(0, 1)
     return np.array(seconds).T, dict(zip(("offset", "start", "reference"), arrays, strict=True))
 
 

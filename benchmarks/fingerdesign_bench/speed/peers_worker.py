@@ -103,8 +103,7 @@ def _solve(
 
 def full(problem: Any) -> dict[str, Any]:
     """The whole body by GetFEM: seconds of set-up and of each row, whether it converged, forces,
-    displacement gradients (rows, q, dim, dim), or transposed, and displacements (rows, q, dim) at
-    points_read (q, dim). finite: neo-Hookean; a plane's gap is exact as it is."""
+    and displacement gradients (rows, q, dim, dim), or transposed, at points_read (q, dim)."""
     getfem = import_module("getfem")
     getfem.util_trace_level(0)
     getfem.util_warning_level(0)
@@ -112,7 +111,7 @@ def full(problem: Any) -> dict[str, Any]:
     model, integration, right, height, free = _model(getfem, problem)
     setup = time.process_time() - begin
     crest, dim = float(problem["crest"]), right.shape[0]
-    seconds, converged, forces, gradients, moved, sheared = [], [], [], [], [], 0.0
+    seconds, converged, forces, gradients, sheared = [], [], [], [], 0.0
     for approach, shear in problem["path"]:
         begin = time.process_time()
         model.set_variable("obstacle", crest - approach - height)
@@ -128,16 +127,14 @@ def full(problem: Any) -> dict[str, Any]:
         ]
         forces.append(float(problem["thickness"]) * np.array(sums))
         points = np.ascontiguousarray(problem["points_read"].T)
-        slopes = model.interpolation("Grad_u", points, model.kept[0])
+        slopes = model.interpolation("Grad_u", points, model.in_use[0])
         gradients.append(slopes.reshape(-1, dim, dim))
-        moved.append(model.interpolation("u", points, model.kept[0]).reshape(-1, dim))
     return {
         "setup": setup,
         "seconds": seconds,
         "converged": converged,
         "forces": forces,
         "gradients": gradients,
-        "moved": moved,
         "dofs": int(free.sum()),
     }
 
@@ -181,13 +178,7 @@ def _model(getfem: Any, problem: Any) -> tuple[Any, Any, Any, Any, Any]:
         model.add_initialized_fem_data(name, constant, by_dof)
     rule = "IM_TRIANGLE(6)" if dim == 2 else "IM_TETRAHEDRON(6)"
     integration = getfem.MeshIm(mesh, getfem.Integ(rule))
-    if problem.get("finite"):
-        gradient = f"(Id({dim})+Grad_u)"
-        back = f"Inv({gradient})'"
-        stress = f"second*({gradient}-{back})+first*log(Det({gradient}))*{back}"
-        model.add_nonlinear_term(integration, f"({stress}):Grad_Test_u")
-    else:
-        model.add_isotropic_linearized_elasticity_brick(integration, "u", "first", "second")
+    model.add_isotropic_linearized_elasticity_brick(integration, "u", "first", "second")
     multipliers = space(dim, f"FEM_PK({dim},1)")
     model.add_filtered_fem_variable("force", multipliers, 1)
     height = linear.basic_dof_nodes()[1]
@@ -200,7 +191,7 @@ def _model(getfem: Any, problem: Any) -> tuple[Any, Any, Any, Any, Any]:
         integration, "u", "force", "obstacle", "r", "friction", 1, 1, "rate", "before"
     )
     # GetFEM frees a mesh or a space that Python forgets, though the model still needs it.
-    model.kept = (mesh, whole, moved, constant, linear, multipliers)
+    model.in_use = (mesh, whole, moved, constant, linear, multipliers)
     right = np.array([ours[free] % dim == k for k in range(dim)], dtype=float)
     return model, integration, right, height, free
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import json
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -12,6 +10,7 @@ from typing import Any
 
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.progress import Report
+from fingerdesign_bench.files import write_csv, write_json
 from fingerdesign_bench.machine import machine
 from fingerdesign_bench.speed.precision_chart import draw_chart, draw_stages
 from fingerdesign_bench.speed.precision_plan import (
@@ -92,13 +91,8 @@ def measure_precision(
 
 def write_precision(found: Precision, folder: Path) -> list[Path]:
     """Write precision.csv, precision.json, a picture a chart, and one of the stages."""
-    folder.mkdir(parents=True, exist_ok=True)
-    table, record = folder / "precision.csv", folder / "precision.json"
-    with table.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, list(asdict(found.points[0])), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(asdict(point) for point in found.points)
-    record.write_text(json.dumps(_record(found), indent=1, allow_nan=False) + "\n", "utf-8")
+    table = write_csv(folder / "precision.csv", [asdict(point) for point in found.points])
+    record = write_json(folder / "precision.json", _record(found))
     pictures = []
     for chart in found.charts:
         pictures.append(folder / f"precision-{chart.key}.png")

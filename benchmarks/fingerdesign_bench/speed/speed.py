@@ -5,8 +5,6 @@ the least of the runs after it. Whole runs go from the design to the last increm
 condensed compliance (mesh, assembly, condensation).
 """
 
-import csv
-import json
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -19,15 +17,16 @@ from fingerdesign.errors import SolverError
 from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
+from fingerdesign_bench.files import write_csv, write_json
 from fingerdesign_bench.machine import machine
 from fingerdesign_bench.speed.growth import Growth, Size, draw_growth, fit
 from fingerdesign_bench.speed.speed_worker import GRIP_SPACE
 
 PLANE, SPACE = "plane strain", "3-D"
 _PLANE_SIZES = ((0.2, 1.1), (0.1, 0.56), (0.05, 0.30), (0.025, 0.14))  # contact, far: mm
-_PLANE_ASKED = 2  # of them: 33k dofs
+_PLANE_TARGET = 2  # of them: 33k dofs
 _SPACE_SIZES = ((0.48, 2.4, 5), (0.36, 1.8, 7), (0.27, 1.35, 9), (0.2, 1.8, 12), (0.174, 0.87, 14))
-_SPACE_ASKED, _SPACE_LARGE = 3, 4  # 100k dofs with about 500 contact nodes; 200k
+_SPACE_TARGET, _SPACE_LARGE = 3, 4  # 100k dofs with about 500 contact nodes; 200k
 # On the same work, measured once on two quiet cores (not by this program).
 OTHER_CODES = (
     "Other codes on such work, measured once on two quiet cores: plane strain, 33k dofs, "
@@ -52,14 +51,14 @@ class Speed:
 
 
 def measure_speed(report: Report = lambda message: None, quick: bool = False) -> Speed:
-    """All cases (some minutes), or with ``quick`` the series up to the sizes asked in plane strain
+    """All cases (some minutes), or with ``quick`` the series up to the target size in plane strain
     and up to 50k dofs in 3-D, and the grip in plane strain (under a minute).
 
     Raises SolverError where a case's process fails.
     """
     began, found_machine = time.perf_counter(), machine()
     sizes: list[Size] = []
-    for contact, far in _PLANE_SIZES[: _PLANE_ASKED + 1 if quick else None]:
+    for contact, far in _PLANE_SIZES[: _PLANE_TARGET + 1 if quick else None]:
         report(f"{PLANE}, facets of {contact:g} mm")
         sizes.append(_size(PLANE, contact, far, 1, 3 if quick else 5))
     for contact, far, layers in _SPACE_SIZES[: 2 if quick else None]:
@@ -101,12 +100,7 @@ def run_case(case: dict[str, Any]) -> dict[str, Any]:
 
 def write_speed(found: Speed, folder: Path) -> list[Path]:
     """speed.csv (a mesh a row), speed.json (checks, laws, grips, machine), speed.png."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"speed.{ending}" for ending in ("csv", "json", "png")]
-    with paths[0].open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, list(asdict(found.sizes[0])), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(asdict(each) for each in found.sizes)
+    table = write_csv(folder / "speed.csv", [asdict(each) for each in found.sizes])
     record = {
         "machine": found.machine,
         "quick": found.quick,
@@ -116,9 +110,9 @@ def write_speed(found: Speed, folder: Path) -> list[Path]:
         "grips": found.grips,
         "other_codes": OTHER_CODES,
     }
-    paths[1].write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    draw_growth(found.sizes, found.laws, found.machine, paths[2], [OTHER_CODES])
-    return paths
+    picture = folder / "speed.png"
+    draw_growth(found.sizes, found.laws, found.machine, picture, [OTHER_CODES])
+    return [table, write_json(folder / "speed.json", record), picture]
 
 
 def _size(kind: str, contact: float, far: float, layers: int, runs: int) -> Size:
@@ -150,16 +144,16 @@ def _checks(sizes: Sequence[Size], grips: dict[str, dict[str, Any]]) -> list[Che
     plane = [each for each in sizes if each.kind == PLANE]
     space = [each for each in sizes if each.kind == SPACE]
     checks = []
-    if len(plane) > _PLANE_ASKED:
-        case = plane[_PLANE_ASKED]
+    if len(plane) > _PLANE_TARGET:
+        case = plane[_PLANE_TARGET]
         label = f"{PLANE}, {case.dofs} dofs, nu = 0.49"
         checks += [
             Check(f"{label}: mesh to last of 16 increments, warm", 1.0, case.total_s, "s"),
             Check(f"{label}: the same, cold", 1.0, case.cold_s, "s"),
             Check(f"{label}: mean increment, warm", 2.0, 1e3 * case.increment_s, "ms"),
         ]
-    if len(space) > _SPACE_ASKED:
-        case = space[_SPACE_ASKED]
+    if len(space) > _SPACE_TARGET:
+        case = space[_SPACE_TARGET]
         label = f"{SPACE}, {case.dofs} dofs, {case.contact_nodes} contact nodes"
         checks += [
             Check(f"{label}: model, warm", 8.0, case.model_s, "s"),
@@ -174,11 +168,11 @@ def _checks(sizes: Sequence[Size], grips: dict[str, dict[str, Any]]) -> list[Che
                 f"{label}: peak memory of the process", 5120.0, case.memory_MB + case.base_MB, "MB"
             ),
         ]
-    for kind, asked in ((PLANE, 0.4), (SPACE, 6.0)):
+    for kind, target in ((PLANE, 0.4), (SPACE, 6.0)):
         if kind in grips:
             best = min(run["per_200"] for run in grips[kind]["runs"])
             label = f"{kind}, maeno2000, {grips[kind]['contact_nodes']} contact nodes"
             checks.append(
-                Check(f"{label}: 200 steps of a grip (model apart), warm", asked, best, "s")
+                Check(f"{label}: 200 steps of a grip (model apart), warm", target, best, "s")
             )
     return checks

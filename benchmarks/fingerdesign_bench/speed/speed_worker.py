@@ -67,7 +67,7 @@ def _one_path(fidelity: str, design: Design, scene: Any) -> dict[str, Any]:
     zone = candidate_zone(design, scene.object, greatest_approach(design, scene))
     mesh = make_mesh(design, fidelity, zone)
     meshed = time.perf_counter()
-    # Condensed, not read from what is kept: it is timed.
+    # Condensed, not read from the store: it is timed.
     model = build_model(design, mesh, zone.half_width, None, zone.half_depth)
     problem = contact_problem(model.reduced, Plane(crest_height(design.body)), 0.5)
     modelled = time.perf_counter()
@@ -116,7 +116,7 @@ def grip_problem(design: Design, fidelity: str) -> tuple[Any, dict[str, Any]]:
     from fingerdesign.contact.problem import contact_problem
 
     scene = fundamental_scene()
-    # Facets alike all over: as many nodes as the bounds on a step's time are said for.
+    # Facets alike all over: as many nodes as the bounds on a step's time hold for.
     zone = replace(zone_of(Case(design, None, fidelity), scene), inner=None)
     model = condense(design, make_mesh(design, fidelity, zone), zone, scene)
     rigid = object_at_touch(scene.object, design.body)

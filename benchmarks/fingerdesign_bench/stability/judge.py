@@ -11,119 +11,16 @@ Its violation is the least, over the three, of the worst term, with forces relat
 nodal force and lengths to what that force moves its own node by.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import Motion
 from fingerdesign.contact.solver.gauss_seidel import gauss_seidel
 from fingerdesign.reduced import ReducedModel
 from fingerdesign.shapes.objects import Indenter
-
-# Second methods for the stability map's judge.
-#
-# Both solve one increment in local components (normal first), v = C f + w, with Signorini's law and
-# Coulomb's on the slip increments. ``lemke`` follows complementary pivots (2-D: there Coulomb's law
-# is linear); ``fixed_bound`` iterates on the friction bound, a convex problem each time (any
-# dimension). Both say None where they find nothing: neither proves that there is nothing. They
-# share no line with the production solver.
-
-_TIE = 1e-12  # ratios nearer than this are one ratio
-_PIVOTS = 4000
-
-
-def lemke(compliance: Array, offset: Array, friction: float, starts: int = 4) -> Array | None:
-    """Forces (m, 2) by complementary pivoting (Cottle, Pang, Stone, The Linear Complementarity
-    Problem, 4.4), or None where each of ``starts`` covering vectors ends on a ray.
-
-    With r = t + mu p, s = mu p - t >= 0 and the slip d = a - b:  p with gap, r with a, b with s are
-    complementary pairs, and gap, a, s are linear in p, r, b.
-    """
-    m = len(offset)
-    length = max(float(np.abs(offset).max()), 1e-300)
-    unit = float(np.median(np.diag(compliance)))
-    scaled = compliance / unit
-    nn, nt = scaled[::2, ::2], scaled[::2, 1::2]
-    tn, tt = scaled[1::2, ::2], scaled[1::2, 1::2]
-    eye, none = np.eye(m), np.zeros((m, m))
-    matrix = np.block(
-        [
-            [nn - friction * nt, nt, none],
-            [tn - friction * tt, tt, eye],
-            [2.0 * friction * eye, -eye, none],
-        ]
-    )
-    load = np.concatenate([offset[:, 0], offset[:, 1], np.zeros(m)]) / length
-    rng = np.random.default_rng(3)
-    for start in range(starts):
-        cover = np.ones(3 * m) if start == 0 else rng.uniform(0.1, 1.0, 3 * m)
-        found = _pivots(matrix, load, cover)
-        if found is not None:
-            normal, pushed = found[:m], found[m : 2 * m]
-            force = np.column_stack([normal, pushed - friction * normal])
-            return np.asarray(force * (length / unit))
-    return None
-
-
-def _pivots(matrix: Array, load: Array, cover: Array) -> Array | None:
-    """z >= 0 with M z + q >= 0 and z . (M z + q) = 0; columns: w (n), z (n), the artificial one."""
-    n = len(load)
-    if (load >= 0.0).all():
-        return np.zeros(n)
-    columns = np.hstack([np.eye(n), -matrix, -cover[:, None]])
-    table = np.hstack([columns, load[:, None]])
-    basis = np.arange(n)
-    row, entering = int(np.argmin(load / cover)), 2 * n
-    for _ in range(_PIVOTS):
-        _eliminate(table, row, entering)
-        leaving, basis[row] = int(basis[row]), entering
-        if leaving == 2 * n:
-            return _solution(columns, basis, load)
-        entering = leaving + n if leaving < n else leaving - n
-        chosen = _leaving_row(table, entering, basis, 2 * n)
-        if chosen is None:
-            return None
-        row = chosen
-    return None
-
-
-def _leaving_row(table: Array, entering: int, basis: NDArray[np.int64], last: int) -> int | None:
-    column = table[:, entering]
-    rows = np.flatnonzero(column > 1e-11)
-    if not len(rows):
-        return None
-    ratios = np.maximum(table[rows, -1], 0.0) / column[rows]
-    least = rows[ratios <= ratios.min() + _TIE]
-    if (basis[least] == last).any():
-        return int(least[basis[least] == last][0])
-    # Of equals the lexicographically least, which keeps pivots from going round (4.9 there).
-    n = len(table)
-    for k in range(n):
-        if len(least) == 1:
-            break
-        values = table[least, k] / column[least]
-        least = least[values <= values.min() + _TIE]
-    return int(least[np.argmax(column[least])])
-
-
-def _eliminate(table: Array, row: int, column: int) -> None:
-    table[row] /= table[row, column]
-    factors = table[:, column].copy()
-    factors[row] = 0.0
-    table -= np.outer(factors, table[row])
-
-
-def _solution(columns: Array, basis: NDArray[np.int64], load: Array) -> Array:
-    """Solved anew on the last basis, without the pivots' rounding."""
-    n = len(load)
-    values = np.linalg.solve(columns[:, basis], load)
-    everything = np.zeros(2 * n + 1)
-    everything[basis] = np.maximum(values, 0.0)
-    return everything[n : 2 * n]
 
 
 def fixed_bound(
@@ -150,9 +47,8 @@ def fixed_bound(
     while budget > 0:
         force, spent = _descend(matrix, load, step, bound, force, dim)
         budget -= spent
-        wanted = friction * force[::dim]
-        change = float(np.abs(wanted - bound).max())
-        bound = wanted
+        before, bound = bound, friction * force[::dim]
+        change = float(np.abs(bound - before).max())
         if change <= tolerance * max(float(np.abs(force).max()), 1e-300):
             force, _ = _descend(matrix, load, step, bound, force, dim)
             return np.asarray(force.reshape(m, dim) / weight[:, None])
@@ -193,8 +89,6 @@ def _admissible(force: Array, bound: Array, dim: int) -> Array:
     return np.asarray(shaped.reshape(-1))
 
 
-Second = Callable[[Array, Array, float], Array | None]
-
 SHARP = 1e-8  # violation of an answer that is exact but for rounding
 LOOSE = 1e-3  # methods that claim no more are judged by total forces
 _SAME = 1e-4  # nodal forces, relative to the largest: one answer, not two
@@ -212,7 +106,7 @@ class Past:
 
 @dataclass(frozen=True)
 class Judge:
-    """A body, an object and a friction coefficient, read anew from the model."""
+    """A body, an object and a friction coefficient, read from the model alone."""
 
     model: ReducedModel
     indenter: Indenter
@@ -267,11 +161,11 @@ class Judge:
         moved = np.sqrt(np.sum(slip**2, axis=1))
         direction = slip / np.maximum(moved, 1e-300)[:, None]
         sizes = np.sqrt(np.sum(drag**2, axis=1))
-        held = self.friction * press
+        bound = self.friction * press
         touching = np.maximum(-press / newton, np.abs(gap) / length)
         opens = np.max([np.abs(press) / newton, sizes / newton, -gap / length], axis=0)
-        sticks = np.max([touching, moved / length, (sizes - held) / newton], axis=0)
-        opposed = np.sqrt(np.sum((drag + held[:, None] * direction) ** 2, axis=1))
+        sticks = np.max([touching, moved / length, (sizes - bound) / newton], axis=0)
+        opposed = np.sqrt(np.sum((drag + bound[:, None] * direction) ** 2, axis=1))
         slides = np.maximum(touching, opposed / newton)
         each = np.min([opens, sticks, slides], axis=0)
         support = self.model.reaction_readout @ force.ravel() + force.sum(axis=0)
@@ -301,10 +195,7 @@ class Judge:
     def second_answer(self, past: Past, motion: Motion) -> Array | None:
         """Global forces (m, dim) of another method that obey the laws sharply; None: none found."""
         compliance, offset, frames = self._local(past, motion)
-        methods: tuple[Second, ...] = (_swept, fixed_bound)
-        if self.model.dimension == 2:
-            methods = (lemke, *methods)
-        for method in methods:
+        for method in (_swept, fixed_bound):
             local = method(compliance, offset, self.friction)
             if local is not None:
                 force = np.asarray(np.einsum("mab,ma->mb", frames, local))

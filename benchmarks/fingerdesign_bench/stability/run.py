@@ -53,8 +53,8 @@ class CaseResult:
     method: str
     verdict: Verdict
     reason: str
-    increments: int  # judged, of ``asked``
-    asked: int
+    increments: int  # judged, of ``planned``
+    planned: int
     violation: float  # the worst of its accepted answers
     confirmed: int  # increments at which a second method gave the same answer
     seconds: float  # of processor time
@@ -134,20 +134,20 @@ def _rival(problem: ContactProblem, rival: Rival) -> Stepper:
 
 
 class _SecondAnswers:
-    """Second answers of one case, kept for methods whose past is the same."""
+    """Second answers of one case, stored for methods whose past is the same."""
 
     def __init__(self, judge: Judge) -> None:
         self._judge = judge
-        self._kept: list[tuple[Past, Motion, Array | None]] = []
+        self._stored: list[tuple[Past, Motion, Array | None]] = []
 
     def to(self, past: Past, motion: Motion) -> Array | None:
-        for kept, moved, answer in self._kept:
-            if moved == motion and kept.motion == past.motion:
-                scale = float(np.abs(kept.force).max())
-                if float(np.abs(kept.force - past.force).max()) <= 1e-12 * scale:
+        for earlier, moved, answer in self._stored:
+            if moved == motion and earlier.motion == past.motion:
+                scale = float(np.abs(earlier.force).max())
+                if float(np.abs(earlier.force - past.force).max()) <= 1e-12 * scale:
                     return answer
         answer = self._judge.second_answer(past, motion)
-        self._kept.append((past, motion, answer))
+        self._stored.append((past, motion, answer))
         return answer
 
 

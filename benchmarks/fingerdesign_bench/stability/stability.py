@@ -9,24 +9,22 @@ laws is right, and is counted apart.
 
 from __future__ import annotations
 
-import csv
-import json
 import os
 import platform
 import time
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from threadpoolctl import threadpool_limits
 
-from fingerdesign.runtime.files import move_into, whole_folder
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
 from fingerdesign.version import versions
 from fingerdesign_bench.check import Check
+from fingerdesign_bench.files import write_csv, write_json
 from fingerdesign_bench.stability.bodies import HardBody, hard_bodies
 from fingerdesign_bench.stability.cases import cases_of
 from fingerdesign_bench.stability.run import METHODS, PRODUCTION, CaseResult, Verdict, run_case
@@ -144,7 +142,7 @@ def _draw_panel(
         spine.set_visible(False)
 
 
-SOLVED_SHARE = 0.99  # of the cases that have a solution, asked of the production solver
+SOLVED_SHARE = 0.99  # of the cases that have a solution, the target of the production solver
 # Bodies of the quick map, and which part of their cases: every third, every ninth, ...
 _QUICK = {"coarse, nu 0.3": 3, "coarse, nu 0.4999": 4, "flat, nu 0.0": 9, "3-D, nu 0.0": 15}
 
@@ -216,30 +214,16 @@ def run_body(body: HardBody, every: int = 1) -> list[CaseResult]:
 
 
 def write_stability(found: StabilityMap, folder: Path) -> list[Path]:
-    """stability.csv (an outcome a row), stability.json (counts, versions), stability.png.
-
-    All three or none of them: what is interrupted leaves the older ones.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"stability.{ending}" for ending in ("csv", "json", "png")]
-    with whole_folder(folder / "stability") as aside:
-        made = [aside / path.name for path in paths]
-        _write_aside(found, made)
-        move_into(folder, made)
-    return paths
-
-
-def _write_aside(found: StabilityMap, paths: list[Path]) -> None:
-    with paths[0].open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow([field.name for field in fields(CaseResult)])
-        writer.writerows(asdict(each).values() for each in found.outcomes)
-    paths[1].write_text(json.dumps(summary(found), indent=1) + "\n", encoding="utf-8")
-    draw_stability(found.outcomes, paths[2])
+    """stability.csv (an outcome a row), stability.json (counts, versions), stability.png."""
+    table = write_csv(folder / "stability.csv", [asdict(each) for each in found.outcomes])
+    record = write_json(folder / "stability.json", summary(found))
+    picture = folder / "stability.png"
+    draw_stability(found.outcomes, picture)
+    return [table, record, picture]
 
 
 def summary(found: StabilityMap) -> dict[str, Any]:
-    """Counts by method and verdict, what was asked, every case not plainly right, versions."""
+    """Counts by method and verdict, the targets, every case not plainly right, versions."""
     return {
         "cases": found.cases(),
         "increments": sum(e.increments for e in found.outcomes if e.method == PRODUCTION),
