@@ -276,7 +276,7 @@ def _row(grip: GripResult) -> list[str]:
 
 
 def _warned(grip: GripResult) -> str:
-    """When and at which part of F_t the controller warned of complete slip; its false alarms."""
+    """Time and part of F_t at which the controller warned of complete slip; its false alarms."""
     words = {"withdrawn": "withdrawn", "none": "no"}.get(grip.slip_warning or "", "-")
     if grip.lead_s is not None:
         words = f"{grip.lead_s:.2f} s before, {number(grip.lead_force_share, 0, 100.0)} % F_t"

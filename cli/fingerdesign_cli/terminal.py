@@ -252,12 +252,12 @@ def shortened(line: str) -> str:
 
 
 def opens() -> bool:
-    """Whether the command that runs was given ``--open``."""
+    """True if the command that runs was given ``--open``."""
     return _flag(OPEN)
 
 
 def details() -> bool:
-    """Whether the command that runs was given ``--details``."""
+    """True if the command that runs was given ``--details``."""
     return _flag(DETAILS)
 
 

@@ -38,7 +38,7 @@ class Analysed(Result):
         return found
 
     def __eq__(self, other: object) -> bool:
-        """Whether the records are the same; the arrays do not count."""
+        """True if the records are the same; the arrays do not count."""
         return isinstance(other, Result) and asdict(self) == asdict(other)
 
     def plot_path(self) -> Any:

@@ -58,7 +58,7 @@ Facts = dict[str, dict[str, Any]]  # a caveat's name: the values of its sentence
 def caveats(
     chosen: Choice, scene: Scene, problem: ContactProblem, steps: list[Step]
 ) -> tuple[str, ...]:
-    """What a reader must know before believing the numbers, a sentence each."""
+    """Facts that a reader must know before believing the numbers, a sentence each."""
     case, ladder = chosen.case, chosen.summary
     found = _of_path(case, problem, steps) | of_choices(case, scene)
     if others := _other_answers(scene, problem, steps):
@@ -70,7 +70,7 @@ def caveats(
 
 
 def _of_path(case: Case, problem: ContactProblem, steps: list[Step]) -> Facts:
-    """What the path did that the model is not made for."""
+    """Facts of the path that the model is not made for."""
     design, model, found = case.design, problem.model, Facts()
     if case.scene is None and not case.gage_array:
         found["no_row" if design.plates.number else "no_plates"] = {}
@@ -96,13 +96,13 @@ def _of_path(case: Case, problem: ContactProblem, steps: list[Step]) -> Facts:
 
 
 def strained(design: Design, steps: list[Step]) -> bool:
-    """Whether a finger is pressed deeper than small strains bear."""
+    """True if a finger is pressed deeper than small strains bear."""
     deepest = max(step.increment.motion.approach for step in steps)
     return deepest > SMALL_STRAIN * float(crest_height(design.body))
 
 
 def too_deep(case: Case, scene: Scene, steps: list[Step]) -> bool:
-    """Whether a finger in 3-D is pressed too deep for small strains, and finite ones are known."""
+    """True if a finger in 3-D is pressed too deep for small strains, and finite ones are known."""
     deep = case.fidelity == "3d" and strained(case.design, steps)
     return deep and not finite_faults(case.design, scene)
 
@@ -135,7 +135,7 @@ def of_choices(case: Case, scene: Scene) -> Facts:
 
 
 def _other_answers(scene: Scene, problem: ContactProblem, steps: list[Step]) -> list[Measures]:
-    """What else the last increment may be, where friction is unusually high."""
+    """Other solutions of the last increment, where friction is unusually high."""
     if problem.friction_coefficient <= _UNUSUAL_FRICTION or scene.path.substeps > 1:
         return []
     last = steps[-1].increment
@@ -212,7 +212,7 @@ def failed_analysis(case: Case, error: Exception, clock: Clock) -> Analysis:
 
 
 def _identity(case: Case, clock: Clock, chosen: str = "") -> dict[str, Any]:
-    """What every record of a case begins with: of what it is, by which code, at what cost; chosen:
+    """First values of every record: of what it is, by which code, at what cost; chosen:
     the fidelity it was worked at, where it was."""
     scene, fidelity = case.path_scene, chosen or case.fidelity
     return {
@@ -230,7 +230,7 @@ def _identity(case: Case, clock: Clock, chosen: str = "") -> dict[str, Any]:
 
 
 def model_summary(chosen: Choice) -> ModelSummary:
-    """What was modelled, and a sentence for each choice."""
+    """Summary of the model, and a sentence for each choice."""
     case, model = chosen.case, chosen.model
     mesh, design = model.mesh, case.design
     kind = "triangles" if mesh.dimension == 2 else "tetrahedra"
@@ -260,7 +260,7 @@ def mesh_summary(mesh: Mesh, design: Design) -> MeshSummary:
 
 
 def study_summary(study: SlipStudy) -> SlipStudySummary:
-    """What a result holds of a slip study."""
+    """Summary of a slip study in a result."""
     touching = np.isfinite(study.stick_ratio)
     responding = np.logical_or.accumulate(study.gage_area_mm > 0.0)
     return SlipStudySummary(

@@ -44,21 +44,21 @@ def read_arrays(folder: Path) -> dict[str, Any]:
 
 
 def extras(case: Case, page: bool | None, cad: bool | None) -> tuple[bool, bool]:
-    """Whether page and CAD files are to be written; by default (None) except in plane strain, where
-    they take longer than the work."""
+    """Decide whether page and CAD files are written; by default (None) except in plane strain,
+    where they take longer than the work."""
     page, cad = (case.fidelity != "plane-strain" if each is None else each for each in (page, cad))
     return page, cad
 
 
 def missing(case: Case, out: Path, page: bool | None, cad: bool | None) -> tuple[bool, bool]:
-    """Whether page and CAD files are to be written, and not in OUT/NAME."""
+    """Decide whether page and CAD files are to be written, and not in OUT/NAME."""
     folder = out / case.design.design.name
     page, cad = extras(case, page, cad)
     return page and not (folder / PAGE).exists(), cad and not (folder / CAD).exists()
 
 
 def is_cached(case: Case) -> bool:
-    """Whether the case's answer is cached."""
+    """True if the case's answer is cached."""
     key = _key(case)
     return key is not None and _answers().path(key).is_file()
 

@@ -22,7 +22,7 @@ TOLERANCE = 0.02  # of "auto", where none is given
 
 @dataclass(frozen=True)
 class Case:
-    """What is to be analysed. ``scene`` None: the fundamental case, its study and the grips.
+    """One analysis as requested. ``scene`` None: the fundamental case, its study and the grips.
 
     fidelity "finite": in 3-D, the path at finite strain, all else as in "3d"; "auto": the cheapest
     model whose estimated error is under ``tolerance``. fields:
@@ -55,12 +55,12 @@ class Case:
 
     @property
     def symmetric(self) -> bool:
-        """Whether half of the finger says all: design and scene both mirror in z = 0."""
+        """True if half of the finger says all: design and scene both mirror in z = 0."""
         return mirrors_in_z(self.design) and self.path_scene.mirrors_in_z
 
     @property
     def runs_grips(self) -> bool:
-        """Whether the grips of the ``[grip]`` table are run: with gages enough for a hand."""
+        """True if the grips of the ``[grip]`` table are run: with gages enough for a hand."""
         return self.grips and self.scene is None and len(self.gage_array) >= LEAST_GAGES
 
     @property

@@ -1,4 +1,4 @@
-"""What gages can tell of slip above an amplifier's noise (numpy only).
+"""Slip that gages can measure above an amplifier's noise (numpy only).
 
 Hold both forces, let friction differ a little: readings e (g,) and stick ratio S move together,
 and that is all that the gages say of S which the forces do not. With independent noise of
@@ -90,9 +90,11 @@ def _pull(
 def measured_states(
     problem: ContactProblem, face: str, loads: Iterable[tuple[float, float]], noise: float
 ) -> tuple[MeasuredState, ...]:
-    """What one sample in ``noise`` (microstrain) sees of slip under each (friction, F_n in N), held
-    with a margin of 1.5. Loads that the model does not reach, or whose gages are silent, are left
-    out."""
+    """Smallest slip that one sample in ``noise`` (microstrain) shows under each load.
+
+    loads: (friction, F_n in N), held with a margin of 1.5; those that the model does not reach, or
+    whose gages are silent, are left out.
+    """
     found = []
     for friction, normal in loads:
         own = problem.with_friction(friction)

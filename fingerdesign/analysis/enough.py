@@ -81,7 +81,7 @@ def _touched(case: Case, scene: Scene, points: Array) -> BoolArray:
 
 
 def _within(zone: Zone, reach: Array) -> Zone:
-    """What of a zone lies within ``reach`` (dim,), mm."""
+    """The part of a zone that lies within ``reach`` (dim,), mm."""
     deep = None if zone.half_depth is None else min(zone.half_depth, float(reach[-1]))
     return replace(zone, half_width=min(zone.half_width, float(reach[0])), half_depth=deep)
 

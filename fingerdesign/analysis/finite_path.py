@@ -137,7 +137,7 @@ def _follow(face: Facing, path: list[Motion | Forces], substeps: int) -> Iterato
 
 
 def _read(face: Facing, row: Row, strains: Array) -> FiniteRow:
-    """What the row amounts to, on the deformed finger."""
+    """Measure the row, on the deformed finger."""
     body, past = face.body, row.past
     mesh = body.system.body.mesh
     moved = body.system.displacement(past.values)

@@ -184,7 +184,7 @@ def complete(folder: Path, page: bool, cad: bool) -> None:
 
 
 def complete_answer(case: Case, out: Path, page: bool | None, cad: bool | None) -> None:
-    """As :func:`complete`, of a case's OUT/NAME; the cached answer gets the new files too."""
+    """Do :func:`complete` for a case's OUT/NAME; the cached answer gets the new files too."""
     if any(absent := missing(case, out, page, cad)):
         folder = out / case.design.design.name
         complete(folder, *absent)

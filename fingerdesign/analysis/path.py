@@ -38,7 +38,7 @@ def problem_at_touch(model: ReducedModel, rigid: SceneObject, body: Body) -> Con
 
 
 def touch_point(rigid: SceneObject, body: Body) -> tuple[float, float]:
-    """Where (x, z) mm the object first touches the undeformed finger."""
+    """Place (x, z), mm, at which the object first touches the undeformed finger."""
     point = _let_down(rigid.made(), body)[1]
     return float(point[0]), float(point[2])
 
@@ -62,7 +62,7 @@ def targets(path: ScenePath) -> list[Motion | Forces]:
 
 
 def steps_sideways(scene: Scene) -> bool:
-    """Whether anything in the scene leaves the plane of the section z = 0."""
+    """True if anything in the scene leaves the plane of the section z = 0."""
     return not (scene.object.plane_in_z and scene.path.mirrors_in_z)
 
 

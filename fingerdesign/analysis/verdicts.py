@@ -77,7 +77,7 @@ def _verdicts(result: Result) -> Iterator[Verdict]:
 
 
 def follows(study: SlipStudySummary) -> bool:
-    """Whether the gage area follows the stick area, and clearly better than the step index."""
+    """True if the gage area follows the stick area, and clearly better than the step index."""
     least = max(GOOD_CORRELATION, (study.step_correlation or 0.0) + CLEARLY)
     return study.rank_correlation is not None and study.rank_correlation >= least
 
@@ -97,7 +97,7 @@ def slip_sensing(studies: Sequence[SlipStudySummary]) -> Verdict:
 
 
 def lifts(grip: GripResult) -> bool:
-    """Whether a grip lifted its object without complete slip."""
+    """True if a grip lifted its object without complete slip."""
     return grip.lifted and not grip.gross_slip
 
 
@@ -132,7 +132,7 @@ def _grip_force(good: Sequence[GripResult]) -> Verdict:
 
 
 def measures(state: MeasuredState, found: Measurability) -> bool:
-    """Whether the gages show the target's change of the stick ratio in one state."""
+    """True if the gages show the target's change of the stick ratio in one state."""
     return state.smallest_stick_change <= found.wanted_stick_change
 
 

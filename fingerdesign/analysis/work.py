@@ -76,7 +76,7 @@ class Work:
         self.note(f"candidate zone widened to {self.zone}: {exhausted}")
 
     def needs_finer_mesh(self, followed: Followed) -> bool:
-        """Whether the contact held too few nodes; the case is then the one with a finer mesh.
+        """Find whether the contact held too few nodes; the case is then the one with a finer mesh.
 
         Raises SolverError where no mesh that is fine enough can be made.
         """

@@ -1,1 +1,1 @@
-"""What is written: one typed definition for JSON, schema and CSV; results, outcomes."""
+"""Records: one typed definition for JSON, schema and CSV; results, outcomes."""

@@ -1,4 +1,4 @@
-"""What is written, from one typed definition: JSON text, its shipped schema, CSV, reading it again.
+"""Records, from one typed definition: JSON text, its shipped schema, CSV, reading it again.
 
 A record's file is typed by a TypedDict (or a frozen dataclass) whose keys are the file's, in their
 order, each with its bound and meaning:

@@ -1,4 +1,4 @@
-"""What came of one finger in a study: metrics, and the little that a comparison shows of it.
+"""Outcome of one finger in a study: metrics, and the little that a comparison shows of it.
 
 Units stand in the names; forces are those on the finger, strains microstrain. JSON in and out, NaN
 never written. The standard library only.
@@ -24,7 +24,7 @@ FailureKind = Literal["invalid", "refused", "failed", "crashed", "timeout", "mem
 
 @dataclass(frozen=True)
 class Failure:
-    """Why there is no result.
+    """Reason why there is no result.
 
     kind "invalid": no finger (the design's faults); "refused": no analysis of it; "failed": the
     work ended with a reason; "crashed": its process died; "timeout"; "memory".
@@ -74,7 +74,7 @@ class Traces:
 
 @dataclass(frozen=True)
 class Validity:
-    """How far the numbers may be believed.
+    """Trust in the numbers.
 
     plane_strain_error: forecast of what plane strain overstates F_n by, a share; None where it was
     not used or no section tells. mesh_error: estimated, a share; None where not estimated.
@@ -145,7 +145,7 @@ class OutcomeError(FingerDesignError):
 
 
 def bounded(number: float | None) -> bool:
-    """Whether it is no number at all, or a finite one of at most ``MOST`` in size."""
+    """True if it is no number at all, or a finite one of at most ``MOST`` in size."""
     return number is None or abs(number) <= MOST
 
 

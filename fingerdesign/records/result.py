@@ -1,4 +1,4 @@
-"""What an analysis found: the content of ``result.json`` and the arrays that its report needs.
+"""Result of an analysis: the content of ``result.json`` and the arrays that its report needs.
 
 Units stand in the names: mm, N, MPa, s; strains are microstrain (1e-6), tension positive. Forces
 are those on the finger: normal > 0 in compression, tangential > 0 toward +x."""
@@ -205,7 +205,7 @@ class GripResult:
 @strict
 @dataclass(frozen=True)
 class SlipStudySummary:
-    """How well the gage area followed the stick area at one friction coefficient (Fig. 8).
+    """Agreement of gage area and stick area at one friction coefficient (Fig. 8).
 
     Rank correlations (Spearman) of the gage area with the true stick length, with and without the
     normal force's part taken out; None where not defined. The area is held where F_t changes by
@@ -228,7 +228,7 @@ class SlipStudySummary:
 @strict
 @dataclass(frozen=True)
 class MeasuredState:
-    """What gages see of slip while an object is held at one friction with a margin of 1.5.
+    """Slip that gages measure while an object is held at one friction with a margin of 1.5.
 
     response_microstrain_per_N: the strongest gage's to F_t while all sticks.
     stick_change_microstrain: of the readings together (length of the vector) per unit of stick
@@ -305,7 +305,7 @@ class TriedModel:
 @strict
 @dataclass(frozen=True)
 class LadderSummary:
-    """How --fidelity auto came to its model: the one in ``chosen``, tried last.
+    """Path of --fidelity auto to its model: the one in ``chosen``, tried last.
 
     reached: the greatest of error_estimates is at most the tolerance; why_ended: a sentence where
     it is not.
@@ -366,7 +366,7 @@ class Result:
         return f"<Result of {self.design}: {'; '.join(self._phrases())}>"
 
     def _phrases(self) -> list[str]:
-        """What it is and what was found, a phrase each."""
+        """Identity and findings, a phrase each."""
         found = [f"scene {self.scene}, {self.fidelity}, {self.failure or self.status}"]
         if self.increments:
             last = self.increments[-1]

@@ -53,7 +53,7 @@ def share_of(count: int, of: int, worth: float | None = None) -> Share:
 
 
 def clustered_share(counts: Iterable[int], of: Iterable[int]) -> Share:
-    """Of trials in clusters (k,): the n that Wilson's interval takes is cut to what they are worth,
+    """Share of trials in clusters (k,): the n of Wilson's interval is cut to what they are worth,
 
     n = p (1 - p) / var(p),   var(p) = k / (k - 1) sum (y_i - p n_i)^2 / (sum n_i)^2,
 
@@ -79,8 +79,11 @@ def clustered_share(counts: Iterable[int], of: Iterable[int]) -> Share:
 @closed
 @dataclass(frozen=True)
 class Spread:
-    """Of what has the value; low, high: quartiles. median_low, median_high: 95 % interval of the
-    median, between two of the values by their order; null of fewer than six."""
+    """Distribution of the values that exist.
+
+    low, high: quartiles. median_low, median_high: 95 % interval of the median, between two of the
+    values by their order; null of fewer than six.
+    """
 
     count: Count
     least: Size
@@ -134,7 +137,7 @@ class Rms:
 
 
 def rms_of(errors: Iterable[float], samples: Iterable[int]) -> Rms | None:
-    """Of grips' own root mean squares (k,) over so many samples each; None of none.
+    """Combine grips' own root mean squares (k,) over so many samples each; None of none.
 
     m = sum n_i e_i^2 / sum n_i is a ratio of sums over clusters, with the variance
     k / (k - 1) sum n_i^2 (e_i^2 - m)^2 / (sum n_i)^2. The interval is Student's (k - 1 degrees of

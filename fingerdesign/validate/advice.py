@@ -86,7 +86,7 @@ def worst_of(comparisons: Sequence[ComparisonData], gages: bool = True) -> list[
 def advise(
     kind: Kind, comparisons: Sequence[ComparisonData], gages: bool = True
 ) -> tuple[Verdict, str]:
-    """What to do about an assumption that these comparisons tell of: a verdict, its sentence."""
+    """Advice on an assumption from its comparisons: a verdict, its sentence."""
     worst = worst_of(comparisons, gages)
     if kind == "reading":
         worst = [each for each in worst if each.group == "gages"]

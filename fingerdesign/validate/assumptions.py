@@ -1,4 +1,4 @@
-"""What is assumed, and which two models tell what it costs.
+"""Assumptions, and the two models that show the cost of each.
 
 Each assumption is a function of the shared solves that returns its comparisons, or raises
 NotTestable with the reason why this design and scene cannot tell.
@@ -62,7 +62,7 @@ def _assumption(kind: Kind) -> Callable[[PairsOf], PairsOf]:
 
 
 def section_why_not(design: Design, scene: Scene) -> str | None:
-    """Why plane strain cannot show this design in this scene; None where it can."""
+    """Reason why plane strain cannot show this design in this scene; None where it can."""
     if design.body.kind.turned:
         return "a turned body has no section that is like the whole"
     if steps_sideways(scene):
@@ -248,7 +248,7 @@ def _solved_pair(label: str, found: Solved, truth: Solved, solves: Solves) -> Co
 
 
 def _varied(label: str, values: dict[str, object], solves: Solves) -> ComparisonData:
-    """How the answers change where a value is another one, relative to those with the assumed."""
+    """Change of the answers where a value is another one, relative to those with the assumed."""
     found = answer_of(solves.space(values=values), label)
     return compare(label, found, answer_of(solves.space()), solves.scene)
 

@@ -33,7 +33,7 @@ _LEAST_PRESS = 1e-3  # of the largest F_n: a first touch with less says nothing
 
 @dataclass(frozen=True)
 class Answer:
-    """What a model answers along the scene's path: readings, the object's motions, its cost.
+    """Answer of a model along the scene's path: readings, the object's motions, its cost.
 
     along: its readings over another path of the same object; None where that cannot be solved.
     """
@@ -47,7 +47,7 @@ class Answer:
     along: Callable[[Scene], Readings] | None = None
 
     def data(self) -> AnswerData:
-        """As in the record."""
+        """The answer as the record holds it."""
         return AnswerData(
             model=self.name,
             dimension=2 if self.dimension == 2 else 3,
@@ -187,7 +187,7 @@ def _followed(
 
 
 def _pulled(found: Readings, truth: Readings) -> bool:
-    """Whether F_t of either is more than rounding."""
+    """True if F_t of either is more than rounding."""
     pull = max(_largest(found.tangential_force), _largest(truth.tangential_force))
     return pull > _NO_PULL * _largest(truth.normal_force)
 

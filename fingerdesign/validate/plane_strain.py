@@ -1,4 +1,4 @@
-"""What plane strain will get wrong for a finger in a scene, before anything is run (numpy only)."""
+"""Errors of plane strain for a finger in a scene, before anything is run (numpy only)."""
 
 import itertools
 import json
@@ -89,7 +89,7 @@ class PlaneStrainMap:
         return total
 
     def inside(self, poisson: float, span: float, depth: float, width: float) -> bool:
-        """Whether a point lies within the ratios that were computed."""
+        """True if a point lies within the ratios that were computed."""
         ranges = ((self.poisson, poisson), (self.span, span), (self.depth, depth))
         within = all(axis[0] - _WITHIN <= value <= axis[-1] + _WITHIN for axis, value in ranges)
         wide = np.exp([self.width[..., 0].max(), self.width[..., -1].min()])
@@ -259,7 +259,7 @@ def _widen_to_slip(errors: dict[str, float], unsure: dict[str, float]) -> str:
 
 
 def _pulls_further(scene: Scene) -> bool:
-    """Whether some row shears more than the study; forces with a pull do not tell, and may."""
+    """True if some row shears more than the study; forces with a pull do not tell, and may."""
     if scene.path.control == "force":
         return any(any(row[1:]) for row in scene.path.rows)
     return any(

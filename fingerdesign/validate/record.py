@@ -1,4 +1,4 @@
-"""What validate.json and validate.csv hold. Errors are parts of one."""
+"""Records of validate.json and validate.csv. Errors are parts of one."""
 
 from dataclasses import asdict, dataclass
 from typing import Annotated, Any, Literal
@@ -28,7 +28,7 @@ class Spread:
 
 @closed
 class Errors(TypedDict):
-    """Of each quantity; null: prescribed, or cannot differ."""
+    """Errors of each quantity; null: prescribed, or cannot differ."""
 
     normal_force: Spread | None
     tangential_force: Spread | None
@@ -57,7 +57,7 @@ class Side:
 @closed
 @dataclass(frozen=True)
 class AnswerData:
-    """What one model says, a value a row of the path."""
+    """Answer of one model, a value a row of the path."""
 
     model: str
     dimension: Literal[2, 3]
@@ -152,7 +152,7 @@ class Validation:
         return {row.assumption: row for row in self.assumptions}[key]
 
     def data(self) -> dict[str, Any]:
-        """As in the file."""
+        """The content of the file."""
         found: dict[str, Any] = plain(asdict(self))
         return found
 

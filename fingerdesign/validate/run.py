@@ -47,7 +47,7 @@ def validate(
     keys: Sequence[str] = (),
     report: Report = lambda message, fraction: None,
 ) -> Validation:
-    """What each assumption costs; ``keys``: of these alone. ``scene`` None: the fundamental case.
+    """Report the cost of each assumption, or of ``keys`` alone. ``scene`` None: fundamental case.
 
     deep: finite strain in three dimensions too. An assumption that this design cannot tell of, or
     one of whose models fails, is a row that says so. status is "failed", with ``failure``, where a

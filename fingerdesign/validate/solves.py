@@ -68,7 +68,7 @@ class Solves:
 
     @cached_property
     def scale(self) -> float:
-        """Of the sizes in three dimensions: the finest of SPACE that MOST_DOFS allow."""
+        """Factor of the sizes in three dimensions: the finest of SPACE that MOST_DOFS allow."""
         from fingerdesign.analysis.forecast.counts import count_model
 
         for scale in SPACE:
@@ -86,7 +86,7 @@ class Solves:
 
     @cached_property
     def zone(self) -> Zone:
-        """Of the design's contact: of other values too, so that what they change is not a mesh."""
+        """Zone of the design's contact: the same for other values, which then share a mesh."""
         return zone_of(Case(self.design, self.scene, grips=False), self.scene)
 
     def space(
@@ -134,7 +134,7 @@ class Solves:
         )
 
     def _kept(self, key: str, words: str, make: Callable[[], Made]) -> Made:
-        """What was made under a key, or failed to be, the first time."""
+        """Result under a key, or failed to be, the first time."""
         if key not in self._known:
             self.report(words)
             try:
@@ -210,7 +210,7 @@ class Reader:
 
 
 def _warmer(solved: Solved, zone: Zone, kelvin: float) -> Answer:
-    """What a warmer finger answers. A free plate's own expansion reads nothing."""
+    """Answer of a warmer finger. A free plate's own expansion reads nothing."""
     start = time.perf_counter()
     lift = {"grip.plant": "lift", "grip.warming_K": kelvin}
     design = with_values(solved.design, lift)

@@ -40,7 +40,7 @@ class Estimate:
 
     @property
     def worst(self) -> float:
-        """Of the quantity that is worst."""
+        """Estimated error of the worst quantity."""
         return max(self.by_quantity.values(), default=0.0)
 
     @property
@@ -56,12 +56,12 @@ class Estimate:
         )
 
     def refined(self, ratio: float) -> Estimate:
-        """What is left of the errors on sizes ``ratio`` times smaller."""
+        """Errors that are left on sizes ``ratio`` times smaller."""
         return Estimate({n: each / ratio ** ORDERS[n] for n, each in self.by_quantity.items()})
 
 
 def difference(found: Readings, other: Readings) -> Estimate:
-    """How far 95 % of the readings of each quantity are from ``other`` at the most."""
+    """Distance of 95 % of the readings of each quantity are from ``other`` at the most."""
     return Estimate({name: of_most(each) for name, each in goal_errors(found, other).items()})
 
 

@@ -41,7 +41,7 @@ WORDS = {
 
 
 class Answer(Protocol):
-    """What the ladder sees of a solved model (models.Solved, or a record of one)."""
+    """The part of a solved model that the ladder reads (models.Solved, or a record of one)."""
 
     @property
     def model(self) -> Model: ...
@@ -60,7 +60,7 @@ Solve = Callable[["Design", "Scene", Model], Answer]
 
 @dataclass
 class Ladder:
-    """What was tried, in order, and the one that is enough (or the last, where none is)."""
+    """Models in the order of trial, and the one that is enough (or the last, where none is)."""
 
     tolerance: float
     tried: list[TriedModel] = field(default_factory=list)
@@ -77,12 +77,12 @@ class Ladder:
 
     @property
     def reached(self) -> bool:
-        """Whether the estimate is under the tolerance."""
+        """True if the estimate is under the tolerance."""
         return self.estimate is not None and self.estimate.worst <= self.tolerance
 
     @property
     def seconds(self) -> float:
-        """What all of them cost together."""
+        """Seconds of all models together."""
         return sum(each.seconds for each in self.tried)
 
     def add(self, solved: Answer, estimate: Estimate | None, why: str) -> None:

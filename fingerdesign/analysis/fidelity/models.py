@@ -45,7 +45,7 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Model:
-    """How one solve models a finger.
+    """The way in which one solve models a finger.
 
     layers: of an extruded finger, in half its depth. plates, mesher (where it is in space) and
     element: None as the design says.
@@ -167,7 +167,7 @@ class InTurn:
         self.zone = zone
 
     def __call__(self, design: Design, scene: Scene, model: Model) -> Solved:
-        """As :func:`solve`."""
+        """Solve as :func:`solve`."""
         solved = solve(design, scene, model, self.zone)
         self.zone = solved.zone
         return solved

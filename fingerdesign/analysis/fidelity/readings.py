@@ -1,4 +1,4 @@
-"""What a scene reads from a finger, row by row, and how far two models' answers are apart.
+"""Readings of a finger in a scene, row by row, and how far two models' answers are apart.
 
 numpy only. Errors are quoted as in every table of ours: F_n relative to its row's, F_t and contact
 width relative to the path's largest (F_t to a hundredth of F_n's where nothing pulls), stick ratios
@@ -38,12 +38,12 @@ class Readings:
 
     @property
     def rows(self) -> int:
-        """How many increments there are."""
+        """Number of increments."""
         return len(self.normal_force)
 
     @property
     def reading(self) -> Array:
-        """What each gage reads (k, plates), microstrain: of its face, or the mean of both."""
+        """Reading of each gage (k, plates), microstrain: of its face, or the mean of both."""
         shape = self.gages.shape[:2]
         flat = gage_readings(self.gages.reshape(-1, 2) / MICRO, self.face)
         return np.asarray(flat).reshape(shape)
@@ -80,7 +80,7 @@ def readings_of(steps: Sequence[_Measured], face: str = "both") -> Readings:
 
 
 def errors(found: Readings, truth: Readings) -> dict[str, Array]:
-    """How far ``found`` is from ``truth``, row by row, see the module: unsigned, of each quantity
+    """Distance of ``found`` from ``truth``, row by row, see the module: unsigned, of each quantity
     (k,), of the gages (k, plates). ValueError where the paths differ."""
     if found.rows != truth.rows or found.gages.shape != truth.gages.shape:
         raise ValueError(f"paths of {found.rows} and {truth.rows} rows cannot be compared")

@@ -100,7 +100,7 @@ def rung(design: Design, scene: Scene, dimension: Dimension, scale: float) -> Mo
 
 
 def can_extrude(design: Design) -> bool:
-    """Whether layers can mesh the finger, whatever mesher it asks for (a mesh's file excepted).
+    """True if layers can mesh the finger, whatever mesher it asks for (a mesh's file excepted).
 
     Parts that end at nearly the same z want a layer too thin to mesh: those fTetWild takes.
     """
@@ -108,7 +108,7 @@ def can_extrude(design: Design) -> bool:
 
 
 def can_be_sheets(design: Design) -> bool:
-    """Whether the plates have the room that sheets need in an extruded mesh."""
+    """True if the plates have the room that sheets need in an extruded mesh."""
     if not design.extruded or any(row.follow == "bent" for row in design.plates.all_rows):
         return False
     try:
@@ -118,7 +118,7 @@ def can_be_sheets(design: Design) -> bool:
 
 
 def can_be_section(design: Design, scene: Scene) -> bool:
-    """Whether plane strain can show the finger and the scene at all."""
+    """True if plane strain can show the finger and the scene at all."""
     if not design.body.straight or steps_sideways(scene):
         return False
     return not plane_strain_faults(design) and not sheet_room_faults(design)

@@ -1,1 +1,1 @@
-"""What a model will take: equations, memory, seconds."""
+"""Cost of a model: equations, memory, seconds."""

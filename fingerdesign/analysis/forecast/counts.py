@@ -1,4 +1,4 @@
-"""How large a model will be, before it is meshed: elements, nodes, dofs, contact nodes."""
+"""Size of a model, before it is meshed: elements, nodes, dofs, contact nodes."""
 
 from dataclasses import dataclass, replace
 

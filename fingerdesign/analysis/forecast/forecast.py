@@ -56,7 +56,7 @@ def impossible(case: Case, scene: Scene) -> list[Fault]:
 
 
 def _section_faults(design: Design) -> list[Fault]:
-    """What one section cannot show, and a mesh's file that would not be read."""
+    """Faults that one section cannot show, and a mesh's file that would not be read."""
     faults = plane_strain_faults(design) or sheet_room_faults(design)
     if design.mesh.mesher == "file":
         bound = "'tetwild' or 'extrude' for --fidelity plane-strain, which reads no mesh.file"
@@ -65,7 +65,7 @@ def _section_faults(design: Design) -> list[Fault]:
 
 
 def _space_faults(case: Case, scene: Scene) -> list[Fault]:
-    """What the design's mesher cannot do."""
+    """Faults that the design's mesher refuses."""
     half = mirrors_in_z(case.design) and scene.mirrors_in_z
     return mesher_of(case.design).refusals(case.design, half)
 
@@ -205,7 +205,7 @@ _BUSY = " now (it is busy)"
 
 @dataclass(frozen=True, kw_only=True)
 class Forecast(Counts):
-    """What an analysis will take, with the size of its model in whole numbers.
+    """Cost of an analysis, with the size of its model in whole numbers.
 
     fidelity        "plane-strain", "3d" or "finite"
     memory_MB       greatest resident memory of the process, or of one that it starts
@@ -265,7 +265,7 @@ def forecasts(design: Design, scene: Scene | None = None) -> list[Forecast]:
 
 
 def forecast_case(case: Case, machine: Machine | None = None) -> Forecast:
-    """What ``pipeline.run`` and the report of a case would take.
+    """Forecast the cost of ``pipeline.run`` and of the report.
 
     machine: its speed, by default this one's as measured within a day. Of 42 analyses, 10k to 250k
     dofs, dofs were predicted within 1.5, memory within 1.3, time within 1.5 (``bench forecast``);

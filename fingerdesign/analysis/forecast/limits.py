@@ -1,4 +1,4 @@
-"""What this machine cannot hold: refused before the work starts, with what to make coarser."""
+"""Models that this machine cannot hold: refused before work, with what to make coarser."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -78,7 +78,7 @@ def _remedy(case: Case, found: Forecast, free: float) -> tuple[str, float, str]:
 
 
 def _of_several(case: Case, found: Forecast, sizes: dict[str, float], free: float) -> str:
-    """What to do where no one key suffices: raise all sizes, and lower the layers if need be."""
+    """Remedy where no one key suffices: raise all sizes, and lower the layers if need be."""
     *names, last = lengths = [key for key in sizes if key != LAYERS]
     # Memory falls with about the fourth power of the sizes: fewer doublings need not be tried.
     fewest = max(1, int(np.log2(found.memory_MB / max(free, SMALL_MB)) / 5.0))
@@ -126,7 +126,7 @@ def too_large(found: Forecast) -> str:
 
 
 def _sizes(case: Case, found: Forecast) -> dict[str, float]:
-    """What a coarser mesh has other values of, by dotted keys: sizes, and layers that there are."""
+    """Values that a coarser mesh changes, by dotted keys: sizes, and layers that there are."""
     flat = found.fidelity == "plane-strain"
     mesh = case.design.mesh.section if flat else case.design.mesh
     names = [*_SIZES, *(["plate_end_size_mm"] if flat else [])]
