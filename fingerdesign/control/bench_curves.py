@@ -49,6 +49,12 @@ class Points:
     readings: Array
     samples: Array
 
+    @property
+    def moves(self) -> list[tuple[float, float]]:
+        """The moves (dx, dy) mm from touch on, one to each point."""
+        ways = np.diff(np.array([self.shear, self.approach]), axis=1, prepend=0.0).T
+        return [(float(dx), float(dy)) for dx, dy in ways]
+
 
 @dataclass(frozen=True)
 class Phase:
@@ -65,11 +71,9 @@ class Phase:
 
     def played(self, plant: Plant) -> Phase:
         """The same moves on another plant, point by point."""
-        at = self.points
-        moves = np.diff(np.array([at.shear, at.approach]), axis=1, prepend=0.0).T
-        samples = [plant.move(float(dx), float(dy)) for dx, dy in moves]
+        samples = [plant.move(*each) for each in self.points.moves]
         again = replace(
-            at,
+            self.points,
             normal_force=np.array([each.normal_force for each in samples]),
             tangential_force=np.array([each.tangential_force for each in samples]),
             readings=np.array([each.readings for each in samples]),
@@ -141,6 +145,27 @@ def bench_curves(phases: Sequence[Phase], gage_x: Array) -> BenchCurves:
         np.array([f for f, _, _ in rising]), np.array([r for _, r, _ in rising])
     )
     stiffness = np.array([k for _, _, k in rising])
+    found = Calibration(
+        gage_x=np.asarray(gage_x, dtype=float),
+        normal=normal,
+        full_stick=np.abs(sticking.readings[0]),
+        tangential_stiffness=float(stiffness[0]),
+        sticking=sticking,
+        stiffness=stiffness,
+        approach=approach,
+        delay=_delay(phases, normal, approach),
+        cross_talk=cross_talk,
+    )
+    tilted = tuple((p.tilt_deg, pressed(p.points)[0]) for p in _of_kind(phases, "tilt"))
+    for slide in (each for each in _of_kind(phases, "slide") if each.points.shear[-1] > 0.0):
+        at, force = slide.points, float(slide.points.normal_force[-1])
+        pull = float(at.tangential_force[-1]) - cross_talk * force
+        return BenchCurves(found, tilted, (at.readings[-1] - normal.at(force)) / pull, pull / force)
+    return BenchCurves(found, tilted)
+
+
+def _delay(phases: Sequence[Phase], normal: NormalCalibration, approach: Array) -> int:
+    """Samples of the last quick press until it is measured; 0 without one. Raises SolverError."""
     delay = 0
     for quick in _of_kind(phases, "quick"):
         if quick.trace is not None:
@@ -152,36 +177,16 @@ def bench_curves(phases: Sequence[Phase], gage_x: Array) -> BenchCurves:
             except SolverError as error:
                 due = f"75 % of the {pressing:.3g} N that the press has at its depth"
                 raise SolverError(f"{quick.name}, the quick press, never reaches {due}") from error
-    x = np.asarray(gage_x, dtype=float)
-    found = Calibration(
-        gage_x=x,
-        normal=normal,
-        full_stick=np.abs(sticking.readings[0]),
-        tangential_stiffness=float(stiffness[0]),
-        sticking=sticking,
-        stiffness=stiffness,
-        approach=approach,
-        delay=delay,
-        cross_talk=cross_talk,
-    )
-    tilted = tuple((p.tilt_deg, pressed(p.points)[0]) for p in _of_kind(phases, "tilt"))
-    for slide in (each for each in _of_kind(phases, "slide") if each.points.shear[-1] > 0.0):
-        at, force = slide.points, float(slide.points.normal_force[-1])
-        pull = float(at.tangential_force[-1]) - cross_talk * force
-        return BenchCurves(found, tilted, (at.readings[-1] - normal.at(force)) / pull, pull / force)
-    return BenchCurves(found, tilted)
+    return delay
 
 
 def _cross_talk(phases: Sequence[Phase]) -> float:
     """Cross-talk of F_n in F_t: half the sum of F_t / F_n as it slides to either
     side; 0 where it was not slid to both."""
-    ends = [(at.shear[-1], at.tangential_force[-1] / at.normal_force[-1]) for at in _slides(phases)]
+    slides = [each.points for each in _of_kind(phases, "slide")]
+    ends = [(at.shear[-1], at.tangential_force[-1] / at.normal_force[-1]) for at in slides]
     ratios = {way > 0.0: float(ratio) for way, ratio in ends}
     return 0.5 * sum(ratios.values()) if len(ratios) == 2 else 0.0
-
-
-def _slides(phases: Sequence[Phase]) -> list[Points]:
-    return [each.points for each in _of_kind(phases, "slide")]
 
 
 def _of_kind(phases: Sequence[Phase], kind: Kind) -> list[Phase]:

@@ -98,19 +98,8 @@ def _table_of(path: Path) -> list[_Row]:
         lines = list(csv.reader(text.splitlines(), strict=True))
     except csv.Error as error:
         raise DesignError([Fault("--measured", str(path), bound, str(error))]) from None
-    lines = [[cell.strip() for cell in line] for line in lines]
-    header, *body = lines or [[]]
-    faults = [
-        Fault(f"row 1, column {name}", "absent", "there", f"columns are {', '.join(COLUMNS)}")
-        for name in _REQUIRED
-        if name not in header
-    ]
-    faults += [
-        Fault("row 1", f"'{name}'", "a known column, once", f"columns are {', '.join(COLUMNS)}")
-        for k, name in enumerate(header)
-        if name not in COLUMNS or name in header[:k]
-    ]
-    if faults:
+    header, *body = [[cell.strip() for cell in line] for line in lines] or [[]]
+    if faults := _header_faults(header):
         raise DesignError(faults, str(path))
     rows = []
     for number, cells in enumerate(body, 2):
@@ -120,16 +109,28 @@ def _table_of(path: Path) -> list[_Row]:
             rows.append(row)
     if faults := faults or list(_count_faults([row["phase"] for row in rows])):
         raise DesignError(faults, str(path))
-    return [
-        _Row(
-            row["trace"],
-            next(kind for kind in KINDS if kind == row["phase"]),
-            float(row["friction_coefficient"]),
-            float(row.get("tilt_deg") or 0.0),
-            float(row.get("samples") or 1.0),
-        )
-        for row in rows
+    return list(map(_row_of, rows))
+
+
+def _header_faults(header: Sequence[str]) -> list[Fault]:
+    remedy = f"columns are {', '.join(COLUMNS)}"
+    absent = [name for name in _REQUIRED if name not in header]
+    found = [Fault(f"row 1, column {name}", "absent", "there", remedy) for name in absent]
+    return found + [
+        Fault("row 1", f"'{name}'", "a known column, once", remedy)
+        for k, name in enumerate(header)
+        if name not in COLUMNS or name in header[:k]
     ]
+
+
+def _row_of(cells: dict[str, str]) -> _Row:
+    return _Row(
+        cells["trace"],
+        next(kind for kind in KINDS if kind == cells["phase"]),
+        float(cells["friction_coefficient"]),
+        float(cells.get("tilt_deg") or 0.0),
+        float(cells.get("samples") or 1.0),
+    )
 
 
 def _row_faults(number: int, row: dict[str, str], whole: bool) -> list[Fault]:

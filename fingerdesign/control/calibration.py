@@ -35,13 +35,19 @@ from fingerdesign.errors import SolverError
 if TYPE_CHECKING:
     from fingerdesign.design.grip import Grip
 
-LEAST_GAGES = 2  # of a hand's finger: the rule compares them
-_SMALL_SHEAR = 0.05  # of the preload: F_t is then 2 % of F_n, far from slip at any usual friction
-_STICKING_SHEAR = 0.2  # of the depth: 8 % of F_n, which noise at rest drowns by some per cent only
-_DEPTHS = 6
-_SLIDE_DEPTH, _SLIDE_STEP = 0.5, 0.4  # of the stage; of the depth
-_RISES, _MOST_SLIDES = 0.01, 40  # of F_t in a step, less is none; steps each way
-_MEAN, _PATIENCE = 10, 1100  # samples: averaged; waited for, longer than any hardware's delay
+LEAST_GAGES = 2  # A hand's finger has so many: the rule compares them.
+# The first shear is this fraction of the preload: F_t is then 2 % of F_n, far from slip at any
+# usual friction.
+_SMALL_SHEAR = 0.05
+# Each of so many depths is sheared by this fraction of itself: F_t is then 8 % of F_n, which noise
+# at rest changes by some per cent only.
+DEPTHS, STICKING_SHEAR = 6, 0.2
+# The slides are at this fraction of the stage's travel, in steps of this fraction of the depth.
+SLIDE_DEPTH, _SLIDE_STEP = 0.5, 0.4
+# A smaller rise of F_t in a step, as a fraction of it, is none; a slide has at most so many steps.
+_RISES, _MOST_SLIDES = 0.01, 40
+# So many samples are averaged; more samples than any hardware's delay are waited for.
+_MEAN, _PATIENCE = 10, 1100
 
 
 @dataclass(frozen=True)
@@ -146,7 +152,7 @@ def _cross_talk(make_plant: PlantMaker, bounds: Bounds) -> float:
 
 def _slid(plant: Plant, bounds: Bounds, way: float) -> float | None:
     """F_t / F_n once it rises no more, twice as far as that was seen; None where it always does."""
-    depth = _SLIDE_DEPTH * bounds.max_approach
+    depth = SLIDE_DEPTH * bounds.max_approach
     for sample in press(plant, depth, max(bounds.approach_step, 0.2 * depth)):
         before = sample
     for steps in range(1, _MOST_SLIDES):
@@ -191,10 +197,10 @@ def _sticking(
     forces: list[float] = []
     stiffness: list[float] = []
     responses: list[Array] = []
-    for depth in np.geomspace(bounds.preload, bounds.max_approach, _DEPTHS):
+    for depth in np.geomspace(bounds.preload, bounds.max_approach, DEPTHS):
         plant = make_plant()
         *_, before = press(plant, float(depth), max(bounds.approach_step, 0.2 * float(depth)))
-        shear = _STICKING_SHEAR * float(depth)
+        shear = STICKING_SHEAR * float(depth)
         now = plant.move(shear, 0.0)
         rise = now.tangential_force - before.tangential_force
         if not rise > 0.0 or (forces and not before.normal_force > forces[-1]):

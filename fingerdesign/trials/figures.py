@@ -237,7 +237,7 @@ def _at(trials: Sequence[Trial], controller: str, noise: float) -> list[GripResu
 
 
 def _why(grip: GripResult) -> str:
-    """Why a grip is no success; "" where it is."""
+    """The reason that a grip is no success; "" where it is one."""
     if grip.outcome == "failed":
         return "failed"
     if grip.gross_slip:

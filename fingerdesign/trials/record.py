@@ -31,31 +31,6 @@ if TYPE_CHECKING:
 RECORD_FILE, CSV_FILE = "control.json", "grips.csv"
 # People grip with so many times the least force (Johansson and Westling 1984).
 BAND = (1.2, 1.5)
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One grip of a study: its cell, the seed of its noise, and its result."""
-
-    cell: Cell
-    seed: int
-    result: GripResult
-
-
-# Columns of grips.csv that are no field of the result, or have another name there.
-_COLUMNS: dict[str, Callable[[Trial], Any]] = {
-    "controller": lambda trial: trial.cell.controller,
-    "friction_coefficient": lambda trial: trial.cell.friction,
-    "object_mass_g": lambda trial: trial.cell.mass_g,
-    "noise_microstrain": lambda trial: trial.cell.noise,
-    "tug_share": lambda trial: trial.cell.tug,
-    "fault": lambda trial: trial.cell.fault,
-    "plant": lambda trial: trial.cell.plant,
-    "seed": lambda trial: trial.seed,
-    "steps": lambda trial: trial.result.steps_to_lift,
-    "ending": lambda trial: trial.result.outcome,
-    "reason": lambda trial: trial.result.ending,
-}
 COLUMNS = (
     "controller",
     "friction_coefficient",
@@ -91,6 +66,31 @@ COLUMNS = (
     "ending",
     "reason",
 )
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One grip of a study: its cell, the seed of its noise, and its result."""
+
+    cell: Cell
+    seed: int
+    result: GripResult
+
+
+# Columns of grips.csv that are no field of the result, or have another name there.
+_COLUMNS: dict[str, Callable[[Trial], Any]] = {
+    "controller": lambda trial: trial.cell.controller,
+    "friction_coefficient": lambda trial: trial.cell.friction,
+    "object_mass_g": lambda trial: trial.cell.mass_g,
+    "noise_microstrain": lambda trial: trial.cell.noise,
+    "tug_share": lambda trial: trial.cell.tug,
+    "fault": lambda trial: trial.cell.fault,
+    "plant": lambda trial: trial.cell.plant,
+    "seed": lambda trial: trial.seed,
+    "steps": lambda trial: trial.result.steps_to_lift,
+    "ending": lambda trial: trial.result.outcome,
+    "reason": lambda trial: trial.result.ending,
+}
 
 
 def grips_csv(trials: Iterable[Trial]) -> str:

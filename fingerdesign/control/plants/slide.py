@@ -76,7 +76,7 @@ def slide(speed: float, first: float, last: float, seconds: float) -> Slid:
 
 
 def _stop(speed: float, first: float, change: float) -> float:
-    """When speed + first t + change t^2 / 2 is first zero after t = 0, s; infinity: never."""
+    """The first zero of speed + first t + change t^2 / 2 after t = 0, s; infinity: never."""
     square = first * first - 2.0 * change * speed
     if square < 0.0:
         return math.inf

@@ -20,6 +20,7 @@ from fingerdesign.control.bench_curves import (
     bench_curves,
     points_of,
 )
+from fingerdesign.control.calibration import DEPTHS, SLIDE_DEPTH, STICKING_SHEAR
 from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Plant
 from fingerdesign.control.trace import trace_of
@@ -34,13 +35,9 @@ if TYPE_CHECKING:
 
 TILT_DEG = 2.0  # The protocol tilts the surface by this much.
 MOST_LEAN_DEG = 3.0  # The contact's zone covers this lean of the bench itself.
-OF_GRIPS = frozenset(
-    {"radius", "dying", "relaxation", "arm", "patches", "kinetic"}
-)  # Faults of grips have no effect on a bench.
-# Each of so many depths is sheared by this fraction of itself, as in control/calibration.py.
-_SHEARS, _SHEAR = 6, 0.2
-# The slide: its depth over the stage's travel, its length over friction x depth, its moves.
-_SLIDE_DEPTH, _SLIDE, _SLIDES = 0.5, 6.0, 15
+# Faults of grips have no effect on a bench.
+OF_GRIPS = frozenset({"radius", "dying", "relaxation", "arm", "patches", "kinetic"})
+_SLIDE, _SLIDES = 6.0, 15  # The slide: its length over friction x depth, its moves.
 _TILT_DEPTH, _TILTS = 0.6, 20  # The tilted press: depth over the stage's travel, moves.
 _QUICK = 40  # The quick press has so many samples beyond the hardware's delay.
 AT_REST, _POINTS_A_SECOND = 100, 1.0  # Each point is the mean of so many samples.
@@ -70,10 +67,10 @@ def protocol(design: Design, tilts: Sequence[float] = (TILT_DEG,)) -> tuple[Phas
 
     press = closing(most, max(1, int(np.ceil(most / step - 1e-9))))
     found = [phase("press", "press", press, np.zeros(len(press)))]
-    for number, depth in enumerate(np.geomspace(grip.preload_mm, most, _SHEARS), 1):
-        shear = np.array([_SHEAR * float(depth)])
+    for number, depth in enumerate(np.geomspace(grip.preload_mm, most, DEPTHS), 1):
+        shear = np.array([STICKING_SHEAR * float(depth)])
         found.append(sheared(f"shear_{number}", "shear", float(depth), shear))
-    depth = _SLIDE_DEPTH * most
+    depth = SLIDE_DEPTH * most
     way = closing(_SLIDE * friction * depth, _SLIDES)
     found.append(sheared("slide", "slide", depth, way))
     found.append(sheared("slide_back", "slide", depth, -way))
@@ -174,10 +171,8 @@ def simulated_bench(
 
 
 def _recorded(phase: Phase, plant: Plant, averaged: int) -> Phase:
-    at = phase.points
-    moves = np.diff(np.array([at.shear, at.approach]), axis=1, prepend=0.0).T
-    pairs = [(float(dx), float(dy)) for dx, dy in moves]
-    trace = trace_of([plant.move(*each) for each in pairs], pairs, _POINTS_A_SECOND)
+    moves = phase.points.moves
+    trace = trace_of([plant.move(*each) for each in moves], moves, _POINTS_A_SECOND)
     trace = replace(trace, lifted=None)
     points = points_of(trace, averaged)
     return replace(phase, points=points, samples=float(averaged), trace=trace)

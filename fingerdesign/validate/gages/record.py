@@ -11,6 +11,9 @@ from fingerdesign.validate.gages.chart import chart_png
 
 RECORD_FILE, GAGES_FILE, COUNTS_FILE = "observability.json", "gages.csv", "counts.csv"
 CHART_FILE = "observability.png"
+FOLDER = RecordFolder(
+    "study of gages", RECORD_FILE, (RECORD_FILE, GAGES_FILE, COUNTS_FILE, CHART_FILE)
+)
 
 WORDS = Path(__file__).parent / "templates" / "advice.txt.j2"
 TARGET = 0.05  # The target error of the stick ratio, RMS, of a reference finger.
@@ -263,11 +266,6 @@ class Observability:
 
 def _cell(value: Any) -> Any:
     return " ".join(f"{each:g}" for each in value) if isinstance(value, list) else value
-
-
-FOLDER = RecordFolder(
-    "study of gages", RECORD_FILE, (RECORD_FILE, GAGES_FILE, COUNTS_FILE, CHART_FILE)
-)
 
 
 def write_observability(found: Observability, folder: Path) -> None:
