@@ -106,8 +106,6 @@ class Tuning:
     best: the trial to take. default: the design's own values, judged on the last round's grips.
     """
 
-    controller: str
-    seed: int
     ranges: tuple[Range, ...]
     budget: tuple[Round, ...]
     trials: tuple[Candidate, ...]
@@ -164,7 +162,7 @@ def tune(
         going = sorted(chosen, key=lambda k: everything[k].order, reverse=True)
         box = _box_around(own, everything[going[0]].values, _SHRINK ** (number + 1))
     first, trials = everything[going[0]], tuple(everything)
-    return Tuning(controller, seed, own, tuple(budget), trials, first, trials[0])
+    return Tuning(own, tuple(budget), trials, first, trials[0])
 
 
 def _cells_of(trial: Candidate, cells: Sequence[Cell]) -> tuple[Cell, ...]:

@@ -334,12 +334,6 @@ def test_an_estimator_in_a_grip_is_that_of_the_hardwares_noise(half_plane, desig
     assert asked == [0.7]
 
 
-def test_what_was_not_moved_has_no_truth_but_zero(half_plane):
-    truth = CondensedPlant(half_plane.with_friction(0.3), "both").truth()
-    assert (truth.approach, truth.shear, truth.normal_force, truth.tangential_force) == (0.0,) * 4
-    assert (truth.stick_ratio, truth.slip_distance, truth.complete_slip) == (None, 0.0, False)
-
-
 def test_a_press_is_of_equal_moves_of_at_most_a_step_and_one_where_that_does():
     for depth, moves in ((0.2, 1), (0.3, 1), (0.5, 2), (0.9, 3)):
         plant = Springs()
@@ -396,14 +390,6 @@ def test_gains_belong_to_the_specimen_and_its_plates():
     assert (chosen / clean)[0] == pytest.approx(gains[0][::-1])
     wide = Hardware(gain_spread=0.05).gains(list(range(2000)))
     assert (wide.mean(), wide.std()) == pytest.approx((1.0, 0.05), abs=5e-3)
-
-
-def test_a_dead_gage_reads_nothing_useful():
-    readings = read(imperfect(dead_gages=(1,), plates=[0, 1, 2, 3]), 5, 0.01)
-    assert (readings[:, 1] == 0.0).all()
-    assert (readings[:, [0, 2, 3]] > 0.0).all()
-    noisy = read(imperfect(dead_gages=(1,), gage_noise_microstrain=0.5), 400, 0.01)[:, 1]
-    assert abs(np.corrcoef(noisy, np.arange(400))[0, 1]) < 0.2
 
 
 def test_the_converter_has_steps():

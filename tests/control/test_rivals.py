@@ -131,12 +131,6 @@ def test_the_reactive_hand_grips_harder_at_each_sign_of_slip(lift):
     assert 0.4 < used < 1.0
 
 
-def test_a_firm_first_grip_needs_no_reaction(lift):
-    firm = lift("reactive", 0.4, 150.0, LATE | {"reactive.first_force_N": 3.0})
-    assert firm.result.lifted
-    assert firm.result.holds == 0
-
-
 @pytest.mark.parametrize("name", ["fixed_ratio", "reactive", "oracle_1.2"])
 def test_a_tug_is_answered_by_a_harder_grip(lift, name):
     values = {"reactive.first_force_N": 4.0, "fixed_ratio.ratio": 0.25}

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from fingerdesign_cli.main import main
 
-from fingerdesign import parse_design
 from fingerdesign.checks.load import load_design
 from fingerdesign.control.metrics import unsure_at_the_end
 from fingerdesign.control.plants.lift import LiftPlant
@@ -179,25 +178,6 @@ def test_an_interrupted_study_keeps_what_is_done(
     assert capsys.readouterr().err.count("interrupted") == 1
 
 
-def test_a_second_study_is_refused_while_one_runs(
-    quick_model, design_file, tmp_path, monkeypatch, capsys
-):
-    arguments = ["study", str(design_file), "--out", str(tmp_path), *OPTIONS]
-    real, codes = GripBench.run_batch, []
-
-    def beside(self, cells):
-        if not codes:
-            codes.append(0)
-            codes.append(main([*arguments, "--controller", "paper"]))
-        return real(self, cells)
-
-    monkeypatch.setattr(GripBench, "run_batch", beside)
-    assert main([*arguments, "--controller", "paper"]) == 0
-    assert codes == [0, 1]
-    assert "is being written by another process" in capsys.readouterr().err
-    assert not [path for path in tmp_path.iterdir() if "unfinished" in path.name]
-
-
 def test_wrong_input_is_refused_before_any_work(quick_model, design_file, tmp_path, capsys):
     arguments = ["study", str(design_file), "--out", str(tmp_path / "out")]
     for wrong, said in (
@@ -223,12 +203,6 @@ def test_an_estimator_of_another_finger_or_fidelity_is_refused(design, tmp_path)
     refused("f" * 64, "ffffffffffff: must be one")
     refused(own["3d"], "in 3d: must be one")
     refused(own["plane-strain"], "in plane-strain: must be one", fidelity="3d")
-
-
-def test_plates_are_needed(tmp_path):
-    bare = parse_design('design.name = "bare"\nplates.count = 0')
-    with pytest.raises(DesignError, match=r"plates\.count"):
-        control_study.run_study(bare, ("paper",), GRID, tmp_path / "j")
 
 
 def test_a_batch_is_one_object_at_all_noises():

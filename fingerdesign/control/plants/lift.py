@@ -141,7 +141,7 @@ class LiftPlant:
 
     dx is the hand's move away from the support, dy what each finger closes by, both mm; a step is
     one move. Forces and truth are those of the finger with gages. opposite: another finger's
-    problem, without it a mirror image. timed: a :class:`Timed`, or its relaxation alone. The
+    problem, without it a mirror image. The
     support is where the object is first touched. kinetic_share: of either finger's friction, what
     is left where it slides (contact/history.py).
 
@@ -155,12 +155,11 @@ class LiftPlant:
         object_mass_g: float,
         opposite: ContactProblem | None = None,
         disturbances: Sequence[Tug | WeightChange] = (),
-        timed: Timed | Relaxation | None = None,
+        timed: Timed = Timed(),
         kinetic_share: float = 1.0,
     ) -> None:
         if not (isfinite(object_mass_g) and object_mass_g > 0.0):
             raise ValueError(f"a mass of {object_mass_g} g must be over 0")
-        timed = timed if isinstance(timed, Timed) else Timed(timed)
         self._timed = timed
         self._face, kind = face, Kind(timed.rubber, kinetic_share, timed.warming)
         self._fingers: MirrorPair | DifferentPair = MirrorPair(problem, kind)

@@ -1,7 +1,7 @@
 """Training of a design's estimator: random grip paths on its model, noise, a small network.
 
     result = train_estimator(problem, digest, settings)
-    result.estimator.to_json(), result.stick_error()
+    result.estimator.to_json(), result.stick_errors
 
 Every grip is sampled at several noises, so that one network serves several amplifiers. Errors are
 those on held-out grips, and so on other friction coefficients: grips of other fingers, where many
@@ -47,10 +47,6 @@ class TrainingResult:
     samples: int
     judged_grips: int | None = None
     judged_fingers: int | None = None
-
-    def stick_error(self, noise: float = REFERENCE_NOISE) -> float:
-        """Error of the stick ratio at one of the noises. ValueError for another."""
-        return self.stick_errors[self.noises.index(noise)]
 
 
 def train_estimator(

@@ -20,7 +20,7 @@ from fingerdesign.control.controllers.regulator import Regulator, RegulatorTable
 from fingerdesign.control.episode import run_episode
 from fingerdesign.control.estimator import GripEstimator, Moment
 from fingerdesign.control.plants.hardware import ImperfectPlant
-from fingerdesign.control.plants.lift import LiftPlant, Relaxation
+from fingerdesign.control.plants.lift import LiftPlant, Relaxation, Timed
 from fingerdesign.control.plants.plant import CondensedPlant, Plant, Truth
 from fingerdesign.control.roster import Object
 from fingerdesign.control.signals import Sample
@@ -89,7 +89,7 @@ def policy_grips(
         relaxes, slides = rng.uniform(0.0, (_RELAXATION, _KINETIC)) * rng.integers(0, 2, 2)
         creep = Relaxation(float(relaxes), grip.hardware.sample_rate_Hz) if relaxes else None
         lift = LiftPlant(
-            problem.with_friction(friction), face, mass, None, (), creep, 1.0 - float(slides)
+            problem.with_friction(friction), face, mass, None, (), Timed(creep), 1.0 - float(slides)
         )
         plant, delay = _RecordingPlant(lift), int(rng.integers(0, _DELAY + 1))
         hardware = grip.hardware.model_copy(

@@ -1,7 +1,7 @@
 """A design's training result: made when it is first needed, cached by content.
 
     result = training_result_for(design, report=print)
-    result.estimator, result.stick_error()
+    result.estimator, result.stick_errors
 
 The training model is the one that grips run on (sensing/model.py). The cache's key holds all that
 the estimator depends on: finger, gages, stage travel, fidelity, number of grips and seed.
