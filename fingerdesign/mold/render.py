@@ -35,13 +35,6 @@ class Shown:
         return np.asarray(self.mesh.vertices + np.array(self.move))
 
 
-def png_of(plotter: Any) -> bytes:
-    """Write what a plotter shows as PNG on nothing."""
-    png = io.BytesIO()
-    plotter.screenshot(png, transparent_background=True)
-    return png.getvalue()
-
-
 def plotter_of(size: tuple[int, int]) -> Any:
     """An off-screen plotter in which what is translucent is drawn in its order."""
     import pyvista
@@ -120,9 +113,10 @@ def _drawn(things: Sequence[Shown], camera: Array, axes: Array, size: tuple[int,
             plotter.add_mesh(pyvista.Line(middle - move, middle), color=TRAIL, line_width=1.5)
     aim(plotter, camera, axes)
     plotter.add_axes(color=TRAIL, line_width=3, viewport=(0.0, 0.0, 0.12, 0.16))
-    png = png_of(plotter)
+    png = io.BytesIO()
+    plotter.screenshot(png, transparent_background=True)
     plotter.close()
-    return png
+    return png.getvalue()
 
 
 def _seen(things: tuple[Shown, ...], camera: Array) -> dict[str, tuple[float, float]]:

@@ -38,12 +38,6 @@ def bounds(solid: Manifold) -> tuple[Array, Array]:
     return box[:3], box[3:]
 
 
-def doubled_areas(vertices: Array, triangles: IntArray) -> Array:
-    """Normals times twice the area (t, 3), by the right-hand rule."""
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    return np.asarray(np.cross(b - a, c - a))
-
-
 def partners(triangles: IntArray) -> tuple[IntArray, IntArray]:
     """Half-edges 3 t + k (from corner k to k + 1) with the one that runs back along each."""
     tail, head = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
@@ -58,9 +52,11 @@ def partners(triangles: IntArray) -> tuple[IntArray, IntArray]:
 
 def oriented(vertices: Array, triangles: IntArray) -> tuple[Array, Array]:
     """Outward unit normals (t, 3) and areas (t,), mm^2, by the right-hand rule."""
-    normals = doubled_areas(vertices, triangles)
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
     sizes = np.linalg.norm(normals, axis=1)
-    return normals / np.maximum(sizes, np.finfo(float).tiny)[:, None], np.asarray(0.5 * sizes)
+    units = np.asarray(normals / np.maximum(sizes, np.finfo(float).tiny)[:, None])
+    return units, np.asarray(0.5 * sizes)
 
 
 def areas(vertices: Array, triangles: IntArray) -> Array:

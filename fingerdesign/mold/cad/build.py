@@ -24,8 +24,7 @@ from fingerdesign.errors import GeometryError
 from fingerdesign.mold.cad.features import BEYOND_MM, Features, cut_plates, features_of
 from fingerdesign.mold.cad.parting import FlatSide, parted, seam, sides_followed
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT, RUBBER, Made, MoldParts
-from fingerdesign.mold.plan.limits import Limits, limits_of
-from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side, direction
+from fingerdesign.mold.plan.plan import ENDS, FLANKS, SIDES, MoldPlan, Side, direction
 from fingerdesign.mold.plan.slots import core_box
 
 Direction = tuple[float, float, float]
@@ -34,8 +33,7 @@ INSERT_ORDER, END_ORDER, SIDE_ORDER, STAYS = 0, 1, 3, 9
 OUTLINE = "outline"
 AGAINST = -1e-6  # normal . draw below which a face looks against the draw
 SAMPLES = 15  # along each of a face's parameters
-_ORDER: tuple[Side, ...] = ("+x", "-x", "+z", "-z")  # the corners are the end walls'
-_ENDS: tuple[Side, ...] = ("+z", "-z")
+_ORDER: tuple[Side, ...] = (*FLANKS, *ENDS)  # the corners are the end walls'
 _UP = np.array([0.0, 1.0, 0.0])
 
 
@@ -96,7 +94,7 @@ def formed_by(
         place = np.abs(points[:, 0 if plug.axis == "x" else 2])
         edge = np.array([seam(plan, plug, float(y)) for y in points[:, 1]])
         beyond[plug.axis] = place > edge
-    for side in _ORDER if plan.pour == "closed" else _ENDS:
+    for side in _ORDER if plan.pour == "closed" else ENDS:
         away = direction(side)
         outside = points @ away
         if plan.pour == "open":
@@ -195,7 +193,7 @@ def _parts(
 ) -> tuple[BuiltPart, ...]:
     formed: list[tuple[str, Direction, int, Made]]
     formed = [(INSERT, (0.0, 1.0, 0.0), INSERT_ORDER, "process")]
-    for side in SIDES if plan.pour == "closed" else _ENDS:
+    for side in SIDES if plan.pour == "closed" else ENDS:
         x, y, z = direction(side).tolist()
         order = SIDE_ORDER if side.endswith("x") else END_ORDER
         formed.append((plan.by_side[side].wall, (x, y, z), order, "process"))
@@ -211,7 +209,7 @@ def _parts(
     base = box((-plan.mount_x, -plan.base, -plan.mount_z), (plan.mount_x, 0.0, plan.mount_z))
     found.append(BuiltPart(BASE, _worked(base, features, BASE), None, STAYS, "process", base))
     if plan.lip > 0.0:
-        below = base_frame(plan, limits_of(design.mold))
+        below = base_frame(plan)
         worked = _worked(below, features, BASE_FRAME)
         down = (0.0, -1.0, 0.0)
         found.append(BuiltPart(BASE_FRAME, worked, down, INSERT_ORDER, "process", below))
@@ -222,11 +220,11 @@ def _parts(
     return tuple(found)
 
 
-def base_frame(plan: MoldPlan, limits: Limits) -> cq.Solid:
+def base_frame(plan: MoldPlan) -> cq.Solid:
     """Make the part that presses a closed mold's base plate to the walls: a plate with a recess for
     it, a little less deep than it is thick, and open behind the finger, where it is poured."""
-    back, near = -plan.base - plan.lip, limits.clearance_mm
-    x, z = plan.mount_x + near, plan.mount_z + near
+    limits, back = plan.limits, -plan.base - plan.lip
+    x, z = plan.mount_x + limits.clearance_mm, plan.mount_z + limits.clearance_mm
     whole = box(
         (-plan.reach_x, back, -plan.reach_z), (plan.reach_x, -limits.tolerance_mm, plan.reach_z)
     )

@@ -15,8 +15,8 @@ from fingerdesign.mold.cad.build import INSERT_ORDER, BuiltPart, Direction
 from fingerdesign.mold.cad.features import slot_tools
 from fingerdesign.mold.cad.parting import prism_of, slab
 from fingerdesign.mold.part import CELL, COUPON, COUPON_COMB, COUPON_PIN
-from fingerdesign.mold.plan.limits import limits_of
-from fingerdesign.mold.plan.plan import WORDS, MoldPlan, Side, direction
+from fingerdesign.mold.plan.plan import WORDS, MoldPlan, direction
+from fingerdesign.mold.plan.slots import sides_of_plate
 from fingerdesign.mold.profile import Ladder, cell_plates, ladders_of
 
 DEEP_MM = 10.0  # of slots, holes and sockets: about a mold's wall
@@ -32,7 +32,7 @@ WALL_MM = 2.0  # of the cell, at least
 def build_coupon(design: Design, plan: MoldPlan) -> tuple[BuiltPart, ...]:
     """All pieces: bar, pin (none of machined parts: dowels are bought), cell and its combs (none
     where no two plates leave through the same sides). GeometryError where the kernel fails."""
-    limits = limits_of(design.mold)
+    limits = plan.limits
     found = [_piece(COUPON, ladder_bar(ladders_of(limits), limits.pin_mm))]
     if not limits.dowels:
         head = box((0.0, 0.0, 0.0), (4.0 * limits.pin_mm, 4.0 * limits.pin_mm, LOW_MM))
@@ -96,13 +96,13 @@ def _cell(design: Design, plan: MoldPlan) -> tuple[BuiltPart, ...]:
     plates = cell_plates(plan)
     if not plates:
         return ()
-    limits, sheet = limits_of(design.mold), design.mold.comb.sheet_mm
+    limits, sheet = plan.limits, design.mold.comb.sheet_mm
     numbers = {frame.index for frame in plates}
     held = [(side, slot) for side, slot, _ in plan.leg_slots if slot.plate in numbers]
     wall = max(WALL_MM, 1.5 * limits.wall_mm)
     points = np.vstack([frame.corners() for frame in plates])
     (left, low), (right, high) = points.min(axis=0) - AROUND_MM, points.max(axis=0) + AROUND_MM
-    ends: tuple[Side, Side] = ("+z", "-z") if plates[0].along == "x" else ("+x", "-x")
+    ends = sides_of_plate(plates[0])
     inside, beyond = plan.half(ends[0]), low - 1.0
     groove = inside + sheet + limits.clearance_mm
     outside, edge = groove + wall, AROUND_MM + wall

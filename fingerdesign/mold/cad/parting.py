@@ -26,6 +26,8 @@ from fingerdesign.cad.kernel import box, extruded, flat_face, one_solid, polygon
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.part import INSERT, OUTER
 from fingerdesign.mold.plan.plan import (
+    ENDS,
+    FLANKS,
     SIDES,
     MoldPlan,
     Plug,
@@ -37,8 +39,6 @@ from fingerdesign.mold.plan.plan import (
     wall_name,
 )
 
-ENDS: tuple[Side, ...] = ("+z", "-z")
-FLANKS: tuple[Side, ...] = ("+x", "-x")
 NEAR = 1e-6  # mm: that close, a face lies in a plane of the outline's box
 
 

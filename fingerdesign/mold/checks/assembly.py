@@ -9,7 +9,6 @@ from manifold3d import Manifold
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.design.schema import Design
 from fingerdesign.mold.part import MoldMeshes
-from fingerdesign.mold.plan.limits import Limits
 from fingerdesign.mold.plan.plan import CorePin, MoldPlan, Side, Slot, across, direction
 from fingerdesign.mold.solids import solid_of
 
@@ -70,7 +69,6 @@ class Assembly:
     design: Design
     plan: MoldPlan
     meshes: MoldMeshes
-    limits: Limits
     solids: Mapping[str, Manifold]
 
     @property
@@ -83,4 +81,4 @@ def assemble(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> Assembly:
     """All solids of a mold; one that is not ``sound`` is in it too."""
     everything = (*meshes.parts, *meshes.plates, meshes.rubber)
     solids = {part.name: solid_of(part.vertices, part.triangles) for part in everything}
-    return Assembly(design, plan, meshes, plan.limits, solids)
+    return Assembly(design, plan, meshes, solids)

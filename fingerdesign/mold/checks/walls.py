@@ -35,7 +35,7 @@ def _of_part(
 ) -> list[Check]:
     """Walls, webs and sheets at points that lie on no pin; then these."""
     thick = thicknesses(assembly.solids[part.name], points, normals)
-    limits, pins = assembly.limits, _on_pins(assembly.plan, part.name, points)
+    limits, pins = assembly.plan.limits, _on_pins(assembly.plan, part.name, points)
     if side is None:
         kinds = [("wall", ~pins, limits.wall_mm)]
     elif part.made == "sheet":

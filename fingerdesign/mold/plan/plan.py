@@ -27,7 +27,9 @@ from fingerdesign.mold.part import OUTER
 from fingerdesign.mold.plan.limits import Limits
 
 Side = Literal["+z", "-z", "+x", "-x"]
-SIDES: tuple[Side, ...] = ("+z", "-z", "+x", "-x")
+ENDS: tuple[Side, Side] = ("+z", "-z")
+FLANKS: tuple[Side, Side] = ("+x", "-x")
+SIDES: tuple[Side, ...] = (*ENDS, *FLANKS)
 WORDS: Mapping[Side, str] = {"+z": "front", "-z": "back", "+x": "right", "-x": "left"}
 Holding = Literal["wall", "comb", "slots"]
 Pour = Literal["open", "closed"]

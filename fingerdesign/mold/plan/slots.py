@@ -14,7 +14,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.plan.limits import Limits
-from fingerdesign.mold.plan.plan import Holding, Leg, Side, Slot, slot_corners
+from fingerdesign.mold.plan.plan import ENDS, FLANKS, Holding, Leg, Side, Slot, slot_corners
 
 Box = tuple[Array, Array]  # low and high corners (3,)
 _LEAST_PLAY_MM = 0.005  # with less a plate cannot be pushed in
@@ -67,7 +67,7 @@ def core_box(design: Design, scale: float) -> Box | None:
 
 def sides_of_plate(frame: PlateFrame) -> tuple[Side, Side]:
     """The sides at which a plate's legs leave: +-z of a plate along x, +-x of one along z."""
-    return ("+z", "-z") if frame.along == "x" else ("+x", "-x")
+    return ENDS if frame.along == "x" else FLANKS
 
 
 def end_of(frame: PlateFrame, side: Side) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from fingerdesign.design.schema import Design
 from fingerdesign.mold.plan.fasteners.columns import clear
 from fingerdesign.mold.plan.limits import Limits
-from fingerdesign.mold.plan.plan import CorePin, MoldPlan, Side, SidePlan
+from fingerdesign.mold.plan.plan import ENDS, FLANKS, CorePin, MoldPlan, SidePlan
 from fingerdesign.mold.plan.refusals import Refusal
 from fingerdesign.mold.plan.slots import Box
 
@@ -16,7 +16,6 @@ _MOST_DEPTH_MM = 3.0
 _DEPTH_SHARE = 0.3  # of the core's length
 _STEP_MM = 0.1
 _WEB_MM = 0.3  # of the core around a pin's hole, which is drilled
-_AXES: tuple[tuple[Side, Side], ...] = (("+z", "-z"), ("+x", "-x"))
 
 
 def core_pins_of(
@@ -30,7 +29,7 @@ def core_pins_of(
         return (), []
     low, high = box
     height, y = float(high[1] - low[1]), 0.5 * float(low[1] + high[1])
-    for axis, diameter in product(_AXES, _diameters(limits, height, y)):
+    for axis, diameter in product((ENDS, FLANKS), _diameters(limits, height, y)):
         hole = diameter + 2.0 * limits.clearance_mm
         half, end = (high[0], high[2]) if axis[0].endswith("z") else (high[2], high[0])
         places = _places(float(half), y, hole, [plan.by_side[side] for side in axis], limits)
