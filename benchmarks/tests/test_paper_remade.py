@@ -75,7 +75,7 @@ def claim_of(found, key):
     return next(c for c in claims_of(found) if c.figure == key)
 
 
-def test_progress_goes_forward(found, said):
+def test_progress_goes_forward(found, reported):
     assert found.seconds > 0.0
     fractions = [fraction for _, fraction in reported]
     assert [0.0, *sorted(fractions), 1.0] == sorted({0.0, *fractions, 1.0})

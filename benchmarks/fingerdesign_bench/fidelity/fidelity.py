@@ -228,7 +228,7 @@ class FidelityBench:
 
     @property
     def wrong(self) -> int:
-        """Pairs where plane strain was chosen and fewer than SHARE of the readings hold."""
+        """Pairs where plane strain was chosen and fewer than SHARE_TARGET of the readings hold."""
         return sum(each.section_used and each.within < SHARE_TARGET for each in self.outcomes)
 
 
