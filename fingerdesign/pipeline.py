@@ -13,7 +13,7 @@ from pathlib import Path
 
 from fingerdesign.analysis.analysed import Analysed
 from fingerdesign.analysis.analysis import Analysis, analysis_of, failed_analysis, too_deep
-from fingerdesign.analysis.answers import cache_answer, cached_answer, extras
+from fingerdesign.analysis.answers import cache_answer, cached_answer, requested_products
 from fingerdesign.analysis.case import Case, Clock
 from fingerdesign.analysis.fidelity.choice import Choice, choose
 from fingerdesign.analysis.finite_path import finite_steps
@@ -32,7 +32,7 @@ from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.records.folder import RESULTS
 from fingerdesign.records.result import Result
-from fingerdesign.report.style import load_ahead
+from fingerdesign.report.style import load_matplotlib_ahead
 from fingerdesign.runtime.progress import Progress, Report, listening, silent
 from fingerdesign.sensing.train.result import with_estimator
 
@@ -63,7 +63,7 @@ def run(case: Case, report: Report = lambda message: None, clock: Clock | None =
     while True:
         try:
             followed = follow(work, make_model(work))
-            if not work.needs_finer_mesh(followed):
+            if not work.refine_if_needed(followed):
                 return analysis_of(work, followed, lift(work, followed, sections))
         except ZoneExhausted as exhausted:
             work.widen(exhausted)
@@ -133,18 +133,18 @@ def analyse_into(
         complete_answer(case, out, page, cad)
         return found
     refuse(case, case.path_scene)
-    page, cad = extras(case, page, cad)
+    page, cad = requested_products(case, page, cad)
     clock = Clock()
     report = forecast_progress(case, show, clock)
     if page:
-        load_ahead()
+        load_matplotlib_ahead()
     with RESULTS.written(out / case.design.design.name) as folder:
         try:
             with cad_concurrently(case.design, folder, clock, needed=cad):
                 analysis = run(case, report, clock)
         except (FingerDesignError, MemoryError) as error:
             analysis = failed_analysis(case, error, clock)
-        report("writing the report")
+        report("writing the report" if page else "writing the results")
         result = write_analysis(analysis, case.design, folder, clock, page)
         cache_answer(case, folder, result)
     return result

@@ -103,41 +103,41 @@ def _read(
     **options: Any,
 ) -> list[Case]:
     """Every fault of every file, of each design in its scene, and of --out, before any work."""
-    faults: list[Fault] = []
+    wrong: list[DesignError] = []
     cases: list[Case] = []
     scene = None
-    with _kept(faults):
+    with _collected(wrong):
         scene = None if scene_file is None else load_scene(scene_file)
     for path in designs:
-        with _kept(faults):
+        with _collected(wrong):
             name = scene_file.stem if scene_file is not None else ""
             cases.append(Case(load_design(path), scene, fidelity, scene_name=name, **options))
     for case in cases:
-        with _kept(faults):
+        with _collected(wrong):
             if fresh or not is_cached(case):
                 if case.fidelity == "plane-strain":
                     start_mesher()  # it loads while this process loads the rest
                 from fingerdesign.analysis.forecast.limits import refuse
 
                 refuse(case, case.path_scene)
-        with _kept(faults):
+        with _collected(wrong):
             refuse_foreign(RESULTS, out / case.design.design.name)
     names = [case.design.design.name for case in cases]
     twice = sorted({name for name in names if names.count(name) > 1})
     remedy = "rename: it names the folder"
-    faults += [Fault("design.name", name, "different in each file", remedy) for name in twice]
-    if faults:
-        raise DesignError(faults)
+    faults = [Fault("design.name", name, "different in each file", remedy) for name in twice]
+    if wrong or faults:
+        raise DesignError.together([*wrong, DesignError(faults)])
     return cases
 
 
 @contextmanager
-def _kept(faults: list[Fault]) -> Iterator[None]:
-    """Faults of the block are added to the others."""
+def _collected(wrong: list[DesignError]) -> Iterator[None]:
+    """Add the block's refusal to the others; each names its own file."""
     try:
         yield
     except DesignError as error:
-        faults += error.faults
+        wrong.append(error)
 
 
 def _report(results: list[Result], out: Path, quiet: bool, as_json: bool) -> None:

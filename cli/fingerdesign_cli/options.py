@@ -245,7 +245,7 @@ def numbers_option(
 SHELVES = ("designs", "scenes", "studies", "materials", "metrics", "controllers")
 FIDELITIES = {
     "plane-strain": "the section alone, in seconds",
-    "3d": "the finger in tetrahedra, three to ten times as long",
+    "3d": "the finger in tetrahedra, ten to thirty times as long; `check` forecasts it",
     "finite": "in tetrahedra, the path at finite strain: each row a few factorisations",
     "auto": "the cheapest model whose estimated error is under the tolerance",
 }

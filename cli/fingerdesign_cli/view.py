@@ -70,7 +70,7 @@ def _draw(design_file: Path, out: Path, quiet: bool, as_json: bool) -> None:
     if as_json:
         print_json({"design": name, "facts": words, "files": [str(path) for path in files]})
     elif not quiet:
-        click.echo(f"drawn: {files[0]} and {files[1].name}")
+        click.echo(f"drawn: {files[0]}, {files[1]}")
     open_page(files[0])
 
 

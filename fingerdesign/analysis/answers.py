@@ -43,7 +43,7 @@ def read_arrays(folder: Path) -> dict[str, Any]:
     return dict(read_packed(path, *_KINDS)) if path.is_file() else {}
 
 
-def extras(case: Case, page: bool | None, cad: bool | None) -> tuple[bool, bool]:
+def requested_products(case: Case, page: bool | None, cad: bool | None) -> tuple[bool, bool]:
     """Decide whether page and CAD files are written; by default (None) except in plane strain,
     where they take longer than the work."""
     page, cad = (case.fidelity != "plane-strain" if each is None else each for each in (page, cad))
@@ -53,7 +53,7 @@ def extras(case: Case, page: bool | None, cad: bool | None) -> tuple[bool, bool]
 def missing(case: Case, out: Path, page: bool | None, cad: bool | None) -> tuple[bool, bool]:
     """Decide whether page and CAD files are to be written, and not in OUT/NAME."""
     folder = out / case.design.design.name
-    page, cad = extras(case, page, cad)
+    page, cad = requested_products(case, page, cad)
     return page and not (folder / PAGE).exists(), cad and not (folder / CAD).exists()
 
 
@@ -91,7 +91,7 @@ def cached_answer(
             contents = {Path(name).name: archive.read(name) for name in archive.namelist()}
     except GARBLED:
         return None
-    with_page, with_cad = extras(case, page, cad)
+    with_page, with_cad = requested_products(case, page, cad)
     with RESULTS.written(out / case.design.design.name) as folder:
         for name, content in contents.items():
             if with_cad if name.endswith(_CAD) else with_page or name != PAGE:

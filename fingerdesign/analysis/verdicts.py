@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 
 from fingerdesign.design.grip import weight_per_finger
+from fingerdesign.design.stock import sheets_of
 from fingerdesign.materials import MATERIALS
 from fingerdesign.records.result import (
     MOST_FORCE,
@@ -40,6 +41,7 @@ _PRINTED = ("abs", "pla")  # A printer makes them, and nobody sells them as thin
 _LEAST_PLATE_MPA = 1e3  # Softer materials of the library are rubbers.
 _LEAST_GAIN = 1.5  # A fix that gains less is not worth its line.
 _LISTED = 4  # More friction coefficients are shown as a range.
+_COUNT_WIDE = 15  # A longer count does not fit a terminal's line.
 _NO_FORCE = 1e-9  # N: rounding noise of a contact without load.
 
 
@@ -91,9 +93,8 @@ def slip_sensing(studies: Sequence[SlipStudySummary]) -> Verdict:
     ranks = _span((each.rank_correlation or 0.0 for each in found), ".2f")
     status: Status = "pass" if good == len(found) else "fail"
     target = f"target {GOOD_CORRELATION:.2f}"
-    return Verdict(
-        status, "slip sensing", f"rank correlation {ranks}", target, f"{good} of {len(found)} μ"
-    )
+    count = _counted(good, [each.friction_coefficient for each in found])
+    return Verdict(status, "slip sensing", f"rank correlation {ranks}", target, count)
 
 
 def lifts(grip: GripResult) -> bool:
@@ -126,9 +127,7 @@ def _grip_force(good: Sequence[GripResult]) -> Verdict:
     elif margins and min(margins) < HUMAN_MARGIN[0]:
         status, count = "warning", "thin margin"
     found = f"{_span([*margins, *forces], '.1f')} x least force"
-    return Verdict(
-        status, "grip force", found, f"target {HUMAN_MARGIN[0]:g} to {MOST_FORCE:g}", count
-    )
+    return Verdict(status, "grip force", found, f"target {HUMAN_MARGIN[0]:g}–{MOST_FORCE:g}", count)
 
 
 def measures(state: MeasuredState, found: Measurability) -> bool:
@@ -140,11 +139,11 @@ def _gage_signal(found: Measurability) -> Verdict:
     good = sum(measures(each, found) for each in found.states)
     status: Status = "pass" if good == len(found.states) else "fail"
     smallest, target = found.smallest_stick_change, found.wanted_stick_change
-    count = f"{good} of {len(found.states)} μ"
+    count = _counted(good, [each.friction_coefficient for each in found.states])
     if status == "fail":
         count = f"{two_digits(smallest / target)} x short"
     number = f"smallest stick change seen {two_digits(smallest)}"
-    return Verdict(status, "gage signal", number, f"target {target:.2f}", count)
+    return Verdict(status, "gage signal", number, f"target ≤ {target:.2f}", count)
 
 
 def _contact(rows: Sequence[IncrementResult]) -> Verdict:
@@ -173,9 +172,10 @@ def _fixes(result: Result, failing: set[str], design_file: str) -> Iterator[Fix]
     elif "grip force" in failing:
         yield from _force_fixes([each for each in result.grips if lifts(each)], design_file)
     if "gage signal" in failing and result.measurability is not None:
-        yield from _gage_fixes(result.measurability)
+        yield from _gage_fixes(result.measurability, str(result.parameters.get("plates.material")))
     if "slip sensing" in failing:
-        yield Fix("fingerdesign new search.toml --study", "a search: fingerdesign optimise")
+        search = "fingerdesign new search.toml --study && fingerdesign optimise search.toml"
+        yield Fix(search, "searches a better finger")
 
 
 def _lift_fixes(result: Result) -> Iterator[Fix]:
@@ -210,7 +210,7 @@ def _force_fixes(good: Sequence[GripResult], design_file: str) -> Iterator[Fix]:
         yield Fix(f"grip.object_mass_g = {two_digits(light)}", _passes("grip force"), "Coulomb")
 
 
-def _gage_fixes(found: Measurability) -> Iterator[Fix]:
+def _gage_fixes(found: Measurability, material: str) -> Iterator[Fix]:
     """Materials of the library, thinner plates, and where these do not do a quieter amplifier."""
     needed = found.smallest_stick_change / found.wanted_stick_change
     enough = False
@@ -219,11 +219,11 @@ def _gage_fixes(found: Measurability) -> Iterator[Fix]:
             name, gain = _plate_material(remedy, needed)
             change = f'plates.material = "{name}"' if name else ""
         else:
-            gain = remedy.gain
-            change = f"{remedy.key} = {remedy.changed:.6g}"
+            sheet, gain = _sheet(remedy, needed, sheets_of(material))
+            change = f"{remedy.key} = {sheet:g}" if sheet else ""
         if change and gain >= _LEAST_GAIN:
             enough = enough or gain >= needed
-            part = f"signal x {two_digits(gain)} of {two_digits(needed)}"
+            part = f"signal x {two_digits(gain)}; x {two_digits(needed)} needed"
             yield Fix(change, _passes("gage signal") if gain >= needed else part, "section model")
     if not enough:
         quiet = two_digits(found.noise_microstrain / needed)
@@ -256,6 +256,22 @@ def _plate_material(remedy: GageRemedy, needed: float) -> tuple[str, float]:
     return name, gains[name]
 
 
+def _sheet(remedy: GageRemedy, needed: float, sold: Sequence[float]) -> tuple[float, float]:
+    """A thickness for the plates that is sold, mm, and its gain; 0 where none helps.
+
+    The thickest that is enough is taken, else the thinnest that is not below the remedy's, by the
+    remedy's power law.
+    """
+    if not remedy.gain > 1.0:
+        return 0.0, 1.0
+    slope = math.log(remedy.gain) / math.log(remedy.value / remedy.changed)
+    gains = {each: (remedy.value / each) ** slope for each in sold if each < remedy.value}
+    if suited := [each for each in gains if gains[each] >= needed]:
+        return max(suited), gains[max(suited)]
+    thin = min((each for each in gains if each >= remedy.changed), default=0.0)
+    return thin, gains.get(thin, 1.0)
+
+
 def _passes(name: str) -> str:
     return f"{name} {SIGNS['pass']}"
 
@@ -280,6 +296,14 @@ def _span(values: Iterable[float], form: str) -> str:
     every = list(values)
     low, high = format(min(every), form), format(max(every), form)
     return low if low == high else f"{low} ... {high}"
+
+
+def _counted(good: int, frictions: Sequence[float]) -> str:
+    """How many friction coefficients are good, and their range where a line has room for it."""
+    low, high = min(frictions), max(frictions)
+    count = f"{good} of {len(frictions)} μ"
+    named = f"{count} {low:g}" if low == high else f"{count} {low:g}–{high:g}"
+    return named if len(named) <= _COUNT_WIDE else count
 
 
 def _listed(values: Iterable[float]) -> str:

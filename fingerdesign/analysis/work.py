@@ -75,8 +75,8 @@ class Work:
         self.zone = widened(self.case.design, self.zone, exhausted)
         self.note(f"candidate zone widened to {self.zone}: {exhausted}")
 
-    def needs_finer_mesh(self, followed: Followed) -> bool:
-        """Find whether the contact held too few nodes; the case is then the one with a finer mesh.
+    def refine_if_needed(self, followed: Followed) -> bool:
+        """Take a case with a finer mesh where the contact held too few nodes; True if so.
 
         Raises SolverError where no mesh that is fine enough can be made.
         """

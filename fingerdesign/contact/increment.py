@@ -52,8 +52,9 @@ class Increment:
 class Workspace:
     """Data of the last increment that speed up the next one: its inverse, its change.
 
-    It saves time and changes no answer by more than rounding. Each path has its own; friction and
-    state are not in it. follows: start from the last increment (tracking.py), else from nothing.
+    It saves time and changes no answer by more than rounding. Each path has its own: it holds the
+    last two states and a tracker, which is made again where compliance or friction differ.
+    follows: start from the last increment (tracking.py), else from nothing.
     """
 
     def __init__(self, follows: bool = True) -> None:
@@ -96,7 +97,7 @@ class Workspace:
         guess[state.multiplier[:, 0] <= 0.0] = 0.0
         return project(guess, friction_coefficient)
 
-    def on(self, index: IntArray, nodes: int, dim: int) -> ActiveInverse | None:
+    def inverse_on(self, index: IntArray, nodes: int, dim: int) -> ActiveInverse | None:
         """Renumber the inverse's nodes by their place in ``index``."""
         if self.inverse is None:
             return None
@@ -176,6 +177,7 @@ def _answer(
             near = tracker.start(
                 offset, active_set_guess(problem.compliance, offset, guess, friction)
             )
+        # A new working set has the inverse of its nodes: the next full solve starts from it.
         if tracker.base is not None and tracker.base is not base:
             workspace.inverse = tracker.base.active
         if near is not None:
@@ -222,7 +224,7 @@ def _solve(
             problem.friction_coefficient,
             state.multiplier[index],
             guess[index],
-            workspace.on(index, m, dim),
+            workspace.inverse_on(index, m, dim),
             try_slow_methods,
         )
         result, method = solve_task(task)
@@ -233,6 +235,7 @@ def _solve(
         if missed.any():
             rows = block(problem.compliance, dim * np.flatnonzero(missed), columns)
             gap = offset[missed, 0] + rows @ multiplier[index].reshape(-1)
+            # Of the nodes left out, those that overlap the object: `gap` has one row for each.
             missed[missed] = gap < 0.0
         if not missed.any():
             return NewtonResult(multiplier, result.residual, spent, result.converged), method

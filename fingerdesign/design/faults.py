@@ -123,6 +123,10 @@ def _unknown(model: type[BaseModel], location: tuple[int | str, ...], value: obj
     if len(location) > 1 and top is not None and not tables_in(top.annotation):
         remedy = f"'{name}' belongs at the top of the file, before the first [table]"
         return Fault(key, shown(value), "a known key", remedy)
+    if len(location) > 1 and top is not None and isinstance(value, dict) and len(value) == 1:
+        inner = next(iter(value))
+        remedy = f"dotted keys go before the first [table]; put `{inner}` under [{name}]"
+        return Fault(key, shown(value), "a known key", remedy)
     table = table_at(model, location[:-1]) or model
     near = difflib.get_close_matches(name, table.model_fields, 1, 0.6)
     by_name: dict[str, str] = {}

@@ -1,5 +1,6 @@
 """Reading and writing of design and scene files: TOML text, its keys, their faults."""
 
+import re
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -56,6 +57,8 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # a bad date, a 5000-digit integer are ValueError
         why = "too deeply nested" if isinstance(error, RecursionError) else str(error)[:300]
+        if twice := re.match(r"Cannot declare \('(\w+)',\) twice", why):
+            why += f"; put the keys that begin with `{twice[1]}.` under [{twice[1]}]"
         raise DesignError([Fault("file", "(text)", "valid TOML", why)], source) from None
     _refuse_large(data, source)
     return data

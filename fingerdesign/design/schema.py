@@ -7,6 +7,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -243,10 +244,13 @@ def unknown_materials(design: Any) -> Iterator[PydanticCustomError]:
     for table, part in parts.items():
         name = _part(part, "material")
         if isinstance(name, str) and name not in known:
+            close = get_close_matches(name, sorted(known), 1)
+            nearest = f'take "{close[0]}", ' if close else "correct it, "
             yield refuse(
                 name,
-                f"a known material ({', '.join(sorted(known))})",
-                f"correct it or add a table [materials.{name}]",
+                "a known material",
+                f"{nearest}or add a table [materials.{name}]; "
+                "`fingerdesign list materials` names all",
                 f"{table}.material",
             )
 

@@ -177,7 +177,7 @@ def mold_meshes(
 
     The kernel is native code that can hang or crash; there it can harm nobody. Files, in mold
     coordinates: NAME.stl and NAME.step of every part and of every different plate, assembly.step.
-    GeometryError where a part could not be drawn off or built, or where the kernel crashes or
+    GeometryError where a part could not be demoulded or built, or where the kernel crashes or
     exceeds the time limit. ResultError where the disk or the memory is full, or somebody ended the
     process.
     """

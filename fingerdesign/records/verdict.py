@@ -35,7 +35,7 @@ class Verdict:
 class Fix:
     """One change that was worked out, and its effect.
 
-    change    to be pasted: a line of the design's TOML, or a command
+    change    a key of the design and its value, or a command
     brings    its effect: "gage signal ✓"
     by        the model that shows it: "section model"; empty of a command
     """

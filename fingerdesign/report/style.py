@@ -83,7 +83,7 @@ def house_style() -> Iterator[None]:
         yield
 
 
-def load_ahead() -> None:
+def load_matplotlib_ahead() -> None:
     """Load matplotlib in another thread; loading takes a third of a second."""
 
     def load() -> None:

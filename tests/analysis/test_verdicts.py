@@ -41,6 +41,15 @@ def test_a_fix_names_a_material_that_exists_and_reaches_the_target(result):
     assert not [each for each in enough.fixes if "gage" in each.brings]
 
 
+def test_a_fix_names_a_thickness_that_is_sold(result):
+    thinner = GageRemedy("plates.thickness_mm", 0.1, 0.02, 5.0, False)
+    metal = {**result.parameters, "plates.material": "phosphor_bronze"}
+    found = replace(result, grips=(), parameters=metal, measurability=seeing(1.0, thinner))
+    (fix, *_) = [each for each in verdict_view(found).fixes if "thickness" in each.change]
+    assert fix.change == "plates.thickness_mm = 0.05"
+    assert fix.brings == "signal x 2; x 10 needed"
+
+
 def test_the_block_fits_its_lines_and_width(result, tmp_path, capsys):
     grips = tuple(replace(each, lifted=False, safety_margin=None) for each in result.grips)
     thinner = GageRemedy("plates.thickness_mm", 0.1, 0.02, 4.0, False)

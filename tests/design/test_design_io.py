@@ -96,6 +96,13 @@ def test_unknown_key_names_the_nearest(line, key, nearest):
     assert nearest in faults(NAME + line)[key].remedy
 
 
+def test_a_dotted_key_in_a_table_names_its_own_table():
+    with pytest.raises(DesignError, match=r"put `material` under \[plates\]"):
+        parse_design('design.name = "a"\n[gages]\nface = "upper"\nplates.material = "abs"')
+    with pytest.raises(DesignError, match=r"`plates.` under \[plates\]"):
+        parse_design('plates.material = "abs"\n[plates]\ncount = 3')
+
+
 def test_assumed_keys_exist_and_stand_before_the_first_table():
     found = faults('[design]\nname = "a"\nassumed = ["body.width_mm"]')
     assert "before the first [table]" in found["design.assumed"].remedy

@@ -10,7 +10,7 @@ import functools
 import math
 from dataclasses import dataclass, replace
 
-from fingerdesign.analysis.answers import extras
+from fingerdesign.analysis.answers import requested_products
 from fingerdesign.analysis.case import FIDELITIES, Case, Clock
 from fingerdesign.analysis.fidelity.ladder import tolerance_faults
 from fingerdesign.analysis.fidelity.rungs import can_extrude
@@ -155,7 +155,7 @@ def stage_seconds(counts: Counts, case: Case, machine: Machine) -> dict[str, flo
     grips = _grips(counts, case)
     if grips:
         seconds["grips"] = grips * slow
-    page, _ = extras(case, None, None)
+    page, _ = requested_products(case, None, None)
     drawn = 1.5 + (1.0 if grips else 0.0) if page else 0.0
     seconds["report"] = (0.2 + drawn + 1e-5 * counts.elements) * slow
     return seconds

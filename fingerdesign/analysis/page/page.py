@@ -113,7 +113,7 @@ def _page(
 ) -> Page:
     result = analysis.result
     view = verdict_view(result)
-    lead = (view.summary, view.fidelity, f"scene {result.scene}", f"{view.seconds:.0f} s")
+    lead = (view.summary, view.fidelity, f"scene {result.scene}", f"analysis {view.seconds:.0f} s")
     sections = []
     if notices := [each for each in (result.failure, *result.warnings) if each]:
         sections.append(Section("warnings", "Warnings", [Bullets(notices, "warnings")]))

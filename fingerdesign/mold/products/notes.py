@@ -12,8 +12,11 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fingerdesign.checks.design import is_sound
+from fingerdesign.checks.load import with_values
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError
 from fingerdesign.layout.fitting import GageFit, gage_words, sheet_words
 from fingerdesign.layout.gaps import PlateGap, least_gap
 from fingerdesign.layout.rows import plate_frames
@@ -28,6 +31,7 @@ from fingerdesign.report.page import macros
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
 _STEEP = 0.2  # sine of a plate's angle, from which a pitch parts plates
+_PITCHES = 10  # A curved surface turns plates toward each other: some tenths of a millimetre.
 SURFACE_TENSION_N_M = 0.021  # of silicone oils; cured and uncured rubber differ little
 
 
@@ -125,9 +129,9 @@ def bridged_gap(
     design: Design, plan: MoldPlan
 ) -> tuple[PlateGap, float, float, float, float | None] | None:
     """The closest two plates, where rubber that closes the gap between them keeps the air in it:
-    with the pressures of wetting and of buoyancy, Pa, the gap that would let it go, mm, and about
-    the pitch of that (None of placed plates and level ones). None where buoyancy is the greater, or
-    where the gap is wider than the plates are high: no channel.
+    with the pressures of wetting and of buoyancy, Pa, the gap that would let it go, mm, and a sound
+    pitch that gives that gap (None where there is none, and of placed plates). None where buoyancy
+    is the greater, or where the gap is wider than the plates are high: no channel.
 
     Wetting holds a meniscus across a gap g by 2 gamma / g; a bubble as high as the plate lifts by
     rho g h.
@@ -146,9 +150,24 @@ def bridged_gap(
         return None
     apart = min(high, gap.distance * wetting / buoyancy)
     pitch = None
-    if design.plates.placement is None and sine > _STEEP:
-        pitch = design.plates.pitch_mm + (apart - gap.distance) / sine
+    if design.plates.placement is None:
+        more = (apart - gap.distance) / (sine if sine > _STEEP else 1.0)
+        pitch = _sound_pitch(design, design.plates.pitch_mm + more, apart)
     return gap, wetting, buoyancy, apart, pitch
+
+
+def _sound_pitch(design: Design, least: float, apart: float) -> float | None:
+    """The first pitch from ``least`` mm on, in tenths, whose plates are ``apart`` mm from each
+    other; None where a design with it is not sound."""
+    for tenths in range(math.ceil(10.0 * least), math.ceil(10.0 * least) + _PITCHES):
+        try:
+            trial = with_values(design, {"plates.pitch_mm": tenths / 10.0})
+        except DesignError:
+            return None
+        gap = least_gap(plate_frames(trial)) if is_sound(trial) else None
+        if gap is None or gap.distance >= apart:
+            return None if gap is None else tenths / 10.0
+    return None
 
 
 def placement_worst(placement: Mapping[str, Any] | None) -> float:

@@ -84,10 +84,14 @@ def test_a_gap_that_rubber_bridges_asks_for_a_vacuum(hand_made):
     plan = plan_mold(design)
     gap, wetting, buoyancy, apart, pitch = bridged_gap(design, plan)
     assert gap.distance < apart == pytest.approx(0.1 * np.sqrt(0.5) + 0.9 * np.sqrt(0.5))
-    assert pitch == pytest.approx(0.75 + (apart - gap.distance) * np.sqrt(2.0))
+    wider = with_values(design, {"plates.pitch_mm": pitch})
+    assert bridged_gap(wider, plan_mold(wider)) is None
+    narrow = with_values(design, {"body.width_mm": 18.0})  # a gap for which no pitch fits
     assert gap.distance == pytest.approx(0.378, abs=1e-3)
     assert wetting == pytest.approx(0.042 / (1e-3 * gap.distance))
     assert buoyancy == pytest.approx(1.1 * 9.80665 * (0.9 + 0.1) * np.sqrt(0.5))
+    warned = warnings_of(narrow, plan_mold(narrow), gage_fit(narrow), SILENT)
+    assert "no pitch fits 15" in " ".join(warned)
     assert "under vacuum" in " ".join(warnings_of(design, plan, gage_fit(design), SILENT))
     level, apart, _ = hand_made()  # level plates next to each other are no channel
     assert bridged_gap(level, apart) is None
