@@ -73,8 +73,11 @@ class _Recorded(CondensedPlant):
 
 
 def installed() -> dict[str, str]:
-    """Versions of the peers that the system's own Python can import."""
-    return dict(work("probe", {})) if PYTHON.exists() else {}
+    """Versions of the peers that the system's own Python can import; none without its numpy."""
+    if not PYTHON.exists():
+        return {}
+    numpy = subprocess.run([PYTHON, "-c", "import numpy"], check=False, capture_output=True)
+    return {} if numpy.returncode else dict(work("probe", {}))
 
 
 def missing(found: dict[str, str]) -> list[str]:
