@@ -24,7 +24,7 @@ from fingerdesign.errors import DesignError
 from fingerdesign.fem.factor import has_pardiso
 from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.layout.zone import candidate_zone
-from fingerdesign.mesh import sizing
+from fingerdesign.mesh import counting
 from fingerdesign.mesh.cache import mesh_key, store_mesh
 from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.runtime import machine
@@ -134,7 +134,7 @@ def test_counts_of_some_cells_are_those_of_all(monkeypatch):
         return count_space(design, zone, True)[0], flat
 
     every = counted()
-    monkeypatch.setattr(sizing, "_MOST_CELLS", 2_500)
+    monkeypatch.setattr(counting, "_MOST_CELLS", 2_500)
     monkeypatch.setattr(counts, "_SECTION_CELLS", 1_000)
     assert counted() == pytest.approx(every, rel=0.05)
     assert counted()[1] != every[1]

@@ -69,10 +69,9 @@ PROFILES: Mapping[str, Limits] = MappingProxyType(
 def limits_of(mold: Mold) -> Limits:
     """Return the process's profile, with what ``[mold.limits]`` gives instead.
 
-        >>> from fingerdesign.design.mold import Mold
-    from fingerdesign.mold.plan.refusals import Refusal
-        >>> limits_of(Mold(process="fdm", limits={"slot_mm": 0.5})).slot_mm
-        0.5
+    >>> from fingerdesign.design.mold import Mold
+    >>> limits_of(Mold(process="fdm", limits={"slot_mm": 0.5})).slot_mm
+    0.5
     """
     given = mold.limits.model_dump(exclude_none=True)
     return replace(PROFILES[mold.process], **given)
