@@ -245,9 +245,12 @@ def _report_grips(result: Result, out: Path, quiet: bool, as_json: bool) -> None
     elif not quiet:
         first = result.grips[0]
         title = f"{result.design}: {first.object_mass_g:g} g, {first.controller}"
-        headings = ["μ", "ends", "F_n N", "margin", "stick", "holds"]
+        headings = ["μ", "ends", "F_n N", "margin", "stick", "pauses"]
         headings += ["stick error", "slip warning"]
-        print_table(title, headings, [_row(grip) for grip in result.grips], WIDTH)
+        rows = [_row(grip) for grip in result.grips]
+        shown = [k for k in range(len(headings)) if any(row[k] not in ("-", "") for row in rows)]
+        cells = [[row[k] for k in shown] for row in rows]
+        print_table(title, [headings[k] for k in shown], cells, WIDTH)
         say_block(verdict_view(result, str(folder / DESIGN)), folder)
         if details():
             _say_details(result)

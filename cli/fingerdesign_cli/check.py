@@ -23,8 +23,9 @@ from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.summary import Summary, summarise
 from fingerdesign.materials import disagreement_of
+from fingerdesign.records.verdict import SIGNS
 from fingerdesign_cli.inputs import judged_design, judged_scene
-from fingerdesign_cli.terminal import number, print_json, print_table, say
+from fingerdesign_cli.terminal import details, number, print_json, print_table, say, say_marked
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.forecast.forecast import Forecast
@@ -101,12 +102,14 @@ def _forecast(
 def _show_all(checked: list[_Checked], scene: str, scene_sound: bool) -> None:
     """Print the tables of all sound designs, then the notes."""
     if checked and scene_sound:
+        for each in checked:
+            say(f"{SIGNS['pass']} {each.summary.name}: no fault")
         _show([each.summary for each in checked], scene)
         _show_costs([(each.summary.name, cost) for each in checked for cost in each.costs], scene)
         _show_lifts([(each.summary.name, lift) for each in checked for lift in each.lifts])
     for each in checked:
         for note in each.notes:
-            click.echo(f"note: {note}")
+            say_marked(SIGNS["note"], f"note: {note}")
 
 
 def _other(path: Path, kind: str, silent: bool) -> dict[str, object]:
@@ -227,18 +230,18 @@ def _show(summaries: list[Summary], scene: str) -> None:
             number(item.least_gap_mm),
             number(item.least_side_mm),
             number(item.least_base_mm),
-            f"{number(item.approach_mm)} -> {number(item.contact_half_width_mm, 1)}",
             number(item.volume_mm3, 0),
         ]
         for item in summaries
     ]
-    headings = ["design, body, plates", "surface", "gap", "side", "base", "half-width", "volume"]
-    title = (
-        "Sound designs (mm, mm3). Plates' least distances to: contact surface, next\n"
-        f"plate, sides, base. Of {f'the scene {scene}' if scene else 'the fundamental path'}: "
-        "approach -> half-width of contact (forecast)"
-    )
-    print_table(title, headings, rows)
+    headings = ["design, body, plates", "surface", "gap", "side", "base", "volume, mm³"]
+    print_table("Distances of the plates, mm", headings, rows)
+    if details():
+        path = f"the scene {scene}" if scene else "the fundamental path"
+        for item in summaries:
+            reach = f"half-width of contact {number(item.contact_half_width_mm, 1)} mm"
+            words = f"{path}, first approach {number(item.approach_mm)} mm: {reach} (forecast)"
+            say_marked("", f"{item.name}: {words}")
 
 
 def _remarks(found: Forecast) -> str:
@@ -264,8 +267,9 @@ def _show_costs(costs: list[tuple[str, Forecast]], scene: str) -> None:
         return
     headings = ["design", "fidelity", "elements", "dofs", "contact", "GB", "s"]
     case = f"--scene {scene}" if scene else "the fundamental case and the grips"
-    print_table(f"What analyse will take (forecast): {case}", headings, rows)
-    click.echo(f"on {costs[0][1].machine_words}")
+    print_table("Cost of analyse (forecast)", headings, rows)
+    if details():
+        say_marked("", f"{case}, on {costs[0][1].machine_words}")
 
 
 def _show_lifts(held: list[tuple[str, Lift]]) -> None:
@@ -280,16 +284,17 @@ def _show_lifts(held: list[tuple[str, Lift]]) -> None:
             number(each.normal_force_N),
             number(each.tangential_force_N),
             number(each.approach_mm),
-            number(each.contact_half_width_mm, 1),
-            " / ".join(f"{count}" for count in each.contact_nodes.values()),
+            *(_contact_cells(each) if details() else ()),
             {True: "yes", False: "no", None: "open"}[each.measurable],
         ]
         for name, each in held
     ]
-    headings = ["design", "g", "friction", "F_n N", "F_t N", "approach", "half-width"]
-    headings += ["nodes", "gages"]
-    title = (
-        "What a lift will take, held with a margin of 1.5 (forecast). Nodes in contact: in plane "
-        "strain / in 3-D. Gages: will they tell stick from slip? open: analyse answers"
-    )
-    print_table(title, headings, rows)
+    headings = ["design", "g", "friction", "F_n N", "F_t N", "approach, mm"]
+    headings += [*(["half-width", "nodes 2-D / 3-D"] if details() else []), "gages tell slip"]
+    print_table("Lift with a margin of 1.5 (forecast)", headings, rows)
+
+
+def _contact_cells(found: Lift) -> tuple[str, str]:
+    """The contact's half-width, and its nodes in plane strain and in 3-D."""
+    nodes = " / ".join(f"{count}" for count in found.contact_nodes.values())
+    return number(found.contact_half_width_mm, 1), nodes

@@ -1,16 +1,28 @@
 """``fingerdesign mold``: what a finger is cast in, as files that can be made, checked."""
 
+import textwrap
+from collections.abc import Collection
 from pathlib import Path
 
 import click
 
 from fingerdesign.mold.make import FOLDER, older_passed, write_mold
 from fingerdesign.mold.part import axis_name
+from fingerdesign.mold.products.notes import cautions_of
 from fingerdesign.mold.profile import with_profile
 from fingerdesign.mold.record import MoldData, PartData
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign_cli.inputs import read_case, refuse_foreign
-from fingerdesign_cli.terminal import open_page, print_json, print_table, progress, say, say_marked
+from fingerdesign_cli.terminal import (
+    WIDTH,
+    details,
+    open_page,
+    print_json,
+    print_table,
+    progress,
+    say,
+    say_marked,
+)
 
 _SHOWN = 10  # failing checks that are shown one by one
 
@@ -37,7 +49,7 @@ def mold(
     if as_json:
         print_json(report)
     elif not quiet:
-        _show(report, out / name)
+        _show(report, out / name, cautions_of(design))
     open_page(out / name / "report.html")
     if report["failure"] is None:
         return 0
@@ -58,9 +70,16 @@ def _failed(report: MoldData) -> list[str]:
     ]
 
 
-def _show(report: MoldData, folder: Path) -> None:
+def _show(report: MoldData, folder: Path, general: Collection[str]) -> None:
     if report["parts"]:
-        columns = ["part", "made", "size, mm", "cm³", "triangles", "comes off"]
+        columns = [
+            "part",
+            "made",
+            "size, mm",
+            "cm³",
+            "comes off",
+            *(["triangles"] if details() else []),
+        ]
         rows = [_cells(part) for part in report["parts"]]
         print_table(f"{report['design']}: parts of its mold", columns, rows)
     for plate in report["plates"]:
@@ -70,21 +89,30 @@ def _show(report: MoldData, folder: Path) -> None:
             f"{plate['length_mm']:.3f} mm with legs"
         )
     if report["silicone"] is not None:
-        click.echo(report["silicone"]["sentence"])
+        say_marked("", report["silicone"]["sentence"])
     if report["placement"] is not None:
-        click.echo(report["placement"]["sentences"][0])
+        say_marked("", report["placement"]["sentences"][0])
     for warning in report["warnings"]:
-        say_marked(SIGNS["warning"], warning)
-    for reason in report["sensor"]["reasons"]:
-        say_marked(SIGNS["fail"], f"not ready as a sensor: {reason}")
-    if report["failure"] is None:
-        passed = f"all {len(report['checks'])} checks passed"
-        say(f"{SIGNS['pass']} {report['design']}: the mold is ready; {passed}", bold=True)
+        if details() or warning not in general:
+            say_marked(SIGNS["warning"], warning)
+    say(_summary(report), bold=True)
     click.echo(f"{report['seconds']:.0f} s; report: {folder / 'report.html'}")
+
+
+def _summary(report: MoldData) -> str:
+    """Whether the finger can be cast, and whether it then is a sensor; wrapped as other lines."""
+    good = sum(check["ok"] for check in report["checks"])
+    reasons = report["sensor"]["reasons"]
+    sign = SIGNS["fail" if report["failure"] else "pass"]
+    cast = f"{sign} {'castable' if not report['failure'] else 'not castable'}"
+    sensor = f"{SIGNS['fail']} {'; '.join(reasons)}" if reasons else SIGNS["pass"]
+    words = f"mold {cast}, {good} of {len(report['checks'])} checks · sensor {sensor}"
+    return textwrap.fill(words, WIDTH - 6, break_long_words=False, break_on_hyphens=False)
 
 
 def _cells(part: PartData) -> list[str]:
     size = " x ".join(f"{value:.1f}" for value in part["size_mm"])
-    draw = "stays on the finger" if part["draw"] is None else axis_name(part["draw"])
+    draw = "stays" if part["draw"] is None else axis_name(part["draw"])
     volume = f"{1e-3 * part['volume_mm3']:.2f}"
-    return [part["name"], part["made"], size, volume, f"{part['triangles']:,}", draw]
+    triangles = [f"{part['triangles']:,}"] if details() else []
+    return [part["name"], part["made"], size, volume, draw, *triangles]

@@ -183,7 +183,7 @@ def say_marked(mark: str, text: str) -> None:
         printable(text), WIDTH - 4, break_long_words=False, break_on_hyphens=False
     )
     for place, words in enumerate(lines):
-        click.echo(f"  {mark if place == 0 else ' '} {words}".rstrip())
+        click.echo(f"  {mark if place == 0 and mark else ' '} {words}".rstrip())
 
 
 def say_details(warnings: Sequence[str], tables: Sequence[ResultTable]) -> None:

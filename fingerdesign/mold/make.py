@@ -126,7 +126,8 @@ def make_mold(
             _refuse_full(folder, error)
             for path in folder.iterdir():
                 path.unlink()
-            outcome.placement = None
+            outcome.placement, outcome.casting = None, None
+            outcome.items, outcome.notes = (), ()
             outcome.broken = " ".join(str(error).split())
     files = sorted({path.name for path in folder.iterdir()} | {RECORD_FILE, REPORT_FILE})
     record = mold_record(outcome, files, clock.seconds, time.perf_counter() - start)
@@ -142,7 +143,7 @@ def _make(
     design, plan = outcome.design, outcome.plan
     report("building the parts", 0.05)
     with clock.stage("cad"):
-        meshes = mold_meshes(design, plan, folder, CAD_LIMIT_S)
+        meshes = mold_meshes(design, plan, folder)
     casting = casting_of(design, plan, meshes, outcome.fit)
     notes, views = casting_notes(casting)
     with pictures_job(meshes, views) as drawing:
@@ -171,7 +172,7 @@ def _make(
 
 
 def mold_meshes(
-    design: Design, plan: MoldPlan, folder: Path, time_limit_s: float = 60.0
+    design: Design, plan: MoldPlan, folder: Path, time_limit_s: float = CAD_LIMIT_S
 ) -> MoldMeshes:
     """Build a planned mold in a process of its own, and write its CAD files into ``folder``.
 

@@ -86,7 +86,7 @@ def test_check_tells_the_lifts(said, tmp_path):
     (report,) = json.loads(said("check", file, "--json").out)
     assert [lift["friction_coefficient"] for lift in report["lifts"]] == [0.3, 0.5, 0.8]
     assert any("small strains end" in note for note in report["notes"])
-    assert "What a lift will take" in said("check", file).out
+    assert "Lift with a margin" in said("check", file).out
 
 
 @pytest.mark.parametrize(

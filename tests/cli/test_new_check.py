@@ -110,8 +110,8 @@ def test_a_faulty_scene_leaves_no_forecast_of_another(rows, said):
     Path("wrong.toml").write_text(f"path.increments_mm = {rows}")
     shown = said("check", "narrow", "--scene", "wrong.toml", code=2)
     assert "path.increments_mm" in shown.err
-    assert "half-width" not in shown.out
-    assert "half-width" in said("check", "narrow", "--scene", "fundamental").out
+    assert "Distances" not in shown.out
+    assert "Distances" in said("check", "narrow", "--scene", "fundamental").out
     shown = said("check", "narrow", "--scene", "wrong.toml", "--json", code=2).out
     assert json.loads(shown)[-1]["sound"] is (rows != "[[9.0, 0.0]]")
 

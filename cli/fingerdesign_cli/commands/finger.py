@@ -58,6 +58,7 @@ def new() -> None:
 @command("check", "Is a design, a scene or a study sound? Every fault.")
 @click.argument("designs", metavar="FILE...", nargs=-1, required=True, type=ANY)
 @scene_option("A scene's file or a shipped one's name; without it, fundamental.")
+@details_option
 @output_options
 def check() -> None:
     """Name every fault of every FILE at once, each as key, value, bound and remedy.
@@ -228,6 +229,7 @@ def validate() -> None:
     "hold, as measured on the profile.toml of a first mold.",
 )
 @open_option
+@details_option
 @output_options
 def mold() -> None:
     """Make the mold that DESIGN is cast in: parts, plate fixture, checks, casting notes.

@@ -122,7 +122,13 @@ def warnings_of(
     if fit is not None and fit.found is not None and fit.differs_from(design):
         stock.append(gage_words(design, fit) or "")
     given = design, plan, share, worst, WORDS, bridged_gap(design, plan)
-    return stock + _items(macros(TEMPLATES / "notes.j2").warnings(*given))
+    own = _items(macros(TEMPLATES / "notes.j2").warnings(*given))
+    return stock + cautions_of(design) + own
+
+
+def cautions_of(design: Design) -> list[str]:
+    """Warnings that hold of every finger of this rubber, cure and process."""
+    return _items(macros(TEMPLATES / "notes.j2").cautions(design))
 
 
 def bridged_gap(
