@@ -219,7 +219,7 @@ def _study_digest(
 
 
 def write_study(study: ControlStudy, folder: Path) -> None:
-    """All products into a folder that exists; the record comes last."""
+    """Write all products into a folder that exists; the record comes last."""
     (folder / CHART_FILE).write_bytes(chart_png(study.data))
     (folder / PAGE_FILE).write_text(control_html(study), encoding="utf-8")
     (folder / CSV_FILE).write_text(grips_csv(study.trials), encoding="utf-8")
@@ -234,9 +234,9 @@ def write_study(study: ControlStudy, folder: Path) -> None:
 
 
 def _traces(bench: GripBench, names: Sequence[str], noise: float) -> list[GripTrace]:
-    """Grips for the page: every controller on the most, a middling and the least slippery object.
+    """Run the page's grips: each controller on the most, a middling and the least slippery object.
 
-    Of a middling weight; run again, for the grid stores no steps.
+    Their weight is a middling one; they are run again, for the grid stores no steps.
     """
     frictions, masses = sorted(bench.grid.frictions), sorted(bench.grid.masses_g)
     chosen = sorted({frictions[0], frictions[len(frictions) // 2], frictions[-1]})
@@ -269,7 +269,7 @@ def _preload_force(bench: GripBench) -> float:
 
 
 def _warnings(bench: GripBench, trials: Sequence[Trial]) -> list[str]:
-    """Obstacles of this grid to any controller, and grips that failed."""
+    """List what keeps any controller from success on this grid, and grips that failed."""
     found = []
     grid, strongest = bench.grid, float(bench.calibration(0.0).normal.normal_force[-1])
     need = weight_per_finger(max(grid.masses_g)) / min(grid.frictions)
