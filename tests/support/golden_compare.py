@@ -20,7 +20,7 @@ RENAMED_CALLS = {
     "calibrate": "identify",
     "study-control": "study",
     "study-unlike": "study --perturbed",
-    "tune": "study --tune",
+    "tune": "study --tune --quick",
     "export-c": "export --to c",
     "sketch": "view",
     "gages": "validate --gages",
