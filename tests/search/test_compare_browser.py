@@ -372,15 +372,22 @@ def test_parallel_coordinates_choose_by_keys_and_by_click_and_their_axes_are_cho
     count = f"{place}.layout.annotations.length"
     views.wait(f"{LINES}.length === 2 + {count}")
     views.show("parallel-chart")
-    x, y, want = views.evaluate(
+    drawn = views.evaluate(f"(({{ x, y, customdata }}) => [x, y, customdata])({place}.data[0])")
+    points = [each for each in zip(*drawn, strict=True) if each[0] is not None]
+    alone = {
+        each: min(abs(y - each[1]) for x, y, n in points if x == each[0] and n != each[2])
+        for each in points
+    }
+    at_x, at_y, target = max(alone, key=alone.get)  # where no other line is near
+    x, y = views.evaluate(
         f"(() => {{ const p = {place};"
         "const { xaxis, yaxis } = p._fullLayout; const r = p.getBoundingClientRect();"
-        "return [r.x + xaxis._offset + xaxis.l2p(p.data[0].x[0]),"
-        "r.y + yaxis._offset + yaxis.l2p(p.data[0].y[0]), p.data[0].customdata[0]]; })()"
+        f"return [r.x + xaxis._offset + xaxis.l2p({at_x}),"
+        f"r.y + yaxis._offset + yaxis.l2p({at_y})]; }})()"
     )
     views.press_at(x, y)
     views.wait("FD.selected[0] !== null")
-    assert views.evaluate("FD.selected") == [want, None]
+    assert views.evaluate("FD.selected") == [target, None]
     seen(views, "parallel", LINES)
     before = views.evaluate(count)
     views.evaluate("document.querySelector('#parallel-axes input:checked').click()")
