@@ -30,8 +30,8 @@ from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.records.folder import RESULTS
 from fingerdesign.records.result import Result
+from fingerdesign.records.result_files import RESULTS
 from fingerdesign.report.style import load_matplotlib_ahead
 from fingerdesign.runtime.progress import Progress, Report, listening, silent
 from fingerdesign.sensing.train.result import with_estimator

@@ -14,8 +14,8 @@ from fingerdesign.fem import factor
 from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.layout.zone import Zone
 from fingerdesign.pipeline import analyse_into, run
-from fingerdesign.records.folder import read_result
 from fingerdesign.records.result import Result
+from fingerdesign.records.result_files import read_result
 
 COARSE = {
     "mesh.section.contact_size_mm": 0.15,

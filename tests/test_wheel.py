@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from fingerdesign.design.starter import starter_text
-from fingerdesign.records.folder import read_result
+from fingerdesign.records.result_files import read_result
 from tests.support.coarser import write_coarser
 
 ROOT = Path(__file__).parents[1]

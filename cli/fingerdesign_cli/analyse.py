@@ -24,8 +24,8 @@ from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.mesh.section.netgen import start_mesher
-from fingerdesign.records.folder import RESULTS
 from fingerdesign.records.result import GripResult, Result
+from fingerdesign.records.result_files import RESULTS
 from fingerdesign.runtime.progress import Progress
 from fingerdesign_cli.inputs import estimator_for, read_case, refuse_foreign
 from fingerdesign_cli.terminal import (

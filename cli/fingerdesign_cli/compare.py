@@ -6,8 +6,8 @@ from pathlib import Path
 import click
 
 from fingerdesign.errors import DesignError
-from fingerdesign.records.folder import RESULT_FILE
 from fingerdesign.records.outcome import Outcome, designs_csv
+from fingerdesign.records.result_files import RESULT_FILE
 from fingerdesign.runtime.files import why_no_place, write_whole
 from fingerdesign.runtime.registry import unknown_name
 from fingerdesign.search.compare.page import compare_html

@@ -14,8 +14,8 @@ from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError
-from fingerdesign.records.folder import RESULT_FILE, read_result
 from fingerdesign.records.result import Result
+from fingerdesign.records.result_files import RESULT_FILE, read_result
 from fingerdesign.records.verdict import SIGNS, VerdictView
 from fingerdesign.report import style
 from fingerdesign.report.table import Table

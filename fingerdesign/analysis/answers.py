@@ -23,8 +23,8 @@ from fingerdesign.records.arrays import (
     SlipStudy,
     read_packed,
 )
-from fingerdesign.records.folder import RESULTS, read_result
 from fingerdesign.records.result import Result
+from fingerdesign.records.result_files import RESULTS, read_result
 from fingerdesign.runtime.cache import GARBLED, Cache, code_digest
 from fingerdesign.runtime.registry import has_plugins
 from fingerdesign.version import versions

@@ -29,8 +29,8 @@ from fingerdesign.fem.elements import tabulate
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.arrays import FieldHistory, write_packed
 from fingerdesign.records.base import ResultError
-from fingerdesign.records.folder import read_result, write_result_files
 from fingerdesign.records.result import Result
+from fingerdesign.records.result_files import read_result, write_result_files
 from fingerdesign.runtime.files import move_into, whole_folder, write_whole
 from fingerdesign.runtime.machine import largest_memory_MB
 

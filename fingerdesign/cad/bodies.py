@@ -36,6 +36,8 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.outline import Piece, Profile
 from fingerdesign.layout.profile import profile_of
 
+FORWARD = np.array([0.0, 0.0, 1.0])  # of the section plane: arcs run anticlockwise about it
+
 
 def plate_solid(frame: PlateFrame, half: bool = False) -> cq.Solid:
     """One plate; of one that mirrors in z = 0 also its half z >= 0.
@@ -134,9 +136,6 @@ def _drill(frame: PlateFrame, s: float, w: float, radius: float) -> cq.Solid:
 def _place(frame: PlateFrame, s: float, v: float, w: float) -> Array:
     """The point in space, (3,), at a plate's local coordinates."""
     return np.asarray(frame.to_space(frame.from_local(s, v), w)[0])
-
-
-FORWARD = np.array([0.0, 0.0, 1.0])  # of the section plane: arcs run anticlockwise about it
 
 
 def outline_solid(body: Body, half: bool = False) -> cq.Solid:

@@ -40,6 +40,7 @@ from OCP.TopAbs import (
 )
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
+from OCP.TopTools import TopTools_IndexedMapOfShape
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -47,7 +48,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.cad.step_rules import refused
 from fingerdesign.shapes.faces import Border, CadFace
 from fingerdesign.shapes.nurbs import Nurbs
-from fingerdesign.shapes.quadrics import Cone, Plane, Shape, Sphere
+from fingerdesign.shapes.quadrics import Cone, Plane, Shape, Sphere, unit
 
 INTEGRALS = 1e-10  # relative error of volumes and areas
 PIECES = 600  # of a face's border
@@ -86,17 +87,22 @@ def triple(place: Any) -> Array:
     return np.array([place.X(), place.Y(), place.Z()])
 
 
-def border_of(face: Any, shape: Shape, sign: float) -> Border:
-    """The face's edges in pieces, but for seams, where it goes on, and poles."""
-    edges = []
+def _bounding(face: Any) -> Iterator[tuple[Any, Any, float]]:
+    """Yield the edges that bound a face, with their curves and lengths: no seam, where the face
+    goes on, and no pole."""
     for part in parts(face, TopAbs_EDGE):
         edge = TopoDS.Edge_s(part)
-        if edge.Orientation() not in (TopAbs_FORWARD, TopAbs_REVERSED):
-            continue
-        if BRep_Tool.Degenerated_s(edge) or BRep_Tool.IsClosed_s(edge, face):
-            continue
-        curve = BRepAdaptor_Curve(edge)
-        edges.append((edge, curve, float(GCPnts_AbscissaPoint.Length_s(curve))))
+        directed = edge.Orientation() in (TopAbs_FORWARD, TopAbs_REVERSED)
+        if directed and not (BRep_Tool.Degenerated_s(edge) or BRep_Tool.IsClosed_s(edge, face)):
+            curve = BRepAdaptor_Curve(edge)
+            yield edge, curve, float(GCPnts_AbscissaPoint.Length_s(curve))
+
+
+def border_of(face: Any, shape: Shape, sign: float) -> Border:
+    """The edges that bound a face, in pieces."""
+    edges = list(_bounding(face))
+    if not edges:
+        return Border(*(np.zeros((0, 3)) for _ in range(6)))
     total = sum(length for *_, length in edges)
     pieces = []
     for edge, curve, length in edges:
@@ -106,15 +112,12 @@ def border_of(face: Any, shape: Shape, sign: float) -> Border:
         if edge.Orientation() == TopAbs_REVERSED:
             places, slopes = places[::-1], -slopes[::-1]
         pieces.append((places[:-1], places[1:], slopes[:-1], slopes[1:]))
-    if not edges:
-        return Border(*(np.zeros((0, 3)) for _ in range(6)))
     start, end, leaving, arriving = map(np.concatenate, zip(*pieces, strict=True))
     # The face lies to the left of its edges, seen from outside.
     inward = [
-        np.cross(sign * shape.normal(places), slopes)
+        unit(np.cross(sign * shape.normal(places), slopes))
         for places, slopes in ((start, leaving), (end, arriving))
     ]
-    inward = [m / np.maximum(np.linalg.norm(m, axis=1), 1e-300)[:, None] for m in inward]
     return Border(start, end, leaving, arriving, *inward)
 
 
@@ -140,19 +143,21 @@ def middle(face: Any, area: float) -> Array:
     return triple(apart.PointOnShape2(1) if apart.NbSolution() else found.CentreOfMass())
 
 
-def groups(solid: Any, faces: Sequence[Any], found: Sequence[CadFace]) -> list[int]:
-    """A number for each face; equal for faces that join smoothly or lie in one plane."""
-    joined: list[tuple[int, int]] = []
-    owners: dict[int, list[tuple[Any, int]]] = {}
+def _neighbours(faces: Sequence[Any]) -> Iterator[tuple[Any, int, int]]:
+    """Yield the edges that two faces share, with the faces' numbers."""
+    edges = TopTools_IndexedMapOfShape()  # by what they are, in any orientation
+    owners: dict[int, list[int]] = {}
     for number, face in enumerate(faces):
         for edge in parts(face, TopAbs_EDGE):
-            owners.setdefault(hash(edge), []).append((edge, number))
-    for bucket in owners.values():
-        for k, (edge, first) in enumerate(bucket):
-            for other, second in bucket[k + 1 :]:
-                both = first != second and edge.IsSame(other)
-                if both and _smooth(edge, found[first], found[second]):
-                    joined.append((first, second))
+            owners.setdefault(edges.Add(edge), []).append(number)
+    for edge, own in owners.items():
+        yield from ((edges.FindKey(edge), a, b) for a, b in combinations(own, 2) if a != b)
+
+
+def groups(faces: Sequence[Any], found: Sequence[CadFace]) -> list[int]:
+    """A number for each face; equal for faces that join smoothly or lie in one plane."""
+    pairs = _neighbours(faces)
+    joined = [(a, b) for edge, a, b in pairs if _smooth(edge, found[a], found[b])]
     flat = [number for number, face in enumerate(found) if isinstance(face.shape, Plane)]
     joined += [pair for pair in combinations(flat, 2) if _coplanar(*(found[k] for k in pair))]
     graph = coo_array((np.ones(len(joined)), np.reshape(joined, (-1, 2)).T), (len(faces),) * 2)

@@ -27,13 +27,13 @@ from OCP.TopAbs import (
 from OCP.TopoDS import TopoDS
 
 from fingerdesign.arrays import Array
-from fingerdesign.cad.step_faces import box_of, describe, groups, middle, parts, volume_of
+from fingerdesign.cad.step_faces import box_of, describe, groups, middle, parts, triple, volume_of
 from fingerdesign.cad.step_rules import check_body, check_mirror, named, on_base, picks, refused
 from fingerdesign.runtime.cache import packed
 from fingerdesign.runtime.files import scratch
 
 MOST_FACES = 2000  # every node of a mesh is compared with each face near it
-
+_EXPORT = "export the finger's body alone, as one solid"
 # Where the file's axes go, row by row x, y, z of ours; each a rotation.
 TURNS = {
     "y": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
@@ -49,40 +49,38 @@ def read_solid(path: str, name: str) -> Any:
     """The one valid, closed solid of a STEP file, in mm. DesignError names what is wrong."""
     reader = STEPControl_Reader()
     if reader.ReadFile(path) != IFSelect_RetDone:
-        raise refused(
-            "file", name, "a STEP file", "the CAD kernel cannot read it; export it again as STEP"
-        )
+        remedy = "the CAD kernel cannot read it; export it again as STEP"
+        raise refused("file", name, "a STEP file", remedy)
     reader.TransferRoots()
-    shape = reader.OneShape()
-    export = "export the finger's body alone, as one solid"
-    if shape is None or shape.IsNull():
-        raise refused(
-            "file", name, "a STEP file with a solid", f"there is no shape in it; {export}"
-        )
-    solids = list(parts(shape, TopAbs_SOLID))
-    sheets = sum(1 for _ in parts(shape, TopAbs_SHELL, TopAbs_SOLID))
-    sheets += sum(1 for _ in parts(shape, TopAbs_FACE, TopAbs_SHELL))
-    if len(solids) != 1 or sheets:
-        found = f"it holds {len(solids)} solids and {sheets} open surfaces"
-        raise refused("file", name, "a STEP file of one solid", f"{found}; {export}")
-    solid = TopoDS.Solid_s(solids[0])
-    faces = sum(1 for _ in parts(solid, TopAbs_FACE))
+    solid = _one_solid(reader.OneShape(), name)
+    faces = len(list(parts(solid, TopAbs_FACE)))
     if faces > MOST_FACES:
         remedy = f"it has {faces}; simplify it, or convert a faceted body into surfaces"
         raise refused("file", name, f"a body of at most {MOST_FACES} faces", remedy)
-    open_shell = any(not BRep_Tool.IsClosed_s(shell) for shell in parts(solid, TopAbs_SHELL))
-    if open_shell or not faces:
-        raise refused(
-            "file", name, "a closed solid", f"its surface has gaps; close them and {export}"
-        )
+    if not faces or not all(map(BRep_Tool.IsClosed_s, parts(solid, TopAbs_SHELL))):
+        remedy = f"its surface has gaps; close them and {_EXPORT}"
+        raise refused("file", name, "a closed solid", remedy)
     if not BRepCheck_Analyzer(solid).IsValid():
         remedy = "the CAD kernel finds faces or edges that do not fit; mend it in your CAD"
         raise refused("file", name, "a valid solid", remedy)
     if volume_of(solid) < 0.0:
         BRepLib.OrientClosedSolid_s(solid)
     if not volume_of(solid) > 0.0:
-        raise refused("file", name, "a solid with a volume", f"it encloses nothing; {export}")
+        raise refused("file", name, "a solid with a volume", f"it encloses nothing; {_EXPORT}")
     return solid
+
+
+def _one_solid(shape: Any, name: str) -> Any:
+    """The only solid of a shape that has no open surface. DesignError for another shape."""
+    if shape is None or shape.IsNull():
+        remedy = f"there is no shape in it; {_EXPORT}"
+        raise refused("file", name, "a STEP file with a solid", remedy)
+    solids = list(parts(shape, TopAbs_SOLID))
+    sheets = [*parts(shape, TopAbs_SHELL, TopAbs_SOLID), *parts(shape, TopAbs_FACE, TopAbs_SHELL)]
+    if len(solids) != 1 or sheets:
+        found = f"it holds {len(solids)} solids and {len(sheets)} open surfaces"
+        raise refused("file", name, "a STEP file of one solid", f"{found}; {_EXPORT}")
+    return TopoDS.Solid_s(solids[0])
 
 
 def moved(solid: Any, turn: tuple[tuple[int, int, int], ...], shift: Array) -> Any:
@@ -99,7 +97,7 @@ def extent(solid: Any) -> tuple[Array, Array]:
     low, high = (np.round(corner, 6) for corner in box_of(solid))
     corners = [BRep_Tool.Pnt_s(TopoDS.Vertex_s(v)) for v in parts(solid, TopAbs_VERTEX)]
     if corners:
-        places = np.array([(p.X(), p.Y(), p.Z()) for p in corners])
+        places = np.array([triple(place) for place in corners])
         least, most = places.min(axis=0), places.max(axis=0)
         low = np.where(np.abs(low - least) < 1e-5, least, low)
         high = np.where(np.abs(high - most) < 1e-5, most, high)
@@ -134,7 +132,7 @@ def read_body(
     )
     base, contact = picks(found, middles, normals, rules)
     names = named(found, base, contact, low, high)
-    joined = groups(solid, faces, found)
+    joined = groups(faces, found)
     found = [
         replace(face, name=own, group=group)
         for face, own, group in zip(found, names, joined, strict=True)

@@ -52,7 +52,7 @@ def picks(
     facing = _unit(rules["contact_direction"])
     angle = np.degrees(np.arccos(np.clip(normals @ facing, -1.0, 1.0)))
     close = angle <= rules["contact_angle_deg"] + 1e-9
-    if any(close[k] and angle[k] <= FACING_DEG for k in base):
+    if (close[base] & (angle[base] <= FACING_DEG)).any():
         raise refused(
             "base_direction",
             list(rules["base_direction"]),
@@ -66,8 +66,8 @@ def picks(
     if contact:
         return base, contact
     free = [k for k in range(len(faces)) if k not in base]
-    fit = [k for k in free if close[k]]
-    if fit:
+    fit = np.intersect1d(np.flatnonzero(close), free)
+    if len(fit):
         highest = at_most(float(middles[fit, 1].max()))
         raise refused(
             "contact_above_mm",

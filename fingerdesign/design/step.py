@@ -27,7 +27,9 @@ from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.runtime.cache import GARBLED, Cache, unpacked
 from fingerdesign.runtime.files import keep_request
 from fingerdesign.runtime.isolate import ProcessError, call
-from fingerdesign.shapes.faces import KINDS, CadFace, top_height
+from fingerdesign.shapes.faces import Border, CadFace, top_height
+from fingerdesign.shapes.nurbs import Nurbs
+from fingerdesign.shapes.quadrics import Cone, Plane, Sphere
 
 READ = "fingerdesign.cad.step_read:read_body"
 FORMAT = 8  # raise it when what that returns changes
@@ -37,6 +39,7 @@ LEAST_BASE_HEIGHT_MM = 0.5  # The least of every body; a contact surface may run
 SAME_MM = 1e-6  # A size given with the file may differ so much: a design is written and read again.
 KEPT = 100  # Bodies in the cache; the longest unused go first.
 _KEY = "body.step.file"
+_KINDS = (CadFace, Border, Plane, Cone, Sphere, Nurbs)  # what the cache holds of a body's faces
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,7 +215,7 @@ def _facts(
         digest,
         outline,
         str(about["outline"]),
-        unpacked(about["faces"], arrays, KINDS),
+        unpacked(about["faces"], arrays, {kind.__name__: kind for kind in _KINDS}),
     )
 
 

@@ -20,7 +20,7 @@ _ALIKE = 1.33
 
 @dataclass(frozen=True)
 class GageFit:
-    """Which gage the plates take.
+    """The gage that the plates take.
 
     found     the type whose grid is the nearest to the design's, of those that fit; None: none does
     nearest   the type that needs the least change of the plates; None: no type is of this kind
@@ -38,14 +38,9 @@ class GageFit:
 
     def differs_from(self, design: Design) -> bool:
         """True where the grid that fits is another than the design averages over."""
-        gages, type_ = design.gages, self.found
-        if type_ is None or type_.to_measure:
+        if self.found is None or self.found.to_measure:
             return False
-        sizes = (
-            (gages.length_mm, type_.grid_length_mm),
-            (gages.width_mm, type_.grid_width_mm),
-        )
-        return any(max(a / b, b / a) > _ALIKE for a, b in sizes)
+        return max(_apart(design, self.found)) > math.log(_ALIKE)
 
 
 def gage_types(design: Design) -> tuple[GageType, ...]:
@@ -56,26 +51,31 @@ def gage_types(design: Design) -> tuple[GageType, ...]:
 
 
 def gage_fit(design: Design) -> GageFit | None:
-    """Which gage goes onto every plate of a sound design; None: it has no plates."""
+    """Find the gage that goes onto every plate of a sound design; None: it has no plates."""
     frames = plate_frames(design)
     if not frames:
         return None
-    kind = "tee" if design.gages.grid == "tee" else "foil"
     every = gage_types(design)
-    target = [each for each in every if each.name == design.mold.gage]
-    target = target or [each for each in every if each.kind == kind]
+    target = _target(design, every)
     room = min(frame.length for frame in frames), min(_across(design, each) for each in frames)
-    fitting = [each for each in target if _fits(design, each, frames, room)]
-    films = [each.name for each in every if each.to_measure and _fits(design, each, frames, room)]
+    fitting = [each for each in every if _fits(design, each, frames, room)]
+    found = [each for each in fitting if each in target]
     nearest = min(target, key=lambda each: _growth(design, each, room), default=None)
     length, width = _needed(design, nearest) if nearest is not None else (0.0, 0.0)
     return GageFit(
-        min(fitting, key=lambda each: _differs_fromness(design, each), default=None),
+        min(found, key=lambda each: sum(_apart(design, each)), default=None),
         nearest,
         *(max(length, room[0]), max(width, room[1])),
         room,
-        tuple(films),
+        tuple(each.name for each in fitting if each.to_measure),
     )
+
+
+def _target(design: Design, every: tuple[GageType, ...]) -> list[GageType]:
+    """The type that the design names, or all of its grid's kind."""
+    kind = "tee" if design.gages.grid == "tee" else "foil"
+    named = [each for each in every if each.name == design.mold.gage]
+    return named or [each for each in every if each.kind == kind]
 
 
 def _across(design: Design, frame: PlateFrame) -> float:
@@ -100,17 +100,18 @@ def _fits(
 
 
 def _growth(design: Design, type_: GageType, room: tuple[float, float]) -> float:
-    """By what share plates must grow for a type: of both their sizes, together."""
+    """The share by which plates must grow for a type: of both their sizes, together."""
     needed = _needed(design, type_)
     return sum(
         max(size / max(free, 0.01) - 1.0, 0.0) for size, free in zip(needed, room, strict=True)
     )
 
 
-def _differs_fromness(design: Design, type_: GageType) -> float:
+def _apart(design: Design, type_: GageType) -> tuple[float, float]:
+    """The size of the logarithm of the grid's length and width over the design's."""
     gages = design.gages
-    sizes = (gages.length_mm, type_.grid_length_mm), (gages.width_mm, type_.grid_width_mm)
-    return sum(abs(math.log(a / b)) for a, b in sizes)
+    long, wide = gages.length_mm / type_.grid_length_mm, gages.width_mm / type_.grid_width_mm
+    return abs(math.log(long)), abs(math.log(wide))
 
 
 def gage_words(design: Design, fit: GageFit | None) -> str | None:

@@ -113,14 +113,14 @@ class Check:
     def most(
         cls, name: str, part: str, measured: float, bound: float, unit: str, sentence: str
     ) -> Check:
-        """That ``measured`` is at most ``bound``."""
+        """Check that ``measured`` is at most ``bound``."""
         return cls(name, part, bool(measured <= bound), float(measured), bound, unit, sentence)
 
     @classmethod
     def least(
         cls, name: str, part: str, measured: float, bound: float, sentence: str, slack: float = 0.0
     ) -> Check:
-        """That ``measured`` is at least ``bound``, mm, but for some ``slack``."""
+        """Check that ``measured`` is at least ``bound``, mm, but for some ``slack``."""
         ok = bool(measured >= bound - slack)
         return cls(name, part, ok, float(measured), bound, "mm", sentence)
 

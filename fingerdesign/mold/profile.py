@@ -42,8 +42,8 @@ class Ladder:
 def ladders_of(limits: Limits) -> tuple[Ladder, ...]:
     """The rows of the coupon, in their order on it.
 
-    >>> from fingerdesign.mold.plan.limits import PROFILES
-    >>> [ladder.sizes for ladder in ladders_of(PROFILES["sla"]) if ladder.kind == "slot"]
+    >>> from fingerdesign.design.mold import Mold
+    >>> [ladder.sizes for ladder in ladders_of(limits_of(Mold())) if ladder.kind == "slot"]
     [(0.25, 0.35, 0.5, 0.7, 1.0)]
     """
 

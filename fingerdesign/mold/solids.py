@@ -65,7 +65,7 @@ def areas(vertices: Array, triangles: IntArray) -> Array:
 
 
 def curved(vertices: Array, triangles: IntArray) -> BoolArray:
-    """Which triangles (t,) stand for curved faces: a neighbour is turned, but only a little."""
+    """Find triangles (t,) that stand for curved faces: a neighbour is turned, but only a little."""
     normals, _ = oriented(vertices, triangles)
     first, second = partners(triangles)
     turn = np.linalg.norm(normals[first // 3] - normals[second // 3], axis=1)

@@ -1,13 +1,14 @@
 """Outcome of one finger in a study: metrics, and the little that a comparison shows of it.
 
 Units stand in the names; forces are those on the finger, strains microstrain. JSON in and out, NaN
-never written. The standard library only.
+never written; CSV for pandas and spreadsheets. The standard library only.
 """
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, is_dataclass
-from itertools import islice, zip_longest
+from itertools import chain, islice, zip_longest
+from operator import attrgetter
 from typing import Any, Literal, Self
 
 from fingerdesign.errors import FingerDesignError, cell_text
@@ -16,9 +17,14 @@ from fingerdesign.records.base import csv_text
 SCHEMA_VERSION = 1
 _DEEPEST = 30  # of tables in tables; designs are 4 deep
 MOST = 1e30  # of any number's size: sums and squares of what is shown stay finite
+# Columns of the CSV files: facts of an outcome and of its work, and the path of its scene.
+_FACTS = ("name", "digest", "scene", "fidelity", "status")
+_WORK = ("seconds", "core_seconds", "peak_memory_MB")
+_PATH = (
+    *("approach_mm", "shear_mm", "normal_force_N", "tangential_force_N", "stick_ratio"),
+    "contact_width_mm",
+)
 Numbers = tuple[float | None, ...]
-
-
 FailureKind = Literal["invalid", "refused", "failed", "crashed", "timeout", "memory"]
 
 
@@ -188,38 +194,24 @@ def _refuse_unequal(outcome: Outcome) -> None:
         raise OutcomeError("no outcome: traces.gages: an increment without readings")
 
 
-# Outcomes as CSV for pandas and spreadsheets: a row a design, an increment, a step of a grip.
-#
-# Numbers are exact, an empty cell has no value, a line is one row. Texts are without control
-# characters, and those that a spreadsheet would take for a formula begin with an apostrophe.
-
-_FACTS = ("name", "digest", "scene", "fidelity", "status")
-_WORK = ("seconds", "core_seconds", "peak_memory_MB")
-_PATH = (
-    *("approach_mm", "shear_mm", "normal_force_N", "tangential_force_N", "stick_ratio"),
-    "contact_width_mm",
-)
-
-
 def designs_csv(outcomes: Sequence[Outcome]) -> str:
     """A row an outcome, in order: facts, studied values by their keys, metrics, validity, work.
 
     A metric that has the name of a fact of the work (core_seconds) is written once, as the fact.
     """
-    keys = dict.fromkeys(key for outcome in outcomes for key in outcome.values)
-    metrics = dict.fromkeys(
-        name for outcome in outcomes for name in outcome.metrics if name not in _WORK
-    )
+    keys = dict.fromkeys(chain.from_iterable(each.values for each in outcomes))
+    metrics = dict.fromkeys(chain.from_iterable(each.metrics for each in outcomes))
+    names = [name for name in metrics if name not in _WORK]
     checks = [name for name in ("plane_strain_error", "mesh_error") if name not in metrics]
-    header = [*_FACTS, "failure_kind", "failure", *keys, *metrics, *checks, *_WORK]
+    header = [*_FACTS, "failure_kind", "failure", *keys, *names, *checks, *_WORK]
     rows = (
         [
-            *(getattr(outcome, name) for name in _FACTS),
+            *attrgetter(*_FACTS)(outcome),
             *(vars(outcome.failure).values() if outcome.failure else ("", "")),
-            *(outcome.values.get(key) for key in keys),
-            *(outcome.metrics.get(name) for name in metrics),
+            *map(outcome.values.get, keys),
+            *map(outcome.metrics.get, names),
             *(getattr(outcome.validity, name) for name in checks),
-            *(getattr(outcome, name) for name in _WORK),
+            *attrgetter(*_WORK)(outcome),
         ]
         for outcome in outcomes
     )
@@ -263,7 +255,8 @@ def _increments(outcome: Outcome, gages: int) -> Iterator[list[Any]]:
 
 
 def cells_csv(header: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
-    """A table with texts as :func:`cell_text`; None is an empty cell, plain data is JSON."""
+    """A table in which a line is one row: numbers exact, None an empty cell, plain data JSON, texts
+    as of :func:`cell_text`, so that a spreadsheet takes none for a formula."""
 
     def cell(value: Any) -> Any:
         if value is None or isinstance(value, bool | int | float):

@@ -15,6 +15,11 @@ from fingerdesign.runtime.finite import finite_json
 
 SCHEMA_VERSION = 1
 STAGES = ("geometry", "mesh", "assemble", "condense", "increments", "grips", "report")
+# A grip whose normal force reaches this multiple of the least one that holds crushes the object.
+MOST_FORCE = 3.0
+_NESTED = ("gages", "points")  # what of an increment is no number
+GripEnding = Literal["lifted", "caught", "complete slip", "stage travel", "steps", "failed"]
+SlipWarning = Literal["standing", "withdrawn", "none"]
 
 
 @strict
@@ -109,13 +114,6 @@ class IncrementResult:
     twist_deg: float = 0.0
     force_z_N: float = 0.0
     twist_moment_Nmm: float = 0.0
-
-
-# A grip whose normal force reaches this multiple of the least one that holds crushes the object.
-MOST_FORCE = 3.0
-
-GripEnding = Literal["lifted", "caught", "complete slip", "stage travel", "steps", "failed"]
-SlipWarning = Literal["standing", "withdrawn", "none"]
 
 
 @strict
@@ -283,7 +281,7 @@ class Measurability:
 
     @property
     def smallest_stick_change(self) -> float:
-        """At the worst of the states."""
+        """The smallest change that is seen, at the worst of the states."""
         return max(state.smallest_stick_change for state in self.states)
 
 
@@ -362,7 +360,7 @@ class Result:
         object.__setattr__(self, "timings_s", every_stage)
 
     def __repr__(self) -> str:
-        """In a line, for a notebook and a prompt."""
+        """Describe the result in a line, for a notebook and a prompt."""
         return f"<Result of {self.design}: {'; '.join(self._phrases())}>"
 
     def _phrases(self) -> list[str]:
@@ -432,9 +430,6 @@ class Result:
         except ValidationError as error:
             raise DesignError([_fault(item) for item in error.errors()], source) from error
         return result
-
-
-_NESTED = ("gages", "points")
 
 
 def _fault(item: Any) -> Fault:

@@ -36,7 +36,7 @@ class Share:
 
 
 def share_of(count: int, of: int, worth: float | None = None) -> Share:
-    """With the score interval of a rate, good near 0 and 1 too.
+    """A share with the score interval of its rate, good near 0 and 1 too.
 
     (p + z^2/2n -+ z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n)
 

@@ -15,10 +15,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.shapes.nurbs import Nurbs
-from fingerdesign.shapes.quadrics import Cone, Plane, Shape, Sphere, dot, unit
-
-# Where a face ends: its border is cut into short cubic (Hermite) pieces, exact to h^4/(384 R^3) mm
-# for pieces of length h on a curve of radius R.
+from fingerdesign.shapes.quadrics import Plane, Shape, dot, unit
 
 # A vertical line that meets the surface this near outside of a face's border counts as meeting it:
 # CAD files give places to 1e-7 mm.
@@ -26,14 +23,17 @@ ON_BORDER_MM = 1e-6
 _SAMPLES = 400  # of a face's inside, for a bound of the distance to it
 _SLACK_MM = 1e-5  # of that bound: samples lie on their face to 1e-7 mm
 _NEAR = 8  # pieces looked at: those that meet in a corner, and their neighbours
-
 _CORNER_MM = 1e-7  # places nearer to each other are the one corner where two pieces meet
 
 
 @dataclass(frozen=True)
 class Border:
-    """Pieces from ``start`` to ``end`` (n, 3) with derivatives by a parameter from 0 to 1 there,
-    and unit vectors in the face, toward its inside, at both ends; n = 0: a closed face."""
+    """The end of a face, in short cubic (Hermite) pieces, exact to h^4/(384 R^3) mm for pieces of
+    length h on a curve of radius R.
+
+    Pieces from ``start`` to ``end`` (n, 3) with derivatives by a parameter from 0 to 1 there, and
+    unit vectors in the face, toward its inside, at both ends; n = 0: a closed face.
+    """
 
     start: Array
     end: Array
@@ -300,6 +300,3 @@ def top_height(faces: Sequence[CadFace], x: Array, z: Array) -> Array:
         if rows.any():
             best[rows] = np.fmax(best[rows], np.fmax.reduce(face.heights(x[rows], z[rows])))
     return best
-
-
-KINDS = {each.__name__: each for each in (CadFace, Border, Plane, Cone, Sphere, Nurbs)}

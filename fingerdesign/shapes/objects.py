@@ -21,8 +21,12 @@ from fingerdesign.shapes import quadrics
 from fingerdesign.shapes.quadrics import Shape
 
 Vector = tuple[float, float, float]
+Height = Callable[[Array, Array], Array]
+Placed = TypeVar("Placed", bound="RigidObject")
 
 DOWN: Vector = (0.0, -1.0, 0.0)
+_GRID, _ROUNDS, _ZOOM = 65, 14, 0.2  # 0.2^14: the last grid is 1e-10 of the first
+scene_object = SCENE_OBJECTS.kind  # registers a SceneShape under a name of ``object.shape``
 
 
 class Indenter(Protocol):
@@ -114,11 +118,6 @@ class Sphere(_Placed):
         return quadrics.Sphere(np.zeros(3), self.radius)
 
 
-Height = Callable[[Array, Array], Array]
-Placed = TypeVar("Placed", bound=RigidObject)
-_GRID, _ROUNDS, _ZOOM = 65, 14, 0.2  # 0.2^14: the last grid is 1e-10 of the first
-
-
 def touching(
     rigid: Placed, surface: Height, half_width: float, half_depth: float
 ) -> tuple[Placed, Array]:
@@ -182,10 +181,6 @@ class SceneShape:
     def words(self, keys: Mapping[str, object]) -> str:
         """Words for its direction, to follow its name; empty: no direction."""
         return ""
-
-
-# Registers a SceneShape under the name that ``object.shape`` takes.
-scene_object = SCENE_OBJECTS.kind
 
 
 @scene_object("plane", place=1)

@@ -22,8 +22,9 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.base import json_text
-from fingerdesign.records.folder import RecordFolder, write_grip_csv
+from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.result import MOST_FORCE
+from fingerdesign.records.result_files import write_grip_csv
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.runtime.registry import CONTROLLERS

@@ -21,7 +21,7 @@ from fingerdesign.control.plants.remembered import Memory, RememberedPlant
 from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace import read_trace
-from fingerdesign.records.folder import write_grip_csv
+from fingerdesign.records.result_files import write_grip_csv
 
 MASS = 300.0
 

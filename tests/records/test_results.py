@@ -16,7 +16,6 @@ import pytest
 from fingerdesign.errors import DesignError
 from fingerdesign.records.arrays import read_packed
 from fingerdesign.records.base import DATA, SCHEMAS, ResultError, schema_text
-from fingerdesign.records.folder import MOST_BYTES, RESULTS, read_result
 from fingerdesign.records.result import (
     GageResult,
     IncrementResult,
@@ -25,6 +24,7 @@ from fingerdesign.records.result import (
     PointStrain,
     Result,
 )
+from fingerdesign.records.result_files import MOST_BYTES, RESULTS, read_result
 from tests.support.closed_form_analysis import make_analysis
 from tests.support.result_folders import write_result_folder
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from fingerdesign.records.folder import RESULTS, write_result_files
+from fingerdesign.records.result_files import RESULTS, write_result_files
 
 
 def write_result_folder(target, result, grip_traces=(), texts=None) -> Path:

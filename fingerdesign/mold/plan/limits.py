@@ -1,7 +1,7 @@
 """Sizes that a process can make: the numbers that a plan starts from."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -14,6 +14,17 @@ SLENDER = 1.5  # a pin's length, in diameters
 # The place of an edge that wire erosion cuts is held to 0.01 mm in two or three passes and to
 # 0.005 mm in four to six, as shops report; lasers that cut solder stencils hold the former.
 _CUT_MM, _FINE_CUT_MM = 0.01, 0.005
+# Profiles are what makers of desktop machines and job shops commonly advise (assumed, without one
+# source: cut a test piece). Order: wall, feature, hole, slot, clearance, pin, tolerance, form.
+# A slot goes through a wall of a centimetre: if it is narrower than half a millimetre (two strands
+# of a filament print), resin, strands or chips stay in it. Wire erosion makes finer ones.
+PROFILES: Mapping[str, Sequence[float]] = MappingProxyType(
+    {
+        "sla": (1.0, 0.4, 0.8, 0.5, 0.1, 2.0, 0.1, 0.05),  # desktop resin printers
+        "fdm": (1.6, 0.8, 1.5, 0.8, 0.2, 3.0, 0.2, 0.1),  # 0.4 mm nozzle
+        "machined": (1.5, 0.5, 0.8, 0.5, 0.02, 3.0, 0.03, 0.01),  # milled aluminium
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -52,20 +63,6 @@ class Limits:
         return self.tolerance_mm + self.form_mm
 
 
-# Profiles are what makers of desktop machines and job shops commonly advise (assumed, without one
-# source: cut a test piece). Order: wall, feature, hole, slot, clearance, pin, tolerance, form.
-# A slot goes through a wall of a centimetre: if it is narrower than half a millimetre (two strands
-# of a filament print), resin, strands or chips stay in it. Wire erosion makes finer ones.
-PROFILES: Mapping[str, Limits] = MappingProxyType(
-    {
-        "sla": Limits("sla", 1.0, 0.4, 0.8, 0.5, 0.1, 2.0, 0.1, 0.05),  # desktop resin printers
-        "fdm": Limits("fdm", 1.6, 0.8, 1.5, 0.8, 0.2, 3.0, 0.2, 0.1),  # 0.4 mm nozzle
-        # milled aluminium
-        "machined": Limits("machined", 1.5, 0.5, 0.8, 0.5, 0.02, 3.0, 0.03, 0.01),
-    }
-)
-
-
 def limits_of(mold: Mold) -> Limits:
     """Return the process's profile, with what ``[mold.limits]`` gives instead.
 
@@ -74,7 +71,7 @@ def limits_of(mold: Mold) -> Limits:
     0.5
     """
     given = mold.limits.model_dump(exclude_none=True)
-    return replace(PROFILES[mold.process], **given)
+    return replace(Limits(mold.process, *PROFILES[mold.process]), **given)
 
 
 def comb_tolerance(mold: Mold) -> float:

@@ -172,7 +172,8 @@ class Refusal:
     @property
     def fault(self) -> Fault:
         """The refusal as a fault, in words."""
-        bound, remedy = (_WRITER.vformat(text, (), self.numbers) for text in SENTENCES[self.kind])
+        writer = _Writer()
+        bound, remedy = (writer.vformat(text, (), self.numbers) for text in SENTENCES[self.kind])
         return Fault(self.key, self.value, bound, self.remedy or remedy)
 
 
@@ -190,6 +191,3 @@ class _Writer(string.Formatter):
     def format_field(self, value: Any, format_spec: str) -> Any:
         rounded = {"least": at_least, "most": at_most}.get(format_spec)
         return rounded(value) if rounded else super().format_field(value, format_spec)
-
-
-_WRITER = _Writer()

@@ -33,6 +33,25 @@ DENSITIES_G_CM3: Mapping[str, float] = MappingProxyType(
     }
 )
 _ANY_SILICONE_G_CM3 = 1.1
+# Parts A and B by mass, pot life, cure, source: typical figures of the makers' data sheets at about
+# 23 degrees C, by the material's name; then what is usual of a cure.
+_Figures = tuple[float, float, str, str, str]
+MIXINGS: Mapping[str, _Figures] = MappingProxyType(
+    {
+        "dragon_skin_20": (1, 1, "25 min", f"4 h {_ROOM}", "Smooth-On"),
+        "dragon_skin_30": (1, 1, "45 min", f"16 h {_ROOM}", "Smooth-On"),
+        "sylgard_184": (10, 1, "1.5 h", f"48 h {_ROOM}, or 4 h at 60 degrees C", "Dow"),
+    }
+)
+_PLATINUM, _TIN = "usual of platinum silicones", "usual of tin silicones"
+_POLYURETHANE = "usual of casting polyurethanes"
+USUAL_MIXINGS: Mapping[str, _Figures] = MappingProxyType(
+    {
+        "platinum": (1, 1, "20 to 60 min", f"4 to 24 h {_ROOM}", _PLATINUM),
+        "condensation": (100, 5, "30 to 90 min", f"24 h {_ROOM}, in moist air", _TIN),
+        "polyurethane": (1, 1, "10 to 20 min", f"16 to 24 h {_ROOM}", _POLYURETHANE),
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -55,27 +74,6 @@ class Mixing:
         """
         whole = self.part_a + self.part_b
         return mass_g * self.part_a / whole, mass_g * self.part_b / whole
-
-
-# Typical figures of the makers' data sheets at about 23 degrees C, by the material's name; then
-# what is usual of a cure, where the notes ask to compare it with the data sheet.
-MIXINGS: Mapping[str, Mixing] = MappingProxyType(
-    {
-        "dragon_skin_20": Mixing(1, 1, "25 min", f"4 h {_ROOM}", "Smooth-On"),
-        "dragon_skin_30": Mixing(1, 1, "45 min", f"16 h {_ROOM}", "Smooth-On"),
-        "sylgard_184": Mixing(10, 1, "1.5 h", f"48 h {_ROOM}, or 4 h at 60 degrees C", "Dow"),
-        "platinum": Mixing(
-            *(1, 1, "20 to 60 min", f"4 to 24 h {_ROOM}", "usual of platinum silicones", False)
-        ),
-        "condensation": Mixing(
-            *(100, 5, "30 to 90 min", f"24 h {_ROOM}, in moist air", "usual of tin silicones"),
-            known=False,
-        ),
-        "polyurethane": Mixing(
-            *(1, 1, "10 to 20 min", f"16 to 24 h {_ROOM}", "usual of casting polyurethanes", False)
-        ),
-    }
-)
 
 
 @closed
@@ -133,9 +131,11 @@ def _flash(plan: MoldPlan) -> float:
 
 
 def mixing_of(material: str, cure: str) -> Mixing:
-    """Find how a material is mixed, or what is usual of its cure."""
+    """Find how a material is mixed, or what is usual of its cure: the notes then ask to compare it
+    with the data sheet."""
     usual = "polyurethane" if material.startswith("polyurethane") else cure
-    return MIXINGS.get(material, MIXINGS[usual])
+    own = MIXINGS.get(material)
+    return Mixing(*(own or USUAL_MIXINGS[usual]), known=own is not None)
 
 
 def rubber_words(design: Design) -> str:

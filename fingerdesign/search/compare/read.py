@@ -19,7 +19,6 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.records.arrays import ContactHistory
 from fingerdesign.records.base import ResultError
-from fingerdesign.records.folder import RESULT_FILE, read_result
 from fingerdesign.records.outcome import (
     Failure,
     Numbers,
@@ -31,6 +30,7 @@ from fingerdesign.records.outcome import (
     refuse_endless,
 )
 from fingerdesign.records.result import GripResult, Result
+from fingerdesign.records.result_files import RESULT_FILE, read_result
 from fingerdesign.runtime.files import whole_text
 from fingerdesign.search.compare.recommend import (
     Bound,

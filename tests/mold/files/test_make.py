@@ -15,11 +15,12 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign.checks.load import with_values
+from fingerdesign.design.mold import Mold
 from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.mold import make
 from fingerdesign.mold.part import Check
 from fingerdesign.mold.picture import Badge, Picture, Pictures, pictures_job
-from fingerdesign.mold.plan.limits import PROFILES, limits_of
+from fingerdesign.mold.plan.limits import limits_of
 from fingerdesign.mold.record import mold_digest
 from fingerdesign.records.base import ResultError, json_schema
 from tests.support.molds import read_3mf
@@ -212,7 +213,7 @@ def test_the_command_exits_1_where_a_check_fails(stages, command, tmp_path):
     assert (tmp_path / "out" / "block_by_hand" / "mold_report.json").is_file()
     process = data["process"]  # the command's go before the table's
     assert (process["name"], process["plate_fixture"]) == ("fdm", "slots")
-    assert process["limits"]["slot_mm"] == PROFILES["fdm"].slot_mm
+    assert process["limits"]["slot_mm"] == limits_of(Mold(process="fdm")).slot_mm
     profile = tmp_path / "mine.toml"
     profile.write_text('process = "sla"\n[limits]\nslot_mm = 0.41\n', encoding="utf-8")
     data = json.loads(command("--profile", profile, "--process", "fdm", "--json", code=1).out)
