@@ -27,7 +27,7 @@ def test_it_is_the_record_and_nothing_more(found, plane_strain):
     assert repr(found) == repr(result)
 
 
-def test_figures_are_those_of_the_page_at_the_increments_asked_for(found):
+def test_figures_are_those_of_the_page_at_the_increments_requested(found):
     names = [each.name for each in found.plot_path().data]
     assert names == ["normal force", "tangential force", "stick ratio"]
     assert {each.name for each in found.plot_contact(2).data} == {"increment 3"}
@@ -75,7 +75,7 @@ def test_a_folder_gives_back_all_of_it_and_a_record_alone_says_what_it_lacks(
     assert load_result(tmp_path / "mine").plot_contact().data
 
 
-def test_what_is_not_there_is_said(found, failed):
+def test_what_is_not_there_is_refused(found, failed):
     with pytest.raises(ResultError, match="increment = 8 must be -8 to 7"):
         found.plot_contact(8)
     with pytest.raises(ResultError, match="there are no increments"):

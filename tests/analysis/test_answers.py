@@ -69,12 +69,12 @@ def test_an_answer_is_taken_as_it_was_and_drawn_on_demand(
         assert verdict["count"] in drawn
     analyse_into(case, tmp_path / "c", cad=True)
     assert {CAD, "finger.stl"} < set(contents(tmp_path / "c/narrow"))
-    assert CAD in set(contents_of_kept(case, tmp_path / "d"))
+    assert CAD in set(contents_of_cached(case, tmp_path / "d"))
     analyse_into(case, tmp_path / "e", page=False, cad=False)
     assert not {CAD, "finger.stl", PAGE} & set(contents(tmp_path / "e/narrow"))
 
 
-def contents_of_kept(case, out):
+def contents_of_cached(case, out):
     assert cached_answer(case, out, cad=True) is not None
     return contents(out / case.design.design.name)
 
@@ -90,13 +90,13 @@ def test_no_answer_is_taken_for_another_or_when_it_is_garbled(case, tmp_path, ow
         Case(case.design, None, "auto", tolerance=0.5),
     ):
         assert cached_answer(other, tmp_path / "other") is None
-    (kept,) = (tmp_path / "cache/answers").iterdir()
-    kept.write_bytes(kept.read_bytes()[:-200])
+    (cached,) = (tmp_path / "cache/answers").iterdir()
+    cached.write_bytes(cached.read_bytes()[:-200])
     assert cached_answer(case, tmp_path) is None
     assert analyse_into(case, tmp_path).increments == first.increments
-    before = kept.stat().st_mtime_ns
+    before = cached.stat().st_mtime_ns
     analyse_into(case, tmp_path, fresh=True)
-    assert kept.stat().st_mtime_ns > before
+    assert cached.stat().st_mtime_ns > before
 
 
 def test_arrays_and_designs_that_were_changed_are_refused(case, tmp_path, own_cache, capsys):

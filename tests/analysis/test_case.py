@@ -157,7 +157,7 @@ SKETCH = "take --fidelity 3d"
         ("plates.span_mm = 4.0", MOTION, "plane-strain", ("takes plates and core as", SKETCH)),
     ],
 )
-def test_what_a_key_does_is_said_where_it_may_be_missed(text, scene, fidelity, words):
+def test_what_a_key_does_is_stated_where_it_may_be_missed(text, scene, fidelity, words):
     scene = parse_scene(scene)
     case = Case(parse_design(f'design.name = "a"\n{text}'), scene, fidelity)
     found = of_choices(case, scene).items()

@@ -1,4 +1,4 @@
-"""A contact of few nodes is meshed finer, or it is said what to do: never a result of one node."""
+"""A contact of few nodes is meshed finer, or the error names a remedy: never a result of one node."""
 
 import numpy as np
 import pytest

@@ -60,12 +60,12 @@ def test_newton_ends_quadratically(design, monkeypatch):
     monkeypatch.setattr(row_module, "_NEAR", 0.0)
     residuals, solve = [], row_module.Follower.row
 
-    def kept(self, past, target):
+    def recorded(self, past, target):
         found = solve(self, past, target)
         residuals.append(found.residuals)
         return found
 
-    monkeypatch.setattr(row_module.Follower, "row", kept)
+    monkeypatch.setattr(row_module.Follower, "row", recorded)
     plain = with_values(design, {"plates.placement": None, "plates.count": 0})
     zone = Zone(3.0)
     finite_readings(plain, extrude(plain, zone, True), zone, scene_of([[0.2, 0.0], [0.2, 0.05]]))
@@ -86,9 +86,9 @@ def test_auto_goes_on_to_it_where_the_finger_is_pressed_deep(design):
     assert not any("not small" in warning for warning in found.result.warnings)
     assert any("not small" in reason for reason in found.result.model.reasons)
     assert np.isfinite(found.fields.displacement).all()
-    told = run(replace(case, fidelity="3d", fields=False)).result
-    assert any("--fidelity finite" in warning for warning in told.warnings)
-    assert told.increments[-1].normal_force_N < 0.97 * found.result.increments[-1].normal_force_N
+    small = run(replace(case, fidelity="3d", fields=False)).result
+    assert any("--fidelity finite" in warning for warning in small.warnings)
+    assert small.increments[-1].normal_force_N < 0.97 * found.result.increments[-1].normal_force_N
 
 
 @pytest.mark.parametrize(

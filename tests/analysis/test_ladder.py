@@ -97,7 +97,7 @@ def test_the_end_of_the_ladder_says_why(most, finest, words):
     assert min(scale for _, scale in law.tried) == finest
 
 
-def test_a_scene_beside_the_section_is_not_tried_in_plane_strain():
+def test_a_scene_outside_the_section_is_not_tried_in_plane_strain():
     ball = parse_scene(
         '[object]\nshape = "sphere"\nradius_mm = 9.0\n[path]\nincrements_mm = [[0.1, 0.0]]'
     )

@@ -1,4 +1,4 @@
-"""What ``check`` says of a lift beforehand, beside what the model finds."""
+"""What ``check`` says of a lift beforehand, compared with what the model finds."""
 
 import json
 
@@ -64,29 +64,29 @@ def test_the_soft_dome_s_are_in_3d(mass_g):
         assert 1.0 / WIDTH_OFF < width < WIDTH_OFF
 
 
-def test_gages_are_forecast_beside_what_is_wanted():
+def test_gages_are_forecast_against_their_target():
     assert all(lift.measurable for lift in lifts(load_design("sensitive")))
     assert any(lift.measurable is False for lift in lifts(load_design("maeno2000")))
     assert not any(lift.measurable for lift in lifts(load_design("maeno2000")))
 
 
-def test_what_the_small_strains_do_not_bear_is_said_with_a_remedy():
+def test_what_the_small_strains_do_not_bear_is_reported_with_a_remedy():
     heavy = soft_dome(500.0)
-    said = [words for lift in lifts(heavy) for words in lift.remedies]
-    assert any("materials.soft.youngs_modulus_MPa" in words for words in said)
+    remedies = [words for lift in lifts(heavy) for words in lift.remedies]
+    assert any("materials.soft.youngs_modulus_MPa" in words for words in remedies)
     assert not [words for lift in lifts(soft_dome(100.0)) for words in lift.remedies]
     short = with_values(heavy, {"grip.max_approach_mm": 0.4, "grip.preload_mm": 0.03})
-    said = [words for lift in lifts(short) for words in lift.remedies]
-    assert any("grip.max_approach_mm = 0.4" in words for words in said)
+    remedies = [words for lift in lifts(short) for words in lift.remedies]
+    assert any("grip.max_approach_mm = 0.4" in words for words in remedies)
 
 
-def test_check_tells_the_lifts(said, tmp_path):
+def test_check_tells_the_lifts(terminal, tmp_path):
     file = tmp_path / "dome.toml"
     file.write_text(SOFT_DOME)
-    (report,) = json.loads(said("check", file, "--json").out)
+    (report,) = json.loads(terminal("check", file, "--json").out)
     assert [lift["friction_coefficient"] for lift in report["lifts"]] == [0.3, 0.5, 0.8]
     assert any("small strains end" in note for note in report["notes"])
-    assert "Lift with a margin" in said("check", file).out
+    assert "Lift with a margin" in terminal("check", file).out
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Whether gages answer enough for their amplifier: what is said, and what would help."""
+"""Whether gages answer enough for their amplifier: the verdict, and what would help."""
 
 import pytest
 

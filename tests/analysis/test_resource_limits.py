@@ -107,7 +107,7 @@ def test_what_is_refused_at_once_names_what_would_fit(free, name, values, key, f
     design = shipped(name, values)
     start = time.process_time()
     (fault,) = limits.memory_faults(Case(design))
-    assert time.process_time() - start < 6.0  # 1.5 s, where nothing runs beside
+    assert time.process_time() - start < 6.0  # 1.5 s, where nothing else runs
     assert fault.key == key
     reported = re.match(form, fault.remedy)
     assert reported is not None, fault.remedy
@@ -198,9 +198,9 @@ def test_tetrahedra_are_predicted_as_they_were_made(seed):
 )
 def test_finer_costs_more(fidelity, values, keys, own_cache):
     design = shipped("narrow", values)
-    said = design.model_dump()["mesh"]
+    tables = design.model_dump()["mesh"]
     for key in keys:
-        table = said["section"] if key.startswith("section.") else said
+        table = tables["section"] if key.startswith("section.") else tables
         size = table[key.rpartition(".")[2]]
         costs = []
         for share in (1.0, 0.5, 0.25):

@@ -72,7 +72,7 @@ def test_one_object_in_two_ways_is_the_same(design, one, other, fidelity, within
     assert forces(design, f"{PATH}object = {one}", fidelity) == pytest.approx(expected, abs=most)
 
 
-def test_forces_requested_for_come_out_at_about_the_approach_that_is_foreseen(design):
+def test_forces_requested_come_out_at_about_the_approach_that_is_foreseen(design):
     text = 'path.control = "force"\npath.increments_N = [[3, 0], [3, 0.7], [3, -0.5]]'
     found = analyse(design, parse_scene(text), "plane-strain").increments
     forces = [[each.normal_force_N, each.tangential_force_N] for each in found]
@@ -95,8 +95,8 @@ def test_forces_that_no_motion_gives_are_refused(design, tmp_path, rows, words, 
     found = analyse_into(Case(design, scene, "plane-strain", "pull"), tmp_path)
     assert found.status == "failed"
     assert re.match(words, found.failure)
-    kept = [row.tangential_force_N for row in found.increments]
-    assert kept == pytest.approx(solved, abs=1e-7)
+    pulls = [row.tangential_force_N for row in found.increments]
+    assert pulls == pytest.approx(solved, abs=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -185,7 +185,7 @@ def test_a_touch_that_the_mesh_does_not_feel_is_warned_of(design):
     scene = parse_scene(text + "path.increments_mm = [[1e-5, 0], [0.2, 0]]")
     result = analyse(design, scene, "plane-strain")
     assert result.increments[0].normal_force_N == 0.0
-    assert any(said.startswith("in 1 row from row 1 on") for said in result.warnings)
+    assert any(each.startswith("in 1 row from row 1 on") for each in result.warnings)
 
 
 def test_an_unusual_friction_is_searched_for_other_answers(design, monkeypatch):

@@ -127,9 +127,9 @@ def test_features_are_of_the_touch_the_lags_and_the_way_since_the_pull():
     """What lies between the first pull and the longest lag counts by its way and its largest F_t /
     F_n alone."""
     history = [moment(1.0 + 0.01 * k, 0.01 * k, dx=0.01 * (k > 0)) for k in range(40)]
-    kept = history[-max(LAGS) - 1 :]
-    between = replace(history[20], dx=0.01 * (40 - len(kept) - 1))
-    short = [history[0], between, *kept]
+    recent = history[-max(LAGS) - 1 :]
+    between = replace(history[20], dx=0.01 * (40 - len(recent) - 1))
+    short = [history[0], between, *recent]
     assert features(short, CURVES, 0.5) == pytest.approx(features(history, CURVES, 0.5))
     leaning = replace(history[0].sample, readings=np.array([2.0, 1.0, 3.0]))
     changed = features(history, CURVES, 0.5) != features(
@@ -144,13 +144,13 @@ def test_a_gage_that_falls_silent_is_left_out_of_all_features():
     network takes the mean for what is left out."""
     strong = replace(CURVES, pressed=CURVES.pressed * [100.0, 100.0, 10.0])
 
-    def said(silent):
+    def spoken(silent):
         return [
             moment(1.0, 0.1 * k, readings=[110.0, *([3.0, 2.0] if k >= silent else [210.0, 35.0])])
             for k in range(5)
         ]
 
-    whole, soon, found = (features(said(silent), strong, 0.5) for silent in (5, 3, 2))
+    whole, soon, found = (features(spoken(silent), strong, 0.5) for silent in (5, 3, 2))
     unknown = np.isnan(found)
     assert not np.isnan([whole, soon]).any()
     assert list(np.flatnonzero(unknown)) == [at + 1 for at in readings_at(GAGES)]

@@ -86,7 +86,7 @@ def test_a_warning_that_is_taken_back_counts_from_where_it_stands_again():
         ([0.49] * 4, [0.9, 0.29, 0.9, 0.9], 1, 0),  # over 0.3, yet not by more than 0.2
         ([0.9] * 4, [0.9, 0.1, 0.9, 0.1], 2, 2),
         ([0.9] * 4, [0.1, 0.1, 0.1, 0.1], 1, 1),
-        # True as it begins, and kept up while 0.4 sticks again, or 0.9.
+        # True as it begins, and continued while 0.4 sticks again, or 0.9.
         ([0.2, 0.2, 0.4, 0.9], [0.9, 0.9, 0.1, 0.1], 1, 0),
         ([0.2, 0.9, 0.9, 0.9], [0.9, 0.1, 0.1, 0.1], 1, 1),
         ([np.nan] * 4, [0.9, 0.1, 0.1, 0.1], 1, 0),  # no contact: nothing to be wrong about

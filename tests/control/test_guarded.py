@@ -19,7 +19,7 @@ FELT = Sample(np.zeros(3), 1.0, 0.0)
 
 
 class Hand:
-    """Gives back what it is told to."""
+    """Return what it was given."""
 
     name = "hand"
 

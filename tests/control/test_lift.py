@@ -124,11 +124,11 @@ def test_a_tug_soon_after_the_lift_sets_the_object_down_again(half_plane):
 def test_a_tug_is_carried_up_to_what_friction_holds(half_plane):
     plant = raised(LiftPlant(half_plane, "upper", MASS))
     spare = 0.98 * (0.5 * plant.truth().normal_force - HALF) * 2.0
-    for share, kept in ((1.0, True), (1.1, False)):
+    for share, carried in ((1.0, True), (1.1, False)):
         tugs = [Disturbance(1, share * spare)]
         other = raised(LiftPlant(half_plane, "upper", MASS, disturbances=tugs))
         other.move(0.1, 0.0)
-        assert (other.truth().lifted, other.truth().complete_slip) == (kept, not kept)
+        assert (other.truth().lifted, other.truth().complete_slip) == (carried, not carried)
 
 
 def test_opening_the_hand_drops_it_and_closing_grips_it_anew(half_plane):
@@ -266,9 +266,9 @@ def test_a_tug_and_a_landing_are_still_felt(half_plane):
 
 @pytest.mark.parametrize("like", [True, False])
 @pytest.mark.parametrize(
-    ("use", "share", "kept"), [(0.7, 0.8, True), (0.9, 1.0, True), (0.9, 0.8, False)]
+    ("use", "share", "carried"), [(0.7, 0.8, True), (0.9, 1.0, True), (0.9, 0.8, False)]
 )
-def test_what_static_friction_alone_would_carry_slides_away(half_plane, like, use, share, kept):
+def test_what_static_friction_alone_would_carry_slides_away(half_plane, like, use, share, carried):
     """Held still, nodes that begin to slide weaken from step to step, until the object drops."""
     opposite = None if like else half_plane
 
@@ -284,7 +284,7 @@ def test_what_static_friction_alone_would_carry_slides_away(half_plane, like, us
     for _ in range(20):
         plant.move(0.0, 0.0)
     now = plant.truth()
-    assert now.lifted is kept
-    if not kept:  # onto its support, where it slid: mu_k F_n at the most
+    assert now.lifted is carried
+    if not carried:  # onto its support, where it slid: mu_k F_n at the most
         assert now.rise == 0.0
         assert now.tangential_force <= share * 0.5 * now.normal_force * (1.0 + 1e-6)

@@ -72,13 +72,13 @@ def test_the_bench_measures_what_the_tangential_cell_feels_of_the_normal_force(
         assert bench.cross_talk == pytest.approx(expected, abs=1e-7)
         plant, clean = rig.plant(0.3, MASS), Rig(half_plane, "both", design.grip).plant(0.3, MASS)
         for move in ((0.0, 0.1), (0.005, 0.0)):
-            told, true = bench.corrected(plant.move(*move)), clean.move(*move)
-        assert told.tangential_force == pytest.approx(
+            corrected, true = bench.corrected(plant.move(*move)), clean.move(*move)
+        assert corrected.tangential_force == pytest.approx(
             tangential_gain * true.tangential_force, rel=1e-6
         )
 
 
-def test_every_controller_is_told_forces_without_cross_talk(half_plane, design):
+def test_every_controller_has_forces_without_cross_talk(half_plane, design):
     """A hand that grips by forces alone makes the same moves with it and without."""
     paths = []
     for cross_talk in (0.0, 0.05):
@@ -321,17 +321,17 @@ def test_a_finger_that_is_felt_some_steps_after_the_touch_is_calibrated_from_the
 
 
 def test_an_estimator_in_a_grip_is_that_of_the_hardwares_noise(half_plane, design):
-    asked = []
+    noises = []
 
-    class Asked:
+    class Recorder:
         def at_noise(self, noise):
-            asked.append(noise)
+            noises.append(noise)
             return self
 
     for noise in (0.0, 0.7):
         keys = {"grip.hardware.gage_noise_microstrain": noise, "grip.controller": "fixed_force"}
-        run_episodes(half_plane, with_values(design, keys), [], MASS, estimator=Asked())
-    assert asked == [0.7]
+        run_episodes(half_plane, with_values(design, keys), [], MASS, estimator=Recorder())
+    assert noises == [0.7]
 
 
 def test_a_press_is_of_equal_moves_of_at_most_a_step_and_one_where_that_does():

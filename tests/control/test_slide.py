@@ -144,15 +144,15 @@ def test_a_weight_step_that_the_margin_covers_moves_nothing(half_plane):
 
 def test_a_hand_that_closes_catches_what_slides_and_one_that_does_not_drops_it(half_plane):
     heavier = WeightChange(step_after_lift=300, object_mass_g=1.5 * MASS)
-    for closing, kept in ((0.002, True), (0.0, False)):
+    for closing, caught in ((0.002, True), (0.0, False)):
         plant = raise_clear(hanging(half_plane, [heavier], drop=3.0), 5.0)
         for _ in range(400):
             plant.move(0.0, closing if plant.truth().sliding else 0.0)
             if plant.truth().caught is not None and not plant.truth().sliding:
                 break
         now = plant.truth()
-        assert (now.caught, now.lifted) == (kept, kept)
-        if kept:
+        assert (now.caught, now.lifted) == (caught, caught)
+        if caught:
             assert 0.0 < now.slid < 3.0
         else:
             assert now.slid > 3.0

@@ -44,12 +44,12 @@ def test_what_warms_presses_as_what_closes_on(rising, unlike):
     moves = [(0.0, 0.02)] * 5 + [(0.004, 0.0)] * 20 + [(0.0, 0.0)] * 100
     for number, (dx, dy) in enumerate(moves, 1):
         rise = RISE * WARMING.after(number)
-        felt, told = plant.move(dx, dy), stage.move(dx, dy + rise - risen)
+        felt, expected = plant.move(dx, dy), stage.move(dx, dy + rise - risen)
         risen = rise
-        assert felt.normal_force == pytest.approx(told.normal_force, rel=1e-7)
-        assert felt.tangential_force == pytest.approx(told.tangential_force, rel=1e-7, abs=1e-9)
+        assert felt.normal_force == pytest.approx(expected.normal_force, rel=1e-7)
+        assert felt.tangential_force == pytest.approx(expected.tangential_force, rel=1e-7, abs=1e-9)
         shift = 1e6 * WARMING.after(number) * rising.model.load_gage_strain[:, 0]
-        assert felt.readings == pytest.approx(told.readings + shift, rel=1e-7, abs=1e-9)
+        assert felt.readings == pytest.approx(expected.readings + shift, rel=1e-7, abs=1e-9)
     assert risen > 0.9 * 8.0 * RISE
 
 
@@ -62,6 +62,6 @@ def test_rubber_with_a_memory_warms_too(rising):
     for number in range(1, 400):
         rise = RISE * slow.after(number)
         dy = 0.05 if number == 1 else 0.0
-        felt, told = plant.move(0.0, dy), closed.move(0.0, dy + rise - risen)
+        felt, expected = plant.move(0.0, dy), closed.move(0.0, dy + rise - risen)
         risen = rise
-        assert felt.normal_force == pytest.approx(told.normal_force, rel=1e-7)
+        assert felt.normal_force == pytest.approx(expected.normal_force, rel=1e-7)

@@ -92,7 +92,7 @@ def test_never_touching_and_single_increment(plane_strain):
     assert words["forces"].endswith("The last stick ratio is –.")
 
 
-def test_noise_is_neither_drawn_nor_said(plane_strain):
+def test_noise_is_neither_drawn_nor_named(plane_strain):
     """Without friction and after unloading: no scale of 1e-16, no minus zero."""
     contact, result = plane_strain.contact, plane_strain.result
     status, pressure = contact.status.copy(), contact.normal_traction.copy()
@@ -139,7 +139,7 @@ def test_study_without_any_response_is_drawn(plane_strain):
         assert "– at μ 0.3" in area_figure((silent,)).alternative
 
 
-def test_grips_that_never_lift_or_read_no_gages_are_drawn_and_said(plane_strain):
+def test_grips_that_never_lift_or_read_no_gages_are_drawn_and_named(plane_strain):
     trace = plane_strain.grip_traces[0]
     no_area = np.full_like(trace.gage_area_mm, np.nan)
     deaf = replace(trace, controller="fixed_force", gage_area_mm=no_area)

@@ -117,10 +117,10 @@ def test_one_that_takes_or_writes_without_end_is_held_to_its_limits(
     assert caught.value.kind == kind
 
 
-# Beside other work.
+# Next to other work.
 
 
-def test_a_job_answers_beside_the_callers_work_or_is_left_and_ends(tmp_path):
+def test_a_job_answers_next_to_the_callers_work_or_is_left_and_ends(tmp_path):
     with concurrently(calls.double, np.ones(300_000), time_s=20.0) as wait:
         assert wait().sum() == 600_000.0
     with concurrently(calls.hang, str(tmp_path / "pids"), time_s=60.0):
@@ -134,7 +134,7 @@ def test_a_job_answers_beside_the_callers_work_or_is_left_and_ends(tmp_path):
 # A warm one.
 
 
-def test_a_process_is_kept_recycled_and_replaced():
+def test_a_process_is_reused_recycled_and_replaced():
     with Worker(recycled_after=2) as worker:
         first, second, third = (pid_of(worker) for _ in range(3))
         assert first == second != third
@@ -146,7 +146,7 @@ def test_a_process_is_kept_recycled_and_replaced():
     assert gone([fourth])
 
 
-def test_it_is_kept_over_refusals_and_replaced_after_failures():
+def test_it_survives_refusals_and_replaced_after_failures():
     with Worker() as worker:
         first = pid_of(worker)
         with pytest.raises(GeometryError):

@@ -1,4 +1,4 @@
-"""Files whole or not at all, locks, kept arrays and texts, journals, and pools of processes."""
+"""Files whole or not at all, locks, cached arrays and texts, journals, and pools of processes."""
 
 import os
 import signal
@@ -157,8 +157,8 @@ def test_a_journal_keeps_records_in_their_order(tmp_path):
 def test_somebodys_file_is_left_alone(tmp_path):
     path = tmp_path / "j.sqlite"
     Journal(path, "a trial", "d").add({"a": 1})
-    for kind, identity, said in (("a trial", "e", "another design"), ("else", "d", "no journal")):
-        with pytest.raises(JournalError, match=said):
+    for kind, identity, words in (("a trial", "e", "another design"), ("else", "d", "no journal")):
+        with pytest.raises(JournalError, match=words):
             Journal(path, kind, identity)
     path.unlink()
     with closing(sqlite3.connect(path)) as base, base:

@@ -410,7 +410,7 @@ def test_contact_in_3d_is_a_top_view_of_the_chosen_increment(page_of):
     assert stick["x"].count(None) == row.count("#")
 
 
-def test_names_stay_text_and_what_is_missing_is_said_also_without_webgl(page_of):
+def test_names_stay_text_and_what_is_missing_is_named_also_without_webgl(page_of):
     off = "<head><script>HTMLCanvasElement.prototype.getContext = () => null</script>"
 
     def without(text):

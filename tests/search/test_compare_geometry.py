@@ -136,7 +136,7 @@ def test_a_step_body_is_drawn_from_border_to_border(tmp_path, monkeypatch):
         (lambda d: d["plates"].update(count=10**9), "."),
     ],
 )
-def test_data_that_is_no_design_is_said_and_not_drawn(spoil, note):
+def test_data_that_is_no_design_is_named_and_not_drawn(spoil, note):
     design = data_of(PAPER)
     spoil(design)
     packed = packed_geometry(design)

@@ -142,7 +142,7 @@ def outcome(name, **metrics):
     return Outcome(name=name, **common, status="ok", metrics=metrics)
 
 
-def test_knee_of_a_front_and_the_runner_up_next_of_it():
+def test_knee_of_a_front_and_the_runner_up_next_to_it():
     knee = [
         outcome("accurate", stick_error=0.0, cost=10.0),
         outcome("knee", stick_error=0.2, cost=2.0),
@@ -256,7 +256,7 @@ def noisy(name, lifted, **metrics):
     return replace(made, design=design, grips=(grip, grip, grip))
 
 
-def test_better_is_said_only_beyond_what_chance_changes():
+def test_better_is_stated_only_beyond_what_chance_changes():
     near = [outcome("a", stick_error=0.150, cost=1.0), outcome("b", stick_error=0.155, cost=1.0)]
     found = recommend(near, WANTED, [])
     assert (found.front, found.same) == ((0, 1), (1,))

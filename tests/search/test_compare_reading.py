@@ -96,7 +96,7 @@ def test_analysis_becomes_an_outcome(tmp_path, plain_result):
     assert found.metrics["peak_ratio"] == pytest.approx(12.0 / least * (1 + 4) / 2)
 
 
-def test_analyses_neighbour_top_a_study_have_the_values_of_what_is_varied(tmp_path, plain_result):
+def test_analyses_next_to_a_study_have_the_values_of_what_is_varied(tmp_path, plain_result):
     narrower = replace(plain_result, parameters={"body.width_mm": 21.0})
     write_result_folder(tmp_path / "mine", narrower)
     write_study(tmp_path / "s", MADE)

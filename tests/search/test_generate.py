@@ -141,7 +141,7 @@ def test_a_link_is_followed_nowhere(tmp_path, link):
     assert not list(elsewhere.iterdir())
 
 
-def test_two_writers_are_kept_apart(tmp_path):
+def test_a_second_writer_is_refused(tmp_path):
     def second(each, done):
         with pytest.raises(ResultError, match="by another process"):
             made(tmp_path / "few", cad=False)
@@ -207,7 +207,7 @@ def test_cad_that_fails_is_a_reason_and_the_rest_goes_on(tmp_path, fake_cad, fat
     assert (target / "few-0001" / "finger.step").exists()
 
 
-def test_cad_requested_for_later_is_added_and_stays(tmp_path, fake_cad):
+def test_cad_requested_later_is_added_and_stays(tmp_path, fake_cad):
     made(tmp_path / "few", cad=False)
     for cad in (True, False):
         found = [each.cad for each in made(tmp_path / "few", cad=cad)]

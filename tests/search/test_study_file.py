@@ -191,7 +191,7 @@ def test_shipped_studies_are_found_by_name_and_distinguished(tmp_path, monkeypat
     assert read_study("fingers").name == "few"
 
 
-def test_files_lie_neighbour_top_the_study(tmp_path, monkeypatch):
+def test_files_lie_next_to_the_study(tmp_path, monkeypatch):
     (home := tmp_path / "home").mkdir()
     (home / "own.toml").write_text(shipped_text("narrow"), "utf-8")
     text = HEAD.replace("maeno2000", "own.toml")

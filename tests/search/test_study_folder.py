@@ -61,7 +61,7 @@ def test_invalid_variants_are_outcomes_and_each_scene_is_a_job(study, plan):
     assert found == [("1", "a"), ("1", "b"), ("2", "a"), ("2", "b"), ("3", "")]
 
 
-def test_scenes_are_read_neighbour_top_the_study(tmp_path):
+def test_scenes_are_read_next_to_the_study(tmp_path):
     (tmp_path / "press.toml").write_text(shipped_text("fundamental", "scene"))
     found = parse_study(TEXT.replace("scenes = []", 'scenes = ["press.toml", "pull"]'))
     scenes = study_scenes(found, tmp_path)

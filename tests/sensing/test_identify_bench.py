@@ -176,11 +176,11 @@ def test_a_phase_played_on_another_plant_makes_the_same_moves_from_touch_on():
 
 @pytest.mark.slow
 def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
-    design, measured, tmp_path, said
+    design, measured, tmp_path, terminal
 ):
     trained = estimator_file(design, tmp_path / "trained")
     given = (measured / "mine.toml", measured, "--out", tmp_path / "out")
-    record = json.loads(said("identify", *given, "--estimator", trained, "--json").out)
+    record = json.loads(terminal("identify", *given, "--estimator", trained, "--json").out)
     assert record == json.loads((tmp_path / "out/mine/calibration.json").read_text())
     by_name = {each["name"]: each for each in record["latents"]}
     off = by_name["plate_2.x"]
@@ -207,9 +207,9 @@ def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
     curves = np.array(record["curves"]["pressed_microstrain"])
     assert own.curves.pressed == pytest.approx(curves, rel=1e-4, abs=1e-4)
     exported = (tmp_path / "out/mine/estimator.json", measured / "mine.toml", "--out", tmp_path)
-    said("export", "--to", "c", *exported)
+    terminal("export", "--to", "c", *exported)
     former = (measured / "mine.toml", "--measured", measured / "phases.csv")
-    shown = said("calibrate", *former, "--out", tmp_path / "out").out
+    shown = terminal("calibrate", *former, "--out", tmp_path / "out").out
     assert "plates along x, mm" in shown
     assert "fitted.toml is this finger" in shown
 
@@ -310,7 +310,7 @@ def still(text):
     ],
 )
 def test_bad_measurements_are_refused_before_any_work(
-    measured, tmp_path, said, file, change, named
+    measured, tmp_path, terminal, file, change, named
 ):
     folder = tmp_path / "bench"
     folder.mkdir()
@@ -318,7 +318,7 @@ def test_bad_measurements_are_refused_before_any_work(
         (folder / each.name).write_text(each.read_text())
     rewritten(folder, file, change)
     given = (measured / "mine.toml", folder, "--out", tmp_path / "out")
-    assert named in said("identify", *given, code=2).err
+    assert named in terminal("identify", *given, code=2).err
     assert not (tmp_path / "out").exists()
 
 
@@ -331,7 +331,7 @@ def test_every_fault_of_all_traces_is_reported_at_once(design, measured, tmp_pat
     assert {"press.csv", "slide.csv"} <= set(re.findall(r"\w+\.csv", str(caught.value)))
 
 
-def test_wrong_options_and_foreign_estimators_are_refused(design, measured, tmp_path, said):
+def test_wrong_options_and_foreign_estimators_are_refused(design, measured, tmp_path, terminal):
     out = ("--out", tmp_path / "out")
     other = estimator_file(with_values(design, {"body.depth_mm": 9.0}), tmp_path / "other")
     own = measured / "mine.toml"
@@ -345,7 +345,7 @@ def test_wrong_options_and_foreign_estimators_are_refused(design, measured, tmp_
         (("--bench", tmp_path / "none"), "a folder with phases.csv"),
         ((measured, "--estimator", other), "on this design"),
     ):
-        assert named in said("identify", own, *out, *given, code=2).err
+        assert named in terminal("identify", own, *out, *given, code=2).err
     assert not (tmp_path / "out").exists()
 
 

@@ -161,7 +161,7 @@ def test_a_played_path_is_that_of_the_plant(design):
     assert relaxed[-1, 0] == pytest.approx(0.8 * fresh[-1, 0], rel=1e-3)
 
 
-def test_noise_is_told_by_second_differences(made):
+def test_noise_is_found_by_second_differences(made):
     noise = noise_of(made.trace)
     assert noise[:2] == pytest.approx(0.005, rel=0.15)
     assert noise[2:] == pytest.approx(0.5, rel=0.15)
@@ -192,21 +192,21 @@ def test_temperature_is_read_and_written(made):
     assert again.temperature == pytest.approx(made.trace.temperature)
 
 
-def test_the_command_and_its_mistakes(design, made, tmp_path, said):
+def test_the_command_and_its_mistakes(design, made, tmp_path, terminal):
     file, trace = tmp_path / "small.toml", tmp_path / "trace.csv"
     file.write_text(SMALL)
     trace.write_text(made.trace.to_csv())
     out = tmp_path / "out"
-    found = said("identify", file, trace, "--terms", "0", "--out", out, "--json").out
+    found = terminal("identify", file, trace, "--terms", "0", "--out", out, "--json").out
     assert json.loads(found)["design"] == "small"
     for name in ("identification.json", "identified.toml", "identify.html"):
         assert (out / "small" / name).is_file()
     assert load_design(out / "small" / "identified.toml").design.name == "small"
-    assert "youngs modulus" in said("view", out / "small").out
-    assert "either SOURCE" in said("identify", file, code=2).err
+    assert "youngs modulus" in terminal("view", out / "small").out
+    assert "either SOURCE" in terminal("identify", file, code=2).err
     trace.write_text("time_s\n1\n")
-    assert "trace.csv" in said("identify", file, trace, code=2).err
-    said("identify", file, "--simulate", "--out", tmp_path / "sim", "--quiet")
+    assert "trace.csv" in terminal("identify", file, trace, code=2).err
+    terminal("identify", file, "--simulate", "--out", tmp_path / "sim", "--quiet")
     assert json.loads((tmp_path / "sim/small/truth.json").read_text())["youngs_modulus"] > 0.0
 
 

@@ -101,7 +101,7 @@ def test_a_file_that_broke_meanwhile_is_not_saved_over(file, text):
     assert document.design().plates.angle_deg == 30.0
 
 
-def test_a_file_that_is_gone_is_said_and_saved_anew(file):
+def test_a_file_that_is_gone_is_reported_and_saved_again(file):
     document = Document.of(file)
     file.unlink()
     with pytest.raises(DesignError, match="Save writes it again"):

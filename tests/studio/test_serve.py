@@ -16,7 +16,7 @@ from tests.support.house import ROOT
 WHY = "trame is missing: pip install 'fingerdesign[studio]'"
 
 
-def test_without_trame_it_is_said_in_one_line_how_to_get_it(monkeypatch, capsys):
+def test_without_trame_one_line_names_the_install_command(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "trame.app", None)
     assert main(["studio", "homogeneous", "--no-open"]) == 1
     assert capsys.readouterr().err.strip() == f"failed: {MISSING}"
@@ -41,10 +41,10 @@ def test_a_design_that_is_faulty_is_refused(tmp_path, capsys):
 def answers():
     """What a running studio answers to requests, by name: (status, text, headers)."""
     pytest.importorskip("trame", reason=WHY)
-    return asyncio.run(_asked())
+    return asyncio.run(_requested())
 
 
-async def _asked():
+async def _requested():
     import aiohttp
 
     token, address = new_token(), asyncio.get_running_loop().create_future()

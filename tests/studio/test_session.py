@@ -84,7 +84,7 @@ def test_verdict_answers_with_numbers(session):
     session.move({"approach": 0.1, "shear": 0.05})
 
 
-def test_what_cannot_be_is_said_and_the_picture_stays(session):
+def test_a_fault_is_shown_and_the_picture_stays(session):
     before = session.shown()["table"]
     shown = session.move({"plates.pitch_mm": 0.38, "plates.angle_deg": 0.0})
     assert "plates" in shown["faults"][0]
@@ -92,7 +92,7 @@ def test_what_cannot_be_is_said_and_the_picture_stays(session):
     assert session.move({"plates.pitch_mm": 0.75, "plates.angle_deg": 45.0})["faults"] == []
 
 
-def test_a_pinned_state_stands_neighbour_top_the_new_one(session):
+def test_a_pinned_state_is_shown_next_to_the_new_one(session):
     shown = session.pin()
     assert "nothing" in shown["pinned"]
     shown = session.move({"plates.angle_deg": 60.0})
@@ -142,7 +142,7 @@ def test_the_file_is_watched(tmp_path):
     assert session.look()["faults"] == []
 
 
-def test_faults_of_the_file_stay_said_while_sliders_move(tmp_path):
+def test_faults_of_the_file_stay_shown_while_sliders_move(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text(starter_text("mine", "maeno2000"), encoding="utf-8")
     session = Session(file)

@@ -48,8 +48,8 @@ def own_cache(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def said(capsys):
-    """Run the command line to an exit code; what was said by then, on ``out`` and ``err``."""
+def terminal(capsys):
+    """Run the command line to an exit code; return what it printed, ``out`` and ``err``."""
     from fingerdesign_cli.main import main
 
     def run(*arguments, code=0):
@@ -57,3 +57,9 @@ def said(capsys):
         return capsys.readouterr()
 
     return run
+
+
+@pytest.fixture
+def said(terminal):
+    """Return the same by its former name."""
+    return terminal

@@ -83,7 +83,7 @@ def test_all_is_well():
         ((DROPPED, {}), ({}, {}), ["no", "yes", "yes", "yes"]),
     ],
 )
-def test_what_is_not_well_is_said(paper, regulator, expected):
+def test_what_is_not_well_is_reported(paper, regulator, expected):
     assert kinds(study(paper=paper, regulator=regulator)) == ["best", *expected]
 
 
@@ -193,19 +193,19 @@ def test_a_summary_counts_each_reason():
     assert reported.reaction_steps.median == 6
 
 
-SAID = {"alarms": 2, "false_alarms": 0, "samples": 50}
+WARNED = {"alarms": 2, "false_alarms": 0, "samples": 50}
 
 
-def test_what_was_said_of_slip_is_summed_up_over_grips():
+def test_warnings_of_slip_are_summed_up_over_grips():
     error = {"stick_error": 0.1, "stick_error_samples": 40}
     slip = {**DROPPED, "slip_warning": "standing", "lead_s": 0.05, "lead_force_share": 0.9}
     every = [
-        trial(**SAID, **error),
-        trial(**SAID | {"false_alarms": 2}, stick_error=0.2, stick_error_samples=10),
-        trial(**SAID, **slip),
-        trial(**SAID, **slip | {"lead_s": 0.11, "lead_force_share": 0.7}),
-        trial(**SAID, **DROPPED, slip_warning="withdrawn"),
-        trial(**SAID, **DROPPED, slip_warning="none"),
+        trial(**WARNED, **error),
+        trial(**WARNED | {"false_alarms": 2}, stick_error=0.2, stick_error_samples=10),
+        trial(**WARNED, **slip),
+        trial(**WARNED, **slip | {"lead_s": 0.11, "lead_force_share": 0.7}),
+        trial(**WARNED, **DROPPED, slip_warning="withdrawn"),
+        trial(**WARNED, **DROPPED, slip_warning="none"),
         trial(**DROPPED),  # of a hand that never warns
     ]
     found = summarise(every).foreseen
@@ -252,10 +252,10 @@ def test_intervals_cover_what_they_say():
     assert clustered_share([0, 3], [0, 9]) == share_of(3, 9, 1.0)
 
 
-def test_the_page_says_what_was_said_of_slip_with_cases_and_intervals():
-    said = SAID | {"stick_error": 0.1, "stick_error_samples": 40, "false_alarms": 1}
+def test_the_page_shows_warnings_of_slip_with_cases_and_intervals():
+    reported = WARNED | {"stick_error": 0.1, "stick_error_samples": 40, "false_alarms": 1}
     warned = DROPPED | {"slip_warning": "standing", "lead_s": 0.05, "lead_force_share": 0.9}
-    made = study(regulator=(said, warned), paper=(SAID, {}), fixed_force=({}, DROPPED))
+    made = study(regulator=(reported, warned), paper=(WARNED, {}), fixed_force=({}, DROPPED))
     text = control_html(replace(made, traces=(trace([0.1, 0.2, 0.3], lift=2),)))
     table = text[text.index('id="table-foreseen"') :]
     cells = re.findall(r"<td[^>]*>(.*?)</td>", table[: table.index("</table>")])

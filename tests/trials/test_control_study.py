@@ -180,23 +180,23 @@ def test_an_interrupted_study_keeps_what_is_done(
 
 def test_wrong_input_is_refused_before_any_work(quick_model, design_file, tmp_path, capsys):
     arguments = ["study", str(design_file), "--out", str(tmp_path / "out")]
-    for wrong, said in (
+    for wrong, words in (
         (["--controller", "papr"], "did you mean paper?"),
         (["--noise", "-1"], "--noise = -1.0"),
         (["--estimator", str(tmp_path / "none.json")], "none.json"),
     ):
         assert main([*arguments, *wrong]) == 2
-        assert said in capsys.readouterr().err
+        assert words in capsys.readouterr().err
     assert not list((tmp_path).glob("out/*"))
 
 
 def test_an_estimator_of_another_finger_or_fidelity_is_refused(design, tmp_path):
     """Before any model is made: grip_problem is not replaced here."""
 
-    def refused(trained, said, **more):
+    def refused(trained, words, **more):
         estimator = SimpleNamespace(gages=11, design=trained)
         options = StudyOptions(estimator=estimator, **more)
-        with pytest.raises(DesignError, match=said):
+        with pytest.raises(DesignError, match=words):
             run_study(design, ("paper",), GRID, tmp_path / "j", options)
 
     own = {each: training_key(design, settings_of(design), each) for each in ("plane-strain", "3d")}
@@ -229,7 +229,7 @@ def test_seeds_are_of_the_conditions_and_the_same_for_all_controllers():
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "words"),
     [
         ({"frictions": (0.0,)}, "--friction = 0.0: must be over 0 and at most 5"),
         ({"masses_g": (100.0, -1.0)}, "--mass-g = -1.0"),
@@ -239,8 +239,8 @@ def test_seeds_are_of_the_conditions_and_the_same_for_all_controllers():
         ({"noises": tuple(np.linspace(0.1, 9.0, 2000))}, "at most 100000 grips"),
     ],
 )
-def test_a_wrong_axis_is_refused_by_its_option(change, said):
-    with pytest.raises(DesignError, match=said):
+def test_a_wrong_axis_is_refused_by_its_option(change, words):
+    with pytest.raises(DesignError, match=words):
         refuse(replace(ControlGrid(), **change), ())
 
 
@@ -258,7 +258,7 @@ def test_a_tug_rises_stays_and_goes(half_plane):
     assert len(pull[begin + 30 :]) == 5
 
 
-# What is asked of the shipped fingers, in plane strain: a minute.
+# Requirements of the shipped fingers, in plane strain: a minute.
 
 
 @pytest.mark.slow
@@ -292,14 +292,14 @@ def test_the_whole_grid_takes_less_than_a_minute_of_two_cores(tmp_path):
     ("dropped", "forces", "lift", "expected"),
     [
         (False, [1.0, 2.0, 2.5, 2.5], 2, False),  # at the lift it knew
-        (False, [1.0, 4.0, 4.0, 4.0], 2, True),  # crushed, and it had said that it was unsure
+        (False, [1.0, 4.0, 4.0, 4.0], 2, True),  # crushed, and it had reported that it was unsure
         (True, [1.0, 2.0, 2.0, 2.0], None, False),  # dropped in the end, unannounced
         (False, [1.0, 2.0, 2.0, 2.0], None, False),
     ],
 )
-def test_what_the_controller_said_counts_where_it_went_wrong(dropped, forces, lift, expected):
-    said = np.array([True, True, False, False])
-    trace = SimpleNamespace(unsure=said, normal_force=np.array(forces), lift_step=lift)
+def test_what_the_controller_reported_counts_where_it_went_wrong(dropped, forces, lift, expected):
+    reported = np.array([True, True, False, False])
+    trace = SimpleNamespace(unsure=reported, normal_force=np.array(forces), lift_step=lift)
     assert unsure_at_the_end(trace, dropped, 3.0) is expected
     assert unsure_at_the_end(SimpleNamespace(unsure=None), dropped, 3.0) is None
 

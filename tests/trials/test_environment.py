@@ -14,7 +14,7 @@ from fingerdesign.trials import environment as module
 from fingerdesign.trials.environment import STEP_COST, GripEnvironment
 
 
-def test_without_gymnasium_it_is_said_how_to_get_it(monkeypatch, design, half_plane):
+def test_without_gymnasium_the_install_command_is_printed(monkeypatch, design, half_plane):
     monkeypatch.setattr(module, "Env", object)
     with pytest.raises(ImportError, match=r"pip install 'fingerdesign\[gym\]'"):
         GripEnvironment(design, problem=half_plane)
@@ -29,7 +29,7 @@ def gymnasium():
 
 @pytest.fixture
 def made(gymnasium, design, half_plane):
-    """An environment of the closed-form finger; mu = 0.5, 200 g, no noise, unless said."""
+    """An environment of the closed-form finger; mu = 0.5, 200 g, no noise, unless given."""
 
     def make(values=None, **given):
         given = {"frictions": (0.5, 0.5), "masses_g": (200.0, 200.0)} | given
@@ -169,10 +169,10 @@ def test_hardware_tugs_and_another_finger_opposite_count(made, monkeypatch, soft
     assert plain[0][4]
     tug = {"step_after_lift": 2, "extra_force_N": 30.0}
     assert last(tugs=[tug])[4]["ending"] == "complete slip"
-    asked = []
-    monkeypatch.setattr(module, "opposite_problem", lambda *a: asked.append(a[1]) or softer)
+    requested = []
+    monkeypatch.setattr(module, "opposite_problem", lambda *a: requested.append(a[1]) or softer)
     assert abs(last()[0][-5] - plain[0][-5]) > 0.01
-    assert asked == ["plane-strain"]
+    assert requested == ["plane-strain"]
 
 
 @pytest.mark.parametrize(

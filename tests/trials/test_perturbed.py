@@ -85,7 +85,7 @@ def test_a_row_moves_as_one(fault, moved):
     assert np.flatnonzero(np.abs(off).max(axis=0) > 1e-3).tolist() == [moved]
 
 
-def test_a_gage_that_dies_is_one_of_the_designs_and_hardware_is_as_said():
+def test_a_gage_that_dies_is_one_of_the_designs_and_hardware_is_as_given():
     design = with_values(load_design("sensitive"), {"grip.hardware.force_cross_talk": 0.03})
     drawn = [perturb(design, ["dying", "forces"], seed).design.grip.hardware for seed in range(8)]
     assert len({each.dying_gages for each in drawn}) > 1
@@ -158,7 +158,7 @@ def test_friction_in_motion_is_5_to_20_per_cent_less():
     assert bench.friction_share is held.friction_share is None  # the plant's, step by step
 
 
-def test_another_mesher_is_asked_for_by_name_in_three_dimensions(monkeypatch):
+def test_another_mesher_is_requested_by_name_in_three_dimensions(monkeypatch):
     assert set(FAULTS) - set(ALL) == ON_REQUEST == {"mesher"}
     assert Perturbed().labels == ("none", *ALL, "all")
     assert faults_by_label()["mesher"] == ("mesher",)
@@ -178,7 +178,7 @@ def test_another_mesher_is_asked_for_by_name_in_three_dimensions(monkeypatch):
     assert (mesher_name(swept), mesher_name(other)) == ("extrude", "tetwild")
     assert 1.6 <= other.mesh.contact_size_mm / swept.mesh.contact_size_mm <= 2.0
     assert 1.6 <= other.mesh.plate_size_mm / swept.mesh.plate_size_mm <= 2.0
-    assert meshed_for_grips(found.design, "3d").mesh.mesher == "auto"  # but for what is said
+    assert meshed_for_grips(found.design, "3d").mesh.mesher == "auto"  # but for what is given
 
 
 @pytest.mark.slow  # fTetWild's mesh of a finger, and two models in 3-D

@@ -28,9 +28,9 @@ def design(tmp_path):
     return path
 
 
-def test_a_whole_folder_is_written(design, tmp_path, said):
+def test_a_whole_folder_is_written(design, tmp_path, terminal):
     out = tmp_path / "out"
-    shown = said("validate", design, "--out", out, "--only", "youngs_modulus", "--json").out
+    shown = terminal("validate", design, "--out", out, "--only", "youngs_modulus", "--json").out
     folder = out / "bare"
     assert [path.name for path in out.iterdir()] == ["bare"]
     names = {f"validate.{ending}" for ending in ("json", "csv", "html", "png")}
@@ -55,7 +55,7 @@ def test_a_whole_folder_is_written(design, tmp_path, said):
     assert (folder / "validate.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_what_is_wrong_is_refused_before_work(design, tmp_path, said):
+def test_what_is_wrong_is_refused_before_work(design, tmp_path, terminal):
     taken, none, out = tmp_path / "taken", tmp_path / "none.toml", tmp_path / "o"
     (taken / "bare").mkdir(parents=True)
     (taken / "bare" / "result.json").write_text("{}")
@@ -65,14 +65,14 @@ def test_what_is_wrong_is_refused_before_work(design, tmp_path, said):
         ((design, "--out", out, "--only", "linear"), "must be one of plane_strain"),
         ((design, "--out", out, "--only", "sheet"), "did you mean sheets?"),
     ):
-        assert reported in said("validate", *words, code=2).err
+        assert reported in terminal("validate", *words, code=2).err
     assert not out.exists() or not list(out.iterdir())
-    shown = "".join(said("validate", "--help").out.split())
+    shown = "".join(terminal("validate", "--help").out.split())
     assert all(each.key in shown for each in ASSUMPTIONS)
     # `view` names what it cannot read.
     (taken / "bare" / "result.json").rename(taken / "bare" / "validate.json")
     for place in (taken, taken / "bare"):
-        assert "RESULT = " in said("view", place, code=2).err
+        assert "RESULT = " in terminal("view", place, code=2).err
 
 
 def test_the_terminal_says_what_the_page_says():
@@ -88,10 +88,10 @@ def test_the_terminal_says_what_the_page_says():
 
 
 def test_models_that_fail_are_no_success_and_nothing_to_report_is_none(
-    design, tmp_path, monkeypatch, said
+    design, tmp_path, monkeypatch, terminal
 ):
     def recorded(code, *only):
-        shown = said("validate", design, "--out", tmp_path, *only, "-q", code=code)
+        shown = terminal("validate", design, "--out", tmp_path, *only, "-q", code=code)
         record = json.loads((tmp_path / "bare" / "validate.json").read_text("utf-8"))
         jsonschema.validate(record, json_schema("validate"))
         return record, shown
