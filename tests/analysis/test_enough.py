@@ -1,4 +1,4 @@
-"""A contact of few nodes is meshed finer, or the error names a remedy: never a result of one node."""
+"""A contact of few nodes is meshed finer, or the error names a remedy: never one node."""
 
 import numpy as np
 import pytest

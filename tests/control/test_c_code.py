@@ -256,8 +256,8 @@ class Compiled:
         self._state = ctypes.create_string_buffer(1 << 16)
 
     def init(self, curves, delay, stiffness, cross_talk=CROSS_TALK):
-        self._arrays = [np.ascontiguousarray(getattr(curves, name), dtype=S) for name in NAMES]
-        table = Curves(len(curves.approach), *(each.ctypes.data for each in self._arrays), cross_talk)
+        self._held = [np.ascontiguousarray(getattr(curves, name), dtype=S) for name in NAMES]
+        table = Curves(len(curves.approach), *(each.ctypes.data for each in self._held), cross_talk)
         given = ctypes.byref(table), delay, ctypes.c_float(stiffness)
         return self._library.regulator_init(self._state, *given)
 
@@ -307,8 +307,10 @@ def test_a_grip_goes_the_same_way(half_plane, compiled, bench, delay):
         found, command = compiled.step(*given), double.command(calibration.corrected(felt))
         assert compiled.status == 0
         assert same_bits(found, single.step(*given)), k
-        expected = double.estimator.estimate(double._history)
-        assert found[2:4] == pytest.approx([expected.stick_ratio, expected.friction_utilisation], abs=1e-3)
+        known = double.estimator.estimate(double._history)
+        assert found[2:4] == pytest.approx(
+            [known.stick_ratio, known.friction_utilisation], abs=1e-3
+        )
         assert found[4] == pytest.approx(double.friction or 0.0, rel=1e-3)
         assert found[5] == command.unsure
         most = max(most, abs(found[0] - command.dx), abs(found[1] - command.dy))

@@ -1,8 +1,6 @@
 """The plants that a design's [grip] table asks for, their imperfections, whole grips, docs."""
 
-import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,8 +20,10 @@ from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace import read_trace
 from fingerdesign.records.result_files import write_grip_csv
+from tests.support.pages import blocks, run_python
 
 MASS = 300.0
+PAGE = "explanation/plants.md"
 
 
 def lifting(design, **values):
@@ -349,25 +349,6 @@ def read(plant, moves=200, dx=0.0):
     return np.array([plant.move(dx, 0.01).readings for _ in range(moves)])
 
 
-def test_noise_has_its_size_and_the_truth_has_none():
-    plant = imperfect(gage_noise_microstrain=0.5, force_noise_N=0.02)
-    samples = [plant.move(0.0, 0.0) for _ in range(2000)]
-    assert np.std([s.readings for s in samples]) == pytest.approx(0.5, rel=0.05)
-    assert np.std([s.normal_force for s in samples]) == pytest.approx(0.02, rel=0.1)
-    assert np.std([s.tangential_force for s in samples]) == pytest.approx(0.02, rel=0.1)
-    assert plant.truth().normal_force == 0.0
-
-
-def test_equal_seeds_read_alike_and_levels_differ_in_scale_alone():
-    one, same, other, louder = (
-        read(imperfect(seed, gage_noise_microstrain=level))
-        for seed, level in ((3, 1.0), (3, 1.0), (4, 1.0), (3, 10.0))
-    )
-    assert np.array_equal(one, same)
-    assert not np.array_equal(one, other)
-    assert louder == pytest.approx(10.0 * one)
-
-
 def test_each_gage_drifts_at_a_steady_rate_of_its_own():
     readings = read(imperfect(drift_microstrain_per_s=2.0, sample_rate_Hz=50.0))
     rates = np.diff(readings, axis=0) * 50.0
@@ -410,37 +391,6 @@ def test_the_hand_samples_all_of_it_late():
     assert plant.truth() == prompt.truth()
 
 
-def test_the_stage_moves_in_whole_steps_and_forgets_nothing():
-    plant = imperfect(stage_step_mm=0.01)
-    ways = []
-    for _ in range(100):
-        plant.move(0.0, 0.004)
-        ways.append(plant.truth().approach)
-    steps = np.array(ways) / 0.01
-    assert steps == pytest.approx(np.round(steps))
-    assert np.abs(np.array(ways) - 0.004 * np.arange(1, 101)).max() <= 0.005 + 1e-12
-    assert ways[-1] == pytest.approx(0.4)
-
-
-def test_a_turn_of_the_stage_loses_the_backlash_once():
-    plant = imperfect(backlash_mm=0.03)
-    ways = []
-    for dx in (0.1, 0.1, -0.02, -0.02, -0.1, 0.02, 0.1):
-        plant.move(dx, 0.0)
-        ways.append(plant.truth().shear)
-    assert ways == pytest.approx([0.1, 0.2, 0.2, 0.19, 0.09, 0.09, 0.18])
-
-
-def test_a_stage_that_lags_comes_after_exponentially():
-    plant = imperfect(actuator_lag_s=0.03, sample_rate_Hz=100.0)
-    plant.move(0.0, 0.06)
-    ways = [plant.truth().approach]
-    for _ in range(4):
-        plant.move(0.0, 0.0)
-        ways.append(plant.truth().approach)
-    assert ways == pytest.approx(0.06 * -np.expm1(-np.arange(1, 6) / 3.0), rel=1e-12)
-
-
 def test_at_rest_the_mean_of_many_samples_is_left():
     noisy = {"gage_noise_microstrain": 2.0, "force_noise_N": 0.5, "drift_microstrain_per_s": 1.0}
     lasting = {"gain_spread": 0.05, "backlash_mm": 0.01, "stage_step_mm": 0.001}
@@ -453,31 +403,21 @@ def test_at_rest_the_mean_of_many_samples_is_left():
     assert (rest.stage_step_mm, rest.backlash_mm) == (0.001, 0.01)
 
 
-TEXT = (Path(__file__).parents[2] / "docs/explanation/plants.md").read_text("utf-8")
-
-
-def blocks(kind):
-    return re.findall(rf"```{kind}\n(.*?)```", TEXT, flags=re.DOTALL)
-
-
 def test_its_design_is_sound_and_says_every_key_of_the_hardware():
-    design = parse_design(blocks("toml")[0])
+    design = parse_design(blocks(PAGE, "toml")[0])
     assert design.grip.plant == "lift"
     given = design.grip.hardware.model_fields_set
     assert set(type(design.grip.hardware).model_fields) - given == {"specimen"}
 
 
-def test_a_lift_is_recorded(tmp_path, in_tmp_path, capsys):
-    exec(compile(blocks("python")[0], "plants.md", "exec"), {})
+def test_a_lift_is_recorded_and_a_hand_of_ones_own_grips(tmp_path, in_tmp_path, capsys):
+    run_python(PAGE)
     lifted, carried, rise = capsys.readouterr().out.split()
     assert lifted == "True"
     assert float(carried) == pytest.approx(0.2 * 9.80665, abs=1e-3)
     assert float(rise) > 0.01
     assert len(read_trace(tmp_path / "grip.csv", 15))
-
-
-def test_a_hand_of_ones_own_grips(capsys):
-    exec(compile(blocks("python")[1], "plants.md", "exec"), {"__name__": "own"})
+    run_python(PAGE, 1)
     lifted, margin, *reason = capsys.readouterr().out.split()
     assert (lifted, float(margin)) == ("True", pytest.approx(2.4, abs=0.3))
     assert "hangs" in " ".join(reason)
@@ -519,3 +459,45 @@ def test_a_weight_that_grows_is_carried_caught_or_dropped(
         assert len(episode.to_slip.dx) == 101 + int(np.argmax(slipped))
         assert slipped[-1] == (caught is False)
     assert (result.success, result.holds_object) == (caught is None, caught is None)
+
+
+def test_noise_has_its_size_and_its_seed_and_the_truth_has_none():
+    plant = imperfect(gage_noise_microstrain=0.5, force_noise_N=0.02)
+    samples = [plant.move(0.0, 0.0) for _ in range(2000)]
+    assert np.std([s.readings for s in samples]) == pytest.approx(0.5, rel=0.05)
+    assert np.std([s.normal_force for s in samples]) == pytest.approx(0.02, rel=0.1)
+    assert np.std([s.tangential_force for s in samples]) == pytest.approx(0.02, rel=0.1)
+    assert plant.truth().normal_force == 0.0
+    one, same, other, louder = (
+        read(imperfect(seed, gage_noise_microstrain=level))
+        for seed, level in ((3, 1.0), (3, 1.0), (4, 1.0), (3, 10.0))
+    )
+    assert np.array_equal(one, same)
+    assert not np.array_equal(one, other)
+    assert louder == pytest.approx(10.0 * one)
+
+
+@pytest.mark.parametrize(
+    ("hardware", "moves", "ways"),
+    [
+        ({"stage_step_mm": 0.01}, [0.004] * 5, [0.0, 0.01, 0.01, 0.02, 0.02]),  # forgets nothing
+        # A turn loses the backlash once.
+        (
+            {"backlash_mm": 0.03},
+            [0.1, 0.1, -0.02, -0.02, -0.1, 0.02, 0.1],
+            [0.1, 0.2, 0.2, 0.19, 0.09, 0.09, 0.18],
+        ),
+        (
+            {"actuator_lag_s": 0.03, "sample_rate_Hz": 100.0},
+            [0.06, 0.0, 0.0, 0.0, 0.0],
+            0.06 * -np.expm1(-np.arange(1, 6) / 3.0),
+        ),
+    ],
+)
+@pytest.mark.parametrize("along", ["shear", "approach"])
+def test_the_stage_has_steps_backlash_and_lag(hardware, moves, ways, along):
+    plant, found = imperfect(**hardware), []
+    for each in moves:
+        plant.move(*((each, 0.0) if along == "shear" else (0.0, each)))
+        found.append(getattr(plant.truth(), along))
+    assert found == pytest.approx(ways, abs=1e-12)

@@ -6,6 +6,7 @@ Front and recommended finger, on outcomes whose answer is known by hand.
 import base64
 import gzip
 import html
+import itertools
 import json
 import re
 from dataclasses import replace
@@ -64,26 +65,18 @@ def test_every_design_is_there_with_its_numbers_and_every_failure(made, page):
     for each in filter(None, (o.failure for o in made)):
         assert html.escape(each.sentence) in page
     assert "ab" * 32 in page
-    assert "fingerdesign 0.1.0" in page
-    for none in ((), any_outcomes(3, failed=1.0)):
-        assert "no design was analysed" in page_of(none)
-
-
-def test_downloads_are_exact(made, page):
     lines = archive(page, "outcomes.jsonl").splitlines()
     assert tuple(Outcome.from_json(line) for line in lines) == made
     assert len(archive(page, "designs.csv").splitlines()) == len(made) + 1
-
-
-def test_recommended_in_words(made, page):
-    found = recommend(made, WANTED, BOUNDS)
-    stated = summary_of(made, bounds=BOUNDS)
+    found, stated = recommend(made, WANTED, BOUNDS), summary_of(made, bounds=BOUNDS)
     assert stated.recommended == made[found.chosen].name
     assert f'<strong id="recommended-name">{stated.recommended}</strong>' in page
     assert f"{sum(o.status == 'failed' for o in made)} failed" in stated.counts
-    # Each sentence of what is given up names a design that is better there, and its price.
+    # A sentence of what is given up names a design that is better there, and its price.
     best = made[found.best[0]]
     assert any(best.name in line and "cost" in line for line in stated.given_up)
+    for none in ((), any_outcomes(3, failed=1.0)):
+        assert "no design was analysed" in page_of(none)
 
 
 def test_hostile_texts_stay_text():
@@ -114,87 +107,86 @@ def summary_of(outcomes, wanted=WANTED, bounds=()):
     )
 
 
-def with_metrics(outcome, **metrics):
-    return replace(outcome, metrics=outcome.metrics | metrics)
-
-
-@pytest.fixture(scope="module")
-def good(made):
-    return [each for each in made if each.status == "ok"]
-
-
-def test_the_row_says_which_constraint_broke_and_what_was_varied_stands_first(good):
-    made = [with_metrics(good[0], cost=99.0), *good[1:]]
-    page = compare_html(made, facts_of("x", made, WANTED, (Bound("cost", at_most=50.0),)))
+def test_the_row_says_which_constraint_broke_and_what_was_varied_stands_first(made):
+    good = [each for each in made if each.status == "ok"]
+    dear = replace(good[0], metrics=good[0].metrics | {"cost": 99.0})
+    every = [dear, *good[1:]]
+    page = compare_html(every, facts_of("x", every, WANTED, (Bound("cost", at_most=50.0),)))
     reported = "cost 99, required is at most 50 (off by 49)"
     assert f'title="{reported}">' in page
     data = json.loads(script(page, "data"))
     assert data["designs"][0]["missed"] == [reported]
     columns = [each["path"] for each in data["columns"]]
     columns = [path for path in columns if path[0] in ("values", "metrics")]
-    varied = len(good[0].values)
+    varied = len(dear.values)
     assert {path[0] for path in columns[:varied]} == {"values"}
     assert columns[varied : varied + 2] == [["metrics", each.metric] for each in WANTED]
 
 
-def outcome(name, **metrics):
-    common = {"digest": name, "values": {}, "design": {}, "scene": "s", "fidelity": "plane-strain"}
-    return Outcome(name=name, **common, status="ok", metrics=metrics)
+def outcome(name, status="ok", fidelity="plane-strain", **metrics):
+    common = {"digest": name, "values": {}, "design": {}, "scene": "s"}
+    return Outcome(name=name, **common, fidelity=fidelity, status=status, metrics=metrics)
 
 
-def test_knee_of_a_front_and_the_runner_up_next_to_it():
-    knee = [
-        outcome("accurate", stick_error=0.0, cost=10.0),
-        outcome("knee", stick_error=0.2, cost=2.0),
-        outcome("cheap", stick_error=1.0, cost=0.0),
-        outcome("worse than knee", stick_error=0.3, cost=2.0),
-        outcome("next", stick_error=0.3, cost=1.9),
-    ]
-    found = recommend([*knee[:4]], WANTED, [])
-    assert found.front == (0, 1, 2)
-    assert found.chosen == 1
-    assert found.best == (0, 2)
-    some = [knee[k] for k in (0, 1, 4, 2)]
-    assert recommend(some, WANTED, []).runner_up == 2
-    # Where one beats all, the nearest of those beaten; of one alone, none.
-    assert recommend(some, [LEAST_COST], []).runner_up == 2
-    assert recommend(some[:1], [LEAST_COST], []).runner_up is None
+def errors_and_costs(*pairs):
+    return [outcome(str(k), stick_error=x, cost=y) for k, (x, y) in enumerate(pairs)]
 
 
-def test_goals_turn_round_and_without_any_nothing_is_chosen():
-    both = [outcome("low", safety_margin=1.0), outcome("high", safety_margin=2.0)]
-    assert recommend(both, [MOST_MARGIN], []).chosen == 1
-    assert recommend(both, [Objective("safety_margin", "min")], []).chosen == 0
-    for some, wanted in (([], [LEAST_COST]), (both, []), (both, [LEAST_COST])):
-        assert recommend(some, wanted, []).chosen is None
+KNEE = errors_and_costs((0.0, 10.0), (0.2, 2.0), (1.0, 0.0), (0.3, 2.0), (0.3, 1.9))
 
 
-def test_constraints_missing_values_and_failures_leave_the_race():
-    good = outcome("good", stick_error=0.5, cost=5.0)
-    dear = outcome("dear", stick_error=0.1, cost=50.0)
-    silent = outcome("silent", stick_error=None, cost=1.0)
-    failed = replace(outcome("failed", stick_error=0.0, cost=0.0), status="failed")
-    bound = Bound("cost", at_most=10.0)
-    found = recommend([dear, silent, failed, good], WANTED, [bound])
-    assert found.feasible == (3,)
-    assert found.chosen == 3
+NEXT = [KNEE[k] for k in (0, 1, 4, 2)]
 
 
-def test_three_d_is_chosen_among_where_there_is_a_choice():
-    shallow = [outcome(f"p{i}", cost=float(i)) for i in range(5)]
-    deep = [replace(outcome(f"d{i}", cost=10.0 + i), fidelity="3d") for i in range(2)]
-    found = recommend([*shallow, *deep], [LEAST_COST], [])
-    assert (found.fidelity, found.chosen, found.group) == ("3d", 5, (5, 6))
-    assert recommend([*shallow, deep[0]], [LEAST_COST], []).chosen == 0
+TWO = [outcome("low", safety_margin=1.0), outcome("high", safety_margin=2.0)]
 
 
-def test_a_tie_is_reported_and_broken_by_the_range_of_all():
-    found = recommend([outcome("a", cost=1.0), outcome("b", cost=1.0)], [LEAST_COST], [])
-    assert (found.front, found.chosen) == ((0, 1), 0)
-    pair = [outcome("a", stick_error=0.2, cost=1.0), outcome("b", stick_error=0.1, cost=9.0)]
-    rest = [outcome("c", stick_error=0.21, cost=10.0)]  # widens costs more than errors
-    found = recommend([*pair, *rest], WANTED, [])
-    assert (found.front, found.chosen, found.alike) == ((0, 1), 1, (0,))
+# A dear one, one without an objective, a failed one, and one that is left.
+RACE = [
+    *errors_and_costs((0.1, 50.0), (None, 1.0)),
+    outcome("failed", "failed", stick_error=0.0, cost=0.0),
+    outcome("good", stick_error=0.5, cost=5.0),
+]
+
+
+FLAT = [outcome(f"p{i}", cost=float(i)) for i in range(5)]
+
+
+DEEP = [outcome(f"d{i}", fidelity="3d", cost=10.0 + i) for i in range(2)]
+
+
+TIE = [outcome("a", cost=1.0), outcome("b", cost=1.0)]
+
+
+WIDE = errors_and_costs((0.2, 1.0), (0.1, 9.0), (0.21, 10.0))  # the third widens costs
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "wanted", "bounds", "expected"),
+    [
+        (KNEE[:4], WANTED, (), {"front": (0, 1, 2), "chosen": 1, "best": (0, 2)}),
+        (NEXT, WANTED, (), {"runner_up": 2}),
+        # Where one beats all, the nearest of those beaten; of one alone, none.
+        (NEXT, [LEAST_COST], (), {"runner_up": 2}),
+        (NEXT[:1], [LEAST_COST], (), {"runner_up": None}),
+        (TWO, [MOST_MARGIN], (), {"chosen": 1}),
+        (TWO, [Objective("safety_margin", "min")], (), {"chosen": 0}),
+        ([], [LEAST_COST], (), {"chosen": None}),
+        (TWO, [], (), {"chosen": None}),
+        (TWO, [LEAST_COST], (), {"chosen": None}),
+        (RACE, WANTED, [Bound("cost", at_most=10.0)], {"feasible": (3,), "chosen": 3}),
+        # Of 3-D where there is a choice.
+        ([*FLAT, *DEEP], [LEAST_COST], (), {"fidelity": "3d", "chosen": 5, "group": (5, 6)}),
+        ([*FLAT, DEEP[0]], [LEAST_COST], (), {"chosen": 0}),
+        # A tie is reported, and broken by the range of all.
+        (TIE, [LEAST_COST], (), {"front": (0, 1), "chosen": 0}),
+        (WIDE, WANTED, (), {"front": (0, 1), "chosen": 1, "alike": (0,)}),
+    ],
+    ids=itertools.count(),
+)
+def test_one_is_recommended_of_the_front(outcomes, wanted, bounds, expected):
+    found = recommend(outcomes, wanted, bounds)
+    assert {name: getattr(found, name) for name in expected} == expected
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -28,8 +28,13 @@ from fingerdesign.records.result import (
     Result,
 )
 from fingerdesign.search.run import evaluate as module
-from fingerdesign.search.run import measured
-from fingerdesign.search.run.evaluate import Job, evaluate, relabelled, validity_of
+from fingerdesign.search.run.evaluate import (
+    Job,
+    evaluate,
+    finite_metrics,
+    relabelled,
+    validity_of,
+)
 from fingerdesign.search.run.measured import (
     grip_metrics,
     grips_of,
@@ -174,20 +179,6 @@ def test_a_failure_is_an_outcome_and_a_fault_of_the_program_is_raised(
     assert (other.name, other.metrics) == ("t-3", {})
 
 
-def test_want_of_memory_and_a_file_that_is_gone_are_failures(job, monkeypatch):
-    def gone(design):
-        raise DesignError([Fault("body.step.file", "a.step", "a file", "give one")])
-
-    with monkeypatch.context() as patch:
-        patch.setattr("fingerdesign.runtime.machine.available_memory_MB", lambda: 10.0)
-        patch.setattr("fingerdesign.analysis.forecast.limits.SMALL_MB", 1.0)
-        failure = evaluate(job).failure
-    assert failure.kind == "memory"
-    assert "10 MB are free" in failure.sentence
-    monkeypatch.setattr("fingerdesign.design.digest._by_content", gone)
-    assert "a.step" in evaluate(job).failure.sentence
-
-
 def test_a_scene_is_its_path_alone(job):
     scene = parse_scene(SPHERE.replace("sphere", "cylinder"))
     found = evaluate(replace(job, scene=scene, scene_name="bar"))
@@ -209,20 +200,6 @@ def test_relabelled_for_another_study(outcome, job, design):
     assert "s-0001" not in found.to_json()
     with pytest.raises(ValueError, match="digests differ"):
         relabelled(outcome, replace(job, design=with_values(design, {"body.width_mm": 12.1})))
-
-
-def test_what_is_no_finite_number_is_none_with_a_warning(job, monkeypatch):
-    def endless(*arguments):
-        found = own(*arguments)
-        return found | {"cost": float("inf"), "gage_response": float("nan"), "peak_ratio": 1e200}
-
-    own = measured.metrics_of
-    monkeypatch.setattr("fingerdesign.search.run.evaluate.metrics_of", endless)
-    found = evaluate(job)
-    for name in ("cost", "gage_response", "peak_ratio"):
-        assert found.metrics[name] is None
-        assert f"no {name}: its value is no finite number" in found.warnings
-    assert Outcome.from_json(found.to_json()) == found
 
 
 MODEL, MESH = ModelSummary(2, "t", 10, 5, False), MeshSummary("m", 3, 30.0, 0.0, None)
@@ -392,3 +369,16 @@ def test_metrics_of_grips():
     path = grips_of(made)[0]
     assert len(path.normal_force_N) == len(path.tangential_force_N) == 60
     assert path.normal_force_N[-1] == 5.0
+
+
+def test_a_file_that_is_gone_is_a_failure(job, design, tmp_path):
+    mesh = design.mesh.model_copy(update={"file": str(tmp_path / "gone.msh"), "mesher": "file"})
+    found = evaluate(replace(job, design=design.model_copy(update={"mesh": mesh})))
+    assert "gone.msh" in found.failure.sentence
+
+
+def test_what_is_no_finite_number_is_none_with_a_warning():
+    given = {"cost": float("inf"), "gage_response": float("nan"), "peak_ratio": 1e200, "plates": 3}
+    found, warnings = finite_metrics(given)
+    assert found == dict.fromkeys(given, None) | {"plates": 3}
+    assert warnings == tuple(f"no {name}: its value is no finite number" for name in given)[:3]

@@ -159,11 +159,7 @@ def test_what_may_fare_better_is_tried_again_and_a_refusal_stays(store, kind):
     assert store.get(DIGEST, retry=True) == (first if kind == "refused" else None)
 
 
-def test_no_room_is_an_error_and_leaves_nothing(store, monkeypatch):
-    def full(number):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
+def test_no_room_is_an_error_and_leaves_nothing(store, full_disk):
     with pytest.raises(StoreError, match=r"cannot be stored in .*No space left on device"):
         store.put(outcome())
     assert [path for path in store.folder.rglob("*") if path.is_file()] == []

@@ -181,23 +181,21 @@ def test_files_beyond_every_size_are_refused(tmp_path):
             read_study(path)
 
 
-def test_shipped_studies_are_found_by_name_and_distinguished(tmp_path, monkeypatch):
+def test_shipped_studies_are_found_by_name_and_distinguished(in_tmp_path):
     assert read_study("fingers").name == "fingers"
     for name, words in (("plane_strain", "bench plane-strain"), ("finger", "did you mean fingers")):
         with pytest.raises(DesignError, match=words):
             read_study(name)
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "fingers").write_text(HEAD + ONE, "utf-8")  # a file comes first
+    Path("fingers").write_text(HEAD + ONE, "utf-8")  # a file comes first
     assert read_study("fingers").name == "few"
 
 
-def test_files_lie_next_to_the_study(tmp_path, monkeypatch):
+def test_files_lie_next_to_the_study(tmp_path, in_tmp_path):
     (home := tmp_path / "home").mkdir()
     (home / "own.toml").write_text(shipped_text("narrow"), "utf-8")
     text = HEAD.replace("maeno2000", "own.toml")
     text += '[parameters]\n"mesh.file" = ["a.msh", "/b.msh"]\n'
     (home / "study.toml").write_text(text, "utf-8")
-    monkeypatch.chdir(tmp_path)
     study = read_study("home/study.toml")
     assert study.parameters["mesh.file"] == (str(home / "a.msh"), "/b.msh")
     assert base_design(study, home).body.width_mm == 10.0

@@ -3,7 +3,6 @@
 import json
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -39,6 +38,7 @@ from fingerdesign.sensing.identify.bench import phase_problems, protocol, simula
 from fingerdesign.sensing.identify.bench_fit import Noise, fit_latents
 from fingerdesign.sensing.identify.bench_report import calibrated_finger, write_measured
 from fingerdesign.sensing.train.result import settings_of, training_key
+from tests.support.pages import DOCS, blocks, run_python
 
 SOFT = """
 [design]
@@ -66,7 +66,6 @@ contact_size_mm = 0.2
 plate_size_mm = 0.3
 """
 GAGES = 4
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -351,15 +350,14 @@ def test_wrong_options_and_foreign_estimators_are_refused(design, measured, tmp_
 
 @pytest.mark.slow
 def test_the_pages_commands_run(design, tmp_path, in_tmp_path, capsys):
-    text = (ROOT / "docs/how_to/identify.md").read_text("utf-8")
+    page = "how_to/identify.md"
     (tmp_path / "mine.toml").write_text(SOFT)
     estimator_file(design, tmp_path / "trained/mine")
-    for block in re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL):
-        for line in block.splitlines():
-            assert main(line.partition("#")[0].split()[1:]) == 0, capsys.readouterr()
-    code, _ = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+    for line in "".join(blocks(page, "sh")).splitlines():
+        assert main(line.partition("#")[0].split()[1:]) == 0, capsys.readouterr()
     capsys.readouterr()
-    exec(compile(code, "docs/how_to/identify.md", "exec"), {})
+    run_python(page)
     assert "plate_" in capsys.readouterr().out
-    shown = re.search(r"```\n(trace,phase,.*?)```", text, flags=re.DOTALL).group(1)
-    assert (tmp_path / "bench/mine/phases.csv").read_text() == shown
+    shown = re.search(r"```\n(trace,phase,.*?)```", (DOCS / page).read_text("utf-8"), re.DOTALL)
+    assert (tmp_path / "bench/mine/phases.csv").read_text() == shown[1]
+    run_python(page, 1)

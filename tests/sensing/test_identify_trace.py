@@ -3,7 +3,6 @@
 import json
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import jsonschema
 import numpy as np
@@ -21,7 +20,6 @@ from fingerdesign.sensing.identify.trace_path import MOST_MOVES, TracePath, play
 from fingerdesign.sensing.identify.trace_report import identification, identified_design
 from fingerdesign.sensing.model import grip_problem
 
-ROOT = Path(__file__).parents[2]
 SMALL = """
 [design]
 name = "small"
@@ -208,10 +206,3 @@ def test_the_command_and_its_mistakes(design, made, tmp_path, terminal):
     assert "trace.csv" in terminal("identify", file, trace, code=2).err
     terminal("identify", file, "--simulate", "--out", tmp_path / "sim", "--quiet")
     assert json.loads((tmp_path / "sim/small/truth.json").read_text())["youngs_modulus"] > 0.0
-
-
-@pytest.mark.slow
-def test_the_docs_example_runs():
-    text = (ROOT / "docs/how_to/identify.md").read_text("utf-8")
-    for code in re.findall(r"```python\n(.*?)```", text, re.DOTALL)[1:]:
-        exec(compile(code, "docs/how_to/identify.md", "exec"), {})

@@ -1,5 +1,6 @@
 """Training: seeded random grip paths, their samples, errors below those of a guess, the cache."""
 
+import contextlib
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.estimator import GripEstimator, feature_count
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
+from fingerdesign.sensing.train import network
 from fingerdesign.sensing.train import result as training
 from fingerdesign.sensing.train.estimator import BANDS, NOISES, train_estimator
 from fingerdesign.sensing.train.paths import FRICTIONS, Settings, random_grip_paths
@@ -18,6 +20,20 @@ from fingerdesign.sensing.train.samples import finger_curves, sample
 
 BOUNDS = Bounds(preload=0.01, approach_step=0.004, max_approach=0.12, max_steps=0)
 SETTINGS = Settings(face="upper", bounds=BOUNDS, grips=60, replicates=1, seed=1)
+
+
+@contextlib.contextmanager
+def epochs(count):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(network, "_SCHEDULE", ((2e-3, count),))
+        yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def short_schedule():
+    """Train two epochs where the errors do not matter."""
+    with epochs(2):
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -57,10 +73,10 @@ def test_what_is_sampled_has_the_noise_that_was_requested(problem, grips):
     assert np.abs(loud[:, :3] - quiet[:, :3]).mean() > 0.0
 
 
-def test_an_estimator_beats_a_guess_and_its_file_gives_the_same(problem, grips, monkeypatch):
-    monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 25),))
-    monkeypatch.setattr("fingerdesign.sensing.train.estimator.BANDS", ((0.25, 15.0),))
-    result = train_estimator(problem, "key", SETTINGS, grips=grips)
+def test_an_estimator_beats_a_guess_and_its_file_gives_the_same(problem, grips):
+    with epochs(25):
+        bands = ((0.25, 15.0),)
+        result = train_estimator(problem, "key", SETTINGS, grips=grips, bands=bands)
     used = np.concatenate([each.friction_utilisation for each in grips])
     assert result.noises == NOISES
     assert result.friction_utilisation_errors[0] < 0.7 * used.std()
@@ -75,8 +91,7 @@ def test_an_estimator_beats_a_guess_and_its_file_gives_the_same(problem, grips, 
     )
 
 
-def test_the_grips_of_a_policy_depend_on_their_seed_and_are_true(problem, grips, monkeypatch):
-    monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 5),))
+def test_the_grips_of_a_policy_depend_on_their_seed_and_are_true(problem, grips):
     policy = train_estimator(problem, "pilot", SETTINGS, grips=grips, bands=BANDS[:1]).estimator
     assert len(policy.bands) == 1
     grip = Grip(preload_mm=0.01, max_approach_mm=0.12, max_steps=40)
@@ -93,9 +108,8 @@ def test_the_grips_of_a_policy_depend_on_their_seed_and_are_true(problem, grips,
         assert pulled > 0.0
 
 
-def test_errors_are_of_other_fingers_where_there_are_some(problem, grips, monkeypatch):
+def test_errors_are_of_other_fingers_where_there_are_some(problem, grips):
     """Sixty grips, of one finger or of so many; the first nine are held out."""
-    monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 1),))
     curves = [finger_curves(problem, "upper", BOUNDS) for _ in range(20)]
     # Each finger has so many grips; one with training grips is no test finger.
     for each, fingers, judged in ((60, 0, 9), (3, 3, 9), (4, 2, 8), (20, 0, 9)):
@@ -112,7 +126,6 @@ def test_too_few_grips_are_refused(problem, grips):
 
 @pytest.mark.slow
 def test_perturbed_fingers_train_the_same_with_any_number_of_workers(monkeypatch, tmp_path):
-    monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 8),))
     keys = {"training_fingers": 4, "training_grips": 80}
     values = {f"grip.regulator.{key}": value for key, value in keys.items()}
     coarse = {"plates.count": 5, "mesh.section.contact_size_mm": 0.3}
@@ -120,34 +133,31 @@ def test_perturbed_fingers_train_the_same_with_any_number_of_workers(monkeypatch
     found = []
     for workers in (1, 2):
         monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / str(workers)))
-        found.append(training.training_result_for(design, workers=workers))
+        with epochs(8):
+            found.append(training.training_result_for(design, workers=workers))
     one, two = found
     assert one.estimator.to_json() == two.estimator.to_json()
     assert len(one.estimator.bands) == 2
     assert one.friction_utilisation_errors[0] < 0.35
 
 
-def test_training_is_cached_and_repeated_for_a_broken_file(
-    problem, grips, monkeypatch, own_cache, tmp_path
-):
-    trained = []
+def test_training_is_cached_and_repeated_for_a_broken_file(problem, own_cache, tmp_path):
+    keys = {"grip.regulator.training_fingers": 1, "grip.regulator.training_grips": 50}
+    keys |= {"grip.max_approach_mm": 0.12, "grip.preload_mm": 0.01}
+    design = with_values(load_design("sensitive"), keys)
 
-    def train(problem, key, settings, report, paths=None, workers=1):
-        trained.append(key)
-        return train_estimator(problem, key, SETTINGS, grips=grips)
+    def stored():
+        return {path: path.stat().st_mtime_ns for path in (tmp_path / "training").glob("*.txt")}
 
-    monkeypatch.setattr("fingerdesign.sensing.train.network._SCHEDULE", ((2e-3, 2),))
-    monkeypatch.setattr(training, "train_estimator", train)
-    design = with_values(load_design("sensitive"), {"grip.regulator.training_fingers": 1})
     first = training.training_result_for(design, problem)
+    ((path, made),) = stored().items()
     assert training.training_result_for(design, problem).stick_errors == first.stick_errors
-    assert len(trained) == 1
-    # Controllers' parameters need no other training; another finger and another stage do.
+    # Controllers' parameters need no other training; another finger does.
     training.training_result_for(with_values(design, {"grip.regulator.target": 0.7}), problem)
-    assert len(trained) == 1
+    assert stored() == {path: made}
     training.training_result_for(with_values(design, {"plates.count": 13}), problem)
-    assert len(set(trained)) == 2
-    (stored,) = (path for path in (tmp_path / "training").iterdir() if trained[0] in path.name)
-    stored.write_text(stored.read_text()[:1000])
-    training.training_result_for(design, problem)
-    assert len(trained) == 3
+    assert len(stored()) == 2
+    path.write_text(path.read_text()[:1000])
+    again = training.training_result_for(design, problem)
+    assert again.stick_errors == first.stick_errors
+    assert len(path.read_text()) > 1000

@@ -12,6 +12,7 @@ from fingerdesign.studio.numbers import PRESSES, SHEARS, motions
 from fingerdesign.studio.session import Session
 from fingerdesign.studio.sliders import Press
 from fingerdesign.studio.verdict import verdict
+from tests.support.pages import run_python
 
 
 @pytest.fixture(scope="module")
@@ -162,3 +163,10 @@ def test_no_value_of_a_client_leaves_a_slider(session, value):
     session.move({"friction": value, "approach": value, "no.such": value})
     assert all(each.low <= session.values[each.key] <= each.high for each in session.sliders)
     session.move({"friction": 0.5, "approach": 0.2})
+
+
+def test_the_pages_python_runs(capsys):
+    run_python("how_to/studio.md")
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[0].startswith("plane strain, coarse section ['yes', ")
+    assert printed[1] == "{'plates.angle_deg': 40.0}"

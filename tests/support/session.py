@@ -48,6 +48,16 @@ def own_cache(tmp_path, monkeypatch):
 
 
 @pytest.fixture
+def full_disk(monkeypatch):
+    """Let every durable write fail as on a full disk."""
+
+    def full(number):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+
+
+@pytest.fixture
 def terminal(capsys):
     """Run the command line to an exit code; return what it printed, ``out`` and ``err``."""
     from fingerdesign_cli.main import main

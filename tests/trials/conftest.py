@@ -17,6 +17,22 @@ approach_step_mm = 0.01
 max_approach_mm = 0.25
 max_steps = 120
 """
+COARSE = """
+[design]
+name = "coarse"
+[plates]
+count = 5
+length_mm = 1.0
+cover_mm = 1.2
+[gages]
+length_mm = 0.6
+[grip]
+defaults = "fixed"
+[mesh.section]
+contact_size_mm = 0.3
+plate_size_mm = 0.4
+plate_end_size_mm = 0.1
+"""
 GRID = ControlGrid((0.4, 0.6), (150.0, 300.0), (0.0, 1.0), tug=Tug(stay_s=0.1), hold_s=0.05)
 
 
@@ -31,8 +47,14 @@ def bench(half_plane, design):
     return GripBench(half_plane, "both", plates, design.grip, GRID)
 
 
+@pytest.fixture(scope="session")
+def coarse():
+    """A finger of five plates whose section is meshed coarsely."""
+    return parse_design(COARSE)
+
+
 @pytest.fixture
-def design_file(tmp_path):
-    path = tmp_path / "half-plane.toml"
-    path.write_text(DESIGN, encoding="utf-8")
+def coarse_file(tmp_path):
+    path = tmp_path / "coarse.toml"
+    path.write_text(COARSE, encoding="utf-8")
     return path

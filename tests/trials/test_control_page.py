@@ -21,6 +21,7 @@ from fingerdesign.trials.grid import Cell, ControlGrid
 from fingerdesign.trials.page import answers, control_html
 from fingerdesign.trials.record import ControlStudy, control_data, summarise
 from tests.support.grips import grip, path_of, trial
+from tests.support.pages import run_python
 
 GRID = ControlGrid((0.3, 0.6), (100.0, 200.0), (0.0, 0.5), tug=None)
 DROPPED = {
@@ -276,12 +277,8 @@ def test_the_page_shows_warnings_of_slip_with_cases_and_intervals():
         assert cases in table[: table.index("</table>")]
 
 
-TEXT = (Path(__file__).parents[2] / "docs/how_to/control.md").read_text("utf-8")
-
-
 def test_its_python_runs(capsys):
-    (code,) = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
-    exec(compile(code, "docs/how_to/control.md", "exec"), {})
+    run_python("how_to/control.md")
     reported = capsys.readouterr().out.split()
     assert float(reported[0]) == 1.0
     assert 1.15 < float(reported[-1]) < 1.3

@@ -1,8 +1,5 @@
 """The Gymnasium environment: its checker, seeds, endings and rewards, what fails, the docs."""
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -12,6 +9,7 @@ from fingerdesign.control.plants.plant import press
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.trials import environment as module
 from fingerdesign.trials.environment import STEP_COST, GripEnvironment
+from tests.support.pages import blocks, run_python
 
 
 def test_without_gymnasium_the_install_command_is_printed(monkeypatch, design, half_plane):
@@ -206,13 +204,8 @@ def test_noise_is_in_the_gages_alone_and_what_cannot_be_is_refused(made):
 
 
 def test_hands_of_the_docs_lift(gymnasium, capsys):
-    text = (Path(__file__).parents[2] / "docs/explanation/plants.md").read_text("utf-8")
-    (block,) = (
-        each
-        for each in re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
-        if "gymnasium" in each
-    )
-    exec(compile(block, "plants.md", "exec"), {"__name__": "page"})
+    page = "explanation/plants.md"
+    run_python(page, next(k for k, each in enumerate(blocks(page)) if "gymnasium" in each))
     shape, lifted = capsys.readouterr().out.rsplit(maxsplit=1)
     assert shape == "(4, 20)"
     assert int(lifted) >= 4

@@ -27,23 +27,7 @@ from fingerdesign.sensing.perturb.finger import (
     training_faults,
 )
 from fingerdesign.trials.grid import Perturbed, faults_by_label
-
-COARSE = """
-[design]
-name = "coarse"
-[plates]
-count = 5
-length_mm = 1.0
-cover_mm = 1.2
-[gages]
-length_mm = 0.6
-[grip]
-defaults = "fixed"
-[mesh.section]
-contact_size_mm = 0.3
-plate_size_mm = 0.4
-plate_end_size_mm = 0.1
-"""
+from tests.trials.conftest import COARSE
 
 
 def places(design):
@@ -201,9 +185,8 @@ def test_by_another_mesher_a_finger_is_much_the_same(own_cache):
     assert 0.0 < worst < 0.1 * np.abs(one.readings).max()
 
 
-def test_all_controllers_meet_the_same_fingers(tmp_path, capsys):
-    (tmp_path / "coarse.toml").write_text(COARSE)
-    given = ["study", "--perturbed", str(tmp_path / "coarse.toml"), "--out", str(tmp_path / "out")]
+def test_all_controllers_meet_the_same_fingers(coarse_file, tmp_path, capsys):
+    given = ["study", "--perturbed", str(coarse_file), "--out", str(tmp_path / "out")]
     given += ["--plants", "2", "--lifts", "1", "--workers", "1", "--quiet"]
     assert main([*given, "--fault", "rust"]) == 2
     assert "--fault = rust: must be one of none, modulus" in capsys.readouterr().err

@@ -10,13 +10,12 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import load_design
+from fingerdesign.control.plants.remembered import Memory
 from fingerdesign.errors import DesignError
 from fingerdesign.records.base import json_schema
 from fingerdesign.runtime.journal import Journal, JournalError
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials import study as control_study
-from fingerdesign.trials.bench import GripBench
-from fingerdesign.trials.grid import FRICTIONS, MASSES_G, ControlGrid, seed_of
+from fingerdesign.trials.grid import FRICTIONS, MASSES_G, Cell, ControlGrid
 from fingerdesign.trials.stored import KIND
 from fingerdesign.trials.study import StudyOptions, run_study
 from fingerdesign.trials.tuning import (
@@ -154,18 +153,6 @@ def judged(bench, design, path, workers=1):
         )
 
 
-def test_their_noise_is_another_than_the_grids(bench, design, tmp_path, monkeypatch):
-    used = []
-    real = GripBench.run_cell
-    monkeypatch.setattr(
-        GripBench, "run_cell", lambda *given: used.append(given[:2]) or real(*given)
-    )
-    judged(bench, design, tmp_path / "j")
-    own, cell = used[0]
-    assert seed_of(cell, own.grid.seed) != seed_of(cell, bench.grid.seed)
-    assert own.grid.tug is None
-
-
 def test_grips_take_the_values_that_are_tried_and_the_bench_stores_its_calibration(bench):
     tried, cells = TriedBench(bench), tuning_cells("fixed_ratio", 2)
     loose, tight = (
@@ -179,37 +166,6 @@ def test_grips_take_the_values_that_are_tried_and_the_bench_stores_its_calibrati
         assert (other.calibration(0.0) is stored) == same
 
 
-def test_a_real_tuning_improves_and_processes_change_nothing(bench, design, tmp_path):
-    """The design's own 0.17 crushes what is rough."""
-    found = [judged(bench, design, tmp_path / f"{count}", count) for count in (1, 2)]
-    assert found[0] == found[1]
-    assert found[0].best.order > found[0].default.order
-
-
-def test_an_interrupted_tuning_goes_on_with_the_trials_that_are_left(
-    bench, design, tmp_path, monkeypatch
-):
-    """The sixth trial is interrupted: what was judged before is not run again."""
-    real, batches = TriedBench.run_batch, []
-
-    def interrupted(self, cells):
-        if len(batches) == 5:
-            raise KeyboardInterrupt
-        batches.append(tuple(cells))
-        return real(self, cells)
-
-    monkeypatch.setattr(TriedBench, "run_batch", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        judged(bench, design, tmp_path / "j")
-    monkeypatch.setattr(
-        TriedBench, "run_batch", lambda *given: batches.append(given[1]) or real(*given)
-    )
-    found = judged(bench, design, tmp_path / "j")
-    cells = [cell for batch in batches for cell in batch]
-    assert len(cells) == len(set(cells)) == found.grips
-    assert found == judged(bench, design, tmp_path / "other")
-
-
 def test_unknown_controllers_and_too_few_grips_are_refused():
     with pytest.raises(DesignError, match="one of paper, fixed_force"):
         tune("magic", {}, tuning_cells("magic", 96), Judge())
@@ -217,53 +173,54 @@ def test_unknown_controllers_and_too_few_grips_are_refused():
         tune("paper", {}, tuning_cells("paper", 95), Judge())
 
 
-@pytest.fixture
-def quick(half_plane, monkeypatch):
-    """Studies of the half-plane whose controllers are tuned with a small budget."""
-    monkeypatch.setattr(control_study, "grip_problem", lambda *_, **__: half_plane)
-    monkeypatch.setattr(control_study, "opposite_problem", lambda *_, **__: None)
-    monkeypatch.setattr(
-        "fingerdesign_cli.trials.TuningSetting", lambda *_: TuningSetting(budget=SMALL)
-    )
-
-
 GRID = ControlGrid((0.4,), (150.0,), (0.5,), tug=None)
 TUNED = StudyOptions(tuning=TuningSetting(budget=SMALL))
 
 
-def test_a_tuned_study_has_the_best_values_and_its_trials_are_stored(
-    quick, design, tmp_path, monkeypatch
-):
+def test_a_tuned_study_has_the_best_values_and_its_trials_are_stored(coarse, tmp_path):
     path, names = tmp_path / "journal", ("fixed_ratio", "oracle_1.2")
-    found = run_study(design, names, GRID, path, TUNED)
+    found = run_study(coarse, names, GRID, path, TUNED)
     tuning = found.data["tuning"]
     assert list(tuning["controllers"]) == ["fixed_ratio", "oracle_1.2"]
     own = tuning["controllers"]["fixed_ratio"]
     assert len(own["trials"]) == 4 + 2
     assert own["best"]["grips"] == len(tuning["cells"]) == 5
     ratio = own["best"]["values"][A.key]
-    assert found.tuned.grip.fixed_ratio.ratio == ratio != design.grip.fixed_ratio.ratio
+    assert found.tuned.grip.fixed_ratio.ratio == ratio != coarse.grip.fixed_ratio.ratio
     # All trials and grips are in the journal: nothing is gripped again.
-    monkeypatch.setattr(GripBench, "run_cell", pytest.fail)
-    again = run_study(design, names, GRID, path, TUNED)
+    before = path.read_bytes()
+    again = run_study(coarse, names, GRID, path, TUNED)
+    assert path.read_bytes() == before
     assert again.data["tuning"] == tuning
     assert again.trials == found.trials
     with pytest.raises(JournalError, match="of another design"):
-        run_study(design, names, replace(GRID, seed=1), path, TUNED)
+        run_study(coarse, names, replace(GRID, seed=1), path, TUNED)
 
 
-def test_the_command(quick, design_file, tmp_path, capsys):
+def test_the_command(coarse_file, tmp_path, monkeypatch, capsys):
+    small = TuningSetting(budget=SMALL)
+    monkeypatch.setattr("fingerdesign_cli.trials.TuningSetting", lambda *_: small)
     out = tmp_path / "out"
-    command = ["study", str(design_file), "--out", str(out), "--tune", "--workers", "1"]
-    small = ["--friction", "0.4", "--mass-g", "150", "--noise", "0.5", "--no-tug"]
-    assert main([*command, *small, "--controller", "fixed_force"]) == 0
+    command = ["study", str(coarse_file), "--out", str(out), "--tune", "--workers", "1"]
+    chosen = ["--friction", "0.4", "--mass-g", "150", "--noise", "0.5", "--no-tug"]
+    assert main([*command, *chosen, "--controller", "fixed_force"]) == 0
     assert "before %" in capsys.readouterr().out
-    head = (out / "half-plane/tuned.toml").read_text().splitlines()
+    head = (out / "coarse/tuned.toml").read_text().splitlines()
     assert re.match(r"# fixed_force: success \d+ % \(before: \d+ %\), held \d+ %", head[2])
-    record = json.loads((out / "half-plane/control.json").read_text())
+    record = json.loads((out / "coarse/control.json").read_text())
     jsonschema.validate(record, json_schema("control"))
     best = record["tuning"]["controllers"]["fixed_force"]["best"]
     force = best["values"]["grip.fixed_force.force_N"]
-    assert load_design(out / "half-plane/tuned.toml").grip.fixed_force.force_N == force
-    assert "Tuned before the study" in (out / "half-plane/control.html").read_text("utf-8")
+    assert load_design(out / "coarse/tuned.toml").grip.fixed_force.force_N == force
+    assert "Tuned before the study" in (out / "coarse/control.html").read_text("utf-8")
     assert not list(out.glob("*.sqlite"))
+
+
+def test_a_real_tuning_improves_with_other_noise_than_the_grids(bench, design, tmp_path):
+    """The design's own 0.17 crushes what is rough."""
+    found = judged(bench, design, tmp_path / "j")
+    assert found.best.order > found.default.order
+    noisy = Cell("paper", 0.5, 200.0, 5.0)
+    with Journal(tmp_path / "own", KIND, "d") as journal:
+        ((apart,),) = bench_judge(bench, design, journal, 1)([(noisy,)], lambda *_: None)
+    assert apart != bench.run_cell(noisy, Memory())

@@ -4,7 +4,6 @@ import csv
 import json
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -30,6 +29,7 @@ from fingerdesign.validate.gages.learners import (
 from fingerdesign.validate.gages.ranking import eliminate, floors, layouts
 from fingerdesign.validate.gages.record import FOLDER, write_observability
 from fingerdesign.validate.gages.study import observe_grips, refuse
+from tests.support.pages import run_python
 
 GAGES = 5
 BOUNDS = Bounds(preload=0.01, approach_step=0.004, max_approach=0.15, max_steps=0)
@@ -272,14 +272,10 @@ def test_bad_input_is_refused_before_work(tmp_path, capsys, monkeypatch):
             refuse(design, noise, grips)
 
 
-PAGE = (Path(__file__).parents[2] / "docs/explanation/gages.md").read_text("utf-8")
-
-
 @pytest.mark.usefixtures("short_training")
 @pytest.mark.slow
 def test_the_pages_python_runs(problem, monkeypatch, capsys):
     monkeypatch.setattr(grip_model, "grip_problem", lambda *given, **more: problem)
-    (code,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
-    exec(compile(code, "docs/explanation/gages.md", "exec"), {})
+    run_python("explanation/gages.md")
     first = capsys.readouterr().out.splitlines()[0].split()
     assert all(0.0 < float(word) < 1.0 for word in first)

@@ -4,7 +4,6 @@ import csv
 import json
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import jsonschema
 import pytest
@@ -17,6 +16,7 @@ from fingerdesign.records.base import json_schema
 from fingerdesign.validate.assumptions import ASSUMPTIONS
 from fingerdesign.validate.record import Side, Spread
 from fingerdesign.validate.run import untested_row
+from tests.support.pages import DOCS, run_python
 
 DESIGN = '[design]\nname = "bare"\n[body]\ndepth_mm = 4.0\n[plates]\ncount = 0\n'
 
@@ -111,19 +111,16 @@ def test_models_that_fail_are_no_success_and_nothing_to_report_is_none(
     assert record["failure"] in shown.err
 
 
-TEXT = (Path(__file__).parents[2] / "docs/how_to/validate.md").read_text("utf-8")
-
-
 def test_its_python_runs(capsys):
-    (code,) = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
-    exec(compile(code, "docs/how_to/validate.md", "exec"), {})
+    run_python("how_to/validate.md")
     advice, numbers = capsys.readouterr().out.splitlines()
     assert advice.endswith(").")
     assert float(numbers.split()[0]) > 0.05
 
 
 def test_every_assumption_and_option_is_reported_of():
-    keys = re.findall(r"^\| `(\w+)` \|", TEXT, flags=re.MULTILINE)
+    text = (DOCS / "how_to/validate.md").read_text("utf-8")
+    keys = re.findall(r"^\| `(\w+)` \|", text, flags=re.MULTILINE)
     assert keys == [each.key for each in ASSUMPTIONS]
     options = {name for parameter in command.params for name in parameter.opts}
-    assert set(re.findall(r"`(--\w+)", TEXT)) <= options
+    assert set(re.findall(r"`(--\w+)", text)) <= options
