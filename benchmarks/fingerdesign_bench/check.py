@@ -1,8 +1,6 @@
 """A measured number and its target."""
 
-import json
 from dataclasses import asdict, dataclass
-from importlib import resources
 from typing import Any
 
 
@@ -31,10 +29,3 @@ class Check:
 def plain(value: float) -> str:
     """Three digits, without an exponent from a thousandth up to a million."""
     return f"{float(f'{value:.3g}'):g}"
-
-
-def two_codes() -> dict[str, Any]:
-    """The tables that two independent finite-element codes agree on (shipped data)."""
-    text = (resources.files("fingerdesign") / "data" / "two_codes.json").read_text("utf-8")
-    loaded: dict[str, Any] = json.loads(text)
-    return loaded

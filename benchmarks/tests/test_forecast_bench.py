@@ -29,17 +29,12 @@ def test_every_pair_can_be_analysed():
         refuse(case, case.path_scene)
 
 
-def test_factors_count_both_ways():
-    pair = plain_pairs()[0]
-    for measured in (250.0, 4000.0):
-        assert factor(record(pair, dofs=measured), "dofs") == pytest.approx(4.0)
-
-
 @pytest.mark.parametrize(
     ("changed", "short"),
     [
         ({}, set()),
         ({"dofs": 2100}, {"dofs"}),
+        ({"dofs": 490}, {"dofs"}),
         ({"memory_MB": 290.0}, {"peak memory"}),
         ({"time_s": 4.9}, {"time"}),
         ({"asking_s": 1.2}, {"seconds"}),
@@ -62,22 +57,6 @@ def test_the_command_says_and_writes_it(monkeypatch, tmp_path, capsys):
     written = json.loads((tmp_path / "forecast.json").read_text())
     assert len(written["records"]) == len(bench.QUICK)
     assert (tmp_path / "forecast.png").stat().st_size > 10_000
-
-
-def test_an_interrupted_run_goes_on_where_it_stopped(monkeypatch, tmp_path):
-    ran = []
-
-    def run(pair):
-        ran.append(bench.name_of(pair))
-        if len(ran) == 2:
-            raise KeyboardInterrupt
-        return record(pair)
-
-    monkeypatch.setattr(bench, "_run", run)
-    with pytest.raises(KeyboardInterrupt):
-        bench.measure_forecasts(tmp_path, quick=True)
-    assert len(bench.measure_forecasts(tmp_path, quick=True).records) == len(bench.QUICK)
-    assert ran.count(ran[0]) == 1
 
 
 @pytest.mark.slow

@@ -1,11 +1,13 @@
 """The suite of known answers: every file is sound, references are what theory says, cases run."""
 
+import doctest
 import json
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fingerdesign_bench.accuracy import analytic
 from fingerdesign_bench.known import measured, theory
 from fingerdesign_bench.known.case import KINDS, Case, Outcome, load_cases
 from fingerdesign_bench.known.export import judged, write_problem
@@ -14,16 +16,10 @@ from fingerdesign_bench.known.run import run_cases, solution, write_suite
 
 CASES = load_cases()
 DOCS = Path(__file__).parents[2] / "docs/reference/suite.md"
+# Problems of a second or less; the others are marked slow.
 CHEAP = (
-    "patch_",
-    "ssnv128",
-    "wedge",
-    "two_codes_plane_strain",
-    "two_codes_plate",
-    "order_ring",
-    "flat_punch",
-    "measured_disc",
-    "measured_blocks",
+    *("patch_", "ssnv128", "wedge", "two_codes_plane_strain", "two_codes_plate", "order_ring"),
+    *("flat_punch", "measured_disc", "measured_blocks", "hertz_line", "order_layer"),
 )
 SOUND = {
     "name": "one",
@@ -97,10 +93,16 @@ def test_references_of_spence_lubkin_and_mindlin_are_what_theory_gives():
     assert theory.mindlin_loss(0.8) == pytest.approx(work.reference, rel=1e-4)
 
 
-@pytest.mark.parametrize("name", sorted({c.name for c in CASES if c.name.startswith(CHEAP)}))
-def test_a_cheap_case_is_met(name):
+@pytest.mark.parametrize(
+    "name",
+    [
+        name if name.startswith(CHEAP) else pytest.param(name, marks=pytest.mark.slow)
+        for name in dict.fromkeys(case.name for case in CASES)
+    ],
+)
+def test_a_case_is_met(name):
     for outcome in run_cases(named(name)).outcomes:
-        assert outcome.verdict == "met", outcome
+        assert not outcome.fails, outcome
 
 
 def test_measured_references_are_what_their_sources_give():
@@ -120,15 +122,13 @@ def test_measured_references_are_what_their_sources_give():
             assert case.reference == pytest.approx(float(blocks), rel=1e-5)
 
 
-@pytest.mark.slow
-def test_the_quick_ones_are_met_and_shown(tmp_path):
-    found = run_cases([case for case in CASES if case.quick])
-    assert not found.fails, [each for each in found.outcomes if each.fails]
+def test_what_is_written(tmp_path):
+    found = run_cases([*named("wedge"), *named("patch_brick_0")])
     write_suite(found, tmp_path)
     page, text = ((tmp_path / f"suite.{kind}").read_text("utf-8") for kind in ("html", "md"))
     for outcome in found.outcomes:
         assert outcome.case.words in text
-    assert page.count("<svg") >= len(found.groups())
+    assert page.count("<svg") >= len(found.groups()) == 2
 
 
 def test_another_solver_is_judged_by_the_laws(tmp_path, in_tmp_path, capsys):
@@ -147,13 +147,12 @@ def test_another_solver_is_judged_by_the_laws(tmp_path, in_tmp_path, capsys):
         assert judged(given, forces).max() > 1e-3
 
 
-def test_judging_along_a_path_that_slips_and_opens():
-    made = solution(next(case for case in named("together_line_beyond")))
-    problem, steps = made.solved
-    nothing = np.zeros((problem.shape[0], problem.shape[1] - 1))
-    given = {
-        "compliance": problem.compliance,
-        "offset": np.array([problem.offset(s.increment.motion, nothing) for s in steps]),
-        "friction": np.array([problem.friction_coefficient]),
-    }
-    assert judged(given, np.array([s.increment.multiplier for s in steps])).max() < 1e-6
+def test_judging_along_a_path_that_slips_and_opens(tmp_path):
+    path = tmp_path / "together.npz"
+    write_problem(path, *solution(*named("together_line_beyond")[:1]).solved)
+    given = np.load(path)
+    assert judged(given, given["multiplier"]).max() < 1e-6
+
+
+def test_closed_forms_as_their_examples_say():
+    assert doctest.testmod(analytic).failed == doctest.testmod(theory).failed == 0

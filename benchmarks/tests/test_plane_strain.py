@@ -1,14 +1,12 @@
 """bench plane-strain: the study's file and run, the map with its rule, what is written."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
-from fingerdesign_bench.cli.bench import command
 from fingerdesign_bench.plane_strain import run as plane_strain
 from fingerdesign_bench.plane_strain.file import (
-    StudyMesh,
     parse_study,
     points_of,
     read_study,
@@ -23,6 +21,7 @@ from fingerdesign_bench.plane_strain.judge import (
 )
 from fingerdesign_bench.plane_strain.rule import Rule, fitted
 from fingerdesign_bench.plane_strain.run import (
+    READ,
     compare,
     key_of,
     models_of,
@@ -36,45 +35,58 @@ from fingerdesign_bench.plane_strain.table import (
     table_of,
 )
 
-from fingerdesign import with_values
-from fingerdesign.checks.load import load_design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.layers import layered
-from fingerdesign.validate.plane_strain import QUANTITIES, map_of, plane_strain_error
+from fingerdesign.validate.plane_strain import QUANTITIES, map_of
 
-FINGER = load_design("homogeneous")
+RULE = Rule("normal_force", 0.0, 3.0, 1.2, 0.3, 0.9)
+SMALL = """
+[study]
+name = "small"
+base = "maeno2000"
+[fixed]
+"body.width_mm" = 20.0
+"body.base_height_mm" = 10.0
+"body.arc_radius_mm" = 20.0
+"plates.count" = 1
+"plates.length_mm" = 2.0
+"plates.cover_mm" = 2.0
+"gages.length_mm" = 1.0
+[parameters]
+"body.depth_mm" = [10.0, 40.0]
+"plates.span_mm / body.depth_mm" = [0.0, 1.0]
+[scene]
+approach_mm = [0.4]
+[mesh]
+contact_size_mm = 0.6
+plate_size_mm = 1.0
+far_size_mm = 4.0
+gradation = 0.6
+end_layer_mm = 1.0
+[[also]]
+name = "rough"
+"scene.friction_coefficient" = 1.0
+"mesh.contact_size_mm" = 0.7
+"body.base_height_mm" = 12.0
+"""
 
 
 def readings(force, width, gages):
-    rows = len(gages)
-    return {
-        "normal_force": [force] * rows,
-        "tangential_force": [0.5 * force] * rows,
-        "contact_width": [width] * rows,
-        "stick_ratio": [0.8] * rows,
-        "gages": gages,
-    }
+    numbers = (force, 0.5 * force, width, 0.8)
+    rows = [[each] * len(gages) for each in numbers]
+    return dict(zip(READ, (*rows, gages), strict=True))
 
 
-def record(poisson, span, depth, scale, name=""):
+def record(poisson, span, depth, scale):
     """A model whose errors are ``scale`` at the first approach, twice that at the second."""
     rows = []
     for k, half in enumerate((1.0, 2.0)):
         truth = readings(10.0, 2.0 * half, [[[100.0, -50.0]]] * 4)
         moved = readings(10.0 * (1.0 + (k + 1) * scale), 2.0 * half, [[[100.0, -45.0]]] * 4)
         rows.append({"approach_mm": 0.1, "space": truth, "motion": moved, "force": None})
-    return {
-        "name": name,
-        "values": {},
-        "radius_mm": 20.0,
-        "depth_mm": depth,
-        "width_mm": 20.0,
-        "height_mm": 10.0,
-        "poissons_ratio": poisson,
-        "span_share": span,
-        "dofs": 1,
-        "rows": rows,
-    }
+    sizes = {"radius_mm": 20.0, "depth_mm": depth, "width_mm": 20.0, "height_mm": 10.0}
+    facts = {"poissons_ratio": poisson, "span_share": span, "dofs": 1, "rows": rows}
+    return {"name": "", "values": {}, **sizes, **facts}
 
 
 @pytest.fixture(scope="module")
@@ -123,44 +135,15 @@ def test_beyond_the_map_its_border_holds_and_is_reported(made):
         assert not chart.inside(*place)
 
 
-def test_the_estimate_reads_a_designs_ratios(made):
-    chart = map_of(made)
-    crest = 10.0 + 20.0 - np.sqrt(300.0)
-    design = with_values(FINGER, {"body.depth_mm": 2.0 * crest})
-    found = plane_strain_error(design, half_width=0.15 * crest, chart=chart)
-    assert found.ratios["depth_over_height"] == pytest.approx(2.0)
-    assert found.ratios["span_over_depth"] == 0.0
-    assert found.errors["normal_force"] == pytest.approx(
-        chart.error("normal_force", 0.49, 0.0, 2.0, 0.15)
-    )
-    assert "gage" not in found.errors
-    assert found.inside
-    beyond = plane_strain_error(design, half_width=0.9 * crest, chart=chart)
-    assert not beyond.inside
-    assert "sketch" in beyond.words
-    assert beyond.most("normal_force") > found.most("normal_force")
-    assert found.least("normal_force") <= found.errors["normal_force"]
-
-
-RULE = Rule("normal_force", 0.0, 3.0, 1.2, 0.3, 0.9, 0.0, 0.0)
-
-
 def model(poisson, span, depth, name="", more=1.0):
     """A model whose every error follows RULE, times ``more``."""
     rows = []
     for width in (0.06, 0.12, 0.3):
         error = more * float(RULE.error(poisson, depth, width))
         rows.append({"half_width_over_height": width} | dict.fromkeys(QUANTITIES, error))
-    return {
-        "name": name,
-        "poissons_ratio": poisson,
-        "span_over_depth": span,
-        "depth_over_height": depth,
-        "radius_over_height": 1.6,
-        "width_over_height": 1.6,
-        "dofs": 1,
-        "rows": rows,
-    }
+    place = {"poissons_ratio": poisson, "span_over_depth": span, "depth_over_height": depth}
+    shape = {"radius_over_height": 1.6, "width_over_height": 1.6, "dofs": 1}
+    return {"name": name, **place, **shape, "rows": rows}
 
 
 @pytest.fixture
@@ -209,56 +192,12 @@ def test_everything_is_written(table, tmp_path):
     assert any("no plates" in name for name in names)
 
 
-def test_a_study_file_with_a_fault_is_refused_before_any_work(tmp_path):
-    study = tmp_path / "study.toml"
-    study.write_text('[study]\nname = "x"\nbase = "maeno2000"\n', encoding="utf-8")
-    run = CliRunner().invoke(
-        command, ["plane-strain", "--study", str(study), "--out", str(tmp_path / "out")]
-    )
-    assert run.exit_code != 0
-    assert "parameters" in str(run.exception)
-    assert not (tmp_path / "out").exists()
-
-
-SMALL = """
-[study]
-name = "small"
-base = "maeno2000"
-[fixed]
-"body.width_mm" = 20.0
-"body.base_height_mm" = 10.0
-"body.arc_radius_mm" = 20.0
-"plates.count" = 1
-"plates.length_mm" = 2.0
-"plates.cover_mm" = 2.0
-"gages.length_mm" = 1.0
-[parameters]
-"body.depth_mm" = [10.0, 40.0]
-"plates.span_mm / body.depth_mm" = [0.0, 1.0]
-[scene]
-approach_mm = [0.4]
-[mesh]
-contact_size_mm = 0.6
-plate_size_mm = 1.0
-far_size_mm = 4.0
-gradation = 0.6
-end_layer_mm = 1.0
-[[also]]
-name = "rough"
-"scene.friction_coefficient" = 1.0
-"mesh.contact_size_mm" = 0.7
-"body.base_height_mm" = 12.0
-"""
-
-
 def test_the_shipped_study_is_a_grid_of_sound_designs():
     study = read_study(shipped_study())
     points = list(points_of(study))
     grid = [point for point in points if not point.name]
-    lists = [len(values) for values in study.parameters.values()]
-    assert len(grid) == lists[0] * lists[1] * lists[2] >= 48
+    assert len(grid) == np.prod([len(values) for values in study.parameters.values()]) >= 48
     assert len({key_of(point) for point in points}) == len(points)
-    assert {"finer", "twice the radius", "half the base height"} <= {p.name for p in points}
     assert len(list(points_of(study, quick=True))) == 8
     for point in grid:
         plates, depth = point.design.plates, point.design.body.depth_mm
@@ -278,16 +217,12 @@ def test_layers_follow_the_depth_and_both_models_have_one_section():
     assert solid.layers == deep.layers
 
 
-def _record(point):
-    """What compare gives of a model, made up."""
-    return record(0.49, 1.0, 1.0, 0.0, point.name) | {"values": point.values, "seconds": 60.0}
-
-
 @pytest.mark.parametrize(
     ("old", "new", "key"),
     [
         ("[10.0, 40.0]", "[inf]", "parameters"),
         ("[10.0, 40.0]", "[9.0, 9.0]", "parameters.body.depth_mm"),
+        ("[10.0, 40.0]", str([10.0 + 0.01 * k for k in range(3000)]), "at most 2000 models"),
         ("[0.4]", "[]", "scene.approach_mm"),
         ('_mm" = 0.7', '_mm" = -1.0', "contact_size_mm"),
         ('name = "rough"', "", "also.name"),
@@ -300,17 +235,10 @@ def test_a_fault_names_its_key(old, new, key):
         list(points_of(parse_study(SMALL.replace(old, new))))
 
 
-def test_too_many_models_are_refused():
-    values = ", ".join(f"{10.0 + 0.01 * k:g}" for k in range(3000))
-    with pytest.raises(DesignError, match="at most 2000 models"):
-        next(points_of(parse_study(SMALL.replace("[10.0, 40.0]", f"[{values}]"))))
-
-
 def test_a_stopped_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
     points = list(points_of(parse_study(SMALL)))
     made = []
-
-    monkeypatch.setattr(plane_strain, "compare", lambda at: made.append(at) or _record(at))
+    monkeypatch.setattr(plane_strain, "compare", lambda at: made.append(at) or {"rows": [1]})
     lines = tmp_path / "deep" / "records.jsonl"
     run_study(points[:2], lines)
     with lines.open("a") as file:
@@ -319,17 +247,13 @@ def test_a_stopped_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
     assert len(made) == len(points) == len(found)
     assert [record["values"] for record in found] == [point.values for point in points]
     other = points[0].mesh.model_copy(update={"gradation": 0.7})
-    assert isinstance(other, StudyMesh)
-    changed = type(points[0])(points[0].design, points[0].scene, other, points[0].values)
-    assert key_of(changed) != key_of(points[0])
+    assert key_of(replace(points[0], mesh=other)) != key_of(points[0])
 
 
 def test_plane_strain_overstates_by_what_was_known():
     """R = 20, nu = 0.49, approach 0.4, depth 10, no plates: 31 %; a coarse mesh does for it."""
     point = next(iter(points_of(parse_study(SMALL))))
     record = compare(point)
-    line = json.dumps(record | {"key": key_of(point)}, allow_nan=False)
-    assert json.loads(line)["key"] == key_of(point)
     (row,) = record["rows"]
     found = row_errors(row)
     assert found["normal_force"] == pytest.approx(0.31, abs=0.02)

@@ -7,14 +7,8 @@ import numpy as np
 import pytest
 from fingerdesign_bench.speed import precision_run
 from fingerdesign_bench.speed.precision import measure_precision, write_precision
-from fingerdesign_bench.speed.precision_plan import (
-    CHARTS,
-    REFERENCES,
-    Chart,
-    Group,
-    Line,
-    Reference,
-)
+from fingerdesign_bench.speed.precision_lines import Chart, Group, Line, Reference
+from fingerdesign_bench.speed.precision_plan import CHARTS, REFERENCES
 from fingerdesign_bench.speed.precision_points import QUANTITIES
 from fingerdesign_bench.speed.precision_run import STAGES, Method, errors, sized
 

@@ -4,10 +4,11 @@ import json
 
 import pytest
 from fingerdesign_bench.check import Check
+from fingerdesign_bench.cli.bench import run_parts
+from fingerdesign_bench.cli.frame import Shown
 from fingerdesign_bench.machine import busy, caption, machine
 from fingerdesign_bench.speed.growth import Size, fit
 from fingerdesign_bench.speed.speed import PLANE, SPACE, Speed, _checks, run_case, write_speed
-from fingerdesign_bench.suite import run_suite
 
 from fingerdesign.errors import SolverError
 
@@ -99,17 +100,19 @@ def test_one_part_that_fails_does_not_stop_the_others(tmp_path):
         report("at work")
         path = folder / "good.csv"
         path.write_text("a\n", encoding="utf-8")
-        return [path], [Check("a number", 1.0, 2.0, "s")]
+        return Shown([path], checks=[Check("a number", 1.0, 2.0, "s")])
 
     def bad(folder, report, quick):
         raise SolverError("it has no answer")
 
-    found = run_suite(tmp_path / "new", sampled.append, True, {"bad": bad, "good": good})
+    parts = {"bad": bad, "good": good}
+    found, failures = run_parts(tmp_path / "new", sampled.append, True, parts)
     assert sampled == ["good: at work"]
-    assert found.failures == {"bad": "it has no answer"}
+    assert found.fails
+    assert failures == {"bad": "it has no answer"}
     record = json.loads((tmp_path / "new" / "bench.json").read_text("utf-8"))
     assert record["files"] == ["good.csv"]
-    assert record["failures"] == found.failures
+    assert record["failures"] == failures
     assert record["checks"][0]["holds"] is False
     assert record["quick"] is True
     assert set(record["machine"]["versions"]) >= {"numpy", "scipy", "mkl", "pypardiso", "pytetwild"}

@@ -19,6 +19,11 @@ from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import reduced_model
 
 pytestmark = pytest.mark.slow
+# Nodes 1 to 3 are pressed by 0.5, 0.2 and 0.05 mm, node 0 not at all; sheared by 0.1 mm with
+# mu = 0.4 the first needs 0.2 N of its 0.4 N and sticks, the others slide at 0.16 and 0.04 N.
+HEIGHTS = [-1.0, 0.0, -0.3, -0.45]
+MOTION = Motion(0.5, 0.1)
+RIGHT = np.array([[0.0, 0.0], [0.2, -1.0], [0.16, -0.4], [0.04, -0.1]])
 
 
 def springs(heights, stiffness=2.0, dim=2):
@@ -27,13 +32,6 @@ def springs(heights, stiffness=2.0, dim=2):
     points = np.zeros((m, dim))
     points[:, 0], points[:, 1] = np.arange(m), heights
     return reduced_model(points, np.eye(m * dim) / stiffness, rim=np.arange(m) == 0)
-
-
-# Nodes 1 to 3 are pressed by 0.5, 0.2 and 0.05 mm, node 0 not at all; sheared by 0.1 mm with
-# mu = 0.4 the first needs 0.2 N of its 0.4 N and sticks, the others slide at 0.16 and 0.04 N.
-HEIGHTS = [-1.0, 0.0, -0.3, -0.45]
-MOTION = Motion(0.5, 0.1)
-RIGHT = np.array([[0.0, 0.0], [0.2, -1.0], [0.16, -0.4], [0.04, -0.1]])
 
 
 @pytest.fixture
@@ -129,9 +127,6 @@ def test_second_answer_is_found_and_right(dim):
     assert judge.violation(answer, judge.untouched(), MOTION) < SHARP
 
 
-GOOD = (Verdict.RIGHT, Verdict.OTHER, Verdict.REFUSED)
-
-
 @pytest.fixture(scope="module")
 def quick():
     return measure_stability(quick=True)
@@ -144,7 +139,7 @@ def mine(quick):
 
 def test_production_is_never_wrong_and_solves_all_but_forces_beyond_friction(quick, mine):
     assert len(mine) == quick.cases() >= 50
-    assert not [each for each in mine if each.verdict not in GOOD]
+    assert not [each for each in mine if each.verdict.rank > Verdict.REFUSED.rank]
     assert sum(each.verdict == Verdict.REFUSED for each in mine) < 0.3 * len(mine)
     assert {each.verdict for each in mine if each.family == BEYOND} == {Verdict.REFUSED}
     assert any(each.family == WITHIN for each in mine)

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 from fingerdesign_bench.check import Check
+from fingerdesign_bench.cli.frame import Shown
 from fingerdesign_bench.known.case import load_cases
-from fingerdesign_bench.suite import Suite
 
 
 @pytest.mark.parametrize(
@@ -34,13 +34,13 @@ def test_a_file_cannot_be_the_folder(name, tmp_path, said):
     [(0.5, {}, 0), (2.0, {}, 1), (0.5, {"speed": "no answer"}, 1)],
 )
 def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, said):
-    def run_suite(folder, report, quick):
+    def run_parts(folder, report, quick, parts):
         assert quick
         report("at work")
         check = Check("a number", 1.0, measured, "s")
-        return Suite([folder / "bench.json"], [check], dict(failures))
+        return Shown([folder / "bench.json"], "T", [check], fails=bool(failures)), failures
 
-    monkeypatch.setattr("fingerdesign_bench.suite.run_suite", run_suite)
+    monkeypatch.setattr("fingerdesign_bench.cli.bench.run_parts", run_parts)
     shown = said("bench", "--out", tmp_path, "--quick", code=code)
     assert "a number" in shown.out
     assert "bench.json" in shown.out

@@ -49,7 +49,7 @@ fingerdesign/contact/laws.py | tests/contact
 + coulomb = 0.0
 
 unit: the peak pressure is a force
-fingerdesign/contact/measures.py | tests/contact benchmarks/tests/test_round_contact.py
+fingerdesign/contact/measures.py | tests/contact benchmarks/tests/test_known.py
 - pressure = increment.multiplier[:, 0] / model.areas
 + pressure = increment.multiplier[:, 0]
 

@@ -127,26 +127,6 @@ def cattaneo_mindlin_traction(
     return np.asarray(friction_coefficient * sheared)
 
 
-def reversed_traction(
-    x: ArrayLike,
-    contact: Hertz,
-    stick_ratio: float,
-    reversed_stick_ratio: float,
-    friction_coefficient: float,
-) -> Array:
-    """Shear traction after the shear was brought back: the first one less twice that of the return.
-
-    ``stick_ratio`` is c / a where the return began, ``reversed_stick_ratio`` the new one; positive
-    along the first shear. Line and sphere alike (sect. 7.4).
-
-    >>> float(reversed_traction(0.0, Hertz(1.0, 2.0), 0.6, 0.6, 0.5))  # shear -Q*: all turned round
-    -0.4
-    """
-    loaded = cattaneo_mindlin_traction(x, contact, stick_ratio, friction_coefficient)
-    back = cattaneo_mindlin_traction(x, contact, reversed_stick_ratio, friction_coefficient)
-    return np.asarray(loaded - 2.0 * back)
-
-
 def _stick(
     tangential: float, normal: float, friction_coefficient: float, reversed_from: float | None
 ) -> float:

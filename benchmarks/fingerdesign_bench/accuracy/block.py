@@ -1,13 +1,10 @@
-"""Graded meshes of blocks, structured and repeatable: verification and users' second bodies.
+"""Graded meshes of blocks, structured and repeatable.
 
-A rectangle in the section, or a box in 3-D, below y = 0: fine about the origin, where an object
-touches it, and growing geometrically with depth and to the sides, so that a body hundreds of
-contact widths deep costs little more than a shallow one. Names of the facets: "contact" (y = 0),
-"base" (y = -depth), "left" and "right" of a rectangle, "side" of a box, "symmetry" (z = 0 of a half
-box). No CAD and no mesher: numpy only.
+A rectangle in the section below y = 0: fine about the origin, where an object touches it, and
+growing geometrically with depth and to the sides, so that a body hundreds of contact widths deep
+costs little more than a shallow one. Names of the facets: "contact" (y = 0), "base" (y = -depth),
+"left" and "right". No CAD and no mesher: numpy only.
 """
-
-from itertools import pairwise, permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,38 +82,6 @@ def block_section(
     return rectangle(x, y)
 
 
-def block_half(
-    half_width: float, depth: float, fine: float, size: float, growth: float = 1.6
-) -> Mesh:
-    """Box |x| <= half_width, -depth <= y <= 0, 0 <= z <= half_width: the half of a mirrored block.
-
-    A core |x|, z <= ``fine`` with facets of ``size`` on top lies in nested shells, each a larger
-    copy of the core's surface and ``growth`` times as thick as the one inside it: nodes grow with
-    the logarithm of the block. Mirrored in x = 0 too.
-    """
-    across = graded(size, fine, fine, growth)
-    down = graded(size, 0.3 * fine, 0.9 * fine, 1.35)
-    points, cells = _mirrored_core(across, down)
-    scales = shell_scales(size / fine, half_width / fine, growth)
-    core_depth = float(down[-1])
-    vertical = 1.0 + (scales - 1.0) * (depth / core_depth - 1.0) / (half_width / fine - 1.0)
-    outer = _outside(points, fine, core_depth)
-    points, cells = _shells(points, cells, outer, np.stack([scales, vertical, scales], axis=1))
-    nodes, cells = quadratic(points, cells)
-    reach = np.abs(nodes) >= np.array([half_width, depth, half_width]) * (1.0 - 1e-12)
-    on = {
-        "contact": [np.abs(nodes[:, 1]) < 1e-12 * depth],
-        "base": [reach[:, 1]],
-        "side": [reach[:, 0] & (nodes[:, 0] < 0), reach[:, 0] & (nodes[:, 0] > 0), reach[:, 2]],
-        "symmetry": [np.abs(nodes[:, 2]) < 1e-12 * half_width],
-    }
-    facets = {
-        name: np.vstack([facets_on(cells, mask, 3) for mask in masks]) for name, masks in on.items()
-    }
-    regions = np.zeros(len(cells), dtype=np.int64)
-    return Mesh(nodes, cells, regions, facets, "block", symmetric=True)
-
-
 def facets_on(cells: IntArray, mask: NDArray[np.bool_], dimension: int) -> IntArray:
     """Facets (f, 3 or 6) of quadratic cells all of whose corners are in ``mask`` (n,).
 
@@ -162,67 +127,8 @@ def upside_down(mesh: Mesh) -> Mesh:
     )
 
 
-def _mirrored_core(across: Array, down: Array) -> tuple[Array, IntArray]:
-    """Tetrahedra of the core: x >= 0 cut along its diagonals from the middle, then mirrored."""
-    n, m = len(across), len(down)
-    grid = np.stack(np.meshgrid(across, -down, across, indexing="ij"), axis=-1)
-    number = np.arange(n * m * n).reshape(n, m, n)
-    tetrahedra = []
-    for order in permutations(range(3)):
-        corner = np.zeros(3, dtype=int)
-        path = [corner.copy()]
-        for axis in order:
-            corner[axis] = 1
-            path.append(corner.copy())
-        tetrahedra.append(
-            np.stack(
-                [number[a : n - 1 + a, b : m - 1 + b, c : n - 1 + c].ravel() for a, b, c in path],
-                axis=1,
-            )
-        )
-    points, cells = grid.reshape(-1, 3), np.vstack(tetrahedra)
-    other = number.copy()
-    other[1:] = n * m * n + np.arange((n - 1) * m * n).reshape(n - 1, m, n)
-    mirrored = points[number[1:].ravel()] * [-1.0, 1.0, 1.0]
-    return np.vstack([points, mirrored]), np.vstack([cells, other.ravel()[cells]])
-
-
-def _outside(points: Array, fine: float, depth: float) -> NDArray[np.bool_]:
-    """Nodes (n, 3 faces) of the core's outer surface: |x| = fine, y = -depth, z = fine."""
-    return np.stack(
-        [np.abs(points[:, 0]) == fine, points[:, 1] == -depth, points[:, 2] == fine], axis=1
-    )
-
-
-def _shells(
-    points: Array, cells: IntArray, outer: NDArray[np.bool_], scales: Array
-) -> tuple[Array, IntArray]:
-    """Add one layer of wedges per scale (k, 3) around the core, each cut into three tetrahedra.
-
-    The cuts follow the order of the node numbers, so that neighbours agree on them.
-    """
-    cells = _oriented(points, cells)
-    triangles = []
-    for face in outer.T:
-        for a, b, c in TETRA_FACETS:
-            triangle = cells[:, (a, b, c)]
-            triangles.append(triangle[face[triangle].all(axis=1)])
-    surface = np.sort(np.vstack(triangles), axis=1)
-    nodes, local = np.unique(surface, return_inverse=True)
-    local = local.reshape(surface.shape)
-    layers = [nodes]
-    layers += [len(points) + k * len(nodes) + np.arange(len(nodes)) for k in range(len(scales) - 1)]
-    wedges = [
-        np.hstack([inner[local][:, k:], outside[local][:, : k + 1]])
-        for inner, outside in pairwise(layers)
-        for k in range(3)
-    ]
-    everything = np.vstack([points, *(points[nodes] * scale for scale in scales[1:])])
-    return everything, _oriented(everything, np.vstack([cells, *wedges]))
-
-
-def _oriented(points: Array, cells: IntArray) -> IntArray:
-    """Tetrahedra with their first corners swapped where the volume is negative."""
+def oriented(points: Array, cells: IntArray) -> IntArray:
+    """Simplices with their first corners swapped where the size is negative."""
     edges = points[cells[:, 1:]] - points[cells[:, :1]]
     cells = cells.copy()
     wrong = np.linalg.det(edges) < 0.0

@@ -13,7 +13,9 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.cells import TETRA_EDGES, TRIANGLE_EDGES, quadratic
 from fingerdesign.mesh.types import Mesh
-from fingerdesign_bench.accuracy.block import facets_on, graded, rectangle, shell_scales
+from fingerdesign_bench.accuracy.block import facets_on, graded, oriented, rectangle, shell_scales
+
+_LARGE = 2**31  # It exceeds the nodes of any mesh: two numbers make one key.
 
 
 def round_block_section(
@@ -44,7 +46,7 @@ def round_block_section(
         [points, *(points[outside] * each for each in np.stack([scales, vertical], axis=1))]
     )
     triangles = np.vstack([core.corners, np.vstack(shells).reshape(-1, 3)])
-    nodes, cells = quadratic(points, _oriented(points, triangles))
+    nodes, cells = quadratic(points, oriented(points, triangles))
     on = {
         "contact": nodes[:, 1] == 0.0,
         "base": nodes[:, 1] <= -depth * (1.0 - 1e-12),
@@ -72,7 +74,7 @@ def revolved_half(section: Mesh, steps: int = 12) -> Mesh:
     corners, cells = _numbered(cells)
     angle = np.where(axis[corners % count], np.nan, corners // count * (np.pi / steps))
     flat = section.points[corners % count]
-    cells = _oriented(_placed(flat, angle), cells)
+    cells = oriented(_placed(flat, angle), cells)
     nodes, cells = quadratic(np.column_stack([flat, np.nan_to_num(angle)]), cells)
     _turn_middles(section, corners % count, angle, nodes, cells)
 
@@ -136,13 +138,6 @@ def _placed(flat: Array, angle: Array) -> Array:
     return np.column_stack([flat[:, 0] * np.cos(turn), flat[:, 1], flat[:, 0] * np.sin(turn)])
 
 
-def _oriented(points: Array, cells: IntArray) -> IntArray:
-    cells = cells.copy()
-    wrong = np.linalg.det(points[cells[:, 1:]] - points[cells[:, :1]]) < 0.0
-    cells[wrong, :2] = cells[wrong, 1::-1]
-    return cells
-
-
 def _turn_middles(
     section: Mesh, own: IntArray, angle: Array, nodes: Array, cells: IntArray
 ) -> None:
@@ -160,9 +155,6 @@ def _turn_middles(
         here = np.where(np.isnan(angle[first]), angle[second], angle[first])
         there = np.where(np.isnan(angle[second]), angle[first], angle[second])
         nodes[added, 2] = np.nan_to_num(0.5 * (here + there))
-
-
-_LARGE = 2**31  # more than any mesh has nodes: two numbers make one key
 
 
 def _edge_table(cells: IntArray, pairs: tuple[tuple[int, int], ...]) -> tuple[IntArray, IntArray]:

@@ -14,66 +14,22 @@ import numpy as np
 import fingerdesign.analysis
 from fingerdesign.analysis.case import Case
 from fingerdesign.errors import SolverError
-from fingerdesign.report.style import PAPER, SERIES, canvas, house_style
+from fingerdesign.report.style import house_style
 from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Report
+from fingerdesign_bench.chart import dots, footed, save, tick
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.fidelity.pairs import pairs
-from fingerdesign_bench.files import write_json
-from fingerdesign_bench.lines import Record, code_version, resumed
+from fingerdesign_bench.files import Lines, Record, code_version, write_json
 from fingerdesign_bench.machine import caption, machine
-from fingerdesign_bench.speed.growth import tick
 
-# Forecasts drawn: what was predicted over what was measured, one panel a quantity.
-
+HEADINGS = ("analysis", "dofs", "MB", "s", "factors", "GFLOP/s")
 _PANELS = (("dofs", "dofs"), ("memory_MB", "peak memory, MB"), ("time_s", "time, s"))
 _FOOT = (
     "One process an analysis, from the design to the report, mesh cache empty. Time: for the "
     "machine's speed as measured before and after each. Lines: equal, and a factor of 2."
 )
-
-
-def draw_forecasts(records: Sequence[dict[str, Any]], machine: dict[str, Any], path: Path) -> None:
-    """Three panels, logarithmic, with the line of equality and the band of a factor of two."""
-    done = [each for each in records if each["status"] == "ok"]
-    kinds = list(dict.fromkeys(kind(each) for each in done))
-    with house_style():
-        figure = canvas(12.5, 4.9)
-        parts: Any = figure.subfigures(2, 1, height_ratios=[4.0, 0.9])
-        top, bottom = parts
-        for axes, (name, words) in zip(top.subplots(1, 3), _PANELS, strict=True):
-            every = [each[name] for each in done] + [each["forecast"][name] for each in done]
-            ends = [0.7 * min(every), 1.4 * max(every)]
-            for factor, dashes in ((0.5, ":"), (1.0, "-"), (2.0, ":")):
-                axes.plot(ends, [factor * end for end in ends], dashes, color="#888888", lw=1.0)
-            for number, each_kind in enumerate(kinds):
-                colour, _, marker = SERIES[number % len(SERIES)]
-                mine = [each for each in done if kind(each) == each_kind]
-                axes.plot(
-                    [each[name] for each in mine],
-                    [each["forecast"][name] for each in mine],
-                    color=colour,
-                    marker=marker,
-                    linestyle="none",
-                    label=f"{each_kind} ({len(mine)})",
-                )
-            axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
-            axes.set_title(f"{words}: predicted over measured")
-            axes.set_xlabel("measured")
-            tick(axes.xaxis)
-            tick(axes.yaxis)
-        top.axes[0].legend(loc="upper left", fontsize=8)
-        text = f"{_FOOT}\n{caption(machine)}"
-        bottom.text(0.008, 0.98, text, va="top", fontsize=7.5, linespacing=1.3)
-        figure.savefig(path, dpi=110, facecolor=PAPER)
-
-
-def kind(record: dict[str, Any]) -> str:
-    """How a record's finger was meshed."""
-    mesher = {"netgen": "plane strain", "extrude": "3-D, extruded"}
-    return mesher.get(record["forecast"]["mesher"], "3-D, fTetWild")
-
-
+_MESHED = {"netgen": "plane strain", "extrude": "3-D, extruded"}  # by the mesher
 LINES = "forecast.jsonl"
 # A forecast within a factor of 2 tells minutes from hours.
 TARGET = 2.0
@@ -132,7 +88,7 @@ class Forecasts:
 
 
 def factor(record: Record, name: str) -> float:
-    """How many times the forecast is over or under what was measured, 1 or more."""
+    """The factor by which the forecast is over or under the measurement, at least 1."""
     return float(np.exp(abs(np.log(record["forecast"][name] / record[name]))))
 
 
@@ -140,15 +96,11 @@ def plain_pairs(quick: bool = False) -> list[Record]:
     """The pairs as the worker reads them: PAIRS, and the thirty of ``bench fidelity``, those with
     motion given in plane strain and those with forces in 3-D."""
     names = ("design", "scene", "fidelity", "values")
-    if quick:
-        return [dict(zip(names, PAIRS[k], strict=True)) for k in QUICK]
-    own = [dict(zip(names, each, strict=True)) for each in PAIRS]
-    for pair in pairs():
+    chosen = [PAIRS[k] for k in QUICK] if quick else list(PAIRS)
+    for pair in () if quick else pairs():
         fidelity = "plane-strain" if pair.control == "motion" else "3d"
-        own.append(
-            dict(zip(names, (f"pair_{pair.number}", pair.control, fidelity, {}), strict=True))
-        )
-    return own
+        chosen.append((f"pair_{pair.number}", pair.control, fidelity, {}))
+    return [dict(zip(names, each, strict=True)) for each in chosen]
 
 
 def case_of(pair: Record) -> Case:
@@ -183,15 +135,9 @@ def measure_forecasts(
     after the other."""
     pairs_of = {name_of(pair): pair for pair in plain_pairs(quick)}
     version = code_version(Path(str(fingerdesign.analysis.__file__)).parent)
-    found = resumed(
-        folder / LINES,
-        "case",
-        list(pairs_of),
-        lambda case: {"case": case} | _run(pairs_of[case]),
-        version,
-        1,
-        report,
-        lambda record: " ".join(rows([record])[0]),
+    lines = Lines(folder / LINES, "case", version, lambda record: " ".join(_row(record)))
+    found = lines.resumed(
+        list(pairs_of), lambda case: {"case": case} | _run(pairs_of[case]), 1, report
     )
     return Forecasts(found, machine())
 
@@ -214,24 +160,20 @@ def _run(pair: Record) -> Record:
 
 
 def rows(records: Sequence[Record]) -> list[list[str]]:
-    """A row a pair: what was predicted and what it was."""
-    found = []
-    for each in records:
-        reported = each["forecast"]
-        if each["status"] != "ok":
-            found.append([name_of(each), "failed", "", "", "", ""])
-            continue
-        found.append(
-            [
-                name_of(each),
-                f"{reported['dofs']:.0f} / {each['dofs']:.0f}",
-                f"{reported['memory_MB']:.0f} / {each['memory_MB']:.0f}",
-                f"{reported['time_s']:.1f} / {each['time_s']:.1f}",
-                " ".join(f"{factor(each, name):.2f}" for name in QUANTITIES),
-                f"{each['machine']['one_core']:.0f}",
-            ]
-        )
-    return found
+    """Cells under HEADINGS, a row a pair."""
+    return [_row(each) for each in records]
+
+
+def _row(record: Record) -> list[str]:
+    if record["status"] != "ok":
+        return [name_of(record), "failed", "", "", "", ""]
+
+    def both(name: str, digits: int) -> str:
+        return f"{record['forecast'][name]:.{digits}f} / {record[name]:.{digits}f}"
+
+    factors = " ".join(f"{factor(record, name):.2f}" for name in QUANTITIES)
+    cells = [both("dofs", 0), both("memory_MB", 0), both("time_s", 1), factors]
+    return [name_of(record), *cells, f"{record['machine']['one_core']:.0f}"]
 
 
 def write_forecasts(found: Forecasts, folder: Path) -> list[Path]:
@@ -241,6 +183,29 @@ def write_forecasts(found: Forecasts, folder: Path) -> list[Path]:
         "checks": [check.as_dict() for check in found.checks()],
         "records": found.records,
     }
-    path, chart = write_json(folder / "forecast.json", content), folder / "forecast.png"
-    draw_forecasts(found.records, found.machine, chart)
-    return [path, chart]
+    path = write_json(folder / "forecast.json", content)
+    return [path, draw_forecasts(found.records, found.machine, folder / "forecast.png")]
+
+
+def draw_forecasts(records: Sequence[Record], machine: dict[str, Any], path: Path) -> Path:
+    """Three panels, logarithmic, with the line of equality and the band of a factor of two."""
+    done = [each for each in records if each["status"] == "ok"]
+    kinds: dict[str, list[Record]] = {}
+    for each in done:
+        kinds.setdefault(_MESHED.get(each["forecast"]["mesher"], "3-D, fTetWild"), []).append(each)
+    with house_style():
+        figure, top = footed(4.0, [_FOOT, caption(machine)])
+        for axes, (name, words) in zip(top.subplots(1, 3), _PANELS, strict=True):
+            every = [number for each in done for number in (each[name], each["forecast"][name])]
+            ends = [0.7 * min(every), 1.4 * max(every)]
+            for factor, dashes in ((0.5, ":"), (1.0, "-"), (2.0, ":")):
+                axes.plot(ends, [factor * end for end in ends], dashes, color="#888888", lw=1.0)
+            for number, (kind, mine) in enumerate(kinds.items()):
+                x, y = [each[name] for each in mine], [each["forecast"][name] for each in mine]
+                dots(axes, number, x, y, f"{kind} ({len(mine)})")
+            axes.set(xlim=ends, ylim=ends, xlabel="measured")
+            axes.set_title(f"{words}: predicted over measured")
+            tick(axes.xaxis)
+            tick(axes.yaxis)
+        top.axes[0].legend(loc="upper left", fontsize=8)
+        return save(figure, path)

@@ -5,6 +5,7 @@ where it stopped. Records of other code (any file of fingerdesign/mold) are left
 made again.
 """
 
+import statistics
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -15,8 +16,7 @@ import fingerdesign.mold
 from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
-from fingerdesign_bench.files import write_json
-from fingerdesign_bench.lines import Record, code_version, resumed
+from fingerdesign_bench.files import Lines, Record, code_version, write_json
 from fingerdesign_bench.machine import machine
 
 SEEDS, WORKERS = 100, 2
@@ -82,8 +82,8 @@ def measure_molds(
 
     found_machine = machine()
     cases = [*shipped_names(), *(str(seed) for seed in range(seeds))]
-    lines, version = folder / LINES, code_version(Path(str(fingerdesign.mold.__file__)).parent)
-    records = resumed(lines, "case", cases, _run, version, workers, report, words)
+    version = code_version(Path(str(fingerdesign.mold.__file__)).parent)
+    records = Lines(folder / LINES, "case", version, words).resumed(cases, _run, workers, report)
     return Molds(records, workers, found_machine)
 
 
@@ -100,7 +100,7 @@ def _run(case: str) -> Record:
 
 
 def words(record: Record) -> str:
-    """What became of a design, in a line."""
+    """A design's record in a line."""
     name = " ".join(
         [record["name"], *([f"({', '.join(record['kinds'])})"] if record["kinds"] else [])]
     )
@@ -113,12 +113,13 @@ def words(record: Record) -> str:
 
 
 def by_kind(records: Sequence[Record]) -> list[tuple[str, int, int, int, float, float]]:
-    """Of each kind: designs, made, refused, median seconds, greatest volume error."""
-    import statistics
-
+    """Designs, made, refused, median seconds and greatest volume error of each kind."""
+    groups: dict[str, list[Record]] = {}
+    for each in records:
+        for kind in each["kinds"]:
+            groups.setdefault(kind, []).append(each)
     rows = []
-    for kind in sorted({kind for each in records for kind in each["kinds"]}):
-        mine = [each for each in records if kind in each["kinds"]]
+    for kind, mine in sorted(groups.items()):
         made = [each for each in mine if each["status"] == MADE]
         refused = sum(each["status"] == REFUSED for each in mine)
         seconds = statistics.median(each["seconds"] for each in made) if made else 0.0

@@ -13,15 +13,18 @@ from fingerdesign.runtime.cache import Cache
 
 # Part of the file name: raise it when a shape changes.
 FORMAT = 1
+SHAPES = ("spline", "ball", "tip", "filleted")  # each is a function of this module
 
 
 def sample_step(shape: str, width: float, depth: float, height: float, crown: float) -> Path:
     """Path of the STEP file of a sample body; sizes in mm.
 
-    ``shape``: a key of ``SHAPES``; ``height``: of the crest; ``crown``: how far the contact surface
+    ``shape``: one of ``SHAPES``; ``height``: of the crest; ``crown``: how far the contact surface
     falls from there to its border. KeyError for an unknown shape.
     """
-    make = SHAPES[shape]
+    make: Callable[..., Any] = {each.__name__: each for each in (spline, ball, tip, filleted)}[
+        shape
+    ]
     sizes = "-".join(f"{size:.3f}" for size in (width, depth, height, crown))
     cache, name = Cache("samples"), f"{shape}-{FORMAT}-{sizes}.step"
     if not cache.path(name).is_file():
@@ -30,7 +33,7 @@ def sample_step(shape: str, width: float, depth: float, height: float, crown: fl
     return cache.path(name)
 
 
-def _spline(width: float, depth: float, height: float, crown: float) -> Any:
+def spline(width: float, depth: float, height: float, crown: float) -> Any:
     """A section below a spline through points of crest - crown |2 x / width|^2.5, along z."""
     import cadquery as cq
 
@@ -41,7 +44,7 @@ def _spline(width: float, depth: float, height: float, crown: float) -> Any:
     return section.lineTo(0.5 * width, 0.0).lineTo(-0.5 * width, 0.0).close().extrude(depth)
 
 
-def _ball(width: float, depth: float, height: float, crown: float) -> Any:
+def ball(width: float, depth: float, height: float, crown: float) -> Any:
     """A box below a sphere that is ``crown`` lower at the corners."""
     import cadquery as cq
 
@@ -51,7 +54,7 @@ def _ball(width: float, depth: float, height: float, crown: float) -> Any:
     return box.intersect(cq.Workplane("XY").sphere(radius).translate((0, height - radius, 0)))
 
 
-def _tip(width: float, depth: float, height: float, crown: float) -> Any:
+def tip(width: float, depth: float, height: float, crown: float) -> Any:
     """A tip that narrows toward a flat top, its upper edges rounded."""
     import cadquery as cq
 
@@ -60,17 +63,9 @@ def _tip(width: float, depth: float, height: float, crown: float) -> Any:
     return lofted.faces(">Y").edges().fillet(min(crown, 0.2 * width, 0.2 * depth))
 
 
-def _filleted(width: float, depth: float, height: float, crown: float) -> Any:
+def filleted(width: float, depth: float, height: float, crown: float) -> Any:
     """A box whose upper edges are all rounded."""
     import cadquery as cq
 
     box = cq.Workplane("XY").box(width, height, depth).translate((0, 0.5 * height, 0))
     return box.faces(">Y").edges().fillet(min(crown, 0.3 * width, 0.3 * depth))
-
-
-SHAPES: dict[str, Callable[[float, float, float, float], Any]] = {
-    "spline": _spline,
-    "ball": _ball,
-    "tip": _tip,
-    "filleted": _filleted,
-}

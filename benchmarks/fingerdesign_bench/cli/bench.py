@@ -3,6 +3,8 @@
 Without a subcommand it measures precision, speed and stability.
 """
 
+import time
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import click
@@ -10,8 +12,13 @@ from click.core import ParameterSource
 from fingerdesign_cli.options import Group, folder_option, output_options
 from fingerdesign_cli.terminal import progress
 
-from fingerdesign_bench.cli import judged, measured
-from fingerdesign_bench.cli.shared import show_checks, warn_busy
+from fingerdesign.errors import FingerDesignError
+from fingerdesign.runtime.progress import Report
+from fingerdesign_bench.check import Check
+from fingerdesign_bench.cli import commands
+from fingerdesign_bench.cli.frame import Shown
+
+PARTS = {name: commands.PARTS[name] for name in ("precision", "speed", "stability")}
 
 
 class BenchGroup(Group):
@@ -51,16 +58,50 @@ def command(
                 f"{context.invoked_subcommand} --out DIR"
             )
         return None
-    from fingerdesign_bench.suite import run_suite
-
     with progress("bench", quiet or as_json) as report:
-        found = run_suite(folder, report, quick)
-    warn_busy(found.machine, quiet)
-    code = show_checks("Targets", list(found.checks), found.paths, quiet, as_json)
-    for part, why in found.failures.items():
+        found, failures = run_parts(folder, report, quick, PARTS)
+    code = found.show(quiet, as_json)
+    for part, why in failures.items():
         click.echo(f"{part} failed: {why}", err=True)
-    return 1 if found.failures else code
+    return code
 
 
-for _each in (*judged.COMMANDS, *measured.COMMANDS):
+def run_parts(
+    folder: Path,
+    report: Report,
+    quick: bool,
+    parts: Mapping[str, Callable[[Path, Report, bool], Shown]],
+) -> tuple[Shown, dict[str, str]]:
+    """Run every part, write bench.json; return the result, and why parts failed.
+
+    A part that fails does not keep the others from running.
+    """
+    from fingerdesign_bench.files import write_json
+    from fingerdesign_bench.machine import machine
+
+    folder.mkdir(parents=True, exist_ok=True)
+    begun, paths, seconds = machine(), list[Path](), dict[str, float]()
+    checks, failures = list[Check](), dict[str, str]()
+    for name, part in parts.items():
+        start = time.perf_counter()
+        try:
+            found = part(folder, lambda message, name=name: report(f"{name}: {message}"), quick)
+            paths += found.paths
+            checks += found.checks
+        except FingerDesignError as error:
+            failures[name] = str(error)
+        seconds[name] = round(time.perf_counter() - start, 1)
+    record = {
+        "machine": begun,
+        "quick": quick,
+        "seconds": seconds,
+        "failures": failures,
+        "checks": [check.as_dict() for check in checks],
+        "files": [path.name for path in paths],
+    }
+    paths.append(write_json(folder / "bench.json", record))
+    return Shown(paths, "Targets", checks, machine=begun, fails=bool(failures)), failures
+
+
+for _each in commands.COMMANDS:
     command.add_command(_each)

@@ -7,7 +7,6 @@ finer models in space, are computed once and stored (fidelity_references.json).
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -24,7 +23,7 @@ from fingerdesign.errors import FingerDesignError
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.fidelity.pairs import Pair, pairs
-from fingerdesign_bench.lines import Record, read_lines
+from fingerdesign_bench.files import Record, append_lines, read_lines
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.fidelity.models import InTurn
@@ -171,14 +170,11 @@ def run(
     tasks = [(kind, number, dofs) for number, dofs in sizes if number not in have]
     if not tasks:
         return
-    path.parent.mkdir(parents=True, exist_ok=True)
     with Pool(workers, recycled_after=1) as pool:
         found = pool.as_done(lambda task: pool.call(work, task), tasks)
         try:
             for done, records in enumerate(found, start=1):
-                lines = "".join(json.dumps(each, allow_nan=False) + "\n" for each in records)
-                with path.open("a", encoding="utf-8") as file:
-                    file.write(lines)
+                append_lines(path, records)
                 report(f"{kind}: {done} of {len(tasks)} pairs")
         except BaseException:
             pool.kill()

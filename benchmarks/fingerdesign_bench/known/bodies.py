@@ -1,21 +1,231 @@
-"""Two elastic bodies, flat faces, thin layers, other codes' answers, and this program's own."""
+"""Two elastic bodies, flat faces, thin layers, other codes' answers, and this program's own.
 
+An elastic object's compliance is added to the finger's (facing.py), gaps are taken along y. Where
+contact alone holds a body against a motion, a support takes that motion in the model, force control
+finds it, and the support must come out without force.
+"""
+
+import json
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from importlib import resources
+from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 
 from fingerdesign.analysis.case import fundamental_scene
+from fingerdesign.analysis.path import problem_at_touch
+from fingerdesign.analysis.stages import condense, make_mesh
+from fingerdesign.arrays import Array
 from fingerdesign.checks.load import load_design, parse_design
+from fingerdesign.contact.force_control import Forces
+from fingerdesign.contact.path import Step, follow
+from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.design.io import parse_scene
+from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import shipped_text
+from fingerdesign.fem.body import CondensedBody, condense_body
+from fingerdesign.fem.reduction import reduced_model
+from fingerdesign.fem.system import Body
+from fingerdesign.layout.zone import candidate_zone, greatest_approach
 from fingerdesign.pipeline import analyse
-from fingerdesign_bench.accuracy import analytic, reference
-from fingerdesign_bench.accuracy import verification_bodies as bodies
-from fingerdesign_bench.check import two_codes
+from fingerdesign.shapes.objects import Cylinder, Plane
+from fingerdesign_bench.accuracy import analytic
+from fingerdesign_bench.accuracy.block import (
+    block_section,
+    both_sides,
+    graded,
+    near,
+    rectangle,
+    upside_down,
+)
+from fingerdesign_bench.accuracy.disc import disc, half_disc
+from fingerdesign_bench.accuracy.facing import facing_compliance
+from fingerdesign_bench.accuracy.uniform import face_loads, held, nearest, uniform_body
 from fingerdesign_bench.known.case import Curve, Picture, Solution, compare_curves
 from fingerdesign_bench.known.rounds import orders
 
+STILL = Motion(0.0, 0.0)
+# The cases whose answers two other codes agree on (data/two_codes.json).
+HOMOGENEOUS = """
+design.name = "two-codes"
+body.depth_mm = {depth}
+plates.count = 0
+materials.silicone.poissons_ratio = 0.3
+mesh.mesher = "extrude"
+"""
+# Its gage is short enough to read the strain at the centre.
+ONE_PLATE = """
+design.name = "one-plate"
+body.depth_mm = 1.0
+plates.placement = [[0.0, 10.5, 45.0]]
+gages.length_mm = 0.05
+"""
+RAMP = """
+design.name = "ramp"
+body.width_mm = 120.0
+body.base_height_mm = 60.0
+body.arc_radius_mm = 100.0
+body.depth_mm = 1.0
+plates.count = 0
+materials.silicone.poissons_ratio = 0.4999
+mesh.section.contact_size_mm = 0.025
+mesh.section.far_size_mm = 6.0
+"""
+_SHEARS = ("gamma_x-4", "gamma_x-2", "gamma_x0", "gamma_x2", "gamma_x4")
+_FOOT = {0.0: 2.86e-2, 1.25: 2.72e-2, 5.0: 2.28e-2, 7.5: 1.98e-2, 11.25: 1.50e-2}
+_INCOMPRESSIBLE = 0.499  # Layers of a higher Poisson's ratio follow the incompressible limit.
 
-def _pressures(solved: bodies.Solved, known: np.ndarray, step: int = -1) -> Picture:
+
+@dataclass(frozen=True)
+class FromAbove:
+    """The lower face of a round object of ``radius`` mm that touches (0, 0): gaps along y.
+
+    For an elastic object on an elastic finger, where neither surface alone gives the common normal.
+    """
+
+    radius: float
+
+    def distance(self, points: Array) -> Array:
+        across = points[:, 0] ** 2
+        rise = across / (self.radius + np.sqrt(self.radius**2 - across))
+        return np.asarray(rise - points[:, 1])
+
+    def normal(self, points: Array) -> Array:
+        normals = np.zeros_like(points)
+        normals[:, 1] = -1.0
+        return normals
+
+
+@dataclass(frozen=True)
+class Solved:
+    """The condensed lower body, its contact problem, the solved path, and the body's own nodal
+    forces (n dim, 1) N at share 1."""
+
+    body: CondensedBody
+    problem: ContactProblem
+    steps: tuple[Step, ...]
+    loads: Array | float = 0.0
+
+    @property
+    def pressure(self) -> Array:
+        """Nodal contact pressures (m,) MPa of the last step."""
+        return np.asarray(self.steps[-1].increment.multiplier[:, 0] / self.problem.model.areas)
+
+    def displacement(self, place: Array) -> Array:
+        """Displacement (2,) mm of the lower body's mesh node nearest to ``place``, last step."""
+        increment = self.steps[-1].increment
+        own = increment.motion.load * self.loads
+        field = self.body.displacement_fields(increment.force[None], own)[0]
+        return np.asarray(field[nearest(self.body.body.mesh, place)])
+
+
+def equal_cylinders(
+    size: float = 0.02, below: float = 200.0, above_modulus: float = 200.0
+) -> Solved:
+    """Half cylinders R = 8, nu = 0.3, crest to crest: P = 10, Q up to 0.93616, mu = 0.2.
+
+    E = 200 of both in the published case; ``below`` and ``above_modulus`` may differ.
+    """
+    mesh = half_disc(8.0, 1.6, size)
+    lower = condense_body(uniform_body(mesh, below, 0.3, held(mesh, "base"), 1.4))
+    upper = upside_down(half_disc(8.0, 1.8, 1.25 * size))
+    shears = [share * 0.93616 for share in (0.25, 0.5, 0.75, 1.0)]
+    path = [Forces(10.0, held=STILL), *(Forces(10.0, shear) for shear in shears)]
+    above = uniform_body(upper, above_modulus, 0.3, held(upper, "base"), 2.0)
+    return _two(lower, above, FromAbove(8.0), 0.2, path)
+
+
+def nafems_roller(size: float = 0.15, friction_coefficient: float = 0.0) -> Solved:
+    """A steel roller R = 50 on an aluminium block 200 x 200, 35 kN per mm through its top point.
+
+    Advanced Finite Element Contact Benchmarks (Konter, NAFEMS 2006), 1; E 210 and 70 GPa, nu 0.3,
+    the block's base fixed. The top point carries the force as a support.
+    """
+    mesh = block_section(100.0, 200.0, 9.0, size)
+    lower = condense_body(uniform_body(mesh, 70e3, 0.3, held(mesh, "base"), 9.0))
+    upper = upside_down(disc(50.0, 10.0, size))
+    fixed = held(upper)
+    fixed[nearest(upper, [0.0, 100.0])] = True
+    fixed[nearest(upper, [0.0, 50.0]), 0] = True  # against rolling
+    above = uniform_body(upper, 210e3, 0.3, fixed, 12.0)
+    path = [Forces(35e3 * share, held=STILL) for share in (0.25, 0.5, 0.75, 1.0)]
+    return _two(lower, above, FromAbove(50.0), friction_coefficient, path)
+
+
+def pressed_plate(size: float = 0.5) -> Solved:
+    """SSNV128: a plate 80 x 40 pressed on a rigid plane by 50 MPa and from its sides by 150 MPa.
+
+    The half 0 <= x <= 40, mirrored in x = 40; E = 130 GPa, nu = 0.2, mu = 1. The plane is above
+    here. Nothing but contact carries y: the support of one node takes the rigid motion.
+    """
+    x = graded(size, 20.0, 40.0, 1.2)
+    mesh = rectangle(x, -graded(size, 8.0, 40.0, 1.2)[::-1])
+    fixed = held(mesh, right=(0,))
+    fixed[nearest(mesh, [40.0, -40.0]), 1] = True
+    loads = face_loads(mesh, "base", (0.0, 50.0))
+    loads += face_loads(mesh, "left", (150.0, 0.0))
+    own = loads.reshape(-1, 1)
+    condensed = condense_body(uniform_body(mesh, 130e3, 0.2, fixed, 41.0), [sp.csr_matrix(own.T)])
+    condensed = replace(condensed, load_displacement=condensed.readouts[0][0])
+    problem = contact_problem(reduced_model(condensed), Plane(0.0), 1.0)
+    shares = np.linspace(0.1, 1.0, 10)
+    path = [Forces(2000.0 * share, held=Motion(0.0, 0.0, load=float(share))) for share in shares]
+    return Solved(condensed, problem, tuple(follow(problem, path)), own)
+
+
+def flat_punch(size: float = 0.02, poissons_ratio: float = 0.3) -> Solved:
+    """A rigid flat punch |x| <= 1 without friction on a block 100 deep, P = 1 per mm, E = 1."""
+    mesh = block_section(100.0, 100.0, 1.0, size)
+    ends = {**mesh.facets, "contact": near(mesh, "contact", 1.0)}  # the punch ends, not the zone
+    mesh = replace(mesh, facets=ends)
+    condensed = condense_body(uniform_body(mesh, 1.0, poissons_ratio, held(mesh, "base"), 1.0))
+    problem = contact_problem(reduced_model(condensed), Plane(0.0), 0.0)
+    return Solved(condensed, problem, tuple(follow(problem, [Forces(1.0, held=STILL)])))
+
+
+def bonded_layer(
+    half_width: float = 40.0,
+    size: float = 0.1,
+    poissons_ratio: float = 0.499999,
+    sinking: float = 6.0,
+) -> Solved:
+    """A frictionless cylinder, R = 1e6, on a bonded layer 1 mm thick, to a given half-width.
+
+    E = 1. The approach is half_width^2 / (sinking R): 6 of the thin incompressible layer, 2 of the
+    thin compressible one.
+    """
+    reach = 1.1 * half_width
+    x = both_sides(graded(3.0 * size, reach, half_width + 10.0, 1.2))
+    mesh = rectangle(x, np.linspace(-1.0, 0.0, round(1.0 / size) + 1))
+    body = uniform_body(mesh, 1.0, poissons_ratio, held(mesh, "base"), reach, "mixed")
+    condensed = condense_body(body)
+    problem = contact_problem(reduced_model(condensed), Cylinder(1e6, 1e6), 0.0)
+    motion = Motion(half_width**2 / (sinking * 1e6), 0.0)
+    return Solved(condensed, problem, tuple(follow(problem, [motion])))
+
+
+def pushed_block(slope: float = 0.1, friction_coefficient: float = 0.3) -> Solved:
+    """NAFEMS CGS-4: a block pushed up a rigid slope tan a, far enough to slide everywhere."""
+    mesh = block_section(1.0, 1.0, 1.0, 0.2)
+    condensed = condense_body(uniform_body(mesh, 1.0, 0.3, held(mesh, "base"), 1.0))
+    angle = np.arctan(slope)
+    plane = Plane(0.0, (float(np.sin(angle)), -float(np.cos(angle)), 0.0))
+    problem = contact_problem(reduced_model(condensed), plane, friction_coefficient)
+    path = [Motion(0.15, 0.0), Motion(0.15, 1.0)]
+    return Solved(condensed, problem, tuple(follow(problem, path)))
+
+
+def _two(
+    lower: CondensedBody, above: Body, gap: FromAbove, friction: float, path: list[Forces]
+) -> Solved:
+    model = reduced_model(lower)
+    problem = contact_problem(model, gap, friction, facing_compliance(above, model))
+    return Solved(lower, problem, tuple(follow(problem, path)))
+
+
+def _pressures(solved: Solved, known: np.ndarray, step: int = -1) -> Picture:
     model = solved.problem.model
     found = solved.steps[step].increment.multiplier[:, 0] / model.areas
     return compare_curves("x (mm)", "pressure (MPa)", model.points[:, 0], known, found)
@@ -23,7 +233,7 @@ def _pressures(solved: bodies.Solved, known: np.ndarray, step: int = -1) -> Pict
 
 def cylinders(size: float = 0.01) -> Solution:
     """Equal elastic cylinders: pressed, then sheared."""
-    solved = bodies.equal_cylinders(size)
+    solved = equal_cylinders(size)
     pressed, sheared = solved.steps[0].measures, solved.steps[-1].measures
     values = {
         "half-width": 0.5 * pressed.contact_width,
@@ -36,7 +246,7 @@ def cylinders(size: float = 0.01) -> Solution:
 
 def roller(friction: float, size: float = 0.1) -> Solution:
     """NAFEMS' roller."""
-    solved = bodies.nafems_roller(size, friction)
+    solved = nafems_roller(size, friction)
     measures = solved.steps[-1].measures
     values = {
         "half-width": 0.5 * measures.contact_width,
@@ -49,20 +259,16 @@ def roller(friction: float, size: float = 0.1) -> Solution:
 
 def plate() -> Solution:
     """SSNV128: how far its foot slides, mm."""
-    solved = bodies.pressed_plate()
-    known = {0.0: 2.86e-2, 1.25: 2.72e-2, 5.0: 2.28e-2, 7.5: 1.98e-2, 11.25: 1.50e-2}
-    values = {f"at {x:g}": float(solved.displacement(np.array([x, 0.0]))[0]) for x in known}
-    x = np.array(list(known))
-    found = np.array(list(values.values()))
-    picture = compare_curves(
-        "x (mm)", "displacement (mm)", x, np.array(list(known.values())), found
-    )
+    solved = pressed_plate()
+    values = {f"at {x:g}": float(solved.displacement(np.array([x, 0.0]))[0]) for x in _FOOT}
+    x, known, found = (np.array(list(each)) for each in (_FOOT, _FOOT.values(), values.values()))
+    picture = compare_curves("x (mm)", "displacement (mm)", x, known, found)
     return Solution(values, picture, (solved.problem, solved.steps))
 
 
 def punch(size: float = 0.02) -> Solution:
     """A flat punch: the worst error in |x| < 0.9 of it, and the pressure in the middle."""
-    solved = bodies.flat_punch(size)
+    solved = flat_punch(size)
     x = solved.problem.model.points[:, 0]
     inner = np.abs(x) < 0.9
     known = analytic.flat_punch_pressure(x[inner], 1.0, 1.0)
@@ -78,11 +284,11 @@ def punch(size: float = 0.02) -> Solution:
 @lru_cache(maxsize=8)
 def layer(poissons_ratio: float, half_width: float = 40.0) -> Solution:
     """A bonded layer ``half_width`` times thinner than the contact: over the thin limit."""
-    thin = 6.0 if poissons_ratio > 0.499 else 2.0
-    solved = bodies.bonded_layer(half_width, poissons_ratio=poissons_ratio, sinking=thin)
+    thin = 6.0 if poissons_ratio > _INCOMPRESSIBLE else 2.0
+    solved = bonded_layer(half_width, poissons_ratio=poissons_ratio, sinking=thin)
     x = solved.problem.model.points[:, 0]
     inside = np.maximum(0.0, 1.0 - (x / half_width) ** 2)
-    if poissons_ratio > 0.499:
+    if poissons_ratio > _INCOMPRESSIBLE:
         force, peak, _ = analytic.bonded_incompressible_layer(half_width, 1e6, 1.0, 1.0)
         known = peak * inside**2
     else:
@@ -105,7 +311,7 @@ def layer_rates(poissons_ratio: float) -> Solution:
 
 def wedge(friction: float = 0.3, slope: float = 0.1) -> Solution:
     """CGS-4: F / G of a sliding block."""
-    solved = bodies.wedge(slope, friction)
+    solved = pushed_block(slope, friction)
     measures = solved.steps[-1].measures
     ratio = measures.tangential_force / measures.normal_force
     x, across = solved.problem.model.points[:, 0], solved.steps[-1].increment.force
@@ -118,17 +324,32 @@ def wedge(friction: float = 0.3, slope: float = 0.1) -> Solution:
     return Solution({"force": ratio}, picture, (solved.problem, solved.steps))
 
 
-_SHEARS = ("gamma_x-4", "gamma_x-2", "gamma_x0", "gamma_x2", "gamma_x4")
+def two_codes() -> dict[str, Any]:
+    """The tables that two independent finite-element codes agree on (shipped data)."""
+    text = (resources.files("fingerdesign") / "data" / "two_codes.json").read_text("utf-8")
+    loaded: dict[str, Any] = json.loads(text)
+    return loaded
+
+
+def two_codes_path(design: Design, fidelity: str) -> tuple[ContactProblem, tuple[Step, ...]]:
+    """Mesh, condense and load a design along the shipped sixteen increments."""
+    scene = parse_scene(shipped_text("reference_plane_strain", "scene"))
+    if fidelity != "plane-strain":
+        scene = scene.model_copy(update={"readout": type(scene.readout)()})
+    zone = candidate_zone(design, scene.object, greatest_approach(design, scene))
+    model = condense(design, make_mesh(design, fidelity, zone), zone, scene).reduced
+    problem = problem_at_touch(model, scene.object, design.body)
+    return problem, tuple(follow(problem, [Motion(*row) for row in scene.path.rows]))
 
 
 def homogeneous(fidelity: str) -> Solution:
     """The finger of rubber alone that two other codes solved, per mm of depth or of depth 10."""
     flat = fidelity == "plane-strain"
-    text = reference.HOMOGENEOUS.format(depth=1.0 if flat else 10.0, mesher="extrude")
-    solved = reference.solve_reference(parse_design(text), fidelity)
+    design = parse_design(HOMOGENEOUS.format(depth=1.0 if flat else 10.0))
+    problem, steps = two_codes_path(design, fidelity)
     rows = two_codes()["plane_strain" if flat else "three_d_depth_10"]
     values, known, found = {}, [], []
-    for number, (row, step) in enumerate(zip(rows, solved.steps, strict=True), start=1):
+    for number, (row, step) in enumerate(zip(rows, steps, strict=True), start=1):
         measures = step.measures
         values[f"normal force at {number}"] = measures.normal_force
         values[f"tangential force at {number}"] = measures.tangential_force
@@ -141,30 +362,30 @@ def homogeneous(fidelity: str) -> Solution:
     picture = compare_curves(
         "increment", "tangential force (N)", place, np.array(known), np.array(found)
     )
-    return Solution(values, picture, (solved.problem, tuple(solved.steps)))
+    return Solution(values, picture, (problem, steps))
 
 
 def one_plate() -> Solution:
     """The finger with one plate: strains at its centre, microstrain."""
-    solved = reference.solve_one_plate()
-    gages = 1e6 * np.array([step.measures.gages[0] for step in solved.steps])
-    values = {f"upper at {k}": float(each[0]) for k, each in enumerate(gages, start=1)}
-    values |= {f"lower at {k}": float(each[1]) for k, each in enumerate(gages, start=1)}
-    values |= {f"middle at {k}": float(each.mean()) for k, each in enumerate(gages, start=1)}
+    problem, steps = two_codes_path(parse_design(ONE_PLATE), "plane-strain")
+    gages = 1e6 * np.array([step.measures.gages[0] for step in steps])
+    faces = {"upper": gages[:, 0], "lower": gages[:, 1], "middle": gages.mean(axis=1)}
+    values = {
+        f"{name} at {k}": float(each)
+        for name, readings in faces.items()
+        for k, each in enumerate(readings, start=1)
+    }
     rows = two_codes()["one_plate"]
     place = np.arange(1.0, len(gages) + 1.0)
+    known = np.array([[row["increment"], row["upper"], row["lower"]] for row in rows]).T
     curves = (
-        Curve("upper, two codes", *_columns(rows, "upper"), known=True),
-        Curve("lower, two codes", *_columns(rows, "lower"), known=True),
+        Curve("upper, two codes", known[0], known[1], known=True),
+        Curve("lower, two codes", known[0], known[2], known=True),
         Curve("upper", place, gages[:, 0], False),
         Curve("lower", place, gages[:, 1], False),
     )
     picture = Picture("increment", "strain (microstrain)", curves)
-    return Solution(values, picture, (solved.problem, tuple(solved.steps)))
-
-
-def _columns(rows: list[dict[str, float]], name: str) -> tuple[np.ndarray, np.ndarray]:
-    return np.array([row["increment"] for row in rows]), np.array([row[name] for row in rows])
+    return Solution(values, picture, (problem, steps))
 
 
 def finger(name: str) -> Solution:
@@ -180,19 +401,6 @@ def finger(name: str) -> Solution:
     force = np.array([[each.normal_force_N, each.tangential_force_N] for each in rows])
     curve = Curve("found", force[:, 0], force[:, 1], False)
     return Solution(values, Picture("normal force (N)", "tangential force (N)", (curve,)))
-
-
-RAMP = """
-design.name = "ramp"
-body.width_mm = 120.0
-body.base_height_mm = 60.0
-body.arc_radius_mm = 100.0
-body.depth_mm = 1.0
-plates.count = 0
-materials.silicone.poissons_ratio = 0.4999
-mesh.section.contact_size_mm = 0.025
-mesh.section.far_size_mm = 6.0
-"""
 
 
 def grip_path(slope: float, friction: float = 0.5) -> Solution:

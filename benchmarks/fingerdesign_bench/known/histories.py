@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.arrays import Array
 from fingerdesign.contact.force_control import Forces, solve_forces
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.path import Step, follow
@@ -15,21 +15,27 @@ from fingerdesign.fem.reduction import body_model
 from fingerdesign.reduced import ReducedModel
 from fingerdesign.shapes.objects import Cylinder, Plane, Sphere
 from fingerdesign_bench.accuracy import analytic
-from fingerdesign_bench.accuracy import verification_contact as rounds
-from fingerdesign_bench.accuracy.verification_contact import RADIUS
 from fingerdesign_bench.known.case import Curve, Picture, Solution, compare_curves
-from fingerdesign_bench.known.rounds import orders
+from fingerdesign_bench.known.rounds import (
+    FRICTION,
+    NU,
+    RADIUS,
+    line_block,
+    load,
+    middle_line,
+    modulus,
+    orders,
+    point_block,
+)
 from fingerdesign_bench.known.theory import lubkin, mindlin_loss, mindlin_shift
 
-NU, FRICTION = 0.4999, 0.3  # where normal and tangential problems uncouple
 STILL = Motion(0.0, 0.0)
 
 
 @lru_cache(maxsize=4)
 def _model(plane: bool, poissons_ratio: float) -> ReducedModel:
-    if plane:
-        return body_model(rounds.line_block(0.025, poissons_ratio))
-    return body_model(rounds.point_block(0.1, poissons_ratio))
+    block = line_block(0.025, poissons_ratio) if plane else point_block(0.1, poissons_ratio)
+    return body_model(block)
 
 
 def _problem(plane: bool, friction: float, poissons_ratio: float = NU) -> ContactProblem:
@@ -37,25 +43,10 @@ def _problem(plane: bool, friction: float, poissons_ratio: float = NU) -> Contac
     return contact_problem(_model(plane, poissons_ratio), indenter, friction)
 
 
-def _load(plane: bool, half_width: float = 1.0, poissons_ratio: float = NU) -> float:
-    """N (per mm) that a frictionless cylinder or sphere needs for this half-width (Hertz)."""
-    modulus = analytic.plane_strain_modulus(1.0, poissons_ratio)
-    if plane:
-        return float(np.pi * modulus * half_width**2 / (4.0 * RADIUS))
-    return float(4.0 / 3.0 * modulus * half_width**3 / RADIUS)
-
-
 def _stick(step: Step, plane: bool) -> float:
     """c / a: of a circle, the root of the areas' ratio."""
     share = step.measures.stick_ratio or 0.0
     return share if plane else share**0.5
-
-
-def _line_of_nodes(model: ReducedModel) -> BoolArray:
-    """Which nodes lie on z = 0."""
-    if model.dimension == 2:
-        return np.ones(model.nodes, dtype=bool)
-    return np.asarray(np.abs(model.points[:, 2]) < 1e-9)
 
 
 def spence(plane: bool, poissons_ratio: float, friction: float) -> Solution:
@@ -65,11 +56,14 @@ def spence(plane: bool, poissons_ratio: float, friction: float) -> Solution:
     """
     ratio = 1.025 if plane else 1.08
     count = int(np.ceil(np.log(20.0 if plane else 5.0) / np.log(ratio)))
-    problem, last = _grown(plane, poissons_ratio, friction, ratio, count)
+    problem = _problem(plane, friction, poissons_ratio)
+    widths = ratio ** np.arange(-count, 1.0)
+    rows = [Forces(load(plane, float(a), poissons_ratio), held=STILL) for a in widths]
+    *_, last = follow(problem, rows)
     measures, model = last.measures, problem.model
     centre = measures.peak_pressure * measures.contact_area / measures.normal_force
     values = {"stick": _stick(last, plane), "centre": centre * (np.pi / 4.0 if plane else 2.0 / 3)}
-    row = _line_of_nodes(model) & (last.increment.multiplier[:, 0] > 0.0)
+    row = middle_line(problem) & (last.increment.multiplier[:, 0] > 0.0)
     normal, x = last.increment.multiplier[row, 0], model.points[row, 0]
     shear = last.increment.force[row, 0] / (friction * normal)
     bound = Curve("slip at 1 and -1", np.array([-1.0, 1.0]), np.array([-1.0, 1.0]), True)
@@ -78,43 +72,32 @@ def spence(plane: bool, poissons_ratio: float, friction: float) -> Solution:
     return Solution(values, picture)
 
 
-def _grown(
-    plane: bool, poissons_ratio: float, friction: float, ratio: float, count: int
-) -> tuple[ContactProblem, Step]:
-    problem = _problem(plane, friction, poissons_ratio)
-    widths = ratio ** np.arange(-count, 1.0)
-    rows = [Forces(_load(plane, float(a), poissons_ratio), held=STILL) for a in widths]
-    *_, last = follow(problem, rows)
-    return problem, last
-
-
 def together(plane: bool, slope: float, start: float, count: int = 20) -> Solution:
     """N to a share ``start`` of its end; then N and T, dT/dN = slope mu, in ``count`` steps.
 
     slope < 1: nothing slips, q = slope mu (p(N) - p(start)). Else q = mu (p(N) - p(N - T / mu)),
     and the path ends half way: at N = 0.75, T = 0.5 mu for slope = 2 and start = 0.5.
     """
-    problem, load = _problem(plane, FRICTION), _load(plane)
+    problem, full = _problem(plane, FRICTION), load(plane)
     model = problem.model
     distance = np.linalg.norm(model.points[:, ::2], axis=1)
     hertz = analytic.hertz_line if plane else analytic.hertz_point
-    modulus = analytic.plane_strain_modulus(1.0, NU)
 
     def pressure(share: float) -> Array:
         if share <= 0.0:
             return np.zeros(model.nodes)
-        return hertz(share * load, RADIUS, modulus).pressure(distance)
+        return hertz(share * full, RADIUS, modulus()).pressure(distance)
 
     end = 1.0 if slope < 1.0 else 0.5 * (1.0 + start)
     rise = np.linspace(start, end, count + 1)[1:]
-    rows = [Forces(start * load, held=STILL)] if start else []
-    rows += [Forces(n * load, slope * FRICTION * (n - start) * load) for n in rise]
+    rows = [Forces(start * full, held=STILL)] if start else []
+    rows += [Forces(n * full, slope * FRICTION * (n - start) * full) for n in rise]
     steps = tuple(follow(problem, rows))
     inner = start if slope < 1.0 else end - slope * (end - start)
     known = min(slope, 1.0) * FRICTION * (pressure(end) - pressure(inner))
     found = steps[-1].increment.force[:, 0] / model.areas
     off = np.sqrt(model.areas @ (found - known) ** 2 / (model.areas @ known**2))
-    row = _line_of_nodes(model)
+    row = middle_line(problem)
     picture = compare_curves(
         "x / a", "shear traction (MPa)", model.points[row, 0], known[row], found[row]
     )
@@ -134,13 +117,13 @@ def loop(most: float = 0.8) -> Solution:
 
     Shifts over Mindlin's 3 mu P (2 - nu) / (16 G a), the work of a cycle over mu P times that.
     """
-    problem, load = _problem(False, FRICTION), _load(False)
+    problem, full = _problem(False, FRICTION), load(False)
     up = np.linspace(0.0, most, round(10 * most) + 1)[1:]
     down = np.linspace(most, -most, round(20 * most) + 1)[1:]
     shares = np.concatenate([up, down, -down])
-    rows = [Forces(load, held=STILL), *(Forces(load, q * FRICTION * load) for q in shares)]
+    rows = [Forces(full, held=STILL), *(Forces(full, q * FRICTION * full) for q in shares)]
     steps = tuple(follow(problem, rows))
-    unit = 3.0 * FRICTION * load * (2.0 - NU) * 2.0 * (1.0 + NU) / 16.0  # E = 1, a = 1
+    unit = 3.0 * FRICTION * full * (2.0 - NU) * 2.0 * (1.0 + NU) / 16.0  # E = 1, a = 1
     found = np.array([step.increment.motion.shear for step in steps[1:]]) / unit
     known = np.concatenate(
         [
@@ -165,16 +148,15 @@ def loop(most: float = 0.8) -> Solution:
 def torsion(stick: float = 0.5) -> Solution:
     """A sphere pressed, then turned about its axis: on to where Lubkin has c / a = ``stick``, and
     on until all slips. Moments over mu P a."""
-    block = rounds.point_block(0.1, NU, depth=30.0, growth=2.0, whole=True)
-    model = body_model(block)
+    model = body_model(point_block(0.1, depth=30.0, whole=True))
     problem = contact_problem(model, Sphere(RADIUS, RADIUS), FRICTION)
-    load, unit = _load(False), FRICTION * _load(False) * 2.0 * (1.0 + NU)  # mu P / (G a^2)
+    full, unit = load(False), FRICTION * load(False) * 2.0 * (1.0 + NU)  # mu P / (G a^2)
     turn, _ = lubkin(stick)
     turns = np.append(turn * np.arange(1.0, 7.0) / 6.0, [1.5 * turn, 8.0 * turn])
-    rows = [Forces(load, held=STILL)]
-    rows += [Forces(load, held=Motion(0.0, 0.0, 0.0, float(np.degrees(t * unit)))) for t in turns]
+    rows = [Forces(full, held=STILL)]
+    rows += [Forces(full, held=Motion(0.0, 0.0, 0.0, float(np.degrees(t * unit)))) for t in turns]
     steps = tuple(follow(problem, rows))
-    moments = np.abs([step.measures.twist_moment for step in steps[1:]]) / (FRICTION * load)
+    moments = np.abs([step.measures.twist_moment for step in steps[1:]]) / (FRICTION * full)
     values = {"moment": moments[5], "stick": _stick(steps[6], False), "most": moments[-1]}
     known = np.array([lubkin(c) for c in np.linspace(0.99, 0.02, 60)])
     curves = (
@@ -192,8 +174,8 @@ def rolling(share: float = 0.75, half_width: float = 0.5, step: float = 0.0125) 
     """
     model = _model(True, NU)
     flat = contact_problem(model, Plane(0.0), FRICTION)
-    load = _load(True, half_width)
-    forces = Forces(load, share * FRICTION * load)
+    full = load(True, half_width)
+    forces = Forces(full, share * FRICTION * full)
     way = step * np.arange(round(2.8 * half_width / step) + 1)
     shears: list[float] = []
     for moved in way:
@@ -201,7 +183,7 @@ def rolling(share: float = 0.75, half_width: float = 0.5, step: float = 0.0125) 
         gap = model.surface.mean(across**2 / (2.0 * RADIUS), model.nodes)
         here = replace(flat, gap0=gap)
         if not shears:
-            state = solve_forces(here, ContactState.untouched(here), Forces(load, held=STILL)).state
+            state = solve_forces(here, ContactState.untouched(here), Forces(full, held=STILL)).state
         increment = solve_forces(here, state, forces)
         state = increment.state
         shears.append(increment.motion.shear)

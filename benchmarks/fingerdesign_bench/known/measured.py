@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.path import Step, follow
@@ -19,11 +18,11 @@ from fingerdesign.fem.finite.facing import facing
 from fingerdesign.fem.finite.row import Follower, untouched
 from fingerdesign.fem.reduction import body_model
 from fingerdesign.fem.system import Body
-from fingerdesign.mesh.types import Mesh
 from fingerdesign.shapes.objects import Plane
 from fingerdesign_bench.accuracy.block import graded, rectangle
 from fingerdesign_bench.accuracy.disc import half_disc
 from fingerdesign_bench.accuracy.revolve import revolved_half
+from fingerdesign_bench.accuracy.uniform import held, uniform_body
 from fingerdesign_bench.known.case import Curve, Picture, Solution
 
 # Rubber of 47 IRHD between the rows 45 and 50 of Lindley's Table 3, MPa. Modulus and hardness were
@@ -106,8 +105,7 @@ def ring(mean: float = 5.0, size: float = 0.04) -> Solution:
     section = half_disc(0.5, 0.2, size, 1.25)
     section = replace(section, points=section.points + np.array([mean, 0.0]))
     mesh = revolved_half(section, 6)
-    fixed = _mirrored(mesh)
-    fixed[np.unique(mesh.facets["base"]), 1] = True
+    fixed = held(mesh, base=(1,))
     fixed[np.abs(mesh.points[:, 0]) < 1e-9, 0] = True  # against sliding along x as a whole
     crest, facets = np.abs(_around(mesh.points) - mean), mesh.facets["contact"]
     near = facets[(crest[facets] <= reach + 1e-9).all(axis=1)]
@@ -118,7 +116,9 @@ def ring(mean: float = 5.0, size: float = 0.04) -> Solution:
         exact[:, 1] = -across / (0.5 + np.sqrt(0.25 - across))
         return exact
 
-    body = replace(_rubber(mesh, fixed, 1.0, 0.4997), contact=near, project=onto_the_cord)
+    body = replace(
+        uniform_body(mesh, 1.0, 0.4997, fixed, element="mixed"), contact=near, project=onto_the_cord
+    )
     length = 2.0 * np.pi * mean
     problem, force = _small(body, 0.5 * shares)
     small, large = force / length, _finite(body, 0.5 * shares) / length
@@ -146,30 +146,10 @@ def _half_disc(shape_factor: int, shear_modulus: float, bulk_modulus: float) -> 
     radius, half = 2.0 * shape_factor * THICKNESS, 0.5 * THICKNESS
     x = radius - graded(half / 3.0, half, radius)[::-1]
     mesh = revolved_half(rectangle(x, np.linspace(-half, 0.0, 4)), 8)
-    fixed = _mirrored(mesh)
-    fixed[np.unique(mesh.facets["base"])] = True
     modulus = 9.0 * bulk_modulus * shear_modulus / (3.0 * bulk_modulus + shear_modulus)
-    body = _rubber(mesh, fixed, modulus, 0.5 * modulus / shear_modulus - 1.0)
+    ratio = 0.5 * modulus / shear_modulus - 1.0
+    body = uniform_body(mesh, modulus, ratio, held(mesh, "base"), element="mixed")
     return body, float(np.pi * radius**2)
-
-
-def _mirrored(mesh: Mesh) -> NDArray[np.bool_]:
-    """What the mirror z = 0 holds (n, 3)."""
-    fixed = np.zeros(mesh.points.shape, dtype=bool)
-    fixed[np.unique(mesh.facets["symmetry"]), 2] = True
-    return fixed
-
-
-def _rubber(mesh: Mesh, fixed: NDArray[np.bool_], modulus: float, poissons_ratio: float) -> Body:
-    count = len(mesh.cells)
-    return Body(
-        mesh,
-        np.full(count, modulus),
-        np.full(count, poissons_ratio),
-        fixed.reshape(-1),
-        mesh.facets["contact"],
-        element="mixed",
-    )
 
 
 def _around(points: Array) -> Array:

@@ -5,17 +5,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.arrays import Array
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.fem.body import condense_body
 from fingerdesign.fem.reduction import reduced_model
 from fingerdesign.fem.system import Body
-from fingerdesign.mesh.types import Mesh
 from fingerdesign.shapes.objects import Indenter, Plane
 from fingerdesign_bench.accuracy.block import rectangle
 from fingerdesign_bench.accuracy.revolve import revolved_half, round_block_section
-from fingerdesign_bench.accuracy.verification_bodies import face_loads
+from fingerdesign_bench.accuracy.uniform import face_loads, held, nearest, uniform_body
 from fingerdesign_bench.known.case import Solution, compare_curves
 from fingerdesign_bench.known.rounds import orders
 
@@ -39,10 +38,10 @@ class Core:
 def brick(poissons_ratio: float, friction: float) -> Solution:
     """An uneven mesh on rollers under a plane: p = E / (1 - nu^2) of the strain."""
     mesh = rectangle(_UNEVEN, np.array([-1.0, -0.7, -0.2, 0.0]))
-    held = _held(mesh, base=(1,))
-    held[_nearest(mesh, (0.1, -1.0)), 0] = True
+    fixed = held(mesh, base=(1,))
+    fixed[nearest(mesh, (0.1, -1.0)), 0] = True
     pressure = SUNK / (1.0 - poissons_ratio**2)
-    return _pressed(_body(mesh, poissons_ratio, held), Plane(0.0), friction, pressure)
+    return _pressed(uniform_body(mesh, 1.0, poissons_ratio, fixed), Plane(0.0), friction, pressure)
 
 
 def sheared_brick(friction: float = 0.5, share: float = 0.8) -> Solution:
@@ -52,10 +51,12 @@ def sheared_brick(friction: float = 0.5, share: float = 0.8) -> Solution:
     """
     mesh = rectangle(_UNEVEN, np.array([-1.0, -0.7, -0.2, 0.0]))
     traction = share * friction * SUNK
-    loads = face_loads(mesh, "right", np.array([0.0, traction]))
-    loads -= face_loads(mesh, "left", np.array([0.0, traction]))
+    loads = face_loads(mesh, "right", (0.0, traction))
+    loads -= face_loads(mesh, "left", (0.0, traction))
     own = loads.reshape(-1, 1)
-    condensed = condense_body(_body(mesh, 0.0, _held(mesh, base=(0, 1))), [sp.csr_matrix(own.T)])
+    condensed = condense_body(
+        uniform_body(mesh, 1.0, 0.0, held(mesh, "base")), [sp.csr_matrix(own.T)]
+    )
     condensed = replace(condensed, load_displacement=condensed.readouts[0][0])
     problem = contact_problem(reduced_model(condensed), Plane(0.0), friction)
     motion = Motion(SUNK, 2.0 * traction, load=1.0)  # G = 1 / 2
@@ -76,9 +77,9 @@ def sheared_brick(friction: float = 0.5, share: float = 0.8) -> Solution:
 def cylinder(poissons_ratio: float, friction: float) -> Solution:
     """A round block in space on rollers under a plane: p = E times the strain."""
     mesh = revolved_half(round_block_section(1.0, 1.0, 0.4, 0.2), 6)
-    held = _held(mesh, base=(1,), symmetry=(2,))
-    held[_nearest(mesh, (0.0, -1.0, 0.0)), 0] = True
-    return _pressed(_body(mesh, poissons_ratio, held), Plane(0.0), friction, SUNK)
+    fixed = held(mesh, base=(1,))
+    fixed[nearest(mesh, (0.0, -1.0, 0.0)), 0] = True
+    return _pressed(uniform_body(mesh, 1.0, poissons_ratio, fixed), Plane(0.0), friction, SUNK)
 
 
 def ring(poissons_ratio: float, friction: float, facets: int = 12) -> Solution:
@@ -89,10 +90,10 @@ def ring(poissons_ratio: float, friction: float, facets: int = 12) -> Solution:
     angle, radius = flat.points[:, 0], -flat.points[:, 1]
     points = radius[:, None] * np.column_stack([np.sin(angle), -np.cos(angle)])
     mesh = replace(flat, points=points)
-    held = _held(mesh, left=(0,), right=(1,))
+    fixed = held(mesh, left=(0,), right=(1,))
     modulus = 1.0 / (1.0 - poissons_ratio**2)
     spread = 5.0 / 3.0 + poissons_ratio / (1.0 - poissons_ratio)  # (b^2 + a^2) / (b^2 - a^2) + nu'
-    body = _body(mesh, poissons_ratio, held)
+    body = uniform_body(mesh, 1.0, poissons_ratio, fixed)
     return _pressed(body, Core(1.0 + SUNK), friction, SUNK * modulus / spread, Motion(0.0, 0.0))
 
 
@@ -114,20 +115,3 @@ def _pressed(
     picture = compare_curves("x (mm)", "pressure (MPa)", x, np.full(len(x), pressure), found)
     off = float(np.abs(found / pressure - 1.0).max())
     return Solution({"pressure, off": off}, picture, (problem, steps))
-
-
-def _body(mesh: Mesh, poissons_ratio: float, held: BoolArray) -> Body:
-    count = len(mesh.cells)
-    moduli, ratios = np.ones(count), np.full(count, poissons_ratio)
-    return Body(mesh, moduli, ratios, held.reshape(-1), mesh.facets["contact"], element="P2")
-
-
-def _held(mesh: Mesh, **faces: tuple[int, ...]) -> BoolArray:
-    held = np.zeros(mesh.points.shape, dtype=bool)
-    for face, axes in faces.items():
-        held[np.unique(mesh.facets[face])[:, None], list(axes)] = True
-    return held
-
-
-def _nearest(mesh: Mesh, place: tuple[float, ...]) -> int:
-    return int(np.argmin(np.linalg.norm(mesh.points - np.array(place), axis=1)))

@@ -31,6 +31,8 @@ Verdict = Literal["yes", "partly", "no"]
 Numbers = dict[str, float | None]
 Measured = tuple[dict[str, Any], Verdict, Numbers]  # what the template says, and is judged by
 
+# The figures that make a claim, in the paper's order.
+CLAIMS = ("fig02", "fig03", "fig07", "fig08", "fig10", "fig12")
 HUMAN_MARGIN = (1.2, 1.5)  # the paper's section 2.1, after Johansson
 SAFE_MARGIN = 2.5  # above it the rule squeezes: a fixed force would do as well
 TURNED_APART = 2.0  # change of shear angle under stick over that under slip
@@ -82,7 +84,8 @@ class Remade:
 def claims_of(found: Remade) -> tuple[Claim, ...]:
     """All claims, in the order of the paper's figures."""
     claims = []
-    for key, measure in CLAIMS.items():
+    measures = (_target, _rhomboids, _eight_steps, _area, _lifts, _measurement)
+    for key, measure in zip(CLAIMS, measures, strict=True):
         values, verdict, numbers = measure(found)
         title, where, words, why, measured = paragraphs(TEMPLATES / "claims.txt.j2", key, **values)
         finite = {
@@ -204,13 +207,3 @@ def _measurement(found: Remade) -> Measured:
         "ratio": ratio,
     }
     return values, "yes" if whole else "partly" if any_works else "no", numbers
-
-
-CLAIMS = {
-    "fig02": _target,
-    "fig03": _rhomboids,
-    "fig07": _eight_steps,
-    "fig08": _area,
-    "fig10": _lifts,
-    "fig12": _measurement,
-}

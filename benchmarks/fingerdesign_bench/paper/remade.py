@@ -150,11 +150,10 @@ class Effort:
     seeds: int = SEEDS
 
 
-FULL = Effort()
-
-
 def remake(
-    design: Design, report: Report = lambda message, fraction: None, effort: Effort = FULL
+    design: Design,
+    report: Report = lambda message, fraction: None,
+    effort: Effort = Effort(),  # it is frozen
 ) -> Remade:
     """Make all figures' numbers. Raises DesignError for a design without an array of gages or that
     has no section, another FingerDesignError where a stage fails."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +10,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.report.style import INK, MUTED, PAPER, canvas, house_style
 from fingerdesign.validate.plane_strain import PlaneStrainMap
+from fingerdesign_bench.chart import fixed_ticks
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,36 +24,27 @@ SHADES = (
 )
 _RATIOS = (0.3, 0.45, 0.49)
 _SAMPLES = 60
-
-
-@dataclass(frozen=True)
-class Panel:
-    """One row of the chart: a quantity at one span share, and its title."""
-
-    quantity: str
-    span: float
-    title: str
-
-
+# The rows of the chart: a quantity at one span share, and its title.
 PANELS = (
-    Panel("normal_force", 0.0, "F_n at equal approach, no plates"),
-    Panel("normal_force", 1.0, "F_n at equal approach, plates of full span"),
-    Panel("gage_face", 0.0, "strain of the rubber where the gages would be, no plates"),
-    Panel("gage_face", 1.0, "gage on one face, plates of full span"),
-    Panel("gage_both", 1.0, "gage on both faces (mean), plates of full span"),
+    ("normal_force", 0.0, "F_n at equal approach, no plates"),
+    ("normal_force", 1.0, "F_n at equal approach, plates of full span"),
+    ("gage_face", 0.0, "strain of the rubber where the gages would be, no plates"),
+    ("gage_face", 1.0, "gage on one face, plates of full span"),
+    ("gage_both", 1.0, "gage on both faces (mean), plates of full span"),
 )
 
 
-def draw_map(chart: PlaneStrainMap, path: Path, panels: tuple[Panel, ...] = PANELS) -> Path:
+def draw_map(chart: PlaneStrainMap, path: Path) -> Path:
     """Contours of the errors over D/a and D/H; a row a quantity, a column a Poisson's ratio."""
+    panels = [panel for panel in PANELS if panel[1] in chart.span]
     ratios = sorted({_nearest(chart.poisson, ratio) for ratio in _RATIOS})
     with house_style():
         figure = canvas(7.6, 0.9 + 1.85 * len(panels))
         grid = figure.subplots(len(panels), len(ratios), sharex=True, sharey=True, squeeze=False)
-        for row, panel in zip(grid, panels, strict=True):
+        for row, (quantity, span, title) in zip(grid, panels, strict=True):
             for axes, poisson in zip(row, ratios, strict=True):
-                _draw(axes, chart, panel, poisson)
-            row[0].set_title(f"{panel.title}\nPoisson's ratio {ratios[0]:g}")
+                _draw(axes, chart, (quantity, span, poisson))
+            row[0].set_title(f"{title}\nPoisson's ratio {ratios[0]:g}")
             row[0].set_ylabel("depth / height, D / H")
             _radius_axis(row[-1], chart)
         for axes in grid[-1]:
@@ -79,23 +70,25 @@ def sampled(
     return depth[:, None] / width, np.tile(depth[:, None], (1, _SAMPLES)), np.array(values)
 
 
-def _draw(axes: Axes, chart: PlaneStrainMap, panel: Panel, poisson: float) -> None:
-    across, depth, values = sampled(chart, panel.quantity, panel.span, poisson)
+def _draw(axes: Axes, chart: PlaneStrainMap, place: tuple[str, float, float]) -> None:
+    quantity, span, poisson = place
+    across, depth, values = sampled(chart, quantity, span, poisson)
     axes.contourf(across, depth, values, levels=[0.0, *LEVELS, 10.0], colors=SHADES)
     lines = axes.contour(across, depth, values, levels=LEVELS, colors=[INK], linewidths=0.8)
     labels = axes.clabel(lines, fmt=lambda level: f"{100 * level:g} %", fontsize=7.5)
     for label in labels:
         label.set_bbox({"facecolor": PAPER, "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
     axes.set(xscale="log", yscale="log", title=f"Poisson's ratio {poisson:g}")
-    _plain_ticks(axes, (2, 5, 10, 20, 50), (0.5, 1, 2, 3))
-    at = np.exp(_models(chart, panel, poisson))
+    fixed_ticks(axes.xaxis, (2, 5, 10, 20, 50))
+    fixed_ticks(axes.yaxis, (0.5, 1, 2, 3))
+    at = np.exp(_models(chart, span, poisson))
     axes.plot(at[0], at[1], color=MUTED, linestyle="none", marker=".", markersize=2.5)
 
 
-def _models(chart: PlaneStrainMap, panel: Panel, poisson: float) -> tuple[Array, Array]:
+def _models(chart: PlaneStrainMap, span: float, poisson: float) -> tuple[Array, Array]:
     """log D/a and log D/H of the models that were computed."""
     i = int(np.argmin(np.abs(chart.poisson - poisson)))
-    j = int(np.argmin(np.abs(chart.span - panel.span)))
+    j = int(np.argmin(np.abs(chart.span - span)))
     high = np.broadcast_to(np.log(chart.depth)[:, None], chart.width[i, j].shape)
     return (high - chart.width[i, j]).ravel(), high.ravel()
 
@@ -109,20 +102,7 @@ def _radius_axis(axes: Axes, chart: PlaneStrainMap) -> None:
 
     right = axes.secondary_yaxis("right", functions=(turned, turned))
     right.set_ylabel("radius / depth, R / D", color=INK)
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-
-    right.yaxis.set_major_locator(FixedLocator([0.25, 0.5, 1.0, 2.0, 4.0]))
-    right.yaxis.set_minor_locator(NullLocator())
-    right.yaxis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
-
-
-def _plain_ticks(axes: Axes, across: tuple[float, ...], up: tuple[float, ...]) -> None:
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-
-    for axis, ticks in ((axes.xaxis, across), (axes.yaxis, up)):
-        axis.set_major_locator(FixedLocator(list(ticks)))
-        axis.set_minor_locator(NullLocator())
-        axis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
+    fixed_ticks(right.yaxis, (0.25, 0.5, 1.0, 2.0, 4.0))
 
 
 def _nearest(axis: Array, ratio: float) -> float:

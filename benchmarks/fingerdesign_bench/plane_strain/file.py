@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ from pydantic import BaseModel, Field, ValidationError
 
 from fingerdesign.design.base import Many, Table
 from fingerdesign.design.faults import fault_of
+from fingerdesign.design.io import parse_toml, read_text
 from fingerdesign.errors import DesignError, Fault
 
 if TYPE_CHECKING:
@@ -97,21 +97,12 @@ def shipped_study() -> Path:
 
 def read_study(path: Path) -> StudyFile:
     """Read a study file. Raises DesignError with every fault of its keys."""
-    from fingerdesign.design.io import read_text
-
     return parse_study(read_text(path), str(path))
 
 
 def parse_study(text: str, source: str = "") -> StudyFile:
-    """The study that TOML ``text`` says. Raises DesignError with every fault of its keys."""
-    try:
-        data = tomllib.loads(text)
-    except ValueError as error:
-        raise DesignError([Fault("file", "(text)", "valid TOML", str(error))], source) from None
-    try:
-        return StudyFile.model_validate(data)
-    except ValidationError as error:
-        raise DesignError([fault_of(each, StudyFile) for each in error.errors()], source) from None
+    """The study that TOML ``text`` describes. Raises DesignError with every fault of its keys."""
+    return _validated(StudyFile, parse_toml(text, source), source)
 
 
 def points_of(study: StudyFile, quick: bool = False) -> Iterator[Point]:
@@ -161,11 +152,14 @@ def _one_off(study: StudyFile, base: Design, row: Mapping[str, Any]) -> Point:
 
 def _with(table: _Table, values: Mapping[str, Any]) -> _Table:
     """Return a table of the study with keys set."""
+    return _validated(type(table), table.model_dump() | dict(values), "also")
+
+
+def _validated(kind: type[_Table], data: Mapping[str, Any], source: str) -> _Table:
     try:
-        return type(table).model_validate(table.model_dump() | dict(values))
+        return kind.model_validate(data)
     except ValidationError as error:
-        faults = [fault_of(each, type(table)) for each in error.errors()]
-        raise DesignError(faults, "also") from None
+        raise DesignError([fault_of(each, kind) for each in error.errors()], source) from None
 
 
 def _changed(base: Design, values: Mapping[str, Any]) -> Design:

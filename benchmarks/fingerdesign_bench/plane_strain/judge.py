@@ -16,7 +16,7 @@ from fingerdesign.validate.plane_strain import (
     map_of,
 )
 from fingerdesign_bench.check import Check
-from fingerdesign_bench.plane_strain.chart import PANELS, draw_map
+from fingerdesign_bench.plane_strain.chart import draw_map
 from fingerdesign_bench.plane_strain.file import points_of, read_study, shipped_study
 from fingerdesign_bench.plane_strain.rule import Rule, fitted
 from fingerdesign_bench.plane_strain.run import LINES, run_study
@@ -154,7 +154,4 @@ def write_plane_strain(found: PlaneStrainStudy, folder: Path) -> list[Path]:
     """Write the table (JSON, as it ships) and the chart."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = [write_table(found.chart.table, folder / "plane_strain.json")]
-    spans = {float(span) for span in found.chart.span}
-    panels = tuple(panel for panel in PANELS if panel.span in spans)
-    paths.append(draw_map(found.chart, folder / "plane_strain.png", panels))
-    return [*paths, found.lines]
+    return [*paths, draw_map(found.chart, folder / "plane_strain.png"), found.lines]

@@ -7,7 +7,7 @@ part by which plane strain is stiffer than plane stress to a power. For D << H t
 plate (plane stress), for D >> H the error is that of the two free ends: it falls as H / D.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,8 +29,8 @@ class Rule:
     poisson: float
     width: float
     depth: float
-    off: float
-    typical: float
+    off: float = 0.0
+    typical: float = 0.0
 
     def error(self, poisson: Array | float, depth: Array | float, width: Array | float) -> Array:
         """The error for Poisson's ratio, D/H and a/H."""
@@ -38,6 +38,13 @@ class Rule:
         stiffer = (nu**2 / (1.0 - nu**2)) ** self.poisson
         along = 1.0 + self.depth * np.asarray(depth, dtype=float)
         return np.asarray(self.factor * stiffer * np.asarray(width) ** self.width / along)
+
+    def row(self) -> list[str]:
+        """As cells of a table."""
+        words = f"{self.factor:.3g} x^{self.poisson:.2f} (a/H)^{self.width:.2f} "
+        words += f"/ (1 + {self.depth:.2g} D/H)"
+        name = self.quantity.replace("_", " ")
+        return [name, f"{self.span:g}", words, f"{self.typical:.1%}", f"{self.off:.1%}"]
 
     def as_dict(self) -> dict[str, Any]:
         """As plain values, to four digits."""
@@ -57,25 +64,14 @@ def fitted(chart: PlaneStrainMap, quantity: str, span: float) -> Rule:
     known = np.isfinite(error) & (error > 0.0)
     nu, depth, width, error = nu[known], depth[known], width[known], error[known]
     columns = np.column_stack([np.ones(len(nu)), np.log(nu**2 / (1.0 - nu**2)), width])
-    best: Rule | None = None
+    trials = []
     for c in _DEPTH:
         target = np.log(error * (1.0 + c * depth))
         # Weighted by the error: what counts is how far it is off, not by what factor.
         solution = np.linalg.lstsq(columns * error[:, None], target * error, rcond=None)[0]
-        trial = Rule(
-            quantity,
-            float(chart.span[at]),
-            float(np.exp(solution[0])),
-            float(solution[1]),
-            float(solution[2]),
-            float(c),
-            0.0,
-            0.0,
-        )
+        constants = (np.exp(solution[0]), solution[1], solution[2], c)
+        trial = Rule(quantity, float(chart.span[at]), *(float(each) for each in constants))
         away = trial.error(nu, depth, np.exp(width)) - error
         typical = float(np.sqrt(np.mean(away**2)))
-        if best is None or typical < best.typical:
-            off = float(np.abs(away).max())
-            best = Rule(**(asdict(trial) | {"off": off, "typical": typical}))
-    assert best is not None
-    return best
+        trials.append(replace(trial, off=float(np.abs(away).max()), typical=typical))
+    return min(trials, key=lambda each: each.typical)

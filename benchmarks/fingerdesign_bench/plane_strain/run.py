@@ -19,7 +19,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.progress import Report
-from fingerdesign_bench.lines import Record, append_line, read_lines
+from fingerdesign_bench.files import Lines, Record
 from fingerdesign_bench.plane_strain.file import Point
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
 
 LINES = "plane_strain.jsonl"
-FORMAT = 1  # of the records: Raised when their meaning changes.
+FORMAT = 1  # It is raised when the meaning of the records changes.
 READ = ("normal_force", "tangential_force", "contact_width", "stick_ratio", "gages")
 
 
@@ -37,18 +37,18 @@ def run_study(
 ) -> list[Record]:
     """Return the records of all points. Those that ``lines`` has are not made again."""
     points = list(points)
-    keys = [key_of(point) for point in points]
-    known = {each["key"]: each for each in read_lines(lines) if each.get("rows")}
-    lines.parent.mkdir(parents=True, exist_ok=True)
-    report(f"{len(set(keys) - known.keys())} of {len(points)} models to solve")
-    found = []
-    for number, (key, point) in enumerate(zip(keys, points, strict=True), start=1):
-        if key not in known:
-            report(f"model {number} of {len(points)}: {_words(point)}")
-            known[key] = compare(point) | {"key": key}
-            append_line(lines, known[key])
-        found.append(known[key] | {"name": point.name, "values": point.values})
-    return found
+    by_key = {key_of(point): point for point in points}
+    file = Lines(lines, "key", str(FORMAT), lambda record: _words(by_key[record["key"]]))
+    found = file.resumed(
+        [key_of(point) for point in points],
+        lambda key: compare(by_key[key]) | {"key": key},
+        1,
+        report,
+    )
+    return [
+        record | {"name": point.name, "values": point.values}
+        for record, point in zip(found, points, strict=True)
+    ]
 
 
 def key_of(point: Point) -> str:
@@ -63,6 +63,7 @@ def compare(point: Point) -> Record:
     3-D model), "motion" (plane strain, equal motion) and "force" (equal force; None with "why"
     where plane strain cannot carry the forces)."""
     from fingerdesign.analysis.fidelity.models import solve
+    from fingerdesign.layout.bodies import crest_height
 
     deepest = scene_of(point, max(point.scene.approach_mm))
     flat, solid = models_of(point)
@@ -75,7 +76,7 @@ def compare(point: Point) -> Record:
         "radius_mm": body.arc_radius_mm,
         "depth_mm": body.depth_mm,
         "width_mm": body.width_mm,
-        "height_mm": _height(point),
+        "height_mm": float(crest_height(body)),
         "cover_mm": plates.cover_mm,
         "poissons_ratio": design.material_of("body").poissons_ratio,
         "span_share": _span_share(point),
@@ -91,13 +92,8 @@ def models_of(point: Point) -> tuple[Model, Model]:
     from fingerdesign.analysis.fidelity.models import Model, Sizes
 
     mesh = point.mesh
-    sizes = Sizes(
-        mesh.contact_size_mm,
-        mesh.plate_size_mm,
-        mesh.plate_end_size_mm,
-        mesh.far_size_mm,
-        mesh.gradation,
-    )
+    edges = (mesh.contact_size_mm, mesh.plate_size_mm, mesh.plate_end_size_mm, mesh.far_size_mm)
+    sizes = Sizes(*edges, mesh.gradation)
     return (
         Model("plane strain", sizes, element="mixed"),
         Model("3-D", sizes, layers=point.layers, mesher="extrude", element="mixed"),
@@ -106,28 +102,16 @@ def models_of(point: Point) -> tuple[Model, Model]:
 
 def scene_of(point: Point, approach: float) -> Scene:
     """Press in two rows, shear in two."""
-    from fingerdesign.design.scene import Scene
-
     shear = point.scene.shear_per_approach * approach
     rows = [[0.5 * approach, 0.0], [approach, 0.0], [approach, 0.5 * shear], [approach, shear]]
-    return Scene.model_validate(
-        {
-            "object": {"friction_coefficient": point.scene.friction_coefficient},
-            "path": {"increments_mm": rows},
-        }
-    )
+    return _scene(point, {"increments_mm": rows})
 
 
-def _forces(point: Point, readings: Readings) -> Scene:
+def _scene(point: Point, path: dict[str, Any]) -> Scene:
     from fingerdesign.design.scene import Scene
 
-    rows = np.column_stack([readings.normal_force, readings.tangential_force]).tolist()
-    return Scene.model_validate(
-        {
-            "object": {"friction_coefficient": point.scene.friction_coefficient},
-            "path": {"control": "force", "increments_N": rows},
-        }
-    )
+    rigid = {"friction_coefficient": point.scene.friction_coefficient}
+    return Scene.model_validate({"object": rigid, "path": path})
 
 
 def _row(point: Point, approach: float, section: Solved, space: Solved) -> Record:
@@ -135,8 +119,10 @@ def _row(point: Point, approach: float, section: Solved, space: Solved) -> Recor
     truth = space.along(scene_of(point, approach))
     moved = section.along(scene_of(point, approach))
     found: Record = {"approach_mm": approach, "space": _plain(truth), "motion": _plain(moved)}
+    rows = np.column_stack([truth.normal_force, truth.tangential_force]).tolist()
     try:
-        return found | {"force": _plain(section.along(_forces(point, truth)))}
+        forced = section.along(_scene(point, {"control": "force", "increments_N": rows}))
+        return found | {"force": _plain(forced)}
     except SolverError as error:
         return found | {"force": None, "why": str(error)}
 
@@ -149,12 +135,6 @@ def _plain(readings: Readings) -> Record:
         return np.array(flat).reshape(values.shape).tolist()
 
     return {name: digits(getattr(readings, name)) for name in READ}
-
-
-def _height(point: Point) -> float:
-    from fingerdesign.layout.bodies import crest_height
-
-    return float(crest_height(point.design.body))
 
 
 def _span_share(point: Point) -> float:

@@ -3,14 +3,12 @@
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.validate.plane_strain import QUANTITIES, Table
-
-Record = dict[str, Any]
+from fingerdesign_bench.files import Record
 
 PRESSED, SHEARED = 1, 3  # rows of a path: see plane_strain.scene_of
 
@@ -26,19 +24,16 @@ def row_errors(row: Record) -> dict[str, float | None]:
         "tangential_force": _relative(moved, truth, "tangential_force", SHEARED),
     }
     for prefix, other in (("", moved), ("force_", forced)):
-        if other is None:
-            names = ("contact_width", "stick_ratio", "gage_both", "gage_face")
-            found |= {f"{prefix}{name}": None for name in names}
-            continue
-        here, there = _gages(other), _gages(truth)
-        found |= {
-            f"{prefix}contact_width": _relative(other, truth, "contact_width", PRESSED),
-            f"{prefix}stick_ratio": float(
-                other["stick_ratio"][SHEARED] - truth["stick_ratio"][SHEARED]
-            ),
-            f"{prefix}gage_both": worst_reading(here.mean(axis=-1), there.mean(axis=-1)),
-            f"{prefix}gage_face": worst_reading(here, there),
-        }
+        own = dict.fromkeys(("contact_width", "stick_ratio", "gage_both", "gage_face"))
+        if other is not None:
+            here, there = _gages(other), _gages(truth)
+            own |= {
+                "contact_width": _relative(other, truth, "contact_width", PRESSED),
+                "stick_ratio": float(other["stick_ratio"][SHEARED] - truth["stick_ratio"][SHEARED]),
+                "gage_both": worst_reading(here.mean(axis=-1), there.mean(axis=-1)),
+                "gage_face": worst_reading(here, there),
+            }
+        found |= {f"{prefix}{name}": value for name, value in own.items()}
     return {name: found[name] for name in QUANTITIES}
 
 

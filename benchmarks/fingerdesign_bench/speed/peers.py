@@ -345,3 +345,8 @@ def _gage_points(design: Design, mesh: Mesh) -> tuple[Array, Array]:
             found.append(line)
             directions.append(ways)
     return np.array(found), np.array(directions)
+
+
+def cell(value: float | str | None) -> str:
+    """A value of a row in a table."""
+    return value if isinstance(value, str) else "-" if value is None else f"{value:.3g}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +14,8 @@ from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.files import write_csv, write_json
 from fingerdesign_bench.machine import machine
 from fingerdesign_bench.speed.precision_chart import draw_chart, draw_stages
-from fingerdesign_bench.speed.precision_plan import (
-    CHARTS,
-    REFERENCES,
-    Chart,
-    Group,
-    Line,
-    Reference,
-)
+from fingerdesign_bench.speed.precision_lines import Chart, Group, Line, Reference
+from fingerdesign_bench.speed.precision_plan import CHARTS, REFERENCES
 from fingerdesign_bench.speed.precision_points import (
     NORM,
     OFF_THE_CHART,
@@ -46,47 +41,43 @@ def measure_precision(
     A run that fails is a point with its reason. Raises SolverError where a reference fails.
     """
     began, found_machine = time.perf_counter(), machine()
-    needed = {name for chart in charts for group in chart.groups for name in _names(group)}
-    runs: dict[tuple[Method, float], Run] = {}
 
+    @cache
     def run(method: Method, size: float, repeat: bool) -> Run:
-        key = (method, size)
-        if key not in runs:
-            report(f"{describe(method)}, {size:g} mm")
-            runs[key] = measured(method, size, repeat)
-        return runs[key]
+        report(f"{describe(method)}, {size:g} mm")
+        return measured(method, size, repeat)
 
     measured(Method("plane strain"), 0.4, repeat=False)  # Warms imports and the mesher's process.
-    solved: dict[str, Run] = {}
-    for each in references:
-        if each.name in needed:
-            result = run(each.method, each.quick_size_mm if quick else each.size_mm, False)
-            if result.answers is None:
-                raise SolverError(f"the reference {each.name} failed: {result.failure}")
-            solved[each.name] = result
+    groups = [(chart, group) for chart in charts for group in chart.groups]
+    needed = {name for _, group in groups for name in _names(group)}
+    solved = {
+        each.name: _solved(each, run(each.method, each.size(quick), False))
+        for each in references
+        if each.name in needed
+    }
     points: list[Point] = []
     differences: dict[tuple[str, str], Errors] = {}
-    remarks: dict[str, tuple[str, ...]] = {}
-    for chart in charts:
-        notes: list[str] = []
-        for group in chart.groups:
-            first, second = (solved[name].answers for name in group.references)
-            assert first is not None
-            assert second is not None
-            differences[chart.key, group.heading] = errors(first, second)
-            for line in group.lines:
-                sizes = line.sizes[: line.quick] if quick else line.sizes
-                new = [
-                    _point(chart, group, line, run(line.method, size, not quick), solved)
-                    for size in sizes
-                ]
-                points += new
-                notes += _remarks(group, line, new)
-        remarks[chart.key] = tuple(notes)
+    remarks: dict[str, tuple[str, ...]] = {chart.key: () for chart in charts}
+    for chart, group in groups:
+        first, second = (solved[name].known for name in group.references)
+        differences[chart.key, group.heading] = errors(first, second)
+        for line in group.lines:
+            new = [
+                _point((chart.key, group.heading), line, run(line.method, size, not quick), solved)
+                for size in line.sizes[: line.quick if quick else None]
+            ]
+            points += new
+            remarks[chart.key] += tuple(_remarks(group, line, new))
     seconds = time.perf_counter() - began
     return Precision(
         tuple(points), differences, remarks, solved, found_machine, tuple(charts), seconds, quick
     )
+
+
+def _solved(reference: Reference, run: Run) -> Run:
+    if run.answers is None:
+        raise SolverError(f"the reference {reference.name} failed: {run.failure}")
+    return run
 
 
 def write_precision(found: Precision, folder: Path) -> list[Path]:
@@ -113,16 +104,15 @@ def _names(group: Group) -> set[str]:
     return {*group.references, *(line.reference for line in group.lines)}
 
 
-def _point(chart: Chart, group: Group, line: Line, run: Run, solved: dict[str, Run]) -> Point:
-    reference = solved[line.reference].answers
-    assert reference is not None
+def _point(place: tuple[str, str], line: Line, run: Run, solved: dict[str, Run]) -> Point:
+    """The point of a run in a (chart, group)."""
     normal, tangential, stick, gage = (
-        (None,) * 4 if run.answers is None else errors(run.answers, reference)
+        (None,) * 4 if run.answers is None else errors(run.answers, solved[line.reference].known)
     )
     stages = {f"{name}_s": run.seconds.get(name, 0.0) for name in STAGES}
     return Point(
-        chart=chart.key,
-        group=group.heading,
+        chart=place[0],
+        group=place[1],
         line=line.label,
         reference=line.reference,
         size_mm=run.size_mm,

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerdesign.report.style import COLOURS, MUTED, PAPER, SERIES, canvas, house_style
+from fingerdesign.report.style import COLOURS, MUTED, PAPER, SERIES, house_style
+from fingerdesign_bench.chart import footed, save, tick
 from fingerdesign_bench.machine import caption
-from fingerdesign_bench.speed.growth import tick
 from fingerdesign_bench.speed.precision_points import NORM, OFF_THE_CHART, QUANTITIES, TIMED
 from fingerdesign_bench.speed.precision_run import STAGES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from fingerdesign_bench.speed.precision_plan import Chart, Group
+    from fingerdesign_bench.speed.precision_lines import Chart, Group
     from fingerdesign_bench.speed.precision_points import Precision
 
-_WIDTH, _ROW, _LINE = 12.5, 3.0, 0.165  # Inches: figure, row of panels, line of small text.
+_ROW = 3.0  # Inches: a row of panels.
 _STAGE_LOOKS = (
     (COLOURS["muted"], ""),
     (COLOURS["blue"], "//"),
@@ -32,11 +30,11 @@ _STAGE_LOOKS = (
 def draw_chart(found: Precision, chart: Chart, path: Path) -> None:
     """Draw one chart: a row of panels a group, errors against seconds, log-log."""
     with house_style():
-        figure, top = _figure(_ROW * len(chart.groups) + 0.4, chart.title, _foot(found, chart))
+        figure, top = footed(_ROW * len(chart.groups) + 0.4, _foot(found, chart), chart.title)
         grid = top.subplots(len(chart.groups), len(QUANTITIES), squeeze=False, sharex="row")
         for row, group in zip(grid, chart.groups, strict=True):
             _draw_group(list(row), found, chart, group)
-        figure.savefig(path, dpi=110, facecolor=PAPER)
+        save(figure, path)
 
 
 def draw_stages(found: Precision, path: Path) -> None:
@@ -45,7 +43,7 @@ def draw_stages(found: Precision, path: Path) -> None:
     chosen = list({(p.seconds, p.dofs): p for p in finest.values()}.values())
     foot = [f"The finest run of each line of the diagrams. {TIMED}.", caption(found.machine)]
     with house_style():
-        figure, top = _figure(0.3 * len(chosen) + 1.2, "Where the time goes", foot)
+        figure, top = footed(0.3 * len(chosen) + 1.2, foot, "Where the time goes")
         axes = top.subplots()
         rows = range(len(chosen))
         left = [0.0] * len(chosen)
@@ -63,40 +61,24 @@ def draw_stages(found: Precision, path: Path) -> None:
         axes.set_xlabel("% of the time")
         axes.grid(False, axis="y")
         axes.legend(loc="lower center", bbox_to_anchor=(0.42, 1.0), ncols=len(STAGES))
-        figure.savefig(path, dpi=110, facecolor=PAPER)
-
-
-def _figure(height: float, title: str, foot: Sequence[str]) -> tuple[Any, Any]:
-    """Return a figure with its foot, and the part above the foot."""
-    lines = [
-        part for text in foot for line in text.splitlines() for part in textwrap.wrap(line, 215)
-    ]
-    below = _LINE * (len(lines) + 1)
-    figure = canvas(_WIDTH, height + below)
-    parts: Any = figure.subfigures(2, 1, height_ratios=[height, below])
-    top, bottom = parts
-    top.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
-    bottom.text(0.008, 0.98, "\n".join(lines), va="top", fontsize=7.5, linespacing=1.3)
-    return figure, top
+        save(figure, path)
 
 
 def _draw_group(row: list[Axes], found: Precision, chart: Chart, group: Group) -> None:
     differences = found.differences[chart.key, group.heading]
-    mine = [p for p in found.points if p.chart == chart.key and p.group == group.heading]
+    mine = [p for p in found.points if (p.chart, p.group) == (chart.key, group.heading)]
     for axes, key, difference in zip(row, QUANTITIES, differences, strict=True):
         axes.set(xscale="log", yscale="log", title=QUANTITIES[key], xlabel="seconds")
         if difference > 0.0:  # An error in this band is not known: the references differ by it.
             axes.axhspan(1e-12, difference, color=COLOURS["open"], zorder=0)
         shown = []
         for number, line in enumerate(group.lines):
+            own = [(p.seconds, p.error(key)) for p in mine if p.line == line.label]
+            points = [(s, max(e, 1e-9)) for s, e in own if e is not None and e <= OFF_THE_CHART]
             colour, dashes, marker = SERIES[number % len(SERIES)]
-            points = [p for p in mine if p.line == line.label and p.error(key) is not None]
-            points = [p for p in points if (p.error(key) or 0.0) <= OFF_THE_CHART]
-            values = [max(p.error(key) or 0.0, 1e-9) for p in points]
-            shown += values
-            seconds = [p.seconds for p in points]
             look: Any = {"color": colour, "linestyle": dashes, "marker": marker}
-            axes.plot(seconds, values, label=line.label, **look)
+            axes.plot([s for s, _ in points], [e for _, e in points], label=line.label, **look)
+            shown += [error for _, error in points]
         if shown:
             low = max(0.5 * min(shown), 0.03 * difference, 1e-8)
             axes.set_ylim(min(low, 0.2 * max(shown)), 2.0 * max(shown))

@@ -6,57 +6,23 @@ different kinds are made for each group of lines; how far they disagree is drawn
 it means much.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from fingerdesign_bench.speed.precision_lines import (
+    LOCKS,
+    MODEL,
+    PLANE,
+    Chart,
+    Group,
+    Line,
+    Reference,
+    elements_at,
+    plates_lines,
+)
 from fingerdesign_bench.speed.precision_run import Method
 
-PLANE = (0.4, 0.2, 0.1, 0.05, 0.025)  # mm, contact facets
-PLANE_LINEAR = (*PLANE, 0.0125)  # linear elements have a quarter of the equations
 SPACE = (0.8, 0.6, 0.45, 0.35, 0.28)
 TETRAHEDRA = (0.8, 0.6, 0.45, 0.35)
-
-LOCKS = "locks"
-MODEL = "the model's own error"
-
-
-@dataclass(frozen=True)
-class Reference:
-    """A solution that errors are measured from; ``quick_size_mm`` for a short run."""
-
-    name: str
-    method: Method
-    size_mm: float
-    quick_size_mm: float
-
-
-@dataclass(frozen=True)
-class Line:
-    """One method over mesh sizes; ``floor`` names what is left where it does not converge."""
-
-    label: str
-    method: Method
-    sizes: tuple[float, ...]
-    reference: str
-    floor: str = ""
-    quick: int = 2  # points of a short run
-
-
-@dataclass(frozen=True)
-class Group:
-    """A row of panels; ``references``: two whose difference is drawn."""
-
-    heading: str
-    lines: tuple[Line, ...]
-    references: tuple[str, str]
-
-
-@dataclass(frozen=True)
-class Chart:
-    """One picture."""
-
-    key: str
-    title: str
-    groups: tuple[Group, ...]
 
 
 # At nu = 0.49 "mixed" is what the program chooses by itself.
@@ -64,25 +30,8 @@ _PLANE = Method("plane strain", "mixed")
 _EXTRUDED, _TETWILD = Method("extruded", "mixed"), Method("tetwild", "mixed")
 
 
-def _elements_at(poissons_ratio: float) -> tuple[tuple[Reference, Reference], Group]:
-    mixed, quadratic, linear = (
-        Method("plane strain", element, poissons_ratio) for element in ("mixed", "P2", "P1")
-    )
-    names = tuple(f"{element}, nu = {poissons_ratio:g}" for element in ("mixed", "P2"))
-    references = (
-        Reference(names[0], mixed, 0.0125, 0.05),
-        Reference(names[1], quadratic, 0.0125, 0.05),
-    )
-    lines = (
-        Line("P1", linear, PLANE_LINEAR, names[0], LOCKS, quick=3),
-        Line("P2", quadratic, PLANE, names[0]),
-        Line("mixed", mixed, PLANE, names[1]),
-    )
-    return references, Group(f"plane strain, nu = {poissons_ratio:g}", lines, (names[0], names[1]))
-
-
-_SOFT, _SOFT_GROUP = _elements_at(0.49)
-_HARD, _HARD_GROUP = _elements_at(0.4999)
+_SOFT, _SOFT_GROUP = elements_at(0.49)
+_HARD, _HARD_GROUP = elements_at(0.4999)
 _STIFF = {
     kind: Method(kind, "mixed", 0.4999, "none") for kind in ("extruded", "tetwild")
 }  # in 3-D at nu = 0.4999
@@ -140,30 +89,12 @@ CHARTS: tuple[Chart, ...] = (
         (
             Group(
                 "plane strain",
-                tuple(
-                    Line(
-                        name,
-                        replace(_PLANE, plates=name),
-                        PLANE,
-                        _SOFT[1].name,
-                        "" if name == "solid" else MODEL,
-                    )
-                    for name in ("solid", "sheet", "none")
-                ),
+                plates_lines(_PLANE, PLANE, _SOFT[1].name),
                 (_SOFT[0].name, _SOFT[1].name),
             ),
             Group(
                 "3-D, extruded",
-                tuple(
-                    Line(
-                        name,
-                        replace(_EXTRUDED, plates=name),
-                        SPACE,
-                        "3-D, tetwild",
-                        "" if name == "solid" else MODEL,
-                    )
-                    for name in ("solid", "sheet", "none")
-                ),
+                plates_lines(_EXTRUDED, SPACE, "3-D, tetwild"),
                 ("3-D, extruded", "3-D, tetwild"),
             ),
         ),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from fingerdesign_bench.speed.precision_plan import Chart
+from fingerdesign_bench.speed.precision_lines import Chart
 from fingerdesign_bench.speed.precision_run import Run
 
 Errors = tuple[float, float, float, float]

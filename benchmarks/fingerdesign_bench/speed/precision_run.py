@@ -68,6 +68,12 @@ class Run:
     failure: str = ""
 
     @property
+    def known(self) -> Array:
+        """The answers of a run that did not fail."""
+        assert self.answers is not None
+        return self.answers
+
+    @property
     def total(self) -> float:
         """Seconds from the design to the last increment."""
         return sum(self.seconds.values())

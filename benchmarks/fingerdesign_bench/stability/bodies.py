@@ -74,6 +74,11 @@ class HardBody:
     distortion: float = 0.0
     seed: int = 0
 
+    def of(self, poissons_ratio: float) -> "HardBody":
+        """The same body of a rubber of this Poisson's ratio."""
+        name = f"{self.name}, nu {poissons_ratio}"
+        return replace(self, name=name, poissons_ratio=poissons_ratio)
+
     def parsed(self) -> Design:
         text = f'design.name = "hard"\n{self.design}'
         if "materials.silicone.youngs_modulus_MPa" not in text:
@@ -94,58 +99,33 @@ class HardBody:
 
 def hard_bodies() -> tuple[HardBody, ...]:
     """All bodies, the plain ones first."""
-    ratios = (0.0, 0.3, 0.49, 0.4999)
-    bodies = [
-        HardBody(f"arc, nu {nu}", "arc finger", nu, _BARE + _SIZES, 5.0, 0.3, objects=nu != 0.49)
-        for nu in ratios
-    ]
-    bodies += [
-        HardBody(f"15 plates, nu {nu}", "15 plates", nu, _SIZES, 5.0, 0.3) for nu in (0.3, 0.4999)
-    ]
-    bodies += [
-        HardBody("shallow plates", "plates at the surface", 0.49, _SHALLOW + _SIZES, 5.0, 0.3),
-        HardBody("lying plates", "plates at the surface", 0.3, _LYING + _SIZES, 5.0, 0.3),
+    flat = HardBody("flat", "flat end", 0.0, _BARE + _FLAT + _SIZES, 3.0, 0.05, radius=1e4)
+    solid = HardBody("3-D", "3-D", 0.0, _BARE + _SOLID, 3.2, 0.1, load=1.0, solid=True)
+    arc = HardBody("arc", "arc finger", 0.0, _BARE + _SIZES, 5.0, 0.3)
+    coarse = HardBody("coarse", "coarse mesh", 0.0, _BARE + _COARSE, 5.0, 0.3)
+    plates = HardBody("15 plates", "15 plates", 0.0, _SIZES, 5.0, 0.3)
+    surface = "plates at the surface"
+    return (
+        *(replace(arc.of(nu), objects=nu != 0.49) for nu in (0.0, 0.3, 0.49, 0.4999)),
+        *(plates.of(nu) for nu in (0.3, 0.4999)),
+        HardBody("shallow plates", surface, 0.49, _SHALLOW + _SIZES, 5.0, 0.3),
+        HardBody("lying plates", surface, 0.3, _LYING + _SIZES, 5.0, 0.3),
         HardBody(
-            "contrast 1e6", "stiffness contrast 1e6", 0.49, _SHALLOW + _STIFF + _SIZES, 5.0, 0.3
+            *("contrast 1e6", "stiffness contrast 1e6", 0.49),
+            *(_SHALLOW + _STIFF + _SIZES, 5.0, 0.3),
         ),
-    ]
-    bodies += [
-        HardBody(f"flat, nu {nu}", "flat end", nu, _BARE + _FLAT + _SIZES, 3.0, 0.05, radius=1e4)
-        for nu in (0.0, 0.49)
-    ]
-    bodies += [
-        HardBody(f"coarse, nu {nu}", "coarse mesh", nu, _BARE + _COARSE, 5.0, 0.3)
-        for nu in (0.3, 0.4999)
-    ]
-    bodies += [
-        HardBody(
-            f"distorted, seed {seed}",
-            "distorted mesh",
-            (0.3, 0.49, 0.4999)[seed],
-            _BARE + _SIZES,
-            5.0,
-            0.3,
-            distortion=0.35,
-            seed=seed,
-        )
-        for seed in range(3)
-    ]
-    bodies += [
-        HardBody(
-            f"3-D, nu {nu}",
-            "3-D",
-            nu,
-            _BARE + _SOLID,
-            3.2,
-            0.1,
-            load=1.0,
-            solid=True,
-            symmetric=nu != 0.3,
-            objects=nu != 0.0,
-        )
-        for nu in (0.0, 0.3, 0.49)
-    ]
-    return tuple(bodies)
+        *(flat.of(nu) for nu in (0.0, 0.49)),
+        *(coarse.of(nu) for nu in (0.3, 0.4999)),
+        *(
+            HardBody(
+                *(f"distorted, seed {seed}", "distorted mesh", nu, _BARE + _SIZES, 5.0, 0.3),
+                distortion=0.35,
+                seed=seed,
+            )
+            for seed, nu in enumerate((0.3, 0.49, 0.4999))
+        ),
+        *(replace(solid.of(nu), symmetric=nu != 0.3, objects=nu != 0.0) for nu in (0.0, 0.3, 0.49)),
+    )
 
 
 def distorted(mesh: Mesh, share: float, seed: int) -> Mesh:

@@ -22,73 +22,6 @@ from fingerdesign.contact.solver.gauss_seidel import gauss_seidel
 from fingerdesign.reduced import ReducedModel
 from fingerdesign.shapes.objects import Indenter
 
-
-def fixed_bound(
-    compliance: Array,
-    offset: Array,
-    friction: float,
-    tolerance: float = 1e-10,
-    budget: int = 4000,
-) -> Array | None:
-    """Forces (m, dim): p from a bound mu p of the round before until it no longer changes.
-
-    Each round minimises 1/2 f C f + w f over p >= 0, |t| <= bound: Haslinger's fixed point. None
-    where the rounds do not settle (they need not for a large friction coefficient) within
-    ``budget`` gradient steps in all.
-    """
-    m, dim = offset.shape
-    scale = np.sqrt(np.repeat(np.diag(compliance).reshape(m, dim).max(axis=1), dim))
-    matrix = compliance / np.outer(scale, scale)
-    load = offset.reshape(-1) / scale
-    step = 1.0 / float(np.linalg.eigvalsh(matrix)[-1])
-    weight = scale[::dim]  # one scale a node keeps its disc round
-    force = np.zeros(m * dim)
-    bound = np.zeros(m)
-    while budget > 0:
-        force, spent = _descend(matrix, load, step, bound, force, dim)
-        budget -= spent
-        before, bound = bound, friction * force[::dim]
-        change = float(np.abs(bound - before).max())
-        if change <= tolerance * max(float(np.abs(force).max()), 1e-300):
-            force, _ = _descend(matrix, load, step, bound, force, dim)
-            return np.asarray(force.reshape(m, dim) / weight[:, None])
-    return None
-
-
-def _descend(
-    matrix: Array, load: Array, step: float, bound: Array, start: Array, dim: int
-) -> tuple[Array, int]:
-    """Projected gradient with momentum, restarted where it overshoots (O'Donoghue, Candes 2015).
-
-    Returns the forces and the steps taken.
-    """
-    force, ahead, momentum = start, start, 1.0
-    for count in range(1, 2001):
-        new = _admissible(ahead - step * (matrix @ ahead + load), bound, dim)
-        moved = new - force
-        size = float(np.abs(new).max())
-        if float(np.abs(moved).max()) <= 1e-12 * size and float(np.abs(new - ahead).max()) <= (
-            1e-12 * size
-        ):
-            return new, count
-        if (ahead - new) @ moved > 0.0:
-            momentum, ahead, force = 1.0, new, new
-            continue
-        following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum**2))
-        ahead = new + (momentum - 1.0) / following * moved
-        force, momentum = new, following
-    return force, count
-
-
-def _admissible(force: Array, bound: Array, dim: int) -> Array:
-    shaped = force.reshape(-1, dim).copy()
-    shaped[:, 0] = np.maximum(shaped[:, 0], 0.0)
-    size = np.sqrt(np.sum(shaped[:, 1:] ** 2, axis=1))
-    over = size > bound
-    shaped[over, 1:] *= (bound[over] / size[over])[:, None]
-    return np.asarray(shaped.reshape(-1))
-
-
 SHARP = 1e-8  # violation of an answer that is exact but for rounding
 LOOSE = 1e-3  # methods that claim no more are judged by total forces
 _SAME = 1e-4  # nodal forces, relative to the largest: one answer, not two
@@ -98,7 +31,7 @@ _NOTHING = 1e-10  # of the force that would press the body flat: no force at all
 
 @dataclass(frozen=True)
 class Past:
-    """What an increment starts from: global forces (m, dim) N, and the motion they belong to."""
+    """The start of an increment: global forces (m, dim) N, and the motion they belong to."""
 
     force: Array
     motion: Motion
@@ -204,7 +137,7 @@ class Judge:
         return None
 
     def nearest_answer(self, force: Array, past: Past, motion: Motion) -> Array | None:
-        """Where Gauss-Seidel sweeps from ``force`` end, if that obeys the laws sharply."""
+        """The end of Gauss-Seidel sweeps from ``force``, if that obeys the laws sharply."""
         compliance, offset, frames = self._local(past, motion)
         start = np.einsum("mab,mb->ma", frames, force)
         found = gauss_seidel(compliance, offset, self.friction, start, 20_000, 1e-11, _SECONDS)
@@ -250,3 +183,69 @@ def _frames(normals: Array) -> Array:
     safe = np.where(size > 1e-24, size, 1.0)[:, None, None]
     reflected = np.eye(dim) - 2.0 * mirror[:, :, None] * mirror[:, None, :] / safe
     return np.where(size[:, None, None] > 1e-24, reflected, np.eye(dim))
+
+
+def fixed_bound(
+    compliance: Array,
+    offset: Array,
+    friction: float,
+    tolerance: float = 1e-10,
+    budget: int = 4000,
+) -> Array | None:
+    """Forces (m, dim): p from a bound mu p of the round before until it no longer changes.
+
+    Each round minimises 1/2 f C f + w f over p >= 0, |t| <= bound: Haslinger's fixed point. None
+    where the rounds do not settle (they need not for a large friction coefficient) within
+    ``budget`` gradient steps in all.
+    """
+    m, dim = offset.shape
+    scale = np.sqrt(np.repeat(np.diag(compliance).reshape(m, dim).max(axis=1), dim))
+    matrix = compliance / np.outer(scale, scale)
+    load = offset.reshape(-1) / scale
+    step = 1.0 / float(np.linalg.eigvalsh(matrix)[-1])
+    weight = scale[::dim]  # one scale a node keeps its disc round
+    force = np.zeros(m * dim)
+    bound = np.zeros(m)
+    while budget > 0:
+        force, spent = _descend(matrix, load, step, bound, force, dim)
+        budget -= spent
+        before, bound = bound, friction * force[::dim]
+        change = float(np.abs(bound - before).max())
+        if change <= tolerance * max(float(np.abs(force).max()), 1e-300):
+            force, _ = _descend(matrix, load, step, bound, force, dim)
+            return np.asarray(force.reshape(m, dim) / weight[:, None])
+    return None
+
+
+def _descend(
+    matrix: Array, load: Array, step: float, bound: Array, start: Array, dim: int
+) -> tuple[Array, int]:
+    """Projected gradient with momentum, restarted where it overshoots (O'Donoghue, Candes 2015).
+
+    Returns the forces and the steps taken.
+    """
+    force, ahead, momentum = start, start, 1.0
+    for count in range(1, 2001):
+        new = _admissible(ahead - step * (matrix @ ahead + load), bound, dim)
+        moved = new - force
+        size = float(np.abs(new).max())
+        if float(np.abs(moved).max()) <= 1e-12 * size and float(np.abs(new - ahead).max()) <= (
+            1e-12 * size
+        ):
+            return new, count
+        if (ahead - new) @ moved > 0.0:
+            momentum, ahead, force = 1.0, new, new
+            continue
+        following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum**2))
+        ahead = new + (momentum - 1.0) / following * moved
+        force, momentum = new, following
+    return force, count
+
+
+def _admissible(force: Array, bound: Array, dim: int) -> Array:
+    shaped = force.reshape(-1, dim).copy()
+    shaped[:, 0] = np.maximum(shaped[:, 0], 0.0)
+    size = np.sqrt(np.sum(shaped[:, 1:] ** 2, axis=1))
+    over = size > bound
+    shaped[over, 1:] *= (bound[over] / size[over])[:, None]
+    return np.asarray(shaped.reshape(-1))

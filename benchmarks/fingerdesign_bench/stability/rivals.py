@@ -1,4 +1,4 @@
-"""The methods that the stability map compares the production solver with, written plainly.
+"""Methods that the stability map compares the production solver with, written plainly.
 
 Each solves one increment in local components (normal first), v = C f + w, from the last forces, on
 all candidate nodes, and raises SolverError where its own test does not pass within its iterations
@@ -43,33 +43,14 @@ def plain_newton(
     """
     m, dim = offset.shape
     weight = 1.0 / np.diag(compliance).reshape(m, dim)[:, :1]
-    force = start.copy()
+    moved = np.eye(m * dim) - np.repeat(weight, dim, axis=0) * compliance
 
     def residual_and_slope(force: Array) -> tuple[Array, Array]:
         motion = (compliance @ force.ravel()).reshape(m, dim) + offset
-        trial = force - weight * motion
-        # Slopes of the projected trial with respect to the trial (at) and to the force (of bound).
-        at = np.zeros((m, dim, dim))
-        target = np.zeros((m, dim))
-        closed = trial[:, 0] > 0.0
-        at[closed, 0, 0] = 1.0
-        target[:, 0] = np.maximum(trial[:, 0], 0.0)
-        bound = friction * target[:, 0]
-        size = np.linalg.norm(trial[:, 1:], axis=1)
-        stick = closed & (size <= bound)
-        slip = closed & ~stick
-        target[stick, 1:] = trial[stick, 1:]
-        at[stick, 1:, 1:] = np.eye(dim - 1)
-        along = trial[slip, 1:] / size[slip, None]
-        target[slip, 1:] = bound[slip, None] * along
-        turn = np.eye(dim - 1) - along[:, :, None] * along[:, None, :]
-        at[slip, 1:, 1:] = (bound[slip] / size[slip])[:, None, None] * turn
-        at[slip, 1:, 0] = friction * along
-        moved = np.eye(m * dim) - np.repeat(weight, dim, axis=0) * compliance
-        pushed = np.einsum("mab,mbk->mak", at, moved.reshape(m, dim, m * dim))
-        return force - target, np.eye(m * dim) - pushed.reshape(m * dim, m * dim)
+        target, at = _projected(force - weight * motion, friction)
+        return force - target, np.eye(m * dim) - _times(at, moved)
 
-    return _newton(residual_and_slope, force, offset, weight, seconds, "Newton")
+    return _newton(residual_and_slope, start.copy(), offset, weight, seconds)
 
 
 def penalty(
@@ -82,41 +63,54 @@ def penalty(
     """
     m, dim = offset.shape
     unit = 1.0 / np.diag(compliance).reshape(m, dim)[:, :1]
+    last = start.copy()
+    last[:, 0] = 0.0
 
     def residual_and_slope(force: Array) -> tuple[Array, Array]:
         motion = (compliance @ force.ravel()).reshape(m, dim) + offset
-        at = np.zeros((m, dim, dim))  # slope of the law with respect to the motion, over -e
-        target = np.zeros((m, dim))
-        closed = motion[:, 0] < 0.0
-        target[closed, 0] = -(weight[closed, 0]) * motion[closed, 0]
-        at[closed, 0, 0] = 1.0
-        trial = start[:, 1:] - weight * motion[:, 1:]
-        bound = friction * target[:, 0]
-        size = np.linalg.norm(trial, axis=1)
-        stick = closed & (size <= bound)
-        slip = closed & ~stick
-        target[stick, 1:] = trial[stick]
-        at[stick, 1:, 1:] = np.eye(dim - 1)
-        along = trial[slip] / size[slip, None]
-        target[slip, 1:] = bound[slip, None] * along
-        turn = np.eye(dim - 1) - along[:, :, None] * along[:, None, :]
-        at[slip, 1:, 1:] = (bound[slip] / size[slip])[:, None, None] * turn
-        at[slip, 1:, 0] = friction * along
+        target, at = _projected(last - weight * motion, friction)
         stiff = np.repeat(weight, dim, axis=0) * compliance
-        pushed = np.einsum("mab,mbk->mak", at, stiff.reshape(m, dim, m * dim))
-        return force - target, np.eye(m * dim) + pushed.reshape(m * dim, m * dim)
+        return force - target, np.eye(m * dim) + _times(at, stiff)
 
     force = start.copy()
     for factor in _PENALTIES:
         weight = factor * unit
         try:
-            force = _newton(
-                residual_and_slope, force, offset, weight, seconds, "Newton on penalties"
-            )
+            name = "Newton on penalties"
+            force = _newton(residual_and_slope, force, offset, weight, seconds, name)
         except SolverError:
             if factor == _PENALTIES[-1]:
                 raise
     return force
+
+
+def _projected(trial: Array, friction: float) -> tuple[Array, Array]:
+    """Trial forces (m, dim) projected onto pressure and the friction disc, and the slopes of that
+    (m, dim, dim) with respect to the trial."""
+    m, dim = trial.shape
+    at, target = np.zeros((m, dim, dim)), np.zeros((m, dim))
+    closed = trial[:, 0] > 0.0
+    at[closed, 0, 0] = 1.0
+    target[:, 0] = np.maximum(trial[:, 0], 0.0)
+    bound = friction * target[:, 0]
+    size = np.linalg.norm(trial[:, 1:], axis=1)
+    stick = closed & (size <= bound)
+    slip = closed & ~stick
+    target[stick, 1:] = trial[stick, 1:]
+    at[stick, 1:, 1:] = np.eye(dim - 1)
+    along = trial[slip, 1:] / size[slip, None]
+    target[slip, 1:] = bound[slip, None] * along
+    turn = np.eye(dim - 1) - along[:, :, None] * along[:, None, :]
+    at[slip, 1:, 1:] = (bound[slip] / size[slip])[:, None, None] * turn
+    at[slip, 1:, 0] = friction * along
+    return target, at
+
+
+def _times(at: Array, matrix: Array) -> Array:
+    """Node-wise slopes (m, dim, dim) times a matrix (m dim, m dim)."""
+    m, dim, _ = at.shape
+    pushed = np.einsum("mab,mbk->mak", at, matrix.reshape(m, dim, m * dim))
+    return np.asarray(pushed.reshape(m * dim, m * dim))
 
 
 def sweeps(
@@ -137,7 +131,7 @@ def _newton(
     offset: Array,
     weight: Array,
     seconds: float,
-    name: str,
+    name: str = "Newton",
 ) -> Array:
     until = time.process_time() + seconds
     size = np.inf
@@ -156,10 +150,3 @@ def _newton(
         if not np.isfinite(force).all():
             raise SolverError(f"{name}: not finite at iteration {iteration}")
     raise SolverError(f"{name}: residual {size:.0e} after {_NEWTON_ITERATIONS} iterations")
-
-
-RIVALS = (
-    Rival("plain semi-smooth Newton", plain_newton, 1e-5),
-    Rival("penalty", penalty, 1e-2),
-    Rival("Gauss-Seidel", sweeps, 1e-5),
-)

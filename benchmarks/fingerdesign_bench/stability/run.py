@@ -1,5 +1,7 @@
 """One case of the stability map through each method, increment by increment, and its verdict."""
 
+from __future__ import annotations
+
 import signal
 import threading
 import time
@@ -19,8 +21,16 @@ from fingerdesign.errors import SolverError
 from fingerdesign.reduced import ReducedModel
 from fingerdesign_bench.stability.cases import Case
 from fingerdesign_bench.stability.judge import LOOSE, SHARP, Judge, Past, same_total
-from fingerdesign_bench.stability.rivals import RIVALS, Rival
+from fingerdesign_bench.stability.rivals import Rival, penalty, plain_newton, sweeps
 
+Row = Motion | Forces
+# A step of a path: forces (m, dim) N in global axes, and the motion. Raises SolverError.
+Stepper = Callable[[Row], tuple[Array, Motion]]
+RIVALS = (
+    Rival("plain semi-smooth Newton", plain_newton, 1e-5),
+    Rival("penalty", penalty, 1e-2),
+    Rival("Gauss-Seidel", sweeps, 1e-5),
+)
 PRODUCTION = "production"
 METHODS = (PRODUCTION, *(rival.name for rival in RIVALS))
 _PRODUCTION_CLAIM = 1e-7
@@ -38,8 +48,10 @@ class Verdict(StrEnum):
     HANG = "hang"
     WRONG = "wrong"
 
-
-_ORDER = list(Verdict)
+    @property
+    def rank(self) -> int:
+        """0 of the best."""
+        return list(Verdict).index(self)
 
 
 @dataclass(frozen=True)
@@ -72,20 +84,17 @@ class TimeIsUp(Exception):
     """An increment took longer than its limit."""
 
 
-Row = Motion | Forces
-# A step of a path: forces (m, dim) N in global axes, and the motion. Raises SolverError.
-Stepper = Callable[[Row], tuple[Array, Motion]]
-
-
 def run_case(case: Case, model: ReducedModel) -> list[CaseResult]:
     """The outcome of every method on one case."""
     problem = contact_problem(model, case.indenter, case.friction)
     judge = Judge(model, case.indenter, case.friction)
-    second = _SecondAnswers(judge)
+    stored: list[tuple[Past, Motion, Array | None]] = []
     steppers = [(PRODUCTION, _production(problem), _PRODUCTION_CLAIM)]
     if not case.under_force:
         steppers += [(rival.name, _rival(problem, rival), rival.claim) for rival in RIVALS]
-    return [_follow(case, *each, judge, second) for each in steppers]
+    return [
+        _follow(case, name, step, Trial(judge, claim, stored)) for name, step, claim in steppers
+    ]
 
 
 def _production(problem: ContactProblem) -> Stepper:
@@ -133,27 +142,9 @@ def _rival(problem: ContactProblem, rival: Rival) -> Stepper:
     return step
 
 
-class _SecondAnswers:
-    """Second answers of one case, stored for methods whose past is the same."""
-
-    def __init__(self, judge: Judge) -> None:
-        self._judge = judge
-        self._stored: list[tuple[Past, Motion, Array | None]] = []
-
-    def to(self, past: Past, motion: Motion) -> Array | None:
-        for earlier, moved, answer in self._stored:
-            if moved == motion and earlier.motion == past.motion:
-                scale = float(np.abs(earlier.force).max())
-                if float(np.abs(earlier.force - past.force).max()) <= 1e-12 * scale:
-                    return answer
-        answer = self._judge.second_answer(past, motion)
-        self._stored.append((past, motion, answer))
-        return answer
-
-
-def _follow(
-    case: Case, name: str, step: Stepper, claim: float, judge: Judge, second: _SecondAnswers
-) -> CaseResult:
+def _follow(case: Case, name: str, step: Stepper, trial: Trial) -> CaseResult:
+    """One method along the case's rows, up to its first refusal or wrong answer."""
+    judge = trial.judge
     past, worst, reason = judge.untouched(), Verdict.RIGHT, ""
     violation, confirmed, judged, spent = 0.0, 0, 0, 0.0
     for number, row in enumerate(case.rows):
@@ -162,34 +153,21 @@ def _follow(
         found = _attempt(step, row)
         spent += time.process_time() - start
         if isinstance(found, Refusal):
-            verdict, why = _of_refusal(found, judge, second, past, row, number < case.solvable)
+            verdict, why = trial.of_refusal(found, past, row, number < case.solvable)
         else:
             force, motion = found
-            size = judge.violation(force, past, motion)
-            violation = max(violation, size)
-            verdict, why = _of_answer(judge, found, second, size, claim, past)
+            violation = max(violation, judge.violation(force, past, motion))
+            verdict, why = trial.of_answer(found, past)
             if isinstance(row, Forces) and not judge.carries(force, row.normal, row.tangential):
                 verdict, why = Verdict.WRONG, "the forces are not those prescribed"
-            confirmed += verdict == Verdict.RIGHT and second.to(past, motion) is not None
-        if _ORDER.index(verdict) > _ORDER.index(worst):
+            confirmed += verdict == Verdict.RIGHT and trial.second(past, motion) is not None
+        if verdict.rank > worst.rank:
             worst, reason = verdict, f"{row}: {why}" if why else ""
         if isinstance(found, Refusal) or verdict == Verdict.WRONG:
             break
         past = Past(*found)
-    return CaseResult(
-        case.body,
-        case.group,
-        case.family,
-        case.friction,
-        name,
-        worst,
-        reason,
-        judged,
-        len(case.rows),
-        violation,
-        confirmed,
-        spent,
-    )
+    what = (case.body, case.group, case.family, case.friction, name, worst, reason)
+    return CaseResult(*what, judged, len(case.rows), violation, confirmed, spent)
 
 
 @dataclass(frozen=True)
@@ -209,73 +187,77 @@ def _attempt(step: Stepper, row: Row) -> tuple[Array, Motion] | Refusal:
         return Refusal(error)
 
 
-def _of_refusal(
-    refusal: Refusal, judge: Judge, second: _SecondAnswers, past: Past, row: Row, solvable: bool
-) -> tuple[Verdict, str]:
-    """Refused rightly where there is no answer, or none inside the zone; failed otherwise."""
-    error = refusal.error
-    if error is None:
-        return Verdict.HANG, f"no answer in {_SECONDS:g} s of processor time"
-    if isinstance(error, SolverError):
-        if not solvable and isinstance(error, NoEquilibrium):
-            return Verdict.REFUSED, str(error)
+@dataclass(frozen=True)
+class Trial:
+    """Verdicts on one method, by its ``claim`` of accuracy; ``stored``: second answers of the case,
+    for methods whose past is the same."""
+
+    judge: Judge
+    claim: float
+    stored: list[tuple[Past, Motion, Array | None]]
+
+    def second(self, past: Past, motion: Motion) -> Array | None:
+        """Another method's answer."""
+        for earlier, moved, answer in self.stored:
+            if moved == motion and earlier.motion == past.motion:
+                scale = float(np.abs(earlier.force).max())
+                if float(np.abs(earlier.force - past.force).max()) <= 1e-12 * scale:
+                    return answer
+        answer = self.judge.second_answer(past, motion)
+        self.stored.append((past, motion, answer))
+        return answer
+
+    def of_refusal(
+        self, refusal: Refusal, past: Past, row: Row, solvable: bool
+    ) -> tuple[Verdict, str]:
+        """Refused rightly where there is no answer, or none inside the zone; failed otherwise."""
+        error = refusal.error
+        if error is None:
+            return Verdict.HANG, f"no answer in {_SECONDS:g} s of processor time"
+        if not isinstance(error, SolverError):
+            return Verdict.FAILED, f"{type(error).__name__}: {error}"
+        rightly = not solvable and isinstance(error, NoEquilibrium)
         if isinstance(error, ZoneExhausted) and isinstance(row, Motion):
-            answers = [second.to(past, row)]
-            if isinstance(error, Witnessed) and judge.violation(error.force, past, row) <= SHARP:
-                answers.append(error.force)
-            if any(answer is not None and judge.at_rim(answer) for answer in answers):
-                return Verdict.REFUSED, str(error)
-        return Verdict.FAILED, str(error)
-    return Verdict.FAILED, f"{type(error).__name__}: {error}"
+            rightly = rightly or self._leaves_the_zone(error, past, row)
+        return (Verdict.REFUSED if rightly else Verdict.FAILED), str(error)
 
+    def _leaves_the_zone(self, error: ZoneExhausted, past: Past, motion: Motion) -> bool:
+        answers = [self.second(past, motion)]
+        witnessed = isinstance(error, Witnessed)
+        if witnessed and self.judge.violation(error.force, past, motion) <= SHARP:
+            answers.append(error.force)
+        return any(answer is not None and self.judge.at_rim(answer) for answer in answers)
 
-def _of_answer(
-    judge: Judge,
-    found: tuple[Array, Motion],
-    second: _SecondAnswers,
-    size: float,
-    claim: float,
-    past: Past,
-) -> tuple[Verdict, str]:
-    """Right, right but not unique, or wrong, with the reason."""
-    force, motion = found
-    answer = second.to(past, motion)
-    if judge.at_rim(force):
-        return Verdict.WRONG, "answered although the candidate zone is exhausted"
-    if claim >= LOOSE:
-        return _of_loose_answer(judge, force, answer, size, claim, past, motion)
-    if size > claim:
-        return Verdict.WRONG, f"breaks the laws of contact by {size:.0e}"
-    if answer is None or judge.same(force, answer, motion):
-        return Verdict.RIGHT, ""
-    if size <= SHARP:
-        return Verdict.OTHER, "another answer obeys the laws as well"
-    near = judge.nearest_answer(force, past, motion)
-    if near is not None and judge.same(near, force, motion):
-        return Verdict.OTHER, "another answer obeys the laws as well"
-    return Verdict.WRONG, "the laws nearly hold, but the sharp answer is elsewhere"
+    def of_answer(self, found: tuple[Array, Motion], past: Past) -> tuple[Verdict, str]:
+        """Right, right but not unique, or wrong, with the reason."""
+        (force, motion), judge = found, self.judge
+        size, answer = judge.violation(force, past, motion), self.second(past, motion)
+        if judge.at_rim(force):
+            return Verdict.WRONG, "answered although the candidate zone is exhausted"
+        loose = self.claim >= LOOSE
+        if size > (10.0 * self.claim if loose else self.claim):
+            return Verdict.WRONG, f"breaks the laws of contact by {size:.0e}"
+        if loose:
+            return self._of_loose_answer(force, answer, past, motion)
+        if answer is None or judge.same(force, answer, motion):
+            return Verdict.RIGHT, ""
+        near = force if size <= SHARP else judge.nearest_answer(force, past, motion)
+        if near is not None and judge.same(near, force, motion):
+            return Verdict.OTHER, "another answer obeys the laws as well"
+        return Verdict.WRONG, "the laws nearly hold, but the sharp answer is elsewhere"
 
-
-def _of_loose_answer(
-    judge: Judge,
-    force: Array,
-    answer: Array | None,
-    size: float,
-    claim: float,
-    past: Past,
-    motion: Motion,
-) -> tuple[Verdict, str]:
-    """A regularised answer: its total force is held to its claim, its laws to ten times that."""
-    if size > 10.0 * claim:
-        return Verdict.WRONG, f"breaks the laws of contact by {size:.0e}"
-    if answer is not None and same_total(force, answer, claim):
-        return Verdict.RIGHT, ""
-    near = judge.nearest_answer(force, past, motion)
-    if near is None:
-        return Verdict.FAILED, "no sharp answer was found near it to judge it by"
-    if not same_total(force, near, claim):
-        return Verdict.WRONG, f"the total force is off by more than {claim:.0%}"
-    return (Verdict.RIGHT if answer is None else Verdict.OTHER), ""
+    def _of_loose_answer(
+        self, force: Array, answer: Array | None, past: Past, motion: Motion
+    ) -> tuple[Verdict, str]:
+        """A regularised answer: its total force is held to its claim, its laws to ten times it."""
+        if answer is not None and same_total(force, answer, self.claim):
+            return Verdict.RIGHT, ""
+        near = self.judge.nearest_answer(force, past, motion)
+        if near is None:
+            return Verdict.FAILED, "no sharp answer was found near it to judge it by"
+        if not same_total(force, near, self.claim):
+            return Verdict.WRONG, f"the total force is off by more than {self.claim:.0%}"
+        return (Verdict.RIGHT if answer is None else Verdict.OTHER), ""
 
 
 @contextmanager

@@ -13,10 +13,10 @@ import os
 import platform
 import time
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from threadpoolctl import threadpool_limits
 
@@ -27,120 +27,8 @@ from fingerdesign_bench.check import Check
 from fingerdesign_bench.files import write_csv, write_json
 from fingerdesign_bench.stability.bodies import HardBody, hard_bodies
 from fingerdesign_bench.stability.cases import cases_of
+from fingerdesign_bench.stability.map import draw_stability
 from fingerdesign_bench.stability.run import METHODS, PRODUCTION, CaseResult, Verdict, run_case
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-
-# The stability map drawn: kinds of case against friction coefficient, one panel a method.
-
-# Colour and letter both tell the verdict; the palette is made for colour-blind readers.
-LOOKS: dict[Verdict, tuple[str, str]] = {
-    Verdict.RIGHT: ("#cfe8f7", ""),
-    Verdict.OTHER: ("#8cc4e8", "u"),
-    Verdict.REFUSED: ("#d5ecdf", "z"),
-    Verdict.FAILED: ("#f3c14b", "F"),
-    Verdict.HANG: ("#b0569a", "H"),
-    Verdict.WRONG: ("#c8321e", "W"),
-}
-WORDS: dict[Verdict, str] = {
-    Verdict.RIGHT: "all right",
-    Verdict.OTHER: "u  right, one of several answers",
-    Verdict.REFUSED: "z  right or refused rightly (none, or beyond the zone)",
-    Verdict.FAILED: "F  no answer",
-    Verdict.HANG: "H  hang",
-    Verdict.WRONG: "W  wrong answer",
-}
-_ORDER = list(Verdict)
-_PALE = (Verdict.RIGHT, Verdict.OTHER, Verdict.REFUSED, Verdict.FAILED)
-
-
-def draw_stability(outcomes: Sequence[CaseResult], path: Path) -> None:
-    """Each cell: the worst verdict of its cases, with its letter and how many cases have it."""
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Patch
-
-    frictions = sorted({each.friction for each in outcomes})
-    families = list(dict.fromkeys(each.family for each in outcomes))
-    groups = list(dict.fromkeys(each.group for each in outcomes))
-    rows = len(families) + len(groups) + 1
-    figure = Figure(figsize=(4.2 + 3.1 * len(METHODS), 1.9 + 0.3 * rows), layout="constrained")
-    axes = figure.subplots(1, len(METHODS), sharey=True)
-    for panel, method in zip(axes, METHODS, strict=True):
-        mine = [each for each in outcomes if each.method == method]
-        _draw_panel(panel, mine, frictions, families, groups)
-        right = sum(_ORDER.index(e.verdict) <= _ORDER.index(Verdict.REFUSED) for e in mine)
-        wrong = sum(e.verdict == Verdict.WRONG for e in mine)
-        panel.set_title(
-            f"{method}\n{right} of {len(mine)} right or rightly refused, {wrong} wrong",
-            fontsize=9.5,
-            loc="left",
-        )
-    axes[0].set_yticks(
-        [*range(len(families)), *(len(families) + 1 + k for k in range(len(groups)))],
-        [*(f"path: {name}" for name in families), *(f"body: {name}" for name in groups)],
-        fontsize=9,
-    )
-    figure.legend(
-        handles=[
-            Patch(facecolor=LOOKS[verdict][0], edgecolor="#6c6f73", label=WORDS[verdict])
-            for verdict in Verdict
-        ],
-        loc="outside lower center",
-        ncols=len(Verdict),
-        frameon=False,
-        fontsize=9,
-    )
-    figure.suptitle(
-        "Where each method converges, fails and is wrong: a cell's colour is its worst case, "
-        "letter and number say how many cases have that verdict; –: no such case",
-        fontsize=11,
-    )
-    figure.savefig(path, dpi=130)
-
-
-def _draw_panel(
-    panel: Axes,
-    outcomes: Sequence[CaseResult],
-    frictions: list[float],
-    families: list[str],
-    groups: list[str],
-) -> None:
-    from matplotlib.patches import Rectangle
-
-    for column, friction in enumerate(frictions):
-        here = [each for each in outcomes if each.friction == friction]
-        cells = [[each for each in here if each.family == name] for name in families]
-        cells += [[]] + [[each for each in here if each.group == name] for name in groups]
-        for row, cases in enumerate(cells):
-            if not cases:
-                if row < len(families):
-                    panel.text(column, row, "–", ha="center", va="center", fontsize=8)
-                continue
-            worst = max((each.verdict for each in cases), key=_ORDER.index)
-            colour, letter = LOOKS[worst]
-            panel.add_patch(
-                Rectangle((column - 0.5, row - 0.5), 1, 1, facecolor=colour, edgecolor="white")
-            )
-            number = sum(each.verdict == worst for each in cases)
-            panel.text(
-                column,
-                row,
-                f"{letter}{number}",
-                ha="center",
-                va="center",
-                fontsize=8,
-                color="#1c1d1f" if worst in _PALE else "white",
-            )
-    panel.set_xlim(-0.5, len(frictions) - 0.5)
-    panel.set_ylim(len(families) + len(groups) + 0.5, -0.5)
-    panel.set_xticks(range(len(frictions)), [f"{friction:g}" for friction in frictions], fontsize=9)
-    panel.set_xlabel("friction coefficient")
-    panel.tick_params(length=0)
-    for spine in panel.spines.values():
-        spine.set_visible(False)
-
 
 SOLVED_SHARE = 0.99  # of the cases that have a solution, the target of the production solver
 # Bodies of the quick map, and which part of their cases: every third, every ninth, ...
@@ -224,18 +112,17 @@ def write_stability(found: StabilityMap, folder: Path) -> list[Path]:
 
 def summary(found: StabilityMap) -> dict[str, Any]:
     """Counts by method and verdict, the targets, every case not plainly right, versions."""
+    mine = [each for each in found.outcomes if each.method == PRODUCTION]
+    seconds = dict.fromkeys(METHODS, 0.0)
+    for each in found.outcomes:
+        seconds[each.method] += each.seconds
     return {
         "cases": found.cases(),
-        "increments": sum(e.increments for e in found.outcomes if e.method == PRODUCTION),
-        "confirmed_by_a_second_method": sum(
-            each.confirmed for each in found.outcomes if each.method == PRODUCTION
-        ),
+        "increments": sum(each.increments for each in mine),
+        "confirmed_by_a_second_method": sum(each.confirmed for each in mine),
         "quick": found.quick,
         "counts": found.counts(),
-        "seconds_by_method": {
-            method: round(_total(e.seconds for e in found.outcomes if e.method == method), 2)
-            for method in METHODS
-        },
+        "seconds_by_method": {method: round(total, 2) for method, total in seconds.items()},
         "seconds": round(found.seconds, 1),
         "workers": found.workers,
         "checks": [check.as_dict() for check in found.checks()],
@@ -245,8 +132,8 @@ def summary(found: StabilityMap) -> dict[str, Any]:
                 "verdict": each.verdict.value,
                 "reason": each.reason,
             }
-            for each in found.outcomes
-            if each.method == PRODUCTION and each.verdict not in (Verdict.RIGHT, Verdict.REFUSED)
+            for each in mine
+            if each.verdict not in (Verdict.RIGHT, Verdict.REFUSED)
         ],
         "seeds": {body.name: body.seed for body in hard_bodies() if body.distortion},
         "machine": f"{platform.machine()}, {os.cpu_count()} cores",
@@ -257,7 +144,3 @@ def summary(found: StabilityMap) -> dict[str, Any]:
 def _cases(outcomes: Iterable[CaseResult]) -> int:
     """Every case is one of the production solver's; not every rival takes every case."""
     return sum(each.method == PRODUCTION for each in outcomes)
-
-
-def _total(values: Iterable[float]) -> float:
-    return float(sum(values))

@@ -1,0 +1,78 @@
+"""Parts of the plan of the work-precision diagrams: charts, groups, lines and references."""
+
+from dataclasses import dataclass, replace
+
+from fingerdesign_bench.speed.precision_run import Method
+
+PLANE = (0.4, 0.2, 0.1, 0.05, 0.025)  # mm, contact facets
+PLANE_LINEAR = (*PLANE, 0.0125)  # linear elements have a quarter of the equations
+LOCKS = "locks"
+MODEL = "the model's own error"
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A solution that errors are measured from; ``quick_size_mm`` for a short run."""
+
+    name: str
+    method: Method
+    size_mm: float
+    quick_size_mm: float
+
+    def size(self, quick: bool) -> float:
+        return self.quick_size_mm if quick else self.size_mm
+
+
+@dataclass(frozen=True)
+class Line:
+    """One method over mesh sizes; ``floor`` names what is left where it does not converge."""
+
+    label: str
+    method: Method
+    sizes: tuple[float, ...]
+    reference: str
+    floor: str = ""
+    quick: int = 2  # points of a short run
+
+
+@dataclass(frozen=True)
+class Group:
+    """A row of panels; ``references``: two whose difference is drawn."""
+
+    heading: str
+    lines: tuple[Line, ...]
+    references: tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Chart:
+    """One picture."""
+
+    key: str
+    title: str
+    groups: tuple[Group, ...]
+
+
+def elements_at(poissons_ratio: float) -> tuple[tuple[Reference, Reference], Group]:
+    mixed, quadratic, linear = (
+        Method("plane strain", element, poissons_ratio) for element in ("mixed", "P2", "P1")
+    )
+    names = tuple(f"{element}, nu = {poissons_ratio:g}" for element in ("mixed", "P2"))
+    references = (
+        Reference(names[0], mixed, 0.0125, 0.05),
+        Reference(names[1], quadratic, 0.0125, 0.05),
+    )
+    lines = (
+        Line("P1", linear, PLANE_LINEAR, names[0], LOCKS, quick=3),
+        Line("P2", quadratic, PLANE, names[0]),
+        Line("mixed", mixed, PLANE, names[1]),
+    )
+    return references, Group(f"plane strain, nu = {poissons_ratio:g}", lines, (names[0], names[1]))
+
+
+def plates_lines(method: Method, sizes: tuple[float, ...], reference: str) -> tuple[Line, ...]:
+    """The same method with solid plates, sheets and none."""
+    models = (("solid", ""), ("sheet", MODEL), ("none", MODEL))
+    return tuple(
+        Line(name, replace(method, plates=name), sizes, reference, floor) for name, floor in models
+    )
