@@ -12,9 +12,37 @@ from fingerdesign.reduced import ReducedModel
 from fingerdesign.shapes.objects import Cylinder, Plane, RigidObject, Sphere, touching
 from fingerdesign_bench.stability.bodies import HardBody
 
+Shares = tuple[tuple[float, float], ...]  # of the approach and of the shear
+Path = Callable[[float], tuple[Motion | Forces, ...]]
+Family = tuple[str, RigidObject, Path]
+
 WITHIN = "forces prescribed"
 BEYOND = "forces beyond friction"  # its last row has no answer: |F_t| > mu F_n on a plane
 FRICTIONS = (0.0, 0.1, 0.3, 0.5, 1.0, 2.0, 5.0)
+_LEAST = 0.1  # friction coefficient, below which shears no longer shrink with it
+_TINY = 1e-6  # mm
+# Shares of the body's approach, and of the shear by which every point slides, about.
+_BY_SLIDING: dict[str, Shares] = {
+    "normal": tuple((k / 4, 0.0) for k in range(1, 5)),
+    "shear to complete slip": (
+        *((0.5, 0.0), (1.0, 0.0), (1.0, 0.25), (1.0, 0.5), (1.0, 0.75)),
+        *((1.0, 1.0), (1.0, 1.5)),
+    ),
+    "unloading": ((1.0, 0.0), (1.0, 0.5), (0.7, 0.5), (0.4, 0.5), (0.1, 0.5), (-0.05, 0.5)),
+    "reversed shear": (
+        *((1.0, 0.0), (1.0, 0.5), (1.0, 1.2), (1.0, 0.6)),
+        *((1.0, -0.3), (1.0, -1.2), (1.0, 0.4)),
+    ),
+}
+# Whole motions at once: ordinary increments are a hundredth of these.
+_HUGE: Shares = ((1.0, 1.0), (0.5, -1.0), (1.0, 0.15))
+# Dragged in while it comes down, back while it lifts: friction holds against the lift.
+_JAMMING: Shares = ((1.0, 1.0), (0.6, 0.3), (0.3, -0.5), (0.8, 0.5), (0.1, 0.2))
+# Against a slope and back: at a high friction it holds itself. Shears are shares of the approach.
+_INTO: Shares = ((0.5, 0.0), (0.5, -3.0), (0.7, 3.0), (0.3, 3.0), (0.3, -1.0))
+_ROLL: Shares = ((0.5, 0.0), (1.0, 0.5), (1.0, 1.5), (0.4, -0.5))
+# Shears along x and z, and degrees.
+_TWIST = ((0.0, 0.0, 0.0), (0.3, 0.3, 5.0), (0.3, 1.5, 30.0), (-0.5, 0.0, -10.0))
 
 
 @dataclass(frozen=True)
@@ -48,83 +76,45 @@ def cases_of(body: HardBody, model: ReducedModel, crest: float) -> Iterator[Case
             yield Case(body.name, body.group, family, friction, indenter, rows, solvable)
 
 
-Path = Callable[[float], tuple[Motion | Forces, ...]]
-Family = tuple[str, RigidObject, Path]
+def _moved(shares: Shares, press: float, end: Callable[[float], float]) -> Path:
+    """The path of a friction coefficient: shares of an approach and of the shear ``end``."""
+
+    def path(friction: float) -> tuple[Motion, ...]:
+        far = end(friction)
+        return tuple(Motion(press * approach, far * shear) for approach, shear in shares)
+
+    return path
+
+
+def _fixed(*rows: tuple[float, float]) -> Path:
+    """The same approaches and shears at every friction coefficient."""
+    return lambda friction: tuple(Motion(float(a), float(s)) for a, s in rows)
 
 
 def _families(body: HardBody, model: ReducedModel, crest: float) -> list[Family]:
     """Families: a name, an object, and the path for a friction coefficient."""
-    plane = Plane(crest)
-    press = body.press
+    plane, press = Plane(crest), body.press
     gaps = np.unique(np.round(_gaps(model, plane), 12))
     first, second = float(gaps[0]), float(gaps[1])
-
-    def path(*rows: tuple[float, float]) -> tuple[Motion, ...]:
-        return tuple(Motion(float(approach), float(shear)) for approach, shear in rows)
+    depth = second - first
+    middle, touched = first + 0.5 * depth, first + _TINY
 
     def full(friction: float) -> float:
-        """Shear by which every point slides, about."""
-        return 3.0 * press * max(friction, 0.1)
+        return 3.0 * press * max(friction, _LEAST)
 
-    def first_touch(friction: float) -> tuple[Motion, ...]:
-        tiny = 1e-6
-        return path((first + tiny, 0.0), (first + tiny, 0.1 * tiny), (first + 2 * tiny, -tiny))
-
-    def one_node(friction: float) -> tuple[Motion, ...]:
-        depth = second - first
-        approach = first + 0.5 * depth
-        return path((approach, 0.0), (approach, 0.2 * depth), (approach, 100.0 * depth))
-
-    def normal(friction: float) -> tuple[Motion, ...]:
-        return path(*((press * k / 4, 0.0) for k in range(1, 5)))
-
-    def shear(friction: float) -> tuple[Motion, ...]:
-        end = full(friction)
-        rows = [(press / 2, 0.0), (press, 0.0)]
-        return path(*rows, *((press, end * k / 4) for k in (1, 2, 3, 4, 6)))
-
-    def unloading(friction: float) -> tuple[Motion, ...]:
-        half = 0.5 * full(friction)
-        shares = (0.7, 0.4, 0.1, -0.05)
-        return path((press, 0.0), (press, half), *((press * share, half) for share in shares))
-
-    def reversal(friction: float) -> tuple[Motion, ...]:
-        end = full(friction)
-        shears = (0.5, 1.2, 0.6, -0.3, -1.2, 0.4)
-        return path((press, 0.0), *((press, end * share) for share in shears))
-
-    def huge(friction: float) -> tuple[Motion, ...]:
-        """Whole motions at once: ordinary increments are a hundredth of these."""
-        end = min(2.0 * full(friction), 8.0 * press)
-        return path((press, end), (0.5 * press, -end), (press, 0.15 * end))
-
-    def jamming(friction: float) -> tuple[Motion, ...]:
-        """Dragged in while it comes down, back while it lifts: friction holds against the lift."""
-        end = press * max(1.0, friction)
-        rows = ((press, end), (0.6 * press, 0.3 * end), (0.3 * press, -0.5 * end))
-        return path(*rows, (0.8 * press, 0.5 * end), (0.1 * press, 0.2 * end))
-
-    def beyond(friction: float) -> tuple[Motion, ...]:
-        """Pressed until the contact is wider than the candidates."""
-        far = body.zone**2  # R is 20 or more: 2 to 10 times the approach that fills the zone
-        return path((press / 2, 0.0), (0.3 * far, 0.1 * far))
-
-    families: list[Family] = [
-        ("first touch", plane, first_touch),
-        ("one node", plane, one_node),
-        ("normal", plane, normal),
-        ("shear to complete slip", plane, shear),
-        ("unloading", plane, unloading),
-        ("reversed shear", plane, reversal),
-        ("increments 100 times too large", plane, huge),
-        ("jamming", plane, jamming),
-    ]
+    touch = _fixed((touched, 0.0), (touched, 0.1 * _TINY), (first + 2 * _TINY, -_TINY))
+    one = _fixed((middle, 0.0), (middle, 0.2 * depth), (middle, 100.0 * depth))
+    huge = _moved(_HUGE, press, lambda friction: min(2.0 * full(friction), 8.0 * press))
+    jam = _moved(_JAMMING, press, lambda friction: press * max(1.0, friction))
+    families: list[Family] = [("first touch", plane, touch), ("one node", plane, one)]
+    families += [(name, plane, _moved(rows, press, full)) for name, rows in _BY_SLIDING.items()]
+    families += [("increments 100 times too large", plane, huge), ("jamming", plane, jam)]
     families += _under_force(body, plane)
-    if model.rim.any():
+    if model.rim.any():  # Pressed until the contact is wider than the candidates.
+        far = body.zone**2  # R is 20 or more: 2 to 10 times the approach that fills the zone
+        beyond = _fixed((press / 2, 0.0), (0.3 * far, 0.1 * far))
         families.append(("zone exhausted", plane, beyond))
-    if body.objects:
-        families += _objects(body, crest)
-    return families
+    return families + (_objects(body, crest) if body.objects else [])
 
 
 def _under_force(body: HardBody, plane: Plane) -> list[Family]:
@@ -157,29 +147,15 @@ def _objects(body: HardBody, crest: float) -> list[Family]:
     angle = np.deg2rad(2.0 if body.solid else 5.0)
     tilted = Plane(crest, (float(np.sin(angle)), -float(np.cos(angle)), 0.0))
 
-    def into(friction: float) -> tuple[Motion, ...]:
-        """Against the slope and back: at a high friction it holds itself."""
-        return tuple(
-            Motion(press * a, press * s)
-            for a, s in ((0.5, 0.0), (0.5, -3.0), (0.7, 3.0), (0.3, 3.0), (0.3, -1.0))
-        )
-
-    def roll(friction: float) -> tuple[Motion, ...]:
-        end = 2.0 * press * max(friction, 0.1)
-        return tuple(
-            Motion(press * a, end * s) for a, s in ((0.5, 0.0), (1.0, 0.5), (1.0, 1.5), (0.4, -0.5))
-        )
+    roll = _moved(_ROLL, press, lambda friction: 2.0 * press * max(friction, _LEAST))
 
     def twist(friction: float) -> tuple[Motion, ...]:
-        end = 2.0 * press * max(friction, 0.1)
-        rows = ((0.0, 0.0, 0.0), (0.3, 0.3, 5.0), (0.3, 1.5, 30.0), (-0.5, 0.0, -10.0))
-        return tuple(
-            Motion(press, end * s, end * across, max(friction, 0.1) * turn)
-            for s, across, turn in rows
-        )
+        end = 2.0 * press * max(friction, _LEAST)
+        rows = ((end * s, end * across, max(friction, _LEAST) * turn) for s, across, turn in _TWIST)
+        return tuple(Motion(press, *row) for row in rows)
 
     families: list[Family] = [
-        ("tilted plane", touch(tilted), into),
+        ("tilted plane", touch(tilted), _moved(_INTO, press, lambda friction: press)),
         ("cylinder", touch(Cylinder(crest, 10.0)), roll),
     ]
     if body.solid:
