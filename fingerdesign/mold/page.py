@@ -1,78 +1,188 @@
-"""A mold's report.html: verdict, pictures, casting notes to tick, tables; offline, printable."""
+"""A mold's report.html: pictures and verdicts first, casting notes to tick, tables; printable."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from fingerdesign.mold.part import axis_name
-from fingerdesign.report.page import render_page
-from fingerdesign.report.table import number_text
+from fingerdesign.mold import tables
+from fingerdesign.mold.base_plan import plan_svg, plan_words
+from fingerdesign.mold.record import MOST_ERROR, MoldData
+from fingerdesign.records.verdict import Status, Verdict, VerdictView
+from fingerdesign.report.page import (
+    Bullets,
+    Fold,
+    Item,
+    Page,
+    Section,
+    Steps,
+    Text,
+    page_html,
+    texts_of,
+)
+from fingerdesign.report.style import ReportFigure, png_element
 
 if TYPE_CHECKING:
-    from fingerdesign.mold.picture import Pictures
-    from fingerdesign.mold.record import CheckData, HoleData, MoldData
+    from fingerdesign.mold.picture import Picture, Pictures
 
 TEMPLATES = Path(__file__).parent / "templates"
+WORDS = texts_of(TEMPLATES / "page.toml")
+PROCESSES = {"sla": "Resin prints", "fdm": "Filament prints", "machined": "Machined parts"}
+FASTENERS = ("bolt", "threaded rod", "nut", "washer", "dowel pin", "core pin", "core screw")
 
 
-def mold_html(record: MoldData, pictures: Pictures | None, missing: str = "") -> str:
+def mold_html(data: MoldData, pictures: Pictures | None, missing: str = "") -> str:
     """The page, from what mold_report.json holds; ``missing`` says why there are no pictures."""
-    return render_page(
-        TEMPLATES / "mold.html.j2",
-        page_style=(TEMPLATES / "mold.css").read_text(encoding="utf-8"),
-        data=record,
-        pictures=pictures,
-        missing=missing,
-        kinds=kinds_of(record["checks"]),
-        labels=labels(record["base"]["holes"]),
-        axis_name=axis_name,
-        measure=measure,
-        number=number_text,
+    silicone = data["silicone"]["sentence"] if data["silicone"] else ""
+    process = f"{PROCESSES[data['process']['name']]}, {data['process']['cure']} cure"
+    first = Text(missing) if pictures is None else _opened(pictures.opened)
+    sections = (
+        Section("findings", "Findings", list(_findings(data))),
+        Section("parts", "Parts", list(_parts(data))),
+        Section("notes", "Casting notes", list(_notes(data, pictures)), "notes"),
+        Section("fixture", "Plates", list(_plates(data))),
+        Section("bill", "Bill of materials", [tables.bill_table(data)] if data["bill"] else []),
+        Section("checks", "Checks", list(_checks(data))),
+        Section("files", "Files", [Bullets(data["files"], "files"), _text("files", "words")]),
     )
+    page = Page(
+        title=f"{data['design']}: mold",
+        heading=f"{data['design']}: mold",
+        lead=" · ".join(filter(None, (process, silicone))),
+        sections=[each for each in sections if each.items],
+        record=list(_record(data)),
+        first=first,
+        view=VerdictView(data["design"], "", data["seconds"], tuple(_verdicts(data))),
+        style=(TEMPLATES / "mold.css").read_text(encoding="utf-8"),
+    )
+    return page_html(page)
 
 
-def labels(holes: list[HoleData]) -> list[str]:
-    """A label a hole: its kind's letter, and a number where there are more of them.
-
-    >>> labels([{"kind": "gate"}, {"kind": "vent"}, {"kind": "vent"}])
-    ['G', 'V1', 'V2']
-    """
-    kinds = [hole["kind"] for hole in holes]
-    numbers = [kinds[: k + 1].count(kind) for k, kind in enumerate(kinds)]
-    return [
-        f"{kind[0].upper()}{number if kinds.count(kind) > 1 else ''}"
-        for kind, number in zip(kinds, numbers, strict=True)
-    ]
+def _text(table: str, key: str, look: str = "quiet") -> Text:
+    return Text(WORDS[table][key], look)
 
 
-def kinds_of(checks: list[CheckData]) -> list[dict[str, Any]]:
-    """Count each kind of check: how often, how many failed, and the one nearest its bound."""
-    found = []
-    for name in dict.fromkeys(check["name"] for check in checks):
-        alike = [check for check in checks if check["name"] == name]
-        failed = [check for check in alike if not check["ok"]]
-        nearest = min(failed or alike, key=_room)
-        found.append({"checked": len(alike), "failed": len(failed), "nearest": nearest})
-    return found
+def _opened(picture: Picture) -> ReportFigure:
+    """The mold opened, with the numbers of its parts."""
+    badges = (
+        f'<span class="badge" aria-hidden="true" style="left: {100 * badge.left:.2f}%; '
+        f'top: {100 * badge.top:.2f}%">{badge.number}</span>'
+        for badge in picture.badges
+    )
+    image = png_element(picture.png, picture.alternative)
+    shown = f'<div class="exploded">{image}{"".join(badges)}</div>'
+    words = WORDS["parts"]["picture"]
+    return ReportFigure("opened", "The mold opened", shown, words, picture.alternative)
 
 
-def _room(check: CheckData) -> float:
-    """Distance of a measure from its bound, relative to the larger; 0: at it, or not reported."""
-    measured, bound = check["measured"], check["bound"]
-    if measured is None or bound is None:
-        return 0.0
-    most = max(abs(measured), abs(bound))
-    return float(abs(measured - bound) / most) if most > 0.0 else 0.0
+def _verdicts(data: MoldData) -> Iterator[Verdict]:
+    """Can it be cast, is it a sensor then, and what it takes."""
+    failing, checked = sum(not each["ok"] for each in data["checks"]), len(data["checks"])
+    if data["failure"] is None:
+        ready = "ready to cast" if data["sensor"]["ready"] else "can be cast"
+        yield Verdict("pass", ready, f"All {checked} checks passed")
+    elif not data["parts"]:
+        yield Verdict("fail", "not made", data["failure"])
+    else:
+        number = f"{failing} of {checked} checks failed"
+        yield Verdict("fail", "not ready", number, "see findings before anything is printed")
+    error, gage = data["sensor"]["reading_error"], data["sensor"]["gage"]
+    if error is not None:
+        status: Status = "fail" if error > MOST_ERROR else "pass"
+        number = f"a reading changes by up to {100 * error:.0f} %"
+        yield Verdict(status, "plates' places", number, f"target ≤ {100 * MOST_ERROR:.0f} %")
+    if data["plates"]:
+        yield Verdict("pass" if gage else "fail", "gage on sale", gage or "none fits the plates")
+    if data["parts"]:
+        yield Verdict("note", "parts", f"{len(data['parts'])} parts and {_bolts(data)} bolts")
 
 
-def measure(value: float | None) -> str:
-    """A measured value in four digits; a dash where there is none.
+def _bolts(data: MoldData) -> int:
+    return sum(each["count"] for each in data["bill"] if each["item"] in ("bolt", "threaded rod"))
 
-    >>> measure(0.123456), measure(None), measure(0.0), measure(15.0)
-    ('0.1235', '–', '0', '15')
-    """
-    if value is None or not math.isfinite(value):
-        return "–"
-    return "0" if abs(value) < 1e-12 else f"{value:.4g}"
+
+def _findings(data: MoldData) -> Iterator[Item]:
+    """Everything that failed, what it lacks as a sensor with what helps, and warnings."""
+    failed = [each for each in data["checks"] if not each["ok"]]
+    if failed:
+        yield tables.checks_table("failed", "Failed", failed)
+    reasons = [f"{each[:1].upper()}{each[1:].rstrip('.')}." for each in data["sensor"]["reasons"]]
+    if (data["sensor"]["reading_error"] or 0.0) > MOST_ERROR:
+        held = {each["holding"] for each in data["fixture"]}
+        kind = next(each for each in ("slots", "comb", "wall") if each in held or each == "wall")
+        reasons.append(WORDS["helps"]["words"].format(more=WORDS["helps"][kind]))
+    if found := [*reasons, *data["warnings"]]:
+        yield Bullets(found, "warnings")
+
+
+def _parts(data: MoldData) -> Iterator[Item]:
+    if not data["parts"]:
+        return
+    words, process = WORDS["parts"], data["process"]
+    yield Text(words[process["pour"]].format(why=process["closed_for"]))
+    yield tables.parts_table(data)
+    held = [each for each in data["bill"] if each["item"] in FASTENERS]
+    if held:
+        things = (
+            f"{each['count']} {each['item']}{'s' * (each['count'] > 1)} ({each['size']})"
+            for each in held
+        )
+        yield Text(f"To hold them together: {'; '.join(things)}.")
+    shrunk = words["shrunk"].format(scale=data["scale"], percent=100 * data["shrinkage"])
+    yield Text(f"{words['sizes']} {shrunk if data['shrinkage'] else words['size']}", "quiet")
+    if data["base"]["holes"]:
+        base, reading = data["base"], words[f"plan_{process['pour']}"]
+        title = "Plan of the base plate"
+        yield ReportFigure("base-plan", title, plan_svg(base), reading, plan_words(base))
+        yield tables.holes_table(base["holes"])
+
+
+def _notes(data: MoldData, pictures: Pictures | None) -> Iterator[Item]:
+    """The casting notes, each step with its picture; the coupon's table after its section."""
+    if not data["notes"]:
+        return
+    yield _text("notes", "first")
+    drawn = {} if pictures is None else pictures.steps
+    images = {place: png_element(each.png, each.alternative) for place, each in drawn.items()}
+    first, *others = (
+        Steps(
+            section["title"],
+            [(step, images.get((section["title"], k), "")) for k, step in enumerate(steps, 1)],
+        )
+        for section in data["notes"]
+        for steps in [section["steps"]]
+    )
+    yield from (first, tables.coupon_table(data), *others)
+
+
+def _plates(data: MoldData) -> Iterator[Item]:
+    if not data["placements"]:
+        return
+    if data["plates"]:
+        yield tables.patterns_table(data)
+    yield tables.fixture_table(data)
+    if data["placement"]:
+        known = data["placement"]["reason"] is None
+        found: list[Item] = [tables.effects_table(data["placement"])] if known else []
+        sentences = Bullets(data["placement"]["sentences"])
+        yield Fold("What a plate off its place changes", [sentences, *found])
+    yield tables.plates_table(data)
+
+
+def _checks(data: MoldData) -> Iterator[Item]:
+    if not data["checks"]:
+        return
+    yield tables.kinds_table(data["checks"])
+    if passed := [each for each in data["checks"] if each["ok"]]:
+        yield Fold("Every check that passed", [tables.checks_table("passed", "Passed", passed)])
+    yield tables.limits_table(data)
+    yield _text("checks", "limits")
+
+
+def _record(data: MoldData) -> Iterator[Item]:
+    times = "".join(f", {name} {each:.1f} s" for name, each in data["timings_s"].items())
+    yield Text(f"{data['seconds']:.1f} s in all{times}; {data['peak_memory_MB']:.0f} MB.")
+    yield Text(f"Digest of the mold {data['digest']}, of the finger {data['design_digest']}.")
+    versions = ", ".join(f"{name} {each}" for name, each in data["versions"].items())
+    yield Text(f"Versions: {versions or 'not recorded'}.")

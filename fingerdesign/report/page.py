@@ -9,19 +9,19 @@ import re
 import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, ClassVar
 
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.records.verdict import VerdictView
-from fingerdesign.report.style import Canvas, ReportFigure, png_element, to_svg
+from fingerdesign.report.style import Canvas, ReportFigure, to_svg
 from fingerdesign.report.table import Table
 
 COMMON = Path(__file__).parent / "templates"  # parts.html.j2 and report.css, for every page
 
 
-# A page as typed parts. ``kind`` tells page.html.j2 how to show an item.
+# A page as typed parts. ``kind`` names the macro of parts.html.j2 that shows an item.
 
 
 @dataclass(frozen=True)
@@ -51,16 +51,34 @@ class Fold:
     kind: ClassVar[str] = "fold"
 
 
-Item = ReportFigure | Table | Text | Bullets | Fold
+@dataclass(frozen=True)
+class Steps:
+    """A list to tick off under a title: sentences, each with the HTML of its picture or ""."""
+
+    title: str
+    entries: Sequence[tuple[str, str]]
+    kind: ClassVar[str] = "steps"
+
+
+@dataclass(frozen=True)
+class Widget:
+    """Controls that the scripts of one page use, as HTML whose values are escaped."""
+
+    html: str
+    kind: ClassVar[str] = "widget"
+
+
+Item = ReportFigure | Table | Text | Bullets | Fold | Steps | Widget
 
 
 @dataclass(frozen=True)
 class Section:
-    """Items under a heading; key: the heading's anchor."""
+    """Items under a heading; key: the heading's anchor; look: a class of the page's own style."""
 
     key: str
     title: str
     items: Sequence[Item]
+    look: str = ""
 
 
 @dataclass(frozen=True)
@@ -68,7 +86,8 @@ class Page:
     """A whole page: heading, first screen, sections, and the record in the footer.
 
     first: the picture at the left of the first screen; view: the verdicts and fixes at its right.
-    marked: a cell with this text is emphasised.
+    end: controls and data below the footer. style: rules of this page alone. scripts: those that
+    its controls need; by default what draws a report's figures, where there are any.
     """
 
     title: str
@@ -76,9 +95,11 @@ class Page:
     lead: str
     sections: Sequence[Section]
     record: Sequence[Item]
-    first: ReportFigure | Text | None = None
+    first: Item | None = None
     view: VerdictView | None = None
-    marked: str = ""
+    end: Sequence[Item] = ()
+    style: str = ""
+    scripts: Sequence[Path] = ()
 
     @property
     def contents(self) -> list[tuple[str, str]]:
@@ -88,6 +109,8 @@ class Page:
     @property
     def charted(self) -> bool:
         """True if a figure is drawn by Plotly."""
+        if self.scripts:
+            return True
         items = [item for section in self.sections for item in _flat(section.items)]
         return any(isinstance(each, ReportFigure) and each.drawn for each in [self.first, *items])
 
@@ -101,7 +124,14 @@ def _flat(items: Sequence[Item]) -> Iterator[Item]:
 
 def page_html(page: Page) -> str:
     """The page as HTML that opens offline."""
-    return render_page(COMMON / "page.html.j2", page=page, **drawing_scripts(page.charted))
+    scripts = drawing_scripts(page.charted, *page.scripts)
+    return render_page(COMMON / "page.html.j2", page=page, **scripts)
+
+
+def widget(template: Path, **values: Any) -> Widget:
+    """A page's own controls, from a template of the feature; all values are escaped."""
+    made = _environment(template.parent, COMMON, autoescape=True)
+    return Widget(made.get_template(template.name).render(**values))
 
 
 def render_page(template: Path, **values: Any) -> str:
@@ -205,10 +235,17 @@ def _environment(*folders: Path, autoescape: bool) -> Any:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters["picture"] = lambda shown: _safe(png_element(shown.png, shown.alternative))
+    made.filters["parts"] = partial(_shown, made)
     # The images are the program's own; all words of the design go through escaping.
     made.filters["image"] = lambda figure: _safe(figure.image)
     return made
+
+
+def _shown(made: Any, items: Sequence[Item], headed: bool = True) -> Any:
+    """The items as HTML, each by the macro of its kind."""
+    macros = made.get_template("parts.html.j2").module
+    shown = (getattr(macros, f"show_{each.kind}")(each, headed) for each in items)
+    return _safe("\n".join(shown))
 
 
 def paragraphs(template: Path, name: str, /, **values: Any) -> list[str]:

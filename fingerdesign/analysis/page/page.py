@@ -134,7 +134,6 @@ def _page(
         record=list(_record(result)),
         first=first,
         view=view,
-        marked="assumed",
     )
 
 

@@ -4,18 +4,43 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from typing_extensions import TypedDict
 
 from fingerdesign.arrays import Array
+from fingerdesign.design.schema import Design
+from fingerdesign.mold.part import CORE, PartMesh
 from fingerdesign.mold.plan.plan import Bolt, MoldPlan
 from fingerdesign.mold.products.casting import Casting, rubber_words
 from fingerdesign.records.base import Count, Size, closed, write_csv
-from fingerdesign.report.page import macros
 
-TEMPLATE = Path(__file__).parents[1] / "templates" / "bill.j2"
+PROCESSES = {  # How a part is made, and of what.
+    "sla": ("resin print", "resin"),
+    "fdm": ("filament print", "filament"),
+    "machined": ("machined", "aluminium"),
+}
+# What is used up: item, count, material, size.
+SUPPLIES = (
+    ("base primer", 1, "for this elastomer on the base plate", "a few ml"),
+    ("release agent", 1, "spray or wax, safe for this elastomer", "a thin film"),
+    (
+        "elastic band",
+        2,
+        "silicone or nitrile, no latex; or a clamp and a weight",
+        "to hold insert and base plate",
+    ),
+    ("tape or clay", 1, "sulfur-free", "to stop leaks"),
+    (
+        "barrier coat",
+        1,
+        "clear acrylic lacquer, or polyvinyl alcohol",
+        "two thin coats, a day before",
+    ),
+    ("abrasive paper", 1, "wet, 400 to 2000 grit, and polish", "the insert's face"),
+    ("isopropanol", 1, "fresh, and lint-free wipes", "to wash and degrease"),
+    ("gloves", 1, "nitrile, no latex", "a pair a person"),
+)
 # The nut's height and the washer's thickness, mm (ISO 4032 and ISO 7089)
 NUTS = {"M2": (1.6, 0.3), "M2.5": (2.0, 0.5), "M3": (2.4, 0.5), "M4": (3.2, 0.8)}
 PROUD_MM = 1.0  # of a bolt beyond its nut: two turns or more
@@ -43,29 +68,117 @@ class ItemData(TypedDict):
 
 def bill_of_materials(casting: Casting) -> tuple[ItemData, ...]:
     """Write all lines, parts first, then plates, hardware and what is consumed."""
-    design, plan, meshes, patterns = casting.design, casting.plan, casting.meshes, casting.patterns
-    plates = sum(pattern.count for pattern in patterns)
-    gages = design.gages.faces * plates
-    wire = design.mold.wire_mm / _BUNDLE[design.gages.leads]
-    metres = math.ceil(design.gages.leads * plates * WIRE_MM / 1000.0)
-    gage = None if casting.fit is None else casting.fit.found
-    rubber, open_ = rubber_words(design), plan.pour == "open"
+    gages = casting.design.gages.faces * sum(pattern.count for pattern in casting.patterns)
     return (
-        *_lines("parts", design, (*meshes.parts, *meshes.coupon), _extent),
-        *_lines("plates", design, patterns, _extent, {each.index for each in casting.trial}),
-        *hardware(plan),
-        *_lines("consumed", rubber, casting, gages, gage, metres, wire, open_),
+        *(_part(casting.design, part) for part in (*casting.meshes.parts, *casting.meshes.coupon)),
+        *_plates(casting),
+        *hardware(casting.plan),
+        *_elastomer(casting),
+        *(_gages(casting, gages) if gages else ()),
+        *_supplies(casting),
     )
 
 
-def _lines(macro: str, *given: Any) -> Iterator[ItemData]:
-    """The lines of one of the macros of templates/bill.j2."""
-    for line in getattr(macros(TEMPLATE), macro)(*given).splitlines():
-        if line.strip():
-            item, count, *words, mass, files = map(str.strip, line.split("|"))
-            cells = (item, int(count), *words, float(mass) if mass else None, files)
-            found: Any = dict(zip(ItemData.__annotations__, cells, strict=True))
-            yield found
+def _item(
+    item: str,
+    count: int,
+    made: str,
+    material: str,
+    size: str,
+    mass_g: float | None = None,
+    files: str = "",
+) -> ItemData:
+    return ItemData(
+        item=item, count=count, made=made, material=material, size=size, mass_g=mass_g, files=files
+    )
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _part(design: Design, part: PartMesh) -> ItemData:
+    """A part of the mold or of the coupon."""
+    x, y, z = _extent(part.vertices)
+    files = f"{part.name}.stl, {part.name}.step"
+    if part.made == "sheet":
+        size = f"{max(x, z):.1f} x {y:.1f} mm, {min(x, z):g} mm thick"
+        material = "sheet, brass or steel"
+        files = f"{part.name}.dxf, {files}"
+        return _item(part.name, 1, "cut or etched", material, size, files=files)
+    made, material = PROCESSES[design.mold.process]
+    if part.name == CORE and design.body.core is not None:
+        made, material = "made", _words(design.body.core.material)
+    size = f"{x:.1f} x {y:.1f} x {z:.1f} mm, {part.volume / 1000:.2f} cm³"
+    return _item(part.name, 1, made, material, size, files=files)
+
+
+def _plates(casting: Casting) -> Iterator[ItemData]:
+    """The plates by their patterns, and those that are cut once more for the coupon's cell."""
+    name = casting.design.plates.material
+    trial = {each.index for each in casting.trial}
+    for pattern in casting.patterns:
+        wide, long = _extent(pattern.outline)
+        bend = pattern.bend_radius
+        bent = "" if bend is None else f", bent to a radius of {bend:.2f} mm"
+        size = f"{wide:.2f} x {long:.2f} mm, {pattern.thickness:g} mm thick{bent}"
+        files = f"plates.dxf, {pattern.name}.stl, {pattern.name}.step"
+        metal = "cut or etched", _words(name)
+        yield _item(pattern.name, pattern.count, *metal, size, files=files)
+        if more := trial.intersection(pattern.plates):
+            files = f"nested_{name}_{pattern.thickness:g}mm.dxf"
+            item = f"{pattern.name}, for the coupon"
+            yield _item(item, len(more), *metal, "the same", files=files)
+
+
+def _elastomer(casting: Casting) -> Iterator[ItemData]:
+    """The elastomer as mixed, and its two parts."""
+    silicone, mixing = casting.silicone, casting.mixing
+    size = f"{silicone['mixed_cm3']:.2f} cm³ with {100 * silicone['excess']:g} % excess"
+    material = _words(casting.design.body.material)
+    yield _item("elastomer, mixed", 1, "poured", material, size, round(silicone["mass_g"], 1))
+    rubber = rubber_words(casting.design)
+    if not mixing.known:
+        rubber += "; hold the ratio against your data sheet"
+    size = f"{mixing.part_a:g} : {mixing.part_b:g} by mass ({mixing.source})"
+    for name, mass in zip("AB", mixing.shares(silicone["mass_g"]), strict=True):
+        yield _item(f"elastomer, part {name}", 1, "bought", rubber, size, round(mass, 1))
+
+
+def _gages(casting: Casting, gages: int) -> Iterator[ItemData]:
+    """The gages with what bonds and connects them."""
+    own = casting.design.gages
+    material = "tee rosette: two grids across each other" if own.grid == "tee" else "foil gage"
+    found = None if casting.fit is None else casting.fit.found
+    size = f"{own.length_mm:g} mm x {own.width_mm:g} mm grid"
+    if found is None:
+        size += ": none that is sold fits these plates, so choose mold.gage before you cut them"
+    else:
+        long, wide = found.carrier(own.length_mm, own.width_mm)
+        size += f": {found.name}, {long:g} mm x {wide:g} mm in all"
+    yield _item("strain gage", gages, "bought", material, size)
+    plates = gages // own.faces
+    metres = math.ceil(own.leads * plates * WIRE_MM / 1000.0)
+    wire = casting.design.mold.wire_mm / _BUNDLE[own.leads]
+    thin = f", {wire:.2g} mm or thinner over its enamel" if wire else ""
+    yield _item("gage wire", 1, "bought", "enamelled copper", f"{metres} m{thin}")
+    adhesive = "cyanoacrylate or epoxy for gages"
+    yield _item("gage adhesive", 1, "bought", adhesive, "a few drops")
+    yield _item("solder and flux", 1, "bought", "thin, rosin", f"{own.leads * gages} joints")
+    yield _item("metal primer", 1, "bought", "for this elastomer on metal", "a few ml")
+
+
+def _supplies(casting: Casting) -> Iterator[ItemData]:
+    """Everything else that a caster uses up."""
+    mold, material = casting.design.mold, casting.design.body.material
+    printed = mold.process == "sla" and mold.cure == "platinum"
+    needed = {
+        "elastic band": casting.plan.pour == "open",
+        "barrier coat": printed and not material.startswith("polyurethane"),
+    }
+    for item, count, kind, size in SUPPLIES:
+        if needed.get(item, True):
+            yield _item(item, count, "bought", kind, size)
 
 
 def _extent(points: Array) -> list[float]:
@@ -102,13 +215,26 @@ def hardware(plan: MoldPlan) -> tuple[ItemData, ...]:
     bolts = Counter((b.size, bolt_length(b), round(b.high - b.low, 2)) for b in plan.bolts)
     sizes = Counter(bolt.size for bolt in plan.bolts)
     rods = Counter(bolt.size for bolt in plan.bolts if bolt_length(bolt) is None)
-    alike = (
-        _alike((pin.diameter, pin.length) for pin in plan.pins if pin.dowel),
-        _alike((pin.diameter, plan.reach(pin.side) - abs(pin.tip)) for pin in plan.core_pins),
-        _alike((hole.diameter,) for hole in plan.base_holes if hole.kind == "screw"),
-    )
-    nuts = [(size, (count, rods[size])) for size, count in sorted(sizes.items())]
-    return tuple(_lines("hardware", plan, sorted(bolts.items(), key=str), nuts, *alike))
+    dowels = _alike((pin.diameter, pin.length) for pin in plan.pins if pin.dowel)
+    pins = _alike((pin.diameter, plan.reach(pin.side) - abs(pin.tip)) for pin in plan.core_pins)
+    screws = _alike((hole.diameter,) for hole in plan.base_holes if hole.kind == "screw")
+    steel = "bought", "steel"
+    found = []
+    for (size, length, grip), count in sorted(bolts.items(), key=str):
+        name = "bolt" if length else "threaded rod"
+        words = f"{size} x {length}" if length else size
+        found.append(_item(name, count, *steel, f"{words}, clamps {grip:g} mm"))
+    for size, count in sorted(sizes.items()):
+        found.append(_item("nut", count + rods[size], *steel, size))
+        found.append(_item("washer", 2 * count, *steel, size))
+    found += [_item("dowel pin", n, *steel, f"{d:g} mm x {long:g} mm") for (d, long), n in dowels]
+    rod = "bought", "steel rod or drill shank"
+    found += [
+        _item("core pin", n, *rod, f"{d:g} mm, {long:g} mm or longer") for (d, long), n in pins
+    ]
+    plate = f"{plan.base:g} mm plate"
+    found += [_item("core screw", n, *steel, f"for a {d:g} mm hole, {plate}") for (d,), n in screws]
+    return tuple(found)
 
 
 def _alike(sizes: Iterable[tuple[float, ...]]) -> list[tuple[tuple[float, ...], int]]:
