@@ -158,5 +158,5 @@ def _show(found: Comparison, best: Recommendation) -> None:
         print_table(head.table.caption, head.table.columns, head.table.rows)
     for sentence in head.given_up:
         click.echo(f"  better elsewhere: {sentence}")
-    for sentence in head.mind:
-        click.echo(f"mind: {sentence}")
+    for sentence in head.warnings:
+        click.echo(f"warning: {sentence}")

@@ -186,7 +186,7 @@ def _study(data: _Data, folder: Path) -> Look:
     good += [f"its {key} = {value}" for key, value in short.values.items()]
     bad += [] if short.recommended else [short.why]
     facts = [short.counts, *(f"better elsewhere: {each}" for each in short.given_up)]
-    facts += [f"warning: {each}" for each in short.mind]
+    facts += [f"warning: {each}" for each in short.warnings]
     table = short.table
     rows, headings = (table.rows, table.columns) if table else ((), ())
     return Look(f"study {data['name']} of {data['base']}", good, bad, facts, headings, rows)

@@ -70,13 +70,16 @@ def test_every_design_is_there_with_its_numbers_and_every_failure(made, page):
     assert len(archive(page, "designs.csv").splitlines()) == len(made) + 1
     found, stated = recommend(made, WANTED, BOUNDS), summary_of(made, bounds=BOUNDS)
     assert stated.recommended == made[found.chosen].name
-    assert f'<strong id="recommended-name">{stated.recommended}</strong>' in page
+    tile = next(each for each in stated.verdicts if each.name == "recommended")
+    assert tile.number == stated.recommended
+    assert f'<span class="number">{stated.recommended}</span>' in page
+    assert page.index('id="pareto"') < page.index("recommended</span>") < page.index("<h2")
     assert f"{sum(o.status == 'failed' for o in made)} failed" in stated.counts
     # A sentence of what is given up names a design that is better there, and its price.
     best = made[found.best[0]]
     assert any(best.name in line and "cost" in line for line in stated.given_up)
     for none in ((), any_outcomes(3, failed=1.0)):
-        assert "no design was analysed" in page_of(none)
+        assert "No design was analysed" in page_of(none)
 
 
 def test_hostile_texts_stay_text():

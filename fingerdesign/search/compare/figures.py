@@ -16,12 +16,18 @@ from typing import Any
 from fingerdesign.records.outcome import GripOutcome, Outcome, Traces
 from fingerdesign.report.figure import LOOKS as COMMON_LOOKS
 from fingerdesign.report.figure import Figure, finger_in_space, number, round_values
-from fingerdesign.report.page import macros
 
 STATUS = "#/."  # stick, slip, open
-WORDS = Path(__file__).parent / "templates" / "figures.txt.j2"
 # Colours, lines and marks, as Plotly has them. "looks": what the page's own charts have in common.
-LOOKS: Figure = json.loads((WORDS.parent / "looks.json").read_text(encoding="utf-8"))
+FIDELITIES = {
+    "plane-strain": "plane strain",
+    "3d": "three dimensions",
+    "finite": "three dimensions, at finite strain",
+    "auto": "chosen by tolerance",
+}
+LOOKS: Figure = json.loads(
+    (Path(__file__).parent / "templates" / "looks.json").read_text(encoding="utf-8")
+)
 LOOKS["looks"] |= {name: COMMON_LOOKS[name] for name in ("options", "template")}
 
 
@@ -63,7 +69,7 @@ def contact_figure(traces: Traces) -> Figure | None:
     low, high = min(touched or known), max(touched or known)
     more = 0.15 * (high - low) + 0.1
     wide = [number(max(low - more, min(known))), number(min(high + more, max(known)))]
-    words = _sentence("contact", rows=traces.status)
+    words = contact_words(traces.status)
     if z:
         return _contact_points(traces, wide, words)
     count = len(traces.status)
@@ -158,8 +164,10 @@ def gages_figure(traces: Traces) -> Figure | None:
     names = [_placed(traces, gage) for gage in range(many)]
     known_places = len(traces.gage_x_mm) == many
     order = sorted(range(many) if known_places else (), key=lambda k: traces.gage_x_mm[k] or 0.0)
-    words = _sentence(
-        "gages", many=many, count=count, value=best[2], name=names[best[0]], row=best[1] + 1
+    gage, row, value = best
+    words = (
+        f"Readings of {many} gages over {count} increments. The largest is {value:.3g} "
+        f"microstrain, of {names[gage]}, at increment {row + 1}."
     )
     return {
         "data": data,
@@ -216,7 +224,7 @@ def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | 
         {"shapes[0].xanchor": x, "shapes[0].yanchor": y}
         for x, y in zip(normal, tangential, strict=False)
     ]
-    words = _sentence("forces", traces=traces, grips=grips)
+    words = forces_words(traces, grips)
     own = {"steps": steps, "shared": ["xaxis", "yaxis"], "words": words}
     return {"data": data, "layout": layout, **own}
 
@@ -255,5 +263,49 @@ def _spread(values: Sequence[float]) -> list[float | int | None]:
     return [number(low - more if low else 0.0), number(high + more if high else 0.0)]
 
 
-def _sentence(name: str, /, **values: Any) -> str:
-    return str(getattr(macros(WORDS), name)(**values)).strip()
+def contact_words(rows: Sequence[str]) -> str:
+    """The contact in words: where it begins, where most of it sticks, and its end."""
+    touching = [k for k, row in enumerate(rows, 1) if "#" in row or "/" in row]
+    if not touching:
+        return "The object does not touch the finger in any increment."
+    sticking = [row.count("#") for row in rows]
+    most, last = sticking.index(max(sticking)), rows[-1]
+    ends = f"{last.count('#')} points stick and {last.count('/')} slip"
+    return (
+        f"Contact begins at increment {touching[0]}; most sticks at increment {most + 1} "
+        f"({sticking[most]} of {len(rows[most])} points); at the last, increment {len(rows)}, "
+        f"{ends if touching[-1] == len(rows) else 'nothing touches'}."
+    )
+
+
+def forces_words(traces: Traces, grips: Sequence[GripOutcome]) -> str:
+    """The forces in words: the end of the path, and how each grip ended."""
+    found = []
+    if traces.normal_force_N:
+        ends = traces.normal_force_N[-1], traces.tangential_force_N[-1]
+        normal, tangential = ("none" if each is None else f"{each:.3g}" for each in ends)
+        found.append(f"The scene’s path ends at {normal} N normal and {tangential} N tangential.")
+    for grip in grips:
+        peak = "none" if grip.peak_normal_force_N is None else f"{grip.peak_normal_force_N:.3g}"
+        found.append(
+            f"Friction {grip.friction_coefficient:.3g}, {grip.object_mass_g:.3g} g, "
+            f"{grip.controller}: {'' if grip.lifted else 'not '}lifted"
+            f"{', slipped as a whole' if grip.gross_slip else ''}, peak {peak} N."
+        )
+    return " ".join(found)
+
+
+def accuracy(outcome: Outcome) -> list[tuple[str, str]]:
+    """The accuracy of a design's numbers: what, and how far."""
+    computed = FIDELITIES.get(outcome.fidelity, outcome.fidelity or "not known")
+    flat = _percent(outcome.validity.plane_strain_error)
+    deep = outcome.fidelity in ("3d", "finite")
+    return [
+        ("Computed in", computed),
+        ("Plane strain overstates the normal force by", "not used" if deep else flat),
+        ("Error from the mesh", _percent(outcome.validity.mesh_error)),
+    ]
+
+
+def _percent(share: float | None) -> str:
+    return "not estimated" if share is None else f"{100 * share:.2g} %"

@@ -9,22 +9,27 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from html import escape
-from pathlib import Path
 from typing import Any
 
 from fingerdesign.errors import all_shown, shown
 from fingerdesign.records.outcome import Outcome, Traces, designs_csv, grips_csv, increments_csv
+from fingerdesign.records.verdict import Verdict, VerdictView
 from fingerdesign.report.figure import round_values
 from fingerdesign.report.page import (
-    drawing_scripts,
+    Bullets,
+    Fold,
+    Item,
+    Page,
+    Section,
+    Text,
     pack,
-    render_page,
-    sentences,
+    page_html,
+    widget,
 )
 from fingerdesign.report.table import Table, value_text
 from fingerdesign.search.compare.figures import (
     LOOKS,
-    WORDS,
+    accuracy,
     contact_figure,
     forces_figure,
     frictions_of,
@@ -48,22 +53,30 @@ from fingerdesign.search.compare.table import (
     name_and_unit,
     value_at,
 )
-from fingerdesign.search.compare.words import summary
+from fingerdesign.search.compare.widgets import (
+    READINGS,
+    SIDES,
+    TEMPLATES,
+    chart_widget,
+    designs_widget,
+    downloads_widget,
+    heading_of,
+    pair_widget,
+    parallel_widget,
+)
+from fingerdesign.search.compare.words import Summary, summary
 
-READINGS = {
-    "normal_force_N": "normal force (N)",
-    "tangential_force_N": "tangential force (N)",
-    "stick_ratio": "stick ratio",
-    "contact_width_mm": "contact width (mm)",
-    "approach_mm": "approach (mm)",
-    "shear_mm": "shear (mm)",
-}
 _HEAVY: dict[str, Any] = {"design": {}, "traces": Traces(), "grips": (), "schema_version": 0}
-TEMPLATES = Path(__file__).parent / "templates"
 SCRIPTS = ("page.js", "table.js", "charts.js", "pareto.js", "parallel.js", "views.js")
 MOST_TICK = 14  # characters of a text next to an axis
 MOST_AXES = 5  # of values, and of metrics, that the lines of all designs begin with
 TOGETHER = 16  # designs whose heavy parts are unpacked together
+NOTHING = "No design was analysed: there is nothing to draw."
+NO_FAILURES = "None: every design was analysed."
+CHANCE = """±: two standard deviations of what chance changes, another mesh or another seed.
+Values that differ by less show no difference."""
+DIGESTS = """The digest of each design, over design, scene, fidelity and version, is in the table
+(its first 12 digits) and in the downloads (whole)."""
 
 
 def page_data(
@@ -98,7 +111,7 @@ def page_data(
                 for name in outcome.metrics
                 if (unsure := uncertainty(outcome, name))
             },
-            "notes": all_shown([*notes, *(f"mind, {warning}" for warning in outcome.warnings)]),
+            "notes": all_shown([*notes, *(f"warning: {warning}" for warning in outcome.warnings)]),
         }
         light = asdict(replace(outcome, **_HEAVY))
         designs.append(all_shown({k: v for k, v in light.items() if k not in _HEAVY}) | own)
@@ -136,8 +149,8 @@ def detail(outcome: Outcome, frictions: Mapping[float, int]) -> dict[str, Any]:
             "readings": {key: round_values(getattr(traces, key)) for key in READINGS},
             "count": max(len(traces.normal_force_N), len(traces.gages), len(traces.status)),
             "status": traces.status,
-            "belief": [line.split("\t") for line in sentences(WORDS, "belief", outcome)],
-            "mind": [*outcome.validity.sentences, *outcome.warnings],
+            "accuracy": accuracy(outcome),
+            "warnings": [*outcome.validity.sentences, *outcome.warnings],
         }
     )
     return found
@@ -157,11 +170,12 @@ def script_json(value: Any) -> str:
 class SearchFindings:
     """Results of a search that its page shows.
 
-    answer: sentences that head the page; notes, tables: further results; references: names of the
-    outcomes that the search was to beat.
+    answer: sentences about the reference; verdicts: tiles about it; notes, tables: further results;
+    references: names of the outcomes that the search was to beat.
     """
 
     answer: tuple[str, ...] = ()
+    verdicts: tuple[Verdict, ...] = ()
     notes: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
     references: tuple[str, ...] = ()
@@ -196,27 +210,64 @@ def compare_html(
         "increments.csv": increments_csv(outcomes),
         "grips.csv": grips_csv(outcomes),
     }
-    return render_page(
-        TEMPLATES / "compare.html.j2",
-        name=shown(facts.name),
+    axes = _first_axes(outcomes, table, facts)
+    lines = [*table.places("values")[:MOST_AXES], *table.places("metrics")[:MOST_AXES]]
+    head = summary(outcomes, facts, found)
+    failures = _failures(outcomes)
+    found_designs = bool(table.rows)
+    sections = [
+        Section("summary", "Which finger", list(_which(head, search))),
+        Section(
+            "designs",
+            "All designs",
+            [designs_widget(table, data["designs"])] if found_designs else [Text(NOTHING)],
+        ),
+        Section("pair", "Two designs", [pair_widget()]),
+        Section("parallel", "All at once", [parallel_widget(table, lines)]),
+        Section("search", "The search", [*map(Text, all_shown(search.notes)), *search.tables]),
+        Section("failures", "Failures", [failures if failures.rows else Text(NO_FAILURES)]),
+        Section("downloads", "Downloads", [downloads_widget()]),
+    ]
+    carried = widget(
+        TEMPLATES / "data.html.j2",
+        sides=SIDES,
         data=script_json(data),
         details=list(_details(outcomes)),
         archives={name: pack(text) for name, text in files.items()},
-        designs=data["designs"],
-        summary=summary(outcomes, facts, found),
-        table=table,
-        axes=_first_axes(outcomes, table, facts),
-        lines=[*table.places("values")[:MOST_AXES], *table.places("metrics")[:MOST_AXES]],
-        references=reference,
-        readings=READINGS,
-        answer=[shown(each) for each in search.answer],
-        notes=[shown(note) for note in search.notes],
-        search_tables=search.tables,
-        failures=_failures(outcomes),
-        record=_record(outcomes, facts),
-        page_style=(TEMPLATES / "compare.css").read_text(encoding="utf-8"),
-        **drawing_scripts(True, *(TEMPLATES / name for name in SCRIPTS)),
     )
+    title = f"{shown(facts.name)}: fingers compared"
+    page = Page(
+        title=title,
+        heading=title,
+        lead=head.lead,
+        sections=[each for each in sections if each.items],
+        record=[_record(outcomes, facts), Text(DIGESTS, "quiet")],
+        first=chart_widget(table, axes) if found_designs and axes else Text(NOTHING),
+        view=VerdictView(facts.name, "", 0.0, (*search.verdicts, *head.verdicts)),
+        end=[carried],
+        style=(TEMPLATES / "compare.css").read_text(encoding="utf-8"),
+        scripts=[TEMPLATES / name for name in SCRIPTS],
+    )
+    return page_html(page)
+
+
+def _which(head: Summary, search: SearchFindings) -> Iterator[Item]:
+    """The recommended finger and the reasons; the reference of a search first."""
+    if search.answer:
+        yield Bullets(all_shown(search.answer))
+    yield Text(head.why, "" if head.recommended else "warnings")
+    if head.values:
+        caption = "Its values of what was varied"
+        rows = tuple(head.values.items())
+        yield Table("values", caption, ("key", "value"), rows, frozenset({0, 1}))
+    if head.table is not None:
+        yield head.table
+        yield Text(CHANCE, "quiet")
+    if head.given_up:
+        yield Fold("What others of the front do better", [Bullets(head.given_up)])
+    if head.warnings:
+        yield Bullets(head.warnings, "warnings")
+    yield Fold("How many were compared", [Text(head.counts)])
 
 
 def _column(column: Column, outcomes: Sequence[Outcome]) -> dict[str, Any]:
@@ -229,7 +280,7 @@ def _column(column: Column, outcomes: Sequence[Outcome]) -> dict[str, Any]:
     title, unit = column.title, column.unit
     if column.path[0] == "values":
         title, unit = name_and_unit(column.path[1].rpartition(".")[2])
-    heading = f"{column.title} ({column.unit})" if column.unit else column.title
+    heading = heading_of(column)
     better = {"min": "   ← better", "max": "   better →"}.get(column.goal or "", "")
     better += f" ({column.scale})" if column.scale else ""
     found: dict[str, Any] = {

@@ -2,8 +2,8 @@
 
 import statistics
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from fingerdesign.errors import shown
 from fingerdesign.records.outcome import Outcome
+from fingerdesign.records.verdict import Status, Verdict
 from fingerdesign.report.page import sentences
 from fingerdesign.report.table import Table, value_text
 from fingerdesign.search.compare.recommend import (
@@ -35,43 +36,67 @@ _FIDELITY = {"plane-strain": "in plane strain", "3d": "in 3-D", "finite": "at fi
 class Summary:
     """Head of the page.
 
-    recommended: name, "" where there is none; values: its values of what was varied, by their keys;
-    table: its objectives.
+    lead: the counts in short; verdicts: tiles of the first screen; recommended: name, "" where
+    there is none; values: its values of what was varied, by their keys; table: its objectives.
     """
 
+    lead: str
     counts: str
+    verdicts: tuple[Verdict, ...]
     recommended: str
     why: str
-    values: dict[str, str]
-    given_up: tuple[str, ...]
-    mind: tuple[str, ...]
-    table: Table | None
+    given_up: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    values: Mapping[str, str] = field(default_factory=dict)
+    table: Table | None = None
 
 
 def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> Summary:
     """The page's head, from what is recommended."""
     of = _counted(outcomes, facts, found)
     counts = " ".join(sentences(WORDS, "counts", of))
+    lead = f"{of['all'] - of['failed']} of {of['all']} designs analysed"
+    if found.group:
+        lead += f" · scene {of['scene']} · {of['where']}"
+    failed = (Verdict("warning", "failures", f"{of['failed']} of {of['all']} designs failed"),)
+    failed = failed if of["failed"] else ()
     if found.chosen is None:
         why = " ".join(sentences(WORDS, "why_none", of))
-        return Summary(counts, "", why, {}, (), (), None)
+        none = Verdict("fail", "no finger is recommended", "no design meets all that is required")
+        return Summary(lead, counts, (none, *failed), "", why)
     chosen = outcomes[found.chosen]
     objectives = [
         _objective(outcomes, facts, found, objective, best)
         for objective, best in zip(facts.objectives, found.best, strict=True)
     ]
-    believed = chosen.validity
+    name, believed = shown(chosen.name), chosen.validity
     warnings = [shown(warning) for warning in chosen.warnings]
     errors = believed.plane_strain_error, believed.mesh_error, LARGE_ERROR
+    front = f"{of['front']} of {of['group']} on the front"
+    tiles = [Verdict("pass", "recommended", name, count=front)]
+    if facts.constraints:
+        met = f"{of['meeting']} of {of['all'] - of['failed']} designs meet them"
+        tiles.append(Verdict("note", "constraints", met, ", ".join(of["bounds"])))
     return Summary(
+        lead,
         counts,
-        shown(chosen.name),
+        (*tiles, *map(_tile, objectives), *failed),
+        name,
         " ".join(sentences(WORDS, "why", of, objectives)),
-        {shown(k): shown(value_text(v)) for k, v in chosen.values.items() if v is not None},
         sentences(WORDS, "given_up", objectives),
-        sentences(WORDS, "mind", of | {"fidelity": chosen.fidelity}, *errors, warnings),
-        _table(shown(chosen.name), objectives),
+        sentences(WORDS, "warnings_of", of | {"fidelity": chosen.fidelity}, *errors, warnings),
+        {shown(k): shown(value_text(v)) for k, v in chosen.values.items() if v is not None},
+        _table(name, objectives),
     )
+
+
+def _tile(each: dict[str, Any]) -> Verdict:
+    """An objective of the recommended finger: a pass where no other is better."""
+    own = f"{each['own']:.4g}"
+    unsure = f" ± {each['unsure']:.2g}" if each["unsure"] else ""
+    best = f"best {each['best']:.4g}" if each["better"] else ""
+    status: Status = "note" if each["better"] else "pass"
+    return Verdict(status, each["goal"], own + unsure, best, each["place"])
 
 
 def _counted(

@@ -21,7 +21,7 @@ FD.number = (given) => {
 };
 FD.value = (number, { path }) => path.reduce((found, key) => found?.[key], data.designs[number]) ?? null;
 FD.name = (number) => data.designs[number]?.name ?? "none chosen";
-FD.say = (text) => (byId("said").textContent = text);
+FD.say = (text) => (byId("announced").textContent = text);
 /** Make Plotly and the heavy parts of the chosen designs ready. */
 async function ready() {
   await FD.plotly();

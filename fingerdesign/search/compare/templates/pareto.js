@@ -35,10 +35,10 @@ function draw(chart) {
   "Designs by two measures: arrow keys move, Enter chooses");
   const ends = [...new Set([front[0], front.at(-1)])]
     .map((p) => p && `${FD.name(p.number)} (${FD.number(p.x)}, ${FD.number(p.y)})`);
-  const said = front.length ? `The front of these two has ${front.length}: ${ends.join(" to ")}.`
+  const words = front.length ? `The front of these two has ${front.length}: ${ends.join(" to ")}.`
     : "No front: one of the two has no better end, or no design is feasible.";
   FD.byId("pareto-words").textContent =
-    `${points.length} designs, ${y.heading} over ${x.heading}. ${said}`;
+    `${points.length} designs, ${y.heading} over ${x.heading}. ${words}`;
   return points.map(({ number }) => number);
 }
 const again = FD.walked("pareto", { draw,

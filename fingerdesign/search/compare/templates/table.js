@@ -1,4 +1,4 @@
-// The table of all designs, which stands in the page already: sorted, filtered, chosen from; saved.
+// The table of all designs, which is in the page already: sorted, filtered, chosen from; saved.
 const table = FD.byId("table-designs");
 const rows = new Map(); // design -> its row
 const button = (number) => rows.get(number)?.querySelector("button");
@@ -26,11 +26,11 @@ function sort(column, up) {
 }
 
 const FORM = /^(?:(.+?)\s*(?:\.\.|to)|([<>]=?|[=≤≥])?)\s*(.+)$/; // 2..5, 2 to 5, <=5, 5
-/** Whether a value passes what a filter's text asks for; null where it cannot be read. */
+/** A test of values by a filter's text; null where the text cannot be read. */
 function test(text, numeric) {
-  const wanted = text.toLowerCase();
-  if (!numeric || !text) return (value) => FD.number(value).toLowerCase().includes(wanted);
-  const [, from, way = "=", to] = FORM.exec(wanted.replaceAll("−", "-"));
+  const bounds = text.toLowerCase();
+  if (!numeric || !text) return (value) => FD.number(value).toLowerCase().includes(bounds);
+  const [, from, way = "=", to] = FORM.exec(bounds.replaceAll("−", "-"));
   const [low, high] = [from ?? to, to].map(Number);
   if (Number.isNaN(low + high)) return null;
   return (value) => value !== null && (from ? value >= low && value <= high

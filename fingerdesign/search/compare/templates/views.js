@@ -1,7 +1,7 @@
 // The two chosen designs in numbers and pictures; one slider moves the increment of all of them.
 const at = (id, side) => FD.byId(`${id}-${side}`);
 const views = [FD.data.looks.start, FD.data.looks.start]; // outlast the pair
-let kept = Infinity; // the chosen increment, for the next pair too
+let increment = Infinity; // the chosen increment, for the next pair too
 let webgl = null;
 let items = [];
 /** A row of the two in numbers; null where neither has the value, or both what was varied. */
@@ -13,15 +13,15 @@ function row(column) {
   const same = both && FD.near(p, q);
   const percent = Number(Math.abs((100 * q) / p - 100).toPrecision(3));
   const share = same ? "equal" : both && p ? `${q > p ? "+" : "−"}${percent} %` : "";
-  const doubt = Math.hypot(...FD.selected.map((number) => // by how much chance changes them
+  const chance = Math.hypot(...FD.selected.map((number) => // by how much chance changes them
     FD.value(number, { path: ["unsure", column.path[1]] })));
-  const differ = both && !same && Math.abs(p - q) > doubt;
+  const differ = both && !same && Math.abs(p - q) > chance;
   const better = differ && column.goal ? "AB"[Number((column.goal === "max") === p < q)] : "";
-  const said = better ? `${better} is better` : both && !same && !differ ? "no difference shown" : "";
+  const words = better ? `${better} is better` : both && !same && !differ ? "no difference shown" : "";
   const cell = (className, text) => FD.el("td", { className }, text);
   return FD.el("tr", {}, FD.el("th", { scope: "row", className: "text" }, column.heading),
     ...texts.map((text, k) => cell(better === "AB"[k] ? "better" : column.numeric ? "" : "word", text)),
-    cell("", share), cell("text", said));
+    cell("", share), cell("text", words));
 }
 function numbers() {
   const rows = FD.data.columns.map(row);
@@ -30,7 +30,7 @@ function numbers() {
   const both = FD.selected.map((number) => FD.data.designs[number]);
   const notes = both.flatMap((each, k) => (each?.notes ?? []).map((text) => `${"AB"[k]}: ${text}`));
   const lifts = both.map((each) => each?.metrics.grip_success).filter(Number.isFinite);
-  FD.byId("pair-unlike").hidden = lifts.length < 2 || lifts[0] === lifts[1];
+  FD.byId("pair-lifts-differ").hidden = lifts.length < 2 || lifts[0] === lifts[1];
   FD.byId("pair-notes").replaceChildren(...notes.map((text) => FD.el("p", {}, text)));
 }
 /** Give the points of each status to their trace, from marks.first on. */
@@ -91,8 +91,8 @@ function byHand(side, eye) {
     .map((angle) => (angle * 180) / Math.PI);
   turn(side, { to: { tilt, turn: round } });
 }
-/** Bring one gage out. */
-function bring(side) {
+/** Highlight one gage. */
+function highlight(side) {
   const style = (width, colour, traces) =>
     Plotly.restyle(at("gages", side), { "line.width": width, "line.color": FD.colour(colour) }, traces);
   style(0.9, "muted");
@@ -133,16 +133,16 @@ function follow() {
   FD.byId("increment-shown").textContent = shown;
   profile(k);
 }
-/** What is written of one design: gages to choose from, how far to believe the numbers. */
-function write({ words, figures, belief, mind }, side) {
+/** What is written of one design: gages to choose from, the accuracy of the numbers. */
+function write({ words, figures, accuracy, warnings }, side) {
   at("shape-words", side).textContent = words;
   at("gage", side).parentElement.hidden = !figures.gages;
   at("gage", side).replaceChildren(...(figures.gages?.names ?? []).map((name, k) =>
     FD.el("option", { value: k, selected: k === figures.gages.best }, name)));
-  at("belief", side).replaceChildren(...belief.flatMap(([words, value]) =>
+  at("accuracy", side).replaceChildren(...accuracy.flatMap(([words, value]) =>
     [FD.el("dt", {}, words), FD.el("dd", {}, value)]));
-  at("mind", side).replaceChildren(...mind.map((sentence) => FD.el("li", {}, sentence)));
-  if (figures.gages) bring(side);
+  at("warnings", side).replaceChildren(...warnings.map((sentence) => FD.el("li", {}, sentence)));
+  if (figures.gages) highlight(side);
 }
 function draw() {
   webgl ??= Boolean(document.createElement("canvas").getContext("webgl"));
@@ -155,16 +155,16 @@ function draw() {
   items.forEach((item, side) => item && write(item, side));
   const count = Math.max(...there.map((item) => item.count));
   FD.byId("increments").hidden = !count;
-  Object.assign(FD.byId("increment"), { max: Math.max(1, count), value: Math.min(kept, count) });
+  Object.assign(FD.byId("increment"), { max: Math.max(1, count), value: Math.min(increment, count) });
   if (count) follow();
 }
 FD.byId("increment").addEventListener("input", ({ target }) => {
-  kept = target.value === target.max ? Infinity : Number(target.value); // the last stays the last
+  increment = target.value === target.max ? Infinity : Number(target.value); // the last stays the last
   follow();
 });
 FD.press("[data-view]", ({ view }) => turn(null, JSON.parse(view)));
 for (const side of [0, 1]) {
-  at("gage", side).addEventListener("change", () => bring(side));
+  at("gage", side).addEventListener("change", () => highlight(side));
   const move = (event, change) => {
     if (!change || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
