@@ -280,7 +280,7 @@ def _row(grip: GripResult) -> list[str]:
 
 def _warned(grip: GripResult) -> str:
     """Time and part of F_t at which the controller warned of complete slip; its false alarms."""
-    words = {"withdrawn": "withdrawn", "none": "no"}.get(grip.slip_warning or "", "-")
+    words = {"withdrawn": "withdrawn", "none": "none"}.get(grip.slip_warning or "", "-")
     if grip.lead_s is not None:
         words = f"{grip.lead_s:.2f} s before, {number(grip.lead_force_share, 0, 100.0)} % F_t"
     return f"{words}; {grip.false_alarms} of {grip.alarms} false" if grip.alarms else words

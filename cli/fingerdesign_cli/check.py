@@ -285,7 +285,7 @@ def _show_lifts(held: list[tuple[str, Lift]]) -> None:
             number(each.tangential_force_N),
             number(each.approach_mm),
             *(_contact_cells(each) if details() else ()),
-            {True: "yes", False: "no", None: "open"}[each.measurable],
+            {True: "pass", False: "fail", None: "note"}[each.measurable],
         ]
         for name, each in held
     ]

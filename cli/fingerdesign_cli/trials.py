@@ -10,8 +10,8 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import plain
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.machine import usable_cores
+from fingerdesign.trials.findings import findings
 from fingerdesign.trials.grid import ControlGrid, Perturbed, refuse
-from fingerdesign.trials.page import answers
 from fingerdesign.trials.record import ControlStudy, Summary, TuningData
 from fingerdesign.trials.study import (
     FOLDER,
@@ -31,8 +31,6 @@ from fingerdesign_cli.terminal import (
     print_table,
     say_marked,
 )
-
-_SIGN_OF = {"yes": SIGNS["pass"], "no": SIGNS["fail"], "partly": SIGNS["warning"]}
 
 
 def study(
@@ -119,8 +117,8 @@ def _show(found: ControlStudy, folder: Path) -> None:
         _show_faults(found)
     if data["tuning"] is not None:
         _show_tuning(data["tuning"], folder)
-    for item in answers(data):
-        say_marked(_SIGN_OF.get(item.answer, SIGNS["note"]), f"{item.question} {item.detail}")
+    for item in findings(data):
+        say_marked(SIGNS[item.status], f"{item.question} {item.detail}")
     for warning in data["warnings"]:
         say_marked(SIGNS["warning"], warning)
     click.echo(f"{data['seconds']['whole']:.0f} s; report: {folder / 'control.html'}")

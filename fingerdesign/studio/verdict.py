@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.bodies import crest_height
-from fingerdesign.report.page import paragraphs
+from fingerdesign.records.verdict import Status
+from fingerdesign.report.page import texts_of
 from fingerdesign.studio.numbers import Numbers
 
-WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
-# The report has the same bound for "follows"; a partial answer is clearly above the correlation
+WORDS = Path(__file__).parent / "templates" / "words.toml"
+# The report has the same bound for "follows"; a warning is clearly above the correlation
 # of the step index alone (0.44 in 3-D).
 GOOD, FAIR = 0.9, 0.6
 # A change of the stick ratio by this much is measured before the grip is lost: there a hand that is
@@ -24,33 +24,41 @@ _LITTLE = 0.2  # of a contact that sticks: it is about to slip
 
 
 def verdict(now: Numbers) -> list[dict[str, str]]:
-    """Questions, answers ("yes", "partly", "no", "open") and their reasons."""
+    """Questions, the status of each (a note where the path does not show it), the reasons."""
     change = None if now.measured is None else -now.measured.smallest_stick_change
     measurable = _graded(change, -WANTED_STICK_CHANGE, -ROUGH)
     return [
-        _finding("holds", _holds(now), now=now),
-        _finding("follows", _graded(now.correlation, GOOD, FAIR), now=now),
-        _finding("measurable", measurable, now=now, target=WANTED_STICK_CHANGE),
+        _finding("holds", _holds(now), now),
+        _finding("follows", _graded(now.correlation, GOOD, FAIR), now),
+        _finding("measurable", measurable, now),
     ]
 
 
-def _holds(now: Numbers) -> str:
+def _holds(now: Numbers) -> Status:
     if not now.touches:
-        return "open"
+        return "note"
     if now.slips:
-        return "no"
-    return "yes" if now.ratio[-1] >= _LITTLE else "partly"
+        return "fail"
+    return "pass" if now.ratio[-1] >= _LITTLE else "warning"
 
 
-def _graded(value: float | None, good: float, fair: float) -> str:
+def _graded(value: float | None, good: float, fair: float) -> Status:
     if value is None:
-        return "open"
-    return "yes" if value >= good else "partly" if value >= fair else "no"
+        return "note"
+    return "pass" if value >= good else "warning" if value >= fair else "fail"
 
 
-def _finding(name: str, answer: str, **values: Any) -> dict[str, str]:
-    question, detail = paragraphs(WORDS, name, answer=answer, **values)
-    return {"answer": answer, "question": question, "detail": detail}
+def _finding(name: str, status: Status, now: Numbers) -> dict[str, str]:
+    texts = texts_of(WORDS)[name]
+    detail = texts.get(status, texts["other"]).format(
+        now=now,
+        normal=now.normal[-1],
+        tangential=now.tangential[-1],
+        percent=100.0 * (now.ratio[-1] or 0.0),
+        target=WANTED_STICK_CHANGE,
+    )
+    detail = " ".join(detail.split())
+    return {"status": status, "question": texts["question"], "detail": detail}
 
 
 def table(now: Numbers, before: Numbers | None = None) -> list[list[str]]:

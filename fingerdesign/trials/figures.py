@@ -15,13 +15,14 @@ from fingerdesign.records.result import GripResult
 from fingerdesign.report import style
 from fingerdesign.report.page import caption_drawing
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.record import ControlData, Trial
+from fingerdesign.trials.findings import percent, words
+from fingerdesign.trials.record import ControlData, ControllerData, Trial
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
-WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
+WORDS = Path(__file__).parent / "templates" / "words.toml"
 _OTHER = (style.MUTED, "-", "*")
 _MARKS = {  # Marker and colour by the reason why a grip did not succeed.
     "dropped": ("x", style.INK),
@@ -43,11 +44,23 @@ def look_of(controller: str) -> tuple[str, Any, str]:
 def success_figure(data: ControlData) -> style.ReportFigure:
     """Success against noise, or by fault, with Wilson's intervals."""
     most, perturbed = data["criteria"]["most_force_ratio"], data["conditions"]["perturbed"]
-    macro = "success" if perturbed is None else "success_by_fault"
+    name = "success" if perturbed is None else "success_by_fault"
+    found = " ".join(
+        f"{words(each['controller'])}: {', '.join(_rates(each, perturbed is not None))}."
+        for each in data["controllers"]
+    )
     with style.house_style():
-        return caption_drawing(
-            _success(data), WORDS, macro, "success", controllers=data["controllers"], most=most
-        )
+        return caption_drawing(_success(data), WORDS, name, "success", found=found, most=most)
+
+
+def _rates(controller: ControllerData, by_fault: bool) -> list[str]:
+    """The success of a controller by noise, or by fault."""
+    if by_fault:
+        rows = [(words(row.fault), row.success.rate) for row in controller["by_fault"]]
+    else:
+        noises = controller["by_noise"]
+        rows = [(f"{row.noise_microstrain:g} microstrain", row.success.rate) for row in noises]
+    return [f"{name} {'–' if rate is None else percent(rate)}" for name, rate in rows]
 
 
 def chart_png(data: ControlData) -> bytes:
@@ -115,9 +128,15 @@ def force_figure(data: ControlData, trials: Sequence[Trial], noise: float) -> st
         axes.set_xscale("log")
         _plain_log(axes)
         axes.set_xlabel("peak normal force over the least that holds")
-        return caption_drawing(
-            figure, WORDS, "force", noise=noise, criteria=data["criteria"], peaks=peaks
-        )
+        reach = {"low": low, "high": high, "most": most}
+        found = " ".join(f"{words(name)}{_quartiles(each)}." for name, each in peaks.items())
+        return caption_drawing(figure, WORDS, "force", noise=noise, found=found, **reach)
+
+
+def _quartiles(peaks: tuple[float, ...] | None) -> str:
+    if peaks is None:
+        return " lifts nothing"
+    return ": median {:.2f}, half of them from {:.2f} to {:.2f}, at most {:.2f}".format(*peaks)
 
 
 def map_figure(data: ControlData, trials: Sequence[Trial], noise: float) -> style.ReportFigure:
@@ -157,7 +176,14 @@ def map_figure(data: ControlData, trials: Sequence[Trial], noise: float) -> styl
             for why, (marker, colour) in _MARKS.items()
         ]
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
-        return caption_drawing(figure, WORDS, "maps", noise=noise, counts=counts)
+        texts = " ".join(f"{words(name)}: {_reasons(each)}." for name, each in counts.items())
+        return caption_drawing(figure, WORDS, "maps", noise=noise, found=texts)
+
+
+def _reasons(counts: dict[str, int]) -> str:
+    """How many grips succeed, and why the others do not."""
+    whole = f"{counts.get('', 0)} of {sum(counts.values())} succeed"
+    return "; ".join([whole, *(f"{count} {why}" for why, count in counts.items() if why)])
 
 
 def _draw_map(
@@ -202,7 +228,19 @@ def paths_figure(traces: Sequence[GripTrace], noise: float) -> style.ReportFigur
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=5)
         every = [each for own in objects.values() for each in own]
-        return caption_drawing(figure, WORDS, "paths", noise=noise, traces=every)
+        found = " ".join(map(_lift, every))
+        return caption_drawing(figure, WORDS, "paths", noise=noise, found=found)
+
+
+def _lift(trace: GripTrace) -> str:
+    """A grip in words: its object, and the force at the lift."""
+    mu = trace.friction_coefficient
+    grip = f"{words(trace.controller)}, friction {mu:g}, {trace.object_mass_g:g} g"
+    if trace.lift_step is None:
+        return f"{grip}: not lifted."
+    normal = trace.normal_force[trace.lift_step]
+    ratio = normal * mu / trace.weight_per_finger_N
+    return f"{grip}: lifted at {normal:.2f} N, {ratio:.2f} times the least."
 
 
 def _draw_paths(axes: Axes, traces: Sequence[GripTrace]) -> None:

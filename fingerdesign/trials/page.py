@@ -1,12 +1,12 @@
 """control.html: success of every controller, and the forces it takes, on one page for offline use.
 
-The success chart and the best controller come first; tables fold out.
+The success chart and the verdicts come first; tables fold out.
 """
 
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Iterator
 
-from fingerdesign.report.page import render_page, sentences
+from fingerdesign.records.verdict import VerdictView
+from fingerdesign.report.page import Bullets, Fold, Item, Page, Section, Text, page_html, texts_of
 from fingerdesign.trials.figures import (
     WORDS,
     chart_png,
@@ -15,6 +15,7 @@ from fingerdesign.trials.figures import (
     paths_figure,
     success_figure,
 )
+from fingerdesign.trials.findings import findings
 from fingerdesign.trials.record import ControlData, ControlStudy
 from fingerdesign.trials.tables import (
     condition_tables,
@@ -25,52 +26,70 @@ from fingerdesign.trials.tables import (
     warning_tables,
 )
 
-__all__ = ["answers", "chart_png", "control_html"]
-PAGE = Path(__file__).parent / "templates" / "control.html.j2"
-HELD_SHARE = 0.99  # The regulator is to hold this fraction of the grid.
-
-
-@dataclass(frozen=True)
-class Question:
-    """One question of the study, its answer ("yes", "no", "partly" or "best") and the numbers."""
-
-    answer: str
-    question: str
-    detail: str
-
-
-def answers(data: ControlData) -> list[Question]:
-    """Answers to the study's questions that it can give: the best controller first; none for a
-    lone rival."""
-    rows = {
-        (each["controller"], row.noise_microstrain): row
-        for each in data["controllers"]
-        for row in each["by_noise"]
-    }
-    found = sentences(WORDS, "answers", data, rows, HELD_SHARE)
-    return [Question(*line.split("\t")) for line in found]
+__all__ = ["chart_png", "control_html"]
 
 
 def control_html(study: ControlStudy) -> str:
     """The page of a study; figures are of its ``trace_noise``."""
-    data, noise = study.data, study.trace_noise
-    figures = [force_figure(data, study.trials, noise)]
-    if data["conditions"]["perturbed"] is None:
-        figures.append(map_figure(data, study.trials, noise))
-        figures.append(paths_figure(study.traces, noise))
-    folded = {
-        "Who lifts, and how": main_tables(data, noise),
-        "Tuning": tuning_tables(data["tuning"]),
-        "By noise": noise_tables(data) if len(data["conditions"]["noises_microstrain"]) > 1 else [],
-        "Tugged": tug_tables(data),
-        "Warnings before slip": warning_tables(data, noise),
-        "Conditions": condition_tables(data),
-    }
-    return render_page(
-        PAGE,
-        data=data,
-        answers=answers(data),
-        success=success_figure(data),
-        figures=figures,
-        folded={title: tables for title, tables in folded.items() if tables},
+    data, found = study.data, findings(study.data)
+    words = texts_of(WORDS)["page"]
+    title = f"{data['design']}: controllers compared"
+    details = [f"{each.verdict.sign} {each.question} {each.detail}" for each in found]
+    success = Text(words["success"].format(most=data["criteria"]["most_force_ratio"]), "quiet")
+    warnings = [Bullets(data["warnings"], "warnings")] if data["warnings"] else []
+    view = VerdictView(
+        data["design"], "", data["seconds"]["whole"], tuple(each.verdict for each in found)
     )
+    page = Page(
+        title=title,
+        heading=title,
+        lead=f"{data['grips']:,} simulated grips · {data['seconds']['whole']:.0f} s",
+        sections=[
+            Section("findings", "Findings", [success, Bullets(details, "findings"), *warnings]),
+            Section("forces", "Forces", list(_figures(study))),
+            Section("tables", "Tables", list(_tables(study))),
+        ],
+        record=list(_record(data)),
+        first=success_figure(data),
+        view=view,
+    )
+    return page_html(page)
+
+
+def _figures(study: ControlStudy) -> Iterator[Item]:
+    data, noise = study.data, study.trace_noise
+    yield force_figure(data, study.trials, noise)
+    if data["conditions"]["perturbed"] is None:
+        yield map_figure(data, study.trials, noise)
+        yield paths_figure(study.traces, noise)
+
+
+def _tables(study: ControlStudy) -> Iterator[Item]:
+    data, noise = study.data, study.trace_noise
+    criteria, words = data["criteria"], texts_of(WORDS)["page"]
+    warned = words["warnings"].format(
+        warning=criteria["warning_stick_ratio"], alarm=criteria["false_alarm_stick_ratio"]
+    )
+    folded = {
+        "Who lifts, and how": (main_tables(data, noise), words["lifts"]),
+        "Tuning": (tuning_tables(data["tuning"]), ""),
+        "By noise": (noise_tables(data), ""),
+        "Tugged": (tug_tables(data), words["tugs"]),
+        "Warnings before slip": (warning_tables(data, noise), warned),
+        "Conditions": (condition_tables(data), ""),
+    }
+    for title, (tables, how) in folded.items():
+        if tables:
+            yield Fold(title, [*tables, *([Text(how, "quiet")] if how else [])])
+
+
+def _record(data: ControlData) -> Iterator[Item]:
+    seconds, workers = data["seconds"], data["workers"]
+    yield Text(
+        f"{seconds['whole']:.0f} s in all, of which {seconds['grips']:.0f} s for the grips, on "
+        f"{workers} process{'' if workers == 1 else 'es'}; {data['peak_memory_MB']:.0f} MB. "
+        f"Digest {data['digest']}."
+    )
+    versions = ", ".join(f"{name} {each}" for name, each in data["versions"].items())
+    yield Text(f"Versions: {versions or 'not recorded'}.")
+    yield Text(texts_of(WORDS)["page"]["files"], "quiet")

@@ -74,8 +74,10 @@ def _fault_tables(data: ControlData) -> list[Table]:
 
 
 def noise_tables(data: ControlData) -> list[Table]:
-    """Success and margin by noise."""
+    """Success and margin by noise, where there are two or more."""
     noises = data["conditions"]["noises_microstrain"]
+    if len(noises) < 2:
+        return []
     columns = ("controller", *(f"{noise:g}" for noise in noises))
     success, margins = [], []
     for each in data["controllers"]:

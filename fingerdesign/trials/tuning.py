@@ -19,7 +19,6 @@ parameters of its own would still be given every round; an oracle has one.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from operator import attrgetter
-from pathlib import Path
 
 import numpy as np
 
@@ -33,7 +32,6 @@ from fingerdesign.design.keys import set_value
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.result import GripResult
-from fingerdesign.report.page import sentences
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.bench import GripBench
@@ -42,7 +40,6 @@ from fingerdesign.trials.record import ControllerTuningData, TunedTrialData, Tun
 from fingerdesign.trials.stored import Report, run_batches
 
 DESIGN_FILE = "tuned.toml"
-WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
 # This is added to the seed of all noise, so that tuning grips have another noise than the grid's.
 _APART = 1009
 
@@ -355,5 +352,28 @@ def trial_data(trial: Candidate) -> TunedTrialData:
 
 def tuned_text(design: Design, tuning: TuningData, seed: int) -> str:
     """The tuned design as a file whose first comment gives the tuning's grips and rates."""
-    head = sentences(WORDS, "tuned", design.design.name, tuning, seed)
+    cells = tuning["cells"]
+    frictions, masses, noises = (
+        [each[key] for each in cells]
+        for key in ("friction_coefficient", "object_mass_g", "noise_microstrain")
+    )
+    levels = ", ".join(f"{noise:g}" for noise in sorted(set(noises)))
+    head = [
+        f"{design.design.name}, its controllers tuned by `fingerdesign study --tune` "
+        f"(seed {seed}).",
+        f"On {len(cells)} grips: friction {min(frictions):.2g} to {max(frictions):.2g}, "
+        f"{min(masses):.0f} to {max(masses):.0f} g, gage noise {levels} microstrain.",
+        *(f"{name}: {_success(each)}" for name, each in tuning["controllers"].items()),
+        "Other grips have other rates: see the study.",
+    ]
     return "".join(f"# {line}\n" for line in head) + f"\n{dump_design(design)}"
+
+
+def _success(found: ControllerTuningData) -> str:
+    best, default = found["best"], found["default"]
+    peak = best["mean_peak_ratio"]
+    return (
+        f"success {100 * best['success_rate']:.0f} % (before: {100 * default['success_rate']:.0f} "
+        f"%), held {100 * best['held_rate']:.0f} %"
+        f"{'' if peak is None else f', mean peak {peak:.2f} times the least force'}"
+    )

@@ -75,13 +75,13 @@ def test_the_coarse_section_is_near_the_fine_one(numbers):
 
 def test_verdict_answers_with_numbers(session):
     found = {each["question"]: each for each in verdict(session.numbers)}
-    assert found["Does the contact hold?"]["answer"] == "yes"
-    assert found["Can an amplifier see it?"]["answer"] == "no"  # bronze answers too little
+    assert found["Does the contact hold?"]["status"] == "pass"
+    assert found["Can an amplifier see it?"]["status"] == "fail"  # bronze answers too little
     assert "0.5 microstrain" in found["Can an amplifier see it?"]["detail"]
     slipping = session.move({"shear": 0.41})
-    assert slipping["verdict"][0]["answer"] == "no"
+    assert slipping["verdict"][0]["status"] == "fail"
     nothing = session.move({"approach": 0.0, "shear": 0.0})
-    assert nothing["verdict"][0]["answer"] == "open"
+    assert nothing["verdict"][0]["status"] == "note"
     session.move({"approach": 0.1, "shear": 0.05})
 
 
@@ -120,7 +120,7 @@ def test_a_finger_without_plates_has_no_gages_and_no_failure():
     session = Session(Path("homogeneous"))
     shown = session.start()
     assert shown["faults"] == []
-    assert shown["verdict"][1]["answer"] == "open"
+    assert shown["verdict"][1]["status"] == "note"
     assert shown["picked"] is None
 
 

@@ -17,8 +17,9 @@ from fingerdesign.trials.figures import (
     _draw_paths,
     look_of,
 )
+from fingerdesign.trials.findings import findings
 from fingerdesign.trials.grid import Cell, ControlGrid
-from fingerdesign.trials.page import answers, control_html
+from fingerdesign.trials.page import control_html
 from fingerdesign.trials.record import ControlStudy, control_data, summarise
 from tests.support.grips import grip, path_of, trial
 from tests.support.pages import run_python
@@ -62,14 +63,14 @@ def recorded(outcomes, names, grid):
 
 
 def kinds(made):
-    return [each.answer for each in answers(made.data)]
+    return [each.status for each in findings(made.data)]
 
 
 def test_all_is_well():
     oracle = {"oracle_1.2": ({"peak_ratio": 1.2}, {})}
     made = study(paper=({"peak_ratio": 2.0}, {}), regulator=({"peak_ratio": 1.4}, {}), **oracle)
-    assert kinds(made) == ["best", *["yes"] * 4]
-    best = answers(made.data)[-1].detail
+    assert kinds(made) == ["note", *["pass"] * 4]
+    best = findings(made.data)[-1].detail
     assert "paper, success 100.0 %, median peak 2.00 times" in best  # no oracle: it is given
 
 
@@ -77,15 +78,19 @@ def test_all_is_well():
     ("paper", "regulator", "expected"),
     [
         # one grip of four dropped: held 75 %, no more often a success than the rival
-        (({"peak_ratio": 2.0}, {}), ({}, DROPPED), ["yes", "no", "yes", "partly"]),
-        (({"peak_ratio": 1.3}, {}), ({"peak_ratio": 2.0}, {}), ["yes", "yes", "yes", "partly"]),
-        (({"peak_ratio": 1.3}, {}), ({"peak_ratio": 2.0}, DROPPED), ["yes", "no", "yes", "no"]),
-        (({}, {}), ({"safety_margin": 1.6}, {}), ["yes", "yes", "no", "partly"]),
-        ((DROPPED, {}), ({}, {}), ["no", "yes", "yes", "yes"]),
+        (({"peak_ratio": 2.0}, {}), ({}, DROPPED), ["pass", "fail", "pass", "warning"]),
+        (({"peak_ratio": 1.3}, {}), ({"peak_ratio": 2.0}, {}), ["pass", "pass", "pass", "warning"]),
+        (
+            ({"peak_ratio": 1.3}, {}),
+            ({"peak_ratio": 2.0}, DROPPED),
+            ["pass", "fail", "pass", "fail"],
+        ),
+        (({}, {}), ({"safety_margin": 1.6}, {}), ["pass", "pass", "fail", "warning"]),
+        ((DROPPED, {}), ({}, {}), ["fail", "pass", "pass", "pass"]),
     ],
 )
 def test_what_is_not_well_is_reported(paper, regulator, expected):
-    assert kinds(study(paper=paper, regulator=regulator)) == ["best", *expected]
+    assert kinds(study(paper=paper, regulator=regulator)) == ["note", *expected]
 
 
 def test_without_paper_and_regulator_the_best_is_named_that_is_given_nothing():
@@ -96,10 +101,10 @@ def test_without_paper_and_regulator_the_best_is_named_that_is_given_nothing():
         (oracles | reactive, "reactive: "),
         (oracles, "oracle 1.5, which is given friction and weight: 100.0 %"),
     ):
-        (only,) = answers(study(**hands).data)
-        assert only.answer == "best"
+        (only,) = findings(study(**hands).data)
+        assert only.status == "note"
         assert only.detail.startswith(best)
-    assert answers(study(reactive=({}, {})).data) == []
+    assert findings(study(reactive=({}, {})).data) == []
 
 
 def test_the_table_on_the_terminal_fits_80_columns(capsys):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.records.result import GripResult, IncrementResult, Result
+from fingerdesign.records.verdict import Status
 from fingerdesign.report.table import (
     NOISE,
     Table,
@@ -22,6 +23,7 @@ FIGURES = Path(__file__).parent / "templates" / "figures.toml"
 # Of the normal force, and of it times the contact's width: less is noise of the mesh.
 _ASIDE = 0.01
 SCENE = "scene."  # how the keys of the scene begin among ``Result.parameters``
+_WITHOUT_RULE = {None: "not tried", True: "slips", False: "holds"}
 
 
 def _table(key: str, caption: str, columns: dict[str, Iterable[str]], texts: str = "") -> Table:
@@ -84,10 +86,10 @@ def grip_table(result: Result) -> Table:
         "controller": [grip.controller for grip in grips],
         "μ": [value_text(grip.friction_coefficient) for grip in grips],
         "mass (g)": [value_text(grip.object_mass_g) for grip in grips],
-        "lifted": [_yes(grip.lifted) for grip in grips],
-        "complete slip": [_yes(grip.gross_slip) + _caught(grip) for grip in grips],
+        "lifted": [_status(grip.lifted) for grip in grips],
+        "no complete slip": [_status(not grip.gross_slip) + _caught(grip) for grip in grips],
         "holds": [str(grip.holds) for grip in grips],
-        "slips without the rule": [_yes(grip.slips_without_rule) for grip in grips],
+        "without the rule": [_WITHOUT_RULE[grip.slips_without_rule] for grip in grips],
         "safety margin": [number_text(grip.safety_margin, 2) for grip in grips],
         "least stick ratio": [number_text(grip.minimum_stick_ratio, 2) for grip in grips],
         "final F_n / F_t (N)": [" / ".join(number_text(x, 2) for x in pair) for pair in forces],
@@ -137,8 +139,8 @@ def _caught(grip: GripResult) -> str:
     return f", caught after {number_text(grip.slid_mm, 2)} mm{ms}"
 
 
-def _yes(value: bool | None) -> str:
-    return "not tried" if value is None else "yes" if value else "no"
+def _status(good: bool) -> Status:
+    return "pass" if good else "fail"
 
 
 def model_table(result: Result) -> Table:

@@ -216,12 +216,12 @@ def compare_html(
     failures = _failures(outcomes)
     found_designs = bool(table.rows)
     sections = [
-        Section("summary", "Which finger", list(_which(head, search))),
         Section(
             "designs",
             "All designs",
             [designs_widget(table, data["designs"])] if found_designs else [Text(NOTHING)],
         ),
+        Section("summary", "Which finger", list(_which(head, search))),
         Section("pair", "Two designs", [pair_widget()]),
         Section("parallel", "All at once", [parallel_widget(table, lines)]),
         Section("search", "The search", [*map(Text, all_shown(search.notes)), *search.tables]),

@@ -146,7 +146,7 @@ def value_table(data: IdentificationData, gages: bool) -> Table:
             each.name.replace("_", " ").replace(".", ", "),
             *each.shown(),
             each.unit or "–",
-            "yes" if each.determined else "not enough",
+            "pass" if each.determined else "warning",
         )
         for each in data.values
         if each.name.startswith("gage_") == gages

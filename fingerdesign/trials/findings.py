@@ -1,0 +1,180 @@
+"""Findings of a control study: what it asks, the answers as verdicts, and their numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from fingerdesign.records.statistics import Share, Spread
+from fingerdesign.records.verdict import Status, Verdict
+from fingerdesign.trials.record import ControlData, ControllerData, NoiseSummary
+
+HELD_SHARE = 0.99  # The regulator is to hold this fraction of the grid.
+TUNED_THERE = "All have the parameters of the design’s [grip] table: they are tuned where that is."
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A question of the study, the verdict in short, and the numbers in a sentence."""
+
+    verdict: Verdict
+    question: str
+    detail: str
+
+    @property
+    def status(self) -> Status:
+        """Pass, fail, warning or note."""
+        return self.verdict.status
+
+
+def findings(data: ControlData) -> list[Finding]:
+    """Answers to the study's questions that it can give: the best controller first; none for a
+    lone rival."""
+    noise = data["criteria"]["good_amplifier_microstrain"]
+    row = _rows(data)
+    own = row("regulator", noise)
+    found = [
+        *([_best(data)] if len(data["controllers"]) > 1 else []),
+        *_paper(row("paper", 0.0)),
+        *(_regulator(data, own, noise) if own is not None else ()),
+    ]
+    rival = _rival(data, noise)
+    if own is not None and rival is not None:
+        found.append(_against(own, *rival))
+    return found
+
+
+def _rows(data: ControlData) -> Callable[[str, float], NoiseSummary | None]:
+    rows = {
+        (each["controller"], row.noise_microstrain): row
+        for each in data["controllers"]
+        for row in each["by_noise"]
+    }
+    return lambda name, noise: rows.get((name, noise))
+
+
+def words(controller: str) -> str:
+    """A controller's name in words."""
+    return controller.replace("_", " ")
+
+
+def rate_of(share: Share) -> float:
+    """The rate of a share; 0 of no cases."""
+    return share.rate or 0.0
+
+
+def percent(rate: float) -> str:
+    """A rate in percent with one decimal."""
+    return f"{100.0 * rate:.1f} %"
+
+
+def _peak(spread: Spread | None) -> str:
+    if spread is None:
+        return "nothing lifted"
+    return f"median peak {spread.median:.2f} times the least force"
+
+
+def _best(data: ControlData) -> Finding:
+    """The best of the controllers that are given nothing of the object; of all, where there is
+    none."""
+    every = data["controllers"]
+    blind = [each for each in every if not each["told"]]
+    best = max(blind or every, key=lambda each: rate_of(each["whole_grid"].success))
+    all_, name = best["whole_grid"], words(best["controller"])
+    given = f", which is given {best['told']}" if best["told"] else ""
+    noises = ", ".join(map(str, data["conditions"]["noises_microstrain"]))
+    success = percent(rate_of(all_.success))
+    detail = (
+        f"{name}{given}: {success} of {all_.grips} grips at all noises ({noises} microstrain); "
+        f"{all_.dropped} dropped, {all_.crushed} crushed, {all_.not_lifted} not lifted."
+    )
+    if not best["told"] and len(blind) < len(every):
+        detail += " Oracles, which are given friction and weight, are left out."
+    verdict = Verdict("note", "best controller", name, count=f"{success} success")
+    return Finding(verdict, "Which controller succeeds most often?", detail)
+
+
+def _paper(paper: NoiseSummary | None) -> Iterator[Finding]:
+    if paper is None:
+        return
+    clean: Status = "warning" if paper.success.count < paper.grips else "pass"
+    dropped = f"{paper.dropped} of {paper.grips}"
+    margin = paper.margin_at_lift
+    median = f"; median margin at the lift {margin.median:.2f}" if margin else ""
+    yield Finding(
+        Verdict("fail" if paper.dropped else clean, "paper’s rule", f"{dropped} slip completely"),
+        "Without noise, does the paper’s rule keep the whole contact from slipping?",
+        f"{dropped} grips end in complete slip{median}; {paper.crushed} crush and "
+        f"{paper.not_lifted} are not lifted.",
+    )
+
+
+def _regulator(data: ControlData, own: NoiseSummary, noise: float) -> Iterator[Finding]:
+    """What the regulator holds, and how tightly."""
+    held, aim = own.held, f"{100.0 * HELD_SHARE:g} %"
+    rate, low, high = rate_of(held), held.low or 0.0, held.high or 0.0
+    enough, axes = rate >= HELD_SHARE, data["conditions"]
+    if enough and low < HELD_SHARE:
+        certain = f"does not exclude less than {aim}"
+    elif not enough and high >= HELD_SHARE:
+        certain = f"does not exclude {aim}"
+    else:
+        certain = f"lies wholly {'above' if enough else 'below'} {aim}"
+    frictions = _axis(axes["friction_coefficients"], "friction")
+    weights = _axis(axes["object_masses_g"], "weight", " g")
+    yield Finding(
+        Verdict("pass" if enough else "fail", "regulator lifts", percent(rate), f"target {aim}"),
+        f"At {noise:g} microstrain, does the regulator lift {aim} of this grid without complete "
+        "slip?",
+        f"Measured: {held.count} of {held.of} grips ({percent(rate)}), one each on {frictions} by "
+        f"{weights}. The 95 % interval of such a count, {100.0 * low:.1f} to {percent(high)}, "
+        f"{certain}.",
+    )
+    if own.margin_at_lift is None or own.peak_ratio is None:
+        return
+    margin, (least, most) = own.margin_at_lift, data["criteria"]["human_margin"]
+    inside: Status = "pass" if least <= margin.median <= most else "fail"
+    yield Finding(
+        Verdict(inside, "regulator’s margin", f"{margin.median:.2f}", f"{least:g} to {most:g}"),
+        f"Is its median margin between {least:g} and {most:g}, as people grip?",
+        f"Median {margin.median:.2f}, middle half {margin.low:.2f} to {margin.high:.2f}; median "
+        f"peak force {own.peak_ratio.median:.2f} times the least.",
+    )
+
+
+def _axis(values: Sequence[float], name: str, unit: str = "") -> str:
+    """An axis of the grid: "10 frictions (0.2 to 0.8)"."""
+    low, high = min(values), max(values)
+    span = f"{low:g} to {high:g}" if low != high else f"{low:g}"
+    return f"{len(values)} {name}{'s' if len(values) > 1 else ''} ({span}{unit})"
+
+
+def _rival(data: ControlData, noise: float) -> tuple[ControllerData, NoiseSummary] | None:
+    """The best controller at a noise that is given no more than the regulator."""
+    row = _rows(data)
+    found = [
+        (each, own)
+        for each in data["controllers"]
+        if each["told"] is None
+        and each["controller"] != "regulator"
+        and (own := row(each["controller"], noise)) is not None
+    ]
+    return max(found, key=lambda pair: rate_of(pair[1].success), default=None)
+
+
+def _against(own: NoiseSummary, controller: ControllerData, rival: NoiseSummary) -> Finding:
+    """The regulator compared with its best rival."""
+    name, rate = words(controller["controller"]), rate_of(own.success)
+    as_good = rate >= rate_of(rival.success)
+    gentler = own.peak_ratio is not None and (
+        rival.peak_ratio is None or own.peak_ratio.median < rival.peak_ratio.median
+    )
+    status: Status = {2: "pass", 1: "warning", 0: "fail"}[as_good + gentler]  # type: ignore[assignment]
+    known = f"{name} {percent(rate_of(rival.success))}"
+    return Finding(
+        Verdict(status, "regulator’s success", percent(rate), known),
+        "Does it succeed at least as often as the best rival, at a lower peak force?",
+        f"Best rival that knows no more: {name}, success {percent(rate_of(rival.success))}, "
+        f"{_peak(rival.peak_ratio)}; regulator {percent(rate)}, {_peak(own.peak_ratio)}. "
+        f"{TUNED_THERE}",
+    )
