@@ -22,6 +22,7 @@ from fingerdesign.report.page import (
     Page,
     Section,
     Text,
+    Widget,
     pack,
     page_html,
     widget,
@@ -204,23 +205,12 @@ def compare_html(
     data["columns"] = [_column(column, outcomes) for column in table.columns]
     for number, rank, cells in table.rows:
         data["designs"][number] |= {"standing": cells[0], "rank": rank}
-    files = {  # The page offers these for download, unrounded.
-        "designs.csv": designs_csv(outcomes),
-        "outcomes.jsonl": "".join(f"{outcome.to_json()}\n" for outcome in outcomes),
-        "increments.csv": increments_csv(outcomes),
-        "grips.csv": grips_csv(outcomes),
-    }
-    axes = _first_axes(outcomes, table, facts)
+    axes, head = _first_axes(outcomes, table, facts), summary(outcomes, facts, found)
     lines = [*table.places("values")[:MOST_AXES], *table.places("metrics")[:MOST_AXES]]
-    head = summary(outcomes, facts, found)
-    failures = _failures(outcomes)
-    found_designs = bool(table.rows)
+    failures, nothing = _failures(outcomes), Text(NOTHING)
+    designs = designs_widget(table, data["designs"]) if table.rows else nothing
     sections = [
-        Section(
-            "designs",
-            "All designs",
-            [designs_widget(table, data["designs"])] if found_designs else [Text(NOTHING)],
-        ),
+        Section("designs", "All designs", [designs]),
         Section("summary", "Which finger", list(_which(head, search))),
         Section("pair", "Two designs", [pair_widget()]),
         Section("parallel", "All at once", [parallel_widget(table, lines)]),
@@ -228,13 +218,6 @@ def compare_html(
         Section("failures", "Failures", [failures if failures.rows else Text(NO_FAILURES)]),
         Section("downloads", "Downloads", [downloads_widget()]),
     ]
-    carried = widget(
-        TEMPLATES / "data.html.j2",
-        sides=SIDES,
-        data=script_json(data),
-        details=list(_details(outcomes)),
-        archives={name: pack(text) for name, text in files.items()},
-    )
     title = f"{shown(facts.name)}: fingers compared"
     page = Page(
         title=title,
@@ -242,13 +225,30 @@ def compare_html(
         lead=head.lead,
         sections=[each for each in sections if each.items],
         record=[_record(outcomes, facts), Text(DIGESTS, "quiet")],
-        first=chart_widget(table, axes) if found_designs and axes else Text(NOTHING),
+        first=chart_widget(table, axes) if table.rows and axes else nothing,
         view=VerdictView(facts.name, "", 0.0, (*search.verdicts, *head.verdicts)),
-        end=[carried],
+        end=[_carried(outcomes, data)],
         style=(TEMPLATES / "compare.css").read_text(encoding="utf-8"),
         scripts=[TEMPLATES / name for name in SCRIPTS],
     )
     return page_html(page)
+
+
+def _carried(outcomes: Sequence[Outcome], data: dict[str, Any]) -> Widget:
+    """The bar of the chosen two, the page's data, and the files that it saves, unrounded."""
+    files = {
+        "designs.csv": designs_csv(outcomes),
+        "outcomes.jsonl": "".join(f"{outcome.to_json()}\n" for outcome in outcomes),
+        "increments.csv": increments_csv(outcomes),
+        "grips.csv": grips_csv(outcomes),
+    }
+    return widget(
+        TEMPLATES / "data.html.j2",
+        sides=SIDES,
+        data=script_json(data),
+        details=list(_details(outcomes)),
+        archives={name: pack(text) for name, text in files.items()},
+    )
 
 
 def _which(head: Summary, search: SearchFindings) -> Iterator[Item]:
