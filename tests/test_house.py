@@ -40,7 +40,7 @@ NAMES_INSIDE_FUNCTIONS = 80  # each for a heavy library or a light start
 MOST_LINES, MOST_FILES = 600, 20
 
 
-def said(found):
+def sentences(found):
     return "\n".join(f"{e.source}:{e.line} takes {e.name} from {e.target}" for e in found)
 
 
@@ -50,7 +50,7 @@ def test_every_folder_has_a_floor():
 
 def test_imports_go_down():
     found = against_the_order()
-    assert not found, said(found)
+    assert not found, sentences(found)
 
 
 def test_no_files_import_each_other_in_a_loop():
@@ -59,7 +59,7 @@ def test_no_files_import_each_other_in_a_loop():
 
 def test_few_names_are_imported_inside_functions():
     found = inside_functions()
-    assert len(found) <= NAMES_INSIDE_FUNCTIONS, said(found)
+    assert len(found) <= NAMES_INSIDE_FUNCTIONS, sentences(found)
 
 
 def outside(path):
@@ -166,8 +166,8 @@ POSIX_NAMES = {
 def only_posix(node, guarded=False):
     """What only POSIX has below a node, where no condition asks for the system or for the name."""
     if isinstance(node, ast.If | ast.IfExp | ast.BoolOp):
-        asked = node.values[0] if isinstance(node, ast.BoolOp) else node.test
-        guarded = guarded or re.search(r"hasattr|sys.platform|os.name", ast.unparse(asked))
+        condition = node.values[0] if isinstance(node, ast.BoolOp) else node.test
+        guarded = guarded or re.search(r"hasattr|sys.platform|os.name", ast.unparse(condition))
     if not guarded:
         names = [each.name for each in node.names] if isinstance(node, ast.Import) else []
         names += [node.module] if isinstance(node, ast.ImportFrom) else []

@@ -81,7 +81,7 @@ def test_plane_strain_forces_grow_with_the_depth_and_free_ends_soften():
     assert 0.5 * one.normal_force_N < full < one.normal_force_N  # in space: 7 % less
 
 
-def test_a_zone_too_narrow_is_widened_and_said(monkeypatch):
+def test_a_zone_too_narrow_is_widened_and_reported(monkeypatch):
     design = with_values(load_design("homogeneous"), COARSE)
     wide = analyse(design, SCENE, "plane-strain")
     monkeypatch.setattr(stages, "candidate_zone", lambda *given: Zone(0.8))
@@ -169,7 +169,7 @@ def counted(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize("scene", [None, fundamental_scene()])
 def test_one_factorisation_serves_frictions_grips_and_fields(counted, monkeypatch, scene):
-    # No remedies for its gages: they take models of other plates, made beside.
+    # No remedies for its gages: they take models of other plates, made concurrently.
     monkeypatch.setattr(pipeline, "start_sections", lambda case: None)
     values = COARSE | {"grip.friction_coefficients": [0.3, 0.8]}
     design = with_values(load_design("narrow"), values)

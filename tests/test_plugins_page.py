@@ -33,7 +33,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def package(folder):
-    """A process beside the page's files."""
+    """A process in the folder of the page's files."""
     design = folder / "hand.toml"
     design.write_text(design.read_text("utf-8").replace('"slices", ', f'"slices", {COARSER}, '))
     project = tomllib.loads((folder / "pyproject.toml").read_text("utf-8"))["project"]
@@ -129,7 +129,7 @@ def test_what_is_no_controller_is_refused_before_any_work(here, name, command, c
     text, remedy = BROKEN[name]
     (here / "broken.py").write_text(text, "utf-8")
     assert main([command, "sensitive", "--controller", name, "--out", "none"]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith(f"--controller = {name}: must be ")
-    assert remedy in said
+    shown = capsys.readouterr().err
+    assert shown.startswith(f"--controller = {name}: must be ")
+    assert remedy in shown
     assert not (here / "none").exists()

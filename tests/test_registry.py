@@ -178,9 +178,9 @@ def test_a_plug_in_that_cannot_be_loaded_is_one_sentence(tmp_path):
     check = "tests.support.calls:command", ("check", "sensitive")
     with installed(tmp_path, points) as worker:
         first, again = (worker.call(*check, time_s=120.0) for _ in range(2))
-    *said, rest = first[1].split("\n", 3)
+    *lines, rest = first[1].split("\n", 3)
     for line, name, why in zip(
-        said,
+        lines,
         ("gone", "leaving", "taking"),
         ("ModuleNotFoundError", "SystemExit: 0", "already is a mesher called 'tetwild'"),
         strict=True,

@@ -125,8 +125,8 @@ def test_holes_that_do_not_mirror_are_reported_though_the_volume_would(within, t
 
     across = write(pierced((4, 4), (-4, -4)), tmp_path / "across.step")
     assert fault_of(across, mirrors_in_z=True).key == "body.step.mirrors_in_z"
-    beside = write(pierced((4, 4), (4, -4)), tmp_path / "beside.step")
-    assert step_facts(StepFile(file=str(beside), mirrors_in_z=True)).volume < 4780.0
+    mirrored = write(pierced((4, 4), (4, -4)), tmp_path / "mirrored.step")
+    assert step_facts(StepFile(file=str(mirrored), mirrors_in_z=True)).volume < 4780.0
 
 
 def test_files_that_are_no_solid_and_a_cache_that_cannot_be_written(tmp_path, monkeypatch):
@@ -182,22 +182,22 @@ def test_a_failure_of_the_machine_is_not_reported_as_the_files(code, tmp_path, m
 @pytest.mark.parametrize("damage", ["cut", "changed", "emptied", "removed"])
 def test_garbled_entries_are_made_anew(ending, damage, tmp_path):
     step = StepFile(file=str(write(block(), tmp_path / "b.step")))
-    kept = step_facts(step).brep.with_suffix(ending)
-    whole = kept.read_bytes()
+    stored = step_facts(step).brep.with_suffix(ending)
+    whole = stored.read_bytes()
     middle = len(whole) // 2
     flipped = bytes([whole[middle] ^ 1])
     if damage == "removed":
-        kept.unlink()
+        stored.unlink()
     else:
         garbled = {"cut": whole[:middle], "emptied": b""}
         garbled["changed"] = whole[:middle] + flipped + whole[middle + 1 :]
-        kept.write_bytes(garbled[damage])
+        stored.write_bytes(garbled[damage])
     facts_module._outcome.cache_clear()
     assert step_facts(step).volume == pytest.approx(2390)
     assert facts_module.outline_file(step).is_file()
     if ending == ".brep":
-        assert kept.read_bytes() == whole
-        kept.write_bytes(whole[:middle])  # while this process holds the facts
+        assert stored.read_bytes() == whole
+        stored.write_bytes(whole[:middle])  # while this process holds the facts
         assert facts_module.outline_file(step).read_bytes() == whole
 
 
@@ -221,7 +221,7 @@ def test_a_design_takes_its_sizes_from_the_file(tmp_path):
     assert len(str(shown["body.step.content"])) == 64
 
 
-def test_keys_beside_the_file_are_judged_with_it(tmp_path):
+def test_keys_next_to_the_file_are_judged_with_it(tmp_path):
     """A size of one's own, a bad file with another fault, a faulty rule that keeps it unread."""
     for made, text, keys in (
         (False, TEXT + "\n[gages]\nfaec = 1", {"body.step.file", "gages.faec"}),

@@ -215,7 +215,7 @@ def test_smooth_neighbours_are_one_carrier_that_reports_them_apart(steps):
     assert np.ptp(pin_wall.normal(rim), axis=0).max() < 1e-7
 
 
-def test_a_second_reading_takes_what_was_kept(steps, monkeypatch):
+def test_a_second_reading_takes_what_was_cached(steps, monkeypatch):
     first = step_facts(steps["spline"])
     facts_module._outcome.cache_clear()
     monkeypatch.setattr(facts_module, "call", None)
@@ -253,7 +253,7 @@ def test_many_smooth_faces_are_searched_by_boxes_without_missing_any(steps):
     np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1.0, atol=1e-12)
 
 
-def test_points_beside_a_centre_of_curvature_have_a_distance(tmp_path, monkeypatch):
+def test_points_near_a_centre_of_curvature_have_a_distance(tmp_path, monkeypatch):
     """Within an ellipsoid, where a nearest point hardly differs from its neighbours."""
     read_here(monkeypatch, tmp_path / "cache")
     axes = np.array([9.0, 5.0, 7.0])

@@ -35,7 +35,7 @@ def written(vertices, triangles, volume, slack):
 
 
 @pytest.mark.parametrize("tolerance", [0.05, 0.01])
-def test_the_chord_is_kept_on_every_body(body, tolerance, design_of, solid_of):
+def test_the_chord_tolerance_holds_on_every_body(body, tolerance, design_of, solid_of):
     outline, surface = solid_of(body).outline, surface_of(design_of(body).body)
     vertices, triangles = triangulate([outline], tolerance)
     written(vertices, triangles, volume_of(outline), tolerance * outline.Area())

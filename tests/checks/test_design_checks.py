@@ -293,8 +293,8 @@ def test_plates_are_at_the_surface_and_at_each_other_to_a_micrometre():
         plates = {"count": 1, "angle_deg": 0.0, "cover_mm": exact + off}
         assert keys(plates=plates) == expected
     for off, expected in ((1e-6, []), (-1e-6, ["plates.placement[1]"])):
-        beside = 0.1 + LEAST_GAP * 0.1 + off
-        assert keys(plates={"placement": [(0, 8, 90), (beside, 8, 90)]}) == expected
+        apart = 0.1 + LEAST_GAP * 0.1 + off
+        assert keys(plates={"placement": [(0, 8, 90), (apart, 8, 90)]}) == expected
 
 
 @QUICK

@@ -61,8 +61,8 @@ def here(tmp_path, monkeypatch, in_tmp_path):
 @pytest.mark.parametrize(
     "command", ["check", "view", "studio", "analyse", "grip", "mesh", "mold", "validate", "train"]
 )
-def test_no_command_runs_what_a_design_names(command, here, said):
-    shown = said(command, "a.toml", code=2)
+def test_no_command_runs_what_a_design_names(command, here, terminal):
+    shown = terminal(command, "a.toml", code=2)
     assert "grip.controller = 'hand:Hand': must be " in shown.err
     assert REMEDY in shown.err
     assert not Path("ran").exists()
@@ -70,22 +70,22 @@ def test_no_command_runs_what_a_design_names(command, here, said):
 
 @pytest.mark.parametrize("command", ["check", "generate", "sweep", "optimise"])
 @pytest.mark.parametrize("place", STUDIES)
-def test_no_command_runs_what_a_study_names(place, command, here, said):
+def test_no_command_runs_what_a_study_names(place, command, here, terminal):
     Path("s.toml").write_text(STUDY.format(**STUDIES[place]))
-    said(command, "s.toml", code=2)
+    terminal(command, "s.toml", code=2)
     assert not Path("ran").exists()
 
 
-def test_the_user_can_permit_it(here, said):
-    said("check", "a.toml", "--allow-code", "--quiet")
+def test_the_user_can_permit_it(here, terminal):
+    terminal("check", "a.toml", "--allow-code", "--quiet")
     assert Path("ran").exists()
 
 
-def test_a_name_on_the_command_line_is_permitted_and_the_files_is_not(here, said):
+def test_a_name_on_the_command_line_is_permitted_and_the_files_is_not(here, terminal):
     Path("hand.py").write_text("class Other:\n    name = 'o'\n")
     Path("other.py").write_text(HAND)
     Path("a.toml").write_text(DESIGN)
-    shown = said("grip", "a.toml", "--controller", "other:Hand", code=2)
+    shown = terminal("grip", "a.toml", "--controller", "other:Hand", code=2)
     assert Path("ran").exists()
     assert "'hand:Hand'" in shown.err
     assert "hand" not in sys.modules

@@ -58,45 +58,48 @@ def estimator(tmp_path):
     return write
 
 
-def test_an_estimator_taught_on_another_is_refused(folder, tmp_path, estimator, said):
+def test_an_estimator_taught_on_another_is_refused(folder, tmp_path, estimator, terminal):
     path, out, own = estimator("another"), tmp_path / "out", folder / "coarse.toml"
     given = ["--out", out, "--estimator", path]
     for command in (["study", own, *given], ["export", "--to", "c", path, own, "--out", out]):
-        reported = said(*command, code=2).err
+        reported = terminal(*command, code=2).err
         assert re.search(r"on another: must be one \w+ on this design", reported)
     design = load_design(own)
     estimator(training_key(design, settings_of(design)))
     solid = ["grip", own, "--controller", "regulator", "--fidelity", "3d"]
-    refused = said(*solid, *given, code=2).err
+    refused = terminal(*solid, *given, code=2).err
     assert "in plane-strain: must be one trained in 3d" in refused
     assert not out.exists()
 
 
-def test_an_estimator_is_exported(folder, tmp_path, estimator, said):
+def test_an_estimator_is_exported(folder, tmp_path, estimator, terminal):
     design = load_design(folder / "coarse.toml")
     path = estimator(training_key(design, settings_of(design)))
     louder = GripEstimator.from_json(path.read_text()).at_noise(2.0)
     given = [path, folder / "coarse.toml", "--noise", 2.0, "--out"]
     weights = 3 * feature_count(15)
-    assert f"15 gages, {weights} weights" in said("export", "--to", "c", *given, tmp_path / "c").out
+    assert (
+        f"15 gages, {weights} weights"
+        in terminal("export", "--to", "c", *given, tmp_path / "c").out
+    )
     written = {file.name: file.read_text() for file in (tmp_path / "c/coarse").iterdir()}
     assert written == c_files(louder, design.grip)
 
 
 @pytest.mark.parametrize("command", ["train", "validate", "study"])
-def test_a_folder_of_something_else_is_left_alone(command, folder, tmp_path, said):
+def test_a_folder_of_something_else_is_left_alone(command, folder, tmp_path, terminal):
     (tmp_path / "coarse").mkdir()
     (tmp_path / "coarse/mine.txt").write_text("mine")
     more = {"study": ["--quick"]}
     given = [folder / "coarse.toml", *more.get(command, []), "--out", tmp_path]
-    assert "mine.txt" in said(command, *given, code=2).err
+    assert "mine.txt" in terminal(command, *given, code=2).err
     assert [path.name for path in (tmp_path / "coarse").iterdir()] == ["mine.txt"]
 
 
-def test_each_friction_is_lifted_once_and_recorded(folder, tmp_path, said):
+def test_each_friction_is_lifted_once_and_recorded(folder, tmp_path, terminal):
     options = ["--friction", "0.3", "--friction", "0.7", "--mass-g", "30"]
     arguments = ["grip", folder / "fine.toml", "--out", tmp_path / "out", *options]
-    printed = json.loads(said(*arguments, "--json").out)
+    printed = json.loads(terminal(*arguments, "--json").out)
     record = json.loads((tmp_path / "out/coarse/result.json").read_text())
     assert record["fidelity"] == "plane-strain"
     assert record["grips"] == printed["grips"]
@@ -120,8 +123,8 @@ layers = 2
 LIMITS = "max_approach_mm = 0.2\nmax_steps = 20\n"  # of the design's last table, [grip]
 
 
-def test_every_decision_on_grips_can_be_taken_in_3d(tmp_path, said):
-    """On a short finger swept through two layers: another model, said so, and taken by each."""
+def test_every_decision_on_grips_can_be_taken_in_3d(tmp_path, terminal):
+    """On a short finger swept through two layers: another model, named so, and taken by each."""
     short = DESIGN.replace("[plates]", "[body]\ndepth_mm = 4.0\n[plates]\ncount = 5\nspan_mm = 4.0")
     path = tmp_path / "short.toml"
     path.write_text(short.replace("[mesh.section]", f"{SOLID}[mesh.section]") + LIMITS)
@@ -129,7 +132,7 @@ def test_every_decision_on_grips_can_be_taken_in_3d(tmp_path, said):
     study += ["--mass-g", "30", "--noise", "0", "--workers", "1", "--no-tug"]
     peaks, design = [], load_design(path)
     for fidelity in ("plane-strain", "3d"):
-        said(*study, "--fidelity", fidelity, "--out", tmp_path / fidelity)
+        terminal(*study, "--fidelity", fidelity, "--out", tmp_path / fidelity)
         record = json.loads((tmp_path / fidelity / "coarse/control.json").read_text())
         assert record["model"]["fidelity"] == fidelity
         with (tmp_path / fidelity / "coarse/grips.csv").open() as file:
@@ -142,17 +145,17 @@ def test_every_decision_on_grips_can_be_taken_in_3d(tmp_path, said):
     assert len(keys) == 2
 
 
-def test_a_finger_that_feels_nothing_cannot_grip(tmp_path, said):
+def test_a_finger_that_feels_nothing_cannot_grip(tmp_path, terminal):
     path = tmp_path / "plain.toml"
     path.write_text('design.name = "plain"\nplates.count = 0\n')
-    assert "plates.count" in said("grip", path, "--out", tmp_path / "out", code=2).err
+    assert "plates.count" in terminal("grip", path, "--out", tmp_path / "out", code=2).err
 
 
-def test_a_faulty_option_is_one_fault_that_names_it(folder, tmp_path, said):
+def test_a_faulty_option_is_one_fault_that_names_it(folder, tmp_path, terminal):
     options = ["--friction", "0", "--mass-g", "-3", "--controller", "magic"]
     out = tmp_path / "out"
     faults = sorted(
-        said("grip", folder / "fine.toml", "--out", out, *options, code=2).err.splitlines()
+        terminal("grip", folder / "fine.toml", "--out", out, *options, code=2).err.splitlines()
     )
     assert [fault.split(": must be ")[0] for fault in faults[1:]] == [
         "--friction (grip.friction_coefficients[0]) = 0.0",

@@ -34,12 +34,12 @@ def design(tmp_path):
     ("fidelity", "dimension", "pictures"),
     [("plane-strain", 2, ["mesh.png", "quality.png"]), ("3d", 3, [])],  # one drawing is enough
 )
-def test_mesh_report_and_picture_are_written(fidelity, dimension, pictures, design, tmp_path, said):
+def test_mesh_and_report_are_written(fidelity, dimension, pictures, design, tmp_path, terminal):
     out = tmp_path / "out"
     options = ["--fidelity", fidelity, "--quiet", "--json"]
     options += [each for ending in ENDINGS for each in ("--format", ending)]
     options += [] if pictures else ["--no-picture"]
-    printed = json.loads(said("mesh", design, "--out", out, *options).out)
+    printed = json.loads(terminal("mesh", design, "--out", out, *options).out)
     meshes = {f"mesh.{ending}" for ending in ENDINGS}
     names = meshes | {"quality.txt", "quality.json", *pictures}
     assert {path.name for path in out.iterdir()} == names
@@ -67,10 +67,10 @@ def test_mesh_report_and_picture_are_written(fidelity, dimension, pictures, desi
         ('mesh.mesher = "file"\nmesh.file = "wrong.toml"', "which reads no mesh.file"),
     ],
 )
-def test_a_wrong_design_is_bad_input(lines, words, tmp_path, said):
+def test_a_wrong_design_is_bad_input(lines, words, tmp_path, terminal):
     path, out = tmp_path / "wrong.toml", tmp_path / "out"
     path.write_text(f'design.name = "wrong"\nplates.count = 1\n{lines}\n')
-    assert words in said("mesh", path, "--out", out, "--fidelity", "plane-strain", code=2).err
+    assert words in terminal("mesh", path, "--out", out, "--fidelity", "plane-strain", code=2).err
     assert not out.exists()
 
 
@@ -89,32 +89,37 @@ def test_a_wrong_design_is_bad_input(lines, words, tmp_path, said):
         (["--scene", "fundamentel"], "did you mean fundamental"),
     ],
 )
-def test_wrong_options_are_bad_input_before_any_meshing(options, words, design, in_tmp_path, said):
-    assert words in said("mesh", design, "--out", "out", *options, code=2).err
+def test_wrong_options_are_refused_before_any_meshing(
+    options, words, design, in_tmp_path, terminal
+):
+    assert words in terminal("mesh", design, "--out", "out", *options, code=2).err
     assert not (design.parent / "out").exists()
 
 
-def test_a_mesh_made_elsewhere_is_read_beside_its_design(design, tmp_path, monkeypatch, said):
+def test_a_mesh_made_elsewhere_is_read_next_to_its_design(design, tmp_path, in_tmp_path, terminal):
     out = tmp_path / "out"
     options = ["--no-picture", "--quiet", "--format", "inp", "--format", "inp"]
-    said("mesh", design, "--out", out, *options)
+    terminal("mesh", design, "--out", out, *options)
     assert not (out / "quality.png").exists()
     own = out / "again.toml"
     own.write_text(DESIGN.replace('"extrude"', '"file"\nmesh.file = "mesh.inp"'))
-    monkeypatch.chdir("/")
-    report = json.loads(said("mesh", own, "--out", tmp_path / "again", *options[:2], "--json").out)
+    report = json.loads(
+        terminal("mesh", own, "--out", tmp_path / "again", *options[:2], "--json").out
+    )
     assert report["mesher"] == "file"
     assert "mesh.inp" in report["remarks"][0]
     assert report["volumes"]["plate_0"]["error"] < 1e-9
     (out / "mesh.inp").unlink()
-    assert "mesh.file" in said("mesh", own, "--out", tmp_path / "third", code=2).err
+    assert "mesh.file" in terminal("mesh", own, "--out", tmp_path / "third", code=2).err
     assert not (tmp_path / "third").exists()
 
 
-def test_a_mesh_of_another_design_fails_and_says_why(design, tmp_path, said):
+def test_a_mesh_of_another_design_fails_and_says_why(design, tmp_path, terminal):
     out = tmp_path / "out"
-    said("mesh", design, "--out", out, "--no-picture", "--format", "msh", "--scene", "fundamental")
+    terminal(
+        "mesh", design, "--out", out, "--no-picture", "--format", "msh", "--scene", "fundamental"
+    )
     text = DESIGN.replace('"extrude"', '"file"\nmesh.file = "out/mesh.msh"')
     design.write_text(text.replace("plates.count = 1", "plates.count = 2\nplates.pitch_mm = 3.0"))
-    refused = said("mesh", design, "--out", out, code=1).err
+    refused = terminal("mesh", design, "--out", out, code=1).err
     assert "lacks plate_1 (found: elastomer, plate_0)" in refused

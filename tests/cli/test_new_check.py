@@ -20,15 +20,15 @@ pytestmark = pytest.mark.usefixtures("in_tmp_path")
 
 
 @pytest.mark.parametrize("name", [None, "homogeneous", "narrow", "domed", "pin", "boned"])
-def test_new_then_check(name, said):
-    said("new", "sub/mine.toml", *(["--from", name] if name else []), "-q")
-    assert "mine" in said("check", "sub/mine.toml").out
+def test_new_then_check(name, terminal):
+    terminal("new", "sub/mine.toml", *(["--from", name] if name else []), "-q")
+    assert "mine" in terminal("check", "sub/mine.toml").out
     assert Path("sub/design.schema.json").is_file()
 
 
-def test_new_scene_then_check(said):
-    said("new", "mine.toml", "--scene")
-    said("check", "narrow", "--scene", "mine.toml")
+def test_new_scene_then_check(terminal):
+    terminal("new", "mine.toml", "--scene")
+    terminal("check", "narrow", "--scene", "mine.toml")
     schema = json.loads(Path("scene.schema.json").read_text())
     text = Path("mine.toml").read_text()
     assert text.startswith("#:schema ./scene.schema.json\n")
@@ -39,22 +39,22 @@ def test_new_scene_then_check(said):
     assert not Path("design.schema.json").exists()
 
 
-def test_new_overwrites_nothing_without_force(said):
+def test_new_overwrites_nothing_without_force(terminal):
     Path("mine.toml").write_text("precious")
     Path("design.schema.json").write_text("mine too")
-    assert "--force" in said("new", "mine.toml", code=2).err
+    assert "--force" in terminal("new", "mine.toml", code=2).err
     assert Path("mine.toml").read_text() == "precious"
-    said("new", "other.toml")
+    terminal("new", "other.toml")
     assert Path("design.schema.json").read_text() == "mine too"
     os.mkfifo("pipe.toml")
-    said("new", "pipe.toml", "--force", code=2)
-    said("new", "mine.toml", "--force")
-    said("check", "mine.toml")
+    terminal("new", "pipe.toml", "--force", code=2)
+    terminal("new", "mine.toml", "--force")
+    terminal("check", "mine.toml")
 
 
-def test_new_makes_a_safe_name_of_the_files(said):
-    said("new", "my finger é.v2.toml")
-    (report,) = json.loads(said("check", "my finger é.v2.toml", "--json").out)
+def test_new_makes_a_safe_name_of_the_files(terminal):
+    terminal("new", "my finger é.v2.toml")
+    (report,) = json.loads(terminal("check", "my finger é.v2.toml", "--json").out)
     assert report["name"] == "my-finger-v2"
 
 
@@ -62,16 +62,16 @@ def test_new_makes_a_safe_name_of_the_files(said):
     ("arguments", "words"),
     [(["x.txt"], "try x.toml"), ([], "FILE"), (["m.toml", "--from", "x"], "maeno2000")],
 )
-def test_wrong_input_of_new(arguments, words, said):
-    assert words in said("new", *arguments, code=2).err
+def test_wrong_input_of_new(arguments, words, terminal):
+    assert words in terminal("new", *arguments, code=2).err
     assert not list(Path().iterdir())
 
 
-def test_check_reports_every_fault_of_every_file(said):
+def test_check_reports_every_fault_of_every_file(terminal):
     Path("bad.toml").write_text('design.name = "a"\nplates.pitch_mm = 0.1\ngages.length_mm = 9')
     Path("worse.toml").write_text("x =")
-    said("new", "good.toml", "-q")
-    captured = said("check", "bad.toml", "good.toml", "worse.toml", "absent.toml", code=2)
+    terminal("new", "good.toml", "-q")
+    captured = terminal("check", "bad.toml", "good.toml", "worse.toml", "absent.toml", code=2)
     lines = captured.err.splitlines()
     assert [line.split(":")[0] for line in lines[:3]] == ["bad.toml", "bad.toml", "worse.toml"]
     assert len(lines) == 4
@@ -86,18 +86,18 @@ def test_check_reports_every_fault_of_every_file(said):
         ("[[0.1, 0]]", ["bad.toml: gages.length_mm", "bad.toml (scene): readout.points_mm[1]"]),
     ],
 )
-def test_check_judges_the_scene_beside_faults_of_its_own_and_of_the_design(rows, keys, said):
+def test_check_judges_the_scene_with_faults_of_its_own_and_of_the_design(rows, keys, terminal):
     Path("bad.toml").write_text('design.name = "a"\ngages.length_mm = 9')
     points = "readout.points_mm = [[0, 30, 0], [0, 31, 0]]"
     Path("scene.toml").write_text(f"path.increments_mm = {rows}\n{points}")
-    err = said("check", "bad.toml", "--scene", "scene.toml", code=2).err
+    err = terminal("check", "bad.toml", "--scene", "scene.toml", code=2).err
     assert [line.split(" = ")[0] for line in err.splitlines()] == keys
 
 
-def test_check_as_json(said):
+def test_check_as_json(terminal):
     Path("bad.toml").write_text('design.name = "a"\nplates.count = 501')
-    said("new", "good.toml", "-q")
-    good, bad = json.loads(said("check", "good.toml", "bad.toml", "--json", code=2).out)
+    terminal("new", "good.toml", "-q")
+    good, bad = json.loads(terminal("check", "good.toml", "bad.toml", "--json", code=2).out)
     assert (good["sound"], good["plates"]) == (True, 15)
     assert 0 < good["least_surface_mm"] < 2
     assert 0 < good["contact_half_width_mm"] < 10
@@ -106,13 +106,13 @@ def test_check_as_json(said):
 
 
 @pytest.mark.parametrize("rows", ["[[9.0, 0.0]]", "[[0.1, 0.0, 0.0, 0.0, 0.0]]", "[]"])
-def test_a_faulty_scene_leaves_no_forecast_of_another(rows, said):
+def test_a_faulty_scene_leaves_no_forecast_of_another(rows, terminal):
     Path("wrong.toml").write_text(f"path.increments_mm = {rows}")
-    shown = said("check", "narrow", "--scene", "wrong.toml", code=2)
+    shown = terminal("check", "narrow", "--scene", "wrong.toml", code=2)
     assert "path.increments_mm" in shown.err
     assert "Distances" not in shown.out
-    assert "Distances" in said("check", "narrow", "--scene", "fundamental").out
-    shown = said("check", "narrow", "--scene", "wrong.toml", "--json", code=2).out
+    assert "Distances" in terminal("check", "narrow", "--scene", "fundamental").out
+    shown = terminal("check", "narrow", "--scene", "wrong.toml", "--json", code=2).out
     assert json.loads(shown)[-1]["sound"] is (rows != "[[9.0, 0.0]]")
 
 
@@ -137,20 +137,20 @@ def fail_with(monkeypatch, error):
         (click.ClickException("clicked"), 1, "clicked"),
     ],
 )
-def test_failures_become_exit_codes(error, code, words, monkeypatch, said):
+def test_failures_become_exit_codes(error, code, words, monkeypatch, terminal):
     fail_with(monkeypatch, error)
-    err = said("check", code=code).err
+    err = terminal("check", code=code).err
     assert words in err
     assert "Traceback" not in err
 
 
-def test_debug_keeps_the_traceback_in_a_file(monkeypatch, said, tmp_path):
+def test_debug_keeps_the_traceback_in_a_file(monkeypatch, terminal, tmp_path):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     fail_with(monkeypatch, ZeroDivisionError("oh"))
-    err = said("--debug", "check", code=1).err
-    (kept,) = tmp_path.glob("fingerdesign-*.txt")
-    assert str(kept) in err
-    assert "ZeroDivisionError: oh" in kept.read_text()
+    err = terminal("--debug", "check", code=1).err
+    (stored,) = tmp_path.glob("fingerdesign-*.txt")
+    assert str(stored) in err
+    assert "ZeroDivisionError: oh" in stored.read_text()
 
 
 LIGHT = """

@@ -39,13 +39,13 @@ def printed(capsys):
 )
 def test_arguments(code, arguments, tmp_path, monkeypatch, in_tmp_path, printed):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    said = printed(code, *arguments)
-    assert "\\u202e" in said.err or "\\udcff" in said.err
+    shown = printed(code, *arguments)
+    assert "\\u202e" in shown.err or "\\udcff" in shown.err
 
 
 def test_what_a_record_holds(tmp_path, printed, plane_strain):
     made = plane_strain.result
     bad = replace(made, design=BAD, scene=BAD, warnings=(f"{BAD}\nreport: /fake",))
     write_result_folder(tmp_path / "a", bad)
-    said = printed(0, "view", tmp_path / "a").out.splitlines()
-    assert sum(line.startswith("report: ") for line in said) == 1
+    shown = printed(0, "view", tmp_path / "a").out.splitlines()
+    assert sum(line.startswith("report: ") for line in shown) == 1

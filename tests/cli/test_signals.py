@@ -50,20 +50,20 @@ def test_an_interruption_that_an_import_hides_is_130(error, monkeypatch, capsys)
 
 
 def test_an_echo_of_the_interruption_disturbs_nothing(monkeypatch, capsys):
-    kept = []
+    finished = []
 
     def work():
         try:
             signal.raise_signal(signal.SIGINT)
         finally:
             signal.raise_signal(signal.SIGTERM)  # as `timeout` and shells send it on
-            kept.append("whole")
+            finished.append("whole")
 
     assert run(monkeypatch, work) == 130
-    assert kept == ["whole"]
+    assert finished == ["whole"]
 
 
-def test_who_asks_again_is_not_kept_waiting(monkeypatch):
+def test_a_second_request_ends_at_once(monkeypatch):
     ended = []
     monkeypatch.setattr(cli_main, "_PATIENCE_S", 0.0)
     monkeypatch.setattr(cli_main.os, "_exit", ended.append)

@@ -31,8 +31,8 @@ def out(tmp_path):
     return tmp_path / "out"
 
 
-def test_files_of_a_finger(study, out, said):
-    shown = said("generate", study, "--out", out, "--count", "1", "--workers", "1").out
+def test_files_of_a_finger(study, out, terminal):
+    shown = terminal("generate", study, "--out", out, "--count", "1", "--workers", "1").out
     assert "1 variants, 0 of them there already" in shown
     folder = out / "few" / "few-0001"
     names = ["body.stl", "few-0001.toml", "finger.step", "finger.stl", "plates.stl"]
@@ -47,29 +47,29 @@ def test_files_of_a_finger(study, out, said):
         assert triangles >= 12
 
 
-def test_invalid_variants_are_counted_and_reported(study, out, said):
+def test_invalid_variants_are_counted_and_reported(study, out, terminal):
     arguments = ["generate", study, "--out", out, "--no-cad"]
-    shown = said(*arguments).out
+    shown = terminal(*arguments).out
     for each in ("few-0003: plates.", "2 variants", "1 cannot exist"):
         assert each in shown
-    *each, reported = map(json.loads, said(*arguments, "--json").out.splitlines())
+    *each, reported = map(json.loads, terminal(*arguments, "--json").out.splitlines())
     assert (reported["valid"], reported["invalid"], reported["cad_failed"]) == (2, 1, 0)
     assert [one["done"] for one in each] == [1, 2, 3]
     by_number = {one["number"]: one for one in each}
     assert [by_number[number]["kept"] for number in (1, 2, 3)] == [True, True, False]
     assert by_number[3]["faults"]
-    shown = said(*arguments, "--quiet")
+    shown = terminal(*arguments, "--quiet")
     assert not shown.out
     assert str(out / "few" / "invalid.csv") in shown.err
 
 
-def test_only_some(study, out, said):
+def test_only_some(study, out, terminal):
     arguments = ["generate", study, "--out", out, "--no-cad", "--quiet", "--only"]
-    said(*arguments, "2")
+    terminal(*arguments, "2")
     assert not (out / "few" / "few-0001").exists()
     assert (out / "few" / "few-0002" / "few-0002.toml").exists()
-    assert said(*arguments, "3", code=1).err.startswith("no variant can exist")
-    assert "at most 3" in said(*arguments, "4", code=2).err
+    assert terminal(*arguments, "3", code=1).err.startswith("no variant can exist")
+    assert "at most 3" in terminal(*arguments, "4", code=2).err
 
 
 @pytest.mark.parametrize("command", ["generate", "sweep"])
@@ -82,19 +82,19 @@ def test_only_some(study, out, said):
     ],
 )
 def test_wrong_input_ends_before_any_work(
-    command, name, text, named, study, out, said, in_tmp_path
+    command, name, text, named, study, out, terminal, in_tmp_path
 ):
     study.write_text(text)
-    err = said(command, name, "--out", out, code=2).err
+    err = terminal(command, name, "--out", out, code=2).err
     assert all(each in err for each in named)
     assert not out.exists()
 
 
 @pytest.mark.parametrize("command", ["generate", "sweep"])
-def test_what_is_in_the_way_is_refused_before_any_work(command, study, out, said):
+def test_what_is_in_the_way_is_refused_before_any_work(command, study, out, terminal):
     (out / "few").mkdir(parents=True)
     (out / "few" / "thesis.tex").touch()
-    assert "thesis.tex" in said(command, study, "--out", out, code=2).err
+    assert "thesis.tex" in terminal(command, study, "--out", out, code=2).err
 
 
 @pytest.mark.parametrize(
@@ -107,23 +107,23 @@ def test_what_is_in_the_way_is_refused_before_any_work(command, study, out, said
     ],
 )
 def test_wrong_schedulers_are_refused_where_nothing_is_computed_too(
-    study, out, said, options, named
+    study, out, terminal, options, named
 ):
     study.write_text(NONE)
-    assert named in said("sweep", study, "--out", out, *options, code=2).err
+    assert named in terminal("sweep", study, "--out", out, *options, code=2).err
     assert not out.exists()
 
 
-def test_no_finger_at_all_is_a_failure_with_a_report(study, out, said, monkeypatch):
+def test_no_finger_at_all_is_a_failure_with_a_report(study, out, terminal, monkeypatch):
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(out / "cache"))
     study.write_text(NONE)
     arguments = ["sweep", study, "--out", out]
-    assert "failed: 2 invalid; causes in" in said(*arguments, code=1).out
+    assert "failed: 2 invalid; causes in" in terminal(*arguments, code=1).out
     assert (out / "few" / "report.html").exists()
-    quiet = said(*arguments, "--quiet", code=1)
+    quiet = terminal(*arguments, "--quiet", code=1)
     assert not quiet.out
     assert str(out / "few" / "failures.csv") in quiet.err
-    *lines, last = map(json.loads, said(*arguments, "--json", code=1).out.splitlines())
+    *lines, last = map(json.loads, terminal(*arguments, "--json", code=1).out.splitlines())
     assert [(each["done"], each["number"]) for each in lines] == [(1, 1), (2, 2)]
     assert last["failures"] == 2
 
@@ -142,16 +142,16 @@ def page(tmp_path):
     return tmp_path / "new" / "page.html"
 
 
-def test_page_csv_and_outcomes(outcomes, page, tmp_path, said):
+def test_page_csv_and_outcomes(outcomes, page, tmp_path, terminal):
     csv, lines = tmp_path / "designs.csv", tmp_path / "all.jsonl"
     requested = ["compare", outcomes, "--out", page, "--csv", csv, "--outcomes", lines]
-    shown = said(*requested, "--objective", "stick_error", "--objective", "cost:min").out
+    shown = terminal(*requested, "--objective", "stick_error", "--objective", "cost:min").out
     assert "recommended: any_" in shown
     assert "<title>study: fingers compared</title>" in page.read_text("utf-8")
     assert len(csv.read_text("utf-8").splitlines()) == 13
     assert read_comparison([lines]).outcomes == MADE
     assert [path.name for path in page.parent.iterdir()] == ["page.html"]
-    reported = json.loads(said("compare", outcomes, "--out", page, "--json", "--complete").out)
+    reported = json.loads(terminal("compare", outcomes, "--out", page, "--json", "--complete").out)
     assert reported["designs"] == 12
     assert reported["recommended"] in reported["front"]
 
@@ -172,9 +172,9 @@ def test_page_csv_and_outcomes(outcomes, page, tmp_path, said):
         *(([option, "pipe.html"], "a regular file") for option in ("--out", "--csv", "--outcomes")),
     ],
 )
-def test_wrong_input_of_a_comparison_is_named(outcomes, page, said, in_tmp_path, more, named):
+def test_wrong_input_of_a_comparison_is_named(outcomes, page, terminal, in_tmp_path, more, named):
     os.mkfifo("pipe.html")
-    assert named in said("compare", "study", "--out", page, *more, code=2).err
+    assert named in terminal("compare", "study", "--out", page, *more, code=2).err
     assert not page.exists()
     assert read_comparison([outcomes]).outcomes == MADE
     assert Path("pipe.html").is_fifo()

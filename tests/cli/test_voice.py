@@ -55,8 +55,8 @@ def test_an_option_is_the_same_everywhere(name):
         (["mesh", "narrow", "--scene", "slop"], "slope"),
     ],
 )
-def test_what_is_nearly_typed_is_named(typed, meant, said):
-    reported = said(*typed, code=2).err
+def test_what_is_nearly_typed_is_named(typed, meant, terminal):
+    reported = terminal(*typed, code=2).err
     assert meant in reported.lower().split("mean")[-1]
 
 
@@ -81,39 +81,39 @@ def test_shells_complete_commands_and_shipped_names(words, completed, monkeypatc
     assert {name for kind, name in lines if kind == "plain"} == completed
 
 
-def test_every_list_fits_80_columns_and_is_there_for_scripts(said):
-    assert set(said("list").out.split()) >= set(SHELVES)
-    every = said("list", *SHELVES).out
+def test_every_list_fits_80_columns_and_is_there_for_scripts(terminal):
+    assert set(terminal("list").out.split()) >= set(SHELVES)
+    every = terminal("list", *SHELVES).out
     assert set(every.split()) >= {"silicone", "maeno2000", "slope", "stick_error"}
     assert max(map(len, every.splitlines())) <= 80
-    shown = json.loads(said("list", "--json").out)
+    shown = json.loads(terminal("list", "--json").out)
     assert tuple(shown) == SHELVES
     assert [each["name"] for each in shown["designs"]] == list(shipped_names())
     assert all(each["why"] for kind in ("designs", "scenes", "studies") for each in shown[kind])
 
 
 @pytest.mark.parametrize("option", ["--study", "--scene", "--short"])
-def test_each_new_file_passes_check(option, tmp_path, said):
+def test_each_new_file_passes_check(option, tmp_path, terminal):
     path = tmp_path / "mine.toml"
-    said("new", path, option, "-q")
-    assert "mine" in said("check", path).out
+    terminal("new", path, option, "-q")
+    assert "mine" in terminal("check", path).out
     if option == "--short":
         lines = [line.split(" = ") for line in path.read_text().splitlines()]
         assert len([line for line in lines if len(line) > 1 and line[0].isidentifier()]) == 15
-    assert "give one" in said("new", tmp_path / "b.toml", "--study", "--short", code=2).err
+    assert "give one" in terminal("new", tmp_path / "b.toml", "--study", "--short", code=2).err
 
 
-def test_check_names_faults_of_studies_and_scenes_together(tmp_path, said):
+def test_check_names_faults_of_studies_and_scenes_together(tmp_path, terminal):
     study, scene = tmp_path / "study.toml", tmp_path / "scene.toml"
     study.write_text(
         '[study]\nname = "s"\nbase = "maeno2000"\nsampling = "grid"\nscenes = ["slop"]\n'
         '[parameters]\n"plates.cuont" = [5]\n'
     )
     scene.write_text("[object]\nfriction_coefficient = -1\n[path]\nincrements_mm = []\n")
-    reported = said("check", study, scene, "narrow", code=2).err
+    reported = terminal("check", study, scene, "narrow", code=2).err
     for words in ("did you mean plates.count", "did you mean slope", "friction_coefficient"):
         assert words in reported
-    (sound,) = json.loads(said("check", "fingers", "--json").out)
+    (sound,) = json.loads(terminal("check", "fingers", "--json").out)
     assert (sound["kind"], sound["variants"], sound["sound"]) == ("study", 200, True)
 
 
@@ -219,26 +219,26 @@ del FOLDERS["lesson.json"]["friction_utilisation_errors"]
 
 
 @pytest.mark.parametrize("record", FOLDERS)
-def test_view_says_what_is_bad_in_each_kind_of_folder(record, tmp_path, said):
+def test_view_says_what_is_bad_in_each_kind_of_folder(record, tmp_path, terminal):
     folder = tmp_path / "out" / "a"
     folder.mkdir(parents=True)
     (folder / record).write_text(json.dumps(FOLDERS[record]))
     for place in (folder, folder.parent):
-        shown = said("view", place).out
+        shown = terminal("view", place).out
         assert "✗" in shown
         assert max(len(line) for line in shown.splitlines() if "report:" not in line) <= 80
-        (data,) = json.loads(said("view", place, "--json").out)
+        (data,) = json.loads(terminal("view", place, "--json").out)
         assert (data["record"], bool(data["bad"])) == (record, True)
 
 
-def test_a_record_that_holds_nothing_is_refused(tmp_path, said):
+def test_a_record_that_holds_nothing_is_refused(tmp_path, terminal):
     (tmp_path / "unlike.json").write_text(json.dumps(FOLDERS["unlike.json"] | {"summaries": {}}))
-    assert "run its command again" in said("view", tmp_path, code=2).err
+    assert "run its command again" in terminal("view", tmp_path, code=2).err
 
 
 @pytest.mark.parametrize("name", ["maeno2000", "both_ways", "homogeneous"])
-def test_a_sketch_names_its_dimensions(name, tmp_path, said):
-    said("view", name, "--out", tmp_path)
+def test_a_sketch_names_its_dimensions(name, tmp_path, terminal):
+    terminal("view", name, "--out", tmp_path)
     assert (tmp_path / f"{name}.png").read_bytes().startswith(b"\x89PNG")
     svg = (tmp_path / f"{name}.svg").read_text("utf-8")
     assert svg.startswith("<svg ")
@@ -246,11 +246,11 @@ def test_a_sketch_names_its_dimensions(name, tmp_path, said):
         assert words in svg
 
 
-def test_a_former_name_works_and_reports_the_new_one(tmp_path, said):
-    shown = said("sketch", "narrow", "--out", tmp_path)
+def test_a_former_name_works_and_reports_the_new_one(tmp_path, terminal):
+    shown = terminal("sketch", "narrow", "--out", tmp_path)
     assert shown.err == "`sketch` is now `fingerdesign view`\n"
     assert (tmp_path / "narrow.svg").is_file()
-    help_text = said("--help").out
+    help_text = terminal("--help").out
     assert "  sketch " not in help_text
     order = ("Design:", "Analyse:", "Choose:", "Cast:", "Control:", "Reference:")
     places = [help_text.index(heading) for heading in order]

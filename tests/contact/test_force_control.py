@@ -96,7 +96,7 @@ def test_the_normal_force_alone_with_the_shear_held(strip):
     assert step.measures.tangential_force > 0.01
 
 
-def test_a_contact_that_outgrows_its_zone_is_said_to(strip):
+def test_a_contact_that_outgrows_its_zone_is_an_error(strip):
     state = ContactState.untouched(strip)
     for solve in (
         lambda: solve_increment(strip, state, Motion(3.0, 0.0)),

@@ -103,7 +103,7 @@ def test_without_a_compiler_numpy_does_it(patch, monkeypatch, own_cache):
     assert type(Workspace().tracker(patch)) is Tracker
 
 
-def test_a_library_is_made_once_and_kept_by_content(tmp_path, monkeypatch, library):
+def test_a_library_is_made_once_and_cached_by_content(tmp_path, monkeypatch, library):
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
     source = tmp_path / "answer.c"
     source.write_text("int answer(void) { return 42; }\n")

@@ -43,7 +43,7 @@ def test_the_underside_is_where_the_distance_is_zero(rigid):
     assert np.abs(rigid.distance(np.column_stack([x, y, z]))).max() < 1e-12
 
 
-def test_nothing_is_under_a_point_beside_the_object():
+def test_nothing_is_under_a_point_outside_the_object():
     assert np.isinf(Sphere(4.0, 1.5).underside(np.array([2.0]), np.array([0.0]))).all()
     assert np.isinf(Cylinder(4.0, 1.5).underside(np.array([2.0]), np.array([9.0]))).all()
 

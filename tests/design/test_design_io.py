@@ -50,7 +50,7 @@ def test_every_fault_of_the_geometry_at_once():
         ("plates.cover_mm = 12\nplates.count = -1", "plates.count"),
         ('body.material = "steel"\nplates.material = "wood"', "body.material plates.material"),
         ("body.widht_mm = 3\nplates.pitch_mm = 0.05", "body.widht_mm"),
-        # A rule between tables is asked although a value in one is faulty.
+        # A rule between tables is checked although a value in one is faulty.
         ('body.width_mm = -1\nbody.material = "steel"', "body.width_mm body.material"),
         # Every rule of a table whose values are sound.
         (

@@ -64,7 +64,7 @@ def test_wrong_scenes_are_refused_by_key(text, key):
     ],
 )
 def test_whatever_changes_a_scene_changes_its_digest(line):
-    """Results are kept by it: one that left out the friction would answer for another friction."""
+    """Results are stored by it: without the friction, one would stand for another friction."""
     assert parse_scene(PATH + line).digest() != parse_scene(PATH).digest()
     assert parse_scene(PATH + line).digest() == parse_scene(line + "\n" + PATH).digest()
 

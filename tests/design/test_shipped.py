@@ -1,4 +1,4 @@
-"""What is shipped: designs, scenes, schemas, the starter; and the numbers said of a design."""
+"""What is shipped: designs, scenes, schemas, the starter; and the numbers stated of a design."""
 
 import json
 import re

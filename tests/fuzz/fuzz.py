@@ -46,7 +46,7 @@ def fuzzing(folder: Path) -> Iterator[None]:
     """The environment in which inputs are judged: files of the run's own, timers."""
     names = ("FINGERDESIGN_FUZZ", "FINGERDESIGN_CACHE")
     before = {name: os.environ.get(name) for name in names}
-    place, kept_tmp, where = folder.absolute(), tempfile.tempdir, Path.cwd()
+    place, temporary_before, where = folder.absolute(), tempfile.tempdir, Path.cwd()
     os.environ |= {"FINGERDESIGN_FUZZ": str(place), "FINGERDESIGN_CACHE": str(place / "cache")}
     handlers = [(each, signal.signal(each, _ring)) for each in (signal.SIGPROF, signal.SIGALRM)]
     try:
@@ -56,7 +56,7 @@ def fuzzing(folder: Path) -> Iterator[None]:
         for each, handler in handlers:
             signal.signal(each, handler)
         os.chdir(where)
-        tempfile.tempdir = kept_tmp
+        tempfile.tempdir = temporary_before
         for name, value in before.items():
             os.environ.pop(name)
             os.environ |= {} if value is None else {name: value}
@@ -107,7 +107,7 @@ def judge(number: int, kind: str = "") -> Judged:
     left = [each for each in (place / "tmp").iterdir() if each.name.startswith("fingerdesign")]
     found.wrong += [f"{each.name} left in the temporary folder" for each in left]
     hidden = [each.name for each in place.rglob(".*") if folder not in each.parents]
-    found.wrong += [f"{name} left beside OUT" for name in hidden]
+    found.wrong += [f"{name} left next to OUT" for name in hidden]
     os.chdir(place.parent)
     if not found.wrong:
         shutil.rmtree(place)
@@ -149,17 +149,17 @@ def _run(line: list[str], found: Judged) -> int:
     except BaseException as escaped:
         what.append(f"{name} lets {type(escaped).__name__} escape: {escaped}"[:300])
         code = -1
-    seconds, said = time.process_time() - start, error.getvalue()
+    seconds, written = time.process_time() - start, error.getvalue()
     found.exits.append(code)
     if code != 0:
         found.seconds = max(found.seconds, seconds)
     if code not in (-1, 0, 1, 2):
         what.append(f"{name} exits with {code}")
-    if code > 0 and not said.strip():
+    if code > 0 and not written.strip():
         what.append(f"{name} fails without a sentence")
-    if "unexpected " in said.partition(":")[0] or "Traceback" in said:
-        what.append(f"{name}: {said.strip()[:300]}")
-    if any(not (each.isprintable() or each in "\n\t") for each in said):
+    if "unexpected " in written.partition(":")[0] or "Traceback" in written:
+        what.append(f"{name}: {written.strip()[:300]}")
+    if any(not (each.isprintable() or each in "\n\t") for each in written):
         what.append(f"{name} says what a terminal would obey")
     what += [f"{name} warns: {each.message}"[:300] for each in warned]
     return code

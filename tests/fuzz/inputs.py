@@ -251,9 +251,9 @@ def outcomes(folder: Path, out: Path, chance: Chance) -> Lines:
 def caches(folder: Path, out: Path, chance: Chance) -> Lines:
     """A cache of which files are spoiled: never an answer of it, never a fault."""
     shutil.copytree(corpus() / "cache", folder / "cache")
-    kept = sorted(each for each in (folder / "cache").rglob("*") if each.is_file())
+    cached = sorted(each for each in (folder / "cache").rglob("*") if each.is_file())
     for _ in range(int(chance.integers(1, 4))):
-        path = some(chance, kept)
+        path = some(chance, cached)
         if path.is_file() and path.stat().st_size < 1e9:
             put(path, spoiled(path.read_bytes(), chance), chance, odd=0.2)
     return [_analyse(corpus(), out)]
@@ -276,9 +276,9 @@ def corpus() -> Path:
         (folder / "s.toml").write_text(SCENE)
         before = os.environ.get("FINGERDESIGN_CACHE", "")
         os.environ["FINGERDESIGN_CACHE"] = str(folder / "cache")
-        code, said = command(_analyse(folder, folder / "out"))
+        code, written = command(_analyse(folder, folder / "out"))
         os.environ["FINGERDESIGN_CACHE"] = before or str(folder / "cache")
-        assert code == 0, said
+        assert code == 0, written
         (folder / "out/small").rename(folder / "result")
         load_design(folder / "result/design.toml")
     return folder

@@ -33,11 +33,11 @@ def test_a_text_that_never_ends_or_is_too_long_is_an_error(tmp_path):
 
 
 def test_a_cache_holds_no_pipe(own_cache):
-    kept = Cache("texts", most=3)
-    path = kept.path("a")
+    cache = Cache("texts", most=3)
+    path = cache.path("a")
     path.parent.mkdir(parents=True, exist_ok=True)
     os.mkfifo(path)
-    assert kept.text("a") is None
-    assert kept.arrays("a") is None
-    kept.put_text("a", "whole")
-    assert kept.text("a") == "whole"
+    assert cache.text("a") is None
+    assert cache.arrays("a") is None
+    cache.put_text("a", "whole")
+    assert cache.text("a") == "whole"

@@ -1,4 +1,4 @@
-"""What is said before any model is built: contact zones of every body, words, volumes."""
+"""What is stated before any model is built: contact zones of every body, words, volumes."""
 
 import numpy as np
 import pytest

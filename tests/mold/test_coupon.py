@@ -13,7 +13,7 @@ from tests.support.molds import shipped
 
 
 @pytest.mark.parametrize("process", ["sla", "fdm", "machined"])
-def test_each_row_has_its_key_in_the_middle_and_can_be_told_apart(process):
+def test_each_row_has_its_key_in_the_middle_and_is_named_in_the_profile(process):
     limits = limits_of(Mold(process=process))
     rows = ladders_of(limits_of(Mold(process=process)))
     for row in rows:

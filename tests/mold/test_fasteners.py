@@ -86,9 +86,9 @@ def test_walls_stand_between_all_holes_and_to_every_face(which):
         across = np.abs(end - start) < 1e-9
         most = np.array([plan.reach_x, plan.top, plan.reach_z])
         assert np.all((most - np.abs(start))[across] >= room), name
-        beside_x = abs(start[0]) - plan.half_width - sheets
-        beside_z = min(abs(start[2]), abs(end[2])) - plan.half_depth
-        assert max(beside_x, beside_z) >= room, name  # the finger's footprint
+        from_x = abs(start[0]) - plan.half_width - sheets
+        from_z = min(abs(start[2]), abs(end[2])) - plan.half_depth
+        assert max(from_x, from_z) >= room, name  # the finger's footprint
         if across[1]:
             assert room <= start[1] <= plan.top - room, name
 

@@ -72,7 +72,7 @@ def test_a_finger_that_needs_a_closed_mold_gets_one_and_the_reason(name, word):
 
 
 @pytest.mark.parametrize("seed", [16, 31])
-def test_frames_of_a_dome_with_chamfers_are_whole_beside_their_combs_windows(seed):
+def test_frames_of_a_dome_with_chamfers_are_whole_next_to_their_combs_windows(seed):
     # The kernel's difference of frame and comb was nothing, and a window reached into the flanks.
     design = Design.model_validate(resolved(random_design(seed))[0])
     plan = plan_mold(design)
@@ -197,7 +197,7 @@ def test_a_frame_slides_off_comb_and_legs_and_leaves_them(made):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("process", ["sla", "machined"])
-def test_frames_of_a_rounded_block_keep_no_sliver_beside_their_windows(process, tmp_path):
+def test_frames_of_a_rounded_block_have_no_sliver_next_to_their_windows(process, tmp_path):
     """Where a rounding ends upright, 0.2 micrometres of it stood as a wall of 1.46 mm."""
     design = with_values(load_design("block"), {"mold.process": process})
     plan = plan_mold(design)

@@ -277,7 +277,7 @@ def test_what_mends_leads_without_room_is_named_and_does():
         assert not mold_faults(with_values(thick, {key: float(value)}))
 
 
-def test_holes_that_nobody_asked_for_are_as_large_as_the_least_and_an_open_mold_has_no_gate():
+def test_holes_that_nobody_requested_are_as_large_as_the_least_and_an_open_mold_has_no_gate():
     values = {"mold__limits__hole_mm": 4.5, "mold__wire_mm": 0.0}
     holes = plan_mold(shipped("maeno2000", mold__pour="open", **values)).base_holes
     assert {(hole.kind, hole.diameter) for hole in holes} == {("lock", 4.5)}
@@ -296,7 +296,7 @@ def test_round_end_walls_stand_beyond_the_finger(size):
 
 
 @pytest.mark.parametrize("name", ["block", "maeno2000", "pin", "sensitive", "wide"])
-def test_the_gate_stands_beside_the_plates_and_away_from_the_first_vent(name):
+def test_the_gate_stands_clear_of_the_plates_and_away_from_the_first_vent(name):
     plan = plan_mold(shipped(name))
     gate = next(hole for hole in plan.base_holes if hole.kind == "gate")
     vent = next(hole for hole in plan.base_holes if hole.kind == "vent")

@@ -236,13 +236,13 @@ def failing(monkeypatch, names, error):
     monkeypatch.setattr(Path, "rename", refuse)
 
 
-def test_an_older_result_that_cannot_be_put_back_is_kept(tmp_path, monkeypatch):
+def test_an_older_result_that_cannot_be_put_back_stays(tmp_path, monkeypatch):
     write(tmp_path / "a", "older")
     failing(monkeypatch, [".partial-", ".older-"], OSError("no"))
     with pytest.raises(ResultError, match="the older result is in"):
         write(tmp_path / "a", "new")
-    (kept,) = tmp_path.iterdir()
-    assert json.loads((kept / "result.json").read_text("utf-8")) == "older"
+    (stored,) = tmp_path.iterdir()
+    assert json.loads((stored / "result.json").read_text("utf-8")) == "older"
 
 
 def test_a_folder_that_cannot_be_listed_is_a_result_error(tmp_path, monkeypatch):

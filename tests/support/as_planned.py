@@ -153,7 +153,7 @@ def _plates(assembly):
 
 
 _ROUNDING_MM = 1e-9
-ROOM_MM = 0.005  # beside a plate, or it cannot be pushed in
+ROOM_MM = 0.005  # next to a plate, or it cannot be pushed in
 
 
 def plan_checks(design, plan):
@@ -178,7 +178,7 @@ def _side(design, plan, side, limits):
             least,
             f"slot of {where}",
         ),
-        _least("room of plates", where, room, ROOM_MM, f"room beside a plate, {where}"),
+        _least("room of plates", where, room, ROOM_MM, f"room next to a plate, {where}"),
         _least("planned webs", where, between.tolist(), web, f"web of {where}"),
         *_outer(side, where, web),
     ]

@@ -145,9 +145,9 @@ def unsent():
 
 def eat():
     """Ever more memory."""
-    kept = []
+    taken = []
     while True:
-        kept.append(np.ones(2_000_000))
+        taken.append(np.ones(2_000_000))
         time.sleep(0.02)
 
 

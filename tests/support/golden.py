@@ -1,14 +1,14 @@
-"""Golden records: what the command line writes, kept to show that a change changed nothing.
+"""Golden records: what the command line writes, recorded to show that a change changed nothing.
 
     python tests/support/golden.py record --tree CHECKOUT --out DIR [--only NAME ...] [--jobs N]
     python tests/support/golden.py compare OLD_DIR NEW_DIR [--numbers]
 
 ``record`` runs every case in a folder of its own with a fresh cache, so that none leans on another,
-on an older run or on the caches of whoever runs it. Of each call it keeps the exit code and what
-was said; of each file written what must come again: text without times, folders and versions, the
-digest of all else. ``compare`` (golden_compare.py) shows what differs and exits with 1 if anything
-does. Run it with a Python that has the program's dependencies. Libraries run on one thread: sums
-keep their order.
+on an older run or on the caches of whoever runs it. Of each call it records the exit code and what
+was printed; of each file written what must come again: text without times, folders and versions,
+the digest of all else. ``compare`` (golden_compare.py) shows what differs and exits with 1 if
+anything does. Run it with a Python that has the program's dependencies. Libraries run on one
+thread: sums keep their order.
 """
 
 import argparse
@@ -205,7 +205,7 @@ MOMENT = {
 WORDS = (  # of the moment, in texts and pages
     (re.compile(r"\b\d[\d.,]*( |&nbsp;)(core )?(s|MB|seconds?)\b"), r"N \3"),
     (re.compile(r"saves a factor [\d.]+"), "saves a factor N"),
-    (re.compile(r"^\S+: \d+ of \d+(, N s left)?\n", re.M), ""),  # said when the clock says so
+    (re.compile(r"^\S+: \d+ of \d+(, N s left)?\n", re.M), ""),  # printed when the clock says so
     (re.compile(r"on \d+ cores?, one of which .*?(?=[\"\n<]|$)"), "on this machine"),
     (re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d(\.\d+)?)?Z?)?"), "DATE"),
     (re.compile(r"\b([a-z][a-z0-9-]+) \d+\.\d+\.\d+\b"), r"\1 VERSION"),
@@ -257,37 +257,37 @@ def table_lines(lines):
 
 
 def digest(data):
-    """What is kept of bytes."""
+    """What is recorded of bytes."""
     return f"{len(data)} bytes, SHA-256 {hashlib.sha256(data).hexdigest()}\n"
 
 
-def json_kept(text):
+def json_recorded(text):
     """A JSON text without the moment."""
     return json.dumps(without_moment(json.loads(text)), indent=1, sort_keys=True) + "\n"
 
 
-def lines_kept(text):
+def lines_recorded(text):
     """Lines of JSON, each without the moment."""
-    return "".join(json_kept(line) for line in text.splitlines())
+    return "".join(json_recorded(line) for line in text.splitlines())
 
 
-def said(text):
-    """What a call said: JSON, lines of JSON, or words."""
-    for reading in (json_kept, lines_kept):
+def printed(text):
+    """What a call printed: JSON, lines of JSON, or words."""
+    for reading in (json_recorded, lines_recorded):
         with contextlib.suppress(ValueError):
             return reading(text) if text[:1] in ("{", "[") else worded(text)
     return worded(text)
 
 
-def csv_kept(text):
+def csv_recorded(text):
     """A table of values without columns of the moment."""
     rows = list(csv.reader(text.splitlines()))
     timed = {place for place, head in enumerate(rows[0] if rows else []) if head in MOMENT}
-    kept = (["N" if k and n in timed else c for n, c in enumerate(r)] for k, r in enumerate(rows))
-    return worded("".join(",".join(row) + "\n" for row in kept))
+    cells = (["N" if k and n in timed else c for n, c in enumerate(r)] for k, r in enumerate(rows))
+    return worded("".join(",".join(row) + "\n" for row in cells))
 
 
-def html_kept(text):
+def html_recorded(text):
     """A page, a tag a line: images as digests, data opened, tables and charts without times."""
 
     def image(found):
@@ -296,13 +296,13 @@ def html_kept(text):
     def packed(found):
         data = gzip.decompress(base64.b64decode(found[2])).decode()
         name = re.search(r'data-name="[^"]*(\.\w+)"', found[1])
-        return f"{found[1]}{TEXTS.get(name[1], str)(data) if name else said(data)}</script>"
+        return f"{found[1]}{TEXTS.get(name[1], str)(data) if name else printed(data)}</script>"
 
     text = re.sub(r"base64,([A-Za-z0-9+/=]+)", image, text)
     text = re.sub(r"(<script[^>]*>)(H4sI[A-Za-z0-9+/=]+)</script>", packed, text)
     text = re.sub(
         r"(<script[^>]*application/json[^>]*>)(.*?)(?=</script>)",
-        lambda found: found[1] + said(found[2].strip()),
+        lambda found: found[1] + printed(found[2].strip()),
         text,
         flags=re.S,
     )
@@ -323,14 +323,14 @@ def untimed(table):
     return "".join(rows)
 
 
-def step_kept(text):
+def step_recorded(text):
     """A STEP file's digest: its statements without numbers and date, for their order varies."""
     text = re.sub(r"'\d{4}-\d\d-\d\dT[\d:]+'", "'DATE'", text)
     statements = (re.sub(r"#\d+|\s+", "", each) for each in text.split(";"))
     return digest(";".join(sorted(statements)).encode())
 
 
-def dxf_kept(text):
+def dxf_recorded(text):
     """A DXF file's digest, its times and random names left out."""
     text = re.sub(r"(\$TD\w+\s+40\s+)\S+", r"\1TIME", text)
     text = re.sub(r"\{[0-9A-F-]{36}\}", "{GUID}", text)
@@ -338,12 +338,17 @@ def dxf_kept(text):
 
 
 TEXTS: dict[str, Callable[[str], str]] = {
-    **{".json": json_kept, ".jsonl": lines_kept, ".csv": csv_kept, ".html": html_kept},
-    **{".step": step_kept, ".dxf": dxf_kept, ".txt": worded, ".toml": str, ".md": worded},
+    **{
+        ".json": json_recorded,
+        ".jsonl": lines_recorded,
+        ".csv": csv_recorded,
+        ".html": html_recorded,
+    },
+    **{".step": step_recorded, ".dxf": dxf_recorded, ".txt": worded, ".toml": str, ".md": worded},
 }
 
 
-def kept(path, places):
+def recorded(path, places):
     """What of a written file must be the same again."""
     if path.suffix == ".3mf":
         with zipfile.ZipFile(path) as archive:
@@ -367,7 +372,7 @@ def placed(text, places):
 
 
 def run_case(tree, name, target):
-    """Run a case of a checkout and keep what it wrote in ``target``; report what each call took."""
+    """Run a case of a checkout, record in ``target`` what it wrote; report what each call took."""
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir(parents=True)
     with tempfile.TemporaryDirectory(prefix="golden-") as home:
@@ -381,10 +386,10 @@ def run_case(tree, name, target):
             begun = time.monotonic()
             done = run_call(tree, call, work, cache)
             took.append(f"{time.monotonic() - begun:.0f}")
-            out, err = (each if name == "help" else said(each) for each in done[1:])
+            out, err = (each if name == "help" else printed(each) for each in done[1:])
             text = f"$ fingerdesign {call}\nexit code {done[0]}\n{out}\n--- stderr\n{err}"
             (target / f"call_{number:02}.txt").write_text(placed(text, places), "utf-8")
-            if name == "help":  # commands found are asked for their own help
+            if name == "help":  # the help of each command that is found
                 before = call.removesuffix("--help")
                 found = re.findall(r"^  ([a-z][a-z-]+)  +\S", done[1], re.M)
                 calls += [f"{before}{command} --help" for command in found]
@@ -393,7 +398,7 @@ def run_case(tree, name, target):
             if path.is_file() and str(inside) not in INPUTS:
                 record_file = target / "files" / f"{inside}.txt"
                 record_file.parent.mkdir(parents=True, exist_ok=True)
-                record_file.write_text(kept(path, places), "utf-8")
+                record_file.write_text(recorded(path, places), "utf-8")
     return f"{name}: {' + '.join(took)} s"
 
 
@@ -421,7 +426,7 @@ def run_call(tree, call, work, cache):
 
 
 def record(tree, out, names, jobs):
-    """Run cases of a checkout; also keep the schemas that it ships, wherever they lie."""
+    """Run cases of a checkout; also record the schemas that it ships, wherever they lie."""
     tree = tree.resolve()
     schemas = out / "schemas"
     shutil.rmtree(schemas, ignore_errors=True)

@@ -1,12 +1,11 @@
 """The floors of the house, read from the code: every import, inside functions and for typing too.
 
-python tests/support/house.py                    floors, files and lines, faults
-python tests/support/house.py --picture FILE     the floors as a picture
+python tests/support/house.py --picture FILE     draws the floors; size.py counts the rest
 """
 
 import argparse
 import ast
-from collections import Counter, defaultdict
+from collections import defaultdict
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -154,11 +153,6 @@ def wheel():
     return {m: p for m, p in modules().items() if not m.startswith("fingerdesign_bench")}
 
 
-def count_lines(folder, ending):
-    """Lines of the files below a folder whose names end so."""
-    return sum(len(p.read_text("utf-8").splitlines()) for p in (ROOT / folder).rglob(ending))
-
-
 def draw(path):
     """The floors as a picture: each folder is as wide as it has lines."""
     from matplotlib.figure import Figure
@@ -187,21 +181,10 @@ def draw(path):
 
 
 def main():
-    """Say what stands where, and what is wrong."""
+    """Draw the floors."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--picture", type=Path, metavar="FILE")
-    picture = parser.parse_args().picture
-    python = count_lines("fingerdesign", "*.py") + count_lines("cli", "*.py")
-    fullest = Counter(path.parent for path in wheel().values()).most_common(1)[0]
-    print(f"{len(wheel())} files and {python} lines in the wheel, {len(FLOORS)} floors")
-    print(f"{fullest[1]} files in the fullest folder, {fullest[0].relative_to(ROOT)}")
-    print(f"{count_lines('tests', '*.py')} lines of tests")
-    print(f"{count_lines('fingerdesign', '*.js')} lines of JavaScript")
-    print(f"{len(long_functions())} functions of more than 60 lines")
-    print(f"{len(inside_functions())} names imported inside functions")
-    print(f"{len(against_the_order())} imports against the order, {len(circles())} circles")
-    if picture:
-        draw(picture)
+    parser.add_argument("--picture", type=Path, metavar="FILE", required=True)
+    draw(parser.parse_args().picture)
 
 
 if __name__ == "__main__":

@@ -378,15 +378,15 @@ def twice(finger: Finger) -> float:
     return float(found[0] != found[1])
 
 
-@law("cached and fresh", 0.0, "what is kept is what was made: not a bit")
+@law("cached and fresh", 0.0, "what is cached is what was made: not a bit")
 def cached(finger: Finger) -> float:
-    """With nothing kept; with the answer kept; with mesh and model kept."""
-    with _empty_cache() as kept, tempfile.TemporaryDirectory() as out:
+    """With nothing cached; with the answer cached; with mesh and model cached."""
+    with _empty_cache() as folder, tempfile.TemporaryDirectory() as out:
 
         def made() -> Any:
             return analyse_into(finger.case, Path(out), page=False, cad=False).increments
 
         found = [made(), made()]
-        shutil.rmtree(kept / "answers", ignore_errors=True)  # what was quick is not kept
+        shutil.rmtree(folder / "answers", ignore_errors=True)  # what was quick is not stored
         found.append(made())
     return float(not found[0] == found[1] == found[2])

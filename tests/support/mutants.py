@@ -118,7 +118,7 @@ fingerdesign/contact/path.py | tests/contact
 -             state = increment.state
 +         state = increment.state
 
-kept meshes: one for every contact zone
+cached meshes: one for every contact zone
 fingerdesign/mesh/cache.py | tests/mesh
 -         "zone_mm": asdict(zone),
 +         "zone_mm": asdict(zone)["inner"],

@@ -1,6 +1,6 @@
-"""What every run of tests needs: kept work in one folder, one thread, and fixtures shared by all.
+"""What every run of tests needs: cached work in one folder, one thread, and fixtures shared by all.
 
-Kept meshes and bodies lie in one folder for all workers of a run, never in the user's own. Each
+Cached meshes and bodies lie in one folder for all workers of a run, never in the user's own. Each
 process computes on one thread: MKL's threads wait by spinning, and where workers share the cores
 that takes five times as long (a section of 34k dofs: 4.5 s of processor time, 23 s with two).
 """
@@ -18,13 +18,13 @@ pytest_plugins = ["tests.support.closed_form_analysis", "tests.support.closed_fo
 
 def pytest_configure(config):
     if not hasattr(config, "workerinput"):
-        config.kept = tempfile.TemporaryDirectory(prefix="fingerdesign-tests-")
-        os.environ["FINGERDESIGN_CACHE"] = config.kept.name
+        config.cache_folder = tempfile.TemporaryDirectory(prefix="fingerdesign-tests-")
+        os.environ["FINGERDESIGN_CACHE"] = config.cache_folder.name
 
 
 def pytest_unconfigure(config):
     if not hasattr(config, "workerinput"):
-        config.kept.cleanup()
+        config.cache_folder.cleanup()
 
 
 @pytest.fixture

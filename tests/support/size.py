@@ -12,14 +12,17 @@ import re
 import statistics
 import sys
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "cli"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from tests.support.house import FUNCTION, ROOT, tree
+from tests.test_docs import PAGES, sentences
+
 DIALECT = ("told", "kept", "said", "asked", "beside")
 BAD_FIRST_WORDS = {"What", "Whether", "How", "Of", "Where", "As", "If", "When", "Why"}
 MOST_COMPLEXITY, MOST_ARGUMENTS = 12, 7
-FUNCTION = ast.FunctionDef | ast.AsyncFunctionDef
 BRANCHES = (
     *(ast.If, ast.IfExp, ast.For, ast.AsyncFor, ast.While, ast.ExceptHandler),
     *(ast.comprehension, ast.match_case, ast.Assert),
@@ -40,12 +43,6 @@ def lines(paths: list[Path]) -> int:
 def product() -> list[Path]:
     """List the Python files of the package and the command line."""
     return files("fingerdesign", ".py") + files("cli", ".py")
-
-
-@cache
-def tree(path: Path) -> ast.Module:
-    """Parse a file."""
-    return ast.parse(path.read_text("utf-8"))
 
 
 def functions(paths: list[Path]) -> Iterator[tuple[Path, FUNCTION]]:
@@ -170,7 +167,6 @@ def template_statements() -> int:
 
 def commands() -> dict[str, int]:
     """Name the commands of the wheel that --help shows, each with the number of its options."""
-    sys.path[:0] = [str(ROOT), str(ROOT / "cli")]
     import click
     from fingerdesign_cli.main import cli
 
@@ -186,7 +182,6 @@ def commands() -> dict[str, int]:
 
 def design_keys() -> int:
     """Count the keys of a design, in tables of tables too; those of one list entry once."""
-    sys.path[:0] = [str(ROOT)]
     from fingerdesign.design.schema import Design
 
     schema = Design.model_json_schema()
@@ -205,44 +200,17 @@ def design_keys() -> int:
     return count_table(schema)
 
 
-def pages() -> list[Path]:
-    """List the README and the pages of the docs."""
-    every = [ROOT / "README.md", *files("docs", ".md")]
-    return [p for p in every if not {"examples", "generated"} & set(p.relative_to(ROOT).parts)]
-
-
-def prose(text: str) -> str:
-    """Leave a page's sentences: no code, tables, headings, pictures and addresses of links."""
-    text = re.sub(r"^(```|~~~).*?^(```|~~~)", "", text, flags=re.S | re.M)
-    text = re.sub(r"!\[[^\]]*\]\([^)]*\)", "", text)
-    text = re.sub(r"\]\([^)]*\)", "]", text)
-    kept = [each for each in text.splitlines() if not re.match(r"\s*(\||#|    |\{|:)", each)]
-    kept = [re.sub(r"^\s*([-*]|\d+\.)\s+", "\n", each) for each in kept]
-    return "\n".join(kept)
-
-
-def sentences(text: str) -> list[str]:
-    """Split a page's prose at full stops, question marks, colons that end a line, and items."""
-    parts = re.split(r"(?<=[.!?])[\"')]*\s+(?=[A-Z`\"'(\[*\d])|\n\s*\n|:\s*\n", prose(text))
-    return [each for each in (" ".join(part.split()) for part in parts) if len(each.split()) > 2]
-
-
-def words(text: str) -> int:
-    """Count words as `wc -w` does."""
-    return len(text.split())
-
-
 def dialect_counts() -> dict[str, int]:
     """Count whole words of the dialect table in code, templates and docs."""
-    paths = product() + files("benchmarks", ".py") + template_files() + pages()
+    paths = product() + files("benchmarks", ".py") + template_files() + list(PAGES)
     text = "\n".join(p.read_text("utf-8") for p in paths)
     return {word: len(re.findall(rf"\b{word}\b", text, re.I)) for word in DIALECT}
 
 
 def table() -> dict[str, object]:
     """Measure everything."""
-    every = [page.read_text("utf-8") for page in pages()]
-    lengths = [words(each) for text in every for each in sentences(text)]
+    every = [page.read_text("utf-8") for page in PAGES]
+    lengths = [len(each) for text in every for each in sentences(text)]
     found = commands()
     bench_tests = files("benchmarks", ".py")
     return {
@@ -256,8 +224,8 @@ def table() -> dict[str, object]:
         "commands": len(found),
         "options": sum(found.values()),
         "keys of a design": design_keys(),
-        "words of docs with README": sum(map(words, every)),
-        "words of README": words(every[0]),
+        "words of docs with README": sum(len(text.split()) for text in every),
+        "words of README": len(every[0].split()),
         "mean sentence, words": round(statistics.mean(lengths), 1),
         "sentences over 35 words": sum(each > 35 for each in lengths),
         **{f"word {word!r}": count for word, count in dialect_counts().items()},

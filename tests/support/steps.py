@@ -4,7 +4,7 @@ from fingerdesign.design import step as facts_module
 
 
 def read_here(patch, folder=None):
-    """No process is started to read STEP files; what is read is kept in ``folder`` of its own."""
+    """No process is started to read STEP files; what is read is cached in ``folder`` of its own."""
     from fingerdesign.runtime.child import resolved
 
     patch.setattr(facts_module, "call", lambda name, *given, time_s: resolved(name)(*given))

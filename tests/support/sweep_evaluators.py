@@ -39,9 +39,9 @@ def bad(data):
     if act == "hang":
         time.sleep(1e6)
     if act == "eat":
-        kept = []
+        taken = []
         while True:
-            kept.append(bytearray(os.urandom(1 << 20) * 20))
+            taken.append(bytearray(os.urandom(1 << 20) * 20))
             time.sleep(0.02)
     if act == "raise":
         raise ZeroDivisionError("of the test")

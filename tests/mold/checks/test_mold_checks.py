@@ -106,7 +106,7 @@ def test_what_is_planned_but_not_there_is_found(made):
     assert "plate_0" in failed(fewer)["plates"]
 
 
-def test_a_thin_web_beside_a_slot_is_held_to_the_least_feature(made):
+def test_a_thin_web_next_to_a_slot_is_held_to_the_least_feature(made):
     def second_slot(gap):
         low = 8.2 + gap
         return lambda wall: wall - made.box((-1.6, low, -14), (1.6, low + 0.4, -4))

@@ -134,7 +134,7 @@ def verdict_of(design, folder, monkeypatch, worst):
         ({}, 0.7, ["up to 70 % of the largest", "no gage that is sold fits"]),
     ],
 )
-def test_ready_to_cast_is_said_of_a_sensor(stages, tmp_path, monkeypatch, keys, worst, reasons):
+def test_ready_to_cast_is_stated_of_a_sensor(stages, tmp_path, monkeypatch, keys, worst, reasons):
     page, sensor = verdict_of(with_values(stages(), keys), tmp_path, monkeypatch, worst)
     assert sensor["reading_error"] == pytest.approx(worst)
     assert len(sensor["reasons"]) == len(reasons)
@@ -179,7 +179,7 @@ def test_a_file_that_cannot_be_written_keeps_the_checks(stages, tmp_path, monkey
     assert report["parts"] == report["plates"] == report["bill"] == []
 
 
-def test_a_picture_that_fails_is_said_in_its_place(stages, tmp_path, monkeypatch):
+def test_a_picture_that_fails_is_named_in_its_place(stages, tmp_path, monkeypatch):
     design = stages(drawn=True)
     monkeypatch.setattr(make, "pictures_job", partial(pictures_job, time_limit_s=0.01))
     report = make.make_mold(design, tmp_path)
@@ -197,11 +197,11 @@ def test_digests_tell_molds_apart_and_fingers_not_and_take_designs_alone(hand_ma
 
 
 @pytest.fixture
-def command(tmp_path, said):
+def command(tmp_path, terminal):
     """``command(*options, code=0)``: what `mold` says that works into tmp_path / "out"."""
     path = tmp_path / "block_by_hand.toml"
     path.write_text('[design]\nname = "block_by_hand"\n', encoding="utf-8")
-    return partial(said, "mold", path, "--out", tmp_path / "out")
+    return partial(terminal, "mold", path, "--out", tmp_path / "out")
 
 
 def test_the_command_exits_1_where_a_check_fails(stages, command, tmp_path):
