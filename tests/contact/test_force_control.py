@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from fingerdesign_bench.accuracy.analytic import cattaneo_mindlin_line
 
-from fingerdesign.contact import balance
 from fingerdesign.contact.balance import (
     ForceSlope,
     OutOfReach,
@@ -15,7 +14,7 @@ from fingerdesign.contact.balance import (
     solve_shear,
 )
 from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
-from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
+from fingerdesign.contact.increment import ContactState, Workspace, ZoneExhausted, solve_increment
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.contact.tangent import force_response
@@ -257,21 +256,27 @@ def test_histories_at_random(strip):
         assert carried >= 15
 
 
-def test_a_small_step_on_costs_few_increments(strip, monkeypatch):
-    """As a hanging object asks: close a little, carry the same."""
-    calls = []
-    inner = balance.solve_increment
-    monkeypatch.setattr(
-        balance, "solve_increment", lambda *a, **k: calls.append(1) or inner(*a, **k)
-    )
-    state = pressed(strip, 0.05).state
-    found = solve_shear(strip, state, 0.05, 0.04)
-    calls.clear()
+class Counting(Workspace):
+    """A workspace that counts the increments that were accepted."""
+
+    def __init__(self):
+        super().__init__()
+        self.increments = 0
+
+    def record(self, before, after):
+        super().record(before, after)
+        self.increments += 1
+
+
+def test_a_small_step_on_costs_few_increments(strip):
+    """As a hanging object requires: close a little, carry the same."""
+    found = solve_shear(strip, pressed(strip, 0.05).state, 0.05, 0.04)
+    workspace = Counting()
     for k in range(1, 21):
         approach = 0.05 + 0.0005 * k
         start = predicted_shear(strip, found, approach, 0.04)
-        found = solve_shear(strip, found.state, approach, 0.04, start=start)
-    assert len(calls) <= 3 * 20
+        found = solve_shear(strip, found.state, approach, 0.04, workspace, start=start)
+    assert 20 <= workspace.increments <= 4 * 20  # each answer is recorded once more
 
 
 def test_a_root_is_found_where_the_tangent_reports_nothing():
@@ -317,15 +322,13 @@ def test_a_search_that_fails_without_slow_methods_is_repeated_with_them(strip, m
     assert False in efforts
 
 
-@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9, 0.999])
 def test_the_stick_zone_is_cattaneos(strip, share):
     *_, step = follow(strip, [Forces(1.0, 0.0), Forces(1.0, share * 0.5)])
     m = step.measures
+    assert m.tangential_force == pytest.approx(share * 0.5)
+    assert m.stick_ratio > 0.0
     exact = cattaneo_mindlin_line(share * 0.5, 1.0, 0.5)
-    assert m.stick_width / m.contact_width == pytest.approx(exact, abs=0.007)  # 40 facets
-
-
-def test_just_below_complete_slip_there_is_one(strip):
-    *_, step = follow(strip, [Forces(1.0, 0.0), Forces(1.0, 0.4995)])
-    assert step.measures.tangential_force == pytest.approx(0.4995)
-    assert 0.0 < step.measures.stick_ratio < 0.1
+    assert m.stick_width / m.contact_width == pytest.approx(
+        exact, abs=0.007 if share < 0.99 else 0.011
+    )  # 40 facets

@@ -9,8 +9,7 @@ from fingerdesign.contact.laws import SLIP
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.shapes.objects import Plane
-from tests.contact.test_patchy import followed
-from tests.support.reduced import reduced_model
+from tests.support.reduced import followed, reduced_model
 
 PRESSED = Motion(0.02, 0.0)
 SHEARED = [PRESSED, *(Motion(0.02, shear) for shear in np.linspace(0.0, 0.02, 27)[1:])]

@@ -3,20 +3,12 @@
 import numpy as np
 import pytest
 
-from fingerdesign.contact.increment import Workspace, solve_increment
 from fingerdesign.contact.laws import OPEN, SLIP, STICK
 from fingerdesign.contact.measures import measure
-from fingerdesign.contact.problem import ContactState, Motion
+from fingerdesign.contact.problem import Motion
+from tests.support.reduced import followed
 
 PATH = [Motion(0.02, 0.0), Motion(0.02, 0.004), Motion(0.02, 0.008), Motion(0.02, 0.03)]
-
-
-def followed(problem, path=PATH):
-    state, workspace, found = ContactState.untouched(problem), Workspace(), []
-    for motion in path:
-        found.append(solve_increment(problem, state, motion, workspace))
-        state = found[-1].state
-    return found
 
 
 @pytest.mark.parametrize("name", ["strip", "patch"])
@@ -24,7 +16,7 @@ def test_each_node_keeps_to_its_own_friction(name, request):
     problem = request.getfixturevalue(name)
     share = np.random.default_rng(2).uniform(0.8, 1.2, problem.shape[0])
     statuses = set()
-    for increment in followed(problem.patchy(share)):
+    for increment in followed(problem.patchy(share), PATH):
         normal = np.einsum("ma,ma->m", increment.force, problem.frames[:, 0])
         tangential = np.einsum("ma,mka->mk", increment.force, problem.frames[:, 1:])
         size = np.linalg.norm(tangential, axis=1)
@@ -46,7 +38,7 @@ def test_the_same_share_everywhere_is_another_coefficient(name, request):
     problem = request.getfixturevalue(name)
     everywhere = problem.patchy(np.full(problem.shape[0], 0.6))
     other = problem.with_friction(0.6 * problem.friction_coefficient)
-    for one, two in zip(followed(everywhere), followed(other), strict=True):
+    for one, two in zip(followed(everywhere, PATH), followed(other, PATH), strict=True):
         np.testing.assert_allclose(one.force, two.force, atol=1e-8 * np.abs(two.force).max())
         first, second = measure(everywhere, one), measure(other, two)
         assert first.stick_ratio == pytest.approx(second.stick_ratio, abs=1e-6)

@@ -1,8 +1,18 @@
-"""Reduced models by hand: nodes with a given compliance, without gages unless they are given."""
+"""Reduced models by hand: nodes with a given compliance; and paths of motions on them."""
 
 import numpy as np
 
+from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
+
+
+def followed(problem, motions, workspace=None):
+    """Yield the increments of a path of motions, from touch on."""
+    state, workspace = ContactState.untouched(problem), workspace or Workspace()
+    for motion in motions:
+        found = solve_increment(problem, state, motion, workspace)
+        yield found
+        state = found.state
 
 
 def reduced_model(points, compliance, facets=None, **changes):
