@@ -11,9 +11,8 @@ from fingerdesign_cli.main import main
 
 from fingerdesign import DesignError, with_values
 from fingerdesign.checks.load import load_design
-from fingerdesign.runtime.child import ALLOWED, MODULES
 from fingerdesign.runtime.isolate import Worker
-from fingerdesign.runtime.registry import CONTROLLERS, allow_code
+from fingerdesign.runtime.registry import allow_code
 from tests.support.plugins import installed
 
 PAGE = (Path(__file__).parents[1] / "docs/how_to/plugins.md").read_text("utf-8")
@@ -64,13 +63,9 @@ def test_a_command_of_the_page_runs(package, line):
 
 
 @pytest.fixture
-def here(folder, monkeypatch):
+def here(folder, monkeypatch, nothing_allowed):
     """A user in the folder of the page's files; what is imported there is forgotten again."""
     monkeypatch.chdir(folder)
-    monkeypatch.setattr(sys, "path", [each for each in sys.path if each])
-    monkeypatch.setattr(CONTROLLERS, "_references", {})
-    monkeypatch.setenv(MODULES, "")
-    monkeypatch.setenv(ALLOWED, "")
     before = set(sys.modules)
     yield folder
     for name in set(sys.modules) - before:

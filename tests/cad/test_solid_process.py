@@ -4,6 +4,7 @@ import subprocess
 import sys
 from dataclasses import replace
 
+import cadquery as cq
 import numpy as np
 import pytest
 
@@ -12,9 +13,13 @@ from fingerdesign.cad.export import enclosed_volume
 from fingerdesign.cad.solid import build_solid
 from fingerdesign.cad.solid_process import finger_triangles, write_finger_cad
 from fingerdesign.cad.triangles import triangulate
-from fingerdesign.errors import GeometryError
+from fingerdesign.design import step as facts_module
+from fingerdesign.design.body import StepFile
+from fingerdesign.design.step import step_facts
+from fingerdesign.errors import DesignError, GeometryError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
+from tests.support.steps import write
 
 
 def test_triangles_are_those_of_this_process(design_of):
@@ -43,3 +48,28 @@ def test_what_cannot_be_built_or_does_not_come_back_is_reported(design_of, monke
         finger_triangles(design, 0.02, False, ())
     words = "import sys, fingerdesign.cad.solid_process as p; sys.exit('OCP' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", words], check=False).returncode == 0
+
+
+@pytest.fixture
+def brick(tmp_path, own_cache):
+    """A STEP file of 20 x 12 x 10 mm that has not been read."""
+    work = cq.Workplane("XY").box(20, 12, 10).translate((0, 6, 0))
+    return StepFile(file=str(write(work, tmp_path / "b.step")))
+
+
+def test_a_step_file_is_read_in_a_process_and_its_end_is_a_fault(brick, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(facts_module, "TIME_LIMIT_S", 0.05)
+        with pytest.raises(DesignError, match=r"body\.step\.file.*did not finish in 0.05 s"):
+            step_facts(brick)
+    facts_module._outcome.cache_clear()
+    assert step_facts(brick).volume == pytest.approx(2400)
+
+
+@pytest.mark.parametrize("reader", ["read_killed", "read_on_a_full_disk"])
+def test_a_failure_of_the_machine_is_not_reported_as_the_files(reader, brick, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(facts_module, "READ", f"tests.support.calls:{reader}")
+        with pytest.raises(GeometryError, match=r"b\.step could not be read now: .*try again"):
+            step_facts(brick)
+    assert step_facts(brick).volume == pytest.approx(2400)

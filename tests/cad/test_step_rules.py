@@ -9,8 +9,6 @@ from fingerdesign.design import step as facts_module
 from fingerdesign.design.body import StepFile
 from fingerdesign.design.io import dump_design
 from fingerdesign.design.step import portable, resolved, step_facts
-from fingerdesign.errors import GeometryError
-from fingerdesign.runtime.isolate import call
 from tests.support.steps import read_here, write
 
 TEXT = """
@@ -129,7 +127,7 @@ def test_holes_that_do_not_mirror_are_reported_though_the_volume_would(within, t
     assert step_facts(StepFile(file=str(mirrored), mirrors_in_z=True)).volume < 4780.0
 
 
-def test_files_that_are_no_solid_and_a_cache_that_cannot_be_written(tmp_path, monkeypatch):
+def test_files_that_are_no_solid(tmp_path):
     assert "No such file" in fault_of(tmp_path / "absent.step").remedy
     assert fault_of(tmp_path).bound == "an ordinary file"
     other = tmp_path / "other.step"
@@ -139,43 +137,14 @@ def test_files_that_are_no_solid_and_a_cache_that_cannot_be_written(tmp_path, mo
     for text in ("ISO-10303-21;\nHEADER;\nthe rest was lost", good[: len(good) // 2]):
         other.write_text(text, "utf-8")
         assert fault_of(other).key == "body.step.file"
-    # A cache that cannot be written costs time alone.
-    (tmp_path / "in_the_way").write_text("", "utf-8")
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "in_the_way"))
+
+
+def test_a_cache_that_cannot_be_written_costs_time_alone(tmp_path):
+    write(block(), tmp_path / "b.step")
+    (tmp_path / "cache").write_text("", "utf-8")
     facts = step_facts(StepFile(file=str(tmp_path / "b.step")))
     assert facts.volume == pytest.approx(2390)
     assert facts.brep.is_file()
-
-
-def test_the_process_answers_like_the_code_here_or_its_end_is_a_fault(tmp_path, monkeypatch):
-    path = write(block(), tmp_path / "b.step")
-    here = step_facts(StepFile(file=str(path)))
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "another"))
-    monkeypatch.setattr(facts_module, "call", call)
-    monkeypatch.setattr(facts_module, "TIME_LIMIT_S", 0.05)
-    facts_module._outcome.cache_clear()
-    fault = fault_of(path)
-    assert fault.key == "body.step.file"
-    assert "did not finish in 0.05 s" in fault.remedy
-    monkeypatch.setattr(facts_module, "TIME_LIMIT_S", 60.0)
-    facts_module._outcome.cache_clear()
-    there = step_facts(StepFile(file=str(path)))
-    assert there is not here
-    assert (there.volume, there.area, there.low) == (here.volume, here.area, here.low)
-
-
-@pytest.mark.parametrize("code", ["os.kill(os.getpid(), 9)", "raise OSError(28, 'no space')"])
-def test_a_failure_of_the_machine_is_not_reported_as_the_files(code, tmp_path, monkeypatch):
-    path = write(block(), tmp_path / "b.step")
-    text = f"import os\n\n\ndef read(*given):\n    {code}\n"
-    (tmp_path / "ended.py").write_text(text, "utf-8")
-    with monkeypatch.context() as patch:
-        patch.setenv("PYTHONPATH", str(tmp_path))
-        patch.setattr(facts_module, "call", call)
-        patch.setattr(facts_module, "READ", "ended:read")
-        with pytest.raises(GeometryError, match=r"b\.step could not be read now: .*try again"):
-            step_facts(StepFile(file=str(path)))
-    assert step_facts(StepFile(file=str(path))).volume == pytest.approx(2390)
 
 
 @pytest.mark.parametrize("ending", [".npz", ".brep"])

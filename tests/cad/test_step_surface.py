@@ -131,6 +131,14 @@ def test_a_body_read_back_is_the_closed_form(steps, name):
     np.testing.assert_allclose(known.project(flat[:, :2]), known.project(flat)[:, :2])
 
 
+def test_what_lies_below_the_surface_is_enclosed_though_outside_its_circle():
+    surface = ContactSurface.of(Body(arc_radius_mm=10.0))
+    points = np.array([[9.5, 1.0, 0.0], [0.0, 19.9, 0.0], [0.0, 20.1, 0.0], [8.0, 16.1, 0.0]])
+    assert surface.encloses(points).tolist() == [True, True, False, False]
+    assert surface.distance(points)[0] > 0.0
+    assert surface.lowest == pytest.approx(10.0)
+
+
 def test_areas_by_name_and_heights_that_end_with_the_surface(steps):
     arc_facts, pin_facts = step_facts(steps["arc"]), step_facts(steps["pin"])
     arc = 2 * 20 * np.arcsin(0.5)

@@ -8,8 +8,6 @@ import pytest
 import fingerdesign
 from fingerdesign.checks.load import judge_design, with_values
 from fingerdesign.errors import DesignError
-from fingerdesign.runtime.child import ALLOWED, MODULES
-from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.studio.document import Document
 
 HAND = """
@@ -46,12 +44,8 @@ REMEDY = "add --allow-code"
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch, in_tmp_path):
+def here(tmp_path, in_tmp_path, nothing_allowed):
     """A folder with a design that names a class, and that class's file, which leaves a trace."""
-    monkeypatch.setattr(sys, "path", [*sys.path])
-    monkeypatch.setattr(CONTROLLERS, "_references", {})
-    for name in (ALLOWED, MODULES):
-        monkeypatch.setenv(name, "")
     Path("hand.py").write_text(HAND)
     Path("a.toml").write_text(DESIGN)
     yield tmp_path

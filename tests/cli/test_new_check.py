@@ -4,12 +4,10 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 import click
 import pytest
-from fingerdesign_cli import main as cli_main
 
 from fingerdesign.errors import FingerDesignError
 
@@ -116,14 +114,13 @@ def test_a_faulty_scene_leaves_no_forecast_of_another(rows, terminal):
     assert json.loads(shown)[-1]["sound"] is (rows != "[[9.0, 0.0]]")
 
 
-def fail_with(monkeypatch, error):
-    """Have ``check`` end with an error."""
+def failing(error):
+    """Work that ends with an error."""
 
-    def fail(**_):
+    def fail():
         raise error
 
-    failing = click.Command("check", callback=fail)
-    monkeypatch.setitem(cli_main.cli.commands, "check", failing)
+    return fail
 
 
 @pytest.mark.parametrize(
@@ -137,20 +134,19 @@ def fail_with(monkeypatch, error):
         (click.ClickException("clicked"), 1, "clicked"),
     ],
 )
-def test_failures_become_exit_codes(error, code, words, monkeypatch, terminal):
-    fail_with(monkeypatch, error)
+def test_failures_become_exit_codes(error, code, words, as_check, terminal):
+    as_check(failing(error))
     err = terminal("check", code=code).err
     assert words in err
     assert "Traceback" not in err
 
 
-def test_debug_keeps_the_traceback_in_a_file(monkeypatch, terminal, tmp_path):
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    fail_with(monkeypatch, ZeroDivisionError("oh"))
+def test_debug_writes_the_traceback_to_a_file(as_check, terminal):
+    as_check(failing(ZeroDivisionError("oh")))
     err = terminal("--debug", "check", code=1).err
-    (stored,) = tmp_path.glob("fingerdesign-*.txt")
-    assert str(stored) in err
+    stored = Path(err.split("its traceback is in ")[1].strip())
     assert "ZeroDivisionError: oh" in stored.read_text()
+    stored.unlink()
 
 
 LIGHT = """

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import pytest
-from fingerdesign_cli.main import main
 
 from tests.support.result_folders import write_result_folder
 
@@ -11,12 +10,11 @@ BAD = "a\x1b[31m\x9b2J\u202e\x07\x7fb"
 
 
 @pytest.fixture
-def printed(capsys):
+def printed(terminal):
     """``printed(code, *arguments)``: what a command printed, all of it printable."""
 
     def run(code, *arguments):
-        assert main([str(each) for each in arguments]) == code
-        shown = capsys.readouterr()
+        shown = terminal(*arguments, code=code)
         assert all(line.isprintable() for line in (shown.out + shown.err).splitlines())
         return shown
 
@@ -37,8 +35,7 @@ def printed(capsys):
     ],
     ids=range(8),
 )
-def test_arguments(code, arguments, tmp_path, monkeypatch, in_tmp_path, printed):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+def test_arguments(code, arguments, in_tmp_path, printed):
     shown = printed(code, *arguments)
     assert "\\u202e" in shown.err or "\\udcff" in shown.err
 

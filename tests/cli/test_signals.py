@@ -5,7 +5,6 @@ import signal
 import sys
 import time
 
-import click
 import pytest
 from fingerdesign_cli import main as cli_main
 
@@ -17,39 +16,39 @@ pytestmark = [
 ]
 
 
-@pytest.fixture(autouse=True)
-def _signals_as_before(monkeypatch):
-    monkeypatch.setattr(cli_main, "_end_requested", [])
-    monkeypatch.setattr(cli_main, "_ending", [])
+@pytest.fixture
+def run(as_check, monkeypatch):
+    """``run(work)``: the exit code of the program whose command does ``work``."""
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     before = {number: signal.getsignal(number) for number in numbers}
-    yield
+    monkeypatch.setattr("sys.argv", ["fingerdesign", "check"])
+
+    def entered(work):
+        as_check(work)
+        with pytest.raises(SystemExit) as end:
+            cli_main.entry_point()
+        return end.value.code
+
+    yield entered
     for number, handler in before.items():
         signal.signal(number, handler)
-
-
-def run(monkeypatch, callback):
-    command = click.Command("check", callback=callback)
-    monkeypatch.setitem(cli_main.cli.commands, "check", command)
-    monkeypatch.setattr("sys.argv", ["fingerdesign", "check"])
-    with pytest.raises(SystemExit) as end:
-        cli_main.entry_point()
-    return end.value.code
+    for noted in (cli_main._end_requested, cli_main._ending):
+        noted.clear()
 
 
 @pytest.mark.parametrize("error", [ImportError("initialization failed"), FingerDesignError("no")])
-def test_an_interruption_that_an_import_hides_is_130(error, monkeypatch, capsys):
+def test_an_interruption_that_an_import_hides_is_130(error, run, capsys):
     def load():
         try:
             signal.raise_signal(signal.SIGINT)
         except KeyboardInterrupt:
             raise error from None
 
-    assert run(monkeypatch, load) == 130
+    assert run(load) == 130
     assert capsys.readouterr().err == "interrupted; finished work is stored\n"
 
 
-def test_an_echo_of_the_interruption_disturbs_nothing(monkeypatch, capsys):
+def test_an_echo_of_the_interruption_disturbs_nothing(run):
     finished = []
 
     def work():
@@ -59,26 +58,26 @@ def test_an_echo_of_the_interruption_disturbs_nothing(monkeypatch, capsys):
             signal.raise_signal(signal.SIGTERM)  # as `timeout` and shells send it on
             finished.append("whole")
 
-    assert run(monkeypatch, work) == 130
+    assert run(work) == 130
     assert finished == ["whole"]
 
 
-def test_a_second_request_ends_at_once(monkeypatch):
+def test_a_later_request_ends_at_once(run, monkeypatch):
     ended = []
-    monkeypatch.setattr(cli_main, "_PATIENCE_S", 0.0)
     monkeypatch.setattr(cli_main.os, "_exit", ended.append)
 
     def work():
         try:
             signal.raise_signal(signal.SIGINT)
         finally:
+            cli_main._ending[0] -= cli_main._PATIENCE_S  # as if the first came so long ago
             signal.raise_signal(signal.SIGINT)
 
-    run(monkeypatch, work)
+    run(work)
     assert ended[0] == 130
 
 
-def test_an_import_ends_before_the_interruption(monkeypatch, tmp_path, capsys):
+def test_an_import_ends_before_the_interruption(run, monkeypatch, tmp_path, capsys):
     (tmp_path / "loads.py").write_text(
         "import signal\nsignal.raise_signal(signal.SIGINT)\ndone = 1"
     )
@@ -88,10 +87,10 @@ def test_an_import_ends_before_the_interruption(monkeypatch, tmp_path, capsys):
         print("loaded", importlib.import_module("loads").done)
         time.sleep(5.0)
 
-    assert run(monkeypatch, load) == 130
+    assert run(load) == 130
     assert capsys.readouterr().out == "loaded 1\n"
 
 
-def test_signals_that_are_ignored_stay_so(monkeypatch):
+def test_signals_that_are_ignored_stay_so(run):
     signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as under nohup
-    assert run(monkeypatch, lambda: signal.raise_signal(signal.SIGHUP)) == 0
+    assert run(lambda: signal.raise_signal(signal.SIGHUP)) == 0

@@ -114,8 +114,7 @@ def test_wrong_schedulers_are_refused_where_nothing_is_computed_too(
     assert not out.exists()
 
 
-def test_no_finger_at_all_is_a_failure_with_a_report(study, out, terminal, monkeypatch):
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(out / "cache"))
+def test_no_finger_at_all_is_a_failure_with_a_report(study, out, terminal, own_cache):
     study.write_text(NONE)
     arguments = ["sweep", study, "--out", out]
     assert "failed: 2 invalid; causes in" in terminal(*arguments, code=1).out

@@ -130,6 +130,16 @@ def refuse(kind):
     raise {"value": ValueError, "disk": OSError, "memory": MemoryError}[kind]("a reason")
 
 
+def read_killed(*given):
+    """A reader of STEP files whose process is ended."""
+    os.kill(os.getpid(), 9)
+
+
+def read_on_a_full_disk(*given):
+    """A reader of STEP files that finds no space."""
+    raise OSError(28, "no space")
+
+
 def end(how):
     """A signal's number, or an exit code below zero."""
     print("on the way", file=sys.stderr, flush=True)

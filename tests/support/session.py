@@ -13,7 +13,10 @@ import pytest
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy comes; workers inherit it
 
-pytest_plugins = ["tests.support.closed_form_analysis", "tests.support.closed_form_plants"]
+pytest_plugins = [
+    *("tests.support.closed_form_analysis", "tests.support.closed_form_plants"),
+    "tests.support.plugins",
+]
 
 
 def pytest_configure(config):
