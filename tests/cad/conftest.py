@@ -52,6 +52,7 @@ PLATES = {
     ),
     "along z, upright": "count = 1\nalong = 'z'\nangle_deg = 90.0\nspan_mm = 6.0",
 }
+SLOW = {"bent, perforated"}  # its files are written in test_export
 CORES = {
     "a bone": "bottom_mm = 2.0\ndepth_mm = 5.0",
     "a bone through the depth": "bottom_mm = 2.0",
@@ -93,4 +94,5 @@ def pytest_generate_tests(metafunc):
     """Tests that name ``body``, ``plates`` or ``core`` run for each kind of it."""
     for name, kinds in (("body", BODIES), ("plates", PLATES), ("core", CORES)):
         if name in metafunc.fixturenames:
-            metafunc.parametrize(name, kinds)
+            marked = (pytest.param(k, marks=[pytest.mark.slow] * (k in SLOW)) for k in kinds)
+            metafunc.parametrize(name, marked)

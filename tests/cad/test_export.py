@@ -52,7 +52,7 @@ def test_files_of_body_plates_and_core(kinds, design_of, solid_of, tmp_path):
 
 
 def test_step_is_an_assembly_of_named_parts(solid_of, tmp_path):
-    solid = solid_of("dome, rounded", "bent, perforated", "standing on the base")
+    solid = solid_of(*KINDS[-1])
     path = write_step(solid, tmp_path / "finger.step")
     names = ["body", "plate_0", "plate_1", "plate_2", "core"]
     text = path.read_text()

@@ -18,7 +18,7 @@ from fingerdesign.layout.bodies import surface_height
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM, surface_clearances
 from tests.support.faults import faults_of
 
-QUICK = settings(max_examples=40, derandomize=True, deadline=None)
+QUICK = settings(max_examples=25, derandomize=True, deadline=None)
 BODIES = {
     "arc": {},
     "deep": {"arc_radius_mm": 10.0, "base_height_mm": 20.0},

@@ -30,8 +30,11 @@ def printed(terminal):
         (2, ["compare", "x", "--out", "page.html", "--objective", BAD]),
         (2, ["sweep", "x", f"--{BAD}"]),
         (2, [BAD]),
-        (1, ["sweep", "fingers", "--out", "out", "--scheduler", f"tcp://{BAD}:1"]),
         (2, ["compare", "\udcff\udc9b", "--out", "page.html"]),
+        pytest.param(
+            *(1, ["sweep", "fingers", "--out", "out", "--scheduler", f"tcp://{BAD}:1"]),
+            marks=pytest.mark.slow,  # it waits for an answer
+        ),
     ],
     ids=range(8),
 )

@@ -294,8 +294,6 @@ def cut_by(tool):
     return design, plan_mold(design)
 
 
-def test_what_widens_upward_and_shipped_shapes_hold_no_part():
-    grooved = cut_by(along_z(*GROOVE))
-    assert build_mold(*grooved).rubber.solid.isValid()
-    for design in (grooved[0], *map(shipped, ("domed", "pin", "block", "maeno2000"))):
-        assert undercuts(outline_solid(design.body), plan_mold(design)) == ()
+def test_what_widens_upward_holds_no_part():
+    design, plan = cut_by(along_z(*GROOVE))
+    assert undercuts(outline_solid(design.body), plan) == ()

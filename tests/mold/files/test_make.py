@@ -52,17 +52,21 @@ def record_in(folder):
     return data
 
 
+def raising(error):
+    """A stage that fails."""
+
+    def fail(*given, **named):
+        raise error
+
+    return fail
+
+
 @pytest.fixture
 def stages(hand_made, monkeypatch):
-    """``stages(checks=..., plan_error=..., cad_error=...)``: the design, its stages hand-made."""
+    """``stages(checks=..., cad_error=..., STAGE=...)``: the design, its stages hand-made."""
 
-    def install(checks=(PASSED,), plan_error=None, cad_error=None, drawn=False):
+    def install(checks=(PASSED,), cad_error=None, drawn=False, **changed):
         design, plan, meshes = hand_made()
-
-        def plan_mold(given):
-            if plan_error is not None:
-                raise plan_error
-            return replace(plan, limits=limits_of(given.mold))
 
         def mold_meshes(given, planned, folder):
             for name in ("assembly.step", "base_plate.step", "base_plate.stl"):
@@ -71,15 +75,19 @@ def stages(hand_made, monkeypatch):
                 raise cad_error
             return meshes
 
-        monkeypatch.setattr(make, "plan_mold", plan_mold)
-        monkeypatch.setattr(make, "mold_meshes", mold_meshes)
-        monkeypatch.setattr(make, "run_checks", lambda *given: tuple(checks))
-        monkeypatch.setattr(make, "concurrently", lambda *given, **limits: nullcontext())
-        monkeypatch.setattr(make, "placement_of", lambda job: dict(EFFECT))
+        stand_ins = {
+            "plan_mold": lambda given: replace(plan, limits=limits_of(given.mold)),
+            "mold_meshes": mold_meshes,
+            "run_checks": lambda *given: tuple(checks),
+            "concurrently": lambda *given, **limits: nullcontext(),
+            "placement_of": lambda job: dict(EFFECT),
+        }
         if not drawn:
             picture = Picture(b"PNG", (Badge(1, "contact_insert", 0.5, 0.2),), "The mold opened.")
-            monkeypatch.setattr(make, "pictures_job", lambda *given: nullcontext())
-            monkeypatch.setattr(make, "pictures_of", lambda *given: Pictures(picture, {}))
+            stand_ins["pictures_job"] = lambda *given: nullcontext()
+            stand_ins["pictures_of"] = lambda *given: Pictures(picture, {})
+        for name, stage in (stand_ins | changed).items():
+            monkeypatch.setattr(make, name, stage)
         return design
 
     return install
@@ -116,15 +124,6 @@ def test_the_folder_holds_everything_its_record_fits_its_schema_and_its_page_sho
     assert f"G gate at x {gate['x_mm']:.1f}, z {gate['z_mm']:.1f} mm" in page
 
 
-def verdict_of(design, folder, monkeypatch, worst):
-    """Page and sensor's record of a mold whose plates' places change readings by ``worst``."""
-    effect = {**EFFECT, "together": {**CHANGE, "worst": worst}}
-    monkeypatch.setattr(make, "placement_of", lambda job: effect)
-    made = make.make_mold(design, folder)
-    assert made["status"] == "ok"
-    return (folder / "report.html").read_text("utf-8"), record_in(folder)["sensor"]
-
-
 @pytest.mark.parametrize(
     ("keys", "worst", "reasons"),
     [
@@ -134,8 +133,11 @@ def verdict_of(design, folder, monkeypatch, worst):
         ({}, 0.7, ["up to 70 % of the largest", "no gage that is sold fits"]),
     ],
 )
-def test_ready_to_cast_is_stated_of_a_sensor(stages, tmp_path, monkeypatch, keys, worst, reasons):
-    page, sensor = verdict_of(with_values(stages(), keys), tmp_path, monkeypatch, worst)
+def test_ready_to_cast_is_stated_of_a_sensor(stages, tmp_path, keys, worst, reasons):
+    effect = {**EFFECT, "together": {**CHANGE, "worst": worst}}
+    design = with_values(stages(placement_of=lambda job: effect), keys)
+    assert make.make_mold(design, tmp_path)["status"] == "ok"
+    page, sensor = (tmp_path / "report.html").read_text("utf-8"), record_in(tmp_path)["sensor"]
     assert sensor["reading_error"] == pytest.approx(worst)
     assert len(sensor["reasons"]) == len(reasons)
     assert sensor["ready"] == (not reasons) == ("ready to cast" in page)
@@ -144,6 +146,7 @@ def test_ready_to_cast_is_stated_of_a_sensor(stages, tmp_path, monkeypatch, keys
         assert words in page
 
 
+FULL = OSError(28, "No space left on device")
 UNDERCUT = "side_wall_right: face 7 is an undercut"
 
 
@@ -165,12 +168,9 @@ def test_a_mold_that_fails_leaves_a_record_that_says_so(stages, tmp_path, given,
     assert (UNDERCUT if "cad_error" in given else "its least wall is 0.5 mm") in page
 
 
-def test_a_file_that_cannot_be_written_keeps_the_checks(stages, tmp_path, monkeypatch):
-    def fail(*given):
-        raise GeometryError("comb_front: the border of its flat face meets itself")
-
-    design = stages(checks=(PASSED, FAILED))
-    monkeypatch.setattr("fingerdesign.mold.make.write_drawings", fail)
+def test_a_file_that_cannot_be_written_keeps_the_checks(stages, tmp_path):
+    fail = raising(GeometryError("comb_front: the border of its flat face meets itself"))
+    design = stages(checks=(PASSED, FAILED), write_drawings=fail)
     report = make.make_mold(design, tmp_path)
     assert report["failure"].startswith("comb_front: the border")
     assert report["failure"].endswith("1 of 2 checks failed: wall (base_plate)")
@@ -179,9 +179,8 @@ def test_a_file_that_cannot_be_written_keeps_the_checks(stages, tmp_path, monkey
     assert report["parts"] == report["plates"] == report["bill"] == []
 
 
-def test_a_picture_that_fails_is_named_in_its_place(stages, tmp_path, monkeypatch):
-    design = stages(drawn=True)
-    monkeypatch.setattr(make, "pictures_job", partial(pictures_job, time_limit_s=0.01))
+def test_a_picture_that_fails_is_named_in_its_place(stages, tmp_path):
+    design = stages(drawn=True, pictures_job=partial(pictures_job, time_limit_s=0.01))
     report = make.make_mold(design, tmp_path)
     assert report["status"] == "ok"
     assert "The mold could not be drawn" in (tmp_path / "report.html").read_text("utf-8")
@@ -222,7 +221,7 @@ def test_the_command_exits_1_where_a_check_fails(stages, command, tmp_path):
 
 def test_the_command_exits_2_for_a_mold_that_cannot_be(stages, command, tmp_path):
     fault = Fault("mold.draft_deg", 30.0, "at most 12.5", "lower it")
-    stages(plan_error=DesignError([fault, replace(fault, key="mold.wall_mm")]))
+    stages(plan_mold=raising(DesignError([fault, replace(fault, key="mold.wall_mm")])))
     lines = command("--quiet", code=2).err.splitlines()
     keys = [line.split(" = ")[0].split(": ")[-1] for line in lines]
     assert keys == ["mold.draft_deg", "mold.wall_mm"]
@@ -248,18 +247,14 @@ def test_what_is_no_mold_is_not_replaced(stages, command, tmp_path, held, words)
 
 
 @pytest.mark.parametrize("stage", ["write_drawings", "write_3mf"])
-def test_a_full_disk_leaves_the_older_mold(stages, tmp_path, monkeypatch, stage):
-    def fail(*given):
-        try:
-            raise OSError(28, "No space left on device")
-        except OSError as error:
-            raise GeometryError(f"plates.dxf could not be written: {error}") from error
-
+def test_a_full_disk_leaves_the_older_mold(stages, tmp_path, stage):
+    error = GeometryError("plates.dxf could not be written")
+    error.__cause__ = FULL
     design = stages()
     target = tmp_path / "block"
     make.write_mold(design, target)
     before = (target / "mold_report.json").read_bytes()
-    monkeypatch.setattr(f"fingerdesign.mold.make.{stage}", fail)
+    stages(**{stage: raising(error)})
     with pytest.raises(ResultError) as reported:
         make.write_mold(design, target)
     assert str(target) in str(reported.value)
@@ -269,11 +264,8 @@ def test_a_full_disk_leaves_the_older_mold(stages, tmp_path, monkeypatch, stage)
 
 
 def test_a_disk_that_takes_no_more_is_no_finding_about_the_mold(stages, tmp_path, monkeypatch):
-    def full(**given):
-        raise OSError(28, "No space left on device")
-
     design = stages(cad_error=GeometryError("base_plate.step: the CAD kernel wrote nothing"))
-    monkeypatch.setattr(make.tempfile, "TemporaryFile", full)
+    monkeypatch.setattr(make.tempfile, "TemporaryFile", raising(FULL))
     with pytest.raises(ResultError, match="No space left on device; free space"):
         make.write_mold(design, tmp_path / "block")
     assert list(tmp_path.iterdir()) == []
