@@ -70,9 +70,3 @@ def terminal(capsys):
         return capsys.readouterr()
 
     return run
-
-
-@pytest.fixture
-def said(terminal):
-    """Return the same by its former name."""
-    return terminal
