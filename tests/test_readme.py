@@ -16,6 +16,7 @@ from fingerdesign.errors import DesignError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.plan.limits import PROFILES, limits_of
 from fingerdesign.mold.plan.planning import plan_mold
+from tests.support import pages
 from tests.support.coarser import write_coarser
 
 ROOT = Path(__file__).parents[1]
@@ -29,14 +30,14 @@ def page(name):
 
 
 def blocks(kind, name="README.md"):
-    return re.findall(rf"```{kind}\n(.*?)```", page(name), flags=re.DOTALL)
+    return pages.blocks(ROOT / name, kind)
 
 
 def run_python(name, capsys):
     """What the one block of Python of a page prints."""
-    (block,) = blocks("python", name)
+    assert len(blocks("python", name)) == 1
     capsys.readouterr()
-    exec(compile(block, name, "exec"), {"__name__": "page"})
+    pages.run_python(ROOT / name)
     return capsys.readouterr().out
 
 

@@ -17,7 +17,7 @@ NAN, INF = float("nan"), float("inf")
 VALUES: tuple[Any, ...] = (
     *(NAN, INF, -INF, 0, -1, 1, 0.5, 1e-300, 5e-324, 1e308, -1e308, 1e18, 2**63, -(2**63), 10**40),
     *(True, False, "", " ", "x" * 5000, "\u202egnp.exe", "a\u0000b", "\ud7ff", "\x1b[31m", "\n"),
-    *(
+    *[
         "../../etc/passwd",
         "/dev/zero",
         "con",
@@ -27,25 +27,12 @@ VALUES: tuple[Any, ...] = (
         "=1+1",
         "<script>",
         "{{7*7}}",
-    ),
+    ],
     *("maeno2000", "plane", "cylinder", "step", "dome", "none", "sheet", "file", "os:system"),
     *([], {}, [[]], [0.0], [[0.1, 0.0]], [[NAN, INF]], [1] * 1000, [[0.1]] * 200, {"a": {"b": 1}}),
 )
 TOKENS = (
-    *(
-        b"\x00",
-        b"\xff\xfe",
-        b"\xef\xbb\xbf",
-        b"\r",
-        b"\n[",
-        b"]",
-        b"{",
-        b'"',
-        b"'''",
-        b"=",
-        b",",
-        b"#",
-    ),
+    *b"\x00 \xff\xfe \xef\xbb\xbf \r \n[ ] { \" ''' = , #".split(b" "),
     *(b"nan", b"-inf", b"1e999", b"9" * 400, b"0x", b"1_0", b"1979-05-27", b"\x1b[2J", b"NaN"),
     *(b"[" * 3000, b"{a=" * 500, b"a." * 500, b'"' * 200, "\u202e".encode(), b"\xed\xa0\x80"),
 )

@@ -48,15 +48,13 @@ class Browser:
     """One page, a file or a local server's address, open while the block lasts.
 
     console: messages and errors of the page. requests: addresses that it requested,
-    other than its own and data:. opened_s: from asking for the page to its load event. Downloads go
-    to ``work/downloads``.
+    other than its own and data:. Downloads go to ``work/downloads``.
     """
 
     def __init__(self, page, work, size=(1400, 1000)):
         self.page, self.work, self.size = page, work, size
         self.console: list[str] = []
         self.requests: list[str] = []
-        self.opened_s = 0.0
         self._number = 0
 
     def __enter__(self):
@@ -108,7 +106,6 @@ class Browser:
             if time.monotonic() - begin > ANSWER_S:
                 raise BrowserError(f"{page} did not open in {ANSWER_S:g} s")
             self._run(self._hear())
-        self.opened_s = time.monotonic() - begin
 
     def evaluate(self, script):
         """The value (JSON) of a JavaScript expression, awaited where it is a promise."""

@@ -79,16 +79,7 @@ def gage_strains(normal, tangential, friction):
     return (x[1] - x[0]) * (400 * kernel @ shear - 90 * (kernel * distance) @ pressure)
 
 
-PATH = [
-    (3.0, 0.2),
-    (6.0, 0.9),
-    (9.0, 1.9),
-    (9.0, 2.6),
-    (9.0, 3.2),
-    (9.0, 3.8),
-    (9.0, 4.3),
-    (9, 4.5),
-]
+PATH = [(3.0, 0.2), (6.0, 0.9), *((9.0, each) for each in (1.9, 2.6, 3.2, 3.8, 4.3)), (9, 4.5)]
 
 
 def increments(friction):

@@ -338,13 +338,9 @@ def dxf_recorded(text):
 
 
 TEXTS: dict[str, Callable[[str], str]] = {
-    **{
-        ".json": json_recorded,
-        ".jsonl": lines_recorded,
-        ".csv": csv_recorded,
-        ".html": html_recorded,
-    },
-    **{".step": step_recorded, ".dxf": dxf_recorded, ".txt": worded, ".toml": str, ".md": worded},
+    **{".json": json_recorded, ".jsonl": lines_recorded, ".csv": csv_recorded},
+    **{".html": html_recorded, ".step": step_recorded, ".dxf": dxf_recorded},
+    **{".txt": worded, ".toml": str, ".md": worded},
 }
 
 
