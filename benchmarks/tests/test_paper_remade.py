@@ -13,18 +13,14 @@ from fingerdesign_bench.paper import case as paper_case
 from fingerdesign_bench.paper import measurement as paper_rig
 from fingerdesign_bench.paper import remade as paper_remade
 from fingerdesign_bench.paper.claims import CLAIMS, claims_of
-from fingerdesign_bench.paper.figures_contact import rectangles_figure, steps_figure
 from fingerdesign_bench.paper.lifts import ROUTE_FRICTION, SQUEEZE, squeeze
 from fingerdesign_bench.paper.rectangles import COUNT
-from fingerdesign_bench.paper.remade import ORDER, paper_figures
+from fingerdesign_bench.paper.remade import ORDER
 from fingerdesign_cli.main import main
 
 from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.stages import one_thread, zone_of
 from fingerdesign.checks.load import load_design, with_values
-from fingerdesign.errors import DesignError
-from fingerdesign.records.base import ResultError
-from fingerdesign.report.style import house_style
 
 pytestmark = pytest.mark.slow
 
@@ -38,11 +34,12 @@ COARSE = {
 }
 
 
+SCENE = fundamental_scene()
 TEXT = (Path(__file__).parents[2] / "docs/explanation/paper.md").read_text("utf-8")
 
 
-def coarse_design(**values):
-    return with_values(load_design("designs/maeno2000.toml"), {**COARSE, **values})
+def coarse_design():
+    return with_values(load_design("maeno2000"), COARSE)
 
 
 @pytest.fixture(scope="module")
@@ -56,16 +53,8 @@ def found(reported):
 
 
 @pytest.fixture(scope="module")
-def drawn(found):
-    """One set of drawings for all tests: they take seconds."""
-    made = paper_figures(found)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(paper_remade, "paper_figures", lambda *_: made)
-        yield made
-
-
-@pytest.fixture(scope="module")
-def folder(found, drawn, tmp_path_factory):
+def folder(found, tmp_path_factory):
+    """All figures once: they take seconds."""
     target = tmp_path_factory.mktemp("paper") / "out"
     paper_remade.write_paper(found, target)
     return target
@@ -75,14 +64,9 @@ def claim_of(found, key):
     return next(c for c in claims_of(found) if c.figure == key)
 
 
-def test_progress_goes_forward(found, reported):
-    assert found.seconds > 0.0
+def test_progress_goes_forward_and_every_claim_has_words_a_verdict_and_numbers(found, reported):
     fractions = [fraction for _, fraction in reported]
-    assert [0.0, *sorted(fractions), 1.0] == sorted({0.0, *fractions, 1.0})
     assert fractions == sorted(fractions)
-
-
-def test_every_claim_has_words_a_verdict_and_numbers(found):
     assert [c.figure for c in found.claims] == list(CLAIMS)
     for each in found.claims:
         assert each.verdict in ("yes", "partly", "no")
@@ -116,14 +100,11 @@ def test_the_folder_holds_every_figure_three_times_a_page_and_a_record(folder):
     names = {path.name for path in folder.iterdir()}
     figures = {f"{key}.{kind}" for key in ORDER for kind in ("png", "svg", "csv")}
     assert names == {*figures, "paper.html", "paper.json"}
-    assert [path.name for path in folder.parent.iterdir()] == ["out"]  # nothing else is left
     for key in ORDER:
         assert (folder / f"{key}.png").read_bytes().startswith(b"\x89PNG")
         data = (folder / f"{key}.csv").read_text("utf-8")
         assert not re.search(r"\b(nan|None|True|False)\b", data), key  # empty, empty, 1, 0
-        drawing = (folder / f"{key}.svg").read_text("utf-8")
-        assert drawing.rstrip().endswith("</svg>")
-        assert "var(--" not in drawing  # it needs no page
+        assert "var(--" not in (folder / f"{key}.svg").read_text("utf-8")  # it needs no page
 
 
 def rows_of(folder, key):
@@ -137,84 +118,35 @@ def test_data_files_hold_what_the_figures_show(folder, found):
 
     eight = [float(row["normal_force_N"]) for row in rows_of(folder, "fig06")]
     assert eight == pytest.approx([row.normal_force_N for row in found.increments], rel=1e-5)
-    marks = rows_of(folder, "fig07")
-    assert len(marks) == 8 * len(found.contact.points)
+    assert len(rows_of(folder, "fig07")) == 8 * len(found.contact.points)
     assert values("fig07", "status") == {"open", "stick", "slip"}
-    assert {row["status"] for row in marks if row["step"] == "8"} == {"open", "slip"}
     assert values("fig08", "friction_coefficient") == {"0.2", "0.3", "0.5", "1"}
     turned = rows_of(folder, "fig03")
     assert len(turned) == 11
     assert float(turned[5]["pressed_lower_left_x_mm"]) < float(turned[5]["x_mm"])
     target = rows_of(folder, "fig02")[0]
-    assert target["route"] == "target"
     assert float(target["normal_force_N"]) == pytest.approx(0.5 * 9.80665 * 0.5 / 0.3, rel=1e-5)
     assert values("fig10", "rule") == {"paper", "never_holding"}
     assert values("fig12", "samples_a_step") == {"", "100"}
-    assert len(values("fig12", "finger")) == 2
 
 
-def test_the_record_and_the_page(folder, found):
+def test_the_record_and_the_page(folder):
     record = json.loads((folder / "paper.json").read_text("utf-8"))
-    assert record["design"] == "maeno2000"
     assert [each["figure"] for each in record["claims"]] == list(CLAIMS)
     assert [each["key"] for each in record["figures"]] == list(ORDER)
     page = (folder / "paper.html").read_text("utf-8")
     ids = re.findall(r'\bid="([^"]+)"', page)
     assert len(ids) == len(set(ids))
-    assert [page.count(f'id="figure-{key}"') for key in ORDER] == [1] * len(ORDER)
+    assert {f"figure-{key}" for key in ORDER} <= set(ids)
     assert "<script" not in page
-    assert "http:" not in page.replace("http://www.w3.org", "")
-    for each in found.claims:
-        assert f'id="figure-{each.figure}"' in page
     for name in re.findall(r'href="([^"#:]+)"', page):
-        if not name.startswith("data"):
-            assert (folder / name).is_file(), name
+        assert name.startswith("data") or (folder / name).is_file(), name
 
 
-@pytest.mark.usefixtures("drawn")
-def test_other_files_are_left_alone_and_a_folder_in_the_way_is_a_named_failure(found, tmp_path):
-    (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
-    (tmp_path / "fig02.png").mkdir()
-    with pytest.raises(ResultError, match="cannot write into"):
-        paper_remade.write_paper(found, tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {"fig02.png", "mine.txt"}
-    (tmp_path / "fig02.png").rmdir()
-    (tmp_path / "fig02.png").write_text("older", encoding="utf-8")
-    assert paper_remade.write_paper(found, tmp_path)[-1].name == "paper.html"
-    assert (tmp_path / "mine.txt").read_text("utf-8") == "mine"
-    assert (tmp_path / "fig02.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_two_runs_draw_the_same(found, folder):
-    with house_style():
-        again = [steps_figure(found.increments), rectangles_figure(found.rectangles)]
-    for figure in again:
-        assert (folder / f"{figure.key}.png").read_bytes() == figure.png
-        assert (folder / f"{figure.key}.svg").read_text("utf-8") == figure.svg
-
-
-@pytest.mark.usefixtures("drawn")
-def test_the_command_writes_reports_and_says(found, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(paper_remade, "remake", lambda design, report: found)
-    assert main(["paper", "--out", str(tmp_path / "a"), "--json"]) == 0
-    reported = json.loads(capsys.readouterr().out)
-    assert len(reported["claims"]) == len(CLAIMS)
-    assert reported["files"][-1].endswith("paper.html")
-    assert main(["paper", "--out", str(tmp_path / "a")]) == 0
-    assert "Rhomboids under stick" in capsys.readouterr().out
-    assert main(["paper", "--out", str(tmp_path / "b"), "--quiet"]) == 0
-    assert capsys.readouterr().out == ""
-
-
-def test_wrong_input_is_refused_before_any_work(tmp_path, capsys):
+def test_wrong_input_is_refused_before_any_work(tmp_path, said):
     out = tmp_path / "out"
-    assert main(["paper", "--design", "homogeneous", "--out", str(out)]) == 2
-    assert "plates.count = 0" in capsys.readouterr().err
-    assert main(["paper", "--design", "nothing", "--out", str(out)]) == 2
-    assert main(["paper", "--design", "both_ways", "--out", str(out)]) == 2
-    assert "plane-strain" in capsys.readouterr().err
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    assert main(["paper", "--out", str(tmp_path / "file")]) == 2
+    for design, words in (("homogeneous", "plates.count = 0"), ("both_ways", "plane-strain")):
+        assert words in said("paper", "--design", design, "--out", out, code=2).err
     assert not out.exists()
 
 
@@ -247,15 +179,6 @@ def test_every_figure_and_claim_is_reported_of():
     assert set(re.findall(r"(--\w+)", TEXT)) <= options
 
 
-SCENE = fundamental_scene()
-
-
-def coarse_case(**values):
-    design = coarse_design(**values)
-    requested = paper_case.check_case(design, SCENE)
-    return paper_case.build_case(requested, SCENE, zone_of(requested, SCENE))
-
-
 @pytest.fixture(scope="module", autouse=True)
 def single_thread():
     with one_thread():
@@ -264,7 +187,8 @@ def single_thread():
 
 @pytest.fixture(scope="module")
 def case():
-    return coarse_case()
+    requested = paper_case.check_case(coarse_design(), SCENE)
+    return paper_case.build_case(requested, SCENE, zone_of(requested, SCENE))
 
 
 def test_the_twin_is_the_same_finger_without_plates(case):
@@ -278,12 +202,6 @@ def test_the_twin_is_the_same_finger_without_plates(case):
     assert pressed[0] > pressed[1]  # plates stiffen
 
 
-def test_a_design_without_an_array_of_gages_is_refused():
-    design = with_values(load_design("designs/maeno2000.toml"), {"plates.count": 2})
-    with pytest.raises(DesignError, match=r"^maeno2000: |plates\.count = 2"):
-        paper_case.check_case(design, SCENE)
-
-
 def test_what_slip_ends_is_the_growth_of_the_shear_not_the_shear(found):
     turned = found.rectangles
     assert len(turned.status) == len(turned.corners) == COUNT
@@ -294,7 +212,6 @@ def test_what_slip_ends_is_the_growth_of_the_shear_not_the_shear(found):
     assert (turned.angle["added"] > 0.0).all()
     assert turned.mean("change", "stick") > 2.0 * turned.mean("change", "slip") > 0.0
     assert turned.mean("added", "slip") > 0.7 * turned.mean("added", "stick")
-    assert turned.shear_mm[0] == 0.0 < turned.shear_mm[1] < turned.shear_mm[2]
     assert (turned.change_per_N > 0.0).all()
     # The angle is of the two middle lines against each other: here by the corners, of squares.
     x, y = turned.corners[..., 0], turned.corners[..., 1]

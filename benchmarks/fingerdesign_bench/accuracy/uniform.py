@@ -1,11 +1,14 @@
 """Bodies of one material, held on named faces: the bodies of the cases with known answers."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
+import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.fem.body import CondensedBody, condense_body
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.system import Body
 from fingerdesign.mesh.types import Mesh
@@ -55,3 +58,9 @@ def face_loads(mesh: Mesh, face: str, traction: Sequence[float]) -> Array:
     loads = np.zeros(mesh.points.shape)
     np.add.at(loads, facets, share[:, :, None] * np.asarray(traction))
     return loads
+
+
+def condense_loaded(body: Body, loads: Array) -> CondensedBody:
+    """A body condensed together with its own nodal forces (n, dim) N, at share 1 of a motion."""
+    condensed = condense_body(body, [sp.csr_matrix(loads.reshape(1, -1))])
+    return replace(condensed, load_displacement=condensed.readouts[0][0])

@@ -85,7 +85,7 @@ def run_parts(
     for name, part in parts.items():
         start = time.perf_counter()
         try:
-            found = part(folder, lambda message, name=name: report(f"{name}: {message}"), quick)
+            found = part(folder, _named(report, name), quick)
             paths += found.paths
             checks += found.checks
         except FingerDesignError as error:
@@ -101,6 +101,10 @@ def run_parts(
     }
     paths.append(write_json(folder / "bench.json", record))
     return Shown(paths, "Targets", checks, machine=begun, fails=bool(failures)), failures
+
+
+def _named(report: Report, name: str) -> Report:
+    return lambda message: report(f"{name}: {message}")
 
 
 for _each in commands.COMMANDS:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,7 +38,7 @@ class Shown:
     tables: Sequence[Table] = ()
     notes: Sequence[str] = ()
     after: Sequence[str] = ()
-    machine: Mapping[str, Any] = field(default_factory=dict)
+    machine: dict[str, Any] = field(default_factory=dict)
     record: object = None
     fails: bool = False
 

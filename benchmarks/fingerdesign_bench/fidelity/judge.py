@@ -8,7 +8,7 @@ import numpy as np
 from fingerdesign.analysis.fidelity.estimate import goal_errors, of_most
 from fingerdesign.analysis.fidelity.ladder import Ladder, climb
 from fingerdesign.analysis.fidelity.readings import Readings
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.fidelity.pairs import Pair
 from fingerdesign_bench.fidelity.run import Recorded, model_key, recorded
@@ -154,7 +154,7 @@ def fixed_models(
     )
     found = []
     for dimension, scale in names:
-        seconds, holds = 0.0, list[Array]()
+        seconds, holds = 0.0, list[BoolArray]()
         for pair in every:
             own = [
                 answer

@@ -6,13 +6,13 @@ finds it, and the support must come out without force.
 """
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib import resources
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.path import problem_at_touch
@@ -30,7 +30,7 @@ from fingerdesign.fem.reduction import reduced_model
 from fingerdesign.fem.system import Body
 from fingerdesign.layout.zone import candidate_zone, greatest_approach
 from fingerdesign.pipeline import analyse
-from fingerdesign.shapes.objects import Cylinder, Plane
+from fingerdesign.shapes.objects import Cylinder, Indenter, Plane
 from fingerdesign_bench.accuracy import analytic
 from fingerdesign_bench.accuracy.block import (
     block_section,
@@ -42,7 +42,13 @@ from fingerdesign_bench.accuracy.block import (
 )
 from fingerdesign_bench.accuracy.disc import disc, half_disc
 from fingerdesign_bench.accuracy.facing import facing_compliance
-from fingerdesign_bench.accuracy.uniform import face_loads, held, nearest, uniform_body
+from fingerdesign_bench.accuracy.uniform import (
+    condense_loaded,
+    face_loads,
+    held,
+    nearest,
+    uniform_body,
+)
 from fingerdesign_bench.known.case import Curve, Picture, Solution, compare_curves
 from fingerdesign_bench.known.rounds import orders
 
@@ -109,16 +115,40 @@ class Solved:
     loads: Array | float = 0.0
 
     @property
-    def pressure(self) -> Array:
-        """Nodal contact pressures (m,) MPa of the last step."""
-        return np.asarray(self.steps[-1].increment.multiplier[:, 0] / self.problem.model.areas)
+    def x(self) -> Array:
+        """Places (m,) mm of the nodes along the contact."""
+        return self.problem.model.points[:, 0]
 
-    def displacement(self, place: Array) -> Array:
+    def pressure(self, step: int = -1) -> Array:
+        """Nodal contact pressures (m,) MPa of a step."""
+        return np.asarray(self.steps[step].increment.multiplier[:, 0] / self.problem.model.areas)
+
+    def displacement(self, place: tuple[float, float]) -> Array:
         """Displacement (2,) mm of the lower body's mesh node nearest to ``place``, last step."""
         increment = self.steps[-1].increment
         own = increment.motion.load * self.loads
         field = self.body.displacement_fields(increment.force[None], own)[0]
         return np.asarray(field[nearest(self.body.body.mesh, place)])
+
+    def solution(self, values: dict[str, float], known: Array, step: int = -1) -> Solution:
+        """Values, and the pressures next to known ones."""
+        drawn = compare_curves("x (mm)", "pressure (MPa)", self.x, known, self.pressure(step))
+        return Solution(values, drawn, (self.problem, self.steps))
+
+
+def _solved(
+    body: Body,
+    indenter: Indenter,
+    friction: float,
+    path: Sequence[Forces | Motion],
+    above: Body | None = None,
+) -> Solved:
+    """Condense, and follow a path; ``above``: the object where it is elastic."""
+    condensed = condense_body(body)
+    model = reduced_model(condensed)
+    yielding = None if above is None else facing_compliance(above, model)
+    problem = contact_problem(model, indenter, friction, yielding)
+    return Solved(condensed, problem, tuple(follow(problem, path)))
 
 
 def equal_cylinders(
@@ -128,107 +158,12 @@ def equal_cylinders(
 
     E = 200 of both in the published case; ``below`` and ``above_modulus`` may differ.
     """
-    mesh = half_disc(8.0, 1.6, size)
-    lower = condense_body(uniform_body(mesh, below, 0.3, held(mesh, "base"), 1.4))
-    upper = upside_down(half_disc(8.0, 1.8, 1.25 * size))
+    mesh, upper = half_disc(8.0, 1.6, size), upside_down(half_disc(8.0, 1.8, 1.25 * size))
+    body = uniform_body(mesh, below, 0.3, held(mesh, "base"), 1.4)
+    above = uniform_body(upper, above_modulus, 0.3, held(upper, "base"), 2.0)
     shears = [share * 0.93616 for share in (0.25, 0.5, 0.75, 1.0)]
     path = [Forces(10.0, held=STILL), *(Forces(10.0, shear) for shear in shears)]
-    above = uniform_body(upper, above_modulus, 0.3, held(upper, "base"), 2.0)
-    return _two(lower, above, FromAbove(8.0), 0.2, path)
-
-
-def nafems_roller(size: float = 0.15, friction_coefficient: float = 0.0) -> Solved:
-    """A steel roller R = 50 on an aluminium block 200 x 200, 35 kN per mm through its top point.
-
-    Advanced Finite Element Contact Benchmarks (Konter, NAFEMS 2006), 1; E 210 and 70 GPa, nu 0.3,
-    the block's base fixed. The top point carries the force as a support.
-    """
-    mesh = block_section(100.0, 200.0, 9.0, size)
-    lower = condense_body(uniform_body(mesh, 70e3, 0.3, held(mesh, "base"), 9.0))
-    upper = upside_down(disc(50.0, 10.0, size))
-    fixed = held(upper)
-    fixed[nearest(upper, [0.0, 100.0])] = True
-    fixed[nearest(upper, [0.0, 50.0]), 0] = True  # against rolling
-    above = uniform_body(upper, 210e3, 0.3, fixed, 12.0)
-    path = [Forces(35e3 * share, held=STILL) for share in (0.25, 0.5, 0.75, 1.0)]
-    return _two(lower, above, FromAbove(50.0), friction_coefficient, path)
-
-
-def pressed_plate(size: float = 0.5) -> Solved:
-    """SSNV128: a plate 80 x 40 pressed on a rigid plane by 50 MPa and from its sides by 150 MPa.
-
-    The half 0 <= x <= 40, mirrored in x = 40; E = 130 GPa, nu = 0.2, mu = 1. The plane is above
-    here. Nothing but contact carries y: the support of one node takes the rigid motion.
-    """
-    x = graded(size, 20.0, 40.0, 1.2)
-    mesh = rectangle(x, -graded(size, 8.0, 40.0, 1.2)[::-1])
-    fixed = held(mesh, right=(0,))
-    fixed[nearest(mesh, [40.0, -40.0]), 1] = True
-    loads = face_loads(mesh, "base", (0.0, 50.0))
-    loads += face_loads(mesh, "left", (150.0, 0.0))
-    own = loads.reshape(-1, 1)
-    condensed = condense_body(uniform_body(mesh, 130e3, 0.2, fixed, 41.0), [sp.csr_matrix(own.T)])
-    condensed = replace(condensed, load_displacement=condensed.readouts[0][0])
-    problem = contact_problem(reduced_model(condensed), Plane(0.0), 1.0)
-    shares = np.linspace(0.1, 1.0, 10)
-    path = [Forces(2000.0 * share, held=Motion(0.0, 0.0, load=float(share))) for share in shares]
-    return Solved(condensed, problem, tuple(follow(problem, path)), own)
-
-
-def flat_punch(size: float = 0.02, poissons_ratio: float = 0.3) -> Solved:
-    """A rigid flat punch |x| <= 1 without friction on a block 100 deep, P = 1 per mm, E = 1."""
-    mesh = block_section(100.0, 100.0, 1.0, size)
-    ends = {**mesh.facets, "contact": near(mesh, "contact", 1.0)}  # the punch ends, not the zone
-    mesh = replace(mesh, facets=ends)
-    condensed = condense_body(uniform_body(mesh, 1.0, poissons_ratio, held(mesh, "base"), 1.0))
-    problem = contact_problem(reduced_model(condensed), Plane(0.0), 0.0)
-    return Solved(condensed, problem, tuple(follow(problem, [Forces(1.0, held=STILL)])))
-
-
-def bonded_layer(
-    half_width: float = 40.0,
-    size: float = 0.1,
-    poissons_ratio: float = 0.499999,
-    sinking: float = 6.0,
-) -> Solved:
-    """A frictionless cylinder, R = 1e6, on a bonded layer 1 mm thick, to a given half-width.
-
-    E = 1. The approach is half_width^2 / (sinking R): 6 of the thin incompressible layer, 2 of the
-    thin compressible one.
-    """
-    reach = 1.1 * half_width
-    x = both_sides(graded(3.0 * size, reach, half_width + 10.0, 1.2))
-    mesh = rectangle(x, np.linspace(-1.0, 0.0, round(1.0 / size) + 1))
-    body = uniform_body(mesh, 1.0, poissons_ratio, held(mesh, "base"), reach, "mixed")
-    condensed = condense_body(body)
-    problem = contact_problem(reduced_model(condensed), Cylinder(1e6, 1e6), 0.0)
-    motion = Motion(half_width**2 / (sinking * 1e6), 0.0)
-    return Solved(condensed, problem, tuple(follow(problem, [motion])))
-
-
-def pushed_block(slope: float = 0.1, friction_coefficient: float = 0.3) -> Solved:
-    """NAFEMS CGS-4: a block pushed up a rigid slope tan a, far enough to slide everywhere."""
-    mesh = block_section(1.0, 1.0, 1.0, 0.2)
-    condensed = condense_body(uniform_body(mesh, 1.0, 0.3, held(mesh, "base"), 1.0))
-    angle = np.arctan(slope)
-    plane = Plane(0.0, (float(np.sin(angle)), -float(np.cos(angle)), 0.0))
-    problem = contact_problem(reduced_model(condensed), plane, friction_coefficient)
-    path = [Motion(0.15, 0.0), Motion(0.15, 1.0)]
-    return Solved(condensed, problem, tuple(follow(problem, path)))
-
-
-def _two(
-    lower: CondensedBody, above: Body, gap: FromAbove, friction: float, path: list[Forces]
-) -> Solved:
-    model = reduced_model(lower)
-    problem = contact_problem(model, gap, friction, facing_compliance(above, model))
-    return Solved(lower, problem, tuple(follow(problem, path)))
-
-
-def _pressures(solved: Solved, known: np.ndarray, step: int = -1) -> Picture:
-    model = solved.problem.model
-    found = solved.steps[step].increment.multiplier[:, 0] / model.areas
-    return compare_curves("x (mm)", "pressure (MPa)", model.points[:, 0], known, found)
+    return _solved(body, FromAbove(8.0), 0.2, path, above)
 
 
 def cylinders(size: float = 0.01) -> Solution:
@@ -240,66 +175,106 @@ def cylinders(size: float = 0.01) -> Solution:
         "peak pressure": pressed.peak_pressure,
         "stick": sheared.stick_width / sheared.contact_width,
     }
-    known = analytic.Hertz(0.6808, 9.351).pressure(solved.problem.model.points[:, 0])
-    return Solution(values, _pressures(solved, known, 0), (solved.problem, solved.steps))
+    return solved.solution(values, analytic.Hertz(0.6808, 9.351).pressure(solved.x), 0)
 
 
 def roller(friction: float, size: float = 0.1) -> Solution:
-    """NAFEMS' roller."""
-    solved = nafems_roller(size, friction)
+    """A steel roller R = 50 on an aluminium block 200 x 200, 35 kN per mm through its top point.
+
+    Advanced Finite Element Contact Benchmarks (Konter, NAFEMS 2006), 1; E 210 and 70 GPa, nu 0.3,
+    the block's base fixed. The top point carries the force as a support.
+    """
+    mesh, upper = block_section(100.0, 200.0, 9.0, size), upside_down(disc(50.0, 10.0, size))
+    fixed = held(upper)
+    fixed[nearest(upper, (0.0, 100.0))] = True
+    fixed[nearest(upper, (0.0, 50.0)), 0] = True  # against rolling
+    body = uniform_body(mesh, 70e3, 0.3, held(mesh, "base"), 9.0)
+    above = uniform_body(upper, 210e3, 0.3, fixed, 12.0)
+    path = [Forces(35e3 * share, held=STILL) for share in (0.25, 0.5, 0.75, 1.0)]
+    solved = _solved(body, FromAbove(50.0), friction, path, above)
     measures = solved.steps[-1].measures
     values = {
         "half-width": 0.5 * measures.contact_width,
         "peak pressure": measures.peak_pressure,
-        "settlement": float(solved.displacement(np.zeros(2))[1]),
+        "settlement": float(solved.displacement((0.0, 0.0))[1]),
     }
-    known = analytic.Hertz(6.215, 3585.0).pressure(solved.problem.model.points[:, 0])
-    return Solution(values, _pressures(solved, known), (solved.problem, solved.steps))
+    return solved.solution(values, analytic.Hertz(6.215, 3585.0).pressure(solved.x))
+
+
+def pressed_plate(size: float = 0.5) -> Solved:
+    """SSNV128: a plate 80 x 40 pressed on a rigid plane by 50 MPa and from its sides by 150 MPa.
+
+    The half 0 <= x <= 40, mirrored in x = 40; E = 130 GPa, nu = 0.2, mu = 1. The plane is above
+    here. Nothing but contact carries y: the support of one node takes the rigid motion.
+    """
+    x = graded(size, 20.0, 40.0, 1.2)
+    mesh = rectangle(x, -graded(size, 8.0, 40.0, 1.2)[::-1])
+    fixed = held(mesh, right=(0,))
+    fixed[nearest(mesh, (40.0, -40.0)), 1] = True
+    loads = face_loads(mesh, "base", (0.0, 50.0)) + face_loads(mesh, "left", (150.0, 0.0))
+    condensed = condense_loaded(uniform_body(mesh, 130e3, 0.2, fixed, 41.0), loads)
+    problem = contact_problem(reduced_model(condensed), Plane(0.0), 1.0)
+    shares = np.linspace(0.1, 1.0, 10)
+    path = [Forces(2000.0 * share, held=Motion(0.0, 0.0, load=float(share))) for share in shares]
+    return Solved(condensed, problem, tuple(follow(problem, path)), loads.reshape(-1, 1))
 
 
 def plate() -> Solution:
     """SSNV128: how far its foot slides, mm."""
     solved = pressed_plate()
-    values = {f"at {x:g}": float(solved.displacement(np.array([x, 0.0]))[0]) for x in _FOOT}
+    values = {f"at {x:g}": float(solved.displacement((x, 0.0))[0]) for x in _FOOT}
     x, known, found = (np.array(list(each)) for each in (_FOOT, _FOOT.values(), values.values()))
     picture = compare_curves("x (mm)", "displacement (mm)", x, known, found)
     return Solution(values, picture, (solved.problem, solved.steps))
 
 
 def punch(size: float = 0.02) -> Solution:
-    """A flat punch: the worst error in |x| < 0.9 of it, and the pressure in the middle."""
-    solved = flat_punch(size)
-    x = solved.problem.model.points[:, 0]
-    inner = np.abs(x) < 0.9
-    known = analytic.flat_punch_pressure(x[inner], 1.0, 1.0)
-    found = solved.pressure[inner]
+    """A rigid flat punch |x| <= 1 without friction on a block 100 deep, P = 1 per mm, E = 1.
+
+    The worst error in |x| < 0.9 of it, and the pressure in the middle.
+    """
+    mesh = block_section(100.0, 100.0, 1.0, size)
+    ends = {**mesh.facets, "contact": near(mesh, "contact", 1.0)}  # the punch ends, not the zone
+    mesh = replace(mesh, facets=ends)
+    body = uniform_body(mesh, 1.0, 0.3, held(mesh, "base"), 1.0)
+    solved = _solved(body, Plane(0.0), 0.0, [Forces(1.0, held=STILL)])
+    inner = np.abs(solved.x) < 0.9
+    x, found = solved.x[inner], solved.pressure()[inner]
+    known = analytic.flat_punch_pressure(x, 1.0, 1.0)
     values = {
         "pressure, off": float(np.abs(found / known - 1.0).max()),
-        "middle": float(solved.pressure[np.argmin(np.abs(x))] * np.pi),
+        "middle": float(solved.pressure()[np.argmin(np.abs(solved.x))] * np.pi),
     }
-    picture = compare_curves("x / a", "pressure (MPa)", x[inner], known, found)
+    picture = compare_curves("x / a", "pressure (MPa)", x, known, found)
     return Solution(values, picture, (solved.problem, solved.steps))
 
 
 @lru_cache(maxsize=8)
 def layer(poissons_ratio: float, half_width: float = 40.0) -> Solution:
-    """A bonded layer ``half_width`` times thinner than the contact: over the thin limit."""
-    thin = 6.0 if poissons_ratio > _INCOMPRESSIBLE else 2.0
-    solved = bonded_layer(half_width, poissons_ratio=poissons_ratio, sinking=thin)
-    x = solved.problem.model.points[:, 0]
-    inside = np.maximum(0.0, 1.0 - (x / half_width) ** 2)
+    """A frictionless cylinder, R = 1e6, on a bonded layer 1 mm thick, to a given half-width.
+
+    E = 1. Values are over the thin limit, in which the approach is half_width^2 / (6 R) of an
+    incompressible layer, / (2 R) of a compressible one.
+    """
+    radius = 1e6
+    x = both_sides(graded(0.3, 1.1 * half_width, half_width + 10.0, 1.2))
+    mesh = rectangle(x, np.linspace(-1.0, 0.0, 11))
+    body = uniform_body(mesh, 1.0, poissons_ratio, held(mesh, "base"), 1.1 * half_width, "mixed")
     if poissons_ratio > _INCOMPRESSIBLE:
-        force, peak, _ = analytic.bonded_incompressible_layer(half_width, 1e6, 1.0, 1.0)
-        known = peak * inside**2
+        sinking, power = 6.0, 2
+        force, peak, _ = analytic.bonded_incompressible_layer(half_width, radius, 1.0, 1.0)
     else:
-        force, peak = analytic.bonded_compressible_layer(half_width, 1e6, poissons_ratio, 1.0)
-        known = peak * inside
+        sinking, power = 2.0, 1
+        force, peak = analytic.bonded_compressible_layer(half_width, radius, poissons_ratio, 1.0)
+    motion = Motion(half_width**2 / (sinking * radius), 0.0)
+    solved = _solved(body, Cylinder(radius, radius), 0.0, [motion])
     measures = solved.steps[-1].measures
     values = {
         "force": measures.normal_force / force,
         "peak pressure": measures.peak_pressure / peak,
     }
-    return Solution(values, _pressures(solved, known), (solved.problem, solved.steps))
+    inside = np.maximum(0.0, 1.0 - (solved.x / half_width) ** 2)
+    return solved.solution(values, peak * inside**power)
 
 
 def layer_rates(poissons_ratio: float) -> Solution:
@@ -309,19 +284,24 @@ def layer_rates(poissons_ratio: float) -> Solution:
     return orders(1.0 / widths, {"force": errors}, "log10 of b / a")
 
 
+def pushed_block(slope: float = 0.1, friction_coefficient: float = 0.3) -> Solved:
+    """NAFEMS CGS-4: a block pushed up a rigid slope tan a, far enough to slide everywhere."""
+    mesh = block_section(1.0, 1.0, 1.0, 0.2)
+    body = uniform_body(mesh, 1.0, 0.3, held(mesh, "base"), 1.0)
+    angle = np.arctan(slope)
+    plane = Plane(0.0, (float(np.sin(angle)), -float(np.cos(angle)), 0.0))
+    return _solved(body, plane, friction_coefficient, [Motion(0.15, 0.0), Motion(0.15, 1.0)])
+
+
 def wedge(friction: float = 0.3, slope: float = 0.1) -> Solution:
     """CGS-4: F / G of a sliding block."""
     solved = pushed_block(slope, friction)
-    measures = solved.steps[-1].measures
-    ratio = measures.tangential_force / measures.normal_force
-    x, across = solved.problem.model.points[:, 0], solved.steps[-1].increment.force
-    known = analytic.sliding_wedge(slope, friction)
-    found = across[:, 0] / np.minimum(across[:, 1], -1e-30)
-    found = -found
-    picture = compare_curves(
-        "x (mm)", "traction along over across", x, np.full(len(x), known), found
-    )
-    return Solution({"force": ratio}, picture, (solved.problem, solved.steps))
+    measures, force = solved.steps[-1].measures, solved.steps[-1].increment.force
+    values = {"force": measures.tangential_force / measures.normal_force}
+    known = np.full(len(force), analytic.sliding_wedge(slope, friction))
+    found = -force[:, 0] / np.minimum(force[:, 1], -1e-30)
+    picture = compare_curves("x (mm)", "traction along over across", solved.x, known, found)
+    return Solution(values, picture, (solved.problem, solved.steps))
 
 
 def two_codes() -> dict[str, Any]:

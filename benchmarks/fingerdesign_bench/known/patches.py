@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.sparse as sp
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.path import Step, follow
@@ -14,7 +13,13 @@ from fingerdesign.fem.system import Body
 from fingerdesign.shapes.objects import Indenter, Plane
 from fingerdesign_bench.accuracy.block import rectangle
 from fingerdesign_bench.accuracy.revolve import revolved_half, round_block_section
-from fingerdesign_bench.accuracy.uniform import face_loads, held, nearest, uniform_body
+from fingerdesign_bench.accuracy.uniform import (
+    condense_loaded,
+    face_loads,
+    held,
+    nearest,
+    uniform_body,
+)
 from fingerdesign_bench.known.case import Solution, compare_curves
 from fingerdesign_bench.known.rounds import orders
 
@@ -53,11 +58,7 @@ def sheared_brick(friction: float = 0.5, share: float = 0.8) -> Solution:
     traction = share * friction * SUNK
     loads = face_loads(mesh, "right", (0.0, traction))
     loads -= face_loads(mesh, "left", (0.0, traction))
-    own = loads.reshape(-1, 1)
-    condensed = condense_body(
-        uniform_body(mesh, 1.0, 0.0, held(mesh, "base")), [sp.csr_matrix(own.T)]
-    )
-    condensed = replace(condensed, load_displacement=condensed.readouts[0][0])
+    condensed = condense_loaded(uniform_body(mesh, 1.0, 0.0, held(mesh, "base")), loads)
     problem = contact_problem(reduced_model(condensed), Plane(0.0), friction)
     motion = Motion(SUNK, 2.0 * traction, load=1.0)  # G = 1 / 2
     (step,) = follow(problem, [motion])

@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.checks.load import parse_design
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.path import Step, follow
@@ -229,7 +229,7 @@ def _hertz(case: Pressed) -> Solution:
     return Solution(values, picture, (case.problem, case.steps))
 
 
-def middle_line(problem: ContactProblem) -> Array:
+def middle_line(problem: ContactProblem) -> BoolArray:
     """Mask (m,) of the nodes on z = 0."""
     points = problem.model.points
     return np.asarray(np.abs(points[:, 2:]).sum(axis=1) < 1e-9)
@@ -295,9 +295,9 @@ def product(shape: str, size: float) -> Solution:
         peak.append(each.peak_pressure_MPa / hertz.peak_pressure - 1.0)
         width.append(0.5 * each.contact_width_mm / hertz.half_width - 1.0)
         stick.append(float(np.sqrt(each.stick_ratio or 0.0)) - known)
-    number = np.arange(float(len(increments)))
+    row = np.arange(float(len(increments)))
     curves = tuple(
-        Curve(name, number, 100.0 * np.array(each), False)
+        Curve(name, row, 100.0 * np.array(each), False)
         for name, each in (("peak", peak), ("width", width), ("stick", stick))
     )
     worst = {

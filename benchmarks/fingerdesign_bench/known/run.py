@@ -134,11 +134,17 @@ def write_suite(found: Found, folder: Path, problems: bool = False) -> list[Path
     paths = [folder / name for name in texts]
     for path in paths:
         path.write_text(texts[path.name], encoding="utf-8")
-    for name, outcomes in groups.items() if problems else ():
+    return paths + (_write_problems(found, folder / "problems") if problems else [])
+
+
+def _write_problems(found: Found, folder: Path) -> list[Path]:
+    """Write each contact problem under the name of its first case."""
+    paths = []
+    for name, outcomes in found.groups().items():
         solved = found.solutions[name].solved if name in found.solutions else None
         if solved is not None:
-            (folder / "problems").mkdir(exist_ok=True)
-            paths.append(folder / "problems" / f"{outcomes[0].case.name}.npz")
+            folder.mkdir(exist_ok=True)
+            paths.append(folder / f"{outcomes[0].case.name}.npz")
             write_problem(paths[-1], *solved)
     return paths
 

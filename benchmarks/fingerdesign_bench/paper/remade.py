@@ -32,10 +32,10 @@ from fingerdesign_bench.paper.claims import TEMPLATES, Remade, claims_of
 from fingerdesign_bench.paper.figures import PaperFigure
 from fingerdesign_bench.paper.figures_contact import (
     rectangles_figure,
+    responses_figure,
     steps_figure,
     stick_map_figure,
 )
-from fingerdesign_bench.paper.figures_gages import responses_figure
 from fingerdesign_bench.paper.figures_grips import lifts_figure, measured_figure, route_figure
 from fingerdesign_bench.paper.measurement import SAMPLES, SEEDS, rig_of
 from fingerdesign_bench.paper.rectangles import rectangles

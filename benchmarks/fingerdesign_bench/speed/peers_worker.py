@@ -60,27 +60,37 @@ def condensed(problem: Any) -> dict[str, Any]:
     ]
     known = problem.get("tolerance", np.zeros((len(runs), len(reference))))
     rows: dict[str, list[Any]] = {"seconds": [], "tolerance": [], "converged": [], "forces": []}
-    for (name, most, warm), tolerances in zip(runs, known, strict=True):
+    for run, tolerances in zip(runs, known, strict=True):
         found, first = [], 0
-        for k, answer in enumerate(reference):
+        for k, tolerance in enumerate(tolerances):
             # One looser than the last increment needed, then tighter.
-            for tolerance in [tolerances[k]] if tolerances[k] else TOLERANCES[first:]:
-                seconds, ended, force = _solve(problem, k, name, most, float(tolerance), warm)
-                close = np.abs(force - answer).max() <= SAME * np.abs(answer).max()
-                if close or not ended:
-                    break
-            first = max(int(np.searchsorted(-TOLERANCES, -tolerance)) - 1, 0)
-            found.append((seconds, tolerance, ended and close, force))
+            tried = [tolerance] if tolerance else TOLERANCES[first:]
+            found.append(_loosest(problem, k, run, tried))
+            first = max(int(np.searchsorted(-TOLERANCES, -found[-1][1])) - 1, 0)
         for key, values in zip(rows, zip(*found, strict=True), strict=True):
             rows[key].append(values)
     names = [f"{name} {'warm' if warm else 'cold'}" for name, _, warm in runs]
     return {"names": names, **rows}
 
 
+def _loosest(
+    problem: Any, k: int, run: tuple[str, int, bool], tolerances: Any
+) -> tuple[float, float, bool, Any]:
+    """Seconds, tolerance, whether it converged, and forces by the first tolerance that does."""
+    answer = problem["reference"][k]
+    for tolerance in tolerances:
+        seconds, ended, force = _solve(problem, k, run, float(tolerance))
+        close = np.abs(force - answer).max() <= SAME * np.abs(answer).max()
+        if close or not ended:
+            break
+    return seconds, tolerance, ended and close, force
+
+
 def _solve(
-    problem: Any, k: int, name: str, most: int, tolerance: float, warm: bool
+    problem: Any, k: int, run: tuple[str, int, bool], tolerance: float
 ) -> tuple[float, bool, Any]:
     """Seconds of the driver, whether it says that it converged, forces (m, dim)."""
+    name, most, warm = run
     siconos = import_module("siconos.numerics")
     m, dim = problem["offset"][k].shape
     options = siconos.SolverOptions(getattr(siconos, f"SICONOS_FRICTION_{name}"))

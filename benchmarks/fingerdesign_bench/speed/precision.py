@@ -49,11 +49,9 @@ def measure_precision(
 
     measured(Method("plane strain"), 0.4, repeat=False)  # Warms imports and the mesher's process.
     groups = [(chart, group) for chart in charts for group in chart.groups]
-    needed = {name for _, group in groups for name in _names(group)}
     solved = {
         each.name: _solved(each, run(each.method, each.size(quick), False))
-        for each in references
-        if each.name in needed
+        for each in _needed(references, groups)
     }
     points: list[Point] = []
     differences: dict[tuple[str, str], Errors] = {}
@@ -62,16 +60,22 @@ def measure_precision(
         first, second = (solved[name].known for name in group.references)
         differences[chart.key, group.heading] = errors(first, second)
         for line in group.lines:
-            new = [
-                _point((chart.key, group.heading), line, run(line.method, size, not quick), solved)
-                for size in line.sizes[: line.quick if quick else None]
-            ]
+            sizes = line.sizes[: line.quick if quick else None]
+            runs = [run(line.method, size, not quick) for size in sizes]
+            new = [_point((chart.key, group.heading), line, each, solved) for each in runs]
             points += new
             remarks[chart.key] += tuple(_remarks(group, line, new))
     seconds = time.perf_counter() - began
     return Precision(
         tuple(points), differences, remarks, solved, found_machine, tuple(charts), seconds, quick
     )
+
+
+def _needed(
+    references: Sequence[Reference], groups: Sequence[tuple[Chart, Group]]
+) -> list[Reference]:
+    names = set[str]().union(*(_names(group) for _, group in groups))
+    return [each for each in references if each.name in names]
 
 
 def _solved(reference: Reference, run: Run) -> Run:

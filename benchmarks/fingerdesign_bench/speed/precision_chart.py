@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from fingerdesign_bench.speed.precision_lines import Chart, Group
-    from fingerdesign_bench.speed.precision_points import Precision
+    from fingerdesign_bench.speed.precision_points import Point, Precision
 
 _ROW = 3.0  # Inches: a row of panels.
 _STAGE_LOOKS = (
@@ -73,18 +74,24 @@ def _draw_group(row: list[Axes], found: Precision, chart: Chart, group: Group) -
             axes.axhspan(1e-12, difference, color=COLOURS["open"], zorder=0)
         shown = []
         for number, line in enumerate(group.lines):
-            own = [(p.seconds, p.error(key)) for p in mine if p.line == line.label]
-            points = [(s, max(e, 1e-9)) for s, e in own if e is not None and e <= OFF_THE_CHART]
+            points = _shown([p for p in mine if p.line == line.label], key)
             colour, dashes, marker = SERIES[number % len(SERIES)]
             look: Any = {"color": colour, "linestyle": dashes, "marker": marker}
-            axes.plot([s for s, _ in points], [e for _, e in points], label=line.label, **look)
-            shown += [error for _, error in points]
+            axes.plot(*points, label=line.label, **look)
+            shown += points[1]
         if shown:
             low = max(0.5 * min(shown), 0.03 * difference, 1e-8)
             axes.set_ylim(min(low, 0.2 * max(shown)), 2.0 * max(shown))
         tick(axes.xaxis)
     row[0].set_ylabel(f"{group.heading}\nworst error")
     row[-1].legend(loc="upper left", bbox_to_anchor=(1.01, 1.02), fontsize=7.5)
+
+
+def _shown(points: Sequence[Point], key: str) -> tuple[list[float], list[float]]:
+    """Seconds and errors of the points that are on the chart."""
+    own = [(point.seconds, point.error(key)) for point in points]
+    found = [(s, max(e, 1e-9)) for s, e in own if e is not None and e <= OFF_THE_CHART]
+    return [s for s, _ in found], [e for _, e in found]
 
 
 def _foot(found: Precision, chart: Chart) -> list[str]:

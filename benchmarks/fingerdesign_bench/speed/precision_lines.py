@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from fingerdesign_bench.speed.precision_run import Method
+from fingerdesign_bench.speed.precision_run import Method, Plates
 
 PLANE = (0.4, 0.2, 0.1, 0.05, 0.025)  # mm, contact facets
 PLANE_LINEAR = (*PLANE, 0.0125)  # linear elements have a quarter of the equations
@@ -72,7 +72,8 @@ def elements_at(poissons_ratio: float) -> tuple[tuple[Reference, Reference], Gro
 
 def plates_lines(method: Method, sizes: tuple[float, ...], reference: str) -> tuple[Line, ...]:
     """The same method with solid plates, sheets and none."""
-    models = (("solid", ""), ("sheet", MODEL), ("none", MODEL))
+    models: tuple[Plates, ...] = ("solid", "sheet", "none")
     return tuple(
-        Line(name, replace(method, plates=name), sizes, reference, floor) for name, floor in models
+        Line(name, replace(method, plates=name), sizes, reference, "" if name == "solid" else MODEL)
+        for name in models
     )

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from fingerdesign.mesh.types import Mesh
 
 Kind = Literal["plane strain", "extruded", "tetwild"]
+Plates = Literal["solid", "sheet", "none"]
 
 STAGES = ("geometry", "mesh", "assemble", "condense", "increments")
 VALUES: dict[str, object] = {
@@ -47,7 +48,7 @@ class Method:
     kind: Kind
     element: Literal["auto", "P1", "P2", "mixed"] = "auto"
     poissons_ratio: float = 0.49
-    plates: Literal["solid", "sheet", "none"] = "solid"
+    plates: Plates = "solid"
 
 
 @dataclass(frozen=True)

@@ -223,9 +223,9 @@ class Trial:
 
     def _leaves_the_zone(self, error: ZoneExhausted, past: Past, motion: Motion) -> bool:
         answers = [self.second(past, motion)]
-        witnessed = isinstance(error, Witnessed)
-        if witnessed and self.judge.violation(error.force, past, motion) <= SHARP:
-            answers.append(error.force)
+        force = error.force if isinstance(error, Witnessed) else None
+        if force is not None and self.judge.violation(force, past, motion) <= SHARP:
+            answers.append(force)
         return any(answer is not None and self.judge.at_rim(answer) for answer in answers)
 
     def of_answer(self, found: tuple[Array, Motion], past: Past) -> tuple[Verdict, str]:
