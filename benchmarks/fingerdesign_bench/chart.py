@@ -44,10 +44,9 @@ def save(figure: Figure, path: Path) -> Path:
 
 
 def dots(axes: Axes, number: int, x: Sequence[float], y: Sequence[float], label: str) -> None:
-    """Draw the points of series ``number``, on logarithmic axes."""
+    """Draw the points of series ``number``."""
     colour, _, marker = SERIES[number % len(SERIES)]
     axes.plot(x, y, color=colour, linestyle="none", marker=marker, label=label)
-    axes.set(xscale="log", yscale="log")
 
 
 def tick(axis: Axis) -> None:

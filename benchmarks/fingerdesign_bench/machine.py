@@ -1,4 +1,4 @@
-"""What a measured time depends on: the machine, its load, versions and thread settings."""
+"""The machine, its load, versions and thread settings: measured times depend on them."""
 
 import os
 import platform
@@ -14,6 +14,7 @@ _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 def machine() -> dict[str, Any]:
     """Processor, cores, memory, load, versions and threads, as JSON holds them."""
+    import psutil
     from threadpoolctl import threadpool_info
 
     found = dict(versions())
@@ -28,7 +29,7 @@ def machine() -> dict[str, Any]:
         "architecture": platform.machine(),
         "system": platform.system(),
         "cores": os.cpu_count(),
-        "memory_GB": _memory_GB(),
+        "memory_GB": round(psutil.virtual_memory().total / 2**30, 1),
         "load_average": None if load is None else round(load, 2),
         "versions": found,
         "threads": {
@@ -72,10 +73,3 @@ def _processor() -> str:
         if line.startswith("model name"):
             return line.partition(":")[2].strip()
     return platform.processor() or "unknown processor"
-
-
-def _memory_GB() -> float:
-    try:
-        return float(round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30, 1))
-    except (AttributeError, ValueError, OSError):
-        return 0.0

@@ -12,19 +12,17 @@ from fingerdesign.analysis.fidelity.rungs import rung
 EVERY = pairs()
 
 
-def test_the_pairs_are_of_all_kinds_and_always_the_same():
-    assert len(EVERY) == 30
+def test_the_pairs_are_of_all_kinds():
     assert [pair.number for pair in EVERY] == list(range(30))
     assert {pair.control for pair in EVERY} == {"motion", "force"}
     assert {pair.tolerance for pair in EVERY} == set(TOLERANCES)
     for low, high, plates in KINDS:
         own = [p.design for p in EVERY if low <= p.design.body.depth_mm <= high]
-        assert own
         assert max(design.plates.number for design in own) <= plates
-    again = pairs(3)
-    assert [(p.design.digest(), p.scene.digest()) for p in again] == [
-        (p.design.digest(), p.scene.digest()) for p in EVERY[:6]
-    ]
+
+
+def test_the_pairs_are_always_the_same():
+    assert [pair.digest() for pair in pairs(3)] == [pair.digest() for pair in EVERY[:6]]
 
 
 def readings(pair, error, price=0.0):
@@ -65,25 +63,31 @@ def test_records_read_back():
     assert back.face == reported.face
 
 
-def test_the_judge_counts_what_holds_and_what_it_costs():
-    chosen = EVERY[:4]
-    truth = {pair.number: readings(pair, 0.0) for pair in chosen}
-    every = [each for pair in chosen for each in records(pair, 0.002, 0.3)]
-    found = judge(chosen, every, truth)
-    assert found.within == 1.0
-    assert found.wrong == 0
-    assert found.cheapest is not None
-    meeting = [each for each in found.fixed if each.meets == len(chosen)]
-    assert found.cheapest.seconds == min(each.seconds for each in meeting)
-    spent = sum(each.ladder.seconds for each in found.outcomes)
-    assert found.seconds_share == pytest.approx(spent / found.cheapest.seconds)
+@pytest.fixture(scope="module")
+def judged():
+    """Four pairs, judged by true references and by wrong ones."""
+    every = [each for pair in EVERY[:4] for each in records(pair, 0.002, 0.3)]
+    return [
+        judge(EVERY[:4], every, {pair.number: readings(pair, error) for pair in EVERY[:4]})
+        for error in (0.0, 0.5)
+    ]
+
+
+def test_the_judge_counts_what_holds(judged):
+    found, off = judged
+    assert (found.within, found.wrong, off.within) == (1.0, 0, 0.0)
     assert len(rows(found)) == 4
     assert all(each.ladder.reached for each in found.outcomes)
-    bad = {number: readings(chosen[number], 0.5) for number in truth}
-    off = judge(chosen, every, bad)
-    assert off.within == 0.0
     assert not off.checks()[0].holds
     assert off.cheapest is None
+
+
+def test_the_judge_counts_what_it_costs(judged):
+    found = judged[0]
+    meeting = [each.seconds for each in found.fixed if each.meets == 4]
+    assert found.cheapest.seconds == min(meeting)
+    spent = sum(each.ladder.seconds for each in found.outcomes)
+    assert found.seconds_share == pytest.approx(spent / found.cheapest.seconds)
 
 
 def test_plane_strain_that_does_is_expected_to_be_used():

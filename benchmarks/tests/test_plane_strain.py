@@ -199,12 +199,15 @@ def test_the_shipped_study_is_a_grid_of_sound_designs():
     assert len(grid) == np.prod([len(values) for values in study.parameters.values()]) >= 48
     assert len({key_of(point) for point in points}) == len(points)
     assert len(list(points_of(study, quick=True))) == 8
-    for point in grid:
+    assert all(layered(point.design) for point in grid)
+
+
+def test_a_span_is_a_share_of_the_depth_and_none_leaves_plates_out():
+    for point in points_of(parse_study(SMALL), quick=True):
         plates, depth = point.design.plates, point.design.body.depth_mm
         share = point.values["plates.span_mm / body.depth_mm"]
         assert plates.model == ("none" if share == 0.0 else "solid")
         assert plates.span_mm == pytest.approx(depth * (share or 1.0))
-        assert layered(point.design)
 
 
 def test_layers_follow_the_depth_and_both_models_have_one_section():

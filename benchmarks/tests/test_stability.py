@@ -139,10 +139,13 @@ def mine(quick):
 
 def test_production_is_never_wrong_and_solves_all_but_forces_beyond_friction(quick, mine):
     assert len(mine) == quick.cases() >= 50
-    assert not [each for each in mine if each.verdict.rank > Verdict.REFUSED.rank]
+    assert max(each.verdict.rank for each in mine) <= Verdict.REFUSED.rank
     assert sum(each.verdict == Verdict.REFUSED for each in mine) < 0.3 * len(mine)
     assert {each.verdict for each in mine if each.family == BEYOND} == {Verdict.REFUSED}
-    assert any(each.family == WITHIN for each in mine)
+    assert WITHIN in {each.family for each in mine}
+
+
+def test_the_targets_are_met(quick):
     assert all(check.holds for check in quick.checks())
 
 

@@ -203,7 +203,7 @@ def draw_forecasts(records: Sequence[Record], machine: dict[str, Any], path: Pat
             for number, (kind, mine) in enumerate(kinds.items()):
                 x, y = [each[name] for each in mine], [each["forecast"][name] for each in mine]
                 dots(axes, number, x, y, f"{kind} ({len(mine)})")
-            axes.set(xlim=ends, ylim=ends, xlabel="measured")
+            axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends, xlabel="measured")
             axes.set_title(f"{words}: predicted over measured")
             tick(axes.xaxis)
             tick(axes.yaxis)

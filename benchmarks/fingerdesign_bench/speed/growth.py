@@ -92,7 +92,7 @@ def draw_growth(
                 mine = [each for each in sizes if each.kind == kind]
                 law = next((e for e in laws if (e.kind, e.quantity) == (kind, quantity)), None)
                 _draw_series(axes, number, mine, (quantity, against), law)
-            axes.set_title(words)
+            axes.set(xscale="log", yscale="log", title=words)
             axes.set_xlabel(against.replace("_", " "))
             axes.legend(loc="best", fontsize=8)
             tick(axes.xaxis)
