@@ -132,7 +132,7 @@ def test_what_is_written(tmp_path):
 
 
 def test_another_solver_is_judged_by_the_laws(tmp_path, in_tmp_path, capsys):
-    """As the page shows it; forces that break a law do not pass."""
+    """The page's example runs; forces that break a law do not pass."""
     problem, steps = sheared_brick().solved
     path = tmp_path / "suite" / "problems" / "equal_cylinders.npz"
     path.parent.mkdir(parents=True)

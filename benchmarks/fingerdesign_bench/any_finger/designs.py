@@ -192,7 +192,7 @@ def _plates(chance: Generator, chosen: tuple[str, ...], height: float) -> Data:
 
 
 def _of_kind(chance: Generator, kind: str, plates: Data) -> Data:
-    """What makes plates of a kind out of level ones."""
+    """Keys that make plates of a kind out of level ones."""
     if kind == "turned":
         return {"follow": "turned"}
     if kind == "bent":

@@ -19,7 +19,7 @@ def measure_pair(pair: dict[str, Any], folder: Path) -> dict[str, Any]:
     """
     from fingerdesign.analysis.forecast.forecast import forecast_case
     from fingerdesign.pipeline import analyse_into
-    from fingerdesign.runtime.machine import Machine, measure_machine
+    from fingerdesign.runtime.machine import Machine, measure_machine, processor_seconds
     from fingerdesign_bench.any_finger.forecast import case_of
 
     case = case_of(pair)
@@ -28,9 +28,9 @@ def measure_pair(pair: dict[str, Any], folder: Path) -> dict[str, Any]:
     forecast_case(case, before)
     asking = time.perf_counter() - start
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
-    start, used = time.perf_counter(), _processor_seconds()
+    start, used = time.perf_counter(), processor_seconds()
     result = analyse_into(case, folder)
-    wall, used = time.perf_counter() - start, _processor_seconds() - used
+    wall, used = time.perf_counter() - start, processor_seconds() - used
     after = measure_machine()
     one, every = (  # the mean time of a product
         2.0 / (1.0 / first + 1.0 / second)
@@ -64,12 +64,6 @@ def measure_pair(pair: dict[str, Any], folder: Path) -> dict[str, Any]:
         "processor_s": used,
         "timings_s": result.timings_s,
     }
-
-
-def _processor_seconds() -> float:
-    """Of this process and of those that it started and that have ended."""
-    reported = os.times()
-    return reported.user + reported.system + reported.children_user + reported.children_system
 
 
 def measured(pair: dict[str, Any]) -> dict[str, Any]:

@@ -83,7 +83,7 @@ def after_remedies(design: Design, faults: Sequence[Fault]) -> tuple[str, str]:
 
 
 def remedies_of(fault: Fault) -> Iterator[dict[str, object]]:
-    """What a refusal tells to set, one change at a time, as values by their keys.
+    """Changes that a refusal names, one change at a time, as values by their keys.
 
     >>> list(remedies_of(Fault("body.core.height_mm", 1.0, "at least 1.6 for it", "thicken it")))
     [{'body.core.height_mm': 1.6}]
@@ -98,7 +98,7 @@ def remedies_of(fault: Fault) -> Iterator[dict[str, object]]:
 
 
 def reported(report: MoldData) -> Record:
-    """What of a mold's record the bench keeps."""
+    """Part of a mold's record that the bench stores."""
     checks = report["checks"]
     wrong = [each["sentence"] for each in checks if not each["ok"]]
     if not wrong and report["status"] != "ok":

@@ -39,7 +39,7 @@ class PairResult:
 
     @property
     def section_used(self) -> bool:
-        """Whether plane strain was chosen."""
+        """True where plane strain was chosen."""
         return self.ladder.chosen.model.dimension == "plane strain"
 
 
@@ -56,7 +56,7 @@ class Fixed:
 
 @dataclass
 class FidelityBench:
-    """What ``bench fidelity`` found."""
+    """The result of ``bench fidelity``."""
 
     outcomes: list[PairResult]
     fixed: list[Fixed]
@@ -70,7 +70,7 @@ class FidelityBench:
 
     @property
     def seconds(self) -> float:
-        """What the ladder cost over all pairs, failed rungs and judges included."""
+        """The ladder's seconds over all pairs, failed rungs and judges included."""
         return sum(each.ladder.seconds for each in self.outcomes)
 
     @property

@@ -48,7 +48,7 @@ class Recorded:
 
 
 def model_key(model: Model) -> str:
-    """What tells one rung of a pair from another."""
+    """Name of a rung, different from those of the pair's others."""
     return f"{model.name}, {model.sizes.far:.3g}"
 
 

@@ -278,7 +278,7 @@ def layer(poissons_ratio: float, half_width: float = 40.0) -> Solution:
 
 
 def layer_rates(poissons_ratio: float) -> Solution:
-    """How the force nears the thin limit as the layer gets thinner: order in b / a."""
+    """Order in b / a at which the force nears the thin limit."""
     widths = np.array([10.0, 20.0, 40.0])
     errors = np.array([layer(poissons_ratio, a).values["force"] - 1.0 for a in widths])
     return orders(1.0 / widths, {"force": errors}, "log10 of b / a")

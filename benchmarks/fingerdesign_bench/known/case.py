@@ -56,7 +56,7 @@ class Case:
 
     @property
     def words(self) -> str:
-        """What it is, with its quantity."""
+        """Title and quantity."""
         return f"{self.title}: {self.quantity}"
 
     @property
@@ -102,7 +102,7 @@ def load_cases(folder: Path = FOLDER) -> list[Case]:
 
 @dataclass(frozen=True)
 class Curve:
-    """What is known is drawn as a line, what we find as points."""
+    """A line where it is known, points where we found it."""
 
     label: str
     x: Array
@@ -120,7 +120,7 @@ class Picture:
 
 
 def compare_curves(across: str, up: str, x: Array, known: Array, found: Array) -> Picture:
-    """What is known and what is found at the same places, from left to right."""
+    """Known and found values at the same places, from left to right."""
     order = np.argsort(x)
     pair = (Curve("known", x[order], known[order], True), Curve("found", x, found, False))
     return Picture(across, up, pair)
@@ -128,7 +128,7 @@ def compare_curves(across: str, up: str, x: Array, known: Array, found: Array) -
 
 @dataclass(frozen=True)
 class Solution:
-    """What a function gives: its quantities, a picture, and a problem that others may solve."""
+    """The answer of a function: its quantities, a picture, and a problem that others may solve."""
 
     values: dict[str, float]
     picture: Picture

@@ -110,7 +110,7 @@ class Pressed:
         return analytic.cattaneo_mindlin_traction(distance, self.hertz(step), share, FRICTION)
 
     def traction_error(self, step: Step) -> float:
-        """As ``pressure_error`` for the shear traction along x, of a step with shear."""
+        """The same of the shear traction along x, of a step with shear."""
         distance = np.linalg.norm(self.problem.model.points[:, ::2], axis=1)
         return self._off(step.increment.force[:, 0], self.traction(step, distance))
 

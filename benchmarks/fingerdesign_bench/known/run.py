@@ -73,7 +73,7 @@ def run_cases(cases: Sequence[Case], report: Report = lambda message: None) -> F
 
 
 def solution(case: Case) -> Solution:
-    """What the case's function gives. Raises AttributeError where there is none of that name."""
+    """The answer of the case's function. Raises AttributeError where there is none of that name."""
     module, _, name = case.function.partition(".")
     function = getattr(import_module(f"{__package__}.{module}"), name)
     made: Solution = function(**case.arguments)

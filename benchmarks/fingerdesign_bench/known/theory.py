@@ -134,7 +134,7 @@ def _plane(edges: Array, x: Array, held: int) -> tuple[Array, Array, Array, Arra
 
 
 def _round(edges: Array, r: Array, held: int) -> tuple[Array, Array, Array, Array]:
-    """As :func:`_plane` for rings."""
+    """The same rows as :func:`_plane`, for rings."""
     count = len(r)
     outer = np.triu(np.ones((count, count)), 1) * np.diff(edges) + np.diag(edges[1:] - r)
     inner = np.tril(np.ones((count, count)), -1) * np.diff(0.5 * edges**2)

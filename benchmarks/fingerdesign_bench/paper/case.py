@@ -115,7 +115,7 @@ def follow_rows(problem: ContactProblem, rows: Sequence[tuple[float, float]]) ->
 
 
 def above(problem: ContactProblem, step: Step, x: Array) -> tuple[BoolArray, BoolArray]:
-    """Whether the surface straight above each of ``x`` touches, and whether it sticks."""
+    """Masks of ``x``: the surface straight above touches; it sticks."""
     order = np.argsort(problem.model.points[:, 0])
     places = problem.model.points[order, 0]
     touching, sticking = (  # beyond the candidates nothing touches

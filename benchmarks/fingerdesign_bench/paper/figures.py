@@ -1,4 +1,4 @@
-"""What the remade figures share: a drawing as PNG, SVG and inline, its data as CSV."""
+"""Parts of the remade figures: a drawing as PNG, SVG and inline, its data as CSV."""
 
 from __future__ import annotations
 

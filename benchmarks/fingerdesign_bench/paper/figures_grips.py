@@ -32,7 +32,7 @@ def _mark_target(axes: Axes, weight: float, mu: float, label: str | None = None)
 
 
 def _draw_limits(axes: Axes, weight: float, mu: float, reach: float, words: bool = False) -> None:
-    """Where the object slips, and where it is held, up to a normal force of ``reach``."""
+    """Draw where the object slips and where it is held, up to a normal force of ``reach``."""
     slips, lifts = (": it slips", ": it lifts") if words else ("", "")
     axes.plot(
         [0, reach], [0, mu * reach], color=style.INK, ls=":", lw=1.2, label=f"F_t = μ F_n{slips}"

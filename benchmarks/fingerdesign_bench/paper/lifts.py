@@ -99,7 +99,7 @@ def _plant(case: PaperCase, friction: float, around: Around | None) -> Plant:
 
 
 def calibration(case: PaperCase, around: Around | None = None) -> Calibration:
-    """What a rig learns of the finger; around: its hardware, None: a perfect one."""
+    """The calibration of a rig; around: its hardware, None: a perfect one."""
     hand = case.design.grip
     plant = lambda: _plant(case, hand.bench_friction_coefficient, around)  # noqa: E731
     return calibrate(plant, case.gage_x, Bounds.of(hand))

@@ -117,7 +117,7 @@ def write_paper(found: Remade, folder: Path) -> list[Path]:
 
 
 def record_of(found: Remade, figures: list[PaperFigure]) -> dict[str, Any]:
-    """What paper.json holds."""
+    """The content of paper.json."""
     return {
         "design": found.design.design.name,
         "digest": result_digest(found.design, fundamental_scene(), "paper"),
@@ -142,7 +142,7 @@ def record_of(found: Remade, figures: list[PaperFigure]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is run: friction coefficients of Fig. 8 (the scene's among them), samples a step and
+    """The amount of work: frictions of Fig. 8 (the scene's among them), samples a step and
     seeds of Fig. 12. The default is what the page is made with."""
 
     frictions: tuple[float, ...] = FRICTIONS

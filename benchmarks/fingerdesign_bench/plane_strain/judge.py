@@ -42,7 +42,7 @@ class PlaneStrainStudy:
 
     @property
     def checks(self) -> list[Check]:
-        """What was known, what the rules leave, what the meshes leave."""
+        """Checks of earlier knowledge, of the rules and of the meshes."""
         found = []
         if self.chart.inside(_KNOWN_RATIO, 0.0, KNOWN[0][0], _KNOWN_WIDTH):
             for depth, known in KNOWN:

@@ -40,14 +40,14 @@ class Rule:
         return np.asarray(self.factor * stiffer * np.asarray(width) ** self.width / along)
 
     def row(self) -> list[str]:
-        """As cells of a table."""
+        """Cells of a table."""
         words = f"{self.factor:.3g} x^{self.poisson:.2f} (a/H)^{self.width:.2f} "
         words += f"/ (1 + {self.depth:.2g} D/H)"
         name = self.quantity.replace("_", " ")
         return [name, f"{self.span:g}", words, f"{self.typical:.1%}", f"{self.off:.1%}"]
 
     def as_dict(self) -> dict[str, Any]:
-        """As plain values, to four digits."""
+        """Plain values, to four digits."""
         return {
             name: float(f"{value:.4g}") if isinstance(value, float) else value
             for name, value in asdict(self).items()

@@ -52,7 +52,7 @@ def run_study(
 
 
 def key_of(point: Point) -> str:
-    """What a record is of: the design's content, the scene and the meshes."""
+    """Digest of the design's content, the scene and the meshes."""
     parts = [FORMAT, point.design.digest(), point.scene.model_dump(), point.mesh.model_dump()]
     text = json.dumps([*parts, point.layers], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -1,4 +1,4 @@
-"""What plane strain gets wrong, from the records of plane_strain.py: the table that ships."""
+"""Errors of plane strain, from the records of run.py: the table that ships."""
 
 import json
 from collections.abc import Sequence

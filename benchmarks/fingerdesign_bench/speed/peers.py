@@ -133,7 +133,7 @@ def recorded_grip(fidelity: str) -> tuple[Design, ContactProblem, list[Motion]]:
 
 
 def work(task: str, given: dict[str, Any]) -> dict[str, Any]:
-    """What peers_worker answers under the system's Python, on one thread. Raises SolverError."""
+    """The answer of peers_worker under the system's Python, on one thread. Raises SolverError."""
     with tempfile.TemporaryDirectory(prefix="fingerdesign-bench-") as folder:
         source, target = Path(folder, "in.npz"), Path(folder, "out.npz")
         np.savez(source, **given)

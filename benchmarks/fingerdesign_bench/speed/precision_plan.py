@@ -1,4 +1,4 @@
-"""What the work-precision diagrams compare: charts, their lines, and the references of each.
+"""Plan of the work-precision diagrams: charts, their lines, and the references of each.
 
 A reference is of another kind than the method it judges where there is one: in plane strain a much
 finer mesh of another element, in 3-D another mesher's mesh of like size. Two references of

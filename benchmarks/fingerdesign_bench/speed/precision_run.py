@@ -43,7 +43,7 @@ _AGAIN = ((1.5, 2), (6.0, 1))  # runs shorter than (s) are repeated (times); the
 
 @dataclass(frozen=True)
 class Method:
-    """How the finger is modelled and solved; element "auto" is the program's own choice."""
+    """A way to model and solve the finger; element "auto" is the program's own choice."""
 
     kind: Kind
     element: Literal["auto", "P1", "P2", "mixed"] = "auto"

@@ -111,7 +111,7 @@ def measure_speed(report: Report = lambda message: None, quick: bool = False) ->
 
 
 def run_case(case: dict[str, Any]) -> dict[str, Any]:
-    """What ``speed_worker`` measures of a case in a process of its own. Raises SolverError."""
+    """Measure a case with ``speed_worker`` in a process of its own. Raises SolverError."""
     try:
         found: dict[str, Any] = call(
             "fingerdesign_bench.speed.speed_worker:timed", case, time_s=_TIME_LIMIT_S

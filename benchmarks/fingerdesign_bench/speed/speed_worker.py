@@ -181,5 +181,5 @@ def _memory_MB() -> float:
 
 
 def timed(case: dict[str, Any]) -> dict[str, Any]:
-    """What was measured of a case: a grip's, or a path's."""
+    """Measurements of a case: a grip's, or a path's."""
     return timed_grip(case) if case.get("grip") else timed_path(case)

@@ -56,7 +56,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class CaseResult:
-    """How a method did on a case: the worst verdict over its increments, at which it ends."""
+    """A method's result on a case: the worst verdict over its increments, at which it ends."""
 
     body: str
     group: str
