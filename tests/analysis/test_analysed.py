@@ -1,7 +1,5 @@
 """What ``analyse`` returns: figures and maps where arrays are, a plain word where they are not."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -16,15 +14,6 @@ from tests.support.result_folders import write_result_folder
 @pytest.fixture
 def found(plane_strain):
     return Analysed.of(plane_strain)
-
-
-def test_it_is_the_record_and_nothing_more(found, plane_strain):
-    result = plane_strain.result
-    assert found == result
-    assert result == found
-    assert found != dataclasses.replace(result, design="other")
-    assert found.to_json() == result.to_json()
-    assert repr(found) == repr(result)
 
 
 def test_figures_are_those_of_the_page_at_the_increments_requested(found):

@@ -35,11 +35,6 @@ def contents(folder):
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
 
 
-@pytest.fixture
-def own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
-
-
 @pytest.mark.slow
 def test_an_answer_is_taken_as_it_was_and_drawn_on_demand(
     case, tmp_path, own_cache, capsys, monkeypatch
@@ -90,7 +85,7 @@ def test_no_answer_is_taken_for_another_or_when_it_is_garbled(case, tmp_path, ow
         Case(case.design, None, "auto", tolerance=0.5),
     ):
         assert cached_answer(other, tmp_path / "other") is None
-    (cached,) = (tmp_path / "cache/answers").iterdir()
+    (cached,) = (tmp_path / "answers").iterdir()
     cached.write_bytes(cached.read_bytes()[:-200])
     assert cached_answer(case, tmp_path) is None
     assert analyse_into(case, tmp_path).increments == first.increments

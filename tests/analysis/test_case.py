@@ -3,17 +3,16 @@
 import numpy as np
 import pytest
 
-from fingerdesign.analysis.analysis import CAVEATS, MODEL, _at_side, of_choices
+from fingerdesign.analysis.analysis import CAVEATS, _at_side, of_choices
 from fingerdesign.analysis.case import Case, gage_array
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.load import parse_design
 from fingerdesign.design.io import parse_scene
-from fingerdesign.design.schema import Design, StepFile
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.pipeline import run
-from fingerdesign.report.page import paragraphs, sentences
+from fingerdesign.report.page import paragraphs
 
 ACROSS = {"along": "z", "count": 5, "cover_mm": 5.0}
 DEEP = {"count": 3, "cover_mm": 5.0}
@@ -109,21 +108,6 @@ def test_what_a_section_cannot_show_and_sheets_without_room_are_refused():
             refuse(Case(close, SCENE, fidelity), SCENE)
         apart = design_of(body=flat, plates=plates | {"pitch_mm": 2.5}, mesh={"mesher": "extrude"})
         refuse(Case(apart, SCENE, fidelity), SCENE)
-
-
-def test_the_reason_for_a_whole_model_is_the_first_that_holds():
-    design = parse_design('design.name = "a"')
-    sideways = parse_scene("path.increments_mm = [[0.1, 0.0, 0.1]]")
-    shifted = parse_design('design.name = "a"\nplates.span_mm = 4.0\nplates.span_offset_mm = 1.0')
-    step = StepFile(file="a.step", mirrors_in_z=False)
-    body = shifted.body.model_copy(update={"shape": "step", "step": step})
-    for case, words in (
-        (Case(design), "so the mesh in mesh.file is"),
-        (Case(design, sideways), "object or path does not mirror in z = 0"),
-        (Case(shifted, sideways), "the plates do not mirror in z = 0"),
-        (Case(shifted.model_copy(update={"body": body})), "body.step.mirrors_in_z is false"),
-    ):
-        assert sentences(MODEL, "why_whole", case, mirrors_in_z(case.design)) == (words,)
 
 
 MOTION = "path.increments_mm = [[0.1, 0.0]]"

@@ -10,7 +10,7 @@ import fingerdesign.fem.finite.row as row_module
 from fingerdesign import parse_design, parse_scene
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.finite_path import finite_readings
-from fingerdesign.analysis.forecast.forecast import forecast_case, impossible
+from fingerdesign.analysis.forecast.forecast import impossible
 from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.zone import Zone
@@ -104,11 +104,3 @@ def test_what_it_does_not_know_is_refused_before_any_work(design, values, rows, 
     assert key in [fault.key for fault in impossible(case, case.path_scene)]
     with pytest.raises(DesignError, match=key):
         run(case)
-
-
-def test_a_forecast_counts_its_factorisations(design):
-    case = Case(design, scene_of([[0.1, 0.0], [0.2, 0.0]]))
-    small, finite = (forecast_case(replace(case, fidelity=each)) for each in ("3d", "finite"))
-    assert finite.dofs == small.dofs
-    assert finite.memory_MB >= small.memory_MB
-    assert finite.seconds["increments"] > small.seconds["increments"]

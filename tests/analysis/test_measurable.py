@@ -74,11 +74,3 @@ def test_a_converter_s_step_counts_as_noise():
 def test_loads_out_of_reach_are_left_out(demo):
     _, found = demo
     assert measured_states(found.problem, "both", [(0.5, 1e4)], 0.5) == ()
-
-
-@pytest.mark.slow
-def test_the_demo_s_page_says_so_in_3d_too():
-    _, found = analysed("3d")
-    view = verdict_view(found.result)
-    assert view.verdicts[-1].status == "fail"
-    assert 'plates.material = "polyimide"' in [each.change for each in view.fixes]

@@ -18,7 +18,7 @@ from fingerdesign.layout.bodies import crest_height
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.shapes.objects import Plane
 
-FRICTIONS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
+FRICTIONS = (0.2, 0.3, 0.5, 0.8)
 MASS = 500.0
 ZONE = 7.5  # mm: half the contact at grip.max_approach_mm and to spare
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fingerdesign.contact.memory import Rubber, RubberHistory
+from fingerdesign.contact.memory import Rubber
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Timed
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.plants.slide import Inertia
@@ -177,11 +177,6 @@ def test_a_grip_that_relaxes_lets_go_in_time_and_the_object_falls(half_plane):
     assert (now.caught, now.complete_slip) == (False, True)
     assert now.slid > 5.0
     assert now.normal_force < WEIGHT
-
-
-def test_a_history_of_nothing_is_elastic(half_plane):
-    assert not RubberHistory(RUBBER, half_plane).lag.any()
-    assert RUBBER.left(0.0) == 1.0
 
 
 NO_RUBBER = [((0.5, 0.5), (1.0, 2.0)), ((0.1,), (0.0,)), ((-0.1,), (1.0,)), ((0.1,), ())]

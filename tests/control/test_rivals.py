@@ -211,7 +211,7 @@ def test_no_move_is_larger_than_the_hand_can_do_and_a_start_forgets_the_last_gri
             assert 0.0 <= command.dx <= grip.shear_step_mm
 
 
-def test_who_is_not_reported_enough_is_refused(grip):
+def test_too_little_knowledge_and_unknown_names_are_refused(grip):
     with pytest.raises(ValueError, match=r"oracle_1\.2 must be given"):
         controller("oracle_1.2", grip, friction=0.5)
     with pytest.raises(DesignError, match="estimator"):

@@ -203,19 +203,3 @@ def test_it_swings_at_the_frequency_of_its_mass_on_the_fingers(half_plane):
     tug = 1e-3
     shear = plant._fingers.hang(plant.truth().approach, WEIGHT - tug).shear
     assert tug / (before - shear) == pytest.approx(stiff, rel=0.02)  # turned back, all sticks
-
-
-def test_in_three_dimensions_too(bump):
-    tugs, timed = [Disturbance(20, 0.1)], Timed(inertia=Inertia(1e3, 9.0))
-    plant = LiftPlant(bump, "both", 5.0, disturbances=tugs, timed=timed)
-    for _ in range(8):
-        plant.move(0.0, 0.002)
-    while not plant.truth().lifted:
-        plant.move(0.0004, 0.0)
-    slid = False
-    for _ in range(40):
-        plant.move(0.002, 0.0001)
-        slid = slid or plant.truth().sliding
-    now = plant.truth()
-    assert (slid, now.caught, now.lifted) == (True, True, True)
-    assert 0.0 < now.slid < 1.0

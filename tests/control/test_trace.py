@@ -134,51 +134,20 @@ def test_a_long_way_to_the_object_is_none_of_its_closing():
     assert len(parse_trace(text(cells))) == 2 * SAMPLES
 
 
-def test_a_lost_sample_is_a_gap():
-    lines = text().splitlines()
-    del lines[7]
-    (fault,) = faults("\n".join(lines))
-    assert fault.startswith("row 8, column time_s")
-    assert "missing" in fault
-
-
-def test_rows_cut_short_and_decimal_commas():
-    lines = text().splitlines()
-    lines[4] = "0,04" + lines[4][lines[4].index(",") :]
-    lines[6] = lines[6].rsplit(",", 1)[0]
-    found = faults("\n".join(lines))
-    assert found[0].startswith("row 5, column gage_3 = 9 cells in the row: must be 8")
-    assert found[1].startswith("row 7, column gage_3 = 7 cells in the row")
-
-
-def test_every_fault_is_reported_up_to_a_number():
-    cells = [["nan"] * 8 for _ in range(SAMPLES)]
-    found = faults(text(cells))
-    assert len(found) == 21
-    assert "76 more faults" in found[-1]
-
-
 def test_what_is_no_trace_is_refused(tmp_path):
     for wrong in ("", "time_s\n", text().splitlines()[0], '"open,\n' + text()):
         with pytest.raises(DesignError, match="trace"):
             parse_trace(wrong)
-    with pytest.raises(DesignError, match="readable CSV"):
-        read_trace(tmp_path / "absent.csv")
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x81")
-    with pytest.raises(DesignError, match="UTF-8"):
-        read_trace(tmp_path / "binary.csv")
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="a pipe is no file of this system")
-def test_a_pipe_is_no_trace(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
-    with pytest.raises(DesignError, match="an ordinary file"):
-        read_trace(tmp_path / "pipe.csv")
-
-
-def test_a_name_with_a_zero_byte_is_refused(tmp_path):
-    with pytest.raises(DesignError, match="zero byte"):
-        read_trace(tmp_path / "a\0b.csv")
+    for name, words in (
+        ("absent.csv", "readable CSV"),
+        ("binary.csv", "UTF-8"),
+        ("pipe.csv", "an ordinary file"),
+        ("a\0b.csv", "zero byte"),
+    ):
+        with pytest.raises(DesignError, match=words):
+            read_trace(tmp_path / name)
 
 
 def test_a_recorded_simulation_reads_as_the_plant_was(half_plane, tmp_path):
@@ -193,3 +162,18 @@ def test_a_recorded_simulation_reads_as_the_plant_was(half_plane, tmp_path):
     assert trace.readings == pytest.approx(np.array([s.readings for s in samples]), 1e-7, 1e-12)
     assert trace.normal_force == pytest.approx([s.normal_force for s in samples])
     assert trace.dx.sum() == pytest.approx(plant.truth().shear)
+
+
+def test_lost_samples_rows_cut_short_and_decimal_commas_are_named_up_to_a_number():
+    lines = text().splitlines()
+    (fault,) = faults("\n".join([*lines[:7], *lines[8:]]))
+    assert fault.startswith("row 8, column time_s")
+    assert "missing" in fault
+    lines[4] = "0,04" + lines[4][lines[4].index(",") :]
+    lines[6] = lines[6].rsplit(",", 1)[0]
+    found = faults("\n".join(lines))
+    assert found[0].startswith("row 5, column gage_3 = 9 cells in the row: must be 8")
+    assert found[1].startswith("row 7, column gage_3 = 7 cells in the row")
+    found = faults(text([["nan"] * 8 for _ in range(SAMPLES)]))
+    assert len(found) == 21
+    assert "76 more faults" in found[-1]

@@ -13,13 +13,11 @@ import pytest
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.page.contact import (
     force_figure,
-    status_figure,
-    touched_reach,
     traction_figure,
 )
 from fingerdesign.analysis.page.gage import area_figure, paths_figure, response_figure, rule_figure
 from fingerdesign.analysis.page.page import report_figures
-from fingerdesign.records.arrays import OPEN, SLIP, STICK
+from fingerdesign.records.arrays import OPEN
 from fingerdesign.report.style import COLOURS, house_style
 
 
@@ -56,13 +54,6 @@ def test_each_is_sound_svg_with_words_and_colours_of_the_theme(figures):
         bare = re.findall(r"(?:fill|stroke): (#[0-9a-f]{6})", figure.image)
         assert set(bare) <= {"#ffffff", "#000000"}, figure.key
         assert f"var(--ink, {COLOURS['ink']})" in figure.image
-
-
-def test_same_data_give_the_same_picture(plane_strain, figures):
-    with house_style():
-        again = [force_figure(plane_strain.result), status_figure(plane_strain.contact)]
-    assert again[0] == figures["contact"][0]
-    assert again[1].image == figures["contact"][1].image
 
 
 def test_charts_take_their_colours_from_the_page_and_name_each_line_once(figures):
@@ -118,18 +109,6 @@ def test_noise_is_neither_drawn_nor_named(plane_strain):
         assert not re.search(r"e-1\d|-0\.0+\b|-0 ", figure.alternative), figure.key
 
 
-def test_words_of_the_map_follow_the_data(plane_strain):
-    contact = plane_strain.contact
-    slipping = np.where(contact.status == STICK, SLIP, contact.status)
-    slipping[-1] = OPEN
-    with house_style():
-        words = status_figure(replace(contact, status=slipping)).alternative
-    assert "At most 0.00 mm stick" in words
-    low, high = touched_reach(contact, contact.mid_line())
-    assert -4.0 <= low < -1.9
-    assert 1.9 < high <= 4.0
-
-
 def test_study_without_any_response_is_drawn(plane_strain):
     study = plane_strain.slip_studies[0]
     nan = {name: getattr(study, name) + np.nan for name in ("response", "gage_area_mm")}
@@ -175,8 +154,3 @@ def test_the_threshold_is_the_design_s_share_of_the_largest_response(plane_strai
     changed = replace(plane_strain, result=replace(plane_strain.result, parameters=keys))
     figures = {each.key: each for each in flat(report_figures(changed))}
     assert "which is 0.63 of the finger's largest response" in figures["response-0-3"].reading
-
-
-def test_hover_names_quantity_and_unit(figures):
-    trace = json.loads(drawn(figures["contact"][0]))["data"][0]
-    assert "increment: %{x}<br>force on the finger (N): %{y}" in trace["hovertemplate"]

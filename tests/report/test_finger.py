@@ -305,14 +305,6 @@ def test_files_open_in_pyvista_with_all_they_hold(which, request, tmp_path):
     assert np.allclose(size, exact, rtol=1e-6, atol=1e-12)
 
 
-def test_without_fields_the_mesh_alone_is_written(plane_strain, tmp_path):
-    import meshio
-
-    (path,) = write_fields(tmp_path, plane_strain.mesh, None)
-    assert path.name == "fields_mesh.vtu"
-    assert np.array_equal(meshio.read(path).cells[0].data, plane_strain.mesh.cells)
-
-
 def test_fields_of_another_mesh_are_refused(plane_strain, solid, tmp_path):
     with pytest.raises(ValueError, match="not of the mesh"):
         write_fields(tmp_path, plane_strain.mesh, solid.fields)

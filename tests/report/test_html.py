@@ -152,20 +152,6 @@ def out(tmp_path, plane_strain, failed):
     return tmp_path
 
 
-def test_one_result_is_shown_with_its_report(out, terminal):
-    shown = terminal("view", out / "maeno2000").out
-    assert f"report: {out / 'maeno2000' / 'report.html'}" in shown
-    assert "✓ slip sensing" in shown
-    assert "0.394" in terminal("view", out / "maeno2000", "--details").out  # a stick ratio
-
-
-def test_every_result_of_an_out_folder_is_shown(out, terminal):
-    shown = json.loads(terminal("view", out, "--json").out)
-    assert [item["design"] for item in shown] == ["maeno2000", "narrow"]
-    assert shown[1]["status"] == "failed"
-    assert "No mesh passed" in shown[1]["failure"]
-
-
 def test_the_browser_opens_only_when_requested(out, monkeypatch, terminal):
     opened = []
     monkeypatch.setattr("click.launch", opened.append)
@@ -179,3 +165,14 @@ def test_no_result_is_wrong_input_in_one_line(tmp_path, terminal):
     assert terminal("view", tmp_path / "nowhere", code=2).err.startswith("DESIGN|DIR = ")
     (tmp_path / "result.json").write_text("{", encoding="utf-8")
     assert "result.json: JSON = " in terminal("view", tmp_path, code=2).err
+
+
+def test_results_of_a_folder_are_shown_with_their_reports(out, terminal):
+    shown = terminal("view", out / "maeno2000").out
+    assert f"report: {out / 'maeno2000' / 'report.html'}" in shown
+    assert "✓ slip sensing" in shown
+    assert "0.394" in terminal("view", out / "maeno2000", "--details").out  # a stick ratio
+    every = json.loads(terminal("view", out, "--json").out)
+    assert [item["design"] for item in every] == ["maeno2000", "narrow"]
+    assert every[1]["status"] == "failed"
+    assert "No mesh passed" in every[1]["failure"]

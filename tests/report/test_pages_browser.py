@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from fingerdesign.report.page import add_definitions, glossary
+from fingerdesign.report.page import add_definitions
 from tests.support.accessible import faults
 from tests.support.browser import Browser, chromium
 
@@ -63,20 +63,6 @@ def test_the_finger_follows_its_slider_and_menus_by_keys(window, solid_report, s
     window.appear()
 
 
-@browsed
-def test_a_change_of_the_look_keeps_what_was_chosen_and_takes_its_colours(window, solid_report):
-    window.goto(solid_report)
-    window.wait("document.body.dataset.drawn", 60)
-    window.evaluate("document.querySelector('#figure-space input').focus()")
-    window.key("Home")
-    ink = "document.getElementById('plot-space')._fullLayout.font.color"
-    before = window.evaluate(ink)
-    window.appear(dark=True)
-    window.wait(f"{ink} !== '{before}'")
-    window.wait("document.querySelector('#plot-space .gtitle').textContent.includes('1 of 8')")
-    window.appear()
-
-
 FIRST_SCREEN = """(() => {
   const place = (what) => document.querySelector(what)?.getBoundingClientRect();
   const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
@@ -109,15 +95,6 @@ def test_a_definition_opens_where_its_term_is_used(window, solid_report):
     window.click(".tiles button.term")
     assert window.evaluate("document.querySelectorAll(':popover-open').length") == 1
     assert faults(window) == []
-
-
-@browsed
-def test_the_contents_stay_in_view_on_a_wide_screen(window, solid_report):
-    top = "Math.round(document.querySelector('nav').getBoundingClientRect().top)"
-    for size, stays in (((1500, 900), True), ((900, 900), False)):
-        window.goto(solid_report, size)
-        window.evaluate("scrollTo({top: 4000, behavior: 'instant'})")
-        assert (window.evaluate(top) == 0) == stays
 
 
 @browsed
@@ -167,13 +144,6 @@ def test_the_first_use_of_each_term_opens_its_definition():
     assert add_definitions('<main id="main"><p>Nothing.</p></main>') == (
         '<main id="main"><p>Nothing.</p></main>'
     )
-
-
-def test_every_entry_has_a_meaning_and_names_of_its_own():
-    entries = {entry.key: entry for entry in glossary().values()}.values()
-    names = [name.lower() for entry in entries for name in entry.names]
-    assert len(names) == len(set(names))
-    assert all(len(each.text) > 20 for each in glossary().values())
 
 
 def test_every_term_of_a_report_has_an_entry(solid_report):

@@ -134,30 +134,6 @@ def test_a_job_answers_next_to_the_callers_work_or_is_left_and_ends(tmp_path):
 # A warm one.
 
 
-def test_a_process_is_reused_recycled_and_replaced():
-    with Worker(recycled_after=2) as worker:
-        first, second, third = (pid_of(worker) for _ in range(3))
-        assert first == second != third
-        assert gone([first])
-        os.kill(third, 9)  # while it has nothing to do
-        assert gone([third])
-        fourth = pid_of(worker)
-        assert fourth != third
-    assert gone([fourth])
-
-
-def test_it_survives_refusals_and_replaced_after_failures():
-    with Worker() as worker:
-        first = pid_of(worker)
-        with pytest.raises(GeometryError):
-            worker.call(calls.refuse, "geometry", time_s=20.0)
-        assert pid_of(worker) == first
-        with pytest.raises(ProcessError):
-            worker.call(calls.refuse, "value", time_s=20.0)
-        assert not worker.alive
-        assert pid_of(worker) != first
-
-
 def test_it_loads_ahead_and_once_and_in_its_own_time_if_it_has_one():
     with Worker(load=calls.load) as worker:
         worker.start()
@@ -233,3 +209,22 @@ def test_one_whose_parent_has_gone_ends_at_once_and_importing_it_is_light():
         assert python(code, **{PARENT: parent}).returncode == expected
     light = "import sys, fingerdesign.runtime.isolate; sys.exit('numpy' in sys.modules)"
     assert python(light).returncode == 0
+
+
+def test_a_process_is_reused_after_refusals_recycled_and_replaced_after_failures():
+    with Worker(recycled_after=3) as worker:
+        first = pid_of(worker)
+        with pytest.raises(GeometryError):
+            worker.call(calls.refuse, "geometry", time_s=20.0)
+        second, third = pid_of(worker), pid_of(worker)
+        assert first == second != third
+        assert gone([first])
+        os.kill(third, 9)  # while it has nothing to do
+        assert gone([third])
+        fourth = pid_of(worker)
+        assert fourth != third
+        with pytest.raises(ProcessError):
+            worker.call(calls.refuse, "value", time_s=20.0)
+        assert not worker.alive
+        assert pid_of(worker) != fourth
+    assert gone([fourth])

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cadquery import Workplane
 
 from fingerdesign import load_design
 from fingerdesign.analysis.page.shapes import (
@@ -29,7 +28,6 @@ from fingerdesign.search.compare.figures import (
 )
 from fingerdesign.search.compare.geometry import packed_geometry
 from tests.support.any_outcomes import any_outcomes
-from tests.support.steps import read_here, write
 
 DESIGNS = sorted((Path(__file__).parents[2] / "designs").glob("*.toml"))
 PAPER = DESIGNS[0].with_name("maeno2000.toml")
@@ -101,27 +99,6 @@ def test_the_body_is_closed_of_the_right_volume_and_on_the_surface(path):
         along = np.diff(outline_of(type(profile_of(body))(chain)), axis=0)
         angle = np.degrees(np.arctan2(along[:, 1], along[:, 0]))
         assert np.abs(np.diff(angle)).max(initial=0) < 13.0
-
-
-def test_a_step_body_is_drawn_from_border_to_border(tmp_path, monkeypatch):
-    read_here(monkeypatch, tmp_path / "cache")
-    pin = Workplane("XZ").circle(7.0).extrude(-8.0).faces(">Y").edges().chamfer(1.0)
-    write(pin, tmp_path / "pin.step")
-    path = tmp_path / "pin.toml"
-    path.write_text(
-        '[design]\nname = "pin"\n[plates]\ncount = 0\n[body]\nshape = "step"\n'
-        '[body.step]\nfile = "pin.step"\ncontact_angle_deg = 30.0\n',
-        encoding="utf-8",
-    )
-    packed = packed_geometry(data_of(path))
-    assert "STEP" in packed["note"]
-    assert packed["size"] == pytest.approx([14.0, 8.0, 14.0], abs=1e-3)
-    x, y, z = points(packed["body"]).T
-    across = (y > 1e-9) & (np.abs(x) < 5.9)
-    assert y[across] == pytest.approx(8.0, abs=1e-6)
-    for place in np.unique(x[across]):
-        far = np.abs(z[across & (x == place)]).max()
-        assert np.hypot(place, far) == pytest.approx(6.0, abs=0.01)
 
 
 @pytest.mark.parametrize(

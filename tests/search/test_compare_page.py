@@ -206,18 +206,6 @@ def test_front_is_what_the_definition_says(seed):
         assert alone == (number in found.front)
 
 
-def test_why_one_is_not_feasible():
-    bounds = (Bound("cost", at_most=10.0), Bound("safety_margin", at_least=1.2))
-    dear = outcome("dear", cost=12.5, safety_margin=1.0)
-    assert why_not(dear, [LEAST_ERROR], bounds) == (
-        "no stick_error, an objective",
-        "cost 12.5, required is at most 10 (off by 2.5)",
-        "safety_margin 1, required is at least 1.2 (off by 0.2)",
-    )
-    assert why_not(outcome("good", cost=1.0, safety_margin=2.0), [LEAST_COST], bounds) == ()
-    assert "no cost" in why_not(outcome("dumb", safety_margin=2.0), [], bounds)[0]
-
-
 @pytest.mark.parametrize(
     ("flaw", "words"),
     [

@@ -150,13 +150,6 @@ def test_contact_is_that_of_the_arrays(tmp_path, plain_result):
     assert read_outcomes([folder])[0].traces.status == ()
 
 
-def test_failed_analysis_is_a_failed_outcome(tmp_path):
-    found = read_outcomes([write_result_folder(tmp_path / "mine", result(grips=()))])[0]
-    assert found.failure is not None
-    assert (found.failure.kind, found.failure.sentence) == ("failed", "No mesh.")
-    assert found.metrics == {}
-
-
 @pytest.fixture
 def plain_result():
     model, mesh = ModelSummary(2, "t", 10, 5, False), MeshSummary("m", 3, 30.0, 0.0, None)

@@ -271,22 +271,6 @@ def test_a_full_disk_says_so_and_keeps_what_fitted(place, undisturbed):
 
 
 @pytest.mark.slow
-def test_a_tenth_crashes_hangs_or_eats_memory(place, undisturbed):
-    (place.folder / "many.toml").write_text(STUDY.replace("time_s = 20.0", "time_s = 6.0"))
-    place.evaluator = "tenth"
-    found = place.swept()[-1]["failures_by_kind"]
-    assert found == {"crashed": 1, "memory": 1, "timeout": 1}
-    folder = place.folder / "out" / "many"
-    for file in ("failures.csv", "report.html"):
-        for stated in ("SIGABRT", "not done after 6 s", "more than 500 MB"):
-            assert stated in (folder / file).read_text()
-    place.evaluator = "slow"
-    last = place.swept("--retry")[-1]
-    assert (last["computed"], last["failures"]) == (3, 0)
-    assert place.outcomes() == undisturbed
-
-
-@pytest.mark.slow
 def test_a_killed_scheduler_ends_the_driver_and_loses_nothing(place, undisturbed):
     with dask(place) as (address, scheduler, _):
         run = place.sweep("--scheduler", address)

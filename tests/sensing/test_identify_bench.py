@@ -29,42 +29,23 @@ from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace import Trace
-from fingerdesign.errors import DesignError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.moved import with_plates_moved
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.sensing.identify import sensitivities
 from fingerdesign.sensing.identify.bench import phase_problems, protocol, simulated_bench
 from fingerdesign.sensing.identify.bench_fit import Noise, fit_latents
-from fingerdesign.sensing.identify.bench_report import calibrated_finger, write_measured
+from fingerdesign.sensing.identify.bench_report import write_measured
 from fingerdesign.sensing.train.result import settings_of, training_key
+from tests.sensing.conftest import FINGER
 from tests.support.pages import DOCS, blocks, run_python
 
-SOFT = """
-[design]
-name = "mine"
-[body]
-depth_mm = 8.0
-[plates]
-count = 4
-length_mm = 0.9
-pitch_mm = 1.2
-cover_mm = 0.9
-material = "polyimide"
-[gages]
-length_mm = 0.5
-face = "upper"
-[grip]
-defaults = "fixed"
-max_approach_mm = 0.25
-preload_mm = 0.02
+HARDWARE = """
 [grip.hardware]
 gage_noise_microstrain = 0.5
 force_noise_N = 0.005
-[mesh.section]
-contact_size_mm = 0.2
-plate_size_mm = 0.3
 """
+SOFT = FINGER.replace("[mesh.section]", f"preload_mm = 0.02{HARDWARE}[mesh.section]")
 GAGES = 4
 
 
@@ -246,45 +227,31 @@ def test_a_mesh_is_moved_with_its_plates_and_nothing_else(design):
     assert with_plates_moved(mesh, before, plate_frames(moved(design, 2, 0.6))) is None
 
 
-def rewritten(folder, file, change):
-    path = folder / file
-    path.write_text(change(path.read_text()))
+def column(name, change=None):
+    """A change of a table's text: of each number of a column, or the loss of the column."""
 
+    def changed(text):
+        rows = [line.split(",") for line in text.splitlines()]
+        k = rows[0].index(name)
+        for row in rows:
+            if change is None:
+                del row[k]
+            elif row is not rows[0]:
+                row[k] = f"{change(float(row[k]), row is rows[-1]):.9g}"
+        return "\n".join(map(",".join, rows)) + "\n"
 
-def without_column(text, name):
-    rows = [line.split(",") for line in text.splitlines()]
-    k = rows[0].index(name)
-    return "\n".join(",".join(row[:k] + row[k + 1 :]) for row in rows) + "\n"
-
-
-def with_closing(text, share):
-    rows = [line.split(",") for line in text.splitlines()]
-    k = rows[0].index("dy_mm")
-    for row in rows[1:]:
-        row[k] = f"{share * float(row[k]):.9g}"
-    return "\n".join(map(",".join, rows)) + "\n"
-
-
-def ending_harder(text):
-    """Three times the normal force in the last row."""
-    *rows, last = (line.split(",") for line in text.splitlines())
-    last[rows[0].index("normal_force_N")] = f"{3.0 * float(last[rows[0].index('normal_force_N')])}"
-    return "\n".join(map(",".join, [*rows, last])) + "\n"
-
-
-def opened(text):
-    return with_closing(text, -1.0)
-
-
-def still(text):
-    return with_closing(text, 0.0)
+    return changed
 
 
 @pytest.mark.parametrize(
     ("file", "change", "named"),
     [
-        ("slide.csv", ending_harder, "slide.csv: tangential_force"),
-        ("phases.csv", lambda t: without_column(t, "friction_coefficient"), "friction_coefficient"),
+        (
+            "slide.csv",
+            column("normal_force_N", lambda n, last: (3.0 if last else 1.0) * n),
+            "slide.csv: tangential_force",
+        ),
+        ("phases.csv", column("friction_coefficient"), "friction_coefficient"),
         ("phases.csv", lambda t: t.replace("press,0.5", "press,"), "column friction_coefficient"),
         (
             "phases.csv",
@@ -298,10 +265,14 @@ def still(text):
         ("phases.csv", lambda t: t.replace("quick.csv", "qui\0ck.csv"), "column trace"),
         ("phases.csv", lambda t: t.replace("quick.csv", "/dev/zero"), "an ordinary file"),
         ("phases.csv", lambda t: t.replace(",100", ",1e300"), "must be 1 to 1e+06"),
-        ("press.csv", opened, "closing positive"),
-        ("tilt_1.csv", still, "tilt_1.csv: normal_force_N = 0 points"),
+        ("press.csv", column("dy_mm", lambda dy, last: -dy), "closing positive"),
+        (
+            "tilt_1.csv",
+            column("dy_mm", lambda dy, last: 0.0),
+            "tilt_1.csv: normal_force_N = 0 points",
+        ),
         ("quick.csv", lambda t: t.replace(",0,0.02,", ",0,0.2,"), "quick.csv, the quick press"),
-        ("press.csv", lambda t: without_column(t, "gage_3"), "gage"),
+        ("press.csv", column("gage_3"), "gage"),
         ("press.csv", lambda t: re.sub(r",[^,\n]*$", ",nan", t), "column gage_4 = nan"),
         ("press.csv", lambda t: "\n".join(t.splitlines()[:6]), "at least 8 points"),
         ("press.csv", lambda t: t.replace(",0,0.0", ",0,0.01"), "0.25"),
@@ -315,19 +286,10 @@ def test_bad_measurements_are_refused_before_any_work(
     folder.mkdir()
     for each in measured.glob("*.csv"):
         (folder / each.name).write_text(each.read_text())
-    rewritten(folder, file, change)
+    (folder / file).write_text(change((folder / file).read_text()))
     given = (measured / "mine.toml", folder, "--out", tmp_path / "out")
     assert named in terminal("identify", *given, code=2).err
     assert not (tmp_path / "out").exists()
-
-
-def test_every_fault_of_all_traces_is_reported_at_once(design, measured, tmp_path):
-    write_measured(simulated_bench(design, [], 0), tmp_path)
-    for name in ("press.csv", "slide.csv"):
-        rewritten(tmp_path, name, lambda t: without_column(t, "dx_mm"))
-    with pytest.raises(DesignError) as caught:
-        calibrated_finger(design, tmp_path)
-    assert {"press.csv", "slide.csv"} <= set(re.findall(r"\w+\.csv", str(caught.value)))
 
 
 def test_wrong_options_and_foreign_estimators_are_refused(design, measured, tmp_path, terminal):

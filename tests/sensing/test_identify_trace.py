@@ -19,33 +19,12 @@ from fingerdesign.sensing.identify.trace_model import noise_of
 from fingerdesign.sensing.identify.trace_path import MOST_MOVES, TracePath, played
 from fingerdesign.sensing.identify.trace_report import identification, identified_design
 from fingerdesign.sensing.model import grip_problem
-
-SMALL = """
-[design]
-name = "small"
-[body]
-depth_mm = 8.0
-[plates]
-count = 4
-length_mm = 0.9
-pitch_mm = 1.2
-cover_mm = 0.9
-material = "polyimide"
-[gages]
-length_mm = 0.5
-face = "upper"
-[grip]
-defaults = "fixed"
-max_approach_mm = 0.25
-[mesh.section]
-contact_size_mm = 0.2
-plate_size_mm = 0.3
-"""
+from tests.sensing.conftest import FINGER
 
 
 @pytest.fixture(scope="module")
 def design():
-    return parse_design(SMALL)
+    return parse_design(FINGER)
 
 
 @pytest.fixture(scope="module")
@@ -191,18 +170,18 @@ def test_temperature_is_read_and_written(made):
 
 
 def test_the_command_and_its_mistakes(design, made, tmp_path, terminal):
-    file, trace = tmp_path / "small.toml", tmp_path / "trace.csv"
-    file.write_text(SMALL)
+    file, trace = tmp_path / "mine.toml", tmp_path / "trace.csv"
+    file.write_text(FINGER)
     trace.write_text(made.trace.to_csv())
     out = tmp_path / "out"
     found = terminal("identify", file, trace, "--terms", "0", "--out", out, "--json").out
-    assert json.loads(found)["design"] == "small"
+    assert json.loads(found)["design"] == "mine"
     for name in ("identification.json", "identified.toml", "identify.html"):
-        assert (out / "small" / name).is_file()
-    assert load_design(out / "small" / "identified.toml").design.name == "small"
-    assert "youngs modulus" in terminal("view", out / "small").out
+        assert (out / "mine" / name).is_file()
+    assert load_design(out / "mine" / "identified.toml").design.name == "mine"
+    assert "youngs modulus" in terminal("view", out / "mine").out
     assert "either SOURCE" in terminal("identify", file, code=2).err
     trace.write_text("time_s\n1\n")
     assert "trace.csv" in terminal("identify", file, trace, code=2).err
     terminal("identify", file, "--simulate", "--out", tmp_path / "sim", "--quiet")
-    assert json.loads((tmp_path / "sim/small/truth.json").read_text())["youngs_modulus"] > 0.0
+    assert json.loads((tmp_path / "sim/mine/truth.json").read_text())["youngs_modulus"] > 0.0

@@ -62,12 +62,6 @@ def _report(data):
             stream.write(f"{data['name']}\n")
 
 
-def tenth(data):
-    """Of every thirty variants one crashes, one hangs, one eats memory."""
-    act = {9: "crash", 19: "hang", 29: "eat"}.get(int(data["name"].rsplit("-", 1)[1]) % 30, "")
-    return bad(data | {"values": {"act": act}}) if act else slow(data)
-
-
 def large(data):
     """After a moment; a tenth are of 200 kB."""
     time.sleep(0.1)

@@ -1,7 +1,5 @@
 """Grips judged and summed up, their page, docs/how_to/control.md; made-up grips, no model."""
 
-import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +9,9 @@ from scipy.stats import binomtest
 
 from fingerdesign.control.metrics import reaction_steps
 from fingerdesign.records.statistics import Share, clustered_share, rms_of, share_of, spread_of
-from fingerdesign.report.style import canvas
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.figures import (
-    _draw_paths,
-    look_of,
-)
 from fingerdesign.trials.findings import findings
 from fingerdesign.trials.grid import Cell, ControlGrid
-from fingerdesign.trials.page import control_html
 from fingerdesign.trials.record import ControlStudy, control_data, summarise
 from tests.support.grips import grip, path_of, trial
 from tests.support.pages import run_python
@@ -113,16 +105,6 @@ def test_the_table_on_the_terminal_fits_80_columns(capsys):
     rows = [line for line in capsys.readouterr().out.splitlines() if line[:1] in "┏┃│└"]
     assert len(rows) == 3 + len(CONTROLLERS.names())
     assert max(map(len, rows)) <= 80
-
-
-def test_every_path_is_within_its_axes_and_every_hand_has_its_look():
-    force = np.array([0.5, 20.0, 80.0])  # far beyond what 100 g at 0.8 needs
-    trace = path_of(force, [0.0, 0.3, 0.49], force, 0.8, 100.0, 2)
-    axes = canvas(4.0, 3.0).subplots()
-    _draw_paths(axes, [trace])
-    assert axes.get_xlim()[1] > 80.0
-    names = CONTROLLERS.names()
-    assert len({look_of(name)[0] for name in names}) == len(names)
 
 
 WEIGHT = 0.5e-3 * 9.80665 * 200.0
@@ -256,30 +238,6 @@ def test_intervals_cover_what_they_say():
     none = clustered_share([0] * 16, [60] * 16)
     assert (none.rate, none.high) == (0.0, pytest.approx(share_of(0, 16).high / 60))
     assert clustered_share([0, 3], [0, 9]) == share_of(3, 9, 1.0)
-
-
-def test_the_page_shows_warnings_of_slip_with_cases_and_intervals():
-    reported = WARNED | {"stick_error": 0.1, "stick_error_samples": 40, "false_alarms": 1}
-    warned = DROPPED | {"slip_warning": "standing", "lead_s": 0.05, "lead_force_share": 0.9}
-    made = study(regulator=(reported, warned), paper=(WARNED, {}), fixed_force=({}, DROPPED))
-    text = control_html(replace(made, traces=(trace([0.1, 0.2, 0.3], lift=2),)))
-    table = text[text.index('id="table-foreseen"') :]
-    cells = re.findall(r"<td[^>]*>(.*?)</td>", table[: table.index("</table>")])
-    assert cells[:6] == [
-        "regulator",
-        "100.0 (20.7 to 100.0, of 1)",
-        "0",
-        "0.05 (of 1)",
-        "90 (of 1)",
-        "100.0 (51.0 to 100.0, of 4)",
-    ]
-    assert cells[6].startswith("2.00 (")
-    assert cells[7:10] == ["0.100 (0.100 to 0.100, of 4)", "paper", "–"]
-    assert cells[16:] == ["fixed force", *["–"] * 7]
-    for key in ("controllers", "forces", "noise", "margins"):
-        table = text[text.index(f'id="table-{key}"') :]
-        cases = " (" if key != "controllers" else "grips</th>"
-        assert cases in table[: table.index("</table>")]
 
 
 def test_its_python_runs(capsys):

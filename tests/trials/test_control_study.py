@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 from dataclasses import asdict, replace
 from types import SimpleNamespace
 
@@ -13,13 +12,11 @@ from fingerdesign_cli.main import main
 
 from fingerdesign.checks.load import load_design
 from fingerdesign.control.metrics import unsure_at_the_end
-from fingerdesign.control.plants.lift import LiftPlant
-from fingerdesign.design.grip import GRAVITY
 from fingerdesign.errors import DesignError
 from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.train.result import settings_of, training_key
-from fingerdesign.trials.grid import Cell, ControlGrid, Tug, refuse, seed_of
+from fingerdesign.trials.grid import Cell, ControlGrid, refuse, seed_of
 from fingerdesign.trials.record import COLUMNS, Trial, share_of, summarise, unannounced, unsure
 from fingerdesign.trials.stored import KIND, run_batches, stored_grips
 from fingerdesign.trials.study import StudyOptions, run_study
@@ -165,20 +162,6 @@ def test_a_wrong_axis_is_refused_by_its_option(change, words):
         refuse(replace(ControlGrid(), **change), ())
 
 
-def test_a_tug_rises_stays_and_goes(half_plane):
-    tug, rate, begin = Tug(0.3, rise_s=0.1, stay_s=0.2, after_s=0.05), 100.0, 6
-    pulls = tug.pulls(400.0, begin, rate)
-    plant = LiftPlant(half_plane, "upper", 400.0, disturbances=pulls)
-    weight = 0.4 * GRAVITY
-    steps = range(begin + tug.steps(rate))
-    pull = np.array([plant.weight(step) / weight - 1.0 for step in steps])
-    assert np.abs(pull[:begin]).max() < 1e-12
-    assert pull[begin : begin + 10] == pytest.approx(0.03 * np.arange(1, 11))
-    assert pull[begin + 10 : begin + 30] == pytest.approx(0.3)
-    assert np.abs(pull[begin + 30 :]).max() < 1e-12
-    assert len(pull[begin + 30 :]) == 5
-
-
 # Requirements of the shipped fingers, in plane strain: a minute.
 
 
@@ -194,19 +177,6 @@ def test_the_papers_rule_never_slips_wholly_without_noise(tmp_path):
     assert (reported.grips, reported.dropped, reported.failed) == (100, 0, 0)
     assert reported.not_lifted <= 5
     assert study.summary("oracle_1.2").success.rate == 1.0
-
-
-@pytest.mark.slow
-def test_the_whole_grid_takes_less_than_a_minute_of_two_cores(tmp_path):
-    """Processor seconds: the machine may be busy. Measured on a busy one: 15 s of either core."""
-    before = os.times()
-    names, options = ("paper",), StudyOptions(workers=2)
-    study = run_study(load_design("sensitive"), names, ControlGrid(), tmp_path / "j", options)
-    after = os.times()
-    assert len(study.trials) == 700
-    assert study.summary("paper").failed == 0
-    spent = after.user - before.user + after.children_user - before.children_user
-    assert 0.5 * spent < 60.0
 
 
 @pytest.mark.parametrize(

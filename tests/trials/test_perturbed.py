@@ -15,18 +15,14 @@ from fingerdesign.design.grip import Grip
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.rows import plate_frames
-from fingerdesign.mesh.make import mesher_name
 from fingerdesign.records.base import json_schema
-from fingerdesign.sensing import model
-from fingerdesign.sensing.model import meshed_for_grips
-from fingerdesign.sensing.perturb.faults import ALL, FAULTS, ON_REQUEST, TRAINING_FAULTS
+from fingerdesign.sensing.perturb.faults import ALL, TRAINING_FAULTS
 from fingerdesign.sensing.perturb.finger import (
     perturb,
     perturbed_problems,
     refuse_faults,
     training_faults,
 )
-from fingerdesign.trials.grid import Perturbed, faults_by_label
 from tests.trials.conftest import COARSE
 
 
@@ -140,29 +136,6 @@ def test_friction_in_motion_is_5_to_20_per_cent_less():
     assert 0.93 < max(shares) <= 0.95
     bench, held = perturbed_problems(found[0])
     assert bench.friction_share is held.friction_share is None  # the plant's, step by step
-
-
-def test_another_mesher_is_requested_by_name_in_three_dimensions(monkeypatch):
-    assert set(FAULTS) - set(ALL) == ON_REQUEST == {"mesher"}
-    assert Perturbed().labels == ("none", *ALL, "all")
-    assert faults_by_label()["mesher"] == ("mesher",)
-    assert faults_by_label()["all"] == ALL
-    design = load_design("sensitive")
-    refuse_faults(design, ["mesher"], "3d")
-    with pytest.raises(DesignError, match="netgen alone meshes sections"):
-        refuse_faults(design, ["mesher"], "plane-strain")
-    with pytest.raises(DesignError, match="fTetWild meshes it anyway"):
-        refuse_faults(load_design("both_ways"), ["mesher"], "3d")
-    meshed = []
-    monkeypatch.setattr(model, "_condensed", lambda case, *given: meshed.append(case.design))
-    for fault in ("gains", "mesher"):
-        found = perturb(design, [fault], 3)
-        model.bench_problem(found.design, (found.object,), "3d", found.fixed_keys)
-    swept, other = meshed
-    assert (mesher_name(swept), mesher_name(other)) == ("extrude", "tetwild")
-    assert 1.6 <= other.mesh.contact_size_mm / swept.mesh.contact_size_mm <= 2.0
-    assert 1.6 <= other.mesh.plate_size_mm / swept.mesh.plate_size_mm <= 2.0
-    assert meshed_for_grips(found.design, "3d").mesh.mesher == "auto"  # but for what is given
 
 
 @pytest.mark.slow  # fTetWild's mesh of a finger, and two models in 3-D

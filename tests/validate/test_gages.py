@@ -36,6 +36,14 @@ BOUNDS = Bounds(preload=0.01, approach_step=0.004, max_approach=0.15, max_steps=
 SETTINGS = Settings(face="upper", bounds=BOUNDS, grips=24, seed=3)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def short_training():
+    """Networks that have learnt a little: how well is not the question."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(learners, "_SCHEDULE", ((2e-3, 4),))
+        yield
+
+
 @pytest.fixture(scope="module")
 def problem(half_plane):
     model = half_plane.model.with_gages((1, 3, 5, 7, 9))
@@ -224,9 +232,9 @@ def test_the_record_is_whole_and_nothing_else_is_replaced(found, tmp_path):
 
 
 @pytest.fixture
-def short_training(monkeypatch):
-    """Networks that have learnt a little: how well is not the question."""
-    monkeypatch.setattr(learners, "_SCHEDULE", ((2e-3, 4),))
+def quick_model(problem, monkeypatch):
+    """Take the closed-form finger for the model of any design."""
+    monkeypatch.setattr(grip_model, "grip_problem", lambda *given, **more: problem)
 
 
 DESIGN = """
@@ -240,9 +248,8 @@ max_approach_mm = 0.15
 """
 
 
-@pytest.mark.usefixtures("short_training")
-def test_the_command_writes_a_record(problem, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(grip_model, "grip_problem", lambda *given, **more: problem)
+@pytest.mark.usefixtures("quick_model")
+def test_the_command_writes_a_record(tmp_path, capsys):
     path = tmp_path / "small.toml"
     path.write_text(DESIGN)
     options = ["--grips", "20", "--workers", "1", "--noise", "2"]
@@ -255,8 +262,7 @@ def test_the_command_writes_a_record(problem, tmp_path, monkeypatch, capsys):
     assert [gage["plate"] for gage in record["gages"]] == [0, 1, 2, 3, 4]
 
 
-def test_bad_input_is_refused_before_work(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(grip_model, "grip_problem", None)
+def test_bad_input_is_refused_before_work(tmp_path, capsys):
     path = tmp_path / "one.toml"
     path.write_text(DESIGN.replace("count = 5", "count = 1"))
     options = ["--noise", "-1", "--grips", "3"]
@@ -272,10 +278,9 @@ def test_bad_input_is_refused_before_work(tmp_path, capsys, monkeypatch):
             refuse(design, noise, grips)
 
 
-@pytest.mark.usefixtures("short_training")
+@pytest.mark.usefixtures("quick_model")
 @pytest.mark.slow
-def test_the_pages_python_runs(problem, monkeypatch, capsys):
-    monkeypatch.setattr(grip_model, "grip_problem", lambda *given, **more: problem)
+def test_the_pages_python_runs(capsys):
     run_python("explanation/gages.md")
     first = capsys.readouterr().out.splitlines()[0].split()
     assert all(0.0 < float(word) < 1.0 for word in first)

@@ -8,14 +8,10 @@ from dataclasses import replace
 import jsonschema
 import pytest
 from fingerdesign_cli.commands.finger import validate as command
-from fingerdesign_cli.validate import _cells
 
-from fingerdesign.analysis.fidelity.readings import QUANTITIES
 from fingerdesign.errors import SolverError
 from fingerdesign.records.base import json_schema
 from fingerdesign.validate.assumptions import ASSUMPTIONS
-from fingerdesign.validate.record import Side, Spread
-from fingerdesign.validate.run import untested_row
 from tests.support.pages import DOCS, run_python
 
 DESIGN = '[design]\nname = "bare"\n[body]\ndepth_mm = 4.0\n[plates]\ncount = 0\n'
@@ -73,18 +69,6 @@ def test_what_is_wrong_is_refused_before_work(design, tmp_path, terminal):
     (taken / "bare" / "result.json").rename(taken / "bare" / "validate.json")
     for place in (taken, taken / "bare"):
         assert "RESULT = " in terminal("view", place, code=2).err
-
-
-def test_the_terminal_says_what_the_page_says():
-    spread = Spread(0.25, 0.1)
-    errors = dict.fromkeys(QUANTITIES, spread) | {"gage": Spread(2612.31, 11.0)}
-    motion = Side(1, 0, "", errors, ())
-    force = replace(motion, errors=errors | {"normal_force": None})
-    row = replace(untested_row(ASSUMPTIONS[0], ""), equal_motion=motion, equal_force=force)
-    motion, force = _cells(row)
-    percent, gage = "25.00 (10.00)", "2,612 times (11 times)"
-    assert motion[2:7] == [percent, percent, percent, "0.250 (0.100)", gage]
-    assert force[2:4] == ["–", percent]
 
 
 def test_models_that_fail_are_no_success_and_nothing_to_report_is_none(
