@@ -43,7 +43,7 @@ from fingerdesign.version import versions
 # What a reader must know before believing the numbers of an analysis.
 
 TEMPLATES = Path(__file__).parent / "templates"
-CAVEATS, MODEL = TEMPLATES / "caveats.txt.j2", TEMPLATES / "model.txt.j2"
+CAVEATS, MODEL = TEMPLATES / "caveats.toml", TEMPLATES / "model.txt.j2"
 ELEMENT_WORDS = {"P1": "P1", "P2": "P2", "mixed": "P2 displacement, P1 pressure"}
 SMALL_STRAIN = 0.1  # approach over height where the paper's linearity has gone by any measure
 ENOUGH_NODES = {2: 10, 3: 40}  # in contact: about five facets across half of it
@@ -62,10 +62,18 @@ def caveats(
     case, ladder = chosen.case, chosen.summary
     found = _of_path(case, problem, steps) | of_choices(case, scene)
     if others := _other_answers(scene, problem, steps):
-        found["other_answers"] = {"friction": problem.friction_coefficient, "others": others}
+        texts = (f"F_n {o.normal_force:.3g}, F_t {o.tangential_force:.3g} N" for o in others)
+        found["other_answers"] = {
+            "friction": problem.friction_coefficient,
+            "others": "; ".join(texts),
+        }
     if ladder is not None and not ladder.reached:
         quantity, worst = max(ladder.error_estimates.items(), key=lambda item: item[1])
-        found["not_reached"] = {"ladder": ladder, "quantity": quantity, "worst": worst}
+        found["not_reached"] = {
+            "ladder": ladder,
+            "quantity": quantity.replace("_", " "),
+            "percent": 100.0 * worst,
+        }
     return tuple(paragraphs(CAVEATS, macro, **values)[0] for macro, values in found.items())
 
 
@@ -76,7 +84,10 @@ def _of_path(case: Case, problem: ContactProblem, steps: list[Step]) -> Facts:
         found["no_row" if design.plates.number else "no_plates"] = {}
     if case.fidelity != "finite" and strained(design, steps):
         deepest = max(step.increment.motion.approach for step in steps)
-        found["large_strain"] = {"deepest": deepest, "height": crest_height(design.body)}
+        found["large_strain"] = {
+            "deepest": deepest,
+            "share": deepest / float(crest_height(design.body)),
+        }
     closed = np.array([step.increment.status != OPEN for step in steps])
     if closed[:, _at_side(design, model.points)].any():
         found["edge"] = {}
@@ -84,14 +95,17 @@ def _of_path(case: Case, problem: ContactProblem, steps: list[Step]) -> Facts:
     first = int(np.argmax(touched)) if touched.any() else len(steps)
     pressed = [k for k in range(first) if steps[k].increment.motion.approach > 0.0]
     if pressed:
-        found["not_felt"] = {"rows": len(pressed), "first": pressed[0] + 1}
+        found["not_felt"] = {
+            "rows": f"{len(pressed)} row{'s' * (len(pressed) > 1)}",
+            "first": pressed[0] + 1,
+        }
     most = int(closed.sum(axis=1).max())
     if 0 < most < ENOUGH_NODES[model.dimension]:
         table = "mesh.section" if model.dimension == 2 else "mesh"
         found["few_nodes"] = {"most": most, "table": table}
     last = steps[-1].measures
     if case.scene is None and not completely_slips(last, model.dimension):
-        found["still_sticks"] = {"ratio": last.stick_ratio or 0.0}
+        found["still_sticks"] = {"percent": 100.0 * (last.stick_ratio or 0.0)}
     return found
 
 

@@ -1,7 +1,6 @@
 """Quality of a mesh: angles, sizes, volumes and areas against the CAD, distance to its faces."""
 
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,22 +17,10 @@ from fingerdesign.mesh.measures import (
     edge_lengths,
     least_jacobian_ratios,
 )
+from fingerdesign.mesh.quality_text import quality_lines
 from fingerdesign.mesh.requested import TargetSizes, size_ratios
 from fingerdesign.mesh.types import Mesh
 
-
-def _few(rows: dict[str, dict[str, float]], key: str) -> dict[str, dict[str, float]]:
-    """All rows but the plates', and of these the worst."""
-    plates = {name: row for name, row in rows.items() if name.startswith("plate_")}
-    found = {name: row for name, row in rows.items() if name not in plates}
-    if plates:
-        worst = max(plates, key=lambda name: plates[name][key])
-        label = worst if len(plates) == 1 else f"{worst} (worst of {len(plates)})"
-        found[label] = plates[worst]
-    return found
-
-
-_WORDS = Path(__file__).parent / "templates" / "quality.txt.j2"
 ANGLE_EDGES = np.arange(0.0, 181.0, 5.0)  # of the histogram, degrees
 WORST = 20  # elements that are named one by one
 
@@ -102,19 +89,7 @@ class QualityReport:
 
     def text(self) -> str:
         """Readable lines, one measure each; lengths in mm, angles in degrees."""
-        import jinja2
-
-        distances = {name: {"mm": value} for name, value in self.surface_distance_mm.items()}
-        template = jinja2.Template(
-            _WORDS.read_text("utf-8"),
-            trim_blocks=True,
-            lstrip_blocks=True,
-            undefined=jinja2.StrictUndefined,
-        )
-        words = template.render(
-            report=self, volumes=_few(self.volumes, "error"), distances=_few(distances, "mm")
-        )
-        return str(words).rstrip("\n")
+        return "\n".join(quality_lines(self))
 
 
 def _part(edges: Array, angles: Array, aspect: Array, volumes: Array) -> dict[str, float]:

@@ -37,7 +37,7 @@ class NotTestable(FingerDesignError):
 
 @dataclass(frozen=True)
 class Assumption:
-    """One assumption: its key in validate.json, by which templates/assumptions.txt.j2 names it.
+    """One assumption: its key in validate.json, by which templates/assumptions.toml names it.
 
     kind: "model", a cheaper model; "value", one that the source did not give; "reading", how a gage
     is read off one model. pairs: the comparisons.

@@ -187,11 +187,13 @@ def validate_html(of: Validation) -> str:
     """The page of a validation: the chart and a tile for each assumption come first."""
     rows = of.assumptions
     tiles = tuple(
-        Verdict(STATUS[row.verdict], f"{number} {row.title}", row.assumed, count=row.verdict)
+        Verdict(STATUS[row.verdict], f"{number} {row.title}", "", count=row.verdict)
         for number, row in enumerate(rows, start=1)
     )
     thresholds = {"keep": 100 * of.thresholds.keep, "limit": 100 * of.thresholds.limit}
-    advice = Bullets([f"{number} {row.title}: {row.advice}" for number, row in enumerate(rows, 1)])
+    advice = Bullets(
+        [f"{k} {row.title} ({row.assumed}): {row.advice}" for k, row in enumerate(rows, 1)]
+    )
     errors = [*(_errors_table(rows, side) for side in SIDES), _cost_table(rows)]
     note, files, finite = (Text(PAGE[each], "quiet") for each in ("dash", "files", "finite"))
     versions = ", ".join(f"{name} {each}" for name, each in of.versions.items())

@@ -140,7 +140,7 @@ def _row(of: Assumption, solves: Solves, deep: bool, failed: list[Row]) -> Row:
 
 def untested_row(of: Assumption, reason: str) -> Row:
     """The row of an assumption that could not be tested."""
-    title, assumed, better = paragraphs(TEMPLATES / "assumptions.txt.j2", of.key)
+    title, assumed, better = paragraphs(TEMPLATES / "assumptions.toml", of.key)
     nothing = dict.fromkeys(("seconds", "better_seconds", "saving", "equal_motion", "equal_force"))
     return Row(
         assumption=of.key,

@@ -75,8 +75,8 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
     front = f"{of['front']} of {of['group']} on the front"
     tiles = [Verdict("pass", "recommended", name, count=front)]
     if facts.constraints:
-        met = f"{of['meeting']} of {of['all'] - of['failed']} designs meet them"
-        tiles.append(Verdict("note", "constraints", met, ", ".join(of["bounds"])))
+        met = f"{of['meeting']} of {of['all'] - of['failed']} designs"
+        tiles.append(Verdict("note", "meet the constraints", ", ".join(of["bounds"]), count=met))
     return Summary(
         lead,
         counts,
