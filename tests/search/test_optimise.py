@@ -165,7 +165,7 @@ parameters = { "plates.material" = ["phosphor_bronze", "polyimide"] }
     assert record["confirm_fidelity"] == ""
     assert not (folder / "front.png").exists()  # one objective has no plane
     page = (folder / "report.html").read_text()
-    assert page.index("Against the reference") < page.index("Recommended")
+    assert page.index("better than the reference") < page.index(">recommended<")
     stated = verdict(found)
     assert "No more thorough model confirmed this." in stated
     assert any("too few, 20 are needed" in each for each in stated)

@@ -8,17 +8,15 @@ finger is better only where it is better than the reference by the same model.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.records.outcome import Outcome
-from fingerdesign.report.page import sentences
 from fingerdesign.search.compare.recommend import dominated
 from fingerdesign.search.optimise.optimise import (
     Evaluator,
@@ -34,7 +32,6 @@ from fingerdesign.search.optimise.volume import beats, hypervolume, most_volume
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.study.file import Study
 
-WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
 MARGIN = 0.1  # of the front's range, beyond its worst end, where no reference bounds the volume
 
 
@@ -144,8 +141,7 @@ class Optimised:
 
     def sentences(self) -> tuple[str, ...]:
         """The results in sentences."""
-        lacked = Counter(lack for each in self.judged for lack in each.lacks)
-        return sentences(WORDS, "outcome", self, self.counts(), lacked)
+        return tuple(_sentences(self))
 
     def data(self) -> dict[str, Any]:
         """For study.json and scripts."""
@@ -172,6 +168,48 @@ class Optimised:
             "sensitivities": [asdict(each) | {"words": each.words} for each in self.sensitivities],
             "sentences": list(self.sentences()),
         }
+
+
+def _sentences(found: Optimised) -> Iterator[str]:
+    """Counts of the trials, the reference's own faults, and what was confirmed."""
+    counts, reference = found.counts(), found.reference
+    goals = " and ".join(
+        f"{'lowest' if each.direction == 'min' else 'highest'} {each.metric}"
+        for each in found.search.study.objectives
+    )
+    yield (
+        f"{_many(counts['trials'], 'trial', 'trials')} ({counts['invalid']} no finger, "
+        f"{counts['failed']} failed) for {goals}: {counts['front']} on the front, "
+        f"{_many(counts['dominate_reference'], 'dominates', 'dominate')} {reference.name}."
+    )
+    lacked = Counter(lack for each in found.judged for lack in each.lacks)
+    if lacked:
+        fail = _many(counts["fail_purpose"], "trial fails", "trials fail")
+        verb = "is" if counts["fail_purpose"] == 1 else "are"
+        lacking = ", ".join(f"{what} ({count})" for what, count in lacked.items())
+        yield (
+            f"{fail} the purpose of a finger, as compare judges it, and {verb} not feasible; "
+            f"lacking: {lacking}."
+        )
+    if reference.failure:
+        yield f"The reference could not be analysed: {reference.failure}"
+    elif reference.lacks:
+        yield f"The reference itself fails its purpose: {'; '.join(reference.lacks.values())}."
+    elif not reference.feasible:
+        yield "The reference itself misses a constraint."
+    if found.thorough_reference is None:
+        yield "Nothing was confirmed by a more thorough model."
+        return
+    confirmed = len(found.standing)
+    yield (
+        f"Analysed again by {found.fidelity}, as the reference was, {confirmed} of "
+        f"{len(found.confirmed)} {'dominates' if confirmed == 1 else 'dominate'} it there too, "
+        f"{found.better_in_all} in every objective."
+    )
+
+
+def _many(count: int, one: str, more: str) -> str:
+    return f"{count} {one if count == 1 else more}"
 
 
 def judge(study: Study, outcomes: Sequence[Outcome]) -> Judged:

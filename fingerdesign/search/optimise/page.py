@@ -12,7 +12,6 @@ import numpy as np
 
 from fingerdesign.errors import shown
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.report.page import sentences
 from fingerdesign.report.style import (
     BLUE,
     GREEN,
@@ -28,13 +27,16 @@ from fingerdesign.report.table import Table
 from fingerdesign.search.compare.folder import FILES, write_study
 from fingerdesign.search.compare.page import SearchFindings
 from fingerdesign.search.compare.read import STUDY_FILE
-from fingerdesign.search.compare.table import name_and_unit
-from fingerdesign.search.optimise.confirm import WORDS, Judged, Optimised
-from fingerdesign.search.optimise.sensitivity import LEAST
+from fingerdesign.search.optimise.confirm import Judged, Optimised
+from fingerdesign.search.optimise.words import (
+    reference_sentences,
+    sensitivity_sentences,
+    shares_caption,
+    tile,
+)
 from fingerdesign.search.study.metrics import METRICS
 
 NONE = "–"
-MOST_NAMED = 3
 CHART_FILE = "front.png"
 FOLDER = RecordFolder("optimisation", STUDY_FILE, (*FILES, CHART_FILE))
 
@@ -98,7 +100,7 @@ def _sensitivity_table(found: Optimised) -> Table | None:
             row.append(NONE if effect.direction is None else f"{effect.direction:+.2f}")
         rows.append(tuple(row))
     ends = [f"{each.metric}: {part}" for each in known for part in ("share", "direction")]
-    caption = " ".join(sentences(WORDS, "shares", found.sensitivities))
+    caption = shares_caption(found.sensitivities)
     columns = ("parameter", *ends)
     return Table("sensitivity", caption, columns, tuple(rows), frozenset({0})) if known else None
 
@@ -166,14 +168,7 @@ def _words(metric: str) -> str:
 
 def verdict(found: Optimised) -> tuple[str, ...]:
     """Who dominates the reference and by how much, by both models; what the objectives hang on."""
-    goals = {each.metric: each.direction for each in found.search.study.objectives}
-    first = sorted(found.dominating, key=lambda number: number not in found.front)
-    best = [found.judged[number - 1] for number in first]
-    texts = shown, name_and_unit
-    return (
-        *sentences(WORDS, "verdict", found, goals, best, MOST_NAMED, *texts),
-        *sentences(WORDS, "hang", found.sensitivities, LEAST, *texts),
-    )
+    return (*reference_sentences(found), *sensitivity_sentences(found.sensitivities))
 
 
 def journal_path(target: Path) -> Path:
@@ -190,10 +185,13 @@ def write_optimised(folder: Path, found: Optimised, source: str) -> None:
         source,
         {"optimise": found.data()},
         SearchFindings(
-            verdict(found),
-            found.sentences(),
-            tuple(tables(found)),
-            tuple(each.name for each in (found.reference, found.thorough_reference) if each),
+            answer=verdict(found),
+            verdicts=(tile(found),),
+            notes=found.sentences(),
+            tables=tuple(tables(found)),
+            references=tuple(
+                each.name for each in (found.reference, found.thorough_reference) if each
+            ),
         ),
     )
     if len(found.search.study.objectives) > 1:

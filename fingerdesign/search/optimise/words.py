@@ -1,0 +1,153 @@
+"""An optimisation in sentences: who beats the reference, and what each objective depends on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from fingerdesign.errors import shown
+from fingerdesign.records.verdict import Verdict
+from fingerdesign.search.compare.table import name_and_unit
+from fingerdesign.search.optimise.confirm import Judged, Optimised
+from fingerdesign.search.optimise.sensitivity import LEAST, Sensitivity
+
+MOST_NAMED = 3
+_PLACES = {"plane-strain": "in plane strain", "3d": "in 3-D"}
+
+
+def place_of(fidelity: str) -> str:
+    """A model in words: "in 3-D"."""
+    return _PLACES.get(fidelity, f"by {fidelity}")
+
+
+def _title(metric: str) -> str:
+    return name_and_unit(metric)[0]
+
+
+def _place(found: Optimised) -> str:
+    return place_of(found.fidelity or found.search.study.study.fidelity)
+
+
+def tile(found: Optimised) -> Verdict:
+    """The comparison with the reference as a verdict."""
+    deep, at = found.thorough_reference, _place(found)
+    if deep is None:
+        count = f"{len(found.dominating)} of {len(found.judged)} trials"
+        status = "warning" if found.dominating else "fail"
+        return Verdict(status, "better than the reference", count, f"{at}, not confirmed")
+    if deep.failure:
+        return Verdict("fail", "better than the reference", "unknown: the reference failed", at)
+    count = f"{len(found.standing)} of {len(found.confirmed)} confirmed"
+    return Verdict("pass" if found.standing else "fail", "better than the reference", count, at)
+
+
+def reference_sentences(found: Optimised) -> Iterator[str]:
+    """Who dominates the reference and by how much, by both models."""
+    deep, at = found.thorough_reference, _place(found)
+    if deep is None:
+        first = sorted(found.dominating, key=lambda number: number not in found.front)
+        best = [found.judged[number - 1] for number in first]
+        for own in best[:MOST_NAMED]:
+            yield _dominates(found, own, found.reference, at)
+        yield from _more(len(best) - MOST_NAMED)
+        if not best:
+            yield f"No trial dominates the reference, {shown(found.reference.name)}, {at}."
+        yield "No more thorough model confirmed this."
+    elif deep.failure:
+        failure = shown(deep.failure)
+        yield f"Nothing could be confirmed: the reference failed {at}: {failure}"
+    elif found.standing:
+        for each in found.standing[:MOST_NAMED]:
+            before = _against(found, each.quick, found.reference)
+            yield f"{_dominates(found, each.thorough, deep, at)} The search had seen {before}."
+        yield from _more(len(found.standing) - MOST_NAMED)
+    else:
+        yield from _none_stands(found, deep, at)
+
+
+def _none_stands(found: Optimised, deep: Judged, at: str) -> Iterator[str]:
+    """No confirmed finger dominates the reference."""
+    count, name = len(found.confirmed), shown(deep.name)
+    if count == 1:
+        yield f"The one finger analysed again {at} does not dominate the reference, {name}, there."
+    else:
+        fingers = f"None of the {count} fingers analysed again {at}"
+        yield f"{fingers} dominates the reference, {name}, there."
+    for each in found.confirmed[:MOST_NAMED]:
+        if not each.thorough.failure:
+            yield f"{shown(each.thorough.name)}: {_against(found, each.thorough, deep)}."
+
+
+def _dominates(found: Optimised, own: Judged, reference: Judged, at: str) -> str:
+    every = ", better in every objective" if own.better_in_all(reference) else ""
+    return (
+        f"{shown(own.name)} dominates the reference, {shown(reference.name)}, {at}{every}: "
+        f"{_against(found, own, reference)}."
+    )
+
+
+def _against(found: Optimised, own: Judged, other: Judged) -> str:
+    """Each objective of two fingers: "stick error 0.05 against 0.1 (50 % lower)"."""
+    return ", ".join(
+        f"{_title(each.metric)} "
+        + _compared(own.metrics.get(each.metric), other.metrics.get(each.metric), each.direction)
+        for each in found.search.study.objectives
+    )
+
+
+def _compared(own: float | None, other: float | None, goal: str) -> str:
+    if own is None or other is None:
+        return "unknown"
+    if own == other:
+        return f"{own:.4g} as there"
+    percent = f"{100 * abs(own - other) / abs(other):.3g} % " if other else ""
+    worse = ", worse" if (own < other) != (goal == "min") else ""
+    return f"{own:.4g} against {other:.4g} ({percent}{'lower' if own < other else 'higher'}{worse})"
+
+
+def _more(count: int) -> Iterator[str]:
+    if count == 1:
+        yield "One more dominates it too."
+    elif count > 1:
+        yield f"{count} more dominate it too."
+
+
+def sensitivity_sentences(found: Sequence[Sensitivity]) -> Iterator[str]:
+    """What each objective depends on most, or why that is not known."""
+    unknown = [each for each in found if each.explained is None or not each.effects]
+    for each in found:
+        if each in unknown:
+            continue
+        first = max(each.effects, key=lambda effect: effect.share)
+        way = ""
+        if first.direction is not None:
+            way = ", rising with it" if first.direction > 0 else ", falling with it"
+        yield (
+            f"{_title(each.metric).capitalize()} depends most on {shown(first.parameter)} "
+            f"({100 * first.share:.0f} % of its variance{way}): see the table of the search."
+        )
+    few = [each for each in unknown if each.count < LEAST]
+    level = [each for each in unknown if each.count >= LEAST]
+    if few:
+        least = min(each.count for each in few)
+        trials = "trial is" if least == 1 else "trials are"
+        yield (
+            f"What {_titles(few)} depends on is not known: {least} {trials} too few, {LEAST} are "
+            "needed."
+        )
+    if level:
+        yield f"What {_titles(level)} depends on is not known: it is the same in all trials."
+
+
+def _titles(some: Sequence[Sensitivity]) -> str:
+    *first, last = (_title(each.metric) for each in some)
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def shares_caption(found: Sequence[Sensitivity]) -> str:
+    """The caption of the table of shares, with how far each may be believed."""
+    known = ". ".join(each.words for each in found)
+    return (
+        f"What each objective depends on. {known}. Share: of the variance that goes with the "
+        "parameter, alone or in concert, with its standard error; direction: partial rank "
+        "correlation, above 0 rising"
+    )
