@@ -11,6 +11,7 @@ from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.pictures import draw_mesh, draw_quality
 from fingerdesign.mesh.quality import assess
+from fingerdesign.mesh.quality_text import quality_text
 from fingerdesign.mesh.requested import requested_sizes
 from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
@@ -51,7 +52,7 @@ def mesh(
         report("writing")
         out.mkdir(parents=True, exist_ok=True)
         files = [write_mesh(mesh, out / f"mesh.{ending}") for ending in endings]
-        files.append(write_whole(out / "quality.txt", f"{quality.text()}\n"))
+        files.append(write_whole(out / "quality.txt", f"{quality_text(quality)}\n"))
         files.append(write_whole(out / "quality.json", json_text(quality.to_dict())))
         if picture:
             report("drawing")
@@ -61,7 +62,7 @@ def mesh(
     if as_json:
         print_json({**quality.to_dict(), "files": names})
     elif not quiet:
-        click.echo(f"{quality.text()}\nwritten: {', '.join(names)}")
+        click.echo(f"{quality_text(quality)}\nwritten: {', '.join(names)}")
 
 
 def _endings(formats: tuple[str, ...]) -> tuple[str, ...]:

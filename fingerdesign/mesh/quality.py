@@ -17,7 +17,6 @@ from fingerdesign.mesh.measures import (
     edge_lengths,
     least_jacobian_ratios,
 )
-from fingerdesign.mesh.quality_text import quality_lines
 from fingerdesign.mesh.requested import TargetSizes, size_ratios
 from fingerdesign.mesh.types import Mesh
 
@@ -86,10 +85,6 @@ class QualityReport:
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
         return asdict(self)
-
-    def text(self) -> str:
-        """Readable lines, one measure each; lengths in mm, angles in degrees."""
-        return "\n".join(quality_lines(self))
 
 
 def _part(edges: Array, angles: Array, aspect: Array, volumes: Array) -> dict[str, float]:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from fingerdesign.mesh.quality import QualityReport
+from fingerdesign.mesh.quality import QualityReport
 
 MODELLED = {
     "section": "the section z = 0",
@@ -18,8 +16,12 @@ WORST_SHOWN = 5
 Rows = Mapping[str, Mapping[str, float]]
 
 
-def quality_lines(report: QualityReport) -> Iterator[str]:
-    """The report's lines."""
+def quality_text(report: QualityReport) -> str:
+    """The report as text."""
+    return "\n".join(_lines(report))
+
+
+def _lines(report: QualityReport) -> Iterator[str]:
     in_space = report.dimension == 3
     volume = "volume" if in_space else "area"
     yield from (f"{label:24} {words}" for label, words in _measures(report, volume))

@@ -18,6 +18,7 @@ from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.files.imported import import_words, imported_mesh
 from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.quality import assess
+from fingerdesign.mesh.quality_text import quality_text
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.pipeline import analyse
 
@@ -94,7 +95,7 @@ def test_linear_cells_become_quadratic_on_the_surface(made, tmp_path):
     assert report.inverted_elements == 0
     assert report.worst_face_area_error < 1e-6
     assert mesh.notes["far_facets"] == 0
-    assert "read from m.msh, its nodes put on the design's faces" in report.text()
+    assert "read from m.msh, its nodes put on the design's faces" in quality_text(report)
 
 
 def test_nodes_near_the_designs_faces_are_put_on_them_and_far_ones_stay(made, tmp_path):

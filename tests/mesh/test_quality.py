@@ -19,6 +19,7 @@ from fingerdesign.mesh.measures import (
     least_jacobian_ratios,
 )
 from fingerdesign.mesh.quality import assess
+from fingerdesign.mesh.quality_text import quality_text
 from fingerdesign.mesh.requested import requested_sizes
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
@@ -120,7 +121,7 @@ def test_every_region_and_face_is_held_against_the_design(cored):
     notes = {"attempts": 2, "failed_attempts": "attempt 1 (whole): fTetWild gave up"}
     again = assess(replace(cored, symmetric=False, notes=notes), DESIGN)
     assert (again.modelled, again.attempts) == ("whole", 2)
-    assert "fTetWild gave up" in again.text()
+    assert "fTetWild gave up" in quality_text(again)
 
 
 def test_holes_missing_facets_and_turned_cells_are_found(cored):
@@ -179,7 +180,7 @@ def test_sizes_that_are_not_those_of_the_keys_are_explained(cored):
     requested = requested_sizes(DESIGN, mesh, Zone(2.5))
     first, *_ = requested.reasons
     assert first.startswith("at the contact 0.5 mm, not mesh.contact_size_mm = 1")
-    assert first in assess(mesh, DESIGN, requested).text()
+    assert first in quality_text(assess(mesh, DESIGN, requested))
     assert len(requested.reasons) == 3  # longer along z, plates' ends
     assert len(requested_sizes(DESIGN, mesh, Zone(9.0)).reasons) == 2
     bare = parse_design(CORED.replace("plates.count = 2", "plates.count = 0"))
