@@ -97,13 +97,6 @@ def test_processes_locks_and_renames_are_the_runtimes():
             assert not calls.findall(path.read_text("utf-8")), module
 
 
-def test_importing_the_package_is_light():
-    names = "numpy pydantic cadquery pyvista netgen skfem matplotlib gymnasium trame"
-    heavy = set(names.split())
-    code = f"import sys, fingerdesign; sys.exit(bool({heavy} & set(sys.modules)))"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
 def test_files_with_registries_may_be_imported_first():
     """A registry loads the files of its kinds by name, which the imports read above do not show."""
     rooms = {"control", "design", "layout", "shapes"}

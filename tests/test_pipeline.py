@@ -7,7 +7,6 @@ from fingerdesign.analysis import stages
 from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.page.tables import ladder_table
 from fingerdesign.checks.meshing import plane_strain_faults
-from fingerdesign.design.io import dump_design
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.fem import factor
@@ -208,14 +207,3 @@ def test_the_result_says_what_was_tried(climbed):
 def test_a_wrong_tolerance_is_refused_before_work(tolerance):
     with pytest.raises(DesignError, match=f"--tolerance = {tolerance}"):
         run(Case(parse_design(SMALL), parse_scene(SHORT), "auto", tolerance=tolerance))
-
-
-def test_files_and_names_of_what_is_shipped_are_designs_and_scenes(tmp_path):
-    assert load_design("sensitive") == load_design("sensitive")
-    with pytest.raises(DesignError, match="did you mean sensitive"):
-        analyse("sensitiv", "pull", "plane-strain")
-    design = with_values(load_design("maeno2000"), COARSE)
-    file = tmp_path / "mine.toml"
-    file.write_text(dump_design(design), encoding="utf-8")
-    named, given = (analyse(each, SCENE, "plane-strain") for each in (file, design))
-    assert named.increments == given.increments

@@ -94,5 +94,5 @@ def pytest_generate_tests(metafunc):
     """Tests that name ``body``, ``plates`` or ``core`` run for each kind of it."""
     for name, kinds in (("body", BODIES), ("plates", PLATES), ("core", CORES)):
         if name in metafunc.fixturenames:
-            marked = (pytest.param(k, marks=[pytest.mark.slow] * (k in SLOW)) for k in kinds)
+            marked = [pytest.param(k, marks=[pytest.mark.slow] * (k in SLOW)) for k in kinds]
             metafunc.parametrize(name, marked)

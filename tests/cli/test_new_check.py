@@ -154,7 +154,7 @@ import sys
 sys.path[:0] = {paths!r}
 {code}
 heavy = {{"numpy", "scipy", "cadquery", "pyvista", "netgen", "matplotlib", "pydantic", "skfem"}}
-heavy |= {{"distributed"}}
+heavy |= {{"distributed", "gymnasium", "trame"}}
 print(sorted(heavy & set(sys.modules)))
 """
 

@@ -7,6 +7,7 @@ import os
 import sys
 import zipfile
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -25,22 +26,23 @@ from fingerdesign.records.result import (
     Result,
 )
 from fingerdesign.records.result_files import MOST_BYTES, RESULTS, read_result
+from tests.support.calls import write_results
 from tests.support.closed_form_analysis import make_analysis
 from tests.support.result_folders import write_result_folder
 
-MADE = make_analysis()
+made = cache(make_analysis)
 
 
 def result(**changes):
     """Two increments of the closed forms', the first before any contact."""
     points = (PointStrain(1.0, 2.0, 0.0, 3.0, 0.0, 0.0),)
-    first, second = (replace(row, points=points) for row in MADE.result.increments[:2])
+    first, second = (replace(row, points=points) for row in made().result.increments[:2])
     changes = {"increments": (replace(first, stick_ratio=None), second)} | changes
-    return replace(MADE.result, timings_s={"mesh": 0.3}, **changes)
+    return replace(made().result, timings_s={"mesh": 0.3}, **changes)
 
 
 def trace():
-    first = MADE.grip_traces[0]
+    first = made().grip_traces[0]
     ratio = np.where(np.arange(len(first.dx)) > 0, first.stick_ratio, np.nan)
     return replace(first, controller="paper/1", stick_ratio=ratio, without_rule=None)
 
@@ -66,7 +68,7 @@ def test_stages_and_gaps_are_as_the_contract_says():
 
 
 def test_numpy_scalars_are_written_as_numbers_and_what_is_none_is_refused_by_key():
-    first, second = MADE.result.increments[:2]
+    first, second = made().result.increments[:2]
     odd = replace(second, iterations=np.int64(7), residual=np.float32(0.5))
     assert json.loads(result(increments=(odd,)).to_json())["increments"][0]["iterations"] == 7
     for value in (float("nan"), float("inf"), np.float64("nan")):
@@ -208,21 +210,16 @@ def write(target, text):
         (folder / "result.json").write_text(json.dumps(text), encoding="utf-8")
 
 
-def write_often(target):
-    for number in range(40):
-        write(target, str(number))
-
-
 def test_writers_of_one_folder_take_turns(tmp_path):
     context = multiprocessing.get_context("spawn")
-    writers = [context.Process(target=write_often, args=(tmp_path / "a",)) for _ in range(2)]
+    writers = [context.Process(target=write_results, args=(tmp_path / "a",)) for _ in range(2)]
     for writer in writers:
         writer.start()
     for writer in writers:
         writer.join()
     assert [writer.exitcode for writer in writers] == [0, 0]
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
-    assert json.loads((tmp_path / "a" / "result.json").read_text("utf-8")) == "39"
+    assert json.loads((tmp_path / "a" / "result.json").read_text("utf-8")) == "14"
 
 
 def failing(monkeypatch, names, error):

@@ -140,6 +140,15 @@ def read_on_a_full_disk(*given):
     raise OSError(28, "no space")
 
 
+def write_results(target):
+    """Write a result's folder fifteen times."""
+    from fingerdesign.records.result_files import RESULTS
+
+    for number in range(15):
+        with RESULTS.written(target) as folder:
+            (folder / "result.json").write_text(f'"{number}"', encoding="utf-8")
+
+
 def end(how):
     """A signal's number, or an exit code below zero."""
     print("on the way", file=sys.stderr, flush=True)
