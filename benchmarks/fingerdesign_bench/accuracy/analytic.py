@@ -69,26 +69,15 @@ def hertz_point_force(approach: float, radius: float, modulus: float) -> float:
     return float(4.0 / 3.0 * modulus * np.sqrt(radius) * approach**1.5)
 
 
-def cattaneo_mindlin_line(
-    tangential: float,
-    normal: float,
-    friction_coefficient: float,
-    reversed_from: float | None = None,
-) -> float:
-    """Stick half-width over contact half-width under constant normal load (sects 7.2, 7.4).
+def cattaneo_mindlin_line(tangential: float, normal: float, friction_coefficient: float) -> float:
+    """Stick half-width over contact half-width under constant normal load (sect. 7.2).
 
-    c / a = sqrt(1 - |Q| / (mu P)). ``reversed_from`` = Q*: the shear was first raised to Q* and
-    then brought back to Q, and the new stick zone is sqrt(1 - |Q* - Q| / (2 mu P)); beyond -Q* (or
-    Q*) nothing is left of the past. Raises ValueError for |Q| > mu P.
+    c / a = sqrt(1 - |Q| / (mu P)). Raises ValueError for |Q| > mu P.
 
     >>> cattaneo_mindlin_line(0.375, 1.0, 0.5)
     0.5
-    >>> cattaneo_mindlin_line(-0.375, 1.0, 0.5, reversed_from=0.375)
-    0.5
-    >>> cattaneo_mindlin_line(-0.375, 1.0, 0.5, reversed_from=0.2)
-    0.5
     """
-    return float(_stick(tangential, normal, friction_coefficient, reversed_from) ** 0.5)
+    return float(_stick(tangential, normal, friction_coefficient) ** 0.5)
 
 
 def cattaneo_mindlin_sphere(
@@ -97,12 +86,17 @@ def cattaneo_mindlin_sphere(
     friction_coefficient: float,
     reversed_from: float | None = None,
 ) -> float:
-    """Stick radius over contact radius: (1 - |Q| / (mu P))^(1/3), reversed as for the line.
+    """Stick radius over contact radius: (1 - |Q| / (mu P))^(1/3) (sects 7.2, 7.4).
+
+    ``reversed_from`` = Q*: the shear was first raised to Q* and then brought back to Q, and |Q| is
+    replaced by |Q* - Q| / 2; beyond -Q* (or Q*) nothing is left of the past.
 
     Cattaneo's and Mindlin's traction acts along the shear alone, while its slip also has a small
     component across it, so for nu > 0 this is the accepted approximation (sect. 7.2).
 
     >>> round(cattaneo_mindlin_sphere(0.4375, 1.0, 0.5), 12)
+    0.5
+    >>> round(cattaneo_mindlin_sphere(-0.4375, 1.0, 0.5, reversed_from=0.4375), 12)
     0.5
     """
     return float(_stick(tangential, normal, friction_coefficient, reversed_from) ** (1.0 / 3.0))
@@ -128,7 +122,10 @@ def cattaneo_mindlin_traction(
 
 
 def _stick(
-    tangential: float, normal: float, friction_coefficient: float, reversed_from: float | None
+    tangential: float,
+    normal: float,
+    friction_coefficient: float,
+    reversed_from: float | None = None,
 ) -> float:
     limit = friction_coefficient * normal
     if limit <= 0.0:
@@ -157,17 +154,17 @@ def flat_punch_pressure(x: ArrayLike, force_per_length: float, half_width: float
 
 def bonded_incompressible_layer(
     half_width: float, radius: float, modulus: float, thickness: float
-) -> tuple[float, float, float]:
-    """Force per length, peak pressure and approach of a cylinder on a thin bonded layer, nu = 0.5.
+) -> tuple[float, float]:
+    """Force per length and peak pressure of a cylinder on a thin bonded layer, nu = 0.5.
 
     p(x) = E (a^2 - x^2)^2 / (24 R b^3), approach = a^2 / (6 R); thickness b << a, frictionless top
     (sect. 5.8).
 
-    >>> bonded_incompressible_layer(4.0, 20.0, 5.0, 1.0)[2]
-    0.13333333333333333
+    >>> bonded_incompressible_layer(2.0, 1.0, 3.0, 1.0)[1]
+    2.0
     """
     peak = modulus * half_width**4 / (24.0 * radius * thickness**3)
-    return 16.0 / 15.0 * half_width * peak, peak, half_width**2 / (6.0 * radius)
+    return 16.0 / 15.0 * half_width * peak, peak
 
 
 def bonded_compressible_layer(

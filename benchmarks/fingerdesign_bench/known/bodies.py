@@ -262,7 +262,7 @@ def layer(poissons_ratio: float, half_width: float = 40.0) -> Solution:
     body = uniform_body(mesh, 1.0, poissons_ratio, held(mesh, "base"), 1.1 * half_width, "mixed")
     if poissons_ratio > _INCOMPRESSIBLE:
         sinking, power = 6.0, 2
-        force, peak, _ = analytic.bonded_incompressible_layer(half_width, radius, 1.0, 1.0)
+        force, peak = analytic.bonded_incompressible_layer(half_width, radius, 1.0, 1.0)
     else:
         sinking, power = 2.0, 1
         force, peak = analytic.bonded_compressible_layer(half_width, radius, poissons_ratio, 1.0)

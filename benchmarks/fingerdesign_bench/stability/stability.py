@@ -30,6 +30,7 @@ from fingerdesign_bench.stability.cases import cases_of
 from fingerdesign_bench.stability.map import draw_stability
 from fingerdesign_bench.stability.run import METHODS, PRODUCTION, CaseResult, Verdict, run_case
 
+_WORKERS = 2  # The project's times are for two cores.
 SOLVED_SHARE = 0.99  # of the cases that have a solution, the target of the production solver
 # Bodies of the quick map, and which part of their cases: every third, every ninth, ...
 _QUICK = {"coarse, nu 0.3": 3, "coarse, nu 0.4999": 4, "flat, nu 0.0": 9, "3-D, nu 0.0": 15}
@@ -68,29 +69,29 @@ class StabilityMap:
         ]
 
 
-def measure_stability(
-    report: Report = lambda message: None, quick: bool = False, workers: int = 2
-) -> StabilityMap:
+def measure_stability(report: Report = lambda message: None, quick: bool = False) -> StabilityMap:
     """Run all cases (minutes), or some of those of four bodies (``quick``, seconds)."""
     start = time.perf_counter()
     bodies = [body for body in hard_bodies() if not quick or body.name in _QUICK]
     outcomes: dict[str, list[CaseResult]] = {}
-    if workers <= 1 or quick:
+
+    def add(body: HardBody, found: list[CaseResult]) -> None:
+        outcomes[body.name] = found
+        done = "" if quick else f" ({len(outcomes)} of {len(bodies)} bodies)"
+        report(f"{body.name}: {_cases(found)} cases{done}")
+
+    if quick:
         for body in bodies:
-            outcomes[body.name] = run_body(body, _QUICK[body.name] if quick else 1)
-            report(f"{body.name}: {_cases(outcomes[body.name])} cases")
-        workers = 1
+            add(body, run_body(body, _QUICK[body.name]))
     else:
-        with Pool(workers) as pool:
+        with Pool(_WORKERS) as pool:
             # The longest first.
             queue = sorted(bodies, key=lambda body: not body.solid)
-            for name, found in pool.as_done(
-                lambda body: (body.name, pool.call(run_body, body)), queue
-            ):
-                outcomes[name] = found
-                report(f"{name}: {_cases(found)} cases ({len(outcomes)} of {len(bodies)} bodies)")
+            for body, found in pool.as_done(lambda each: (each, pool.call(run_body, each)), queue):
+                add(body, found)
     ordered = tuple(each for body in bodies for each in outcomes[body.name])
-    return StabilityMap(ordered, time.perf_counter() - start, workers, quick)
+    seconds = time.perf_counter() - start
+    return StabilityMap(ordered, seconds, 1 if quick else _WORKERS, quick)
 
 
 def run_body(body: HardBody, every: int = 1) -> list[CaseResult]:
