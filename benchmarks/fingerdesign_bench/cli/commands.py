@@ -48,99 +48,6 @@ def suite(folder: Path, report: Report, quick: bool, problems: bool) -> Shown:
     )
 
 
-@subcommand("Errors against seconds, a line a method (6 min; --quick 35 s).", quick=HALF_A_MINUTE)
-def precision(folder: Path, report: Report, quick: bool) -> Shown:
-    """Errors against seconds, a line a method.
-
-    Forces, stick ratio and gage strain of one finger: P1, P2 and mixed elements; plane strain and
-    3-D; extruded and by fTetWild; condensed and solved in full; solid plates, sheets and none.
-    """
-    from fingerdesign_bench.speed import precision as bench
-    from fingerdesign_bench.speed.precision_points import HEADINGS
-
-    found = bench.measure_precision(report, quick)
-    rows = [point.row() for point in found.points]
-    return Shown(
-        bench.write_precision(found, folder),
-        tables=[("Errors against references of another kind", HEADINGS, rows)],
-        notes=[remark for remarks in found.remarks.values() for remark in remarks],
-        machine=found.machine,
-        record=[asdict(point) for point in found.points],
-    )
-
-
-@subcommand("Seconds, memory, growth, against targets (4 min; --quick 20 s).", quick=HALF_A_MINUTE)
-def speed(folder: Path, report: Report, quick: bool) -> Shown:
-    """Seconds, memory and their growth, against targets; the cost of condensation."""
-    from fingerdesign_bench.speed import speed as bench
-
-    found = bench.measure_speed(report, quick)
-    laws = [
-        f"{law.kind}: {law.quantity} grows with {law.against}: power {law.exponent:.2f}"
-        for law in found.laws
-    ]
-    paths = bench.write_speed(found, folder)
-    return Shown(paths, "Speed", found.checks, after=laws, machine=found.machine)
-
-
-@subcommand("Hard cases through every method (3.5 min; --quick 5 s).", quick=HALF_A_MINUTE)
-def stability(folder: Path, report: Report, quick: bool) -> Shown:
-    """Hard cases through every method, judged and mapped."""
-    from fingerdesign_bench.stability import stability as bench
-
-    found = bench.measure_stability(report, quick)
-    return Shown(bench.write_stability(found, folder), "Stability", found.checks())
-
-
-@subcommand("A whole `analyse` from cold caches (1.5 min).", fidelity_option(None, unset="both"))
-def whole(folder: Path, report: Report, fidelity: str | None) -> Shown:
-    """Seconds, memory and dofs of `analyse`, from cold caches."""
-    from fingerdesign_bench.files import write_json
-    from fingerdesign_bench.machine import machine
-    from fingerdesign_bench.speed.whole import whole_checks
-
-    checks = []
-    for each in (fidelity,) if fidelity else ("plane-strain", "3d"):
-        report(each)
-        found, stages = whole_checks(each)
-        checks += found
-        report(f"{each}: " + ", ".join(f"{name} {s:.1f} s" for name, s in stages.items() if s))
-    record = {"machine": machine(), "checks": [check.as_dict() for check in checks]}
-    path = write_json(folder / "whole.json", record)
-    return Shown([path], "A whole analysis, in a process of its own", checks)
-
-
-@subcommand(
-    "Siconos and GetFEM in the same run (20 min; --quick 1.5).",
-    quick="Plane strain alone, fewer repeats.",
-)
-def peers(folder: Path, report: Report, quick: bool) -> Shown:
-    """Siconos on our condensed problems, GetFEM on our meshes: times, ratios, differences.
-
-    They must be installed for /usr/bin/python3 (Debian: python3-siconos, python3-getfem); what is
-    missing is named and left out. Exit code 1 where neither is there.
-    """
-    from fingerdesign_bench.files import write_json
-    from fingerdesign_bench.machine import machine
-    from fingerdesign_bench.speed import peers as bench
-
-    installed = bench.installed()
-    for line in bench.missing(installed):
-        click.echo(line, err=True)
-    if not installed:
-        return Shown(record={}, fails=True)
-    begun = machine()
-    rows = dict(zip(_PEER_TITLES, bench.measure_peers(installed, report, quick), strict=True))
-    record = {"machine": begun, "installed": installed, **rows}
-    tables = []
-    for name, own in rows.items():
-        headings = list(dict.fromkeys(key for row in own for key in row))
-        cells = [[bench.cell(row.get(heading)) for heading in headings] for row in own]
-        tables.append((_PEER_TITLES[name], headings, cells))
-    paths = [write_json(folder / "peers.json", record)]
-    return Shown(paths, tables=tables, machine=begun, record=record)
-
-
 @subcommand(
     "Is --fidelity auto within its tolerance? (20 min).",
     workers_option,
@@ -253,3 +160,96 @@ def plane_strain(folder: Path, report: Report, quick: bool, study: Path | None) 
     rows = [rule.row() for rule in found.rules]
     tables = [("Rules fitted to the map; x = nu^2 / (1 - nu^2)", headings, rows)]
     return Shown(bench.write_plane_strain(found, folder), "Plane strain", found.checks, tables)
+
+
+@subcommand("Errors against seconds, a line a method (6 min; --quick 35 s).", quick=HALF_A_MINUTE)
+def precision(folder: Path, report: Report, quick: bool) -> Shown:
+    """Errors against seconds, a line a method.
+
+    Forces, stick ratio and gage strain of one finger: P1, P2 and mixed elements; plane strain and
+    3-D; extruded and by fTetWild; condensed and solved in full; solid plates, sheets and none.
+    """
+    from fingerdesign_bench.speed import precision as bench
+    from fingerdesign_bench.speed.precision_points import HEADINGS
+
+    found = bench.measure_precision(report, quick)
+    rows = [point.row() for point in found.points]
+    return Shown(
+        bench.write_precision(found, folder),
+        tables=[("Errors against references of another kind", HEADINGS, rows)],
+        notes=[remark for remarks in found.remarks.values() for remark in remarks],
+        machine=found.machine,
+        record=[asdict(point) for point in found.points],
+    )
+
+
+@subcommand("Seconds, memory, growth, against targets (4 min; --quick 20 s).", quick=HALF_A_MINUTE)
+def speed(folder: Path, report: Report, quick: bool) -> Shown:
+    """Seconds, memory and their growth, against targets; the cost of condensation."""
+    from fingerdesign_bench.speed import speed as bench
+
+    found = bench.measure_speed(report, quick)
+    laws = [
+        f"{law.kind}: {law.quantity} grows with {law.against}: power {law.exponent:.2f}"
+        for law in found.laws
+    ]
+    paths = bench.write_speed(found, folder)
+    return Shown(paths, "Speed", found.checks, after=laws, machine=found.machine)
+
+
+@subcommand("A whole `analyse` from cold caches (1.5 min).", fidelity_option(None, unset="both"))
+def whole(folder: Path, report: Report, fidelity: str | None) -> Shown:
+    """Seconds, memory and dofs of `analyse`, from cold caches."""
+    from fingerdesign_bench.files import write_json
+    from fingerdesign_bench.machine import machine
+    from fingerdesign_bench.speed.whole import whole_checks
+
+    checks = []
+    for each in (fidelity,) if fidelity else ("plane-strain", "3d"):
+        report(each)
+        found, stages = whole_checks(each)
+        checks += found
+        report(f"{each}: " + ", ".join(f"{name} {s:.1f} s" for name, s in stages.items() if s))
+    record = {"machine": machine(), "checks": [check.as_dict() for check in checks]}
+    path = write_json(folder / "whole.json", record)
+    return Shown([path], "A whole analysis, in a process of its own", checks)
+
+
+@subcommand("Hard cases through every method (3.5 min; --quick 5 s).", quick=HALF_A_MINUTE)
+def stability(folder: Path, report: Report, quick: bool) -> Shown:
+    """Hard cases through every method, judged and mapped."""
+    from fingerdesign_bench.stability import stability as bench
+
+    found = bench.measure_stability(report, quick)
+    return Shown(bench.write_stability(found, folder), "Stability", found.checks())
+
+
+@subcommand(
+    "Siconos and GetFEM in the same run (20 min; --quick 1.5).",
+    quick="Plane strain alone, fewer repeats.",
+)
+def peers(folder: Path, report: Report, quick: bool) -> Shown:
+    """Siconos on our condensed problems, GetFEM on our meshes: times, ratios, differences.
+
+    They must be installed for /usr/bin/python3 (Debian: python3-siconos, python3-getfem); what is
+    missing is named and left out. Exit code 1 where neither is there.
+    """
+    from fingerdesign_bench.files import write_json
+    from fingerdesign_bench.machine import machine
+    from fingerdesign_bench.speed import peers as bench
+
+    installed = bench.installed()
+    for line in bench.missing(installed):
+        click.echo(line, err=True)
+    if not installed:
+        return Shown(record={}, fails=True)
+    begun = machine()
+    rows = dict(zip(_PEER_TITLES, bench.measure_peers(installed, report, quick), strict=True))
+    record = {"machine": begun, "installed": installed, **rows}
+    tables = []
+    for name, own in rows.items():
+        headings = list(dict.fromkeys(key for row in own for key in row))
+        cells = [[bench.cell(row.get(heading)) for heading in headings] for row in own]
+        tables.append((_PEER_TITLES[name], headings, cells))
+    paths = [write_json(folder / "peers.json", record)]
+    return Shown(paths, tables=tables, machine=begun, record=record)
