@@ -153,7 +153,9 @@ def _notes(data: MoldData, pictures: Pictures | None) -> Iterator[Item]:
         for section in data["notes"]
         for steps in [section["steps"]]
     )
-    yield from (first, tables.coupon_table(data), *others)
+    yield first
+    yield tables.coupon_table(data)
+    yield from others
 
 
 def _plates(data: MoldData) -> Iterator[Item]:

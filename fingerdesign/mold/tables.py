@@ -88,9 +88,15 @@ def parts_table(data: MoldData) -> Table:
 
 def holes_table(holes: list[HoleData]) -> Table:
     """The holes of the base plate, by their labels in its plan."""
-    sizes: tuple[Any, ...] = ("x_mm", "z_mm", "diameter_mm", "outer_diameter_mm")
     rows = [
-        (label, HOLES[hole["kind"]], *(f"{hole[key]:.2f}" for key in sizes))
+        (
+            label,
+            HOLES[hole["kind"]],
+            f"{hole['x_mm']:.2f}",
+            f"{hole['z_mm']:.2f}",
+            f"{hole['diameter_mm']:.2f}",
+            f"{hole['outer_diameter_mm']:.2f}",
+        )
         for label, hole in zip(labels(holes), holes, strict=True)
     ]
     columns = ("", "hole", "x (mm)", "z (mm)", "diameter inside (mm)", "at the back (mm)")
@@ -128,9 +134,9 @@ def patterns_table(data: MoldData) -> Table:
         )
         for each in data["plates"]
     ]
-    columns = ("flat pattern", "count", "width (mm)", "length with legs (mm)")
-    columns += ("thickness (mm)", "bend radius (mm)", "material")
-    return table("patterns", "Different plates, as cut", columns, (0, 6), rows)
+    columns = ("flat pattern", "count", "width (mm)", "length with legs (mm)", "thickness (mm)")
+    more = ("bend radius (mm)", "material")
+    return table("patterns", "Different plates, as cut", (*columns, *more), (0, 6), rows)
 
 
 def fixture_table(data: MoldData) -> Table:

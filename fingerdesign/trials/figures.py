@@ -128,8 +128,8 @@ def force_figure(data: ControlData, trials: Sequence[Trial], noise: float) -> st
         axes.set_xscale("log")
         _plain_log(axes)
         axes.set_xlabel("peak normal force over the least that holds")
-        reach = {"low": low, "high": high, "most": most}
         found = " ".join(f"{words(name)}{_quartiles(each)}." for name, each in peaks.items())
+        reach: dict[str, Any] = {"low": low, "high": high, "most": most}
         return caption_drawing(figure, WORDS, "force", noise=noise, found=found, **reach)
 
 

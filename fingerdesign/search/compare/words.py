@@ -58,8 +58,8 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
     lead = f"{of['all'] - of['failed']} of {of['all']} designs analysed"
     if found.group:
         lead += f" · scene {of['scene']} · {of['where']}"
-    failed = (Verdict("warning", "failures", f"{of['failed']} of {of['all']} designs failed"),)
-    failed = failed if of["failed"] else ()
+    failed = [Verdict("warning", "failures", f"{of['failed']} of {of['all']} designs failed")]
+    failed = failed if of["failed"] else []
     if found.chosen is None:
         why = " ".join(sentences(WORDS, "why_none", of))
         none = Verdict("fail", "no finger is recommended", "no design meets all that is required")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from fingerdesign.errors import shown
-from fingerdesign.records.verdict import Verdict
+from fingerdesign.records.verdict import Status, Verdict
 from fingerdesign.search.compare.table import name_and_unit
 from fingerdesign.search.optimise.confirm import Judged, Optimised
 from fingerdesign.search.optimise.sensitivity import LEAST, Sensitivity
@@ -32,7 +32,7 @@ def tile(found: Optimised) -> Verdict:
     deep, at = found.thorough_reference, _place(found)
     if deep is None:
         count = f"{len(found.dominating)} of {len(found.judged)} trials"
-        status = "warning" if found.dominating else "fail"
+        status: Status = "warning" if found.dominating else "fail"
         return Verdict(status, "better than the reference", count, f"{at}, not confirmed")
     if deep.failure:
         return Verdict("fail", "better than the reference", "unknown: the reference failed", at)
