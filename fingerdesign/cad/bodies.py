@@ -60,8 +60,7 @@ def core_solid(body: Body, half: bool = False) -> cq.Solid:
     """The box of a body's rigid core (of its half z >= 0)."""
     core = body.core
     assert core is not None
-    x = 0.5 * core.width_mm
-    z = 0.5 * (core.depth_mm if core.depth_mm is not None else body.depth_mm)
+    x, z = 0.5 * core.width_mm, 0.5 * body.core_depth_mm
     top = core.bottom_mm + core.height_mm
     return box((-x, core.bottom_mm, 0.0 if half else -z), (x, top, z))
 

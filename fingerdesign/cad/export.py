@@ -4,7 +4,7 @@ Every file is written aside and renamed, after its content has been checked. Imp
 loads the CAD kernel.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import cadquery as cq
@@ -20,9 +20,11 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.volume import enclosed_volume
 from fingerdesign.runtime.files import whole_file
 
-SILICONE_GREY = (0.80, 0.84, 0.88, 0.45)
-BRONZE = (0.72, 0.45, 0.20, 1.0)
-BONE = (0.93, 0.90, 0.80, 1.0)
+Rgba = tuple[float, float, float, float]
+
+SILICONE_GREY: Rgba = (0.80, 0.84, 0.88, 0.45)
+BRONZE: Rgba = (0.72, 0.45, 0.20, 1.0)
+BONE: Rgba = (0.93, 0.90, 0.80, 1.0)
 
 
 def write_step(solid: Solid, path: Path | str) -> Path:
@@ -30,18 +32,19 @@ def write_step(solid: Solid, path: Path | str) -> Path:
 
     STEP stores the shapes, not that parts share faces.
     """
-    assembly = cq.Assembly(name="finger")
-    assembly.add(solid.body, name="body", color=cq.Color(*SILICONE_GREY))
-    for index, plate in enumerate(solid.plates):
-        assembly.add(plate, name=f"plate_{index}", color=cq.Color(*BRONZE))
-    if solid.core is not None:
-        assembly.add(solid.core, name="core", color=cq.Color(*BONE))
+    parts = [("body", solid.body, SILICONE_GREY)]
+    parts += [(f"plate_{index}", plate, BRONZE) for index, plate in enumerate(solid.plates)]
+    parts += [] if solid.core is None else [("core", solid.core, BONE)]
+    return _aside(path, lambda aside: write_assembly("finger", parts, aside))
 
-    def write(aside: Path) -> None:
-        assembly.export(str(aside), "STEP")
-        check_whole_step(aside)
 
-    return _aside(path, write)
+def write_assembly(name: str, parts: Iterable[tuple[str, cq.Solid, Rgba]], path: Path) -> None:
+    """Write named and coloured solids as one STEP assembly."""
+    assembly = cq.Assembly(name=name)
+    for part, solid, colour in parts:
+        assembly.add(solid, name=part, color=cq.Color(*colour))
+    assembly.export(str(path), "STEP")
+    check_whole_step(path)
 
 
 def check_whole_step(path: Path) -> None:

@@ -122,7 +122,8 @@ def _core_in_step(body: Body, core: Core) -> list[Fault]:
         return []
 
     def clear(changed: dict[str, float]) -> float:
-        return clearance.core_clearance(body, core.model_copy(update=changed))
+        trial = core.model_copy(update=changed)
+        return clearance.core_clearance(body.model_copy(update={"core": trial}))
 
     found = clear({})
     if found >= LEAST_CLEARANCE_MM - 1e-9:
@@ -149,7 +150,7 @@ def _round_core(body: Body, core: Core) -> list[Fault]:
     """A core in a revolved body: its corners stay inside the round section."""
     if not body.kind.turned:
         return []
-    depth = core.depth_mm if core.depth_mm is not None else body.depth_mm
+    depth = body.core_depth_mm
     allowed = 0.5 * body.width_mm - LEAST_CLEARANCE_MM
     reach = float(np.hypot(0.5 * core.width_mm, 0.5 * depth))
     if reach <= allowed + 1e-9:
@@ -173,7 +174,7 @@ def _round_core(body: Body, core: Core) -> list[Fault]:
 
 def _core_top(body: Body, core: Core) -> list[Fault]:
     """A core whose upper corners come too near to the contact surface."""
-    depth = core.depth_mm if core.depth_mm is not None else body.depth_mm
+    depth = body.core_depth_mm
 
     def cover(height: float) -> float:
         x, z = (np.linspace(-0.5, 0.5, 9) * extent for extent in (core.width_mm, depth))

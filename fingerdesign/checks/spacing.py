@@ -123,8 +123,8 @@ def _core(design: Design, number: int) -> list[Misplacement]:
     core, row = design.body.core, plate_rows(design)[number]
     if core is None:
         return []
-    depth = core.depth_mm if core.depth_mm is not None else design.body.depth_mm
-    nearest = too_near(row, core_gaps(core, depth, row.frames), float("inf"))
+    distances = core_gaps(core, design.body.core_depth_mm, row.frames)
+    nearest = too_near(row, distances, float("inf"))
     if nearest is None:
         return []
     frame, distance = nearest

@@ -236,6 +236,12 @@ class Body(Table):
             yield refuse_key(self, "body.edge_radius_mm", idle, "round the edges in your CAD")
 
     @property
+    def core_depth_mm(self) -> float:
+        """Extent of the core along z, mm: that of the body where the core's is not given."""
+        given = None if self.core is None else self.core.depth_mm
+        return self.depth_mm if given is None else given
+
+    @property
     def straight(self) -> bool:
         """Tell whether the body's section is the same all along z (its core may not be)."""
         return self.kind.straight

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.design.body import Core
 from fingerdesign.design.schema import Body
 from fingerdesign.design.step import step_facts
 from fingerdesign.layout.frames import PlateFrame
@@ -99,18 +98,18 @@ def wall_clearances(body: Body, frames: tuple[PlateFrame, ...]) -> Array:
     return least_of_each(groups, away)
 
 
-def core_clearance(body: Body, core: Core) -> float:
-    """Least distance of a core to a STEP body's sides and ends, mm; <= 0: it leaves the body.
+def core_clearance(body: Body) -> float:
+    """Least distance of the core to a STEP body's sides and ends, mm; <= 0: it leaves the body.
 
     Sampled all through the core, for a void may lie within; in a flat face of the body's extents it
     may end, as a plate may.
     """
+    core = body.core
     assert body.step is not None
-    half = np.zeros(2)
-    depth = core.depth_mm if core.depth_mm is not None else body.depth_mm
-    for k, (own, outer) in enumerate(((core.width_mm, body.width_mm), (depth, body.depth_mm))):
-        half[k] = 0.5 * own - (LEAST_CLEARANCE_MM if abs(own - outer) < 1e-6 else 0.0)
-    top = core.bottom_mm + core.height_mm
+    assert core is not None
+    own = np.array([core.width_mm, body.core_depth_mm])
+    ends = np.abs(own - [body.width_mm, body.depth_mm]) < 1e-6
+    half, top = 0.5 * own - LEAST_CLEARANCE_MM * ends, core.bottom_mm + core.height_mm
     lines = [
         np.linspace(-half[0], half[0], _CORE_SAMPLES),
         np.linspace(core.bottom_mm, top, _CORE_SAMPLES),

@@ -51,10 +51,9 @@ def _hole_volume(frame: PlateFrame, hole: Hole) -> float:
 
 def core_volume(design: Design, half: bool = False) -> float:
     """Volume of the core, mm^3 (of its half z >= 0 if ``half``); 0 without one."""
-    core = design.body.core
+    core, depth = design.body.core, design.body.core_depth_mm
     if core is None:
         return 0.0
-    depth = core.depth_mm if core.depth_mm is not None else design.body.depth_mm
     return float(core.width_mm * core.height_mm * depth * (0.5 if half else 1.0))
 
 

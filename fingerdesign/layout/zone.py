@@ -95,10 +95,7 @@ class Zone:
 
 
 def candidate_zone(
-    design: Design,
-    rigid: SceneObject,
-    approach: float,
-    touch: tuple[float, float] = (0.0, 0.0),
+    design: Design, rigid: SceneObject, approach: float, touch: tuple[float, float] = (0.0, 0.0)
 ) -> Zone:
     """The zone for an object pressed ``approach`` mm onto the finger that it touched at (x, z)."""
     wide, deep = (_FACTOR * reach + _MARGIN for reach in contact_reach(design, rigid, approach))

@@ -116,7 +116,7 @@ def make_mold(
         raise ResultError(f"{folder} is no folder: make it before, or use write_mold")
     report("planning", 0.0)
     with clock.stage("plan"):
-        outcome = Outcome(design, plan_mold(design), gage_fit(design))
+        outcome = Outcome(plan_mold(design), gage_fit(design))
     effect = "fingerdesign.mold.placement:placement_effect"
     pictures, missing = None, "There are no parts to draw."
     with concurrently(effect, design, outcome.plan, time_s=PLACEMENT_LIMIT_S) as placing:
@@ -140,16 +140,16 @@ def _make(
     outcome: Outcome, folder: Path, placing: Wait, clock: Clock, report: Report
 ) -> tuple[Pictures | None, str]:
     """Make all files but report and record; the pictures, or why there are none."""
-    design, plan = outcome.design, outcome.plan
+    plan, design = outcome.plan, outcome.plan.design
     report("building the parts", 0.05)
     with clock.stage("cad"):
-        meshes = mold_meshes(design, plan, folder)
-    casting = casting_of(design, plan, meshes, outcome.fit)
+        meshes = mold_meshes(plan, folder)
+    casting = casting_of(plan, meshes, outcome.fit)
     notes, views = casting_notes(casting)
     with pictures_job(meshes, views) as drawing:
         report("checking the parts", 0.45)
         with clock.stage("checks"):
-            outcome.checks = run_checks(design, plan, meshes)
+            outcome.checks = run_checks(plan, meshes)
         report("writing the files", 0.8)
         with clock.stage("files"):
             outcome.items = bill_of_materials(casting)
@@ -171,9 +171,7 @@ def _make(
     return pictures, ""
 
 
-def mold_meshes(
-    design: Design, plan: MoldPlan, folder: Path, time_limit_s: float = CAD_LIMIT_S
-) -> MoldMeshes:
+def mold_meshes(plan: MoldPlan, folder: Path, time_limit_s: float = CAD_LIMIT_S) -> MoldMeshes:
     """Build a planned mold in a process of its own, and write its CAD files into ``folder``.
 
     The kernel is native code that can hang or crash; there it can harm nobody. Files, in mold
@@ -182,9 +180,9 @@ def mold_meshes(
     exceeds the time limit. ResultError where the disk or the memory is full, or somebody ended the
     process.
     """
-    build, name = "fingerdesign.mold.cad.write:build_and_write", design.design.name
+    build, name = "fingerdesign.mold.cad.write:build_and_write", plan.design.design.name
     try:
-        found: MoldMeshes = call(build, design, plan, folder.resolve(), time_s=time_limit_s)
+        found: MoldMeshes = call(build, plan, folder.resolve(), time_s=time_limit_s)
     except DesignError as error:
         raise GeometryError(str(error)) from error
     except ProcessError as error:

@@ -36,7 +36,7 @@ from fingerdesign.mesh.section.plates import section_sizes
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.mold.plan.fixture.outer import bow
-from fingerdesign.mold.plan.limits import comb_tolerance, limits_of
+from fingerdesign.mold.plan.limits import comb_tolerance
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.notes import effect_sentences, unknown_effect
 
@@ -57,11 +57,7 @@ Effect = dict[str, Any]
 
 
 def readings(
-    design: Design,
-    mesh: Mesh,
-    frames: tuple[PlateFrame, ...],
-    zone: Zone,
-    scene: Scene,
+    design: Design, mesh: Mesh, frames: tuple[PlateFrame, ...], zone: Zone, scene: Scene
 ) -> Array:
     """Compute what the gages of ``frames`` read (rows, frames), microstrain, along a scene's path.
 
@@ -126,7 +122,7 @@ def section_plates(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
     return shown, None
 
 
-def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float]:
+def tolerances(plan: MoldPlan, plate: int) -> tuple[float, float]:
     """Distance (mm) and angle (degrees) by which a plate may be off, by the slots that hold it.
 
     A slot's place is off by the tolerance of the sheet (comb) or of the process (slots). One end of
@@ -136,13 +132,13 @@ def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float
     wide slots of a wall, where a hand pushes it against a face and an end, by what that leaves. Of
     a plate's two ends the worse one counts.
     """
-    comb, process = comb_tolerance(design.mold), limits_of(design.mold).tolerance_mm
+    comb, process = comb_tolerance(plan.design.mold), plan.limits.tolerance_mm
     places, angles = [0.0], [0.0]
     for side, slot, width in plan.leg_slots:
         if slot.plate == plate:
             tolerance = comb if side.holding == "comb" else process
             if side.outer:
-                places.append(tolerance + bow(design, plan, side))
+                places.append(tolerance + bow(plan, side))
                 angles.append(math.degrees(math.atan(tolerance / width)))
                 continue
             left = math.inf if side.holding == "comb" else _BY_HAND_MM
@@ -152,7 +148,7 @@ def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float
     return max(places), max(angles)
 
 
-def row_tolerances(design: Design, plan: MoldPlan) -> tuple[float, float]:
+def row_tolerances(plan: MoldPlan) -> tuple[float, float]:
     """Distance by which the whole row may be off against the contact surface, along x and in
     height, mm.
 
@@ -162,10 +158,10 @@ def row_tolerances(design: Design, plan: MoldPlan) -> tuple[float, float]:
     A tilt of the surface against the base is not the row's. Else insert and walls are placed by
     pins: their clearance and the process's tolerance.
     """
-    limits, cut = limits_of(design.mold), comb_tolerance(design.mold)
+    limits, cut = plan.limits, comb_tolerance(plan.design.mold)
     if plan.seam > 0.0:
         seated = cut + limits.form_mm
-        return (seated if design.body.kind.flat else cut), seated
+        return (seated if plan.design.body.kind.flat else cut), seated
     return (limits.clearance_mm + limits.tolerance_mm,) * 2
 
 
@@ -186,7 +182,7 @@ def _measured(
     design = design.model_copy(update={"plates": whole})
     scene = scene_for(design)
     zone = zone_of(Case(design, scene, grips=False, fields=False), scene)
-    off = np.array([tolerances(design, plan, frame.index) for frame in frames])
+    off = np.array([tolerances(plan, frame.index) for frame in frames])
 
     def work(zone: Zone) -> Effect:
         return _in_zone(design, plan, frames, off, zone, scene, sizes)
@@ -231,7 +227,7 @@ def _in_zone(
         | {"rms_alike": _rms(ways[0, k]), "rms_opposed": _rms(ways[-1, k])}
         for k in range(3)
     ]
-    row_off = row_tolerances(design, plan)
+    row_off = row_tolerances(plan)
     rows, part = changed([np.tile(way, (len(frames), 1)) for way in np.diag([*row_off, 0.0])[:2]])
     together = np.sqrt((share**2).sum(axis=0))
     found: Effect = {

@@ -255,7 +255,6 @@ class Outcome:
     items     of the bill of materials; notes: to the caster
     """
 
-    design: Design
     plan: MoldPlan
     fit: GageFit | None
     checks: tuple[Check, ...] = ()
@@ -285,7 +284,8 @@ def mold_record(
     outcome: Outcome, files: list[str], timings_s: Mapping[str, float], seconds: float
 ) -> MoldData:
     """Write the record of one `fingerdesign mold`; files: names next to the record."""
-    design, plan, placement = outcome.design, outcome.plan, outcome.placement
+    plan, placement = outcome.plan, outcome.placement
+    design = plan.design
     failure = "; ".join(filter(None, (outcome.broken, failure_of(outcome.checks)))) or None
     record: MoldData = plain(
         {
@@ -295,7 +295,7 @@ def mold_record(
             "design_digest": design.digest(),
             "status": "ok" if failure is None else "failed",
             "failure": failure,
-            "process": _process(design, plan),
+            "process": _process(plan),
             "shrinkage": design.mold.shrinkage_used,
             "scale": plan.scale,
             **_made(outcome, files),
@@ -307,7 +307,7 @@ def mold_record(
             ],
             "placement": placement,
             "sensor": sensor_of(design, outcome.fit, placement),
-            "warnings": warnings_of(design, plan, outcome.fit, placement) if placement else [],
+            "warnings": warnings_of(plan, outcome.fit, placement) if placement else [],
             "notes": outcome.notes,
             "coupon": [values_of(LadderData, each) for each in ladders_of(plan.limits)],
             "bill": outcome.items,
@@ -338,16 +338,16 @@ def _made(outcome: Outcome, files: list[str]) -> dict[str, Any]:
     }
 
 
-def _process(design: Design, plan: MoldPlan) -> dict[str, Any]:
+def _process(plan: MoldPlan) -> dict[str, Any]:
+    mold = plan.design.mold
     return values_of(
         ProcessData,
-        design.mold,
-        name=design.mold.process,
+        mold,
+        name=mold.process,
         pour=plan.pour,
         closed_for=plan.closed_for,
         limits=values_of(LimitsData, plan.limits),
-        comb=design.mold.comb.model_dump(mode="json")
-        | {"tolerance_mm": comb_tolerance(design.mold)},
+        comb=mold.comb.model_dump(mode="json") | {"tolerance_mm": comb_tolerance(mold)},
     )
 
 

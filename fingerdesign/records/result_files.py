@@ -82,21 +82,17 @@ def write_grip_csv(path: Path, trace: GripTrace) -> None:
         "gage_area_mm": trace.gage_area_mm,
         "command_dx_mm": trace.dx,
         "command_dy_mm": trace.dy,
-        "hold": trace.hold.astype(int),
+        "hold": trace.hold,
+        "rise_mm": trace.rise,
+        "unsure": trace.unsure,
+        "reported_stick_ratio": trace.reported_stick_ratio,
+        "warns": trace.warns,
     }
-    if trace.rise is not None:
-        columns["rise_mm"] = trace.rise
-    if trace.unsure is not None:
-        columns["unsure"] = trace.unsure.astype(int)
-    if trace.reported_stick_ratio is not None:
-        columns["reported_stick_ratio"] = trace.reported_stick_ratio
-    if trace.warns is not None:
-        columns["warns"] = trace.warns.astype(int)
-    gages = trace.gage_readings
-    for plate in range(gages.shape[1]):
-        columns[f"gage_{plate}_reading_microstrain"] = gages[:, plate]
-    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    write_csv(path, ["step", *columns], ([i, *row] for i, row in enumerate(rows, start=1)))
+    for plate, readings in enumerate(trace.gage_readings.T):
+        columns[f"gage_{plate}_reading_microstrain"] = readings
+    known = {name: (1 * each).tolist() for name, each in columns.items() if each is not None}
+    rows = zip(*known.values(), strict=True)
+    write_csv(path, ["step", *known], ([i, *row] for i, row in enumerate(rows, start=1)))
 
 
 def _grip_names(traces: Iterable[GripTrace]) -> Iterator[tuple[str, GripTrace]]:

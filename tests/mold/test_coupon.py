@@ -50,7 +50,7 @@ def test_the_cell_holds_two_plates_of_the_finger_as_the_mold_does(name):
     plates = cell_plates(plan)
     assert len(plates) == 2
     assert plates[0].along == plates[1].along
-    pieces = {piece.name: piece for piece in build_coupon(design, plan)}
+    pieces = {piece.name: piece for piece in build_coupon(plan)}
     solids = dict(zip((frame.index for frame in plan.frames), cut_plates(plan), strict=True))
     for frame in plates:
         for piece in pieces.values():

@@ -209,7 +209,7 @@ def test_webs_are_true_distances_between_rectangles(slots, expected):
 def test_plans_of_shipped_designs_can_be_cut(name, pour):
     """No slot or web is less than what makes it holds, outer combs' neither."""
     design = shipped(name, mold__pour=pour)
-    checks = plan_checks(design, plan_mold(design))
+    checks = plan_checks(plan_mold(design))
     assert [check.sentence for check in checks if not check.ok] == []
     assert bool(checks) is (name != "homogeneous")
 

@@ -56,7 +56,7 @@ def design_of(body="", plates="", **values):
 
 def built_of(design, **changes):
     plan = replace(plan_mold(design), **changes)
-    return plan, build_mold(design, plan)
+    return plan, build_mold(plan)
 
 
 def round_design():
@@ -75,7 +75,7 @@ def written(tmp_path_factory):
     """The same made by the worker: design, plan, meshes and their files."""
     design, folder = design_of(), tmp_path_factory.mktemp("mold")
     plan = plan_mold(design)
-    return design, plan, mold_meshes(design, plan, folder), folder
+    return design, plan, mold_meshes(plan, folder), folder
 
 
 def part(built, name):
@@ -197,7 +197,7 @@ def test_a_built_mold_passes_every_check(process, written):
         design = design_of(process=process)
         plan, built = built_of(design)
         meshes = built.each(lambda part: meshed(part, design.mold.chord_mm))
-    found = [*run_checks(design, plan, meshes), *as_planned(design, plan, meshes)]
+    found = [*run_checks(plan, meshes), *as_planned(plan, meshes)]
     assert [check.sentence for check in found if not check.ok] == []
     assert "demolding" in {check.name for check in found}
     for pin in plan.pins if process == "machined" else ():  # dowels are holes in both parts
@@ -258,7 +258,7 @@ def test_the_worker_writes_a_file_of_each_part_and_each_different_plate(written)
 def test_a_kernel_that_takes_too_long_is_ended(tmp_path):
     design = design_of()
     with pytest.raises(GeometryError, match=r"did not finish in 0.1 s"):
-        mold_meshes(design, plan_mold(design), tmp_path, time_limit_s=0.1)
+        mold_meshes(plan_mold(design), tmp_path, time_limit_s=0.1)
 
 
 def along_z(*corners):
@@ -276,7 +276,7 @@ def test_faces_that_would_hold_a_part_are_named_and_refused(tool, held):
     design, plan = cut_by(tool)
     faces = undercuts(outline_solid(design.body), plan)
     with pytest.raises(GeometryError, match=rf"face {faces[0].face} of body.step at \(.*{held}"):
-        build_mold(design, plan)
+        build_mold(plan)
     if held == INSERT:
         assert [each.part for each in faces] == [INSERT] * 2
         places = np.abs([each.place[:2] for each in faces])

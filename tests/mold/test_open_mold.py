@@ -77,7 +77,7 @@ def test_frames_of_a_dome_with_chamfers_are_whole_next_to_their_combs_windows(se
     design = Design.model_validate(resolved(random_design(seed))[0])
     plan = plan_mold(design)
     assert plan.pour == "open"
-    built = build_mold(design, plan)
+    built = build_mold(plan)
     x, y = plan.half_width + 0.02, plan.rim + 0.2  # next to the flank, whose top is an arc
     for name, z in (("frame_front", 0.1), ("frame_back", -0.1)):
         for place in (x, -x):
@@ -136,13 +136,13 @@ def made(request, tmp_path_factory):
     name, values = MADE[request.param]
     design, folder = with_values(load_design(name), values), tmp_path_factory.mktemp("open")
     plan = plan_mold(design)
-    return design, plan, mold_meshes(design, plan, folder, 120.0), folder
+    return design, plan, mold_meshes(plan, folder, 120.0), folder
 
 
 def test_it_passes_every_check_that_a_closed_one_passes(made):
-    design, plan, meshes, _ = made
+    _, plan, meshes, _ = made
     assert plan.pour == "open"
-    found = [*run_checks(design, plan, meshes), *as_planned(design, plan, meshes)]
+    found = [*run_checks(plan, meshes), *as_planned(plan, meshes)]
     assert [check.sentence for check in found if not check.ok] == []
     names = {check.name for check in found}
     assert {"watertight", "volume", "cavity is the finger"} <= names
@@ -200,5 +200,5 @@ def test_frames_of_a_rounded_block_have_no_sliver_next_to_their_windows(process,
     """Where a rounding ends upright, 0.2 micrometres of it stood as a wall of 1.46 mm."""
     design = with_values(load_design("block"), {"mold.process": process})
     plan = plan_mold(design)
-    found = run_checks(design, plan, mold_meshes(design, plan, tmp_path, 120.0))
+    found = run_checks(plan, mold_meshes(plan, tmp_path, 120.0))
     assert [check.sentence for check in found if not check.ok] == []

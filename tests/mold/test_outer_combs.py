@@ -62,7 +62,7 @@ def test_the_clearance_of_pushed_legs_counts_no_more_and_the_width_of_a_leg_does
     def off(**mold):
         design = with_values(load_design("maeno2000"), {f"mold.{k}": v for k, v in mold.items()})
         plan = plan_mold(design)
-        return (*tolerances(design, plan, 7), *row_tolerances(design, plan))
+        return (*tolerances(plan, 7), *row_tolerances(plan))
 
     wide, narrow = off(), off(leg_mm=0.45)
     place, angle, along, height = wide
@@ -96,4 +96,4 @@ def test_the_bow_is_that_of_an_elastic_bar():
     free, given = [0, 3, 5], [1, 2, 4]
     known = np.array([0.0, 0.0, pushed])
     found = np.linalg.solve(stiffness[np.ix_(free, free)], -stiffness[np.ix_(free, given)] @ known)
-    assert bow(design, plan, side) == pytest.approx(abs(found[0]), rel=1e-9)
+    assert bow(plan, side) == pytest.approx(abs(found[0]), rel=1e-9)

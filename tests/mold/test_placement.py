@@ -118,7 +118,7 @@ def test_a_plate_that_is_off_alone_changes_no_more_than_is_reported(three, secti
     reported = placement_effect(three, plan_mold(three), SIZES)["gages"]
     right = readings(three, mesh, frames, zone, scene)
     most = np.abs(right).max(axis=1)
-    off, angle = tolerances(three, plan_mold(three), 1)
+    off, angle = tolerances(plan_mold(three), 1)
     ways = zip(("along_x", "in_height", "turned"), np.diag([off, off, angle]), strict=True)
     for name, way in ways:
         move = np.outer([0.0, 1.0, 0.0], way)
@@ -146,7 +146,7 @@ def test_bent_plates_are_moved_as_they_are():
 def test_what_holds_a_plate_says_how_far_it_may_be_off(three, holding, off, slope):
     values = {"mold.plate_fixture": holding, "mold.wire_mm": 0.0, "mold.pour": "closed"}
     design = with_values(three, {**values, "plates.angle_deg": 0.0, "plates.follow": "level"})
-    found, angle = tolerances(design, plan_mold(design), 0)
+    found, angle = tolerances(plan_mold(design), 0)
     assert found == pytest.approx(off)
     assert np.tan(np.radians(angle)) == pytest.approx(slope)
 

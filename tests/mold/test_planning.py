@@ -16,7 +16,6 @@ from fingerdesign.mold.plan.limits import PROFILES, limits_of
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.plan.refusals import MoldRefused
-from fingerdesign.mold.plan.slots import core_box
 from fingerdesign.mold.products.casting import density_of
 from tests.support.molds import drawn, keys, made, mold_faults, mold_remedies, shipped
 
@@ -141,7 +140,7 @@ DESIGNS = {"round, backed": 87, "parted by a core": 8, "step": 4}
 def bare(design):
     """A plan of nothing but the outline, at the finger's own size."""
     nothing = {
-        "limits": limits_of(design.mold),
+        "design": design,
         "frames": (),
         "legs": (),
         "sides": (),
@@ -156,8 +155,9 @@ def bare(design):
 @pytest.mark.parametrize("which", ["block", "pin", "narrow", *DESIGNS])
 def test_holes_are_within_the_base_and_apart(which):
     design = drawn(DESIGNS[which]) if which in DESIGNS else shipped(which)
-    limits, extent, core = limits_of(design.mold), bare(design), core_box(design, 1.0)
-    holes, faults = base_holes_of(design, extent, core)
+    limits, extent = limits_of(design.mold), bare(design)
+    core = extent.core
+    holes, faults = base_holes_of(extent)
     assert not faults
     kinds = [hole.kind for hole in holes]
     assert kinds[0] == "vent"
@@ -197,7 +197,7 @@ def test_the_first_vent_is_where_the_tilted_base_is_highest(name):
 def test_each_part_of_a_parted_base_has_a_vent_at_its_highest_place():
     design = drawn(DESIGNS["parted by a core"])
     assert design.body.core.depth_mm is None
-    holes, _ = base_holes_of(design, bare(design), core_box(design, 1.0))
+    holes, _ = base_holes_of(bare(design))
     half, deep = 0.5 * design.body.core.width_mm, 0.5 * design.body.depth_mm
     vents = np.array([[hole.x, hole.z] for hole in holes if hole.kind == "vent"])
     left = vents[vents[:, 0] < -half]

@@ -11,7 +11,6 @@ from manifold3d import Manifold
 from fingerdesign.layout.volume import plate_volume
 from fingerdesign.mold.checks.assembly import assemble
 from fingerdesign.mold.part import BASE, CORE, Check
-from fingerdesign.mold.plan.limits import limits_of
 from fingerdesign.mold.plan.plan import direction, in_space
 from fingerdesign.mold.plan.slots import least_slot, least_web, webs
 
@@ -21,9 +20,9 @@ TOUCHING_MM3 = 1e-4
 WHOLE = 0.98  # of a pin that stands on its part
 
 
-def as_planned(design, plan, meshes):
+def as_planned(plan, meshes):
     """All checks of a plan, and of the parts that were made by it."""
-    return [*plan_checks(design, plan), *built_checks(assemble(design, plan, meshes))]
+    return [*plan_checks(plan), *built_checks(assemble(plan, meshes))]
 
 
 def built_checks(assembly):
@@ -156,18 +155,17 @@ _ROUNDING_MM = 1e-9
 ROOM_MM = 0.005  # next to a plate, or it cannot be pushed in
 
 
-def plan_checks(design, plan):
+def plan_checks(plan):
     """The least slot, web and room of a plate on every side that holds plates.
 
     What else is planned (walls, holes, pins, clearances) is refused before where it is too small.
     """
-    limits = limits_of(design.mold)
-    return [c for side in plan.sides if side.slots for c in _side(design, plan, side, limits)]
+    return [c for side in plan.sides if side.slots for c in _side(plan, side)]
 
 
-def _side(design, plan, side, limits):
-    least = least_slot(design, side.holding, limits)
-    web = least_web(design, side.holding, limits)
+def _side(plan, side):
+    least = least_slot(plan.design, side.holding, plan.limits)
+    web = least_web(plan.design, side.holding, plan.limits)
     room = [slot.width - plan.thickness[slot.plate] for slot in side.slots]
     where, between = f"side {side.side}", webs(side.slots)[2]
     return [

@@ -191,7 +191,7 @@ def _reaches(design: Design, frames: tuple[PlateFrame, ...]) -> dict[int, tuple[
     found = {frame.index + 1: (frame.low, frame.high) for frame in frames}
     core = design.body.core
     if core is not None:
-        half = 0.5 * (core.depth_mm if core.depth_mm is not None else design.body.depth_mm)
+        half = 0.5 * design.body.core_depth_mm
         found[design.core_region] = (-half, half)
     return found
 

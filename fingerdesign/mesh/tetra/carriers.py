@@ -133,7 +133,7 @@ def core_faces(body: Body) -> list[Carrier]:
     """The six faces of the core's box."""
     core = body.core
     assert core is not None
-    depth = core.depth_mm if core.depth_mm is not None else body.depth_mm
+    depth = body.core_depth_mm
     found: list[Carrier] = [
         plane("core", (0.0, -1.0, 0.0), -core.bottom_mm),
         plane("core", (0.0, 1.0, 0.0), core.bottom_mm + core.height_mm),

@@ -19,13 +19,11 @@ from OCP.TopAbs import TopAbs_IN
 from fingerdesign.arrays import Array
 from fingerdesign.cad.bodies import outline_solid
 from fingerdesign.cad.kernel import box, one_solid
-from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.cad.features import BEYOND_MM, Features, cut_plates, features_of
 from fingerdesign.mold.cad.parting import FlatSide, parted, seam, sides_followed
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT, RUBBER, Made, MoldParts
 from fingerdesign.mold.plan.plan import ENDS, FLANKS, SIDES, MoldPlan, Side, direction
-from fingerdesign.mold.plan.slots import core_box
 
 Direction = tuple[float, float, float]
 # Parts come off in this order; base and core stay with the finger.
@@ -64,9 +62,9 @@ def undercuts(outline: cq.Solid, plan: MoldPlan) -> tuple[Undercut, ...]:
     return tuple(found)
 
 
-def refuse_undercuts(design: Design, outline: cq.Solid, plan: MoldPlan) -> None:
+def refuse_undercuts(outline: cq.Solid, plan: MoldPlan) -> None:
     """GeometryError that names every undercut face, its place and the part that it would hold."""
-    of = "body.step" if design.body.step is not None else "the body"
+    of = "body.step" if plan.design.body.step is not None else "the body"
     faces = [
         f"face {each.face} of {of} at ({', '.join(f'{value:.2f}' for value in each.place)}) mm "
         f"holds {each.part}"
@@ -145,23 +143,23 @@ class BuiltPart:
 Built = MoldParts[BuiltPart]
 
 
-def build_mold(design: Design, plan: MoldPlan) -> Built:
+def build_mold(plan: MoldPlan) -> Built:
     """Build every part of a mold.
 
     GeometryError where a part could not be drawn off (undercut faces are named), where a part would
     come out in pieces, or where the kernel fails.
     """
     try:
-        outline = enlarged(outline_solid(design.body), plan.scale)
-        refuse_undercuts(design, outline, plan)
-        parts = _parts(design, plan, parted(outline, plan), features_of(design, plan))
+        outline = enlarged(outline_solid(plan.design.body), plan.scale)
+        refuse_undercuts(outline, plan)
+        parts = _parts(plan, parted(outline, plan), features_of(plan))
         plates = cut_plates(plan)
-        rubber = _rubber(design, plan, outline, plates)
+        rubber = _rubber(plan, outline, plates)
     except GeometryError:
         raise
     except Exception as error:  # the kernel throws its own kinds
         raise GeometryError(
-            f"the CAD kernel failed to build the mold of {design.design.name}: {error}"
+            f"the CAD kernel failed to build the mold of {plan.design.design.name}: {error}"
         ) from error
     return Built(
         parts,
@@ -186,10 +184,7 @@ def enlarged(outline: cq.Solid, scale: float) -> cq.Solid:
 
 
 def _parts(
-    design: Design,
-    plan: MoldPlan,
-    blanks: dict[str, tuple[cq.Solid, cq.Solid]],
-    features: Features,
+    plan: MoldPlan, blanks: dict[str, tuple[cq.Solid, cq.Solid]], features: Features
 ) -> tuple[BuiltPart, ...]:
     formed: list[tuple[str, Direction, int, Made]]
     formed = [(INSERT, (0.0, 1.0, 0.0), INSERT_ORDER, "process")]
@@ -213,9 +208,8 @@ def _parts(
         worked = _worked(below, features, BASE_FRAME)
         down = (0.0, -1.0, 0.0)
         found.append(BuiltPart(BASE_FRAME, worked, down, INSERT_ORDER, "process", below))
-    corners = core_box(design, plan.scale)
-    if corners is not None:
-        core = box(*(corner.tolist() for corner in corners))
+    if plan.core is not None:
+        core = box(*(corner.tolist() for corner in plan.core))
         found.append(BuiltPart(CORE, _worked(core, features, CORE), None, STAYS, "metal", core))
     return tuple(found)
 
@@ -243,11 +237,9 @@ def _worked(blank: cq.Solid, features: Features, name: str) -> cq.Solid:
     return one_solid(solid.cut(*cut).clean(), name) if cut else solid
 
 
-def _rubber(
-    design: Design, plan: MoldPlan, outline: cq.Solid, plates: tuple[cq.Solid, ...]
-) -> cq.Solid:
+def _rubber(plan: MoldPlan, outline: cq.Solid, plates: tuple[cq.Solid, ...]) -> cq.Solid:
     """The outline without plates and core, which is drawn out of the faces that it reaches."""
-    tools, corners = list(plates), core_box(design, plan.scale)
+    tools, corners = list(plates), plan.core
     if corners is not None:
         low, high = corners
         low[1] -= BEYOND_MM if low[1] == 0.0 else 0.0

@@ -10,7 +10,6 @@ import cadquery as cq
 import numpy as np
 
 from fingerdesign.cad.kernel import box, one_solid
-from fingerdesign.design.schema import Design
 from fingerdesign.mold.cad.build import INSERT_ORDER, BuiltPart, Direction
 from fingerdesign.mold.cad.features import slot_tools
 from fingerdesign.mold.cad.parting import prism_of, slab
@@ -29,7 +28,7 @@ AROUND_MM = 2.0  # rubber around the cell's plates; how far a comb lies in its g
 WALL_MM = 2.0  # of the cell, at least
 
 
-def build_coupon(design: Design, plan: MoldPlan) -> tuple[BuiltPart, ...]:
+def build_coupon(plan: MoldPlan) -> tuple[BuiltPart, ...]:
     """All pieces: bar, pin (none of machined parts: dowels are bought), cell and its combs (none
     where no two plates leave through the same sides). GeometryError where the kernel fails."""
     limits = plan.limits
@@ -39,7 +38,7 @@ def build_coupon(design: Design, plan: MoldPlan) -> tuple[BuiltPart, ...]:
         foot = 2.0 * limits.pin_mm
         pin = cq.Solid.makeCylinder(0.5 * limits.pin_mm, LOW_MM + PIN_MM, cq.Vector(foot, foot, 0))
         found.append(_piece(COUPON_PIN, one_solid(head.fuse(pin), COUPON_PIN)))
-    return (*found, *_cell(design, plan))
+    return (*found, *_cell(plan))
 
 
 def _piece(name: str, solid: cq.Solid, draw: Direction | None = None) -> BuiltPart:
@@ -90,13 +89,13 @@ def _feature(row: Ladder, size: float, pin: float, x: float, y: float) -> cq.Sol
     return box((x - 0.5 * size, y - half, low), (x + 0.5 * size, y + half, high))
 
 
-def _cell(design: Design, plan: MoldPlan) -> tuple[BuiltPart, ...]:
+def _cell(plan: MoldPlan) -> tuple[BuiltPart, ...]:
     """The trough, open at its base as an open mold is, with a comb in a groove of each end that has
     one in the mold, and slots through its wall elsewhere."""
     plates = cell_plates(plan)
     if not plates:
         return ()
-    limits, sheet = plan.limits, design.mold.comb.sheet_mm
+    limits, sheet = plan.limits, plan.design.mold.comb.sheet_mm
     numbers = {frame.index for frame in plates}
     held = [(side, slot) for side, slot, _ in plan.leg_slots if slot.plate in numbers]
     wall = max(WALL_MM, 1.5 * limits.wall_mm)

@@ -14,7 +14,6 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.cad.bodies import plate_solid
 from fingerdesign.cad.kernel import box, one_solid
-from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.cad.parting import prism_of, slab
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT
@@ -90,7 +89,7 @@ def _axes(slot: Slot) -> tuple[Array, Array]:
     return cosine * level + sine * _UP, cosine * _UP - sine * level
 
 
-def window_tools(design: Design, plan: MoldPlan, planned: SidePlan) -> Iterator[cq.Solid]:
+def window_tools(plan: MoldPlan, planned: SidePlan) -> Iterator[cq.Solid]:
     """The window in the wall behind sheets, open toward the insert and outward.
 
     Where the wall's top falls off steeply next to the window, it is cut level over somewhat more
@@ -103,7 +102,7 @@ def window_tools(design: Design, plan: MoldPlan, planned: SidePlan) -> Iterator[
     def seam(place: float) -> float:
         flank = planned.side.endswith("x")
         x, z = (plan.half_width, place) if flank else (place, plan.half_depth)
-        return seam_height(design.body, plan, x, z)
+        return seam_height(plan, x, z)
 
     low, high, bottom = planned.window
     most = plan.half_width if planned.side.endswith("z") else plan.half_depth
@@ -137,12 +136,12 @@ class Features:
             self.cut[name].append(solid)
 
 
-def features_of(design: Design, plan: MoldPlan) -> Features:
+def features_of(plan: MoldPlan) -> Features:
     """Make every feature of a plan: pins, lugs, bolts, the base's holes, slots, windows, core
     holes."""
     found = Features()
     _fasten(found, plan)
-    core = design.body.core
+    core = plan.design.body.core
     for hole in plan.base_holes:
         wires = hole.kind == "wires"
         for tool in _wire_way(hole, plan) if wires else [_base_hole(hole, plan.base)]:
@@ -154,7 +153,7 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
         found.take(_core_pin(plan, core_pin, plan.limits.clearance_mm), *names)
     for planned in plan.sides:
         _open_side(found, plan, planned)
-        for opening in window_tools(design, plan, planned):
+        for opening in window_tools(plan, planned):
             found.take(opening, planned.wall)
     return found
 

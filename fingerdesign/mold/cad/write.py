@@ -13,17 +13,22 @@ from OCP.BRepGProp import BRepGProp
 from OCP.GProp import GProp_GProps
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.cad.export import BONE, BRONZE, SILICONE_GREY, check_whole_step, write_triangles
+from fingerdesign.cad.export import (
+    BONE,
+    BRONZE,
+    SILICONE_GREY,
+    Rgba,
+    check_whole_step,
+    write_assembly,
+    write_triangles,
+)
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.cad.triangles import merge_vertices, triangulate_measured
-from fingerdesign.design.schema import Design
 from fingerdesign.mold.cad.build import Built, BuiltPart, build_mold
 from fingerdesign.mold.cad.coupon import build_coupon
 from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, MoldMeshes, PartMesh
 from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.plan import MoldPlan
-
-Rgba = tuple[float, float, float, float]
 
 ASSEMBLY = "assembly.step"
 ROUNDING_MM = 1e-5  # more than single precision takes from places within 100 mm
@@ -74,9 +79,7 @@ def part_volume(solid: cq.Shape) -> float:
     return volume_of(solid)
 
 
-def write_files(
-    design: Design, plan: MoldPlan, built: Built, meshes: MoldMeshes, folder: Path
-) -> None:
+def write_files(plan: MoldPlan, built: Built, meshes: MoldMeshes, folder: Path) -> None:
     """Write NAME.stl and NAME.step of each part and of each different plate ("plate_A", ... as of
     ``flat_patterns``), and assembly.step.
 
@@ -85,7 +88,7 @@ def write_files(
     solids = {part.name: part.solid for part in (*built.parts, *built.coupon, *built.plates)}
     laid = {mesh.name: mesh for mesh in (*meshes.parts, *meshes.coupon, *meshes.plates)}
     sources = {part.name: part.name for part in (*built.parts, *built.coupon)}
-    for pattern in flat_patterns(design, plan):
+    for pattern in flat_patterns(plan):
         sources[pattern.name] = f"plate_{pattern.plates[0]}"
     for name, source in sources.items():
         solid, mesh = solids[source], laid[source]
@@ -93,12 +96,10 @@ def write_files(
         write_triangles(mesh.vertices, mesh.triangles, folder / f"{name}.stl", mesh.volume, slack)
         solid.exportStep(str(folder / f"{name}.step"))
         check_whole_step(folder / f"{name}.step")
-    assembly = cq.Assembly(name="mold")
-    for part in (*built.parts, *built.plates, built.rubber):
-        colour = next((c for start, c in COLOURS.items() if part.name.startswith(start)), STEEL)
-        assembly.add(part.solid, name=part.name, color=cq.Color(*colour))
-    assembly.export(str(folder / ASSEMBLY), "STEP")
-    check_whole_step(folder / ASSEMBLY)
+    every = (*built.parts, *built.plates, built.rubber)
+    colours = [next((c for s, c in COLOURS.items() if p.name.startswith(s)), STEEL) for p in every]
+    named = ((p.name, p.solid, colour) for p, colour in zip(every, colours, strict=True))
+    write_assembly("mold", named, folder / ASSEMBLY)
 
 
 def _triangles(solid: cq.Solid, chord_mm: float) -> tuple[Array, IntArray, float]:
@@ -108,9 +109,9 @@ def _triangles(solid: cq.Solid, chord_mm: float) -> tuple[Array, IntArray, float
     return *merge_vertices(rounded, triangles), chord
 
 
-def build_and_write(design: Design, plan: MoldPlan, folder: Path) -> MoldMeshes:
+def build_and_write(plan: MoldPlan, folder: Path) -> MoldMeshes:
     """Build a planned mold, write its files into ``folder``; its triangles."""
-    built = replace(build_mold(design, plan), coupon=build_coupon(design, plan))
-    meshes = built.each(lambda part: meshed(part, design.mold.chord_mm))
-    write_files(design, plan, built, meshes, folder)
+    built = replace(build_mold(plan), coupon=build_coupon(plan))
+    meshes = built.each(lambda part: meshed(part, plan.design.mold.chord_mm))
+    write_files(plan, built, meshes, folder)
     return meshes

@@ -1,4 +1,4 @@
-"""Assembly: design, plan, limits and the parts as solids, which every check of a mold is given."""
+"""Assembly: the plan and the parts as solids, which every check of a mold is given."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,7 +7,6 @@ import numpy as np
 from manifold3d import Manifold
 
 from fingerdesign.arrays import Array, BoolArray
-from fingerdesign.design.schema import Design
 from fingerdesign.mold.part import MoldMeshes
 from fingerdesign.mold.plan.plan import CorePin, MoldPlan, Side, Slot, across, direction
 from fingerdesign.mold.solids import solid_of
@@ -66,7 +65,6 @@ def planned(plan: MoldPlan, points: Array, clearance_mm: float, slack_mm: float)
 class Assembly:
     """A closed mold: ``solids`` by name (parts, plates, "rubber")."""
 
-    design: Design
     plan: MoldPlan
     meshes: MoldMeshes
     solids: Mapping[str, Manifold]
@@ -77,8 +75,8 @@ class Assembly:
         return max(part.chord for part in (*self.meshes.parts, self.meshes.outline))
 
 
-def assemble(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> Assembly:
+def assemble(plan: MoldPlan, meshes: MoldMeshes) -> Assembly:
     """All solids of a mold; one that is not ``sound`` is in it too."""
     everything = (*meshes.parts, *meshes.plates, meshes.rubber)
     solids = {part.name: solid_of(part.vertices, part.triangles) for part in everything}
-    return Assembly(design, plan, meshes, solids)
+    return Assembly(plan, meshes, solids)

@@ -27,9 +27,10 @@ def cavity_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check]:
 
 def finger_check(assembly: Assembly) -> Check:
     """Cavity / scale^3 less plates and core is the body: metal does not shrink, rubber does."""
-    design, plan, meshes = assembly.design, assembly.plan, assembly.meshes
+    plan, meshes = assembly.plan, assembly.meshes
     outside = (BASE, BASE_FRAME, CORE)  # these do not fill the block, nor do sheets outside of it
     filling = [p for p in meshes.parts if p.name not in outside and not p.name.endswith(OUTER)]
+    design = plan.design
     inserts = sum(plate_volume(frame) for frame in plate_frames(design)) + core_volume(design)
     expected = outline_volume(design.body) - inserts
     block = float(np.prod(np.array(meshes.high) - np.array(meshes.low)))

@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fingerdesign.design.schema import Design
 from fingerdesign.mold.checks.assembly import Assembly, assemble
 from fingerdesign.mold.checks.cavity import cavity_checks
 from fingerdesign.mold.checks.demolding import demolding_checks
@@ -26,14 +25,14 @@ CHECKS: tuple[Callable[[Assembly, np.random.Generator], list[Check]], ...] = (
 )
 
 
-def run_checks(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> tuple[Check, ...]:
+def run_checks(plan: MoldPlan, meshes: MoldMeshes) -> tuple[Check, ...]:
     """Everything that is checked of a mold, its parts, one plate of each kind and its rubber.
 
     Parts whose triangles are not those of a solid cannot be cut with each other: then only their
     own checks are returned, and one that says so.
     """
-    assembly, chord = assemble(design, plan, meshes), design.mold.chord_mm
-    kinds = {f"plate_{pattern.plates[0]}" for pattern in flat_patterns(design, plan)}
+    assembly, chord = assemble(plan, meshes), plan.design.mold.chord_mm
+    kinds = {f"plate_{pattern.plates[0]}" for pattern in flat_patterns(plan)}
     plates = (plate for plate in meshes.plates if plate.name in kinds)
     found = [
         check

@@ -40,7 +40,7 @@ def _of_part(
         kinds = [("wall", ~pins, limits.wall_mm)]
     elif part.made == "sheet":
         flat = np.abs(normals @ direction(side.side)) > OPPOSITE
-        kinds = [("sheet", flat, side.sheet), ("web", ~flat, assembly.design.mold.comb.web_mm)]
+        kinds = [("sheet", flat, side.sheet), ("web", ~flat, assembly.plan.design.mold.comb.web_mm)]
     else:
         slotted = _at_slots(side, points, normals, thick)
         kinds = [("wall", ~pins & ~slotted, limits.wall_mm)]

@@ -17,12 +17,10 @@ from itertools import product
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.design.schema import Design
 from fingerdesign.design.step import step_facts
 from fingerdesign.mold.plan.limits import SPARE_MM
-from fingerdesign.mold.plan.plan import BaseHole, HoleKind, MoldPlan
+from fingerdesign.mold.plan.plan import BaseHole, Box, HoleKind, MoldPlan
 from fingerdesign.mold.plan.refusals import Refusal
-from fingerdesign.mold.plan.slots import Box
 
 TILT_DEG = 5.0
 VENT_MM = 1.0  # of vents that are not given
@@ -80,13 +78,11 @@ def _radius(hole: BaseHole) -> float:
     return 0.5 * max(hole.diameter, hole.outer_diameter)
 
 
-def base_holes_of(
-    design: Design, plan: MoldPlan, box: Box | None
-) -> tuple[tuple[BaseHole, ...], list[Refusal]]:
+def base_holes_of(plan: MoldPlan) -> tuple[tuple[BaseHole, ...], list[Refusal]]:
     """Place every hole of a closed mold's base plate, the highest vent first; refuse what has no
-    room. ``box``: of the core."""
-    mold, limits = design.mold, plan.limits
-    base = _base(design, plan, box)
+    room."""
+    mold, limits = plan.design.mold, plan.limits
+    base, box = _base(plan), core_below(plan)
     vent = max(VENT_MM, limits.hole_mm) if mold.vent_mm is None else mold.vent_mm
     screws = _screws(box)
     holes, vents = list[BaseHole](), list[BaseHole]()
@@ -94,13 +90,13 @@ def base_holes_of(
     wires: list[BaseHole] | None = None
     for corners in (3, 1):  # on a small base the gate comes before further vents
         vents = _vents(base, vent, limits.hole_mm, corners)
-        wires = _wires(design, plan, base, [*vents, *screws])
+        wires = _wires(plan, base, [*vents, *screws])
         holes = [*vents, *screws, *(wires or ())]
         gate, lock = max(mold.gate_mm, limits.hole_mm), max(mold.lock_mm, limits.hole_mm)
         openings = _openings(base, holes, gate, lock, limits.hole_mm)
         if openings is not None and wires is not None:
             break
-    of_core = "core, " if box is not None and box[0][1] == 0.0 else ""
+    of_core = "core, " if box is not None else ""
     numbers = {"limits": limits, "core": of_core}
     lacking = (
         (len(vents) < 2, "mold.vent_mm", vent, "two vents"),
@@ -112,38 +108,38 @@ def base_holes_of(
         if lacks
     ]
     if wires is None:
-        found.append(_no_leads(design, plan, f"{of_core}vents and "))
+        found.append(_no_leads(plan, f"{of_core}vents and "))
     return (*holes, *(openings or ())), found
 
 
-def _no_leads(design: Design, plan: MoldPlan, holes: str) -> Refusal:
+def core_below(plan: MoldPlan) -> Box | None:
+    """Corners of a core that rests on the base; None: there is none."""
+    return None if plan.core is None or plan.core[0][1] != 0.0 else plan.core
+
+
+def _no_leads(plan: MoldPlan, holes: str) -> Refusal:
     numbers = {"limits": plan.limits, "bundles": len(plan.frames), "holes": holes}
-    return Refusal("no_leads", "mold.wire_mm", design.mold.wire_mm, numbers)
+    return Refusal("no_leads", "mold.wire_mm", plan.design.mold.wire_mm, numbers)
 
 
-def open_holes_of(design: Design, plan: MoldPlan) -> tuple[BaseHole, ...] | Refusal:
+def open_holes_of(plan: MoldPlan) -> tuple[BaseHole, ...] | Refusal:
     """Place the holes of an open mold's base plate: for leads, and locks, as many as have room; or
     refuse leads that have none."""
-    base, limits = _base(design, plan, None), plan.limits
-    wires = _wires(design, plan, base, [])
-    if wires is None:
-        return _no_leads(design, plan, "")
-    holes = wires
-    for kind in _OPENINGS:
-        if kind == "lock":
-            lock = max(design.mold.lock_mm, limits.hole_mm)
-            hole = _largest(base, holes, kind, lock, limits.hole_mm)
-            holes += [] if hole is None else [hole]
+    base, least = _base(plan), plan.limits.hole_mm
+    holes = _wires(plan, base, [])
+    if holes is None:
+        return _no_leads(plan, "")
+    for _ in range(_OPENINGS.count("lock")):
+        hole = _largest(base, holes, "lock", max(plan.design.mold.lock_mm, least), least)
+        holes += [] if hole is None else [hole]
     return tuple(holes)
 
 
-def _wires(
-    design: Design, plan: MoldPlan, base: _Base, holes: list[BaseHole]
-) -> list[BaseHole] | None:
+def _wires(plan: MoldPlan, base: _Base, holes: list[BaseHole]) -> list[BaseHole] | None:
     """Holes for all bundles of leads, as near to the front as they can be, in the middle of it:
     one, or several smaller ones where that has no room, or without pockets where these have none.
     None: there is no room."""
-    bundles, wire, limits = len(plan.frames), design.mold.wire_mm, plan.limits
+    bundles, wire, limits = len(plan.frames), plan.design.mold.wire_mm, plan.limits
     if not bundles or wire <= 0.0:
         return []
     deep = plan.base - limits.wall_mm - _EDGE_MM
@@ -206,25 +202,31 @@ def _as_many(
     return found
 
 
-def _base(design: Design, plan: MoldPlan, box: Box | None) -> _Base:
-    web = plan.limits.wall_mm
+def _base(plan: MoldPlan) -> _Base:
+    from scipy.ndimage import label
+
+    web, box = plan.limits.wall_mm, core_below(plan)
     x, z = np.meshgrid(
         np.linspace(-plan.half_width, plan.half_width, _GRID),
         np.linspace(-plan.half_depth, plan.half_depth, _GRID),
         indexing="ij",
     )
     places = np.column_stack([x.ravel(), z.ravel()])
-    room = _inside(design, plan, places)
-    if box is not None and box[0][1] == 0.0:
-        away = np.abs(places) - box[1][[0, 2]]
-        outside = np.linalg.norm(np.maximum(away, 0.0), axis=1) + np.minimum(away.max(axis=1), 0.0)
-        room = np.minimum(room, outside)
-    from scipy.ndimage import label
-
+    room = _inside(plan, places)
+    if box is not None:
+        room = np.minimum(room, _outside(places, box[1][[0, 2]]))
     region = label(room.reshape(x.shape) > 0.0)[0].ravel().astype(np.int64)
     edge = (np.array([plan.mount_x, plan.mount_z]) - np.abs(places)).min(axis=1)  # of the plate
     room = np.minimum(room - _EDGE_MM, edge - web - SPARE_MM)
     return _Base(places, room, region, web, _from_plates(plan, places))
+
+
+def _outside(places: Array, halves: Array) -> Array:
+    """Distance (n,) of places (n, 2) from a rectangle about the middle; negative within it."""
+    away = np.abs(places) - halves
+    return np.asarray(
+        np.linalg.norm(np.maximum(away, 0.0), axis=1) + np.minimum(away.max(axis=1), 0.0)
+    )
 
 
 def _from_plates(plan: MoldPlan, places: Array) -> Array:
@@ -236,9 +238,7 @@ def _from_plates(plan: MoldPlan, places: Array) -> Array:
         middle, halves = np.array([frame.place, frame.middle]), np.array([half, 0.5 * frame.span])
         if frame.along == "z":
             middle, halves = middle[::-1], halves[::-1]
-        away = np.abs(places - middle) - halves
-        apart = np.linalg.norm(np.maximum(away, 0.0), axis=1) + np.minimum(away.max(axis=1), 0.0)
-        found = np.minimum(found, apart)
+        found = np.minimum(found, _outside(places - middle, halves))
     return found
 
 
@@ -250,15 +250,21 @@ def _gate(base: _Base, holes: list[BaseHole], diameter: float, least: float) -> 
         return None
     good = np.flatnonzero(size >= max(low, _NEARLY * size.max()) - 1e-9)
     vent = next(((hole.x, hole.z) for hole in holes if hole.kind == "vent"), (0.0, 0.0))
-    best = good[int(np.argmax(np.round(np.linalg.norm(base.places[good] - vent, axis=1), 6)))]
+    away = np.linalg.norm(base.places[good] - vent, axis=1)
+    return _best(base, "gate", good, away, size)
+
+
+def _best(base: _Base, kind: HoleKind, good: IntArray, score: Array, size: Array) -> BaseHole:
+    """The hole at the best of ``good`` places by their ``score``; size: (n,), of every place."""
+    best = good[int(np.argmax(np.round(score, 6)))]
     wide = float(np.floor(1000.0 * (size[best] + _ROUNDING_MM)) / 1000.0)
-    x, z = (float(value) for value in base.places[best])
-    return BaseHole("gate", x, z, wide, UNDERCUT * wide)
+    x, z = base.places[best].tolist()
+    return BaseHole(kind, x, z, wide, UNDERCUT * wide)
 
 
-def _inside(design: Design, plan: MoldPlan, places: Array) -> Array:
+def _inside(plan: MoldPlan, places: Array) -> Array:
     """Distance (n,) by which places of y = 0 lie inside the finger's base; negative outside."""
-    body = design.body
+    body = plan.design.body
     if body.kind.turned:
         return np.asarray(plan.half_width - np.hypot(*places.T))
     half = np.array([plan.half_width, plan.half_depth])
@@ -289,7 +295,7 @@ def _vents(base: _Base, diameter: float, least: float, corners: int) -> list[Bas
             fits &= (base.region == number) if number else (base.places * way > 0.0).all(axis=1)
             if fits.any():
                 best = np.flatnonzero(fits)[np.argmax(base.places[fits] @ way)]
-                x, z = (float(value) for value in base.places[best])
+                x, z = base.places[best].tolist()
                 found.append(BaseHole("vent", x, z, size, size))
                 break
     return found
@@ -309,15 +315,12 @@ def _largest(
         score = np.min([np.linalg.norm(base.places[good] - at, axis=1) for at in others], axis=0)
     else:
         score = -np.linalg.norm(base.places[good], axis=1)
-    best = good[int(np.argmax(np.round(score, 6)))]
-    x, z = (float(value) for value in base.places[best])
-    wide = float(np.floor(1000.0 * (size[best] + _ROUNDING_MM)) / 1000.0)
-    return BaseHole(kind, x, z, wide, UNDERCUT * wide)
+    return _best(base, kind, good, score, size)
 
 
 def _screws(box: Box | None) -> list[BaseHole]:
     """One or two holes for screws into a core that rests on the base."""
-    if box is None or box[0][1] != 0.0:
+    if box is None:
         return []
     wide, deep = float(box[1][0]), float(box[1][2])
     for hole, pilot in _SCREWS:

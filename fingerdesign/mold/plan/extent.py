@@ -214,21 +214,19 @@ def _corner(faces: tuple[CadFace, ...], half_width: float, half_depth: float, ri
         far = np.where(outside, np.abs(shares), np.inf).min()
         return most * min(1.0, float(far) - 1.0 / _PLACES)
 
-    grid = np.zeros((1, _HEIGHTS, len(shares), 3))
-    grid[..., 1] = heights[:, None]
-    grid[..., 0] = half_width * shares
-    wide = reach(grid, half_width)
-    grid = np.zeros((3, _HEIGHTS, len(shares), 3))
-    grid[..., 0] = _SHARE * wide * np.array([-1.0, 0.0, 1.0])[:, None, None]
-    grid[..., 1] = heights[:, None]
-    grid[..., 2] = half_depth * shares
-    return _WITHIN * reach(grid, half_depth)
+    def grid(x: Array, z: Array) -> Array:
+        """Places (..., heights, shares, 3) of one of x and z at every height and share."""
+        return np.stack(np.broadcast_arrays(x, heights[:, None], z), axis=-1)
+
+    wide = reach(grid(half_width * shares, np.zeros(1))[None], half_width)
+    lines = _SHARE * wide * np.array([-1.0, 0.0, 1.0])[:, None, None]
+    return _WITHIN * reach(grid(lines, half_depth * shares), half_depth)
 
 
-def seam_height(body: Body, plan: MoldPlan, x: float, z: float) -> float:
+def seam_height(plan: MoldPlan, x: float, z: float) -> float:
     """Height of the walls' top at (x, z) next to the finger, in mold space, mm."""
     if not plan.continued:
         return plan.rim
     half = np.array([plan.half_width, plan.half_depth])
     place = np.clip([x, z], -half, half) / plan.scale * (1.0 - 1e-9)
-    return plan.scale * float(surface_height(body, *place))
+    return plan.scale * float(surface_height(plan.design.body, *place))

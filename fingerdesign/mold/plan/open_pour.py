@@ -9,15 +9,13 @@ larger than the finger's base: its mount; mm.
 
 from dataclasses import replace
 
-from fingerdesign.design.body import Body
-from fingerdesign.design.schema import Design
 from fingerdesign.mold.plan.base import open_holes_of
 from fingerdesign.mold.plan.fasteners.columns import (
-    AUTO_BOLTS,
     CORNERS,
     ENDS,
     FLANKS,
     Columns,
+    bolt_sizes,
     columns_of,
     z_bolt_height,
 )
@@ -48,34 +46,33 @@ def open_plan(fixture: Fixture, outline: MoldPlan) -> MoldPlan | Refusal | str:
 
     Else what of the finger needs a closed one, in words; or the refusal of what was given.
     """
-    design = fixture.design
-    why = _needs_walls(design, outline)
+    why = _needs_walls(outline)
     if why:
         return why
     plan = replace(outline, sides=tuple(_framed(s, outline) for s in outline.sides), pour="open")
-    columns = _columns(design, plan)
+    columns = _columns(plan)
     if columns is None:
         return f"its walls, {plan.rim:.3g} mm high, hold no bolt along z"
     why = _too_small(plan, columns)
     if why:
         return why
-    given, limits = design.mold.wall_mm, plan.limits
+    given, limits = plan.design.mold.wall_mm, plan.limits
     if given is not None and given < columns.wall_z - 1e-9:
         numbers = {"limits": limits, "least": columns.wall_z}
         return Refusal("thin_frames", "mold.wall_mm", given, numbers)
-    wall_z = _wall(design, columns.wall_z, max(side.sheet for side in plan.sides))
-    plan = with_mount(design.body, replace(plan, wall_x=columns.wall_x, wall_z=wall_z))
-    plan = _with_lugs(_fastened(design.body, plan, columns))
+    wall_z = _wall(given, columns.wall_z, max(side.sheet for side in plan.sides))
+    plan = with_mount(replace(plan, wall_x=columns.wall_x, wall_z=wall_z))
+    plan = _with_lugs(_fastened(plan, columns))
     plan = with_outer_combs(fixture, plan, columns.x1 + 0.5 * columns.hole)
     proud = max((side.sheet for side in plan.sides if side.outer), default=0.0)
     bolts = tuple(replace(b, low=b.low - proud, high=b.high + proud) for b in plan.bolts)
-    holes = open_holes_of(design, plan)
+    holes = open_holes_of(plan)
     return holes if isinstance(holes, Refusal) else replace(plan, bolts=bolts, base_holes=holes)
 
 
-def _needs_walls(design: Design, plan: MoldPlan) -> str:
+def _needs_walls(plan: MoldPlan) -> str:
     """Name what of a finger cannot be cast between two half frames; "": nothing."""
-    body = design.body
+    body = plan.design.body
     if body.core is not None:
         return "a core keeps air below it and is held by pins or screws"
     if body.step is not None and not plan.continued:
@@ -97,32 +94,30 @@ def _framed(planned: SidePlan, plan: MoldPlan) -> SidePlan:
     return replace(planned, window=window, framed=True)
 
 
-def _wall(design: Design, least: float, sheets: float) -> float:
+def _wall(given: float | None, least: float, sheets: float) -> float:
     """Thickness of the frames' ends: given, else what they and the distance of the combs need."""
-    if design.mold.wall_mm is not None:
-        return max(design.mold.wall_mm, least)
+    if given is not None:
+        return max(given, least)
     return max(least, _COMBS_APART_MM) if sheets else least
 
 
-def _columns(design: Design, plan: MoldPlan) -> Columns | None:
+def _columns(plan: MoldPlan) -> Columns | None:
     """Place the columns of an open mold: bolts nearest to the finger, then pins; None where no bolt
     fits. Bolts that leave room for a seam go before larger ones that do not."""
-    mold = design.mold
-    sizes = AUTO_BOLTS if mold.bolt == "auto" else (mold.bolt,)
-    tried = [_widened(design, plan, columns_of(plan, mold, size, True)) for size in sizes]
+    tried = [_widened(plan, columns_of(plan, size, True)) for size in bolt_sizes(plan)]
     floors = (plan.limits.seam_mm, 0.0) if plan.legs else (0.0,)
     fits = (c for floor in floors for c in tried if z_bolt_height(plan, c, floor) is not None)
     return next(fits, None)
 
 
-def _widened(design: Design, plan: MoldPlan, columns: Columns) -> Columns:
+def _widened(plan: MoldPlan, columns: Columns) -> Columns:
     limits, gap = columns.limits, columns.gap
     sheets = max(side.sheet for side in plan.sides)
     x3 = columns.x2
     reach_x = x3 + max(columns.radius, columns.socket) + gap
     least = 2.0 * (columns.socket + gap)  # the insert's pins, in each frame
     wall_z = max(sheets + _END_WALLS * limits.wall_mm, least - plan.half_depth)
-    reach_z = plan.half_depth + _wall(design, wall_z, sheets)
+    reach_z = plan.half_depth + _wall(plan.design.mold.wall_mm, wall_z, sheets)
     return replace(
         columns,
         reach=SLENDER * columns.small,
@@ -146,7 +141,7 @@ def _too_small(plan: MoldPlan, columns: Columns) -> str:
     return ""
 
 
-def _fastened(body: Body, plan: MoldPlan, columns: Columns) -> MoldPlan:
+def _fastened(plan: MoldPlan, columns: Columns) -> MoldPlan:
     """Add two bolts and four pins, of which one is small."""
     height = z_bolt_height(plan, columns, columns.limits.seam_mm)
     height = z_bolt_height(plan, columns) if height is None else height
@@ -157,7 +152,7 @@ def _fastened(body: Body, plan: MoldPlan, columns: Columns) -> MoldPlan:
     for (side, way), (_, sign) in CORNERS:
         small = way > 0.0 and sign > 0.0
         x, z = sign * columns.x3, way * columns.deep
-        pins.append(insert_pin(body, plan, columns, (x, z), small, frame_name(side)))
+        pins.append(insert_pin(plan, columns, (x, z), small, frame_name(side)))
     return replace(plan, bolts=tuple(bolts), pins=tuple(pins))
 
 

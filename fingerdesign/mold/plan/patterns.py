@@ -12,7 +12,6 @@ from typing import Literal
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.plan.plan import Leg, MoldPlan
 from fingerdesign.mold.plan.slots import end_of
@@ -53,9 +52,9 @@ class FlatPattern:
         return len(self.plates)
 
 
-def flat_patterns(design: Design, plan: MoldPlan) -> tuple[FlatPattern, ...]:
+def flat_patterns(plan: MoldPlan) -> tuple[FlatPattern, ...]:
     """One pattern for each different plate of a mold, in the order of their first plates."""
-    gages = design.gages
+    gages = plan.design.gages
     faces: tuple[Face, ...] = ("upper", "lower") if gages.face == "both" else (gages.face,)
     s, w = 0.5 * gages.length_mm, 0.5 * gages.width_mm
     low, high = gages.z_mm - w, gages.z_mm + w
@@ -77,7 +76,7 @@ def flat_patterns(design: Design, plan: MoldPlan) -> tuple[FlatPattern, ...]:
                 gage,
                 first.bend_radius,
                 first.thickness,
-                design.plates.material,
+                plan.design.plates.material,
                 # Seen from above, s and w turn anticlockwise for plates along z only.
                 "lower" if first.along == "x" else "upper",
             )

@@ -21,11 +21,14 @@ from typing import Literal
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.design.body import Core
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.gaps import flat_corners
 from fingerdesign.mold.part import OUTER
-from fingerdesign.mold.plan.limits import Limits
+from fingerdesign.mold.plan.limits import Limits, limits_of
 
+Box = tuple[Array, Array]  # low and high corners (3,)
 Side = Literal["+z", "-z", "+x", "-x"]
 ENDS: tuple[Side, Side] = ("+z", "-z")
 FLANKS: tuple[Side, Side] = ("+x", "-x")
@@ -33,6 +36,7 @@ SIDES: tuple[Side, ...] = (*ENDS, *FLANKS)
 WORDS: Mapping[Side, str] = {"+z": "front", "-z": "back", "+x": "right", "-x": "left"}
 Holding = Literal["wall", "comb", "slots"]
 Pour = Literal["open", "closed"]
+HoleKind = Literal["gate", "riser", "vent", "lock", "screw", "wires"]
 
 
 def wall_name(side: Side) -> str:
@@ -67,6 +71,14 @@ def in_space(side: Side, place: float, y: float, out: float = 0.0) -> Array:
     """The point (3,) at a place along a side and a height, ``out`` from the mid-plane."""
     out = out if side[0] == "+" else -out
     return np.array([place, y, out] if side.endswith("z") else [out, y, place])
+
+
+def core_in_mold(core: Core, scale: float) -> Core:
+    """The core in mold space: its middle moves with the rubber, one on the base stays there."""
+    if core.bottom_mm == 0.0:
+        return core
+    middle = scale * (core.bottom_mm + 0.5 * core.height_mm)
+    return core.model_copy(update={"bottom_mm": middle - 0.5 * core.height_mm})
 
 
 @dataclass(frozen=True)
@@ -253,9 +265,6 @@ class Lug:
     on: str
 
 
-HoleKind = Literal["gate", "riser", "vent", "lock", "screw", "wires"]
-
-
 @dataclass(frozen=True)
 class BaseHole:
     """A hole through the base plate at (x, z). kind: "gate" (silicone is poured in), "riser",
@@ -311,7 +320,7 @@ class Extent:
 class MoldPlan(Extent):
     """All of a mold.
 
-    limits        what the process can make
+    design        the finger that is cast
     scale         the outline's enlargement, 1 / (1 - shrinkage)
     frames        the plates in mold space: middles moved with the rubber, metal not enlarged
     top, base     height of the insert's far face; thickness of the base plate
@@ -324,7 +333,7 @@ class MoldPlan(Extent):
     lip           thickness of a closed mold's base frame below that plate
     """
 
-    limits: Limits
+    design: Design
     scale: float
     frames: tuple[PlateFrame, ...]
     legs: tuple[Leg, ...]
@@ -346,6 +355,21 @@ class MoldPlan(Extent):
     pour: Pour = "closed"
     closed_for: str = ""
     seam: float = 0.0
+
+    @cached_property
+    def limits(self) -> Limits:
+        """Sizes that the process can make."""
+        return limits_of(self.design.mold)
+
+    @property
+    def core(self) -> Box | None:
+        """Corners (3,) of the core, mm; None without one."""
+        body = self.design.body
+        if body.core is None:
+            return None
+        core = core_in_mold(body.core, self.scale)
+        low = np.array([-0.5 * core.width_mm, core.bottom_mm, -0.5 * body.core_depth_mm])
+        return low, np.array([-low[0], core.bottom_mm + core.height_mm, -low[2]])
 
     @property
     def walls(self) -> tuple[str, ...]:

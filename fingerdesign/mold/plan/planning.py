@@ -14,7 +14,6 @@ from fingerdesign.mold.plan.open_pour import open_plan
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.refusals import MoldRefused, Refusal
 from fingerdesign.mold.plan.sides import sides_of
-from fingerdesign.mold.plan.slots import core_box
 
 # Thinner legs may mend refusals of these keys alone.
 _ROOM = {"mold.bolt", "mold.limits.pin_mm", "mold.limits.wall_mm"}
@@ -33,7 +32,7 @@ def plan_mold(design: Design) -> MoldPlan:
     refused = set() if isinstance(found, MoldPlan) else {refusal.key for refusal in found}
     if refused and refused <= _ROOM and design.mold.leg_mm is None:
         thin = _try(with_mold(design, leg_mm=LEAST_WIDTH_MM))
-        found = thin if isinstance(thin, MoldPlan) else found
+        found = replace(thin, design=design) if isinstance(thin, MoldPlan) else found
     if isinstance(found, MoldPlan):
         return found
     raise MoldRefused(found, design.design.name)
@@ -55,30 +54,29 @@ def _try(design: Design) -> MoldPlan | list[Refusal]:
         closed_for = opened if isinstance(opened, str) else ""
         if mold.pour == "open" and not wrong:
             return [Refusal("not_open", "mold.pour", mold.pour, {"why": closed_for})]
-    plan, more = _closed_plan(design, replace(outline, closed_for=closed_for))
+    plan, more = _closed_plan(replace(outline, closed_for=closed_for))
     return list({(r.key, r.kind): r for r in (*refusals, *more)}.values()) or plan
 
 
-def _closed_plan(design: Design, outline: MoldPlan) -> tuple[MoldPlan, list[Refusal]]:
+def _closed_plan(outline: MoldPlan) -> tuple[MoldPlan, list[Refusal]]:
     """Plan a finger's closed mold from its ``outline`` (legs, sides, plugs): core pins, fasteners,
     base; or refuse what has no room. Fasteners are added where nothing is refused."""
-    mold, box = design.mold, core_box(design, outline.scale)
-    plan = with_mount(design.body, outline)
-    pins, refused_pins = core_pins_of(design, plan, box)
+    mold, plan = outline.design.mold, with_mount(outline)
+    pins, refused_pins = core_pins_of(plan)
     plan = replace(plan, core_pins=pins)
-    fit = fit_of(plan, mold)
-    holes, refused_holes = base_holes_of(design, plan, box)
+    fit = fit_of(plan)
+    holes, refused_holes = base_holes_of(plan)
     refusals = [
         *limit_refusals(mold, plan.limits, fit.columns.reach, "closed"),
         *refused_pins,
         *refused_holes,
-        *fastener_refusals(mold, plan, fit),
+        *fastener_refusals(plan, fit),
     ]
     if refusals:
         return plan, refusals
     if mold.wall_mm is not None:
         fit = replace(fit, columns=replace(fit.columns, wall_z=mold.wall_mm))
-    return fastened(design.body, replace(plan, base_holes=holes), fit), []
+    return fastened(replace(plan, base_holes=holes), fit), []
 
 
 def with_mold(design: Design, **values: object) -> Design:

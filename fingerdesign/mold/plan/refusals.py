@@ -117,10 +117,7 @@ SENTENCES: Mapping[str, tuple[str, str]] = {
         "at most {most:most}, such that plate {plate}'s slot stays below the contact surface",
         "lower it, or space the plates out by plates.pitch_mm and plates.cover_mm",
     ),
-    "wide_legs": (
-        "at most plates.length_mm = {least:g}",
-        "narrow the legs, or remove it",
-    ),
+    "wide_legs": ("at most plates.length_mm = {least:g}", "narrow the legs, or remove it"),
     "crossing_legs": (
         "such that legs stay {least:g} mm from {what} (those of plate {plate} come within "
         "{distance:.3g})",

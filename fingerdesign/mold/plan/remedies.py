@@ -47,6 +47,7 @@ _DEMANDS = (
     *(("limits", name) for name in ("slot_mm", "feature_mm", "clearance_mm")),
 )
 Values = Mapping[str, float | str]
+Refuse = Callable[[Fixture], list[Refusal]]
 
 
 def remedied(design: Design, refused: MoldRefused) -> MoldRefused:
@@ -144,51 +145,41 @@ def _larger(body: Body, key: str) -> list[Values]:
 
 def _placed(design: Design, refusal: Refusal) -> Refusal:
     """Add the remedy of plates too close or too high: a pitch, a cover, another fixture."""
-    if refusal.kind not in ("no_web", "high_legs"):
+    finders = {"high_legs": ("plate", _higher), "no_web": ("two", _apart)}
+    if refusal.kind not in finders:
         return refusal
-    plate = refusal.numbers["two" if refusal.kind == "no_web" else "plate"]
+    name, find = finders[refusal.kind]
+    plate = refusal.numbers[name]
     row = next(r for r in plate_rows(design) if plate in (f.index for f in r.frames))
-    texts = _higher(design, row, refusal) if refusal.kind == "high_legs" else []
-    texts += _apart(design, row, refusal) if refusal.kind == "no_web" else []
-    return replace(refusal, remedy=" or ".join(texts))
+    return replace(refusal, remedy=" or ".join(find(design, row, refusal)))
 
 
 def _higher(design: Design, row: PlateRow, refusal: Refusal) -> list[str]:
-    if row.placed:
-        return []
     cover = row.table.cover_mm
-    deeper = least_value(
-        design, refusal.key, cover, cover + row.frames[0].y, lambda d: not high_legs(_quick(d))
-    )
-    return [] if deeper is None else [f"raise {refusal.key} to at least {deeper:g}"]
+    return [] if row.placed else _raised(design, refusal, cover, cover + row.frames[0].y, high_legs)
+
+
+def _raised(design: Design, refusal: Refusal, low: float, high: float, refuse: Refuse) -> list[str]:
+    """The value to which the key at fault must be raised, such that the likeliest legs are not
+    refused, in words."""
+    least = least_value(design, refusal.key, low, high, lambda d: not refuse(_quick(d)))
+    return [] if least is None else [f"raise {refusal.key} to at least {least:g}"]
 
 
 def _apart(design: Design, row: PlateRow, refusal: Refusal) -> list[str]:
     mold, key, one = design.mold, refusal.key, refusal.numbers["one"]
-    found = []
+    found = [f"move the rows apart by {key}"]
     if row.placed:
-        found.append(f"move it away from plate {one}")
+        found = [f"move it away from plate {one}"]
     elif any(frame.index == one for frame in row.frames):
         pitch = row.table.pitch_mm
-        wider = least_value(
-            design, key, pitch, 3.0 * pitch + 1.0, lambda d: not narrow_webs(_quick(d))
-        )
-        found += [] if wider is None else [f"raise {key} to at least {wider:g}"]
-    else:
-        found.append(f"move the rows apart by {key}")
+        found = _raised(design, refusal, pitch, 3.0 * pitch + 1.0, narrow_webs)
     combless = mold.plate_fixture != "comb" and refusal.numbers["name"] != "mold.comb.web_mm"
-    changes: tuple[tuple[bool, Design, str], ...] = (
-        (
-            combless,
-            with_mold(design, plate_fixture="comb"),
-            "set mold.plate_fixture = 'comb', whose slots are cut finer",
-        ),
-        (mold.leg_mm is not None, with_mold(design, leg_mm=None), "remove mold.leg_mm"),
-    )
-    for possible, changed, text in changes:
-        if possible and not narrow_webs(fixture_of(changed)):
-            found.append(text)
-    return found
+    text = "set mold.plate_fixture = 'comb', whose slots are cut finer"
+    changes = [(text, with_mold(design, plate_fixture="comb"))] if combless else []
+    if mold.leg_mm is not None:
+        changes.append(("remove mold.leg_mm", with_mold(design, leg_mm=None)))
+    return found + [text for text, changed in changes if not narrow_webs(fixture_of(changed))]
 
 
 def _quick(design: Design) -> Fixture:

@@ -14,6 +14,7 @@ from fingerdesign.layout.bodies import surface_height
 from fingerdesign.mold.part import EDGE_DEG
 from fingerdesign.mold.plan.extent import half_extent
 from fingerdesign.mold.plan.fixture.fixture import Fixture
+from fingerdesign.mold.plan.fixture.refusals import CLOSE_MM
 from fingerdesign.mold.plan.plan import (
     SIDES,
     Extent,
@@ -29,7 +30,6 @@ from fingerdesign.mold.plan.refusals import Refusal
 from fingerdesign.mold.plan.slots import sheet_thickness
 
 CORNERS = (1.0, 0.85, 0.7, 0.5)  # fractions of the outermost |z| at which walls may part
-_CLOSE_MM = 2e-6  # rounding
 _FEATHERLESS = 0.8  # cosine of 37 degrees, at which an insert's edge is not yet a feather edge
 _SAMPLES = 2001  # places along a side at which a wall's edge is looked for
 _WINDOW_MM = 0.5  # around slots: room for leads, and to see the plates
@@ -53,7 +53,7 @@ def sides_of(fixture: Fixture, wrong: Sequence[Refusal]) -> tuple[MoldPlan, list
     extent, refusals = min(found, key=lambda each: len(each[1]))
     plan = MoldPlan(
         **vars(extent),
-        limits=fixture.limits,
+        design=fixture.design,
         scale=fixture.scale,
         frames=fixture.frames,
         legs=fixture.legs,
@@ -72,14 +72,14 @@ def blocked(fixture: Fixture, extent: Extent) -> list[Refusal]:
         return []
     found, sunk = [], room.sunk(openings)
     worst = int(np.argmax(sunk))
-    if sunk[worst] > _CLOSE_MM:
+    if sunk[worst] > CLOSE_MM:
         plate = loose[worst].plate
         key, value = fixture.row(plate).blame(plate, "cover_mm")
         numbers = {"web": room.web, "plate": plate, "bottom": float(openings.bottom[worst])}
         found.append(Refusal("low_slots", key, value, numbers))
     into = room.blocked([leg.side for leg in loose], openings, fixture.exits)
     worst = int(np.argmax(into))
-    if into[worst] > _CLOSE_MM:
+    if into[worst] > CLOSE_MM:
         leg, row = loose[worst], fixture.row(loose[worst].plate)
         key, value = row.blame(leg.plate, "pitch_mm" if len(row.frames) > 1 else "offset_mm")
         wall, other = ("end", "side") if leg.side.endswith("z") else ("side", "end")

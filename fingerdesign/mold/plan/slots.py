@@ -9,14 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.design.body import Core
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.plan.limits import Limits
 from fingerdesign.mold.plan.plan import ENDS, FLANKS, Holding, Leg, Side, Slot, slot_corners
 
-Box = tuple[Array, Array]  # low and high corners (3,)
 _LEAST_PLAY_MM = 0.005  # with less a plate cannot be pushed in
 
 
@@ -45,24 +43,6 @@ def frames_in_mold(design: Design, scale: float) -> tuple[PlateFrame, ...]:
             )
         )
     return tuple(found)
-
-
-def core_in_mold(core: Core, scale: float) -> Core:
-    """The core in mold space: its middle moves with the rubber, one on the base stays there."""
-    if core.bottom_mm == 0.0:
-        return core
-    middle = scale * (core.bottom_mm + 0.5 * core.height_mm)
-    return core.model_copy(update={"bottom_mm": middle - 0.5 * core.height_mm})
-
-
-def core_box(design: Design, scale: float) -> Box | None:
-    """Corners (3,) of the core in mold space, mm; None without one."""
-    if design.body.core is None:
-        return None
-    core = core_in_mold(design.body.core, scale)
-    depth = design.body.depth_mm if core.depth_mm is None else core.depth_mm
-    low = np.array([-0.5 * core.width_mm, core.bottom_mm, -0.5 * depth])
-    return low, np.array([-low[0], core.bottom_mm + core.height_mm, -low[2]])
 
 
 def sides_of_plate(frame: PlateFrame) -> tuple[Side, Side]:

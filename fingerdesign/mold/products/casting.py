@@ -91,7 +91,7 @@ class SiliconeData(TypedDict):
     sentence: str
 
 
-def silicone_of(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> SiliconeData:
+def silicone_of(plan: MoldPlan, meshes: MoldMeshes) -> SiliconeData:
     """Sum up what rubber, base holes and slots take; plates without rubber between leave no
     flash."""
     locks, openings = 0.0, 0.0
@@ -103,7 +103,7 @@ def silicone_of(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> SiliconeD
     volumes = 1e-3 * np.array([meshes.rubber.volume, locks, openings, _flash(plan)])
     finger, locks, openings, flash = volumes.tolist()
     where = "locks and flash" if plan.pour == "open" else "locks, gate, risers, vents and flash"
-    excess, density = design.mold.excess, density_of(design)
+    excess, density = plan.design.mold.excess, density_of(plan.design)
     mixed = sum(volumes.tolist()) * (1.0 + excess)
     return {
         "finger_cm3": finger,
@@ -172,7 +172,6 @@ class Casting:
     posed      parts, and pieces of the coupon, as they lie on the printer's bed
     """
 
-    design: Design
     plan: MoldPlan
     meshes: MoldMeshes
     fit: GageFit | None
@@ -183,20 +182,25 @@ class Casting:
     posed: tuple[Posed, ...]
     coupon: tuple[Posed, ...]
 
+    @property
+    def design(self) -> Design:
+        """The finger that is cast."""
+        return self.plan.design
 
-def casting_of(design: Design, plan: MoldPlan, meshes: MoldMeshes, fit: GageFit | None) -> Casting:
+
+def casting_of(plan: MoldPlan, meshes: MoldMeshes, fit: GageFit | None) -> Casting:
     """Find the facts of a built mold; ``fit``: of a gage type to its plates."""
     parts, coupon = (
         laid_out(tuple(part for part in some if part.made == "process"))
         for some in (meshes.parts, meshes.coupon)
     )
+    design = plan.design
     return Casting(
-        design,
         plan,
         meshes,
         fit,
-        flat_patterns(design, plan),
-        silicone_of(design, plan, meshes),
+        flat_patterns(plan),
+        silicone_of(plan, meshes),
         mixing_of(design.body.material, design.mold.cure),
         cell_plates(plan),
         parts,

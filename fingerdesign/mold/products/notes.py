@@ -108,20 +108,18 @@ def _sections(text: str) -> tuple[list[dict[str, Any]], list[View]]:
     return made, views
 
 
-def legs_share(design: Design, plan: MoldPlan) -> float:
+def legs_share(plan: MoldPlan) -> float:
     """The legs' volume over that of the finger's outline in mold space, 0 to 1."""
-    return plan.legs_volume / (plan.scale**3 * outline_volume(design.body))
+    return plan.legs_volume / (plan.scale**3 * outline_volume(plan.design.body))
 
 
-def warnings_of(
-    design: Design, plan: MoldPlan, fit: GageFit | None, placement: Mapping[str, Any]
-) -> list[str]:
+def warnings_of(plan: MoldPlan, fit: GageFit | None, placement: Mapping[str, Any]) -> list[str]:
     """Warnings to the caster, found from the design: a sentence each."""
-    share, worst = legs_share(design, plan), placement_worst(placement)
+    design, share, worst = plan.design, legs_share(plan), placement_worst(placement)
     stock = sheet_words(design)
     if fit is not None and fit.found is not None and fit.differs_from(design):
         stock.append(gage_words(design, fit) or "")
-    given = design, plan, share, worst, WORDS, bridged_gap(design, plan)
+    given = design, plan, share, worst, WORDS, bridged_gap(plan)
     own = _items(macros(TEMPLATES / "notes.j2").warnings(*given))
     return stock + cautions_of(design) + own
 
@@ -131,9 +129,7 @@ def cautions_of(design: Design) -> list[str]:
     return _items(macros(TEMPLATES / "notes.j2").cautions(design))
 
 
-def bridged_gap(
-    design: Design, plan: MoldPlan
-) -> tuple[PlateGap, float, float, float, float | None] | None:
+def bridged_gap(plan: MoldPlan) -> tuple[PlateGap, float, float, float, float | None] | None:
     """The closest two plates, where rubber that closes the gap between them keeps the air in it:
     with the pressures of wetting and of buoyancy, Pa, the gap that would let it go, mm, and a sound
     pitch that gives that gap (None where there is none, and of placed plates). None where buoyancy
@@ -142,7 +138,7 @@ def bridged_gap(
     Wetting holds a meniscus across a gap g by 2 gamma / g; a bubble as high as the plate lifts by
     rho g h.
     """
-    gap = least_gap(plan.frames)
+    design, gap = plan.design, least_gap(plan.frames)
     if gap is None:
         return None
     frame = next(frame for frame in plan.frames if frame.index == gap.first)

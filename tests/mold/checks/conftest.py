@@ -9,15 +9,13 @@ from manifold3d import Manifold, Mesh64
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.part import BASE, INSERT, RUBBER, MoldMeshes, PartMesh
-from fingerdesign.mold.plan.limits import limits_of
 from fingerdesign.mold.plan.plan import BaseHole, Leg, MoldPlan, Pin, SidePlan, Slot
 
 
 @dataclass(frozen=True)
 class Made:
-    """A design, its plan and its meshes."""
+    """A plan and its meshes."""
 
-    design: Design
     plan: MoldPlan
     meshes: MoldMeshes
 
@@ -96,7 +94,7 @@ def plan_of(design):
         for side in ("+z", "-z", "+x", "-x")
     )
     sizes = {"half_width": 10.0, "half_depth": 5.0, "corner": 5.0, "rim": 12.0, "crest": 12.0}
-    sizes |= {"continued": True, "limits": limits_of(design.mold)}
+    sizes |= {"continued": True, "design": design}
     sizes |= {"top": 18.0, "wall_x": 8.0, "wall_z": 8.0, "ear": 6.0, "base": 4.0, "scale": 1.0}
     held = {"frames": plate_frames(design), "legs": legs, "sides": sides, "plugs": ()}
     holes = {"bolts": (), "pins": (PIN,), "base_holes": HOLES, "core_pins": ()}
@@ -140,4 +138,4 @@ def made():
         (-18.0, 0.0, -13.0),
         (18.0, 18.0, 13.0),
     )
-    return Made(design, plan_of(design), meshes)
+    return Made(plan_of(design), meshes)

@@ -19,7 +19,7 @@ from tests.support.molds import BOX, CORNERS, meshed
 
 
 def run(made):
-    return run_checks(made.design, made.plan, made.meshes)
+    return run_checks(made.plan, made.meshes)
 
 
 def failed(made):
@@ -66,8 +66,8 @@ def test_a_cavity_of_another_finger_or_block(made):
     assert "cavity is the finger" in failed(
         made.with_part(replace(wall, blank_volume=wall.blank_volume + 0.5))
     )
-    body = made.design.body.model_copy(update={"width_mm": 20.1})
-    other = replace(made, design=made.design.model_copy(update={"body": body}))
+    body = made.plan.design.body.model_copy(update={"width_mm": 20.1})
+    other = made.planned(design=made.plan.design.model_copy(update={"body": body}))
     # The cavity for a shrinkage of 2 % is no cavity for none: its cube is 6 % off.
     for wrong in (other, made.planned(scale=1.0 / 0.98)):
         assert "cavity is the finger" in failed(wrong)
@@ -162,7 +162,7 @@ def test_without_vents_air_stays_at_the_base(made):
 
 
 def test_a_level_plate_lets_air_go_when_tilted(made):
-    assembly = assemble(made.design, made.plan, made.meshes)
+    assembly = assemble(made.plan, made.meshes)
     heights = [point.place[1] for point in high_points(assembly)]
     assert max(heights) == pytest.approx(0.0)  # all air is at the base, none under the plate
 
@@ -178,7 +178,7 @@ def test_limits_of_the_plan_and_its_slots(made):
 
 
 def test_silicone_to_mix(made):
-    found = silicone_of(made.design, made.plan, made.meshes)
+    found = silicone_of(made.plan, made.meshes)
     locks, openings = np.pi * 4 * (4 + 6 + 9) / 12, np.pi * 4 * (16 + 20 + 25) / 12 + np.pi * 4
     sizes = (2396.0, locks, openings, 2 * 8 * (3.2 * 0.4 - 3.0 * 0.1))
     names = ("finger_cm3", "locks_cm3", "gate_risers_vents_cm3", "flash_cm3")

@@ -26,7 +26,7 @@ TITLES = (
 
 
 def notes_of(design, plan, meshes):
-    sections, _ = casting_notes(casting_of(design, plan, meshes, gage_fit(design)))
+    sections, _ = casting_notes(casting_of(plan, meshes, gage_fit(design)))
     return {section["title"]: " ".join(section["steps"]) for section in sections}
 
 
@@ -36,7 +36,7 @@ def test_the_masses_weighed_are_what_is_mixed(hand_made):
     assert tuple(notes) == TITLES
     text = notes["Mix and pour"]
     a, b = map(float, re.search(r"Weigh ([\d.]+) g of A and ([\d.]+) g of B", text).groups())
-    silicone = silicone_of(design, plan, meshes)
+    silicone = silicone_of(plan, meshes)
     assert a + b == pytest.approx(silicone["mass_g"], abs=0.011)
     assert a == pytest.approx(b, abs=0.011)  # Dragon Skin: 1 : 1
     assert silicone["mixed_cm3"] > 1.15 * 2.4  # the block and its excess
@@ -69,32 +69,33 @@ def test_large_effects_and_another_fixture_are_warned_of(hand_made):
     design, plan, _ = hand_made()
     effect = {"reason": None, "together": {"worst": 0.31}}
     longer = replace(plan, legs=tuple(replace(leg, exit=12.0) for leg in plan.legs))
-    reported = " ".join(warnings_of(design, longer, gage_fit(design), effect))
+    reported = " ".join(warnings_of(longer, gage_fit(design), effect))
     assert "31 %" in reported
-    assert f"{100 * legs_share(design, longer):.2f} %" in reported
-    silent = " ".join(warnings_of(design, plan, gage_fit(design), {**effect, **SILENT}))
+    assert f"{100 * legs_share(longer):.2f} %" in reported
+    silent = " ".join(warnings_of(plan, gage_fit(design), {**effect, **SILENT}))
     assert "31" not in silent
     assert "Legs of the plates" not in silent
-    other = " ".join(warnings_of(design, hand_made("slots")[1], gage_fit(design), SILENT))
+    slotted = replace(hand_made("slots")[1], design=design)
+    other = " ".join(warnings_of(slotted, gage_fit(design), SILENT))
     assert "mold.plate_fixture = 'comb'" in other
 
 
 def test_a_gap_that_rubber_bridges_asks_for_a_vacuum(hand_made):
     design = shipped("maeno2000")
     plan = plan_mold(design)
-    gap, wetting, buoyancy, apart, pitch = bridged_gap(design, plan)
+    gap, wetting, buoyancy, apart, pitch = bridged_gap(plan)
     assert gap.distance < apart == pytest.approx(0.1 * np.sqrt(0.5) + 0.9 * np.sqrt(0.5))
     wider = with_values(design, {"plates.pitch_mm": pitch})
-    assert bridged_gap(wider, plan_mold(wider)) is None
+    assert bridged_gap(plan_mold(wider)) is None
     narrow = with_values(design, {"body.width_mm": 18.0})  # a gap for which no pitch fits
     assert gap.distance == pytest.approx(0.378, abs=1e-3)
     assert wetting == pytest.approx(0.042 / (1e-3 * gap.distance))
     assert buoyancy == pytest.approx(1.1 * 9.80665 * (0.9 + 0.1) * np.sqrt(0.5))
-    warned = warnings_of(narrow, plan_mold(narrow), gage_fit(narrow), SILENT)
+    warned = warnings_of(plan_mold(narrow), gage_fit(narrow), SILENT)
     assert "no pitch fits 15" in " ".join(warned)
-    assert "under vacuum" in " ".join(warnings_of(design, plan, gage_fit(design), SILENT))
-    level, apart, _ = hand_made()  # level plates next to each other are no channel
-    assert bridged_gap(level, apart) is None
+    assert "under vacuum" in " ".join(warnings_of(plan, gage_fit(design), SILENT))
+    _, apart, _ = hand_made()  # level plates next to each other are no channel
+    assert bridged_gap(apart) is None
 
 
 def test_bolts_reach_through_washers_and_nut_or_are_rods(hand_made):
@@ -108,7 +109,7 @@ def test_bolts_reach_through_washers_and_nut_or_are_rods(hand_made):
 @pytest.mark.parametrize("holding", ["comb", "slots"])
 def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
     design, plan, meshes = hand_made(holding, process="machined" if holding == "slots" else "sla")
-    casting = casting_of(design, plan, meshes, gage_fit(design))
+    casting = casting_of(plan, meshes, gage_fit(design))
     items = bill_of_materials(casting)
     write_bill(items, tmp_path / "bill.csv")
     with (tmp_path / "bill.csv").open(newline="") as stream:
@@ -130,6 +131,6 @@ def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
     assert "none that is sold" in by_item["strain gage"]["size"]  # on plates of 2 mm
     assert by_item["gage wire"]["size"].startswith("3 m, ")  # four leads of 200 mm a plate
     tees = with_values(design, {"gages.grid": "tee", "mold.wire_mm": 0.3})
-    found = bill_of_materials(casting_of(tees, plan, meshes, gage_fit(tees)))
+    found = bill_of_materials(casting_of(replace(plan, design=tees), meshes, gage_fit(tees)))
     wire = next(item for item in found if item["item"] == "gage wire")
     assert wire["size"].startswith("4 m, 0.1 mm")  # six, three across the bundle

@@ -79,7 +79,7 @@ def test_a_picture_is_turned_until_its_axis_is_up(up):
 @pytest.mark.parametrize("fixture", ["comb", "slots"])
 def test_every_part_is_put_once_and_what_is_drawn_is_taken(hand_made, fixture):
     design, plan, made = hand_made(fixture)
-    _, views = casting_notes(casting_of(design, plan, made, gage_fit(design)))
+    _, views = casting_notes(casting_of(plan, made, gage_fit(design)))
     put = [name for view in views if not view.taken for name in view.names]
     taken = [name for view in views if view.taken for name in view.names]
     assert sorted(put) == sorted([*(part.name for part in made.parts), "plates", "rubber"])

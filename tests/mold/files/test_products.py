@@ -32,7 +32,7 @@ SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 def patterns_of(design):
     plan = plan_mold(design)
-    return plan, flat_patterns(design, plan)
+    return plan, flat_patterns(plan)
 
 
 def test_like_plates_are_cut_alike_with_their_gages():
@@ -70,7 +70,7 @@ def test_plates_along_z_are_another_kind_and_legs_displace_little_rubber():
     design = shipped("domed")
     plan = plan_mold(design)
     assert plan.legs_volume == pytest.approx(26 * 1.0 * 0.1 * 3.0)
-    assert 1e-4 < legs_share(design, plan) < 1e-2
+    assert 1e-4 < legs_share(plan) < 1e-2
 
 
 def comb(axis="z", exact=72.0 * 0.3, hole=None):
@@ -201,7 +201,7 @@ def test_a_nested_drawing_has_each_plate_as_often_as_it_is_cut_and_none_on_anoth
     hand_made, tmp_path
 ):
     design, plan, meshes = hand_made()
-    write_drawings(casting_of(design, plan, meshes, gage_fit(design)), tmp_path)
+    write_drawings(casting_of(plan, meshes, gage_fit(design)), tmp_path)
     drawn = ezdxf.filemanagement.readfile(tmp_path / "nested_phosphor_bronze_0.1mm.dxf")
     outlines = drawn.modelspace().query('LWPOLYLINE[layer=="CUT"]')
     boxes = [np.array(each.get_points("xy")) for each in outlines]

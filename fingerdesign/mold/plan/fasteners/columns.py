@@ -10,7 +10,6 @@ from itertools import product
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray
-from fingerdesign.design.mold import Mold
 from fingerdesign.mold.plan.limits import SLENDER, SPARE_MM, Limits
 from fingerdesign.mold.plan.plan import MoldPlan, Side
 
@@ -80,7 +79,13 @@ class Columns:
         return self.hole + 2.0 * self.gap
 
 
-def columns_of(plan: MoldPlan, mold: Mold, size: str, wide: bool) -> Columns:
+def bolt_sizes(plan: MoldPlan) -> tuple[str, ...]:
+    """Sizes of bolts that may be taken, the preferred first."""
+    bolt = plan.design.mold.bolt
+    return AUTO_BOLTS if bolt == "auto" else (bolt,)
+
+
+def columns_of(plan: MoldPlan, size: str, wide: bool) -> Columns:
     """Place the columns for bolts of a size; ``wide``: the insert has pins in the side walls, which
     reach as far as the end walls."""
     bar, limits = plan.plug_widths.get("x") is not None, plan.limits
@@ -108,7 +113,7 @@ def columns_of(plan: MoldPlan, mold: Mold, size: str, wide: bool) -> Columns:
     reach_z = max(reach_z, plan.half_depth + sheets + gap)  # round bodies are parted within
     side_x = reach_x if wide else side_x
     return Columns(
-        *(limits, mold.draft_deg, size, gap, hole, small, big, reach),
+        *(limits, plan.design.mold.draft_deg, size, gap, hole, small, big, reach),
         *(x1, x2, x3, deep, bar_bolt, bar_pin),
         *(side_x - plan.half_width, reach_x - side_x, reach_z - plan.half_depth),
     )
@@ -247,15 +252,14 @@ def _small_or_big(plan: MoldPlan, columns: Columns, side: Side, small: bool) -> 
     return _pin_place(plan, columns, side, small), small
 
 
-def _closed_columns(plan: MoldPlan, mold: Mold) -> Columns:
+def _closed_columns(plan: MoldPlan) -> Columns:
     """Place the columns of a closed mold, for the given bolts or for the largest of AUTO_BOLTS that
     fit along z."""
     plugged = plan.plug_widths.get("z") is not None
-    sizes = AUTO_BOLTS if mold.bolt == "auto" else (mold.bolt,)
-    tried = [columns_of(plan, mold, size, plugged) for size in sizes]
+    tried = [columns_of(plan, size, plugged) for size in bolt_sizes(plan)]
     columns = next((c for c in tried if z_bolt_height(plan, c) is not None), tried[-1])
     low = pin_height(plan, columns) is None and plan.plug_widths.get("x") is None
-    return columns_of(plan, mold, columns.size, plugged or low)
+    return columns_of(plan, columns.size, plugged or low)
 
 
 @dataclass(frozen=True)
@@ -278,9 +282,9 @@ class Fit:
     pins: tuple[tuple[Side, float, float, bool], ...]
 
 
-def fit_of(plan: MoldPlan, mold: Mold) -> Fit:
+def fit_of(plan: MoldPlan) -> Fit:
     """Find places for all fasteners of a closed mold."""
-    columns = _closed_columns(plan, mold)
+    columns = _closed_columns(plan)
     height, level = z_bolt_height(plan, columns), pin_height(plan, columns)
     return Fit(
         columns,

@@ -4,12 +4,10 @@ from itertools import product
 
 import numpy as np
 
-from fingerdesign.design.schema import Design
 from fingerdesign.mold.plan.fasteners.columns import clear
 from fingerdesign.mold.plan.limits import Limits
 from fingerdesign.mold.plan.plan import ENDS, FLANKS, CorePin, MoldPlan, SidePlan
 from fingerdesign.mold.plan.refusals import Refusal
-from fingerdesign.mold.plan.slots import Box
 
 DIAMETERS_MM = (2.0, 1.5, 1.2, 1.0, 0.8, 0.6, 0.5)  # steel pins and wire that are sold
 _MOST_DEPTH_MM = 3.0
@@ -18,13 +16,10 @@ _STEP_MM = 0.1
 _WEB_MM = 0.3  # of the core around a pin's hole, which is drilled
 
 
-def core_pins_of(
-    design: Design, plan: MoldPlan, box: Box | None
-) -> tuple[tuple[CorePin, ...], list[Refusal]]:
-    """Place straight pins through the walls, two on either side where the core (its ``box``) is
-    wide enough, else one; or refuse a core that none can hold."""
-    limits = plan.limits
-    core = design.body.core
+def core_pins_of(plan: MoldPlan) -> tuple[tuple[CorePin, ...], list[Refusal]]:
+    """Place straight pins through the walls, two on either side where the core is wide enough, else
+    one; or refuse a core that none can hold."""
+    limits, core, box = plan.limits, plan.design.body.core, plan.core
     if core is None or box is None or box[0][1] == 0.0:
         return (), []
     low, high = box

@@ -14,18 +14,9 @@ from itertools import product
 
 import numpy as np
 
-from fingerdesign.design.body import Body
-from fingerdesign.design.mold import Mold
 from fingerdesign.mold.part import INSERT
 from fingerdesign.mold.plan.extent import seam_height
-from fingerdesign.mold.plan.fasteners.columns import (
-    CORNERS,
-    FLANKS,
-    LEDGE_MM,
-    ONE,
-    Columns,
-    Fit,
-)
+from fingerdesign.mold.plan.fasteners.columns import CORNERS, FLANKS, LEDGE_MM, ONE, Columns, Fit
 from fingerdesign.mold.plan.limits import SLENDER, SPARE_MM
 from fingerdesign.mold.plan.plan import Bolt, MoldPlan, Pin, wall_name
 from fingerdesign.mold.plan.refusals import Refusal
@@ -53,7 +44,7 @@ def _pin(
     return Pin(root, direction, diameter, tip, whole, columns.clearance, on, into, dowel)
 
 
-def fastened(body: Body, plan: MoldPlan, fit: Fit) -> MoldPlan:
+def fastened(plan: MoldPlan, fit: Fit) -> MoldPlan:
     """Add every bolt and pin of a closed mold, of whose fit nothing is refused."""
     columns, height = fit.columns, fit.bolt_height
     lip, walls = max(LIP_MM, columns.gap), (columns.wall_x, columns.wall_z)
@@ -73,16 +64,16 @@ def fastened(body: Body, plan: MoldPlan, fit: Fit) -> MoldPlan:
     upright += [(x, z) for _, x, z in fit.bolts]
     bolts += [Bolt("y", x, z, -plan.base - lip, plan.top, *of) for x, z in upright]
     for side, x, z, small in fit.pins:
-        pins.append(insert_pin(body, plan, columns, (x, z), small, wall_name(side)))
+        pins.append(insert_pin(plan, columns, (x, z), small, wall_name(side)))
     return replace(plan, bolts=tuple(bolts), pins=tuple(pins))
 
 
-def with_mount(body: Body, plan: MoldPlan) -> MoldPlan:
+def with_mount(plan: MoldPlan) -> MoldPlan:
     """The plan with its base plate's size: beyond finger and combs by a ledge, so that its area is
     at most FOOTPRINT times that of the finger's base, but for very small fingers."""
     sheets = max(side.sheet for side in plan.sides)
     a, b = 2.0 * plan.half_width, 2.0 * (plan.half_depth + sheets)
-    base = 2.0 * a * plan.half_depth * (0.25 * math.pi if body.kind.turned else 1.0)
+    base = 2.0 * a * plan.half_depth * (0.25 * math.pi if plan.design.body.kind.turned else 1.0)
     # (a + 2 l) (b + 2 l) is the plate's area.
     room = (a + b) ** 2 - 4.0 * (a * b - FOOTPRINT * base)
     ledge = min(max(0.25 * (math.sqrt(max(room, 0.0)) - a - b), LEAST_LEDGE_MM), LEDGE_MM)
@@ -90,18 +81,13 @@ def with_mount(body: Body, plan: MoldPlan) -> MoldPlan:
 
 
 def insert_pin(
-    body: Body,
-    plan: MoldPlan,
-    columns: Columns,
-    place: tuple[float, float],
-    small: bool,
-    into: str,
+    plan: MoldPlan, columns: Columns, place: tuple[float, float], small: bool, into: str
 ) -> Pin:
     """A pin below the insert at (x, z): its root is at the greatest height of the walls' top around
     it."""
     x, z = place
     steps = columns.socket * np.array([-1.0, 0.0, 1.0])
-    around = [seam_height(body, plan, x + i, z + k) for i, k in product(steps, steps)]
+    around = [seam_height(plan, x + i, z + k) for i, k in product(steps, steps)]
     diameter = columns.small if small else columns.big
     length = insert_pin_length(plan, columns, diameter, min(around)) + max(around) - min(around)
     return _pin(columns, (x, max(around), z), (0.0, -1.0, 0.0), small, length, INSERT, into)
@@ -122,26 +108,26 @@ def most_draft(diameter: float, length: float, least: float) -> float:
     return math.degrees(math.atan(max(diameter - least, 0.0) / (2.0 * length)))
 
 
-def fastener_refusals(mold: Mold, plan: MoldPlan, fit: Fit) -> list[Refusal]:
+def fastener_refusals(plan: MoldPlan, fit: Fit) -> list[Refusal]:
     """Refuse bolts and pins that do not fit the walls of a closed mold."""
-    columns, found = fit.columns, list[Refusal]()
+    mold, columns, found = plan.design.mold, fit.columns, list[Refusal]()
     if mold.wall_mm is not None and mold.wall_mm < columns.wall_z - 1e-9:
         numbers = {"limits": columns.limits, "columns": columns}
         found.append(Refusal("thin_end_walls", "mold.wall_mm", mold.wall_mm, numbers))
     return [
         *found,
-        *_low_walls(mold, plan, columns, fit.bolt_height is None),
-        *_pointed_pins(mold, plan, columns, fit.pin_height is not None),
-        *_no_room(mold, plan, fit),
+        *_low_walls(plan, columns, fit.bolt_height is None),
+        *_pointed_pins(plan, columns, fit.pin_height is not None),
+        *_no_room(plan, fit),
     ]
 
 
-def _low_walls(mold: Mold, plan: MoldPlan, columns: Columns, low: bool) -> list[Refusal]:
+def _low_walls(plan: MoldPlan, columns: Columns, low: bool) -> list[Refusal]:
     """Refuse walls too low for the bolt that was requested, or for anything."""
     found, rim, wall = list[Refusal](), plan.rim, columns.limits.wall_mm
-    if mold.bolt != "auto" and low:
+    if (bolt := plan.design.mold.bolt) != "auto" and low:
         numbers = {"rim": rim, "columns": columns}
-        found.append(Refusal("big_bolt", "mold.bolt", mold.bolt, numbers))
+        found.append(Refusal("big_bolt", "mold.bolt", bolt, numbers))
     most = rim - LEAST_PIN * columns.big - columns.clearance - SPARE_MM
     if wall > most + 1e-9:
         of = {"most": most, "rim": rim, "columns": columns, "higher": wall - most}
@@ -150,11 +136,11 @@ def _low_walls(mold: Mold, plan: MoldPlan, columns: Columns, low: bool) -> list[
     return found
 
 
-def _pointed_pins(mold: Mold, plan: MoldPlan, columns: Columns, level: bool) -> list[Refusal]:
+def _pointed_pins(plan: MoldPlan, columns: Columns, level: bool) -> list[Refusal]:
     """Refuse pins without a tip; ``level``: there are pins along z, too."""
     if columns.limits.dowels:
         return []
-    least = columns.limits.feature_mm
+    mold, least = plan.design.mold, columns.limits.feature_mm
     longest = insert_pin_length(plan, columns, columns.small, plan.rim)
     if level:
         longest = max(longest, columns.reach)
@@ -167,15 +153,16 @@ def _pointed_pins(mold: Mold, plan: MoldPlan, columns: Columns, level: bool) -> 
     return [Refusal("great_draft", "mold.draft_deg", mold.draft_deg, of)]
 
 
-def _no_room(mold: Mold, plan: MoldPlan, fit: Fit) -> list[Refusal]:
+def _no_room(plan: MoldPlan, fit: Fit) -> list[Refusal]:
     """Refuse upright bolts and pins without a place next to what the walls hold."""
     found, columns, low = list[Refusal](), fit.columns, fit.bolt_height is None
-    bolts = fit.bolts if mold.bolt == "auto" or not low else ()
+    bolt = plan.design.mold.bolt
+    bolts = fit.bolts if bolt == "auto" or not low else ()
     lacking = next((side for side, x, z in bolts if math.isnan(x + z)), None)
     if lacking is not None:
         length = 2.0 * (plan.corner if lacking.endswith("x") else plan.half_width)
         of = {"side": lacking, "columns": columns, "rim": plan.rim, "length": length}
-        found.append(Refusal("no_low_bolt" if low else "no_bolt", "mold.bolt", mold.bolt, of))
+        found.append(Refusal("no_low_bolt" if low else "no_bolt", "mold.bolt", bolt, of))
     lacking = next((side for side, x, z, _ in fit.pins if math.isnan(x + z)), None)
     if lacking is not None:
         room = 2.0 * (0.5 * columns.small + columns.clearance + columns.gap)
