@@ -30,7 +30,7 @@ def failed(made):
 
 def missed(made):
     """Sentences of what is planned but not made, by name."""
-    found = as_planned(made.design, made.plan, made.meshes)
+    found = as_planned(made.plan, made.meshes)
     return {check.name: check.sentence for check in found if not check.ok}
 
 
