@@ -1,10 +1,10 @@
-"""``fingerdesign analyse``: from design files to results and reports."""
+"""``fingerdesign analyse`` and ``grip``: from design files to results and reports."""
 
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -15,11 +15,12 @@ from fingerdesign.analysis.answers import (
     is_cached,
     missing,
 )
-from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.case import TOLERANCE, Case
 from fingerdesign.analysis.page.tables import detail_tables
 from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.faults import undexed
+from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import DesignError, Fault
@@ -28,60 +29,105 @@ from fingerdesign.records.result import GripResult, Result
 from fingerdesign.records.result_files import RESULTS
 from fingerdesign.runtime.progress import Progress
 from fingerdesign_cli.inputs import estimator_for, read_case, refuse_foreign
+from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import (
     WIDTH,
+    as_json,
     details,
     number,
     open_page,
     opens,
     part_of,
-    print_json,
     print_table,
     progress,
+    quiet,
     say_block,
     say_details,
+    say_result,
 )
+
+# The columns of the table of grips; those without any value are left out.
+_HEADINGS = ("μ", "ends", "F_n N", "margin", "stick", "pauses", "stick error", "slip warning")
+
+
+@dataclass(frozen=True)
+class Products(Options):
+    """Optional parts of a result, None: all but in plane strain. fresh: analysed again, also where
+    the answer is cached."""
+
+    page: bool | None
+    cad: bool | None
+    fresh: bool
+
+
+@dataclass(frozen=True)
+class Run(Options):
+    """The model of an analysis, and its scene."""
+
+    scene_file: Path | None
+    fidelity: str
+    tolerance: float | None
+    go_on: bool
+    no_fields: bool
+
+    def refuse_idle(self) -> None:
+        """UsageError for a tolerance that nothing would use."""
+        if self.tolerance is not None and self.fidelity != "auto":
+            raise click.UsageError("--tolerance belongs to --fidelity auto; add that or leave it")
+
+    def case(self, design: Design, scene: Scene | None) -> Case:
+        """The analysis of a design in the scene of the file."""
+        name = "" if self.scene_file is None else self.scene_file.stem
+        tolerance = TOLERANCE if self.tolerance is None else self.tolerance
+        fields, go_on = not self.no_fields, self.go_on
+        return Case(
+            design, scene, self.fidelity, name, fields=fields, go_on=go_on, tolerance=tolerance
+        )
+
+
+@dataclass(frozen=True)
+class Lift(Options):
+    """Values that replace those of the design's [grip] table."""
+
+    controller: str | None
+    frictions: tuple[float, ...]
+    mass_g: float | None
+
+    def given(self) -> dict[str, tuple[str, object]]:
+        """Options that were given, with their values, by the key that each sets."""
+        options = {
+            "grip.controller": ("--controller", self.controller),
+            "grip.friction_coefficients": ("--friction", list(self.frictions) or None),
+            "grip.object_mass_g": ("--mass-g", self.mass_g),
+        }
+        return {key: option for key, option in options.items() if option[1] is not None}
 
 
 def analyse(
     designs: tuple[Path, ...],
     out: Path,
-    scene_file: Path | None,
-    fidelity: str,
-    tolerance: float | None,
-    go_on: bool,
-    no_fields: bool,
-    page: bool | None,
-    cad: bool | None,
-    fresh: bool,
-    quiet: bool,
-    as_json: bool,
+    run: Run,
+    products: Products,
 ) -> int:
     """Analyse each DESIGN: contact, gages, grips, and a result in OUT/NAME."""
-    options: dict[str, Any] = {"go_on": go_on, "fields": not no_fields}
-    if tolerance is not None:
-        if fidelity != "auto":
-            raise click.UsageError("--tolerance belongs to --fidelity auto; add that or leave it")
-        options["tolerance"] = tolerance
-    cases = _read(designs, scene_file, fidelity, out, fresh, **options)
+    run.refuse_idle()
+    cases = _read(designs, run, out, products.fresh)
     results: list[Result] = []
     for done, case in enumerate(cases):
         name = case.design.design.name
-        with progress(name, quiet) as show:
+        with progress(name) as show:
             part = part_of(show, done, len(cases))
-            results.append(answer_of(case, out, part, page, cad, fresh))
-    _report(results, out, quiet, as_json)
+            results.append(answer_of(case, out, part, products))
+    _report(results, out)
     for result in results:
         open_page(out / result.design / PAGE)
     return 0 if all(result.status == "ok" for result in results) else 1
 
 
-def answer_of(
-    case: Case, out: Path, show: Progress, page: bool | None, cad: bool | None, fresh: bool
-) -> Result:
+def answer_of(case: Case, out: Path, show: Progress, products: Products) -> Result:
     """Write OUT/NAME from the cached answer, or by an analysis, which alone loads the solvers."""
-    page = page or (True if opens() else page)
-    found = None if fresh else cached_answer(case, out, page, cad)
+    page, cad = (True if opens() else products.page), products.cad
+    found = None if products.fresh else cached_answer(case, out, page, cad)
     if found is not None:
         show("analysed before: its answer is taken (--fresh analyses it again)")
         if any(missing(case, out, page, cad)):
@@ -94,41 +140,40 @@ def answer_of(
     return analyse_into(case, out, show, page, cad, fresh=True)
 
 
-def _read(
-    designs: tuple[Path, ...],
-    scene_file: Path | None,
-    fidelity: str,
-    out: Path,
-    fresh: bool,
-    **options: Any,
-) -> list[Case]:
+def _read(designs: tuple[Path, ...], run: Run, out: Path, fresh: bool) -> list[Case]:
     """Every fault of every file, of each design in its scene, and of --out, before any work."""
     wrong: list[DesignError] = []
     cases: list[Case] = []
     scene = None
     with _collected(wrong):
-        scene = None if scene_file is None else load_scene(scene_file)
+        scene = None if run.scene_file is None else load_scene(run.scene_file)
     for path in designs:
         with _collected(wrong):
-            name = scene_file.stem if scene_file is not None else ""
-            cases.append(Case(load_design(path), scene, fidelity, scene_name=name, **options))
+            cases.append(run.case(load_design(path), scene))
     for case in cases:
         with _collected(wrong):
             if fresh or not is_cached(case):
-                if case.fidelity == "plane-strain":
-                    start_mesher()  # it loads while this process loads the rest
-                from fingerdesign.analysis.forecast.limits import refuse
-
-                refuse(case, case.path_scene)
+                _refuse_impossible(case)
         with _collected(wrong):
             refuse_foreign(RESULTS, out / case.design.design.name)
-    names = [case.design.design.name for case in cases]
-    twice = sorted({name for name in names if names.count(name) > 1})
+    counts = Counter(case.design.design.name for case in cases)
     remedy = "rename: it names the folder"
-    faults = [Fault("design.name", name, "different in each file", remedy) for name in twice]
+    faults = [
+        Fault("design.name", name, "different in each file", remedy)
+        for name in sorted(name for name, count in counts.items() if count > 1)
+    ]
     if wrong or faults:
         raise DesignError.together([*wrong, DesignError(faults)])
     return cases
+
+
+def _refuse_impossible(case: Case) -> None:
+    """DesignError for what this machine cannot analyse; the mesher loads meanwhile."""
+    if case.fidelity == "plane-strain":
+        start_mesher()
+    from fingerdesign.analysis.forecast.limits import refuse
+
+    refuse(case, case.path_scene)
 
 
 @contextmanager
@@ -140,28 +185,36 @@ def _collected(wrong: list[DesignError]) -> Iterator[None]:
         wrong.append(error)
 
 
-def _report(results: list[Result], out: Path, quiet: bool, as_json: bool) -> None:
-    if as_json:
-        keys = ("design", "status", "failure")
-        print_json(
-            [
-                {key: getattr(r, key) for key in keys}
-                | {"folder": str(out / r.design)}
-                | ({"reached": r.ladder.reached} if r.ladder else {})
-                for r in results
-            ]
-        )
-        return
-    if quiet:
-        for r in results:
-            if r.failure:
-                click.echo(f"{r.design} failed: {r.failure}", err=True)
-        return
-    for result in results:
-        folder = out / result.design
-        say_block(verdict_view(result, str(folder / DESIGN)), folder)
-        if details():
-            _say_details(result)
+def _report(results: list[Result], out: Path) -> None:
+    def show() -> None:
+        for result in results:
+            _show(result, out / result.design)
+
+    if quiet() and not as_json():
+        for each in results:
+            _say_failure(each)
+    say_result(lambda: [_facts(each, out) | _reached(each) for each in results], show)
+
+
+def _facts(result: Result, out: Path) -> dict[str, object]:
+    """The outcome of an analysis, for scripts."""
+    keys = ("design", "status", "failure")
+    return {key: getattr(result, key) for key in keys} | {"folder": str(out / result.design)}
+
+
+def _reached(result: Result) -> dict[str, object]:
+    return {"reached": result.ladder.reached} if result.ladder else {}
+
+
+def _say_failure(result: Result) -> None:
+    if result.failure:
+        click.echo(f"{result.design} failed: {result.failure}", err=True)
+
+
+def _show(result: Result, folder: Path) -> None:
+    say_block(verdict_view(result, str(folder / DESIGN)), folder)
+    if details():
+        _say_details(result)
 
 
 def _say_details(result: Result) -> None:
@@ -171,48 +224,36 @@ def _say_details(result: Result) -> None:
     say_details(result.warnings, detail_tables(result))
 
 
-# ``fingerdesign grip``: lift an object of a weight and friction unknown to the controller.
-
-
 def grip(
     design_file: Path,
     out: Path,
-    controller: str | None,
-    frictions: tuple[float, ...],
-    mass_g: float | None,
+    lift: Lift,
     fidelity: str,
     estimator_file: Path | None,
     go_on: bool,
-    page: bool | None,
-    cad: bool | None,
-    fresh: bool,
-    quiet: bool,
-    as_json: bool,
+    products: Products,
 ) -> int:
     """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient."""
-    changes = {
-        "--controller": ("grip.controller", controller),
-        "--friction": ("grip.friction_coefficients", list(frictions) or None),
-        "--mass-g": ("grip.object_mass_g", mass_g),
-    }
     design, _ = read_case(design_file)
-    design = _with_options(design, changes)
+    design = _with_options(design, lift.given())
     if design.plates.number < 2:
         remedy = "add plates: without gages there is nothing to feel"
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
 
     estimator = estimator_for(design, estimator_file, fidelity)
-    with progress(design.design.name, quiet) as show:
+    with progress(design.design.name) as show:
         case = Case(design, None, fidelity, go_on=go_on, estimator=estimator)
-        result = answer_of(case, out, show, page, cad, fresh)
-    _report_grips(result, out, quiet, as_json)
+        result = answer_of(case, out, show, products)
+    if result.failure and not as_json():
+        _say_failure(result)
+    grips = [asdict(each) for each in result.grips]
+    say_result(lambda: _facts(result, out) | {"grips": grips}, lambda: _show_grips(result, out))
     open_page(out / result.design / PAGE)
     return 0 if result.status == "ok" else 1
 
 
-def _with_options(design: Design, options: Mapping[str, tuple[str, object]]) -> Design:
-    """Set the keys of the options that were given; their faults name the option."""
-    given = {key: (name, value) for name, (key, value) in options.items() if value is not None}
+def _with_options(design: Design, given: dict[str, tuple[str, object]]) -> Design:
+    """Set the keys of options; their faults name the option."""
     if not given:
         return design
     try:
@@ -227,33 +268,16 @@ def _with_options(design: Design, options: Mapping[str, tuple[str, object]]) -> 
         raise DesignError(faults) from None
 
 
-def _report_grips(result: Result, out: Path, quiet: bool, as_json: bool) -> None:
-    folder = out / result.design
-    if as_json:
-        print_json(
-            {
-                "design": result.design,
-                "status": result.status,
-                "failure": result.failure,
-                "folder": str(folder),
-                "grips": [asdict(grip) for grip in result.grips],
-            }
-        )
-        return
+def _show_grips(result: Result, out: Path) -> None:
     if result.failure:
-        click.echo(f"{result.design} failed: {result.failure}", err=True)
-    elif not quiet:
-        first = result.grips[0]
-        title = f"{result.design}: {first.object_mass_g:g} g, {first.controller}"
-        headings = ["μ", "ends", "F_n N", "margin", "stick", "pauses"]
-        headings += ["stick error", "slip warning"]
-        rows = [_row(grip) for grip in result.grips]
-        shown = [k for k in range(len(headings)) if any(row[k] not in ("-", "") for row in rows)]
-        cells = [[row[k] for k in shown] for row in rows]
-        print_table(title, [headings[k] for k in shown], cells, WIDTH)
-        say_block(verdict_view(result, str(folder / DESIGN)), folder)
-        if details():
-            _say_details(result)
+        return
+    first = result.grips[0]
+    title = f"{result.design}: {first.object_mass_g:g} g, {first.controller}"
+    rows = [_row(grip) for grip in result.grips]
+    shown = [k for k in range(len(_HEADINGS)) if any(row[k] not in ("-", "") for row in rows)]
+    cells = [[row[k] for k in shown] for row in rows]
+    print_table(title, [_HEADINGS[k] for k in shown], cells, WIDTH)
+    _show(result, out / result.design)
 
 
 def _row(grip: GripResult) -> list[str]:

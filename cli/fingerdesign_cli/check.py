@@ -25,7 +25,16 @@ from fingerdesign.layout.summary import Summary, summarise
 from fingerdesign.materials import disagreement_of
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign_cli.inputs import judged_design, judged_scene
-from fingerdesign_cli.terminal import details, number, print_json, print_table, say, say_marked
+from fingerdesign_cli.terminal import (
+    as_json,
+    details,
+    number,
+    print_table,
+    quiet,
+    say,
+    say_marked,
+    say_result,
+)
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.forecast.forecast import Forecast
@@ -46,31 +55,24 @@ class _Checked:
     notes: list[str]
 
 
-def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_json: bool) -> int:
+def check(designs: tuple[Path, ...], scene_file: Path | None) -> int:
     """Name every fault of every FILE at once, each as key, value, bound and remedy."""
-    reports: list[dict[str, object]] = []
-    checked: list[_Checked] = []
     scene, wrong = judged_scene(scene_file) if scene_file is not None else (None, None)
-    if scene_file is not None and wrong is not None:
-        reports.append(_faulty(scene_file, wrong))
-    for path in designs:
-        found = _judged(path, scene, wrong is None, quiet or as_json)
-        if isinstance(found, _Checked):
-            checked.append(found)
-        reports.append(found.report if isinstance(found, _Checked) else found)
-    if as_json:
-        print_json(reports)
-    elif not quiet:
-        _show_all(checked, scene_file.stem if scene_file else "", wrong is None)
+    reports = [_faulty(scene_file, wrong)] if scene_file is not None and wrong is not None else []
+    found = [_judged(path, scene, wrong is None) for path in designs]
+    checked = [each for each in found if isinstance(each, _Checked)]
+    reports += [each.report if isinstance(each, _Checked) else each for each in found]
+    name = scene_file.stem if scene_file else ""
+    say_result(lambda: reports, lambda: _show_all(checked, name, wrong is None))
     return 0 if all(report["sound"] for report in reports) else 2
 
 
 def _judged(
-    path: Path, scene: Judged[Scene] | None, scene_sound: bool, silent: bool
+    path: Path, scene: Judged[Scene] | None, scene_sound: bool
 ) -> _Checked | dict[str, object]:
     """Judge a file: a sound design with its forecasts, or the report of anything else."""
     if (kind := kind_of(path)) != "design":
-        return _other(path, kind, silent)
+        return _other(path, kind)
     found, error = judged_design(path, scene)
     if error is not None or found is None or found.value is None:
         return _faulty(path, error or DesignError([]))
@@ -112,12 +114,12 @@ def _show_all(checked: list[_Checked], scene: str, scene_sound: bool) -> None:
             say_marked(SIGNS["note"], f"note: {note}")
 
 
-def _other(path: Path, kind: str, silent: bool) -> dict[str, object]:
+def _other(path: Path, kind: str) -> dict[str, object]:
     """Summarise a scene or a study; find every fault of it, of its base and of its scenes."""
     facts, error = _scene_facts(path) if kind == "scene" else _study_facts(path)
     if error is not None:
         return _faulty(path, error)
-    if not silent:
+    if not (quiet() or as_json()):
         words = "; ".join(f"{name.replace('_', ' ')} {value}" for name, value in facts.items())
         say(f"sound {kind} {path}: {words}")
     return {"file": str(path), "kind": kind, "sound": True, "faults": [], **facts}

@@ -1,6 +1,7 @@
 """``fingerdesign compare``: which finger is better at what, and why, on one page."""
 
 from collections.abc import Sequence
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 import click
@@ -25,81 +26,87 @@ from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import Store, run_jobs
 from fingerdesign.search.study.file import Limits
 from fingerdesign.search.study.metrics import METRICS
+from fingerdesign_cli.options import Options
 from fingerdesign_cli.search import StudyProgress, say_recommended
-from fingerdesign_cli.terminal import open_page, print_json, print_table, progress
+from fingerdesign_cli.terminal import as_json, open_page, print_table, progress, say_result
 
 LIMITS = Limits(time_s=1800.0, memory_MB=8000.0)  # of one in 3-D: a minute, some gigabytes
 
 
+@dataclass(frozen=True)
+class Files(Options):
+    """The files to write: the page, and tables where they are requested."""
+
+    out: Path
+    csv_file: Path | None
+    outcomes_file: Path | None
+
+    def refuse_places(self, results: Sequence[Path]) -> None:
+        """A usage error where a file cannot go: folders, what is read here, one place for two."""
+        read = {path.resolve() for path in results}
+        taken: set[Path] = set()
+        options = ("--out", "--csv", "--outcomes")
+        for option, given in zip(options, astuple(self), strict=True):
+            if given is None:
+                continue
+            if why := _why_not(option, given, read, taken):
+                raise click.UsageError(f"{option} = {given}: {why}; choose another")
+            taken.add(given.resolve())
+
+
 def compare(
     results: tuple[Path, ...],
-    out: Path,
-    csv_file: Path | None,
-    outcomes_file: Path | None,
+    files: Files,
     requested: tuple[str, ...],
     name: str,
     complete: bool,
-    quiet: bool,
-    as_json: bool,
 ) -> int:
     """Compare the designs of every RESULT on one page that opens offline."""
-    _refuse_places({"--out": out, "--csv": csv_file, "--outcomes": outcomes_file}, results)
-    with (
-        progress("missing metrics", quiet or as_json or not complete) as show,
-        Cluster() as cluster,
-    ):
+    files.refuse_places(results)
+    shown = complete and not as_json()
+    with progress("missing metrics", shown) as show, Cluster() as cluster:
 
         def work(jobs: Sequence[Job]) -> tuple[Outcome, ...]:
-            look = StudyProgress(show, quiet=True, as_json=False)
+            look = StudyProgress(show, cluster, silent=True)
             return run_jobs(list(jobs), Store(), cluster, LIMITS, look)
 
         given = work if complete else None
         found = read_comparison(results, _objectives(requested), name, given)
     _refuse_unknown(found)
     outcomes, facts = found.outcomes, found.facts
-    texts = {out: compare_html(outcomes, facts)}
-    if csv_file is not None:
-        texts[csv_file] = designs_csv(outcomes)
     best = recommend(outcomes, facts.objectives, facts.constraints)
-    if outcomes_file is not None:
-        texts[outcomes_file] = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
+    texts = {files.out: compare_html(outcomes, facts)}
+    if files.csv_file is not None:
+        texts[files.csv_file] = designs_csv(outcomes)
+    if files.outcomes_file is not None:
+        texts[files.outcomes_file] = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
     for path, text in texts.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, text)
-    if as_json:
-        print_json(_reported(found, best, out))
-    elif not quiet:
-        _show(found, best)
-        click.echo(f"report: {out}")
-    open_page(out)
+    say_result(lambda: _reported(found, best, files.out), lambda: _show(found, best, files.out))
+    open_page(files.out)
     return 0
 
 
-def _refuse_places(places: dict[str, Path | None], results: Sequence[Path]) -> None:
-    """A usage error where a file cannot go: folders, what is read here, one place for two."""
-    read = {path.resolve() for path in results}
-    taken: set[Path] = set()
-    for option, given in places.items():
-        if given is None:
-            continue
-        path = given.resolve()
-        above = next((each for each in path.parents if each.exists()), path)
-        why = ""
-        if given.exists() and not given.is_file():
-            why = "must be a regular file, not a folder, a pipe or a device"
-        elif not above.is_dir():
-            why = "must be a file in a folder"
-        elif path in read or (path.name in (OUTCOMES_FILE, STUDY_FILE, RESULT_FILE)):
-            why = "must not be a result's own file"
-        elif option == "--out" and path.suffix.lower() not in (".html", ".htm"):
-            why = "must end in .html"
-        elif path in taken:
-            why = "must not be that of another option"
-        elif cannot := why_no_place(path.parent):
-            why = f"must be a file in a folder that can be written into, and {cannot}"
-        if why:
-            raise click.UsageError(f"{option} = {given}: {why}; choose another")
-        taken.add(path)
+def _why_not(option: str, given: Path, read: set[Path], taken: set[Path]) -> str:
+    """Explain why a file cannot be written there; "" where it can."""
+    path = given.resolve()
+    above = next((each for each in path.parents if each.exists()), path)
+    cannot = why_no_place(path.parent)
+    results_own = path in read or path.name in (OUTCOMES_FILE, STUDY_FILE, RESULT_FILE)
+    page = option != "--out" or path.suffix.lower() in (".html", ".htm")
+    reasons = (
+        (
+            given.exists() and not given.is_file(),
+            "must be a regular file, not a folder, a pipe or a device",
+        ),
+        (not above.is_dir(), "must be a file in a folder"),
+        (results_own, "must not be a result's own file"),
+        (not page, "must end in .html"),
+        (path in taken, "must not be that of another option"),
+        (bool(cannot), f"must be a file in a folder that can be written into, and {cannot}"),
+    )
+    return next((words for wrong, words in reasons if wrong), "")
 
 
 def _objectives(requested: Sequence[str]) -> list[Objective]:
@@ -150,7 +157,7 @@ def _reported(found: Comparison, best: Recommendation, out: Path) -> dict[str, o
     }
 
 
-def _show(found: Comparison, best: Recommendation) -> None:
+def _show(found: Comparison, best: Recommendation, page: Path) -> None:
     head = summary(found.outcomes, found.facts, best)
     click.echo(head.counts)
     say_recommended(head)
@@ -160,3 +167,4 @@ def _show(found: Comparison, best: Recommendation) -> None:
         click.echo(f"  better elsewhere: {sentence}")
     for sentence in head.warnings:
         click.echo(f"warning: {sentence}")
+    click.echo(f"report: {page}")

@@ -1,6 +1,7 @@
 """``fingerdesign generate``: the variants of a study as files."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -8,26 +9,57 @@ from typing import Any
 import click
 
 from fingerdesign.runtime.machine import usable_cores
+from fingerdesign.runtime.progress import Progress
 from fingerdesign.search.study.file import Study, read_study
 from fingerdesign.search.study.generate import Made, reasons, refuse_foreign
 from fingerdesign.search.study.generate import generate as write_variants
-from fingerdesign.search.study.variants import base_design, number_of_points, points, variant_of
+from fingerdesign.search.study.variants import (
+    Variant,
+    base_design,
+    number_of_points,
+    points,
+    variant_of,
+)
 from fingerdesign_cli.inputs import naming_out
+from fingerdesign_cli.options import Options
 from fingerdesign_cli.search import line
-from fingerdesign_cli.terminal import print_table, progress
+from fingerdesign_cli.terminal import as_json, print_table, progress, quiet
 
 _SHOWN = 20  # invalid variants, and kinds of reasons, that are shown one by one
+
+
+@dataclass(frozen=True)
+class Choice(Options):
+    """The variants to write: the first ``count``, those of some numbers, or all."""
+
+    count: int | None
+    only: tuple[int, ...]
+
+    @property
+    def whole(self) -> bool:
+        """True if all variants are chosen."""
+        return self.count is None and not self.only
+
+    def of(self, study: Study, base: Any) -> tuple[int, Iterator[Variant]]:
+        """Return the number of the chosen variants, and the variants."""
+        every = number_of_points(study)
+        absent = [number for number in self.only if number > every]
+        if absent:
+            raise click.UsageError(f"--only = {absent[0]}: must be at most {every}")
+        digits, requested = max(4, len(str(every))), set(self.only) or range(1, every + 1)
+        of = len(requested) if self.count is None else min(self.count, len(requested))
+        rows = (each for each in enumerate(points(study), start=1) if each[0] in requested)
+        return of, (
+            variant_of(study, base, number, values, digits) for number, values in islice(rows, of)
+        )
 
 
 def generate(
     study_file: Path,
     out: Path,
-    count: int | None,
-    only: tuple[int, ...],
+    choice: Choice,
     cad: bool,
     workers: int | None,
-    quiet: bool,
-    as_json: bool,
 ) -> int:
     """Write the variants of STUDY, a TOML file or a shipped study: a folder each in OUT/NAME."""
     study = read_study(study_file)
@@ -35,88 +67,77 @@ def generate(
     target = out / study.name
     with naming_out(target, f"variants of {study.name}"):
         refuse_foreign(study, target)
-    of, chosen = _chosen(study, base, count, only)
-    invalid = failed = 0
-    with progress(study.name, quiet or as_json) as show:
-
-        def report(made: Made, done: int) -> None:
-            nonlocal invalid, failed
-            invalid += made.variant.design is None
-            failed += made.failed
-            if as_json:
-                line({"done": done, "of": of, **_variant_data(made)})
-            if done == of or done % max(1, of // 20) == 0:
-                reported = f"; CAD failed of {failed}" if failed else ""
-                show(f"{done} of {of}, {invalid} invalid{reported}", done / of)
-
+    of, chosen = choice.of(study, base)
+    with progress(study.name, not as_json()) as show:
         found = write_variants(
             study,
             chosen,
             target,
             cad=cad,
-            whole=count is None and not only,
+            whole=choice.whole,
             workers=workers or usable_cores(),
-            report=report,
+            report=_Reported(show, of).report,
         )
-    if as_json:
+    if as_json():
         line(_data(found, target))
     else:
-        _show(found, target, quiet)
+        _show(found, target)
     valid = [made for made in found if made.variant.design is not None]
     if not valid:
         where = target / "invalid.csv"
         reported = f"no variant can exist: all {len(found)} have faults, reported in {where}"
         click.echo(f"{reported}; change [parameters], [fixed] or the base", err=True)
-    elif quiet and len(valid) < len(found):
+    elif quiet() and len(valid) < len(found):
         reported = f"{len(found) - len(valid)} of {len(found)} cannot exist"
         click.echo(f"{reported}: faults in {target / 'invalid.csv'}", err=True)
     return 0 if valid and not any(made.failed for made in found) else 1
 
 
-def _chosen(study: Study, base: Any, count: int | None, only: tuple[int, ...]) -> tuple[int, Any]:
-    """Return the number of requested variants, and the variants."""
-    all_of_them = number_of_points(study)
-    absent = [number for number in only if number > all_of_them]
-    if absent:
-        raise click.UsageError(f"--only = {absent[0]}: must be at most {all_of_them}")
-    digits = max(4, len(str(all_of_them)))
-    requested = set(only)
-    rows = (
-        (number, values)
-        for number, values in enumerate(points(study), start=1)
-        if not requested or number in requested
-    )
-    of = len(requested) or all_of_them
-    of = of if count is None else min(count, of)
-    return of, (
-        variant_of(study, base, number, values, digits) for number, values in islice(rows, of)
-    )
+@dataclass
+class _Reported:
+    """Shows the variants as they are made, and counts those without a design or CAD."""
+
+    show: Progress
+    of: int
+    invalid: int = 0
+    failed: int = 0
+
+    def report(self, made: Made, done: int) -> None:
+        """Show one variant more."""
+        self.invalid += made.variant.design is None
+        self.failed += made.failed
+        if as_json():
+            line({"done": done, "of": self.of, **_variant_data(made)})
+        if done == self.of or done % max(1, self.of // 20) == 0:
+            failed = f"; CAD failed of {self.failed}" if self.failed else ""
+            self.show(f"{done} of {self.of}, {self.invalid} invalid{failed}", done / self.of)
 
 
-def _show(found: Sequence[Made], target: Path, quiet: bool) -> None:
+def _show(found: Sequence[Made], target: Path) -> None:
     invalid = [made.variant for made in found if made.variant.design is None]
     for made in found:
         if made.failed:
             click.echo(f"{made.variant.name}: no CAD: {made.cad}", err=True)
-    if quiet:
+    if quiet():
         return
-    for variant in invalid[:_SHOWN]:
-        for fault in variant.faults:
-            click.echo(f"{variant.name}: {fault}")
-    if len(invalid) > _SHOWN:
-        click.echo(f"... and {len(invalid) - _SHOWN} more in {target / 'invalid.csv'}")
-    reported = reasons(invalid)[:_SHOWN]
-    if len(invalid) > 1:
-        rows = [[key, str(count), name] for key, count, _, name in reported]
-        print_table("why variants cannot exist", ["key", "variants", "the first"], rows)
-    existed, failed = (
-        sum(each) for each in zip(*((m.existed, m.failed) for m in found), strict=True)
-    )
+    _show_invalid(invalid, target)
+    existed, failed = sum(m.existed for m in found), sum(m.failed for m in found)
     click.echo(f"{len(found) - len(invalid)} variants, {existed} of them there already: {target}")
     if invalid:
         click.echo(f"{len(invalid)} cannot exist: {target / 'invalid.csv'}")
     if failed:
         click.echo(f"{failed} without CAD, which failed; run again to try again")
+
+
+def _show_invalid(invalid: Sequence[Variant], target: Path) -> None:
+    for variant in invalid[:_SHOWN]:
+        for fault in variant.faults:
+            click.echo(f"{variant.name}: {fault}")
+    if len(invalid) > _SHOWN:
+        click.echo(f"... and {len(invalid) - _SHOWN} more in {target / 'invalid.csv'}")
+    if len(invalid) > 1:
+        rows = [[key, str(count), name] for key, count, _, name in reasons(invalid)[:_SHOWN]]
+        print_table("why variants cannot exist", ["key", "variants", "the first"], rows)
 
 
 def _variant_data(made: Made) -> dict[str, object]:

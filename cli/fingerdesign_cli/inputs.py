@@ -103,7 +103,7 @@ def refuse_foreign(kind: RecordFolder, target: Path) -> None:
 
 @contextmanager
 def recorded(
-    kind: RecordFolder, target: Path, quiet: bool, journal: Path | None = None
+    kind: RecordFolder, target: Path, journal: Path | None = None
 ) -> Iterator[tuple[Path, Progress]]:
     """A folder to write into, which takes the place of ``target``, and progress.
 
@@ -114,7 +114,7 @@ def recorded(
     missing = [each for each in target.absolute().parents if not each.exists()]
     try:
         with held(journal) if journal is not None else nullcontext():
-            with kind.written(target) as folder, progress(target.name, quiet) as show:
+            with kind.written(target) as folder, progress(target.name) as show:
                 yield folder, show
             if journal is not None:
                 journal.unlink(missing_ok=True)

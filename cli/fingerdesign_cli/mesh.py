@@ -18,7 +18,7 @@ from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import write_whole
 from fingerdesign_cli.inputs import read_case, refuse_foreign
 from fingerdesign_cli.options import OUT
-from fingerdesign_cli.terminal import print_json, progress
+from fingerdesign_cli.terminal import progress, say_result
 
 # Those that keep quadratic cells of both dimensions.
 ENDINGS = ("vtu", "vtk", "msh", "inp", "mdpa")
@@ -31,8 +31,6 @@ def mesh(
     scene_file: Path | None,
     formats: tuple[str, ...],
     picture: bool,
-    quiet: bool,
-    as_json: bool,
 ) -> None:
     """Mesh DESIGN as an analysis would, and say how good the mesh is."""
     endings = _endings(formats)
@@ -42,7 +40,7 @@ def mesh(
     if folder is None:  # A folder of its own, next to no other record.
         refuse_foreign(RecordFolder("mesh", "quality.json", ("mesh.*", "quality.*")), out)
     refuse(Case(finger, scene, fidelity), run_scene)
-    with progress(finger.design.name, quiet) as report:
+    with progress(finger.design.name) as report:
         report(f"meshing ({fidelity})")
         symmetric = mirrors_in_z(finger) and (scene is None or scene.mirrors_in_z)
         zone = zone_of(Case(finger, scene), run_scene)  # the analysis's, to share a cached mesh
@@ -59,10 +57,10 @@ def mesh(
             files.append(draw_mesh(mesh, out / "mesh.png", name=finger.design.name))
             files.append(draw_quality(mesh, finger, quality, out / "quality.png", requested))
     names = list(map(str, files))
-    if as_json:
-        print_json({**quality.to_dict(), "files": names})
-    elif not quiet:
-        click.echo(f"{quality_text(quality)}\nwritten: {', '.join(names)}")
+    say_result(
+        lambda: {**quality.to_dict(), "files": names},
+        lambda: click.echo(f"{quality_text(quality)}\nwritten: {', '.join(names)}"),
+    )
 
 
 def _endings(formats: tuple[str, ...]) -> tuple[str, ...]:

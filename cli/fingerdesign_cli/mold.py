@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Collection
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import click
@@ -13,43 +14,43 @@ from fingerdesign.mold.profile import with_profile
 from fingerdesign.mold.record import MoldData, PartData
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign_cli.inputs import read_case, refuse_foreign
+from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import (
     WIDTH,
     details,
     open_page,
-    print_json,
     print_table,
     progress,
     say,
     say_marked,
+    say_result,
 )
 
 _SHOWN = 10  # failing checks that are shown one by one
 
 
-def mold(
-    design_file: Path,
-    out: Path,
-    profile: Path | None,
-    quiet: bool,
-    as_json: bool,
-    **instead: str | None,
-) -> int:
-    """Make the mold that DESIGN is cast in; ``instead``: values of keys of its [mold] table."""
+@dataclass(frozen=True)
+class Instead(Options):
+    """Values that replace those of the design's [mold] table."""
+
+    process: str | None
+    plate_fixture: str | None
+    pour: str | None
+
+
+def mold(design_file: Path, out: Path, profile: Path | None, instead: Instead) -> int:
+    """Make the mold that DESIGN is cast in."""
     design, _ = read_case(design_file)
     name = design.design.name
     if profile is not None:
         design = with_profile(design, profile)
-    given = {key: value for key, value in instead.items() if value is not None}
+    given = {key: value for key, value in asdict(instead).items() if value is not None}
     design = design.model_copy(update={"mold": design.mold.model_copy(update=given)})
     refuse_foreign(FOLDER, out / name)
     passed = older_passed(out / name)
-    with progress(name, quiet) as show:
+    with progress(name) as show:
         report = write_mold(design, out / name, show)
-    if as_json:
-        print_json(report)
-    elif not quiet:
-        _show(report, out / name, cautions_of(design))
+    say_result(lambda: report, lambda: _show(report, out / name, cautions_of(design)))
     open_page(out / name / "report.html")
     if report["failure"] is None:
         return 0
@@ -72,14 +73,8 @@ def _failed(report: MoldData) -> list[str]:
 
 def _show(report: MoldData, folder: Path, general: Collection[str]) -> None:
     if report["parts"]:
-        columns = [
-            "part",
-            "made",
-            "size, mm",
-            "cm³",
-            "comes off",
-            *(["triangles"] if details() else []),
-        ]
+        columns = ["part", "made", "size, mm", "cm³", "comes off"]
+        columns += ["triangles"] if details() else []
         rows = [_cells(part) for part in report["parts"]]
         print_table(f"{report['design']}: parts of its mold", columns, rows)
     for plate in report["plates"]:
@@ -100,7 +95,7 @@ def _show(report: MoldData, folder: Path, general: Collection[str]) -> None:
 
 
 def _summary(report: MoldData) -> str:
-    """Whether the finger can be cast, and whether it then is a sensor; wrapped as other lines."""
+    """Say if the finger can be cast, and if it then is a sensor; wrapped as other lines."""
     good = sum(check["ok"] for check in report["checks"])
     reasons = report["sensor"]["reasons"]
     sign = SIGNS["fail" if report["failure"] else "pass"]

@@ -9,11 +9,10 @@ import click
 from fingerdesign.design import starter
 from fingerdesign.design.schema import schema_text
 from fingerdesign.runtime.files import why_no_place, write_whole
+from fingerdesign_cli.terminal import quiet
 
 
-def new(
-    file: Path, source: str | None, scene: bool, study: bool, short: bool, force: bool, quiet: bool
-) -> None:
+def new(file: Path, source: str | None, scene: bool, study: bool, short: bool, force: bool) -> None:
     """Write a commented starter design to FILE.toml, its name taken from FILE; or another file."""
     if scene + study + short + (short and source is not None) > 1:
         raise click.UsageError("give one of --scene, --study, --short; --short goes without --from")
@@ -25,7 +24,7 @@ def new(
     schema = file.parent / f"{kind}.schema.json"
     if not study and (force or not schema.exists()):
         write_whole(schema, schema_text(kind))
-    if not quiet:
+    if not quiet():
         design = "DESIGN --scene " if scene else ""
         click.echo(f"{file} written; next: fingerdesign check {design}{shlex.quote(str(file))}")
 

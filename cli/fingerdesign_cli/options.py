@@ -2,15 +2,17 @@
 
 A command's options and words stand in commands/; what it does is the function of its name in a
 module next to commands/, which imports what it needs at its top and is loaded when the command
-runs.
+runs. Options that concern the terminal alone (--quiet, --json, --details, --open) are left in the
+command's context, from which terminal.py reads them.
 """
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, fields
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_type_hints
 
 import click
 from click.shell_completion import CompletionItem
@@ -22,8 +24,9 @@ from fingerdesign.runtime.registry import CONTROLLERS, code_allowed, is_referenc
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 FILE = click.Path(path_type=Path)
-OPEN = "fingerdesign.open"  # The name of --open in a command's context.
-DETAILS = "fingerdesign.details"  # The name of --details there.
+# The names of --open, --details, --quiet and --json in a command's context.
+OPEN, DETAILS = "fingerdesign.open", "fingerdesign.details"
+QUIET, JSON = "fingerdesign.quiet", "fingerdesign.json"
 COMMON = "Also: --time-limit, --memory-limit, --allow-code (see `fingerdesign --help`)."
 OUT = Path("out")  # The folder of commands that are given no other.
 # Names of former versions, which work until December 2027: the words that now stand for each.
@@ -37,6 +40,15 @@ RENAMED = {
     "sketch": ("view",),
     "gages": ("validate", "--gages"),
 }
+SHELVES = ("designs", "scenes", "studies", "materials", "metrics", "controllers")
+FIDELITIES = {
+    "plane-strain": "the section alone, in seconds",
+    "3d": "the finger in tetrahedra, ten to thirty times as long; `check` forecasts it",
+    "finite": "in tetrahedra, the path at finite strain: each row a few factorisations",
+    "auto": "the cheapest model whose estimated error is under the tolerance",
+}
+CONTROLLER_NAMES = CONTROLLERS.shipped_names()
+_WHEN = "  [default: except in plane strain; view makes it later]"
 
 
 class ShippedOrFile(click.Path):
@@ -128,6 +140,12 @@ class Group(click.Group):
             raise
 
 
+@dataclass(frozen=True)
+class Options:
+    """Base of dataclasses of options that travel together: a function that does a command's work
+    and has a parameter of such a type is given the options of its fields as one object."""
+
+
 def command(module: str, short: str) -> Callable[[Callable[[], None]], click.Command]:
     """Make a command of a function that holds options and words; its work is the function of the
     same name in ``module``. short: its line in the list of commands."""
@@ -135,6 +153,9 @@ def command(module: str, short: str) -> Callable[[Callable[[], None]], click.Com
     def made(function: Callable[[], None]) -> click.Command:
         def work(**given: Any) -> int | None:
             found = getattr(import_module(f"fingerdesign_cli.{module}"), function.__name__)
+            for name, kind in get_type_hints(found).items():
+                if isinstance(kind, type) and issubclass(kind, Options):
+                    given[name] = kind(**{e.name: given.pop(e.name) for e in fields(kind)})
             code: int | None = found(**given)
             return code
 
@@ -242,15 +263,6 @@ def numbers_option(
     )
 
 
-SHELVES = ("designs", "scenes", "studies", "materials", "metrics", "controllers")
-FIDELITIES = {
-    "plane-strain": "the section alone, in seconds",
-    "3d": "the finger in tetrahedra, ten to thirty times as long; `check` forecasts it",
-    "finite": "in tetrahedra, the path at finite strain: each row a few factorisations",
-    "auto": "the cheapest model whose estimated error is under the tolerance",
-}
-
-
 def fidelity_option(
     default: str | None, *, auto: bool = False, finite: bool = False, unset: str = ""
 ) -> Callable[[_Command], _Command]:
@@ -274,27 +286,22 @@ workers_option = click.option(
     is_eager=True,
     help="Processes on this machine.",
 )
-json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")
-quiet_option = click.option("--quiet", "-q", is_flag=True, help="Print only failures.")
 
 
-output_options = together(quiet_option, json_option)
-
-
-def _context_flag(option: str, key: str, about: str) -> Callable[[_Command], _Command]:
+def _context_flag(key: str, about: str, *names: str) -> Callable[[_Command], _Command]:
     """A flag that the terminal reads from the command's context; no function passes it on."""
 
     def store(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
         context.meta[key] = value
 
-    return click.option(option, is_flag=True, expose_value=False, callback=store, help=about)
+    return click.option(*names, is_flag=True, expose_value=False, callback=store, help=about)
 
 
-open_option = _context_flag("--open", OPEN, "Open what was made in the browser.")
-details_option = _context_flag("--details", DETAILS, "Print every finding, warning and table.")
-
-
-_WHEN = "  [default: except in plane strain; view makes it later]"
+json_option = _context_flag(JSON, "Print JSON on stdout.", "--json", "as_json")
+quiet_option = _context_flag(QUIET, "Print only failures.", "--quiet", "-q")
+output_options = together(quiet_option, json_option)
+open_option = _context_flag(OPEN, "Open what was made in the browser.", "--open")
+details_option = _context_flag(DETAILS, "Print every finding, warning and table.", "--details")
 result_options = together(
     click.option("--page/--no-page", default=None, help=f"Draw report.html.{_WHEN}"),
     click.option("--cad/--no-cad", default=None, help=f"Write STEP and STL files.{_WHEN}"),
@@ -303,7 +310,6 @@ result_options = together(
 go_on_option = click.option(
     "--go-on", is_flag=True, help="Even where the forecast exceeds the memory that is free."
 )
-CONTROLLER_NAMES = CONTROLLERS.shipped_names()
 
 
 def complete_controller(

@@ -1,4 +1,4 @@
-"""``fingerdesign sweep``: all variants of a study, on the cores at hand or on a cluster."""
+"""``fingerdesign sweep`` and ``optimise``: the variants of a study, here or on a cluster."""
 
 import json
 import re
@@ -6,7 +6,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +37,8 @@ from fingerdesign.search.run.run import (
 from fingerdesign.search.study.file import Study, parse_study
 from fingerdesign.search.study.variants import base_design, variants
 from fingerdesign_cli.inputs import refuse_foreign
-from fingerdesign_cli.terminal import open_page, print_table, progress
+from fingerdesign_cli.options import Options
+from fingerdesign_cli.terminal import as_json, open_page, print_table, progress, quiet
 
 _NUMBER = re.compile(r"-(\d{4,6})(?:-3d|-auto)?$")
 _PLAIN_S = 8.0  # between plain lines, where stderr is no terminal; looks are 2 s apart
@@ -54,15 +55,15 @@ _KINDS = {
 class StudyProgress:
     """Shows the progress of a study, on a bar, in plain lines, or a JSON line an outcome.
 
-    cluster: set it once it is there; its dashboard's address is reported when it has started.
+    cluster: its dashboard's address is reported when it has started. silent: no such lines.
     """
 
-    def __init__(self, show: Progress, quiet: bool, as_json: bool) -> None:
-        self._show, self._quiet, self._as_json = show, quiet, as_json
+    def __init__(self, show: Progress, cluster: Cluster, silent: bool = False) -> None:
+        self._show, self._cluster = show, cluster
+        self._quiet, self._as_json = silent or quiet(), as_json() and not silent
         self._dashboard_shown = False
         self._next, self._waited = 0.0, False
         self._start, self._last = time.monotonic(), ""
-        self.cluster: Cluster | None = None
         self.last: Standing | None = None
 
     def __call__(self, standing: Standing) -> None:
@@ -85,7 +86,7 @@ class StudyProgress:
             self._show(text, standing.number / max(standing.of, 1))
 
     def _dashboard(self) -> None:
-        address = None if self.cluster is None else self.cluster.dashboard
+        address = self._cluster.dashboard
         if self._as_json:
             line({"dashboard": address})
         elif not self._quiet:
@@ -150,10 +151,17 @@ def variant_number(name: str) -> int | None:
     return None if found is None else int(found[1])
 
 
-def say_failures(outcomes: Sequence[Outcome], causes: Path) -> None:
-    """One line on stderr, of variants that failed; nothing where none did."""
-    if failures := sum(outcome.failure is not None for outcome in outcomes):
+def _say_end(outcomes: Sequence[Outcome], target: Path) -> None:
+    """Say where the report is or, with --quiet, how many variants failed; open the report."""
+    page, failures = target / "report.html", sum(each.failure is not None for each in outcomes)
+    if as_json():
+        pass
+    elif not quiet():
+        click.echo(f"report: {page}")
+    elif failures:
+        causes = target / "failures.csv"
         click.echo(f"{failures} of {len(outcomes)} failed: causes in {causes}", err=True)
+    open_page(page)
 
 
 def say_recommended(found: Summary) -> None:
@@ -169,33 +177,33 @@ def line(value: dict[str, Any]) -> None:
     sys.stdout.flush()
 
 
-def _read(study_file: Path, fidelity: str | None) -> tuple[str, Study]:
-    """A study's text with the fidelity of the command, where that is given, and what it says."""
-    text = file_text(study_file, "study")
-    study = parse_study(text, str(study_file))
-    if fidelity is None or fidelity == study.study.fidelity:
-        return text, study
-    import tomlkit
+@dataclass(frozen=True)
+class Setting(Options):
+    """How a study is run: by so many processes, or on a cluster; retry: again what failed for time,
+    memory or a crash; fidelity: instead of the study's own."""
 
-    document: Any = tomlkit.parse(text)
-    document.setdefault("study", {})["fidelity"] = fidelity
-    text = tomlkit.dumps(document)
-    return text, parse_study(text, str(study_file))
+    workers: int | None
+    scheduler: str | None
+    retry: bool
+    fidelity: str | None
+
+    def read(self, study_file: Path) -> tuple[str, Study]:
+        """A study, and its text with the fidelity of the command, where that is given."""
+        text = file_text(study_file, "study")
+        study = parse_study(text, str(study_file))
+        if self.fidelity in (None, study.study.fidelity):
+            return text, study
+        import tomlkit
+
+        document: Any = tomlkit.parse(text)
+        document.setdefault("study", {})["fidelity"] = self.fidelity
+        text = tomlkit.dumps(document)
+        return text, parse_study(text, str(study_file))
 
 
-def optimise(
-    study_file: Path,
-    out: Path,
-    trials: int | None,
-    workers: int | None,
-    scheduler: str | None,
-    retry: bool,
-    fidelity: str | None,
-    quiet: bool,
-    as_json: bool,
-) -> int:
+def optimise(study_file: Path, out: Path, trials: int | None, setting: Setting) -> int:
     """Search STUDY for fingers that are better in its [[objectives]], within its [constraints]."""
-    (text, study), folder = _read(study_file, fidelity), study_file.parent
+    (text, study), folder = setting.read(study_file), study_file.parent
     refuse_aimless(study)
     target = out / study.name
     refuse_foreign(SEARCH_FOLDER, target)
@@ -204,36 +212,32 @@ def optimise(
     journal = journal_path(target.absolute())
     with (
         Trials(study, search.base, journal) as trials_on_disk,  # locked till the folder is written
-        progress(study.name, quiet or as_json) as show,
-        Cluster(workers, scheduler) as cluster,
+        progress(study.name, not as_json()) as show,
+        Cluster(setting.workers, setting.scheduler) as cluster,
     ):
-        shown = StudyProgress(show, quiet, as_json)
-        shown.cluster = cluster
-        report = _SearchProgress(shown, len(search.scenes))
+        report = _SearchProgress(StudyProgress(show, cluster), len(search.scenes))
 
         def evaluated(plan: Sequence[Planned]) -> tuple[Outcome, ...]:
-            return run_jobs(plan, store, cluster, study.limits, report.standing, retry=retry)
+            limits, retry = study.limits, setting.retry
+            return run_jobs(plan, store, cluster, limits, report.standing, retry=retry)
 
-        batch = max(BATCH, workers or 0)
+        batch = max(BATCH, setting.workers or 0)
         tried = searched(search, trials_on_disk, evaluated, trials, batch, report.trials)
         report.searching = False
         found = confirm(search, tried, evaluated, lambda message: show(message, None))
         show("writing the report", 1.0)
         with SEARCH_FOLDER.written(target) as aside:
             write_optimised(aside, found, text)
-    if as_json:
+    outcomes = [o for each in tried for o in each.outcomes]
+    if as_json():
         line({"folder": str(target), **found.data()})
-    elif not quiet:
+    elif not quiet():
         for sentence in (*found.sentences(), *verdict(found)):
             click.echo(sentence)
         for table in tables(found):
             print_table(table.caption, table.columns, table.rows)
-        click.echo(f"report: {target / 'report.html'}")
-    else:
-        every = [o for each in tried for o in each.outcomes] + list(found.again)
-        say_failures(every, target / "failures.csv")
-    open_page(target / "report.html")
-    return 0 if any(o.status == "ok" for each in tried for o in each.outcomes) else 1
+    _say_end([*outcomes, *found.again], target)
+    return 0 if any(outcome.status == "ok" for outcome in outcomes) else 1
 
 
 class _SearchProgress:
@@ -270,37 +274,25 @@ class _SearchProgress:
         self._show(replace(now, **shown, left=left, seconds=seconds))
 
 
-def sweep(
-    study_file: Path,
-    out: Path,
-    workers: int | None,
-    scheduler: str | None,
-    retry: bool,
-    fidelity: str | None,
-    quiet: bool,
-    as_json: bool,
-) -> int:
+def sweep(study_file: Path, out: Path, setting: Setting) -> int:
     """Analyse every variant of STUDY, a TOML file or a shipped study, and compare them."""
-    (text, study), folder = _read(study_file, fidelity), study_file.parent
+    (text, study), folder = setting.read(study_file), study_file.parent
     target = out / study.name
     refuse_foreign(FOLDER, target)
     scenes = study_scenes(study, folder)
     plan = list(planned(study, variants(study, base_design(study, folder)), scenes))
-    with progress(study.name, quiet or as_json) as show:
-        reported = StudyProgress(show, quiet, as_json)
-        with Cluster(workers, scheduler) as cluster:
-            reported.cluster = cluster
-            outcomes = run_jobs(plan, Store(), cluster, study.limits, reported, retry=retry)
+    with progress(study.name, not as_json()) as show:
+        with Cluster(setting.workers, setting.scheduler) as cluster:
+            look = StudyProgress(show, cluster)
+            outcomes = run_jobs(plan, Store(), cluster, study.limits, look, retry=setting.retry)
         show("writing the report", 1.0)
         with FOLDER.written(target) as aside:
             compared = write_study(aside, study, outcomes, text)
-    if as_json:
-        line({"folder": str(target), **_counts(outcomes, reported.last)})
-    elif not quiet:
-        _show(compared, outcomes, reported.last, target)
-    else:
-        say_failures(outcomes, target / "failures.csv")
-    open_page(target / "report.html")
+    if as_json():
+        line({"folder": str(target), **_counts(outcomes, look.last)})
+    elif not quiet():
+        _show(compared, outcomes, look.last, target)
+    _say_end(outcomes, target)
     return 0 if any(outcome.status == "ok" for outcome in outcomes) else 1
 
 
@@ -337,4 +329,3 @@ def _show(
     elif counts["from_store"]:
         click.echo(f"{counts['computed']} computed, {counts['from_store']} were in the store")
     say_recommended(head)
-    click.echo(f"report: {target / 'report.html'}")

@@ -3,7 +3,6 @@
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import click
 import numpy as np
@@ -48,7 +47,8 @@ from fingerdesign.sensing.identify.trace_report import (
 from fingerdesign.sensing.model import gripped_case
 from fingerdesign.sensing.train.estimator import TrainingResult
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded
-from fingerdesign_cli.terminal import open_page, print_json, print_table, say
+from fingerdesign_cli.options import Options
+from fingerdesign_cli.terminal import open_page, print_table, say, say_result
 
 _WORDS = {
     "x": "plates along x",
@@ -70,8 +70,6 @@ def train(
     noise: float,
     workers: int | None,
     fidelity: str,
-    quiet: bool,
-    as_json: bool,
 ) -> int:
     """Train the estimator that the regulator grips by, on DESIGN's own model."""
     design, _ = read_case(design_file)
@@ -79,7 +77,7 @@ def train(
 
     name = design.design.name
     kind = RecordFolder("training result", "training.json", ("training.json", "estimator.json"))
-    with recorded(kind, out / name, quiet) as (folder, show):
+    with recorded(kind, out / name) as (folder, show):
         result = training_result_for(
             design, None, lambda message: show(message, 0.0), workers or usable_cores(), fidelity
         )
@@ -88,10 +86,7 @@ def train(
         (folder / "estimator.json").write_text(result.estimator.to_json(), encoding="utf-8")
         (folder / "training.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
         show("writing", 1.0)
-    if as_json:
-        print_json({"design": name, **record})
-    elif not quiet:
-        _show_errors(result, name, out / name)
+    say_result(lambda: {"design": name, **record}, lambda: _show_errors(result, name, out / name))
     return 0
 
 
@@ -113,19 +108,11 @@ def _held_out(result: TrainingResult) -> str:
     if grips is None or fingers is None:
         return "held-out grips (trained by an earlier version, which did not record their fingers)"
     if fingers:
-        words = f"{grips} grips of {fingers} other fingers, drawn as those for training"
-        return words
+        return f"{grips} grips of {fingers} other fingers, drawn as those for training"
     return f"{grips} other grips of the same finger or fingers: it is not tested on another one"
 
 
-def export(
-    files: tuple[Path, ...],
-    out: Path,
-    to: str,
-    noise: float | None,
-    quiet: bool,
-    as_json: bool,
-) -> int:
+def export(files: tuple[Path, ...], out: Path, to: str, noise: float | None) -> int:
     """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99."""
     if len(files) > 2:
         raise click.UsageError("give a design, or an estimator and its design")
@@ -134,16 +121,16 @@ def export(
     estimator = estimator if noise is None else estimator.at_noise(noise)
     name, written = design.design.name, c_files(estimator, design.grip)
     kind = RecordFolder("regulator in C", next(iter(written)), tuple(written))
-    with recorded(kind, out / name, quiet) as (folder, _):
+    with recorded(kind, out / name) as (folder, _):
         for file, content in written.items():
             write_whole(folder / file, content)
     weights = sum(layer.weight.size for layer in estimator.band.layers)
-    if as_json:
-        about = {"gages": estimator.gages, "noise_microstrain": estimator.noise}
-        print_json({"design": name, **about, "weights": weights, "files": list(written)})
-    elif not quiet:
-        names = " and ".join(written)
-        click.echo(f"{out / name}: {names}, {estimator.gages} gages, {weights} weights")
+    about = {"gages": estimator.gages, "noise_microstrain": estimator.noise}
+    names = f"{out / name}: {' and '.join(written)}"
+    say_result(
+        lambda: {"design": name, **about, "weights": weights, "files": list(written)},
+        lambda: click.echo(f"{names}, {estimator.gages} gages, {weights} weights"),
+    )
     return 0
 
 
@@ -163,58 +150,69 @@ def _estimator_of(design: Design, path: Path | None) -> GripEstimator:
 
 
 @dataclass(frozen=True)
-class Shown:
-    """The place and the form of an identification's output."""
+class Simulated(Options):
+    """Whether a trace or a bench is simulated, and of which finger."""
 
-    out: Path
-    quiet: bool
-    as_json: bool
+    simulate: bool
+    faults: tuple[str, ...]
+    seed: int
+
+
+@dataclass(frozen=True)
+class Fitted(Options):
+    """What is fitted to: a trace, with so many terms of relaxation, or a bench, whose curves the
+    estimator is given; measured: the former name of source."""
+
+    source: Path | None
+    measured: Path | None
+    bench: bool
+    estimator_file: Path | None
+    terms: int | None
+
+    @property
+    def file(self) -> Path | None:
+        """The measurements."""
+        return self.source or self.measured
+
+    @property
+    def is_bench(self) -> bool:
+        """True for a bench's folder or table, and where a bench is to be simulated."""
+        file = self.file
+        return self.bench or (file is not None and (file.is_dir() or file.name == TABLE))
 
 
 def identify(
     design_file: Path,
-    source: Path | None,
-    measured: Path | None,
-    simulate: bool,
-    bench: bool,
-    estimator_file: Path | None,
-    faults: tuple[str, ...],
-    seed: int,
-    terms: int | None,
+    out: Path,
+    fitted: Fitted,
+    simulated: Simulated,
     workers: int | None,
     fidelity: str,
-    **output: Any,
 ) -> int:
     """Fit hidden values of the finger cast by DESIGN to a trace or a bench, or simulate either."""
-    source, shown = source or measured, Shown(**output)
-    if simulate == (source is not None):
-        raise click.UsageError("give either SOURCE (a trace, or a bench's folder) or --simulate")
-    bench = bench or (source is not None and (source.is_dir() or source.name == TABLE))
-    _refuse_options(bench, simulate, estimator_file, faults, terms)
+    _refuse_options(fitted, simulated)
     design, _ = read_case(design_file)
-    if source is None and bench:
-        return _simulate_bench(design, faults or _DRAWN, seed, fidelity, shown)
+    target, source = out / design.design.name, fitted.file
+    if source is None and fitted.is_bench:
+        return _simulate_bench(design, simulated, fidelity, target)
     if source is None:
-        return _simulate_trace(design, seed, fidelity, shown)
-    if bench:
-        estimator = estimator_for(design, estimator_file, fidelity)
-        return _identify_bench(design, source, estimator, workers, fidelity, shown)
-    return _identify_trace(design, source, terms, fidelity, shown)
+        return _simulate_trace(design, simulated.seed, fidelity, target)
+    if fitted.is_bench:
+        estimator = estimator_for(design, fitted.estimator_file, fidelity)
+        return _identify_bench(design, source, estimator, workers, fidelity, target)
+    return _identify_trace(design, source, fitted.terms, fidelity, target)
 
 
-def _refuse_options(
-    bench: bool,
-    simulate: bool,
-    estimator_file: Path | None,
-    faults: tuple[str, ...],
-    terms: int | None,
-) -> None:
-    """Raise UsageError for an option that has no meaning for this source."""
-    if estimator_file is not None and (simulate or not bench):
+def _refuse_options(fitted: Fitted, simulated: Simulated) -> None:
+    """Raise UsageError for options that have no meaning together."""
+    simulate, bench = simulated.simulate, fitted.is_bench
+    if simulate == (fitted.file is not None):
+        raise click.UsageError("give either SOURCE (a trace, or a bench's folder) or --simulate")
+    if fitted.estimator_file is not None and (simulate or not bench):
         raise click.UsageError("--estimator needs the measurements of a bench")
-    if faults and not (simulate and bench):
+    if simulated.faults and not (simulate and bench):
         raise click.UsageError("--fault is for --simulate --bench alone")
-    if terms is not None and (simulate or bench):
+    if fitted.terms is not None and (simulate or bench):
         raise click.UsageError("--terms is for a recorded trace alone")
 
 
@@ -224,35 +222,29 @@ def _identify_bench(
     estimator: GripEstimator | None,
     workers: int | None,
     fidelity: str,
-    shown: Shown,
+    target: Path,
 ) -> int:
-    target = shown.out / design.design.name
-    with recorded(CALIBRATION, target, shown.quiet) as (folder, show):
+    with recorded(CALIBRATION, target) as (folder, show):
         processes = workers or usable_cores()
         found = calibrated_finger(design, source, estimator, fidelity, processes, show)
         show("writing", 1.0)
         write_calibration(found, folder)
-    if shown.as_json:
-        print_json(plain(found.data))
-    elif not shown.quiet:
-        _show_fit(found, target)
+    say_result(lambda: plain(found.data), lambda: _show_fit(found, target))
     return 0
 
 
-def _simulate_bench(
-    design: Design, faults: tuple[str, ...], seed: int, fidelity: str, shown: Shown
-) -> int:
-    target = shown.out / design.design.name
-    with recorded(MEASURED, target, shown.quiet) as (folder, show):
+def _simulate_bench(design: Design, simulated: Simulated, fidelity: str, target: Path) -> int:
+    faults, seed = simulated.faults or _DRAWN, simulated.seed
+    with recorded(MEASURED, target) as (folder, show):
         show("simulating the bench")
         bench = simulated_bench(design, faults, seed, fidelity)
         write_measured(bench, folder)
     names = [phase.name for phase in bench.phases]
-    if shown.as_json:
-        about = {"faults": list(faults), "seed": seed, "lean_deg": bench.lean_deg}
-        print_json({"design": design.design.name, **about, "traces": names})
-    elif not shown.quiet:
-        click.echo(f"{target}: {TABLE} and {len(names)} traces; drawn.toml is the finger drawn")
+    about = {"faults": list(faults), "seed": seed, "lean_deg": bench.lean_deg}
+    words = f"{target}: {TABLE} and {len(names)} traces; drawn.toml is the finger drawn"
+    say_result(
+        lambda: {"design": design.design.name, **about, "traces": names}, lambda: click.echo(words)
+    )
     return 0
 
 
@@ -282,34 +274,30 @@ def _show_fit(found: CalibratedFinger, folder: Path) -> None:
 
 
 def _identify_trace(
-    design: Design, source: Path, terms: int | None, fidelity: str, shown: Shown
+    design: Design, source: Path, terms: int | None, fidelity: str, target: Path
 ) -> int:
-    target = shown.out / design.design.name
     gripped_case(design, fidelity)
     trace = read_trace(source, len(gage_array(design)))
-    with recorded(IDENTIFICATION, target, shown.quiet) as (folder, show):
+    with recorded(IDENTIFICATION, target) as (folder, show):
         found = identified(design, trace, str(source), fidelity, terms, show)
         show("writing", 1.0)
         data = write_identification(found, source.name, folder)
-    if shown.as_json:
-        print_json(plain(data))
-    elif not shown.quiet:
-        _show_values(data, target)
+    say_result(lambda: plain(data), lambda: _show_values(data, target))
     open_page(target / PAGE_FILE)
     return 0
 
 
-def _simulate_trace(design: Design, seed: int, fidelity: str, shown: Shown) -> int:
-    target = shown.out / design.design.name
-    with recorded(SIMULATED, target, shown.quiet) as (folder, show):
+def _simulate_trace(design: Design, seed: int, fidelity: str, target: Path) -> int:
+    with recorded(SIMULATED, target) as (folder, show):
         show("simulating a trace")
         made = simulated_trace(design, seed, fidelity)
         (folder / TRACE_FILE).write_text(made.trace.to_csv(), encoding="utf-8")
         (folder / TRUTH_FILE).write_text(json_text(made.truth), encoding="utf-8")
-    if shown.as_json:
-        print_json({"design": design.design.name, "seed": seed, "rows": len(made.trace)})
-    elif not shown.quiet:
-        click.echo(f"{target / TRACE_FILE}: {len(made.trace)} rows; truth.json is what was drawn")
+    rows = len(made.trace)
+    say_result(
+        lambda: {"design": design.design.name, "seed": seed, "rows": rows},
+        lambda: click.echo(f"{target / TRACE_FILE}: {rows} rows; truth.json is what was drawn"),
+    )
     return 0
 
 

@@ -14,7 +14,7 @@ from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.metrics import METRICS
 from fingerdesign_cli.options import SHELVES
-from fingerdesign_cli.terminal import WIDTH, print_json, print_table
+from fingerdesign_cli.terminal import WIDTH, as_json, print_json, print_table
 
 _Row = dict[str, Any]
 
@@ -111,14 +111,14 @@ _SHELVES: dict[str, tuple[str, Callable[[], Iterator[_Row]]]] = {
 assert tuple(_SHELVES) == SHELVES
 
 
-def list_(what: tuple[str, ...], as_json: bool) -> None:
+def list_(what: tuple[str, ...]) -> None:
     """Show the entries of WHAT; without WHAT its choices, or with JSON every entry."""
-    if not what and not as_json:
+    if not what and not as_json():
         rows = [[name, words] for name, (words, _) in _SHELVES.items()]
         print_table("", ["fingerdesign list ...", "shows"], rows, WIDTH)
         return
     found = {name: list(_SHELVES[name][1]()) for name in what or SHELVES}
-    if as_json:
+    if as_json():
         print_json(found)
         return
     for name, entries in found.items():

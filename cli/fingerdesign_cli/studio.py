@@ -15,15 +15,16 @@ import click
 
 from fingerdesign.studio.serve import HOST, new_token, serve
 from fingerdesign.studio.session import Session
+from fingerdesign_cli.terminal import quiet
 
 
-def studio(design_file: Path | None, port: int, no_open: bool, quiet: bool) -> int:
+def studio(design_file: Path | None, port: int, no_open: bool) -> int:
     """Serve the studio until it is interrupted."""
     _refuse_taken(port)
     session = Session(design_file)
 
     def ready(address: str) -> None:
-        if not quiet:
+        if not quiet():
             click.echo(f"studio: {address}")
             click.echo("open it in a browser on this machine; Ctrl-C ends it")
         if not no_open:

@@ -8,7 +8,7 @@ import shlex
 import sys
 import textwrap
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from io import TextIOWrapper
@@ -20,7 +20,7 @@ import click
 from fingerdesign.errors import printable
 from fingerdesign.records.verdict import SIGNS, Fix, Verdict, VerdictView
 from fingerdesign.runtime.progress import Progress, silent
-from fingerdesign_cli.options import DETAILS, OPEN
+from fingerdesign_cli.options import DETAILS, JSON, OPEN, QUIET
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -64,12 +64,12 @@ def degrade_signs() -> None:
 
 
 @contextmanager
-def progress(title: str, quiet: bool = False) -> Iterator[Progress]:
-    """Show progress on stderr: a bar on a terminal, plain lines elsewhere, nothing if ``quiet``.
+def progress(title: str, shown: bool = True) -> Iterator[Progress]:
+    """Show progress on stderr: a bar on a terminal, plain lines elsewhere; nothing with --quiet.
 
     stdout stays free for results. A plain line is written when the message changes.
     """
-    if quiet:
+    if quiet() or not shown:
         yield silent
     elif sys.stderr.isatty():
         with _bar(title) as show:
@@ -261,9 +261,27 @@ def details() -> bool:
     return _flag(DETAILS)
 
 
+def quiet() -> bool:
+    """True if the command that runs was given ``--quiet``."""
+    return _flag(QUIET)
+
+
+def as_json() -> bool:
+    """True if the command that runs was given ``--json``."""
+    return _flag(JSON)
+
+
 def _flag(key: str) -> bool:
     context = click.get_current_context(silent=True)
     return context is not None and bool(context.meta.get(key))
+
+
+def say_result(data: Callable[[], object], show: Callable[[], None]) -> None:
+    """Report a result in the form that the command was given: as JSON, else in words, else not."""
+    if as_json():
+        print_json(data())
+    elif not quiet():
+        show()
 
 
 def open_page(page: Path) -> None:

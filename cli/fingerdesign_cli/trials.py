@@ -1,6 +1,6 @@
 """``fingerdesign study``: controllers judged on one design, tuned before it on request."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,72 +23,51 @@ from fingerdesign.trials.study import (
 from fingerdesign.trials.tables import NONE, at_noise
 from fingerdesign.trials.tuning import DESIGN_FILE, TuningSetting
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded, refuse_foreign
-from fingerdesign_cli.options import CONTROLLER_NAMES
+from fingerdesign_cli.options import CONTROLLER_NAMES, Options
 from fingerdesign_cli.terminal import (
     number,
     open_page,
-    print_json,
     print_table,
     say_marked,
+    say_result,
 )
 
 
-def study(
-    design_file: Path,
-    out: Path,
-    controllers: tuple[str, ...],
-    estimator_file: Path | None,
-    workers: int | None,
-    fidelity: Any,
-    quiet: bool,
-    as_json: bool,
-    tune: bool,
-    **axes: Any,
-) -> int:
-    """Judge controllers on DESIGN over friction, weight and noise, or on perturbed fingers."""
-    design, _ = read_case(design_file)
-    target = out / design.design.name
-    grid = _grid(**axes)
-    refuse(grid, ())
-    refuse_foreign(FOLDER, target)
-    setting = TuningSetting(tuple(axes["noises"])) if axes["noises"] else TuningSetting()
-    options = StudyOptions(
-        estimator=estimator_for(design, estimator_file, fidelity),
-        workers=workers or usable_cores(),
-        fidelity=fidelity,
-        tuning=setting if tune else None,
-    )
-    journal = journal_beside(target.absolute())
-    with recorded(FOLDER, target, quiet, journal) as (folder, show):
-        names = controllers or CONTROLLER_NAMES
-        found = run_study(design, names, grid, journal, replace(options, report=show))
-        show("writing", 1.0)
-        write_study(found, folder)
-    if as_json:
-        print_json(plain(found.data))
-    elif not quiet:
-        _show(found, target)
-    open_page(target / "control.html")
-    return 0
+@dataclass(frozen=True)
+class Hands(Options):
+    """The controllers to judge, all without a name; tune: each is tuned first; estimator_file: the
+    regulator's."""
+
+    controllers: tuple[str, ...]
+    estimator_file: Path | None
+    tune: bool
 
 
-def _grid(
-    frictions: tuple[float, ...],
-    masses: tuple[float, ...],
-    noises: tuple[float, ...],
-    seed: int,
-    quick: bool,
-    no_tug: bool,
-    perturbed: bool,
-    faults: tuple[str, ...],
-    plants: int | None,
-    lifts: int | None,
-) -> ControlGrid:
-    """The grid of the options; DesignError where some belong to perturbed fingers alone."""
-    given = {"frictions": frictions, "masses_g": masses, "noises": noises}
-    changes: dict[str, Any] = {key: values for key, values in given.items() if values}
-    if not perturbed:
-        needs = {"--fault": faults, "--plants": plants, "--lifts": lifts}
+@dataclass(frozen=True)
+class Axes(Options):
+    """The axes of a study; empty: as usual. faults, plants and lifts: of perturbed fingers."""
+
+    frictions: tuple[float, ...]
+    masses: tuple[float, ...]
+    noises: tuple[float, ...]
+    seed: int
+    quick: bool
+    no_tug: bool
+    perturbed: bool
+    faults: tuple[str, ...]
+    plants: int | None
+    lifts: int | None
+
+    def grid(self) -> ControlGrid:
+        """The grid; DesignError where some options belong to perturbed fingers alone."""
+        given = {"frictions": self.frictions, "masses_g": self.masses, "noises": self.noises}
+        changes: dict[str, Any] = {key: values for key, values in given.items() if values}
+        if self.perturbed:
+            usual = Perturbed(plants=4) if self.quick else Perturbed()
+            plants, lifts = self.plants or usual.plants, self.lifts or usual.lifts
+            own = Perturbed(self.faults, plants, lifts)
+            return ControlGrid.of_perturbed(own, self.seed, **changes)
+        needs = {"--fault": self.faults, "--plants": self.plants, "--lifts": self.lifts}
         wrong = [
             Fault(key, value, "given with --perturbed alone", "add --perturbed, or leave it out")
             for key, value in needs.items()
@@ -96,11 +75,41 @@ def _grid(
         ]
         if wrong:
             raise DesignError(wrong)
-        grid = ControlGrid.quick() if quick else ControlGrid()
-        return replace(grid, **changes, seed=seed, tug=None if no_tug else grid.tug)
-    usual = Perturbed(plants=4) if quick else Perturbed()
-    own = Perturbed(faults, plants or usual.plants, lifts or usual.lifts)
-    return ControlGrid.of_perturbed(own, seed, **changes)
+        grid = ControlGrid.quick() if self.quick else ControlGrid()
+        tug = None if self.no_tug else grid.tug
+        return replace(grid, **changes, seed=self.seed, tug=tug)
+
+
+def study(
+    design_file: Path,
+    out: Path,
+    hands: Hands,
+    workers: int | None,
+    fidelity: Any,
+    axes: Axes,
+) -> int:
+    """Judge controllers on DESIGN over friction, weight and noise, or on perturbed fingers."""
+    design, _ = read_case(design_file)
+    target = out / design.design.name
+    grid = axes.grid()
+    refuse(grid, ())
+    refuse_foreign(FOLDER, target)
+    setting = TuningSetting(axes.noises) if axes.noises else TuningSetting()
+    options = StudyOptions(
+        estimator=estimator_for(design, hands.estimator_file, fidelity),
+        workers=workers or usable_cores(),
+        fidelity=fidelity,
+        tuning=setting if hands.tune else None,
+    )
+    journal = journal_beside(target.absolute())
+    with recorded(FOLDER, target, journal) as (folder, show):
+        names = hands.controllers or CONTROLLER_NAMES
+        found = run_study(design, names, grid, journal, replace(options, report=show))
+        show("writing", 1.0)
+        write_study(found, folder)
+    say_result(lambda: plain(found.data), lambda: _show(found, target))
+    open_page(target / "control.html")
+    return 0
 
 
 def _show(found: ControlStudy, folder: Path) -> None:
@@ -153,7 +162,7 @@ def _show_faults(found: ControlStudy) -> None:
 
 
 def _never_lifted(found: ControlStudy, name: str) -> int:
-    """How many of a row's grips neither lifted nor dropped their object."""
+    """Count a row's grips that neither lifted nor dropped their object."""
     cells = [each for each in found.trials if each.cell.controller == name and not each.cell.tug]
     level = [each.result for each in cells if each.cell.noise == found.trace_noise]
     return sum(not each.lifted and not each.gross_slip for each in level)

@@ -1,5 +1,6 @@
 """``fingerdesign validate``: what each modelling assumption costs for this finger, and saves."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
@@ -12,50 +13,59 @@ from fingerdesign.validate.gages.record import Observability, write_observabilit
 from fingerdesign.validate.gages.study import observe, refuse
 from fingerdesign.validate.record import Row, Validation
 from fingerdesign_cli.inputs import read_case, recorded
-from fingerdesign_cli.terminal import number, open_page, print_json, print_table
+from fingerdesign_cli.options import Options
+from fingerdesign_cli.terminal import number, open_page, print_table, say_result
+
+
+@dataclass(frozen=True)
+class Assumptions(Options):
+    """The assumptions to judge: all without ``keys``; deep: at finite strain in 3-D too."""
+
+    deep: bool
+    keys: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Gages(Options):
+    """Whether the gages are judged instead: noise in microstrain, grips to learn from."""
+
+    gages: bool
+    noise: float | None
+    grips: int | None
+    workers: int | None
 
 
 def validate(
     design_file: Path,
     out: Path,
     scene_file: Path | None,
-    deep: bool,
-    keys: tuple[str, ...],
-    gages: bool,
-    noise: float | None,
-    grips: int | None,
-    workers: int | None,
+    assumptions: Assumptions,
+    gages: Gages,
     fidelity: str,
-    quiet: bool,
-    as_json: bool,
 ) -> int:
     """Report what each modelling assumption costs for DESIGN in a scene, and what it saves."""
-    if gages:
-        if scene_file is not None or deep or keys:
+    if gages.gages:
+        if scene_file is not None or assumptions.deep or assumptions.keys:
             raise click.UsageError("--gages takes no --scene, --deep and --only")
-        noise, grips = 0.5 if noise is None else noise, 600 if grips is None else grips
-        return _validate_gages(design_file, out, noise, grips, workers, fidelity, quiet, as_json)
-    if noise is not None or grips is not None:
+        return _validate_gages(design_file, out, gages, fidelity)
+    if gages.noise is not None or gages.grips is not None:
         raise click.UsageError("--noise and --grips are for --gages alone")
     finger, scene = read_case(design_file, scene_file)
     from fingerdesign.validate.run import FOLDER, validate, write_validation
 
     name = finger.design.name
-    with recorded(FOLDER, out / name, quiet) as (folder, show):
+    with recorded(FOLDER, out / name) as (folder, show):
         found = validate(
             finger,
             scene,
-            deep=deep,
+            deep=assumptions.deep,
             scene_name=scene_file.stem if scene_file is not None else "",
-            keys=keys,
+            keys=assumptions.keys,
             report=show,
         )
         show("writing the report", 1.0)
         write_validation(found, folder)
-    if as_json:
-        print_json(found.data())
-    elif not quiet:
-        _show(found, out / name)
+    say_result(found.data, lambda: _show(found, out / name))
     open_page(out / name / "validate.html")
     if found.failure is not None:
         click.echo(f"{name}: {found.failure}", err=True)
@@ -88,30 +98,19 @@ def _cells(row: Row) -> list[list[str]]:
     return found
 
 
-def _validate_gages(
-    design_file: Path,
-    out: Path,
-    noise: float,
-    grips: int,
-    workers: int | None,
-    fidelity: str,
-    quiet: bool,
-    as_json: bool,
-) -> int:
+def _validate_gages(design_file: Path, out: Path, options: Gages, fidelity: str) -> int:
     """Report how well DESIGN's gages determine the stick ratio, how few suffice and where."""
+    noise = 0.5 if options.noise is None else options.noise
+    grips = 600 if options.grips is None else options.grips
     design, _ = read_case(design_file)
     refuse(design, noise, grips)
     name = design.design.name
-    with recorded(GAGE_STUDY, out / name, quiet) as (folder, show):
-        found = observe(
-            design, noise, grips, lambda message: show(message), workers or usable_cores(), fidelity
-        )
+    with recorded(GAGE_STUDY, out / name) as (folder, show):
+        workers = options.workers or usable_cores()
+        found = observe(design, noise, grips, lambda message: show(message), workers, fidelity)
         show("writing", 1.0)
         write_observability(found, folder)
-    if as_json:
-        print_json(found.data())
-    elif not quiet:
-        _show_gages(found, out / name)
+    say_result(found.data, lambda: _show_gages(found, out / name))
     open_page(out / name / "observability.png")
     return 0
 

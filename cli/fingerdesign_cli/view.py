@@ -24,15 +24,17 @@ from fingerdesign_cli.inputs import read_case
 from fingerdesign_cli.looks import Kind, Look, kind_of, look_at, marked
 from fingerdesign_cli.terminal import (
     WIDTH,
+    as_json,
     details,
     open_page,
     opens,
-    print_json,
     print_table,
+    quiet,
     say,
     say_block,
     say_details,
     say_marked,
+    say_result,
     shortened,
 )
 
@@ -42,19 +44,19 @@ _WRONG = (
 )
 
 
-def view(target: Path, out: Path, cad: bool, quiet: bool, as_json: bool) -> None:
+def view(target: Path, out: Path, cad: bool) -> None:
     """Draw a design, or show the result in a folder, or each result in the folders inside it."""
     if target.is_dir() or _known(target):
-        _show_results(target, cad, quiet, as_json)
+        _show_results(target, cad)
     elif target.exists() or target.suffix == ".toml" or str(target) in shipped_names("design"):
-        _draw(target, out, quiet, as_json)
+        _draw(target, out)
     else:
         bound = "a design's file, a shipped design's name, or a folder that a command wrote"
         remedy = "`fingerdesign list designs` names what is shipped"
         raise DesignError([Fault("DESIGN|DIR", target, bound, remedy)])
 
 
-def _draw(design_file: Path, out: Path, quiet: bool, as_json: bool) -> None:
+def _draw(design_file: Path, out: Path) -> None:
     """Write the dimensioned drawing of a design to OUT/NAME.svg and OUT/NAME.png."""
     design, _ = read_case(design_file)
     name = design.design.name
@@ -67,22 +69,19 @@ def _draw(design_file: Path, out: Path, quiet: bool, as_json: bool) -> None:
     files = [out / f"{name}.svg", out / f"{name}.png"]
     write_whole(files[0], svg)
     write_whole(files[1], png)
-    if as_json:
-        print_json({"design": name, "facts": words, "files": [str(path) for path in files]})
-    elif not quiet:
-        click.echo(f"drawn: {files[0]}, {files[1]}")
+    say_result(
+        lambda: {"design": name, "facts": words, "files": [str(path) for path in files]},
+        lambda: click.echo(f"drawn: {files[0]}, {files[1]}"),
+    )
     open_page(files[0])
 
 
-def _show_results(folder: Path, cad: bool, quiet: bool, as_json: bool) -> None:
+def _show_results(folder: Path, cad: bool) -> None:
     views = [_view(place) for place in _places(folder)]
     for each in views:
         if isinstance(each, _View):
-            _complete(each.place, opens() or not (quiet or as_json), cad)
-    if as_json:
-        print_json([_summary(each) for each in views])
-    elif not quiet:
-        _show_all(views)
+            _complete(each.place, opens() or not (quiet() or as_json()), cad)
+    say_result(lambda: [_summary(each) for each in views], lambda: _show_all(views))
     for each in views:
         if each.report is not None:
             open_page(Path(each.report))

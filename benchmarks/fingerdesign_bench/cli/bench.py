@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 from click.core import ParameterSource
 from fingerdesign_cli.options import Group, folder_option, output_options
-from fingerdesign_cli.terminal import progress
+from fingerdesign_cli.terminal import as_json, progress, quiet
 
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.runtime.progress import Report
@@ -39,9 +39,7 @@ class BenchGroup(Group):
 @click.option("--quick", is_flag=True, help="Coarser and fewer: about a minute in all.")
 @output_options
 @click.pass_context
-def command(
-    context: click.Context, folder: Path, quick: bool, quiet: bool, as_json: bool
-) -> int | None:
+def command(context: click.Context, folder: Path, quick: bool) -> int | None:
     """Compare with known answers; measure speed, accuracy and stability.
 
     `fingerdesign bench` alone runs precision, speed and stability, not the other subcommands (about
@@ -52,15 +50,15 @@ def command(
     """
     if context.invoked_subcommand is not None:
         given = context.get_parameter_source("folder") is not ParameterSource.DEFAULT
-        if given or quick or quiet or as_json:
+        if given or quick or quiet() or as_json():
             raise click.UsageError(
                 f"options come after the subcommand: fingerdesign bench "
                 f"{context.invoked_subcommand} --out DIR"
             )
         return None
-    with progress("bench", quiet or as_json) as report:
+    with progress("bench", not as_json()) as report:
         found, failures = run_parts(folder, report, quick, PARTS)
-    code = found.show(quiet, as_json)
+    code = found.show()
     for part, why in failures.items():
         click.echo(f"{part} failed: {why}", err=True)
     return code

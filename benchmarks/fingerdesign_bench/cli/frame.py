@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 from fingerdesign_cli.options import folder_option, output_options
-from fingerdesign_cli.terminal import print_json, print_table, progress
+from fingerdesign_cli.terminal import as_json, print_json, print_table, progress, quiet
 
 if TYPE_CHECKING:
     from fingerdesign_bench.check import Check
@@ -42,17 +42,17 @@ class Shown:
     record: object = None
     fails: bool = False
 
-    def show(self, quiet: bool, as_json: bool) -> int:
+    def show(self) -> int:
         """Print all of it; return 1 where it fails or a value misses its target."""
         from fingerdesign_bench.machine import busy
 
         warning = busy(self.machine)
-        if warning and not quiet:
+        if warning and not quiet():
             click.echo(warning, err=True)
-        if as_json:
+        if as_json():
             checks = [check.as_dict() for check in self.checks]
             print_json(checks if self.record is None else self.record)
-        elif not quiet:
+        elif not quiet():
             self._print()
         return 0 if not self.fails and all(check.holds for check in self.checks) else 1
 
@@ -81,10 +81,10 @@ def subcommand(
     def made(function: Callable[..., Shown]) -> click.Command:
         name = function.__name__.replace("_", "-")
 
-        def work(folder: Path, quiet: bool, as_json: bool, **given: Any) -> int:
-            with progress(f"bench {name}", quiet or as_json) as report:
+        def work(folder: Path, **given: Any) -> int:
+            with progress(f"bench {name}", not as_json()) as report:
                 found = function(folder, report, **given)
-            return found.show(quiet, as_json)
+            return found.show()
 
         chosen = [click.option("--quick", is_flag=True, help=quick)] if quick else []
         work.__doc__ = function.__doc__

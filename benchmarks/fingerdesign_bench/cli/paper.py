@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 from fingerdesign_cli.options import FILE, folder_option, open_option, output_options
-from fingerdesign_cli.terminal import open_page, print_json, print_table, progress
+from fingerdesign_cli.terminal import as_json, open_page, print_json, print_table, progress, quiet
 
 if TYPE_CHECKING:
     from fingerdesign_bench.paper.claims import Remade
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 )
 @open_option
 @output_options
-def command(folder: Path, design_file: Path, quiet: bool, as_json: bool) -> None:
+def command(folder: Path, design_file: Path) -> None:
     """Remake the paper's Figs 2, 3, 6, 7, 8, 10 and 12, and judge its words by them.
 
     OUT then holds paper.html (the paper's words next to what was measured), each figure as PNG and
@@ -38,16 +38,16 @@ def command(folder: Path, design_file: Path, quiet: bool, as_json: bool) -> None
     from fingerdesign_bench.paper.remade import remake, write_paper
 
     design, _ = read_case(design_file)
-    with progress("paper", quiet) as show:
+    with progress("paper") as show:
         found = remake(design, show)
         show("drawing", 0.93)
         files = write_paper(found, folder)
-    _report(found, files, quiet, as_json)
+    _report(found, files)
     open_page(files[-1])
 
 
-def _report(found: Remade, files: list[Path], quiet: bool, as_json: bool) -> None:
-    if as_json:
+def _report(found: Remade, files: list[Path]) -> None:
+    if as_json():
         from dataclasses import asdict
 
         print_json(
@@ -57,7 +57,7 @@ def _report(found: Remade, files: list[Path], quiet: bool, as_json: bool) -> Non
                 "files": [str(path) for path in files],
             }
         )
-    elif not quiet:
+    elif not quiet():
         rows = [[claim.title, claim.where, claim.verdict] for claim in found.claims]
         name = found.design.design.name
         print_table(f"{name}: does the paper's word hold?", ["claim", "paper", "holds"], rows)
