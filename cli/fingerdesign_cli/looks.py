@@ -22,6 +22,9 @@ GOOD_SHARE, POOR_SHARE = 0.9, 0.5
 GOOD_STICK_ERROR = 0.1  # RMS: a tenth of the contact; at a warning ratio of 0.3 it is seen in time
 LEAST_ANGLE_DEG = 5.0  # dihedral, below which the mesher does not accept a mesh
 _SHOWN = 8  # sentences of a sort; the record has all
+_Data = Mapping[str, Any]
+_Reader = Callable[[_Data, Path], "Look"]
+KINDS: list["Kind"] = []  # In the order in which they are looked for.
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,24 @@ class Look:
         return {"what": self.what, **{k: list(getattr(self, k)) for k in ("good", "bad", "facts")}}
 
 
-_Data = Mapping[str, Any]
+@dataclass(frozen=True)
+class Kind:
+    """A kind of folder: the file that it always holds, how it is read, the page or picture that
+    shows it."""
+
+    record: str
+    look: Callable[[Any, Path], Look]
+    page: str = ""
+
+
+def _look(record: str, page: str = "") -> Callable[[_Reader], _Reader]:
+    """Register how the folders are read that hold a record."""
+
+    def register(read: _Reader) -> _Reader:
+        KINDS.append(Kind(record, read, page))
+        return read
+
+    return register
 
 
 def _percent(share: _Data) -> str:
@@ -59,6 +79,7 @@ def _judged(rates: Mapping[str, float | None], of: str) -> tuple[list[str], list
     return good, [words[name] for name, rate in known.items() if rate < POOR_SHARE]
 
 
+@_look("mold_report.json", "report.html")
 def _mold(data: _Data, _: Path) -> Look:
     failing = [check for check in data["checks"] if not check["ok"]]
     bad = [*([data["failure"]] if data["failure"] else []), *(c["sentence"] for c in failing)]
@@ -76,6 +97,7 @@ def _mold(data: _Data, _: Path) -> Look:
     return Look(what, good, bad, facts, ("part", "made", "size, mm"), rows)
 
 
+@_look("control.json", "control.html")
 def _control(data: _Data, _: Path) -> Look:
     noise = data["criteria"]["good_amplifier_microstrain"]
     rows, rates, used = [], {}, noise
@@ -95,6 +117,7 @@ def _control(data: _Data, _: Path) -> Look:
     return Look(what, good, [*bad, *data["warnings"]], (), headings, rows)
 
 
+@_look("unlike.json")
 def _unlike(data: _Data, _: Path) -> Look:
     names = list(next(iter(data["summaries"].values())))
     rows = [
@@ -111,6 +134,7 @@ def _unlike(data: _Data, _: Path) -> Look:
     return Look(what, good, bad, ("the table: success in %",), ("fault", *names), rows)
 
 
+@_look("tuning.json")
 def _tuning(data: _Data, _: Path) -> Look:
     rows: list[list[str]] = []
     good: list[str] = []
@@ -124,6 +148,8 @@ def _tuning(data: _Data, _: Path) -> Look:
     return Look(what, good, bad, (), ("controller", "before %", "tuned %"), rows)
 
 
+@_look("lesson.json")  # of former versions
+@_look("training.json")
 def _training(data: _Data, folder: Path) -> Look:
     former = data.get("used_errors", ())  # the key of former versions
     frictions = data.get("friction_utilisation_errors", former)
@@ -138,6 +164,7 @@ def _training(data: _Data, folder: Path) -> Look:
     return Look(what, good, bad, (), ("noise, microstrain", "stick ratio", "friction used"), rows)
 
 
+@_look("calibration.json")
 def _calibration(data: _Data, _: Path) -> Look:
     fit, latents = data["fit"], data["latents"]
     known = sum(each["determined"] for each in latents)
@@ -150,6 +177,7 @@ def _calibration(data: _Data, _: Path) -> Look:
     return Look(f"calibration of {data['design']} ({data['fidelity']})", good, bad, facts)
 
 
+@_look("validate.json", "validate.html")
 def _validation(data: _Data, _: Path) -> Look:
     rows = [[each["title"], each["verdict"]] for each in data["assumptions"]]
     advice: dict[str, list[str]] = defaultdict(list)
@@ -160,6 +188,7 @@ def _validation(data: _Data, _: Path) -> Look:
     return Look(what, advice["keep"], bad, advice["limited"], ("assumption", "verdict"), rows)
 
 
+@_look("observability.json", "observability.png")
 def _gages(data: _Data, _: Path) -> Look:
     error, target = data["stick_error"], data["target_stick_error"]
     words = f"stick ratio with an error of {error:.3f} (RMS); target {target:g}"
@@ -172,6 +201,7 @@ def _gages(data: _Data, _: Path) -> Look:
     return Look(what, good, bad, (enough, data["advice"]))
 
 
+@_look("study.json", "report.html")
 def _study(data: _Data, folder: Path) -> Look:
     from fingerdesign.search.compare.read import read_comparison
     from fingerdesign.search.compare.recommend import recommend
@@ -192,6 +222,7 @@ def _study(data: _Data, folder: Path) -> Look:
     return Look(f"study {data['name']} of {data['base']}", good, bad, facts, headings, rows)
 
 
+@_look("generate.json")
 def _variants(data: _Data, folder: Path) -> Look:
     good = [f"{data['variants']} variants that can exist"] if data["variants"] else []
     bad = []
@@ -202,6 +233,7 @@ def _variants(data: _Data, folder: Path) -> Look:
     return Look(f"variants of the study {data['name']}", good, bad)
 
 
+@_look("quality.json", "mesh.png")
 def _mesh(data: _Data, _: Path) -> Look:
     angle, inverted = data["min_dihedral_deg"], data["inverted_elements"]
     words = f"least dihedral angle {angle:.1f} degrees, {inverted} inverted elements"
@@ -211,6 +243,7 @@ def _mesh(data: _Data, _: Path) -> Look:
     return Look(what, [words] * sound, [*([] if sound else [words]), *data["remarks"]], facts)
 
 
+@_look("paper.json", "paper.html")
 def _paper(data: _Data, _: Path) -> Look:
     claims = data["claims"]
     rows = [[each["title"], each["where"], each["verdict"]] for each in claims]
@@ -220,6 +253,7 @@ def _paper(data: _Data, _: Path) -> Look:
     return Look(what, good, bad, (), ("claim", "paper", "holds"), rows)
 
 
+@_look("identification.json", "identify.html")
 def _identification(data: _Data, _: Path) -> Look:
     values = [each for each in data["values"] if not each["name"].startswith("gage_")]
     rows = [
@@ -232,34 +266,6 @@ def _identification(data: _Data, _: Path) -> Look:
     facts = [] if motion is None else [f"next: {motion['words']}"]
     what = f"values of {data['design']} from {data['trace']}"
     return Look(what, (), [*bad, *data["warnings"]], facts, ("value", "found"), rows)
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A kind of folder: the file that it always holds, how it is read, the page or picture that
-    shows it."""
-
-    record: str
-    look: Callable[[Any, Path], Look]
-    page: str = ""
-
-
-KINDS = (
-    Kind("mold_report.json", _mold, "report.html"),
-    Kind("control.json", _control, "control.html"),
-    Kind("unlike.json", _unlike),
-    Kind("tuning.json", _tuning),
-    Kind("training.json", _training),
-    Kind("lesson.json", _training),  # of former versions
-    Kind("calibration.json", _calibration),
-    Kind("identification.json", _identification, "identify.html"),
-    Kind("validate.json", _validation, "validate.html"),
-    Kind("observability.json", _gages, "observability.png"),
-    Kind("study.json", _study, "report.html"),
-    Kind("generate.json", _variants),
-    Kind("quality.json", _mesh, "mesh.png"),
-    Kind("paper.json", _paper, "paper.html"),
-)
 
 
 def kind_of(place: Path) -> Kind | None:

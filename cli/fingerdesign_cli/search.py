@@ -179,7 +179,7 @@ def line(value: dict[str, Any]) -> None:
 
 @dataclass(frozen=True)
 class Setting(Options):
-    """How a study is run: by so many processes, or on a cluster; retry: again what failed for time,
+    """The way to run a study: so many processes, or a cluster; retry: again what failed for time,
     memory or a crash; fidelity: instead of the study's own."""
 
     workers: int | None

@@ -151,7 +151,7 @@ def _estimator_of(design: Design, path: Path | None) -> GripEstimator:
 
 @dataclass(frozen=True)
 class Simulated(Options):
-    """Whether a trace or a bench is simulated, and of which finger."""
+    """The finger of a simulated trace or bench; simulate: one is simulated."""
 
     simulate: bool
     faults: tuple[str, ...]
@@ -160,8 +160,8 @@ class Simulated(Options):
 
 @dataclass(frozen=True)
 class Fitted(Options):
-    """What is fitted to: a trace, with so many terms of relaxation, or a bench, whose curves the
-    estimator is given; measured: the former name of source."""
+    """Measurements to fit to: a trace, with so many terms of relaxation, or a bench, whose curves
+    the estimator is given; measured: the former name of source."""
 
     source: Path | None
     measured: Path | None

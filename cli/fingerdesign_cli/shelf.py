@@ -17,6 +17,17 @@ from fingerdesign_cli.options import SHELVES
 from fingerdesign_cli.terminal import WIDTH, as_json, print_json, print_table
 
 _Row = dict[str, Any]
+# By name: what it shows in words, and its entries; in the order of their functions.
+_SHELVES: dict[str, tuple[str, Callable[[], Iterator[_Row]]]] = {}
+
+
+def _shelf(words: str) -> Callable[[Callable[[], Iterator[_Row]]], None]:
+    """Register the function of its entries, named after it, as a topic of the list."""
+
+    def register(entries: Callable[[], Iterator[_Row]]) -> None:
+        _SHELVES[entries.__name__.removeprefix("_")] = (words, entries)
+
+    return register
 
 
 def _why(text: str) -> str:
@@ -25,6 +36,7 @@ def _why(text: str) -> str:
     return re.split(r"(?<=[.?!]) (?=[A-Z])", comment, maxsplit=1)[0].rstrip(".")
 
 
+@_shelf("shipped fingers, to analyse or to start from")
 def _designs() -> Iterator[_Row]:
     for name in shipped_names("design"):
         design = load_design(name)
@@ -37,6 +49,7 @@ def _designs() -> Iterator[_Row]:
         }
 
 
+@_shelf("objects and paths, for --scene")
 def _scenes() -> Iterator[_Row]:
     for name in shipped_names("scene"):
         text = shipped_text(name, "scene")
@@ -51,6 +64,7 @@ def _scenes() -> Iterator[_Row]:
         }
 
 
+@_shelf("searches and sweeps of many fingers")
 def _studies() -> Iterator[_Row]:
     for name in shipped_names("study"):
         text = shipped_text(name, "study")
@@ -62,6 +76,7 @@ def _studies() -> Iterator[_Row]:
         yield {"name": name, "for": command, "why": _why(text)}
 
 
+@_shelf("elastomers and plate materials with their sources")
 def _materials() -> Iterator[_Row]:
     for name, material in MATERIALS.items():
         published = material.published_MPa
@@ -75,6 +90,7 @@ def _materials() -> Iterator[_Row]:
         }
 
 
+@_shelf("numbers that a study compares fingers by")
 def _metrics() -> Iterator[_Row]:
     for metric in METRICS.values():
         words = {"max": "higher", "min": "lower"}.get(metric.better or "", "-")
@@ -86,6 +102,7 @@ def _metrics() -> Iterator[_Row]:
         }
 
 
+@_shelf("hands that grip, for --controller")
 def _controllers() -> Iterator[_Row]:
     for kind in CONTROLLERS.kinds():
         trained = "an estimator (fingerdesign train)" if kind.trained else "nothing"
@@ -100,14 +117,6 @@ def _controllers() -> Iterator[_Row]:
         }
 
 
-_SHELVES: dict[str, tuple[str, Callable[[], Iterator[_Row]]]] = {
-    "designs": ("shipped fingers, to analyse or to start from", _designs),
-    "scenes": ("objects and paths, for --scene", _scenes),
-    "studies": ("searches and sweeps of many fingers", _studies),
-    "materials": ("elastomers and plate materials with their sources", _materials),
-    "metrics": ("numbers that a study compares fingers by", _metrics),
-    "controllers": ("hands that grip, for --controller", _controllers),
-}
 assert tuple(_SHELVES) == SHELVES
 
 

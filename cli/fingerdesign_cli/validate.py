@@ -27,7 +27,7 @@ class Assumptions(Options):
 
 @dataclass(frozen=True)
 class Gages(Options):
-    """Whether the gages are judged instead: noise in microstrain, grips to learn from."""
+    """The study of the gages; gages: it is requested. noise: microstrain; grips: to learn from."""
 
     gages: bool
     noise: float | None

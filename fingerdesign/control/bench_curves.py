@@ -134,17 +134,7 @@ def bench_curves(phases: Sequence[Phase], gage_x: Array) -> BenchCurves:
     (press,) = _of_kind(phases, "press")
     cross_talk = _cross_talk(phases)
     normal, approach = pressed(press.points)
-    sheared = [(f, r, k) for f, r, k in (_sheared(p, normal) for p in _of_kind(phases, "shear"))]
-    rising: list[tuple[float, Array, float]] = []
-    for each in sorted(sheared, key=lambda found: found[0]):
-        if each[2] > 0.0 and (not rising or each[0] > rising[-1][0]):
-            rising.append(each)
-    if len(rising) < LEAST_SHEARS:
-        raise SolverError("sheared on the bench, the finger gives no rising tangential force")
-    sticking = NormalCalibration(
-        np.array([f for f, _, _ in rising]), np.array([r for _, r, _ in rising])
-    )
-    stiffness = np.array([k for _, _, k in rising])
+    sticking, stiffness = _sticking(phases, normal)
     found = Calibration(
         gage_x=np.asarray(gage_x, dtype=float),
         normal=normal,
@@ -162,6 +152,22 @@ def bench_curves(phases: Sequence[Phase], gage_x: Array) -> BenchCurves:
         pull = float(at.tangential_force[-1]) - cross_talk * force
         return BenchCurves(found, tilted, (at.readings[-1] - normal.at(force)) / pull, pull / force)
     return BenchCurves(found, tilted)
+
+
+def _sticking(
+    phases: Sequence[Phase], normal: NormalCalibration
+) -> tuple[NormalCalibration, Array]:
+    """Responses to the small shears, by F_n, and dF_t/dx (k,); those that rise. Raises SolverError
+    where they are too few."""
+    rising: list[tuple[float, Array, float]] = []
+    sheared = [_sheared(each, normal) for each in _of_kind(phases, "shear")]
+    for each in sorted(sheared, key=lambda found: found[0]):
+        if each[2] > 0.0 and (not rising or each[0] > rising[-1][0]):
+            rising.append(each)
+    if len(rising) < LEAST_SHEARS:
+        raise SolverError("sheared on the bench, the finger gives no rising tangential force")
+    forces, responses, stiffness = (np.array(each) for each in zip(*rising, strict=True))
+    return NormalCalibration(forces, responses), stiffness
 
 
 def _delay(phases: Sequence[Phase], normal: NormalCalibration, approach: Array) -> int:

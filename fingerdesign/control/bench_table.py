@@ -67,7 +67,7 @@ def read_bench(source: Path, gages: int) -> tuple[Phase, ...]:
     errors = [
         DesignError(faults, str(table.parent / each.name))
         for each in phases
-        if (faults := list(_CHECKS[each.kind](each)))
+        if (faults := list(_phase_faults(each)))
     ]
     if errors:
         raise DesignError.together(errors)
@@ -242,13 +242,16 @@ def _quick_faults(phase: Phase) -> Iterator[Fault]:
         yield Fault("dy_mm", f"{moves} moves", "one move that closes, then none", "press at once")
 
 
-_CHECKS: dict[Kind, Callable[[Phase], Iterator[Fault]]] = {
-    "press": _press_faults,
-    "shear": _shear_faults,
-    "slide": _slide_faults,
-    "tilt": _press_faults,
-    "quick": _quick_faults,
-}
+def _phase_faults(phase: Phase) -> Iterator[Fault]:
+    """Faults of a trace that is not what its phase says."""
+    checks: dict[Kind, Callable[[Phase], Iterator[Fault]]] = {
+        "press": _press_faults,
+        "shear": _shear_faults,
+        "slide": _slide_faults,
+        "tilt": _press_faults,
+        "quick": _quick_faults,
+    }
+    return checks[phase.kind](phase)
 
 
 def table_text(phases: Sequence[Phase]) -> str:

@@ -132,13 +132,21 @@ def calibrate(
     if not full_stick.max() > 0.0:
         raise SolverError("no gage answers to a shear at the preload")
     sticking, stiffness = _sticking(make_plant, bounds, normal)
-    x = np.asarray(gage_x, dtype=float)
     delay = 0
     if make_moving is not None:
         force = float(np.interp(bounds.preload, approach, forces))
         delay = delay_of(_quick_press(make_moving(), bounds.preload), force)
-    measured = normal, full_stick, rise / shear, sticking, stiffness, approach, delay
-    return Calibration(x, *measured, _cross_talk(make_plant, bounds))
+    return Calibration(
+        gage_x=np.asarray(gage_x, dtype=float),
+        normal=normal,
+        full_stick=full_stick,
+        tangential_stiffness=rise / shear,
+        sticking=sticking,
+        stiffness=stiffness,
+        approach=approach,
+        delay=delay,
+        cross_talk=_cross_talk(make_plant, bounds),
+    )
 
 
 def _cross_talk(make_plant: PlantMaker, bounds: Bounds) -> float:

@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -64,6 +64,8 @@ _NOTHING = 10.0  # microstrain: what drift and warmth may read
 _LOUDEST = 4.0  # of the noise's standard deviation
 _HEARD = 3.0
 _MOST_NOISE = 1000.0  # microstrain; more than any amplifier has
+# The largest and least numbers of single precision, in which a microcontroller computes.
+_MOST_SINGLE, _LEAST_SINGLE = float(np.finfo(np.float32).max), float(np.finfo(np.float32).tiny)
 OUTLIER = 5.0  # standard deviations of the features: The network was never trained farther out.
 
 
@@ -259,42 +261,48 @@ class GripEstimator:
 
 def _faults(found: GripEstimator) -> list[str]:
     """Faults of an estimator's numbers, in words."""
-    curves, gages, wrong = found.curves, found.gages, []
-    count, points = feature_count(gages), len(curves.normal_force)
+    wrong = []
     if not isinstance(found.design, str):
         wrong.append("design is no text")
     if not 0.0 <= found.noise <= _MOST_NOISE:
         wrong.append(f"the noise is not a number from 0 to {_MOST_NOISE:g} microstrain")
-    force, single = curves.normal_force, np.finfo(np.float32)
-    most = float(single.max)
-    if any(np.abs(each).max(initial=0.0) > most for each in vars(curves).values()):
+    if any(np.abs(each).max(initial=0.0) > _MOST_SINGLE for each in vars(found.curves).values()):
         return [*wrong, "the curves' numbers do not fit single precision"]
-    rising = np.diff(force.astype(np.float32)) > 0.0
-    if points < 2 or force.ndim != 1 or not (force[0] >= 0.0 and rising.all()):
-        wrong.append("the curves' normal forces do not rise from 0 or more")
-    if not curves.pressed.shape == curves.sticking.shape == (points, gages):
-        wrong.append("the curves are not of one shape")
-    if not curves.approach.shape == curves.stiffness.shape == (points,):
-        wrong.append("the curves are not of one shape")
-    elif (np.diff(curves.approach) < 0.0).any() or (curves.stiffness < single.tiny).any():
-        wrong.append("the curves' approaches fall, or a stiffness is not above 0")
-    if not curves.sticking.any():
-        wrong.append("no gage responds where all sticks")
+    wrong += _curve_faults(found.curves, found.gages)
     limits = np.array([band.most_noise for band in found.bands])
     if not len(limits) or not np.isfinite(limits).all() or not (np.diff(limits) > 0.0).all():
         wrong.append("the bands' noises do not rise")
-    for band in found.bands:
-        if band.center.shape != (count,) or band.scale.shape != (count,):
-            wrong.append(f"a band is not of {count} features")
-        elif not (band.scale >= single.tiny).all():
-            wrong.append("a feature's scale is not above 0 in single precision")
-        elif not _most(band) <= most:
-            wrong.append("a network's numbers do not fit single precision")
-        elif band.spread.ndim != 2 or band.spread.shape[1] != 2 or not (band.spread > 0.0).all():
-            wrong.append("a spread is not a table of two columns above 0")
-        elif band.evaluate(np.zeros((1, count))).shape != (1, 3):
-            wrong.append("a network does not give three numbers")
-    return wrong
+    count = feature_count(found.gages)
+    return [*wrong, *filter(None, (_band_fault(band, count) for band in found.bands))]
+
+
+def _curve_faults(curves: FingerCurves, gages: int) -> Iterator[str]:
+    force, points = curves.normal_force, len(curves.normal_force)
+    rising = np.diff(force.astype(np.float32)) > 0.0
+    if points < 2 or force.ndim != 1 or not (force[0] >= 0.0 and rising.all()):
+        yield "the curves' normal forces do not rise from 0 or more"
+    if not curves.pressed.shape == curves.sticking.shape == (points, gages):
+        yield "the curves are not of one shape"
+    if not curves.approach.shape == curves.stiffness.shape == (points,):
+        yield "the curves are not of one shape"
+    elif (np.diff(curves.approach) < 0.0).any() or (curves.stiffness < _LEAST_SINGLE).any():
+        yield "the curves' approaches fall, or a stiffness is not above 0"
+    if not curves.sticking.any():
+        yield "no gage responds where all sticks"
+
+
+def _band_fault(band: Band, features: int) -> str:
+    """Find the first fault of a band's numbers; "" without one."""
+    if band.center.shape != (features,) or band.scale.shape != (features,):
+        return f"a band is not of {features} features"
+    if not (band.scale >= _LEAST_SINGLE).all():
+        return "a feature's scale is not above 0 in single precision"
+    if not _most(band) <= _MOST_SINGLE:
+        return "a network's numbers do not fit single precision"
+    if band.spread.ndim != 2 or band.spread.shape[1] != 2 or not (band.spread > 0.0).all():
+        return "a spread is not a table of two columns above 0"
+    outputs = band.evaluate(np.zeros((1, features)))
+    return "" if outputs.shape == (1, 3) else "a network does not give three numbers"
 
 
 def _most(band: Band) -> float:

@@ -43,17 +43,14 @@ def judge_warnings(
     answered = slice(max(preload - 1, 0), -1)  # the samples that the commands answer
     samples = len(trace.dx[commanded])
     true, pulled = trace.stick_ratio[answered], trace.tangential_force[answered]
-    ratio, rule = trace.reported_stick_ratio, trace.warns
+    ratio = trace.reported_stick_ratio
     reported = None if ratio is None else ratio[commanded]
     error, count = _error(reported, true, pulled) if samples else (None, 0)
     result = replace(result, stick_error=error, stick_error_samples=count, samples=samples)
-    if not samples or (ratio is None and rule is None):
+    rule = None if trace.warns is None else trace.warns[commanded]
+    warns = rule if reported is None else reported < threshold
+    if not samples or warns is None:
         return result
-    if reported is not None:
-        warns = reported < threshold
-    else:
-        assert rule is not None
-        warns = rule[commanded]
     first = np.flatnonzero(np.diff(warns.astype(int), prepend=0) == 1)
     claims = warns if reported is not None else np.isin(np.arange(samples), first)
     number = np.searchsorted(first, np.flatnonzero(claims & (true > threshold + CLEARLY)), "right")

@@ -38,6 +38,12 @@ if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.grip import Grip
 
+__all__ = ["Command", "Controller", "holds"]  # Modules of controllers import them from here.
+Look = tuple[str, Any, str]  # colour (report/style's name, or #rrggbb), dashes, marker
+_Make = TypeVar("_Make", bound=Callable[..., Controller])
+# The calls that a controller must accept: making it, and its two methods.
+_CALLS = {"": "grip, own, held", "start": "self, calibration, sample", "command": "self, sample"}
+
 
 @dataclass(frozen=True)
 class Range:
@@ -62,11 +68,6 @@ class Range:
 
     def _scaled(self, value: float) -> float:
         return float(np.log(value)) if self.logarithmic else value
-
-
-__all__ = ["Command", "Controller", "holds"]  # Modules of controllers import them from here.
-Look = tuple[str, Any, str]  # colour (report/style's name, or #rrggbb), dashes, marker
-_Make = TypeVar("_Make", bound=Callable[..., Controller])
 
 
 @dataclass(frozen=True)
@@ -118,9 +119,6 @@ def controller(
         return make
 
     return register
-
-
-_CALLS = {"": "grip, own, held", "start": "self, calibration, sample", "command": "self, sample"}
 
 
 def _adopted(reference: str, made: Any, key: str) -> ControllerKind:

@@ -15,7 +15,7 @@ import csv
 import difflib
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -126,8 +126,8 @@ def parse_trace(text: str, gages: int | None = None, source: str = "trace") -> T
     _refuse([*faults, *unit_faults(column, rows)], source)
     readings = table[:, [header.index(name) for name in _gages_of(header)]]
     time, dx, dy, normal, tangential = (column[name] for name in COLUMNS)
-    own = (lifted, column.get(TEMPERATURE))
-    return Trace(time, dx, dy, normal, tangential, readings, rows, *own)
+    heated = column.get(TEMPERATURE)
+    return Trace(time, dx, dy, normal, tangential, readings, rows, lifted, heated)
 
 
 def _refuse(faults: Sequence[Fault], source: str) -> None:
@@ -174,19 +174,23 @@ def _header_faults(header: Sequence[str], gages: int | None) -> list[Fault]:
         for name in COLUMNS
         if name not in header
     ]
+    return [*faults, *_gage_column_faults(found, gages)]
+
+
+def _gage_column_faults(found: Sequence[str], gages: int | None) -> Iterator[Fault]:
+    """The fault of the gages' columns: too few, too many, or with a gap."""
     least = LEAST_GAGES if gages is None else gages
     whose = "" if gages is None else ", as the finger has"
     if len(found) < least:
         bound = f"at least {least} gages (gage_1 to gage_{least}){whose}"
         name = f"gage_{len(found) + 1}"
-        faults.append(cell_fault(1, name, f"{len(found)} gages", bound, "record every gage"))
+        yield cell_fault(1, name, f"{len(found)} gages", bound, "record every gage")
     elif gages is not None and len(found) > gages:
         remedy = "leave out what the finger has not"
-        faults.append(cell_fault(1, found[gages], f"{len(found)} gages", f"{gages}{whose}", remedy))
+        yield cell_fault(1, found[gages], f"{len(found)} gages", f"{gages}{whose}", remedy)
     elif found and found[-1] != f"gage_{len(found)}":
         bound = f"gage_1 to gage_{len(found)} without a gap"
-        faults.append(cell_fault(1, found[-1], "a number too high", bound, "number them from 1"))
-    return faults
+        yield cell_fault(1, found[-1], "a number too high", bound, "number them from 1")
 
 
 def _numbers(

@@ -127,6 +127,14 @@ def _unknown(model: type[BaseModel], location: tuple[int | str, ...], value: obj
         inner = next(iter(value))
         remedy = f"dotted keys go before the first [table]; put `{inner}` under [{name}]"
         return Fault(key, shown(value), "a known key", remedy)
+    nearest = _nearest_key(model, location, name)
+    remedy = f"did you mean {nearest}?" if nearest else "remove it"
+    return Fault(key, shown(value), "a known key", remedy)
+
+
+def _nearest_key(model: type[BaseModel], location: tuple[int | str, ...], name: str) -> str:
+    """Find the key that was meant: the right one in the wrong table, rather than one of a like name
+    in this table; "" for none."""
     table = table_at(model, location[:-1]) or model
     near = difflib.get_close_matches(name, table.model_fields, 1, 0.6)
     by_name: dict[str, str] = {}
@@ -135,12 +143,9 @@ def _unknown(model: type[BaseModel], location: tuple[int | str, ...], value: obj
         if known.count(".") < by_name.get(last, "." * 99).count("."):
             by_name[last] = known
     elsewhere = difflib.get_close_matches(name, by_name, 1, 0.8)
-    if name in by_name or not near:  # the right key in the wrong table, rather than a like one
-        nearest = by_name[elsewhere[0]] if elsewhere else ""
-    else:
-        nearest = dotted((*location[:-1], near[0]))
-    remedy = f"did you mean {nearest}?" if nearest else "remove it"
-    return Fault(key, shown(value), "a known key", remedy)
+    if name in by_name or not near:
+        return by_name[elsewhere[0]] if elsewhere else ""
+    return dotted((*location[:-1], near[0]))
 
 
 def fault_of(error: ErrorDetails, model: type[BaseModel]) -> Fault:

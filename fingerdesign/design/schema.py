@@ -260,23 +260,18 @@ def _part(table: Any, key: str) -> Any:
     return table.get(key) if isinstance(table, Mapping) else getattr(table, key, None)
 
 
-# Files that have a JSON schema, from which editors complete and explain keys.
-_FILES: dict[str, tuple[type[Whole], str]] = {
-    "design": (Design, "A finger design (fingerdesign)"),
-    "scene": (Scene, "A scene that a finger is put through (fingerdesign)"),
-}
-
-
 def json_schema(file: str) -> dict[str, Any]:
-    """The JSON schema of a "design" or a "scene" file, with what plug-ins add to it."""
-    model, title = _FILES[file]
+    """The JSON schema of a "design" or a "scene" file, with what plug-ins add to it; editors
+    complete and explain keys by it."""
+    model: type[Whole] = Design if file == "design" else Scene
+    title = "A finger design" if file == "design" else "A scene that a finger is put through"
     load_plugins()
     schema = model.model_json_schema(mode="validation")
     # Known materials fill in what a file leaves out; which names are known, the schema can't say.
     schema.get("$defs", {}).get("Material", {}).pop("required", None)
     dialect = "https://json-schema.org/draft/2020-12/schema"
     simplified: dict[str, Any] = _without_null(schema)
-    return {"$schema": dialect, **simplified, "title": title}
+    return {"$schema": dialect, **simplified, "title": f"{title} (fingerdesign)"}
 
 
 def schema_text(file: str) -> str:
@@ -302,5 +297,5 @@ def _without_null(node: Any) -> Any:
 
 
 if __name__ == "__main__":
-    for name in _FILES:
+    for name in ("design", "scene"):
         (DATA / f"{name}.schema.json").write_text(schema_text(name), "utf-8")

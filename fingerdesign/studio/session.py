@@ -133,24 +133,19 @@ class Session:
     def look(self) -> Shown:
         """Take over a change of the file; empty where it has not changed."""
         try:
-            if not self.document.changed():
-                if not self._file_faults:
-                    return {}
-                self._file_faults = []  # mended, and as it was before
-                return self.answer()
+            changed = self.document.changed()
         except DesignError as error:
-            found = [f"the file: {fault}" for fault in error.faults]
-            if found == self._file_faults:
+            return self._refused([f"the file: {fault}" for fault in error.faults])
+        if not changed:
+            if not self._file_faults:
                 return {}
-            other = [each for each in self.faults if each not in self._file_faults]
-            self._file_faults, self.faults = found, [*found, *other]
-            return self.shown()
+            self._file_faults = []  # mended, and as it was before
+            return self.answer()
         self._file_faults = []
         self.design = self.document.design()
         values = dict(leaves(self.design.model_dump(mode="json")))
-        fresh = {each.key: each for each in sliders_of(self.document.saved_design())}
         object_part = [each for each in self.sliders if not each.of_design]
-        own = [each for each in fresh.values() if each.of_design]
+        own = [each for each in sliders_of(self.document.saved_design()) if each.of_design]
         self.sliders = (*object_part, *own)
         self.values = {
             each.key: float(values[each.key]) if each.of_design else self.values[each.key]
@@ -158,6 +153,14 @@ class Session:
         }
         self.numbers, self.picked = None, None
         return self.start() | {"note": "the file has changed: taken over"}
+
+    def _refused(self, found: list[str]) -> Shown:
+        """The file has faults: they are shown, once, and its former content stays."""
+        if found == self._file_faults:
+            return {}
+        other = [each for each in self.faults if each not in self._file_faults]
+        self._file_faults, self.faults = found, [*found, *other]
+        return self.shown()
 
     def shown(self) -> Shown:
         """The page's pictures and words of the present state."""

@@ -34,7 +34,7 @@ from fingerdesign.mesh.moved import with_plates_moved
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.sensing.identify import sensitivities
 from fingerdesign.sensing.identify.bench import phase_problems, protocol, simulated_bench
-from fingerdesign.sensing.identify.bench_fit import Noise, fit_latents
+from fingerdesign.sensing.identify.bench_fit import Measured, Noise, fit_latents
 from fingerdesign.sensing.identify.bench_report import write_measured
 from fingerdesign.sensing.train.result import settings_of, training_key
 from tests.sensing.conftest import FINGER
@@ -198,14 +198,14 @@ def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
 def test_sensitivities_are_cached_and_a_dead_gage_is_named(design, measured, monkeypatch):
     phases = read_bench(measured, GAGES)
     x = [each.x for each in plate_frames(design)]
-    fit_latents(design, phases, bench_curves(phases, np.array(x)), Noise(0.5, 0.005))
+    fit_latents(Measured(design, phases, bench_curves(phases, np.array(x)), Noise(0.5, 0.005)))
     monkeypatch.setattr(sensitivities, "Pool", None)  # no process any more
     dead = []
     for each in phases:
         readings = each.points.readings.copy()
         readings[:, 1] = 0.0
         dead.append(replace(each, points=replace(each.points, readings=readings)))
-    fit = fit_latents(design, dead, bench_curves(dead, np.array(x)), Noise(0.5, 0.005))
+    fit = fit_latents(Measured(design, dead, bench_curves(dead, np.array(x)), Noise(0.5, 0.005)))
     assert fit.dead == (2,)
     values, deviations = fit.of("gain")
     assert (values[1], deviations[1]) == pytest.approx((0.0, 0.03))

@@ -192,21 +192,28 @@ class Regulator:
         if self._probed == inf:
             if pressed < own.probe_force_N:
                 return 0.0, self._close(sample)
-            pulled = ratio - self._history[-1].sample.tangential_force / pressed
-            unfelt = max(pulled, 0.0) / friction if friction is not None else 0.0
-            room = _NEAR * own.target - self._utilisation - unfelt
-            if room > 0.0:
-                step = own.pull_share * pressed / sqrt(1 + len(self._pending))
-                if friction is not None:
-                    step = max(min(step, _OF_ROOM * room * friction * pressed), _SLOWEST * step)
+            if (step := self._probing_pull(ratio, pressed)) > 0.0:
                 return self._shear(step), 0.0
             self._probe_ends(pressed)
         if friction is None:
-            return self._shear(own.pull_share * self._pressed(sample)), 0.0
+            return self._shear(own.pull_share * pressed), 0.0
         closing = self._close(sample)
         aim = own.target * self._surely(friction)
         aim *= sample.normal_force + max(self._pressing, 0.0) * closing
         return self._shear(aim - sample.tangential_force), closing
+
+    def _probing_pull(self, ratio: float, pressed: float) -> float:
+        """The rise of F_t of a probe's next step, N; 0 where the probe is at its end."""
+        own, friction = self._own, self.friction
+        pulled = ratio - self._history[-1].sample.tangential_force / pressed
+        unfelt = max(pulled, 0.0) / friction if friction is not None else 0.0
+        room = _NEAR * own.target - self._utilisation - unfelt
+        if not room > 0.0:
+            return 0.0
+        step = own.pull_share * pressed / sqrt(1 + len(self._pending))
+        if friction is not None:
+            step = max(min(step, _OF_ROOM * room * friction * pressed), _SLOWEST * step)
+        return step
 
     def _surely(self, friction: float) -> float:
         """Less so many of its standard deviations."""

@@ -42,8 +42,9 @@ _CREEP = 0.1  # of a pull: the least that the oracle moves while the object is s
 _TUG = 1.05  # times F_t at the lift: less may be noise
 
 
-# Pulls: two moves to the limit of a slippery object, or sixty.
-_PULL = (0.003, 0.06)
+def _pull_range(table: str) -> Range:
+    """The range of a hand's pulls: two moves to the limit of a slippery object, or sixty."""
+    return Range(f"grip.{table}.pull_share", 0.003, 0.06)
 
 
 @dataclass(frozen=True)
@@ -185,7 +186,7 @@ class _Hand:
     table=FixedForce,
     tuned=(
         Range("grip.fixed_force.force_N", 0.5, 40.0),
-        Range("grip.fixed_force.pull_share", *_PULL),
+        _pull_range("fixed_force"),
     ),
     look=("purple", (0, (1.5, 1.5)), "^"),
 )
@@ -204,7 +205,7 @@ class FixedForceHand(_Hand):
     table=FixedRatio,
     tuned=(
         Range("grip.fixed_ratio.ratio", 0.05, 0.8),
-        Range("grip.fixed_ratio.pull_share", *_PULL),
+        _pull_range("fixed_ratio"),
     ),
     look=("#a67c00", (0, (6, 2, 1.5, 2)), "v"),  # ochre, on light and dark paper alike
 )
@@ -236,7 +237,7 @@ class FixedRatioHand(_Hand):
         Range("grip.reactive.slip_share", 0.1, 0.99, logarithmic=False),
         Range("grip.reactive.force_floor_N", 0.003, 0.3),
         Range("grip.reactive.step_up", 1.05, 2.5),
-        Range("grip.reactive.pull_share", *_PULL),
+        _pull_range("reactive"),
     ),
     look=("vermilion", (0, (6, 2)), "s"),
 )
@@ -338,22 +339,30 @@ def _line_through(x: Array, y: Array, at: float) -> float:
     return float(y[k] + (at - x[k]) * (y[k + 1] - y[k]) / (x[k + 1] - x[k]))
 
 
-_ORACLE: dict[str, Any] = {
-    "table": Oracle,
-    "table_name": "oracle",
-    "tuned": (Range("grip.oracle.pull_share", *_PULL),),
-    "knows": "friction and weight",
-}
-
-
-@controller("oracle_1.2", place=5, look=("ink", (0, (3, 1, 1, 1, 1, 1)), "P"), **_ORACLE)
+@controller(
+    "oracle_1.2",
+    place=5,
+    table=Oracle,
+    table_name="oracle",
+    tuned=(_pull_range("oracle"),),
+    look=("ink", (0, (3, 1, 1, 1, 1, 1)), "P"),
+    knows="friction and weight",
+)
 class OracleNear(OracleHand):
     """1.2 times the least force that holds."""
 
     margin = 1.2
 
 
-@controller("oracle_1.5", place=6, look=("muted", (0, (4, 2)), "X"), **_ORACLE)
+@controller(
+    "oracle_1.5",
+    place=6,
+    table=Oracle,
+    table_name="oracle",
+    tuned=(_pull_range("oracle"),),
+    look=("muted", (0, (4, 2)), "X"),
+    knows="friction and weight",
+)
 class OracleSafe(OracleHand):
     """1.5 times the least force that holds."""
 

@@ -181,8 +181,10 @@ class MirrorPair:
         """
         history, half = self._finger.history, 0.5 * weight / self._relaxation
         start = self._finger.start(closing, half)
-        own = (closing, half, history.workspace, start, most)
-        return self._held(solve_shear(history.problem, history.state, *own))
+        found = solve_shear(
+            history.problem, history.state, closing, half, history.workspace, start, most
+        )
+        return self._held(found)
 
     def slide(self, closing: float) -> PairState:
         """Sheared until the whole contact slides; ``carried`` is then what friction carries."""

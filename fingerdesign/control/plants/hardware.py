@@ -56,8 +56,7 @@ class ImperfectPlant:
         fade = 0.0  # what is left of the way to where the stage is sent, after a sample's time
         if hardware.actuator_lag_s > 0.0:
             fade = float(np.exp(-1.0 / (hardware.sample_rate_Hz * hardware.actuator_lag_s)))
-        own = (hardware.stage_step_mm, hardware.backlash_mm, fade)
-        self._axes = [_Axis(*own) for _ in range(2)]
+        self._axes = [_Axis(hardware.stage_step_mm, hardware.backlash_mm, fade) for _ in range(2)]
 
     def move(self, dx: float, dy: float) -> Sample:
         """Move as far as the stage does, read what the sensors say; see :class:`Plant`."""

@@ -215,15 +215,12 @@ class LiftPlant:
             self._since_lift += 1
         self._moves += 1
         move = self._move_of(dx, dy)
-        same = (move.closing, move.weight) == (self._closing, self._weight)
-        moved = self._truth.sliding is not None and self._truth.complete_slip
-        calm = same and not moved and self._fingers.settled
-        if calm and self._lifted and move.hand > self._truth.shear:  # but for the height
+        if self._only_rises(move):
             self._hand, self._speed = move.hand, move.speed
             self._truth = replace(self._truth, rise=move.hand - self._truth.shear)
             return self._sample
         found = self._slide_on(move) if self._truth.sliding else self._find(move)
-        seen = observe(self._fingers.problem, found.held.increment, self._face)
+        truth, sample = observe(self._fingers.problem, found.held.increment, self._face)
         self._fingers.accept(found.held)
         self._fingers.passed()
         self.held = found.held
@@ -232,10 +229,17 @@ class LiftPlant:
         self._weight = move.weight
         if found.lifted and self._since_lift is None:
             self._since_lift = 0
-        self._report(move, found, *seen)
+        self._report(move, found, truth, sample)
         if self._timed.inertia is not None:
             self._note_motion(move, found, begins)
         return self._sample
+
+    def _only_rises(self, move: _Move) -> bool:
+        """True if nothing changes but the height of a hanging object."""
+        same = (move.closing, move.weight) == (self._closing, self._weight)
+        moved = self._truth.sliding is not None and self._truth.complete_slip
+        calm = same and not moved and self._fingers.settled
+        return calm and self._lifted and move.hand > self._truth.shear
 
     def _move_of(self, dx: float, dy: float) -> _Move:
         """The move as the fingers make it; a hanging object adds its inertia."""
@@ -254,14 +258,11 @@ class LiftPlant:
         """Set truth and sample after a move, from those of the increment alone."""
         share, warming = found.held.relaxation * move.left, self._timed.warming
         kelvin = 0.0 if warming is None else warming.after(self._moves)
-        forces = {
-            "normal_force": share * truth.normal_force,
-            "tangential_force": share * truth.tangential_force,
-        }
         before, all_slid = self._truth, found.dropped or found.slid
         self._truth = replace(
             truth,
-            **forces,
+            normal_force=share * truth.normal_force,
+            tangential_force=share * truth.tangential_force,
             stick_ratio=0.0 if all_slid else truth.stick_ratio,  # it all slid as it dropped
             complete_slip=truth.complete_slip or all_slid,
             lifted=found.lifted,

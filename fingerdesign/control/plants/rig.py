@@ -71,6 +71,12 @@ class Rig:
             problem = self.problem.with_friction(friction_coefficient)
             inner = CondensedPlant(problem, self.face, self.grip.kinetic_share)
         else:
-            own = (friction_coefficient, object_mass_g, self.opposite)
-            inner = LiftPlant.of(self.grip, self.problem, self.face, *own)
+            inner = LiftPlant.of(
+                self.grip,
+                self.problem,
+                self.face,
+                friction_coefficient,
+                object_mass_g,
+                self.opposite,
+            )
         return ImperfectPlant(inner, self.grip.hardware, rng, self.plates)

@@ -40,17 +40,14 @@ OF_GRIPS = frozenset({"radius", "dying", "relaxation", "arm", "patches", "kineti
 _SLIDE, _SLIDES = 6.0, 15  # The slide: its length over friction x depth, its moves.
 _TILT_DEPTH, _TILTS = 0.6, 20  # The tilted press: depth over the stage's travel, moves.
 _QUICK = 40  # The quick press has so many samples beyond the hardware's delay.
-AT_REST, _POINTS_A_SECOND = 100, 1.0  # Each point is the mean of so many samples.
+_AT_REST, _POINTS_A_SECOND = 100, 1.0  # Each point is the mean of so many samples.
 
 
 def protocol(design: Design, tilts: Sequence[float] = (TILT_DEG,)) -> tuple[Phase, ...]:
     """The phases of a bench by the design's ``[grip]`` table: their moves; forces are all 0."""
     grip = design.grip
-    most, step, friction = (
-        grip.max_approach_mm,
-        grip.approach_step_mm,
-        grip.bench_friction_coefficient,
-    )
+    most, step = grip.max_approach_mm, grip.approach_step_mm
+    friction = grip.bench_friction_coefficient
 
     def phase(name: str, kind: Kind, approach: Array, shear: Array, tilt: float = 0.0) -> Phase:
         none = np.zeros(len(approach))
@@ -103,24 +100,29 @@ def phase_problems(
     return [facing(phase) for phase in phases]
 
 
-def model_curves(
-    design: Design,
-    phases: Sequence[Phase],
-    fidelity: str,
-    lean_deg: float = 0.0,
-    neighbour: Design | None = None,
-) -> BenchCurves:
-    """Play the phases' moves on the design's model. Raises SolverError where it has no answer,
-    DesignError for a design that is not sound."""
-    moved = [phase for phase in phases if phase.kind != "quick"]
-    problems = phase_problems(design, moved, fidelity, lean_deg, neighbour)
-    face = design.gages.face
-    with one_thread():
-        played = [
-            phase.played(CondensedPlant(problem, face))
-            for phase, problem in zip(moved, problems, strict=True)
-        ]
-    return bench_curves(played, problems[0].model.gage_x)
+@dataclass(frozen=True)
+class BenchModel:
+    """A design's model on its bench, where the moves of ``phases`` are played.
+
+    Plates of other fingers are moved in the design's own mesh (see bench_problem).
+    """
+
+    design: Design
+    phases: tuple[Phase, ...]
+    fidelity: str = "plane-strain"
+
+    def curves(self, finger: Design | None = None, lean_deg: float = 0.0) -> BenchCurves:
+        """Play the moves on a finger, or on the design. Raises SolverError where the model has no
+        answer, DesignError for a finger that is not sound."""
+        own = self.design if finger is None else finger
+        moved = [phase for phase in self.phases if phase.kind != "quick"]
+        problems = phase_problems(own, moved, self.fidelity, lean_deg, self.design)
+        with one_thread():
+            played = [
+                phase.played(CondensedPlant(problem, own.gages.face))
+                for phase, problem in zip(moved, problems, strict=True)
+            ]
+        return bench_curves(played, problems[0].model.gage_x)
 
 
 @dataclass(frozen=True)
@@ -134,11 +136,7 @@ class SimulatedBench:
 
 
 def simulated_bench(
-    design: Design,
-    faults: Iterable[str],
-    seed: int,
-    fidelity: str = "plane-strain",
-    averaged: int = AT_REST,
+    design: Design, faults: Iterable[str], seed: int, fidelity: str = "plane-strain"
 ) -> SimulatedBench:
     """Play the protocol on a perturbed finger of the design, with its ``[grip.hardware]``.
 
@@ -160,7 +158,7 @@ def simulated_bench(
         return ImperfectPlant(CondensedPlant(problem, own.gages.face), of, rng, plates)
 
     phases = [
-        _recorded(phase, imperfect(problem, hardware.at_rest(averaged)), averaged)
+        _recorded(phase, imperfect(problem, hardware.at_rest(_AT_REST)))
         for phase, problem in zip(plan, problems, strict=True)
     ]
     moves = [(0.0, design.grip.preload_mm)] + [(0.0, 0.0)] * (_QUICK + hardware.delay_samples)
@@ -170,9 +168,9 @@ def simulated_bench(
     return SimulatedBench((*phases, quick), own, drawn.object.tilt_deg)
 
 
-def _recorded(phase: Phase, plant: Plant, averaged: int) -> Phase:
+def _recorded(phase: Phase, plant: Plant) -> Phase:
     moves = phase.points.moves
     trace = trace_of([plant.move(*each) for each in moves], moves, _POINTS_A_SECOND)
     trace = replace(trace, lifted=None)
-    points = points_of(trace, averaged)
-    return replace(phase, points=points, samples=float(averaged), trace=trace)
+    points = points_of(trace, _AT_REST)
+    return replace(phase, points=points, samples=float(_AT_REST), trace=trace)

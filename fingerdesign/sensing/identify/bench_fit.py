@@ -1,6 +1,6 @@
 """Fit of a finger's hidden values to its bench: regularised least squares.
 
-    fit = fit_latents(design, phases, curves, Noise(0.5, 0.005))
+    fit = fit_latents(Measured(design, phases, curves, Noise(0.5, 0.005)))
     fit.latents, fit.values, fit.deviations
 
 With x the latents, each 0 in the design and known before the fit to a standard deviation d (a
@@ -23,7 +23,7 @@ Cross-talk and the force cells' gains are not fitted: they change the values
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,9 +33,9 @@ from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.control.bench_curves import BenchCurves, Phase, pressed
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.runtime.progress import Report
-from fingerdesign.sensing.identify.bench import MOST_LEAN_DEG, model_curves, protocol
+from fingerdesign.sensing.identify.bench import MOST_LEAN_DEG, BenchModel, protocol
 from fingerdesign.sensing.identify.latents import MOST_POISSON, Latent, latents_of, with_latents
-from fingerdesign.sensing.identify.sensitivities import sensitivities
+from fingerdesign.sensing.identify.sensitivities import Difference, sensitivities
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -59,6 +59,25 @@ class Noise:
 
     gage: float
     force: float
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The finger of a design, measured on its bench. curves: bench_curves of the phases; fidelity:
+    of the model that they are compared with."""
+
+    design: Design
+    phases: tuple[Phase, ...]
+    curves: BenchCurves
+    noise: Noise
+    fidelity: str = "plane-strain"
+
+    @property
+    def mean_noise(self) -> Noise:
+        """The noise of a point of the press, which is the mean of many samples."""
+        (press,) = (each for each in self.phases if each.kind == "press")
+        mean = float(np.median(press.points.samples)) ** 0.5
+        return Noise(self.noise.gage / mean, self.noise.force / mean)
 
 
 @dataclass(frozen=True)
@@ -126,18 +145,10 @@ class _Data:
     scalar_deviation: Array
 
 
-def _data(
-    phases: Sequence[Phase],
-    curves: BenchCurves,
-    noise: Noise,
-    alive: BoolArray,
-    fidelity: str,
-) -> _Data:
+def _data(measured: Measured, alive: BoolArray) -> _Data:
     """The measured values; deviations of gages that are dead are infinite."""
+    phases, curves, noise = measured.phases, measured.curves, measured.mean_noise
     own = curves.calibration
-    (press,) = (each for each in phases if each.kind == "press")
-    mean = float(np.median(press.points.samples)) ** 0.5
-    reading, force = noise.gage / mean, noise.force / mean
     some = _some(len(own.approach), _FORCES)
     leant = [pressed(p.points)[0].normal_force for p in phases if p.kind == "tilt"]
     where = _Points(
@@ -150,12 +161,14 @@ def _data(
     strain, scalar = where.of(curves)
     pulls, shears = small_pulls(phases, len(where.sheared))
     slides = [p.points for p in phases if p.kind == "slide" and p.points.shear[-1] > 0.0]
-    apart = 2.0**0.5 * reading / np.array([*pulls, *(at.tangential_force[-1] for at in slides[:1])])
-    mesh = MESH[fidelity]
-    rows = [np.full(where.readings, np.hypot(reading, mesh[0]))]
+    apart = (
+        2.0**0.5 * noise.gage / np.array([*pulls, *(at.tangential_force[-1] for at in slides[:1])])
+    )
+    mesh = MESH[measured.fidelity]
+    rows = [np.full(where.readings, np.hypot(noise.gage, mesh[0]))]
     rows.append(np.hypot(apart, mesh[1]))
     deviation = np.concatenate(rows)[:, None] * np.where(alive, 1.0, np.inf)
-    jitter = np.concatenate([np.full(len(some), force), 2.0**0.5 * force / shears])
+    jitter = np.concatenate([np.full(len(some), noise.force), 2.0**0.5 * noise.force / shears])
     return _Data(where, strain, deviation, scalar, np.hypot(jitter, mesh[2] * scalar))
 
 
@@ -187,15 +200,9 @@ class _Problem:
     """Residuals over deviations, and their derivatives by the latents over theirs."""
 
     def __init__(
-        self,
-        design: Design,
-        phases: Sequence[Phase],
-        fidelity: str,
-        data: _Data,
-        latents: Sequence[Latent],
-        columns: Array,
+        self, model: BenchModel, data: _Data, latents: Sequence[Latent], columns: Array
     ) -> None:
-        self.design, self.phases, self.fidelity, self.data = design, phases, fidelity, data
+        self.model, self.data = model, data
         self.latents, self._columns = latents, columns
         self.scale = np.array([each.deviation for each in latents])
         self._kinds = np.array([each.kind for each in latents])
@@ -205,10 +212,8 @@ class _Problem:
         """The model's at x, in deviations; the design's own where x is no sound finger."""
         if x.tobytes() not in self._solved:
             lean = float(self.values(x, "lean").sum())
-            design = with_latents(self.design, self.latents, x * self.scale)
-            self._solved[x.tobytes()] = model_curves(
-                design, self.phases, self.fidelity, lean, self.design
-            )
+            finger = with_latents(self.model.design, self.latents, x * self.scale)
+            self._solved[x.tobytes()] = self.model.curves(finger, lean)
         return self._solved[x.tobytes()]
 
     def values(self, x: Array, kind: str) -> Array:
@@ -238,39 +243,34 @@ class _Problem:
         return np.concatenate([columns, np.eye(len(x))])
 
 
-def _columns(
-    data: _Data, latents: Sequence[Latent], pairs: Sequence[tuple[BenchCurves, BenchCurves, float]]
-) -> Array:
+def _columns(data: _Data, latents: Sequence[Latent], differences: Sequence[Difference]) -> Array:
     """The Jacobian's columns (data, latents), those of gains 0."""
     rows = data.strain.size + len(data.scalar)
     found = np.zeros((rows, len(latents)))
-    shaped = iter(pairs)
+    shaped = iter(differences)
     for k, latent in enumerate(latents):
         if latent.kind == "gain":
             continue
         if latent.kind == "touch":
-            low = high = pairs[0][0]
-            apart = 2.0 * latent.step
-            below, above = data.where.of(low, -0.5 * apart), data.where.of(high, 0.5 * apart)
+            curves, apart = differences[0].low, 2.0 * latent.step
+            below, above = data.where.of(curves, -latent.step), data.where.of(curves, latent.step)
         else:
-            low, high, apart = next(shaped)
-            below, above = data.where.of(low), data.where.of(high)
+            each = next(shaped)
+            below, above, apart = data.where.of(each.low), data.where.of(each.high), each.apart
         strain = (above[0] - below[0]) / data.strain_deviation
         scalar = (above[1] - below[1]) / data.scalar_deviation
         found[:, k] = np.concatenate([strain.ravel(), scalar]) * latent.deviation / apart
     return found
 
 
-def _about_lean(
-    design: Design, phases: Sequence[Phase], data: _Data, fidelity: str, report: Report
-) -> float:
+def _about_lean(model: BenchModel, data: _Data, report: Report) -> float:
     """Find the lean among ``_LEANS``, degrees, at which the design's own model fits best:
     sensitivities depend on the place of the contact, which a degree moves by plates."""
     left: list[float] = []
     for lean in _LEANS:
         report("looking for the bench's lean")
         try:
-            curves = model_curves(design, phases, fidelity, float(lean), design)
+            curves = model.curves(lean_deg=float(lean))
         except SolverError:
             left.append(np.inf)
             continue
@@ -281,53 +281,51 @@ def _about_lean(
 
 
 def fit_latents(
-    design: Design,
-    phases: Sequence[Phase],
-    curves: BenchCurves,
-    noise: Noise,
-    fidelity: str = "plane-strain",
-    workers: int = 1,
-    report: Report = lambda message: None,
+    measured: Measured, workers: int = 1, report: Report = lambda message: None
 ) -> LatentFit:
-    """Fit the finger that the phases were measured on; curves: bench_curves of these phases.
+    """Fit the finger that was measured.
 
     Raises SolverError where the design's own model has no answer in the phases' moves.
     """
-    gages = curves.calibration.normal.readings.shape[1]
+    design, phases = measured.design, measured.phases
+    gages = measured.curves.calibration.normal.readings.shape[1]
     tilts = [each.tilt_deg for each in phases if each.kind == "tilt"]
     latents = latents_of(design, gages, bool(tilts))
-    dead = dead_gages(curves, noise.gage)
+    dead = dead_gages(measured.curves, measured.noise.gage)
     alive = ~np.isin(np.arange(1, gages + 1), dead)
-    data = _data(phases, curves, noise, alive, fidelity)
+    data = _data(measured, alive)
+    model = BenchModel(design, phases, measured.fidelity)
     (friction,) = {each.friction_coefficient for each in phases if each.kind == "press"}
-    plan = [
-        type(each)(each.name, each.kind, friction, each.tilt_deg, each.points)
-        for each in protocol(design, tilts)
-    ]
+    plan = [replace(each, friction_coefficient=friction) for each in protocol(design, tilts)]
+    about = _about_lean(model, data, report) if tilts else 0.0
+    planned = replace(model, phases=tuple(plan))
     shaped = [each for each in latents if each.kind not in ("gain", "touch")]
-    about = _about_lean(design, phases, data, fidelity, report) if tilts else 0.0
-    pairs = sensitivities(design, plan, shaped, fidelity, workers, report, about)
-    problem = _Problem(design, phases, fidelity, data, latents, _columns(data, latents, pairs))
+    differences = sensitivities(planned, shaped, about, workers, report)
+    problem = _Problem(model, data, latents, _columns(data, latents, differences))
+    report("fitting")
+    found = least_squares(
+        problem.residual,
+        np.array([about / each.deviation * (each.kind == "lean") for each in latents]),
+        problem.jacobian,
+        _bounds(design, latents),
+        ftol=1e-3,
+        xtol=1e-3,
+        max_nfev=_ROUNDS,
+    )
+    return _fitted(problem, found.x, dead, alive)
+
+
+def _bounds(design: Design, latents: Sequence[Latent]) -> tuple[Array, Array]:
+    """The least and the largest latents, in deviations."""
     most = np.full(len(latents), _REACH)
-    least = -most.copy()
+    least = -most
     for k, each in enumerate(latents):
         if each.kind == "poisson":
             room = MOST_POISSON - design.material_of("body").poissons_ratio
             most[k] = max(room / each.deviation, 1e-3)
         if each.kind == "lean":
             most[k], least[k] = MOST_LEAN_DEG / each.deviation, -MOST_LEAN_DEG / each.deviation
-    report("fitting")
-    start = np.array([about / each.deviation * (each.kind == "lean") for each in latents])
-    found = least_squares(
-        problem.residual,
-        start,
-        problem.jacobian,
-        (least, most),
-        ftol=1e-3,
-        xtol=1e-3,
-        max_nfev=_ROUNDS,
-    )
-    return _fitted(problem, found.x, dead, alive)
+    return least, most
 
 
 def _fitted(problem: _Problem, x: Array, dead: tuple[int, ...], alive: BoolArray) -> LatentFit:
@@ -354,6 +352,6 @@ def _fitted(problem: _Problem, x: Array, dead: tuple[int, ...], alive: BoolArray
         gages_after=after,
         misfit=misfit,
         dead=dead,
-        design=with_latents(problem.design, problem.latents, values),
+        design=with_latents(problem.model.design, problem.latents, values),
         curves=problem.curves(x),
     )

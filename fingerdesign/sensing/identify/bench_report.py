@@ -22,14 +22,13 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.records.base import Count, Size, closed, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.progress import Report
-from fingerdesign.sensing.identify.bench_fit import LatentFit, Noise, fit_latents
+from fingerdesign.sensing.identify.bench_fit import LatentFit, Measured, Noise, fit_latents
 from fingerdesign.sensing.identify.joined_curves import joined_calibration
 from fingerdesign.sensing.identify.latents import AXES, TOLERANCE
 from fingerdesign.sensing.model import gripped_case
 from fingerdesign.version import versions
 
 if TYPE_CHECKING:
-    from fingerdesign.control.bench_curves import BenchCurves
     from fingerdesign.control.calibration import Calibration
     from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.schema import Design
@@ -164,11 +163,12 @@ def calibrated_finger(
     hardware = design.rig.hardware
     gage = hardware.gage_noise_microstrain if estimator is None else estimator.noise
     noise = Noise(gage, hardware.force_noise_N)
-    fit = fit_latents(design, phases, curves, noise, fidelity, workers, report)
+    measured = Measured(design, phases, curves, noise, fidelity)
+    fit = fit_latents(measured, workers, report)
     report("joining the curves")
-    known = joined_calibration(design, phases, curves.calibration, fit, noise, fidelity)
+    known = joined_calibration(measured, fit)
     own = None if estimator is None else estimator.on_rig(known)
-    data = _data(design, fidelity, phases, curves, known, noise, fit, estimator)
+    data = _data(measured, known, fit, None if estimator is None else estimator.design)
     return CalibratedFinger(data, known, fit, own)
 
 
@@ -190,20 +190,14 @@ def _refuse_beyond(design: Design, phases: Sequence[Phase], source: Path) -> Non
 
 
 def _data(
-    design: Design,
-    fidelity: str,
-    phases: Sequence[Phase],
-    curves: BenchCurves,
-    own: Calibration,
-    noise: Noise,
-    fit: LatentFit,
-    estimator: GripEstimator | None,
+    measured: Measured, own: Calibration, fit: LatentFit, trained_on: str | None
 ) -> CalibrationData:
+    design, noise = measured.design, measured.noise
     return CalibrationData(
         design=design.design.name,
         digest=design.digest(),
-        fidelity="3d" if fidelity == "3d" else "plane-strain",
-        trained_on=None if estimator is None else estimator.design,
+        fidelity="3d" if measured.fidelity == "3d" else "plane-strain",
+        trained_on=trained_on,
         noise_microstrain=noise.gage,
         force_noise_N=noise.force,
         phases=tuple(
@@ -211,7 +205,7 @@ def _data(
                 *(p.name, p.kind, p.friction_coefficient, p.tilt_deg, p.samples),
                 len(p.points.approach),
             )
-            for p in phases
+            for p in measured.phases
         ),
         curves=CurvesData(
             normal_force_N=tuple(own.normal.normal_force.tolist()),
@@ -222,7 +216,7 @@ def _data(
             stiffness_N_per_mm=tuple(own.stiffness.tolist()),
         ),
         delay_samples=own.delay,
-        slid_ratio=curves.slid,
+        slid_ratio=measured.curves.slid,
         force_cross_talk=own.cross_talk,
         dead_gages=fit.dead,
         latents=tuple(
@@ -233,19 +227,20 @@ def _data(
             for each, value, deviation in zip(fit.latents, fit.values, fit.deviations, strict=True)
         ),
         fit=FitData(fit.before, fit.after, tuple(fit.gages_after.tolist()), fit.misfit),
-        warnings=tuple(_warnings(design, phases, curves, fit)),
+        warnings=(*_plate_warnings(fit), *_gage_warnings(fit), *_bench_warnings(measured)),
         versions=versions(),
     )
 
 
-def _warnings(
-    design: Design, phases: Sequence[Phase], curves: BenchCurves, fit: LatentFit
-) -> Iterator[str]:
+def _plate_warnings(fit: LatentFit) -> Iterator[str]:
     for latent, value, deviation in zip(fit.latents, fit.values, fit.deviations, strict=True):
         most = TOLERANCE.get(latent.kind, np.inf)
         if latent.kind in AXES and abs(value) - _SURELY * deviation > most:
             words = f"{value:+.3g} ± {deviation:.2g} {_AXIS_WORDS[latent.kind]}"
             yield f"plate {latent.number} lies {words}: more than the tolerance of {most:g}"
+
+
+def _gage_warnings(fit: LatentFit) -> Iterator[str]:
     for gage in fit.dead:
         yield f"gage_{gage} has no response: it is left out of the fit and of grips"
     alive = [k for k in range(len(fit.gages_after)) if k + 1 not in fit.dead]
@@ -259,14 +254,18 @@ def _warnings(
             f"the model leaves {fit.after:.3g} microstrain, {fit.misfit**0.5:.1f} times what noise "
             "and mesh explain: deviations are widened by as much, and values may be off by more"
         )
+
+
+def _bench_warnings(measured: Measured) -> Iterator[str]:
+    phases, slid = measured.phases, measured.curves.slid
     reached = max(float(p.points.approach.max()) for p in phases if p.kind == "press")
-    most = design.grip.max_approach_mm
+    most = measured.design.grip.max_approach_mm
     if reached < _SHORT * most:
         yield f"pressed to {reached:g} of {most:g} mm: beyond it curves are the fitted model's"
     stated = {p.friction_coefficient for p in phases if p.kind == "slide"}
     for friction in stated:
-        if curves.slid is not None and abs(curves.slid / friction - 1.0) > _FRICTION_OFF:
-            words = f"slides at F_t / F_n = {curves.slid:.3g}, its stated friction is"
+        if slid is not None and abs(slid / friction - 1.0) > _FRICTION_OFF:
+            words = f"slides at F_t / F_n = {slid:.3g}, its stated friction is"
             yield f"the bench {words} {friction:g}: check both force cells, and the surface"
     if not any(p.kind == "quick" for p in phases):
         yield "no quick press was recorded: the delay is taken for 0"

@@ -11,54 +11,38 @@ and past either end of what was measured its last difference goes on.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.bench_curves import Phase
 from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.signals import NormalCalibration
-from fingerdesign.sensing.identify.bench import model_curves, protocol
-from fingerdesign.sensing.identify.bench_fit import MESH, LatentFit, Noise, small_pulls
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-
+from fingerdesign.sensing.identify.bench import BenchModel, protocol
+from fingerdesign.sensing.identify.bench_fit import MESH, LatentFit, Measured, small_pulls
 
 _SPARSE = 0.02  # A fitted point is added if no measured one is nearer, over the largest force.
 
 
-def joined_calibration(
-    design: Design,
-    phases: Sequence[Phase],
-    measured: Calibration,
-    fit: LatentFit,
-    noise: Noise,
-    fidelity: str,
-) -> Calibration:
+def joined_calibration(bench: Measured, fit: LatentFit) -> Calibration:
     """The measured curves, mended by the fitted finger's; gains and dead gages are the finger's.
 
     Raises SolverError where the fitted model has no answer in the bench's moves.
     """
+    design, measured = bench.design, bench.curves.calibration
     plan = [each for each in protocol(design, ()) if each.kind in ("press", "shear")]
-    lean = float(fit.of("lean")[0].sum())
-    model = model_curves(fit.design, plan, fidelity, lean, design).calibration
+    lean, touch = (float(fit.of(kind)[0].sum()) for kind in ("lean", "touch"))
+    model = BenchModel(design, tuple(plan), bench.fidelity).curves(fit.design, lean).calibration
     alive = ~np.isin(np.arange(1, len(fit.gages_after) + 1), fit.dead)
     gains = np.where(alive, 1.0 + fit.of("gain")[0], 0.0)
-    touch = float(fit.of("touch")[0].sum())
-    (press,) = (each for each in phases if each.kind == "press")
-    mean = float(np.median(press.points.samples)) ** 0.5
-    gage, force = noise.gage / mean, noise.force / mean
-    mesh = max(1.0, fit.misfit) ** 0.5 * np.array(MESH[fidelity])
-    pulls, shears = small_pulls(phases, len(measured.stiffness))
+    noise = bench.mean_noise
+    mesh = max(1.0, fit.misfit) ** 0.5 * np.array(MESH[bench.fidelity])
+    pulls, shears = small_pulls(bench.phases, len(measured.stiffness))
 
     played = fit.curves.calibration  # The same finger in the bench's own moves.
     own, other = measured.normal, _merged(played.normal, model.normal, gains)
     forces = _reaching(own.normal_force, other.normal_force)
-    weight = _weight(mesh[0], np.full(len(own.normal_force), gage))
+    weight = _weight(mesh[0], np.full(len(own.normal_force), noise.gage))
     pressed = _joined(forces, own, other, weight)
     approach = _column(model.normal.normal_force, model.approach - touch)
     closed = _joined(forces, _column(own.normal_force, measured.approach), approach)
@@ -66,9 +50,9 @@ def joined_calibration(
 
     own, other = measured.sticking, _merged(played.sticking, model.sticking, gains)
     sheared = _reaching(own.normal_force, other.normal_force)
-    weight = _weight(mesh[1], 2.0**0.5 * gage / pulls)
+    weight = _weight(mesh[1], 2.0**0.5 * noise.gage / pulls)
     sticking = _joined(sheared, own, other, weight)
-    weight = _weight(mesh[2] * measured.stiffness, 2.0**0.5 * force / shears)
+    weight = _weight(mesh[2] * measured.stiffness, 2.0**0.5 * noise.force / shears)
     stiff = _merged(
         _column(played.sticking.normal_force, played.stiffness),
         _column(model.sticking.normal_force, model.stiffness),

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
 from fingerdesign.layout.rows import plate_frames
-from fingerdesign.sensing.perturb.finger import training_faults
+from fingerdesign.sensing.perturb.finger import placement_keys, places_of, training_faults
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -83,24 +83,18 @@ def with_latents(design: Design, latents: Sequence[Latent], values: Array) -> De
     """The design with these hidden values. DesignError where it is not sound."""
     keys: dict[str, object] = {}
     frames = plate_frames(design)
-    places = np.array([[*each.centre, each.angle_deg] for each in frames]).reshape(-1, 3)
-    moved = False
+    places = places_of(frames)
     for latent, value in zip(latents, values, strict=True):
         if latent.kind in AXES and latent.number is not None:
             places[latent.number, AXES.index(latent.kind)] += value
-            moved = moved or bool(value)
         elif latent.kind in ("modulus", "plate_modulus"):
-            table = "body" if latent.kind == "modulus" else "plates"
+            table: Literal["body", "plates"] = "body" if latent.kind == "modulus" else "plates"
             name = getattr(design, table).material
-            own = design.material_of(table).youngs_modulus_MPa  # type: ignore[arg-type]
+            own = design.material_of(table).youngs_modulus_MPa
             keys[f"materials.{name}.youngs_modulus_MPa"] = own * (1.0 + float(value))
         elif latent.kind == "poisson":
             own = design.material_of("body").poissons_ratio + float(value)
             keys[f"materials.{design.body.material}.poissons_ratio"] = min(own, MOST_POISSON)
-    if moved:
-        rows: list[list[float]] = places.tolist()
-        if any(frame.middle for frame in frames):
-            rows = [[*row, frame.middle] for row, frame in zip(rows, frames, strict=True)]
-            keys |= {"plates.stagger_mm": 0.0, "plates.span_offset_mm": 0.0}
-        keys |= {"plates.placement": rows, "plates.offset_mm": 0.0}
+    if not np.array_equal(places, places_of(frames)):
+        keys |= placement_keys(frames, places)
     return with_values(design, keys)

@@ -23,6 +23,7 @@ from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.trace_model import Terms, TraceModel, Unknown, noise_of
 from fingerdesign.sensing.identify.trace_path import TracePath
 from fingerdesign.sensing.model import grip_problem
@@ -113,7 +114,7 @@ def fit_trace(
     terms: int | None = None,
     start: TraceFit | None = None,
     rough: bool = False,
-    report: Callable[[str], None] = lambda message: None,
+    report: Report = lambda message: None,
 ) -> TraceFit:
     """Fit the trace with as many Prony terms as Schwarz's criterion selects, or with ``terms``.
 
@@ -122,29 +123,34 @@ def fit_trace(
     must remove much of the misfit: a wrong modulus looks like a term of relaxation. Raises
     SolverError where none converges.
     """
-    path = TracePath.of(trace)
-    model = TraceModel(problem, face, path, noise_of(trace))
-    if start is not None and not rough:
-        best = _fit(model, start.restart)
-        if terms is not None:
-            return _corrected(best, trace, report)
-        if not _is_near(best):
-            return _fewer(best)
-        best = _fewer(_corrected(best, trace, report))
-        more = None if len(best.terms) == MOST_TERMS else _with_term(best, False, False, report)
-        return best if more is None or more.bic >= best.bic else more
+    model = TraceModel(problem, face, TracePath.of(trace), noise_of(trace))
+    if start is not None:
+        return _refitted(model, start, trace, terms, report)
     report("fitting without relaxation")
     best = _fit(model, _unknowns(model), rough)
+    if rough:
+        found = None if terms == 0 else _with_term(best, terms is not None, True, report)
+        return best if found is None or found.misfit >= _FAR_GAIN * best.misfit else found
     for _ in range(1 if terms is None else terms):
-        found = _with_term(best, terms is not None, rough, report)
-        if found is None:
-            break
-        if rough:
-            return found if found.misfit < _FAR_GAIN * best.misfit else best
-        if terms is None and found.bic >= best.bic:
+        found = _with_term(best, terms is not None, False, report)
+        if found is None or (terms is None and found.bic >= best.bic):
             break
         best = found
-    return best if rough else _corrected(best, trace, report)
+    return _corrected(best, trace, report)
+
+
+def _refitted(
+    model: TraceModel, start: TraceFit, trace: Trace, terms: int | None, report: Report
+) -> TraceFit:
+    """The fit on another model, begun at an earlier fit."""
+    best = _fit(model, start.restart)
+    if terms is not None:
+        return _corrected(best, trace, report)
+    if not _is_near(best):
+        return _fewer(best)
+    best = _fewer(_corrected(best, trace, report))
+    more = None if len(best.terms) == MOST_TERMS else _with_term(best, False, False, report)
+    return best if more is None or more.bic >= best.bic else more
 
 
 def _is_near(fit: TraceFit) -> bool:
@@ -153,9 +159,7 @@ def _is_near(fit: TraceFit) -> bool:
     return bool(abs(fit.x[0]) <= _NEARLY * _SAME)
 
 
-def _with_term(
-    fit: TraceFit, required: bool, rough: bool, report: Callable[[str], None]
-) -> TraceFit | None:
+def _with_term(fit: TraceFit, required: bool, rough: bool, report: Report) -> TraceFit | None:
     """The fit with one term more; None where the trace shows none, unless it is ``required``."""
     number = len(fit.terms) + 1
     term, gain = _next_term(fit)
@@ -202,9 +206,7 @@ def _next_term(fit: TraceFit) -> tuple[Callable[[int], list[Unknown]], float]:
     return term, gain
 
 
-def _corrected(
-    fit: TraceFit, trace: Trace, report: Callable[[str], None] = lambda message: None
-) -> TraceFit:
+def _corrected(fit: TraceFit, trace: Trace, report: Report = lambda message: None) -> TraceFit:
     """The fit to answers of every row, where the modulus is nearly the model's: thinning changes
     answers by 1e-4."""
     if not _is_near(fit):
@@ -258,8 +260,7 @@ def _fit(model: TraceModel, unknowns: Sequence[Unknown], rough: bool = False) ->
     count = model.data.size - len(information)
     misfit = float(2.0 * found.cost / max(count, 1))
     bic = 2.0 * found.cost + len(information) * np.log(model.data.size)
-    own = (information, misfit)
-    return TraceFit(tuple(unknowns), x, linear, steps, *own, model, float(bic))
+    return TraceFit(tuple(unknowns), x, linear, steps, information, misfit, model, float(bic))
 
 
 def _quick_first(x: Array) -> Array:
@@ -286,7 +287,7 @@ def identified(
     source: str,
     fidelity: str = "plane-strain",
     terms: int | None = None,
-    report: Callable[[str], None] = lambda message: None,
+    report: Report = lambda message: None,
 ) -> Identified:
     """Fit modulus, relaxation, friction and gages of a finger to one trace.
 

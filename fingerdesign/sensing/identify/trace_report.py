@@ -19,7 +19,6 @@ from fingerdesign.version import versions
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.sensing.identify.trace_fit import Identified, TraceFit
-    from fingerdesign.sensing.identify.trace_model import Unknown
 
 RECORD_FILE, DESIGN_FILE, PAGE_FILE = "identification.json", "identified.toml", "identify.html"
 IDENTIFICATION = RecordFolder("identification", RECORD_FILE, (RECORD_FILE, DESIGN_FILE, PAGE_FILE))
@@ -112,7 +111,7 @@ def identification(found: Identified, trace: str) -> IdentificationData:
         force_noise_N=tuple(noise[:2].tolist()),
         gage_noise_microstrain=tuple(noise[2:].tolist()),
         misfit=fit.misfit,
-        warnings=tuple(_warnings(found, values)),
+        warnings=(*_fit_warnings(fit), *_trace_warnings(found, values)),
         next_motion=next_motion(found, values),
         versions=versions(),
     )
@@ -127,9 +126,12 @@ def _values(fit: TraceFit, modulus: float) -> Iterator[ValueData]:
     names = {"modulus": "youngs_modulus", "friction": "friction_coefficient"}
     units = {"modulus": "MPa", "friction": "", "touch": "mm", "share": "", "time": "s"}
     for each, x, deviation in zip(fit.unknowns, fit.x, fit.deviations[:count], strict=True):
-        scale = modulus if each.kind == "modulus" else 1.0
-        name, unit = names.get(each.name, each.name), units[each.kind]
-        yield _value(name, each, unit, float(x), float(deviation), scale)
+        name, kind, unit = names.get(each.name, each.name), each.kind, units[each.kind]
+        if each.by_logarithm:
+            scale = modulus if kind == "modulus" else 1.0
+            yield _by_logarithm(name, kind, unit, float(x), float(deviation), scale)
+        else:
+            yield _value(name, kind, unit, float(x), float(deviation))
     if fit.terms:
         yield _relaxed(fit, modulus)
     width = fit.linear.shape[1]
@@ -137,21 +139,22 @@ def _values(fit: TraceFit, modulus: float) -> Iterator[ValueData]:
     for gage, (row, deviations) in enumerate(zip(fit.linear, own, strict=True), 1):
         for kind, value, deviation in zip(("gain", *_DRIFTS), row, deviations, strict=False):
             name, unit = f"gage_{gage}.{kind}", _UNITS.get(kind, "")
-            half = _TWO_SIDED * float(deviation)
-            ends = (float(value) - half, float(value) + half)
-            own_ = (float(value), float(deviation), *ends, half <= TARGET[kind])
-            yield ValueData(name, kind, unit, *own_)
+            yield _value(name, kind, unit, float(value), float(deviation))
 
 
-def _value(
-    name: str, of: Unknown, unit: str, x: float, deviation: float, scale: float
-) -> ValueData:
+def _value(name: str, kind: str, unit: str, x: float, deviation: float) -> ValueData:
     half = _TWO_SIDED * deviation
-    determined = half <= TARGET[of.kind]
-    if not of.by_logarithm:
-        return ValueData(name, of.kind, unit, x, deviation, x - half, x + half, determined)
+    return ValueData(name, kind, unit, x, deviation, x - half, x + half, half <= TARGET[kind])
+
+
+def _by_logarithm(
+    name: str, kind: str, unit: str, x: float, deviation: float, scale: float
+) -> ValueData:
+    """The value scale exp(x); the deviation is that of x."""
+    half = _TWO_SIDED * deviation
     value, low, high = (float(scale * np.exp(x + each)) for each in (0.0, -half, half))
-    return ValueData(name, of.kind, unit, value, value * deviation, low, high, determined)
+    determined = half <= TARGET[kind]
+    return ValueData(name, kind, unit, value, value * deviation, low, high, determined)
 
 
 def _relaxed(fit: TraceFit, modulus: float) -> ValueData:
@@ -161,16 +164,11 @@ def _relaxed(fit: TraceFit, modulus: float) -> ValueData:
     slope = np.zeros(len(fit.deviations))
     slope[0], slope[shares] = 1.0, -1.0 / left
     deviation = float(np.sqrt(slope @ fit.covariance() @ slope))
-    value, half = modulus * float(np.exp(fit.x[0])) * left, _TWO_SIDED * deviation
-    ends = (value * float(np.exp(-half)), value * float(np.exp(half)))
-    determined = half <= TARGET["modulus"]
-    return ValueData(
-        "relaxed_modulus", "modulus", "MPa", value, value * deviation, *ends, determined
-    )
+    value = modulus * float(np.exp(fit.x[0])) * left
+    return _by_logarithm("relaxed_modulus", "modulus", "MPa", 0.0, deviation, value)
 
 
-def _warnings(found: Identified, values: tuple[ValueData, ...]) -> Iterator[str]:
-    fit = found.fit
+def _fit_warnings(fit: TraceFit) -> Iterator[str]:
     if fit.misfit > 4.0:
         yield (
             f"the model leaves {fit.misfit**0.5:.1f} times what noise explains: intervals are "
@@ -181,11 +179,14 @@ def _warnings(found: Identified, values: tuple[ValueData, ...]) -> Iterator[str]
         near = 0.01 * (each.high - each.low)
         if each.kind != "share" and (x - each.low < near or each.high - x < near):
             yield f"{each.name} is at the end of its range: do not use it"
+
+
+def _trace_warnings(found: Identified, values: tuple[ValueData, ...]) -> Iterator[str]:
     for value in values:
         if value.kind == "gain" and value.high < 0.5:
             yield f"{value.name} is {value.value:.2g}: is that gage dead, or another input?"
-    if fit.terms and found.given.grip.plant != "lift":
-        yield (f"{DESIGN_FILE} has no grip.rubber_memory: it needs grip.plant = lift")
+    if found.fit.terms and found.given.grip.plant != "lift":
+        yield f"{DESIGN_FILE} has no grip.rubber_memory: it needs grip.plant = lift"
     if found.trace.temperature is None:
         yield "no temperature was recorded: its effect on gages is taken for drift, even in time"
     rest = max(found.fit.model.path.rest, 0.0)

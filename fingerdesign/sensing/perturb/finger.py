@@ -7,11 +7,11 @@ left them, the rubber is of another batch, the object leans.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.ndimage import map_coordinates
@@ -26,11 +26,13 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.sensing.model import against, bench_problem, meshed_for_grips
-from fingerdesign.sensing.perturb.faults import FAULTS, TRAINING_FAULTS, Draw
+from fingerdesign.sensing.perturb.draws import Draw
+from fingerdesign.sensing.perturb.faults import FAULTS, TRAINING_FAULTS
 
 if TYPE_CHECKING:
     from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.design.schema import Design
+    from fingerdesign.layout.frames import PlateFrame
 
 PATCHINESS, PATCH_MM = 0.2, 1.0
 _PATCHES = 64  # The field of patches repeats after so many, along x and along z.
@@ -83,21 +85,34 @@ def perturb(design: Design, faults: Iterable[str], seed: int) -> PerturbedFinger
 
 def _drawn(design: Design, faults: tuple[str, ...], seed: tuple[int, int]) -> PerturbedFinger:
     frames = plate_frames(design)
-    before = np.array([[*frame.centre, frame.angle_deg] for frame in frames]).reshape(-1, 3)
+    before = places_of(frames)
     draw = Draw(before.copy(), grip_values(design), {}, {})  # The hand knows the model alone.
     numbers = {name: number for number, name in enumerate(FAULTS)}
     for name in faults:
         again = [seed[1]] if seed[1] else []
         FAULTS[name](design, np.random.default_rng([seed[0], numbers[name], *again]), draw)
     if not np.array_equal(draw.plates, before):
-        places = draw.plates
-        if any(frame.middle for frame in frames):
-            places = np.column_stack([places, [frame.middle for frame in frames]])
-            draw.design.update({"plates.stagger_mm": 0.0, "plates.span_offset_mm": 0.0})
-        draw.design["plates.placement"] = [[float(f"{v:.6f}") for v in row] for row in places]
-        draw.design["plates.offset_mm"] = 0.0
+        keys = placement_keys(frames, draw.plates)
+        rows = keys["plates.placement"]
+        keys["plates.placement"] = [[float(f"{v:.6f}") for v in row] for row in rows]
+        draw.design.update(keys)
     met = SceneObject(**draw.object)  # type: ignore[arg-type]
     return PerturbedFinger(with_values(design, draw.design), met, **draw.own)
+
+
+def places_of(frames: Sequence[PlateFrame]) -> Array:
+    """Centre (mm) and angle (degrees) of each plate, (p, 3)."""
+    return np.array([[*frame.centre, frame.angle_deg] for frame in frames]).reshape(-1, 3)
+
+
+def placement_keys(frames: Sequence[PlateFrame], places: Array) -> dict[str, Any]:
+    """Keys of a design that put its plates at other places (p, 3), each at its own middle."""
+    rows: list[list[float]] = places.tolist()
+    keys: dict[str, Any] = {"plates.offset_mm": 0.0}
+    if any(frame.middle for frame in frames):
+        rows = [[*row, frame.middle] for row, frame in zip(rows, frames, strict=True)]
+        keys |= {"plates.stagger_mm": 0.0, "plates.span_offset_mm": 0.0}
+    return keys | {"plates.placement": rows}
 
 
 def perturbed_problems(
