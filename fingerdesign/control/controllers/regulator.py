@@ -192,7 +192,7 @@ class Regulator:
         if self._probed == inf:
             if pressed < own.probe_force_N:
                 return 0.0, self._close(sample)
-            if (step := self._probing_pull(ratio, pressed)) > 0.0:
+            if (step := self._probing_pull(ratio, pressed, friction)) > 0.0:
                 return self._shear(step), 0.0
             self._probe_ends(pressed)
         if friction is None:
@@ -202,9 +202,9 @@ class Regulator:
         aim *= sample.normal_force + max(self._pressing, 0.0) * closing
         return self._shear(aim - sample.tangential_force), closing
 
-    def _probing_pull(self, ratio: float, pressed: float) -> float:
+    def _probing_pull(self, ratio: float, pressed: float, friction: float | None) -> float:
         """The rise of F_t of a probe's next step, N; 0 where the probe is at its end."""
-        own, friction = self._own, self.friction
+        own = self._own
         pulled = ratio - self._history[-1].sample.tangential_force / pressed
         unfelt = max(pulled, 0.0) / friction if friction is not None else 0.0
         room = _NEAR * own.target - self._utilisation - unfelt
