@@ -16,6 +16,11 @@ from fingerdesign.records.result import Result
 from fingerdesign.report.figure import in_notebook
 from fingerdesign.runtime.files import write_whole
 
+_NOT_HELD = (
+    "the record of {design} holds no {name}: it was read from a result.json alone, or failed; "
+    "analyse it, or take load_result of a folder with its arrays.npz"
+)
+
 
 class Analysed(Result):
     """A :class:`Result` that draws itself: what ``analyse`` and ``load_result`` return.
@@ -122,12 +127,6 @@ class Analysed(Result):
             bound = f"{-count} to {count - 1}" if count else "nothing: there are no increments"
             raise ResultError(f"increment = {number} must be {bound}")
         return number % count
-
-
-_NOT_HELD = (
-    "the record of {design} holds no {name}: it was read from a result.json alone, or failed; "
-    "analyse it, or take load_result of a folder with its arrays.npz"
-)
 
 
 class _Arrays(dict[str, Any]):

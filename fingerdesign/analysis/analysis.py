@@ -9,11 +9,16 @@ import numpy as np
 from fingerdesign.analysis.case import Case, Clock, result_digest
 from fingerdesign.analysis.fidelity.choice import Choice
 from fingerdesign.analysis.finite_path import finite_faults
-from fingerdesign.analysis.path import PathStopped, contact_history, increment_result
+from fingerdesign.analysis.path import (
+    PathStopped,
+    closed_nodes,
+    contact_history,
+    deepest,
+    increment_result,
+)
 from fingerdesign.analysis.stages import recover_fields
 from fingerdesign.analysis.work import Followed, Lifted, Work
 from fingerdesign.arrays import Array, BoolArray
-from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.measures import Measures, completely_slips, measure
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem, ContactState
@@ -36,11 +41,10 @@ from fingerdesign.records.result import (
     Result,
     SlipStudySummary,
 )
+from fingerdesign.reduced import ReducedModel
 from fingerdesign.report.page import paragraphs, sentences
 from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.version import versions
-
-# What a reader must know before believing the numbers of an analysis.
 
 TEMPLATES = Path(__file__).parent / "templates"
 CAVEATS, MODEL = TEMPLATES / "caveats.toml", TEMPLATES / "model.txt.j2"
@@ -83,12 +87,19 @@ def _of_path(case: Case, problem: ContactProblem, steps: list[Step]) -> Facts:
     if case.scene is None and not case.gage_array:
         found["no_row" if design.plates.number else "no_plates"] = {}
     if case.fidelity != "finite" and strained(design, steps):
-        deepest = max(step.increment.motion.approach for step in steps)
-        found["large_strain"] = {
-            "deepest": deepest,
-            "share": deepest / float(crest_height(design.body)),
-        }
-    closed = np.array([step.increment.status != OPEN for step in steps])
+        approach = deepest(steps)
+        share = approach / float(crest_height(design.body))
+        found["large_strain"] = {"deepest": approach, "share": share}
+    found |= _of_contact(design, model, steps)
+    last = steps[-1].measures
+    if case.scene is None and not completely_slips(last, model.dimension):
+        found["still_sticks"] = {"percent": 100.0 * (last.stick_ratio or 0.0)}
+    return found
+
+
+def _of_contact(design: Design, model: ReducedModel, steps: list[Step]) -> Facts:
+    """Facts of the nodes in contact: at the edge, none though pressed, few."""
+    found, closed = Facts(), closed_nodes(steps)
     if closed[:, _at_side(design, model.points)].any():
         found["edge"] = {}
     touched = closed.any(axis=1)
@@ -103,16 +114,12 @@ def _of_path(case: Case, problem: ContactProblem, steps: list[Step]) -> Facts:
     if 0 < most < ENOUGH_NODES[model.dimension]:
         table = "mesh.section" if model.dimension == 2 else "mesh"
         found["few_nodes"] = {"most": most, "table": table}
-    last = steps[-1].measures
-    if case.scene is None and not completely_slips(last, model.dimension):
-        found["still_sticks"] = {"percent": 100.0 * (last.stick_ratio or 0.0)}
     return found
 
 
 def strained(design: Design, steps: list[Step]) -> bool:
     """True if a finger is pressed deeper than small strains bear."""
-    deepest = max(step.increment.motion.approach for step in steps)
-    return deepest > SMALL_STRAIN * float(crest_height(design.body))
+    return deepest(steps) > SMALL_STRAIN * float(crest_height(design.body))
 
 
 def too_deep(case: Case, scene: Scene, steps: list[Step]) -> bool:
@@ -137,15 +144,20 @@ def of_choices(case: Case, scene: Scene) -> Facts:
         found["locking"] = {"nu": ratio}
     if design.plates.model == "none" and design.plates.number:
         found["left_out"] = {}
-    seen = design.plates.model != "none" or design.body.core is not None or not design.body.straight
-    if case.fidelity == "plane-strain" and not design.extruded and seen:
-        if (body := _SPOTS.get(design.body.shape)) is not None:
-            found["turned_section"] = {"body": body}
-        else:
-            found["broken_section"] = {}
+    if case.fidelity == "plane-strain":
+        found |= _of_section(design)
     if scene.path.control == "force" and scene.path.increments_mm:
         found["read_as_forces"] = {}
     return found
+
+
+def _of_section(design: Design) -> Facts:
+    """Parts of the finger that end within its depth, where a section makes them endless."""
+    body = design.body
+    if design.extruded or (design.plates.model == "none" and body.core is None and body.straight):
+        return {}
+    spot = _SPOTS.get(body.shape)
+    return {"broken_section": {}} if spot is None else {"turned_section": {"body": spot}}
 
 
 def _other_answers(scene: Scene, problem: ContactProblem, steps: list[Step]) -> list[Measures]:

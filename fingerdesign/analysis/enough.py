@@ -11,10 +11,9 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.choice import Choice
-from fingerdesign.analysis.path import touch_point
+from fingerdesign.analysis.path import closed_nodes, deepest, touch_point
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.checks.load import with_values
-from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.design.scene import Scene
@@ -39,17 +38,13 @@ def finer(
     chosen: as it was solved, for the ``attempt``-th time. Raises SolverError, which says what to
     do, where no mesh that is fine enough can be had.
     """
-    closed = np.array([step.increment.status != OPEN for step in steps])
+    closed = closed_nodes(steps)
     most = int(closed.sum(axis=1).max())
-    pressed = max(step.increment.motion.approach for step in steps) > 0.0
-    if most >= LEAST_NODES or not pressed:
+    if most >= LEAST_NODES or deepest(steps) <= 0.0:
         return None
     case, flat = chosen.case, chosen.case.fidelity == "plane-strain"
     few = f"the contact holds {most} nodes at most, and {LEAST_NODES} are needed: "
-    if chosen.summary is not None:
-        raise SolverError(f"{few}name a fidelity, 3d or plane-strain, which meshes it finer")
-    if case.design.mesh.mesher == "file" and not flat:
-        raise SolverError(f"{few}press harder, or make the file's mesh finer there")
+    _refuse_unmade(chosen, few)
     near = closed.any(axis=0)
     if not near.any():
         near = _touched(case, scene, problem.model.points)
@@ -70,6 +65,14 @@ def finer(
         return replace(case, design=with_values(case.design, {key: size})), zone
     except DesignError:  # below the key's bound
         raise SolverError(f"{few}facets of {size:.3g} mm are too short; {remedy}") from None
+
+
+def _refuse_unmade(chosen: Choice, few: str) -> None:
+    """Raise SolverError where the mesh is the ladder's or a file's: neither is made finer here."""
+    if chosen.summary is not None:
+        raise SolverError(f"{few}name a fidelity, 3d or plane-strain, which meshes it finer")
+    if chosen.case.design.mesh.mesher == "file" and chosen.case.fidelity != "plane-strain":
+        raise SolverError(f"{few}press harder, or make the file's mesh finer there")
 
 
 def _touched(case: Case, scene: Scene, points: Array) -> BoolArray:

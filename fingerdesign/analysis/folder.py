@@ -34,9 +34,8 @@ from fingerdesign.records.result_files import read_result, write_result_files
 from fingerdesign.runtime.files import move_into, whole_folder, write_whole
 from fingerdesign.runtime.machine import largest_memory_MB
 
-# Fields as .vtu files, one an increment, that ParaView and pyvista open as a series.
-
 STRAINS = ("xx", "yy", "zz", "xy", "xz", "yz")
+_NOT_WRITTEN = ("result", "problem")  # The first has its own file, an analysis makes the other.
 _CELL_NAMES = {2: "triangle6", 3: "tetra10"}  # their mid-edge nodes stand in our order
 
 
@@ -104,9 +103,6 @@ def _write(path: Path, mesh: Mesh, displacement: Array | None) -> Path:
     )
     grid.write(path, file_format="vtu", binary=True)
     return path
-
-
-_NOT_WRITTEN = ("result", "problem")  # The first has its own file, an analysis makes the other.
 
 
 @contextmanager

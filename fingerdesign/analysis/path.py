@@ -4,10 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.checks.scene import MOST_MOTION
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.control.signals import gage_readings
@@ -21,7 +22,7 @@ from fingerdesign.records.result import GageResult, IncrementResult, PointStrain
 from fingerdesign.reduced import ReducedModel
 from fingerdesign.shapes.objects import Plane, RigidObject, touching
 
-# From a scene's words to the contact layer's: the object at first touch, the path's targets.
+MICRO = 1e6  # microstrain of a strain of one
 
 
 def object_at_touch(rigid: SceneObject, body: Body) -> RigidObject:
@@ -66,9 +67,14 @@ def steps_sideways(scene: Scene) -> bool:
     return not (scene.object.plane_in_z and scene.path.mirrors_in_z)
 
 
-# From solved increments to what a result holds: microstrain, tables, histories.
+def closed_nodes(steps: Sequence[Step]) -> BoolArray:
+    """The contact nodes (m,) that touch, a row a step."""
+    return np.array([step.increment.status != OPEN for step in steps])
 
-MICRO = 1e6
+
+def deepest(steps: Sequence[Step]) -> float:
+    """The greatest approach of the steps, mm."""
+    return max(step.increment.motion.approach for step in steps)
 
 
 def increment_result(step: Step, face: str) -> IncrementResult:

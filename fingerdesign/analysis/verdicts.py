@@ -5,7 +5,8 @@ view = verdict_view(result)
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TypeVar
 
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.stock import sheets_of
@@ -43,6 +44,7 @@ _LEAST_GAIN = 1.5  # A fix that gains less is not worth its line.
 _LISTED = 4  # More friction coefficients are shown as a range.
 _COUNT_WIDE = 15  # A longer count does not fit a terminal's line.
 _NO_FORCE = 1e-9  # N: rounding noise of a contact without load.
+_Key = TypeVar("_Key", str, float)
 
 
 def verdict_view(result: Result, design_file: str = "design.toml") -> VerdictView:
@@ -231,20 +233,24 @@ def _gage_fixes(found: Measurability, material: str) -> Iterator[Fix]:
         yield Fix(change, _passes("gage signal"), "quieter amplifier")
 
 
+def _gains(remedy: GageRemedy, values: Mapping[_Key, float]) -> dict[_Key, float]:
+    """The gain of each value below the remedy's present one; none where the remedy gains nothing.
+
+    A power law through the remedy: g = (value / x)^s, s = log(gain) / log(value / changed).
+    """
+    if not remedy.gain > 1.0:
+        return {}
+    slope = math.log(remedy.gain) / math.log(remedy.value / remedy.changed)
+    return {key: (remedy.value / x) ** slope for key, x in values.items() if x < remedy.value}
+
+
 def _plate_material(remedy: GageRemedy, needed: float) -> tuple[str, float]:
     """A material of the library for the plates and its gain; "" where none is softer.
 
-    The gain follows the power law of the remedy: g = (E / E_m)^s, s = log(gain) / log(E / changed).
     The stiffest that is enough is taken, else the softest; foils before what is printed.
     """
-    if not remedy.gain > 1.0:
-        return "", 1.0
-    slope = math.log(remedy.gain) / math.log(remedy.value / remedy.changed)
-    gains = {
-        name: (remedy.value / each.youngs_modulus_MPa) ** slope
-        for name, each in MATERIALS.items()
-        if _LEAST_PLATE_MPA <= each.youngs_modulus_MPa < remedy.value
-    }
+    moduli = {name: each.youngs_modulus_MPa for name, each in MATERIALS.items()}
+    gains = _gains(remedy, {k: E for k, E in moduli.items() if E >= _LEAST_PLATE_MPA})
     if not remedy.enough:  # softer than the remedy's value the plate is rubber itself
         gains = {name: gain for name, gain in gains.items() if gain <= remedy.gain}
     suited = {name: gain for name, gain in gains.items() if gain >= needed}
@@ -252,20 +258,16 @@ def _plate_material(remedy: GageRemedy, needed: float) -> tuple[str, float]:
     names = foils or list(suited or gains)
     if not names:
         return "", 1.0
-    name = (min if suited else max)(names, key=lambda each: gains[each])
+    name = (min if suited else max)(names, key=gains.__getitem__)
     return name, gains[name]
 
 
 def _sheet(remedy: GageRemedy, needed: float, sold: Sequence[float]) -> tuple[float, float]:
     """A thickness for the plates that is sold, mm, and its gain; 0 where none helps.
 
-    The thickest that is enough is taken, else the thinnest that is not below the remedy's, by the
-    remedy's power law.
+    The thickest that is enough is taken, else the thinnest that is not below the remedy's.
     """
-    if not remedy.gain > 1.0:
-        return 0.0, 1.0
-    slope = math.log(remedy.gain) / math.log(remedy.value / remedy.changed)
-    gains = {each: (remedy.value / each) ** slope for each in sold if each < remedy.value}
+    gains = _gains(remedy, {each: each for each in sold})
     if suited := [each for each in gains if gains[each] >= needed]:
         return max(suited), gains[max(suited)]
     thin = min((each for each in gains if each >= remedy.changed), default=0.0)
@@ -299,7 +301,7 @@ def _span(values: Iterable[float], form: str) -> str:
 
 
 def _counted(good: int, frictions: Sequence[float]) -> str:
-    """How many friction coefficients are good, and their range where a line has room for it."""
+    """Number of good friction coefficients, and their range where a line has room for it."""
     low, high = min(frictions), max(frictions)
     count = f"{good} of {len(frictions)} μ"
     named = f"{count} {low:g}" if low == high else f"{count} {low:g}–{high:g}"

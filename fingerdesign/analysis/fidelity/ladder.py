@@ -139,19 +139,36 @@ def climb(
         ladder.add(now, estimate, _words(estimate, tolerance))
         if _section_suffices(ladder, section, now) or ladder.reached:
             return ladder
-        beyond = [each for each in left if now.dofs * (scale / each) ** GROWTH > most_dofs]
-        if beyond:
-            ladder.why_ended = (
-                f"the next one would have about {now.dofs * (scale / beyond[0]) ** GROWTH:.0f} "
-                f"equations, over the ladder's {most_dofs:.0f}"
-            )
-        left = left[: len(left) - len(beyond)]
-        # A size that promises too little is not tried.
-        while len(left) > 1 and estimate.refined(scale / left[0]).worst > _AIM * tolerance:
-            left.pop(0)
+        left = _worth_trying(ladder, now, estimate, scale, left, most_dofs)
         before, coarser = now, scale
     ladder.why_ended = ladder.why_ended or "no finer size is on the ladder"
     return ladder
+
+
+def _worth_trying(
+    ladder: Ladder,
+    now: Answer,
+    estimate: Estimate,
+    scale: float,
+    left: list[float],
+    most_dofs: float,
+) -> list[float]:
+    """The sizes that are left after an answer at ``scale``: of so many equations as may be.
+
+    Of these the first ones go that promise too little. Why the ladder ends where a size has too
+    many equations is noted.
+    """
+    affordable = [each for each in left if now.dofs * (scale / each) ** GROWTH <= most_dofs]
+    if len(affordable) < len(left):
+        beyond = left[len(affordable)]
+        ladder.why_ended = (
+            f"the next one would have about {now.dofs * (scale / beyond) ** GROWTH:.0f} "
+            f"equations, over the ladder's {most_dofs:.0f}"
+        )
+    aim = _AIM * ladder.tolerance
+    while len(affordable) > 1 and estimate.refined(scale / affordable[0]).worst > aim:
+        affordable.pop(0)
+    return affordable
 
 
 def refinement(fine: Answer, coarse: Answer, ratio: float) -> float:

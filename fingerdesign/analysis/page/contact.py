@@ -16,6 +16,13 @@ from fingerdesign.report.page import caption_drawing
 from fingerdesign.report.style import Axes, Canvas
 from fingerdesign.report.table import number_text, without_noise
 
+STATUS_NAMES = {OPEN: "open", STICK: "stick", SLIP: "slip"}
+STATUS_LOOK = {  # colour, hatch: the hatch tells them apart without the colour
+    OPEN: (style.OPEN_COLOUR, ""),
+    STICK: (style.BLUE, ""),
+    SLIP: (style.VERMILION, "////"),
+}
+
 
 def path_chart(result: Result) -> Figure:
     """Forces by increment, the twist moment where there is one, and the stick ratio (Fig. 6)."""
@@ -144,16 +151,6 @@ def touched_reach(contact: ContactHistory, line: NDArray[np.int64]) -> tuple[flo
     low, high = float(x[touched].min()), float(x[touched].max())
     more = 0.15 * (high - low) + 0.05
     return max(low - more, float(x.min())), min(high + more, float(x.max()))
-
-
-# Figure of open, stick and slip: rows over x in plane strain, top views in 3-D (paper, Fig. 7).
-
-STATUS_NAMES = {OPEN: "open", STICK: "stick", SLIP: "slip"}
-STATUS_LOOK = {  # colour, hatch: the hatch tells them apart without the colour
-    OPEN: (style.OPEN_COLOUR, ""),
-    STICK: (style.BLUE, ""),
-    SLIP: (style.VERMILION, "////"),
-}
 
 
 def status_figure(contact: ContactHistory) -> style.ReportFigure:

@@ -283,6 +283,26 @@ def _add_menus(figure: Figure, painted: Sequence[Painted], surfaces: Mapping[str
         data[k]["visible"] = data[k]["name"] == names[0]
 
 
+def _slider_steps(
+    data: list[Figure], coloured: Sequence[Painted], stored: Sequence[int], result: Result
+) -> list[Figure]:
+    """The changes of the traces at each increment: colours, and which displaced body is shown."""
+    place = {each["name"]: k for k, each in enumerate(data)}
+    moved = [k for k, each in enumerate(data) if each["name"] == MOVED]
+    traces = [place[each.trace["name"]] for each in coloured]
+    count = max((len(each.values) for each in coloured), default=0)
+    steps: list[Figure] = []
+    for k in range(count):
+        shades = [_shades(each.values[k], each.trace["cmax"]) for each in coloured]
+        shades += [data[each]["intensity"] for each in moved]
+        dense = [*(1.0 for _ in coloured), *(float(k == each) for each in stored)]
+        change = {"intensity": shades, "opacity": dense}
+        words = {"title.text": _step_words(result, k, count)}
+        given = [change, words, traces + moved]
+        steps.append({"label": f"{k + 1}", "method": "update", "args": given})
+    return steps
+
+
 def _add_slider(
     figure: Figure,
     painted: Sequence[Painted],
@@ -295,23 +315,10 @@ def _add_slider(
     stored: increments with a displaced body; at the others there is none to be seen.
     """
     data, layout = figure["data"], figure["layout"]
-    place = {each["name"]: k for k, each in enumerate(data)}
-    coloured = [each for each in painted if len(each.values)]
-    count = max((len(each.values) for each in coloured), default=0)
-    if not count:
+    steps = _slider_steps(data, [each for each in painted if len(each.values)], stored, result)
+    if not steps:
         return
-    moved = [k for k, each in enumerate(data) if each["name"] == MOVED]
-    traces = [place[each.trace["name"]] for each in coloured]
-    steps: list[Figure] = []
-    for k in range(count):
-        shades = [_shades(each.values[k], each.trace["cmax"]) for each in coloured]
-        shades += [data[each]["intensity"] for each in moved]
-        dense = [*(1.0 for _ in coloured), *(float(k == each) for each in stored)]
-        change = {"intensity": shades, "opacity": dense}
-        words = {"title.text": _step_words(result, k, count)}
-        given = [change, words, traces + moved]
-        steps.append({"label": f"{k + 1}", "method": "update", "args": given})
-    shown = increment % count
+    shown = increment % len(steps)
     layout["sliders"] = [{"name": "Increment", "steps": steps, "active": shown}]
     now, title, own = steps[shown]["args"]
     layout["title"]["text"] = title["title.text"]

@@ -16,8 +16,6 @@ from fingerdesign.report.page import caption_drawing, texts_of
 from fingerdesign.report.style import Axes
 from fingerdesign.report.table import loaded_increments, number_text, without_noise
 
-# Figures of the grips: force paths against the friction limit, and what the rule saw (Fig. 10).
-
 
 def paths_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
     """F_t over F_n for every grip, a panel each, with limit, holds and target (paper, Fig. 10)."""
@@ -40,6 +38,28 @@ def _lift_text(trace: GripTrace) -> str:
     return f"{grip}: lifted at {force:.2f} N, the least is {least:.2f} N"
 
 
+def _draw_rule(panels: Sequence[Axes], trace: GripTrace) -> None:
+    """Draw one grip's stick ratio and, in the second panel where there is one, its gage area."""
+    upper, lower = panels[0], panels[-1]
+    step = np.arange(1, len(trace.dx) + 1)
+    for axes in panels:
+        axes.set_axis_on()
+        _shade_holds(axes, trace)
+        axes.set_xlim(0.5, len(step) + 0.5)
+    upper.plot(step, trace.stick_ratio, color=style.BLUE, label="stick ratio (the judge's)")
+    if trace.reported_stick_ratio is not None:  # of the sample before the step
+        reported = trace.reported_stick_ratio
+        upper.plot(step - 1, reported, color=style.VERMILION, ls=(0, (3, 2)), lw=1.0)
+    upper.set_ylim(-0.04, 1.04)
+    upper.set_title(f"μ = {trace.friction_coefficient:g}, {trace.object_mass_g:g} g")
+    if lower is not upper:
+        upper.tick_params(labelbottom=False)
+        look = {"color": style.VERMILION, "ls": (0, (6, 2)), "label": "gage area"}
+        lower.plot(step, trace.gage_area_mm, **look)
+        lower.set_ylim(bottom=0.0)
+    lower.set_xlabel("step")
+
+
 def rule_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
     """True stick ratio and, of a rule that makes one, its gage area by step; holds shaded."""
     columns = min(3, len(traces))
@@ -53,29 +73,11 @@ def rule_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
     for number, trace in enumerate(traces):
         row, column = high * (number // columns), number % columns
         panels = [grid[row + k][column] for k in range(high)]
-        step = np.arange(1, len(trace.dx) + 1)
-        for axes in panels:
-            axes.set_axis_on()
-            _shade_holds(axes, trace)
-            axes.set_xlim(0.5, len(step) + 0.5)
-        upper, lower = panels[0], panels[-1]
-        upper.plot(step, trace.stick_ratio, color=style.BLUE, label="stick ratio (the judge's)")
-        if trace.reported_stick_ratio is not None:  # of the sample before the step
-            reported = trace.reported_stick_ratio
-            upper.plot(step - 1, reported, color=style.VERMILION, ls=(0, (3, 2)), lw=1.0)
-        upper.set_ylim(-0.04, 1.04)
-        upper.set_title(f"μ = {trace.friction_coefficient:g}, {trace.object_mass_g:g} g")
-        if sampled:
-            upper.tick_params(labelbottom=False)
-            lower.plot(
-                step, trace.gage_area_mm, color=style.VERMILION, ls=(0, (6, 2)), label="gage area"
-            )
-            lower.set_ylim(bottom=0.0)
-        lower.set_xlabel("step")
+        _draw_rule(panels, trace)
         if column == 0:
-            upper.set_ylabel("true stick ratio")
+            panels[0].set_ylabel("true stick ratio")
             if sampled:
-                lower.set_ylabel("gage area (mm)")
+                panels[-1].set_ylabel("gage area (mm)")
     grips = "; ".join(
         f"μ {trace.friction_coefficient:g}: the {trace.controller} controller holds "
         f"{trace.hold.sum()} of {len(trace.hold)} steps"

@@ -60,30 +60,32 @@ def quality_figure(mesh: Mesh) -> style.ReportFigure:
 
 def report_figures(analysis: Analysis) -> dict[str, list[style.ReportFigure]]:
     """Section -> figures; those of what the analysis does not hold are left out."""
-    result = analysis.result
-    figures: dict[str, list[style.ReportFigure]] = {
-        each: [] for each in ("contact", "gages", "grips", "model")
-    }
+    traces = tuple(trace for trace in analysis.grip_traces if len(trace.dx))
     with style.house_style():
-        if result.increments:
-            figures["contact"].append(force_figure(result))
-        if analysis.contact is not None and len(analysis.contact.status):
-            figures["contact"].append(status_figure(analysis.contact))
-            figures["contact"].append(traction_figure(analysis.contact))
-        if analysis.slip_studies:
-            figures["gages"].append(gage.area_figure(analysis.slip_studies))
-            share = float(result.parameters.get("gages.area_share") or 0.5)
-            shown = style.evenly_spaced(len(analysis.slip_studies), RESPONSES)
-            figures["gages"] += [
-                gage.response_figure(analysis.slip_studies[i], share) for i in shown
-            ]
-        if result.increments and result.increments[0].gages:
-            figures["gages"].append(gage.strain_figure(result, analysis.plates))
-        traces = tuple(trace for trace in analysis.grip_traces if len(trace.dx))
-        if traces:
-            figures["grips"] += [gage.paths_figure(traces), gage.rule_figure(traces)]
-        if analysis.mesh is not None:
-            figures["model"].append(quality_figure(analysis.mesh))
+        return {
+            "contact": _contact_figures(analysis),
+            "gages": _gage_figures(analysis),
+            "grips": [gage.paths_figure(traces), gage.rule_figure(traces)] if traces else [],
+            "model": [quality_figure(analysis.mesh)] if analysis.mesh is not None else [],
+        }
+
+
+def _contact_figures(analysis: Analysis) -> list[style.ReportFigure]:
+    figures = [force_figure(analysis.result)] if analysis.result.increments else []
+    if analysis.contact is not None and len(analysis.contact.status):
+        figures += [status_figure(analysis.contact), traction_figure(analysis.contact)]
+    return figures
+
+
+def _gage_figures(analysis: Analysis) -> list[style.ReportFigure]:
+    result, studies, figures = analysis.result, analysis.slip_studies, list[style.ReportFigure]()
+    if studies:
+        share = float(result.parameters.get("gages.area_share") or 0.5)
+        shown = style.evenly_spaced(len(studies), RESPONSES)
+        figures.append(gage.area_figure(studies))
+        figures += [gage.response_figure(studies[i], share) for i in shown]
+    if result.increments and result.increments[0].gages:
+        figures.append(gage.strain_figure(result, analysis.plates))
     return figures
 
 

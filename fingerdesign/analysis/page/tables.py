@@ -78,14 +78,20 @@ def leaves_section(found: Sequence[IncrementResult]) -> bool:
     return force > _ASIDE * max(most, NOISE) or moment > _ASIDE * max(most * width, NOISE)
 
 
+def _grip_columns(grips: Sequence[GripResult]) -> dict[str, Iterable[str]]:
+    """The columns that every table of grips begins with."""
+    return {
+        "controller": [grip.controller for grip in grips],
+        "μ": [value_text(grip.friction_coefficient) for grip in grips],
+        "mass (g)": [value_text(grip.object_mass_g) for grip in grips],
+    }
+
+
 def grip_table(result: Result) -> Table:
     """A row a grip, with its safety margin."""
     grips = result.grips
     forces = [(grip.final_normal_force_N, grip.final_tangential_force_N) for grip in grips]
-    columns: dict[str, Iterable[str]] = {
-        "controller": [grip.controller for grip in grips],
-        "μ": [value_text(grip.friction_coefficient) for grip in grips],
-        "mass (g)": [value_text(grip.object_mass_g) for grip in grips],
+    columns = _grip_columns(grips) | {
         "lifted": [_status(grip.lifted) for grip in grips],
         "no complete slip": [_status(not grip.gross_slip) + _caught(grip) for grip in grips],
         "holds": [str(grip.holds) for grip in grips],
@@ -105,10 +111,7 @@ def foreseen_table(result: Result) -> Table | None:
     if all(grip.alarms is None and grip.stick_error is None for grip in grips):
         return None
     slips = {"standing": "warned of", "withdrawn": "missed: withdrawn", "none": "missed"}
-    columns: dict[str, Iterable[str]] = {
-        "controller": [grip.controller for grip in grips],
-        "μ": [value_text(grip.friction_coefficient) for grip in grips],
-        "mass (g)": [value_text(grip.object_mass_g) for grip in grips],
+    columns = _grip_columns(grips) | {
         "complete slip": [slips.get(grip.slip_warning or "", "–") for grip in grips],
         "lead (s)": [number_text(grip.lead_s, 3) for grip in grips],
         "F_t at the warning (%)": [
