@@ -5,7 +5,7 @@ view = verdict_view(result)
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
 from fingerdesign.design.grip import weight_per_finger
@@ -254,12 +254,14 @@ def _plate_material(remedy: GageRemedy, needed: float) -> tuple[str, float]:
     if not remedy.enough:  # softer than the remedy's value the plate is rubber itself
         gains = {name: gain for name, gain in gains.items() if gain <= remedy.gain}
     suited = {name: gain for name, gain in gains.items() if gain >= needed}
-    foils = [name for name in (suited or gains) if name not in _PRINTED]
-    names = foils or list(suited or gains)
-    if not names:
-        return "", 1.0
-    name = (min if suited else max)(names, key=gains.__getitem__)
-    return name, gains[name]
+    name = _nearest(suited or gains, min if suited else max)
+    return name, gains.get(name, 1.0)
+
+
+def _nearest(gains: Mapping[str, float], choose: Callable[..., str]) -> str:
+    """The material of the least or the greatest gain, a foil where there is one; "" of none."""
+    foils = [name for name in gains if name not in _PRINTED]
+    return choose(foils or gains, key=gains.__getitem__, default="")
 
 
 def _sheet(remedy: GageRemedy, needed: float, sold: Sequence[float]) -> tuple[float, float]:

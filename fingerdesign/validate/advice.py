@@ -23,8 +23,6 @@ GROUPS = {
 }
 _WORTH = 1.5  # a saving below this factor is none: seconds vary as much between runs
 
-# Errors in the table's cells, the same on the page and in the terminal.
-
 MANY = 10.0  # from here on no percents
 NONE = "–"  # prescribed, or nothing that could differ
 
@@ -98,21 +96,26 @@ def advise(
     bad = [each for each in worst if each.error > LIMIT]
     verdict: Verdict = "keep" if good == worst else "drop" if bad == worst else "limited"
     values: dict[str, Any]
-    if kind == "reading":  # one model tells both, so that nothing is saved
+    if kind == "reading":  # one model gives both answers, so that nothing is saved
         values = {"error": most.error}
     elif kind == "value":
         verdict = "keep" if good == worst else "measure"
         dear = [each for each in worst if each.error > KEEP]
-        one_way = [
-            each
-            for each in dear
-            if each.elsewhere is not None and each.elsewhere <= KEEP and each.group != "forces"
-        ]  # that forces are equal at equal force says nothing
-        sides = {at: [each for each in one_way if each.where == at] for at in ("motion", "force")}
-        values = {"worst": worst, "most": most, "good": good, "dear": dear, "one_way": sides}
+        values = {"worst": worst, "most": most, "good": good, "dear": dear}
+        values["one_way"] = _one_way(dear)
     else:
         dearest = max(comparisons, key=lambda each: each.better.seconds)
         values = {"worst": worst, "most": most, "good": good, "fair": fair, "bad": bad}
         values["seconds"] = (dearest.assumed.seconds, dearest.better.seconds)
         values["worth"] = _WORTH
     return verdict, paragraphs(WORDS, kind, verdict=verdict, **values)[0]
+
+
+def _one_way(dear: Sequence[Worst]) -> dict[str, list[Worst]]:
+    """Errors at equal motion, and at equal force, that are small at the other of the two.
+
+    Forces are left out: they are equal at equal force, whatever the model.
+    """
+    small = [each for each in dear if each.elsewhere is not None and each.elsewhere <= KEEP]
+    found = [each for each in small if each.group != "forces"]
+    return {at: [each for each in found if each.where == at] for at in ("motion", "force")}

@@ -1,4 +1,9 @@
-"""Size of a model, before it is meshed: elements, nodes, dofs, contact nodes."""
+"""Size of a model, before it is meshed: elements, nodes, dofs, contact nodes.
+
+The meshers' size fields are integrated over body and section, by cells only as fine as the field:
+that takes a tenth of a second on any body. The integral is multiplied by what the mesher was found
+to make of it.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -35,11 +40,6 @@ from fingerdesign.mesh.tetra.tetwild import size_field
 from fingerdesign.mesh.tetra.ways import THICK, sized_frames
 from fingerdesign.mesh.types import Mesh
 
-# How many elements the meshers will make: their size fields integrated over body and section.
-#
-# The integral is taken by cells only as fine as the field, so that it takes a tenth of a second on
-# any body, then times what the mesher was found to make of it.
-
 EQUILATERAL = np.sqrt(3.0) / 4.0
 # fTetWild made 1.65 times the integral on 20 random designs, 3.1 times where
 # plates have holes (3 of them): their rims are finer than any size names. Scatter 22 % (a standard
@@ -47,6 +47,32 @@ EQUILATERAL = np.sqrt(3.0) / 4.0
 MADE, MADE_WITH_HOLES = 1.65, 3.1
 # Facets of the contact zone over the like integral of its surface.
 MADE_AT_CONTACT = 0.68
+# How many triangles netgen will make of a section, from the outline that it is given.
+#
+# The size that netgen keeps to is the least, over all points, curves and domains of the outline, of
+# their own size grown with the distance, s + gradation x distance. Triangles are then the integral
+# of 1 / (sqrt(3)/4 h^2) over the section, times what netgen was found to make of it.
+#
+# Meshing it and counting takes 0.1 s (`homogeneous`), 0.7 s (`maeno2000`) to 2.5 s (`wide`) of a
+# core and 0.2 s to load netgen, this 0.003 to 0.09 s; a check counts two models, a refusal for lack
+# of memory dozens, of meshes that may be too large to be made. Of the ten shipped parametric
+# designs netgen makes 0.95 to 1.07 times the triangles found here.
+
+# Netgen grades faster than requested where the request is small. Of the mixtures tried on 153
+# sections (51 random and shipped designs; the design's own sizes, those of extruding, random ones
+# with gradations of 0.1 to 0.5) this one scattered least: triangles made over the integral 1.10,
+# scatter 11 % (a standard deviation), 0.82 to 1.72 times; with the requested gradation 18 %,
+# 0.39 to 1.79.
+MADE_OF_SECTION = 1.10
+GRADATION = (0.15, 0.6)  # Netgen's own, and the part that it takes of the requested one.
+_SECTION_CELL = 2.0  # largest cell of the integral over the size there
+_SECTION_DEEPEST = 14  # times a cell is cut into four at the most
+_SECTION_CELLS = 80_000  # of one level: of more, some stand for all
+# Of tetwild's meshes of T tetrahedra, least squares over 100 random designs and the shipped ones:
+# nodes 1.33 T + 4.3 T^(2/3) (1.38 to 1.75 T; scatter 4 %), vertices 0.165 T + 1.3 T^(2/3).
+_NODES, _CORNERS = (1.33, 4.3), (0.165, 1.3)
+_FREE = 0.985  # of tetwild's displacements: the rest is held at the base and the mirror plane
+_SPARE_ROWS = 3  # sums of the supports' forces
 
 
 def count_space(design: Design, zone: Zone, symmetric: bool) -> tuple[float, float]:
@@ -92,29 +118,6 @@ def _contact_nodes(field: SizeField, low: Array, high: Array) -> float:
     facets = cell * (1.0 / (EQUILATERAL * field.sizes.stretch * size**2)).sum()
     facets *= MADE_AT_CONTACT
     return float(0.5 * facets + 1.5 * np.sqrt(facets) + 1.0)
-
-
-# How many triangles netgen will make of a section, from the outline that it is given.
-#
-# The size that netgen keeps to is the least, over all points, curves and domains of the outline, of
-# their own size grown with the distance, s + gradation x distance. Triangles are then the integral
-# of 1 / (sqrt(3)/4 h^2) over the section, times what netgen was found to make of it.
-#
-# Meshing it and counting takes 0.1 s (`homogeneous`), 0.7 s (`maeno2000`) to 2.5 s (`wide`) of a
-# core and 0.2 s to load netgen, this 0.003 to 0.09 s; a check counts two models, a refusal for lack
-# of memory dozens, of meshes that may be too large to be made. Of the ten shipped parametric
-# designs netgen makes 0.95 to 1.07 times the triangles found here.
-
-# Netgen grades faster than requested where the request is small. Of the mixtures tried on 153
-# sections (51 random and shipped designs; the design's own sizes, those of extruding, random ones
-# with gradations of 0.1 to 0.5) this one scattered least: triangles made over the integral 1.10,
-# scatter 11 % (a standard deviation), 0.82 to 1.72 times; with the requested gradation 18 %,
-# 0.39 to 1.79.
-MADE_OF_SECTION = 1.10
-GRADATION = (0.15, 0.6)  # Netgen's own, and the part that it takes of the requested one.
-_SECTION_CELL = 2.0  # largest cell of the integral over the size there
-_SECTION_DEEPEST = 14  # times a cell is cut into four at the most
-_SECTION_CELLS = 80_000  # of one level: of more, some stand for all
 
 
 @dataclass(frozen=True)
@@ -205,13 +208,6 @@ def _edges_along(line: Array, field: SectionSize, samples: int) -> Array:
     between = line[:-1, None] + share[:, None] * np.diff(line, axis=0)[:, None]
     inverse = 1.0 / field(between.reshape(-1, 2))
     return np.asarray(lengths_of(line) * inverse.reshape(-1, samples).mean(axis=1))
-
-
-# Of tetwild's meshes of T tetrahedra, least squares over 100 random designs and the shipped ones:
-# nodes 1.33 T + 4.3 T^(2/3) (1.38 to 1.75 T; scatter 4 %), vertices 0.165 T + 1.3 T^(2/3).
-_NODES, _CORNERS = (1.33, 4.3), (0.165, 1.3)
-_FREE = 0.985  # of tetwild's displacements: the rest is held at the base and the mirror plane
-_SPARE_ROWS = 3  # sums of the supports' forces
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -29,6 +29,43 @@ from fingerdesign.mesh.section.section import sheet_room_faults
 from fingerdesign.runtime.machine import Machine, busy, this_machine
 from fingerdesign.runtime.progress import ForecastProgress, Progress, Report
 
+# Operations, memory and seconds by stage of a model of a given size.
+#
+# Laws fitted by least squares in logarithms to whole runs of `analyse` (shipped and random designs,
+# plane strain and 3-D, 13k to 400k dofs), each in a process of its own. Times are those of a core
+# that multiplies matrices at ONE_CORE GFLOP/s, and grow as a machine is slower than that; measured
+# seconds were scaled by what dgemm reached right before and after each run.
+
+ONE_CORE = 60.0  # GFLOP/s of one core: what the seconds below are those of
+# Operations of the factorisation with its border, n dofs, and how many times they were that:
+#   plane strain   12 models of 13k to 402k dofs   exp(5.66) n^1.30 retained^0.18       0.88 to 1.09
+#   extruded       22 models of 12k to 499k dofs   exp(3.40) (n / L)^1.77 L^2.68        0.62 to 1.49
+#   tetrahedra     12 models of 18k to 500k dofs   exp(5.09) n^1.754, half of a finger  0.75 to 1.35
+#                                                  2.25 times that, a whole one
+# L: layers and a half. P1 and P2 meshes, and fingers of 1 to 21 plates, are among them.
+_FLAT = (5.66, 1.30, 0.18)
+_SWEPT = (3.40, 1.77, 2.68)
+_TETRAHEDRA, _WHOLE = (5.09, 1.754), 2.25
+# PARDISO's factors, kB: exp(a) n^b operations^c; the process, MB: base + per dof + factors.
+_FACTOR_FLAT = (-2.311, 0.719, 0.253)  # 0.98 to 1.02
+_FACTOR_SPACE = (-3.467, 0.546, 0.414)  # 0.93 to 1.12
+_BASE_MB = 140.0  # libraries, and what the report's figures take
+_PER_DOF_FLAT, _FACTORS_FLAT = -1.71e-3, 3.82  # 0.95 to 1.06
+_PER_DOF_SPACE, _FACTORS_SPACE = 3.02e-3, 0.975  # 0.94 to 1.05
+# Of tetrahedra, what the contact's m nodes add, MB: exp(a) m^b n^c. 29 random fingers of 17k to
+# 144k dofs and 170 to 1749 nodes took 0.71 to 1.40 times the whole.
+_CONTACT_SPACE = (4.62, 1.197, -0.537)
+_TETRAHEDRA_MB = 500.0  # CAD's process, for fTetWild; its own stayed below up to 80k tetrahedra
+# Entries of the upper triangle per dof, and seconds for each to be ordered and laid out.
+_ENTRIES = {2: 14.6, 3: 47.0}
+_ORDERING_S = 0.64e-6
+_FACTOR_SHARE = 0.6  # of dgemm's speed
+
+
+_TANGENTS = 2.5  # factorisations a row at finite strain, with what is solved between them
+_FINITE_MEMORY = 1.8  # The factors at rest stay in memory too.
+_BUSY = " now (it is busy)"
+
 
 def impossible(case: Case, scene: Scene) -> list[Fault]:
     """Every fault that design, scene and fidelity have together; none: they go together."""
@@ -68,43 +105,6 @@ def _space_faults(case: Case, scene: Scene) -> list[Fault]:
     """Faults that the design's mesher refuses."""
     half = mirrors_in_z(case.design) and scene.mirrors_in_z
     return mesher_of(case.design).refusals(case.design, half)
-
-
-# Operations, memory and seconds by stage of a model of a given size.
-#
-# Laws fitted by least squares in logarithms to whole runs of `analyse` (shipped and random designs,
-# plane strain and 3-D, 13k to 400k dofs), each in a process of its own. Times are those of a core
-# that multiplies matrices at ONE_CORE GFLOP/s, and grow as a machine is slower than that; measured
-# seconds were scaled by what dgemm reached right before and after each run.
-
-ONE_CORE = 60.0  # GFLOP/s of one core: what the seconds below are those of
-# Operations of the factorisation with its border, n dofs, and how many times they were that:
-#   plane strain   12 models of 13k to 402k dofs   exp(5.66) n^1.30 retained^0.18       0.88 to 1.09
-#   extruded       22 models of 12k to 499k dofs   exp(3.40) (n / L)^1.77 L^2.68        0.62 to 1.49
-#   tetrahedra     12 models of 18k to 500k dofs   exp(5.09) n^1.754, half of a finger  0.75 to 1.35
-#                                                  2.25 times that, a whole one
-# L: layers and a half. P1 and P2 meshes, and fingers of 1 to 21 plates, are among them.
-_FLAT = (5.66, 1.30, 0.18)
-_SWEPT = (3.40, 1.77, 2.68)
-_TETRAHEDRA, _WHOLE = (5.09, 1.754), 2.25
-# PARDISO's factors, kB: exp(a) n^b operations^c; the process, MB: base + per dof + factors.
-_FACTOR_FLAT = (-2.311, 0.719, 0.253)  # 0.98 to 1.02
-_FACTOR_SPACE = (-3.467, 0.546, 0.414)  # 0.93 to 1.12
-_BASE_MB = 140.0  # libraries, and what the report's figures take
-_PER_DOF_FLAT, _FACTORS_FLAT = -1.71e-3, 3.82  # 0.95 to 1.06
-_PER_DOF_SPACE, _FACTORS_SPACE = 3.02e-3, 0.975  # 0.94 to 1.05
-# Of tetrahedra, what the contact's m nodes add, MB: exp(a) m^b n^c. 29 random fingers of 17k to
-# 144k dofs and 170 to 1749 nodes took 0.71 to 1.40 times the whole.
-_CONTACT_SPACE = (4.62, 1.197, -0.537)
-_TETRAHEDRA_MB = 500.0  # CAD's process, for fTetWild; its own stayed below up to 80k tetrahedra
-# Entries of the upper triangle per dof, and seconds for each to be ordered and laid out.
-_ENTRIES = {2: 14.6, 3: 47.0}
-_ORDERING_S = 0.64e-6
-_FACTOR_SHARE = 0.6  # of dgemm's speed
-
-
-_TANGENTS = 2.5  # factorisations a row at finite strain, with what is solved between them
-_FINITE_MEMORY = 1.8  # The factors at rest stay in memory too.
 
 
 def operations(counts: Counts) -> float:
@@ -198,9 +198,6 @@ def _grips(counts: Counts, case: Case) -> float:
     travel = (grip.max_approach_mm - grip.preload_mm) / grip.approach_step_mm
     steps = min(float(grip.max_steps), 0.6 * max(travel, 1.0))
     return (2 * len(grip.friction_coefficients) + 1) * steps * _row(counts, followed=True)
-
-
-_BUSY = " now (it is busy)"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -108,7 +108,7 @@ def grip_table(result: Result) -> Table:
 def foreseen_table(result: Result) -> Table | None:
     """A row a grip: its warnings of slip. None where no grip warns or reports a stick ratio."""
     grips = result.grips
-    if all(grip.alarms is None and grip.stick_error is None for grip in grips):
+    if {(grip.alarms, grip.stick_error) for grip in grips} <= {(None, None)}:
         return None
     slips = {"standing": "warned of", "withdrawn": "missed: withdrawn", "none": "missed"}
     columns = _grip_columns(grips) | {

@@ -57,18 +57,9 @@ def shape_figure(geometry: Mapping[str, Any], deep: bool) -> Figure | None:
 def contact_figure(traces: Traces) -> Figure | None:
     """Status over x, a row an increment; in 3-D over x and z at one increment."""
     x, z = traces.contact_x_mm, traces.contact_z_mm
-    known = [value for value in x if value is not None]
-    if not known or not traces.status:
+    wide = _touched_range(traces)
+    if wide is None:
         return None
-    touched = [
-        value
-        for place, value in enumerate(x)
-        if value is not None
-        and any(row[place : place + 1] not in ("", ".") for row in traces.status)
-    ]
-    low, high = min(touched or known), max(touched or known)
-    more = 0.15 * (high - low) + 0.1
-    wide = [number(max(low - more, min(known))), number(min(high + more, max(known)))]
     words = contact_words(traces.status)
     if z:
         return _contact_points(traces, wide, words)
@@ -90,6 +81,19 @@ def contact_figure(traces: Traces) -> Figure | None:
     }
     steps = [{"shapes[0].y0": k + 0.52, "shapes[0].y1": k + 1.48} for k in range(count)]
     return {"data": data, "layout": layout, "steps": steps, "shared": ["xaxis"], "words": words}
+
+
+def _touched_range(traces: Traces) -> list[Any] | None:
+    """The range of x that is ever touched, with some room; None where nothing is known."""
+    points = [(place, x) for place, x in enumerate(traces.contact_x_mm) if x is not None]
+    if not points or not traces.status:
+        return None
+    known = [x for _, x in points]
+    closed = {k for row in traces.status for k, mark in enumerate(row) if mark != "."}
+    touched = [x for place, x in points if place in closed] or known
+    low, high = min(touched), max(touched)
+    more = 0.15 * (high - low) + 0.1
+    return [number(max(low - more, min(known))), number(min(high + more, max(known)))]
 
 
 def _bars(
@@ -135,11 +139,7 @@ def gages_figure(traces: Traces) -> Figure | None:
     if not traces.gages or not traces.gages[0]:
         return None
     count, many = len(traces.gages), len(traces.gages[0])
-    best = (0, 0, 0.0)
-    for row, readings in enumerate(traces.gages):
-        for gage, value in enumerate(readings):
-            if value is not None and abs(value) > abs(best[2]):
-                best = (gage, row, value)
+    best, row, value = _largest_reading(traces)
     steps = list(range(1, count + 1))
     data = [
         {
@@ -164,10 +164,9 @@ def gages_figure(traces: Traces) -> Figure | None:
     names = [_placed(traces, gage) for gage in range(many)]
     known_places = len(traces.gage_x_mm) == many
     order = sorted(range(many) if known_places else (), key=lambda k: traces.gage_x_mm[k] or 0.0)
-    gage, row, value = best
     words = (
         f"Readings of {many} gages over {count} increments. The largest is {value:.3g} "
-        f"microstrain, of {names[gage]}, at increment {row + 1}."
+        f"microstrain, of {names[best]}, at increment {row + 1}."
     )
     return {
         "data": data,
@@ -176,10 +175,20 @@ def gages_figure(traces: Traces) -> Figure | None:
         "shared": ["yaxis"],
         "words": words,
         "names": names,
-        "best": best[0],
+        "best": best,
         "order": order,
         "places": round_values([traces.gage_x_mm[gage] for gage in order]),
     }
+
+
+def _largest_reading(traces: Traces) -> tuple[int, int, float]:
+    """The gage, the increment and the value of the largest reading, the first of equals."""
+    best = (0, 0, 0.0)
+    for row, readings in enumerate(traces.gages):
+        for gage, value in enumerate(readings):
+            if value is not None and abs(value) > abs(best[2]):
+                best = (gage, row, value)
+    return best
 
 
 def _placed(traces: Traces, gage: int) -> str:
@@ -198,14 +207,9 @@ def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | 
         _spread([0.0, *(value for part in parts for value in part if value is not None)])
         for parts in (every_x, every_y)
     )
-    data: list[dict[str, Any]] = []
-    for friction in sorted({grip.friction_coefficient for grip in grips} & set(frictions)):
-        look = _look(friction, frictions)
-        far = max(wide[1] or 0.0, (high[1] or 0.0) / friction)
-        limit = {"color": look["colour"], "dash": look["dash"], "width": 0.9}
-        line = {"x": [0, number(far)], "y": [0, number(friction * far)], "line": limit}
-        name = f"limit μ = {friction:g}"
-        data.append({"mode": "lines", "name": name, "hoverinfo": "skip", **line})
+    shown = sorted({grip.friction_coefficient for grip in grips} & set(frictions))
+    corner = wide[1] or 0.0, high[1] or 0.0
+    data = [_limit(friction, _look(friction, frictions), corner) for friction in shown]
     data += [_grip(grip, frictions) for grip in grips]
     normal, tangential = (
         round_values(traces.normal_force_N),
@@ -227,6 +231,14 @@ def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | 
     words = forces_words(traces, grips)
     own = {"steps": steps, "shared": ["xaxis", "yaxis"], "words": words}
     return {"data": data, "layout": layout, **own}
+
+
+def _limit(friction: float, look: Mapping[str, Any], corner: tuple[float, float]) -> dict[str, Any]:
+    """The line F_t = friction F_n, to where it leaves the picture; ``corner``: greatest forces."""
+    far = max(corner[0], corner[1] / friction)
+    line = {"color": look["colour"], "dash": look["dash"], "width": 0.9}
+    ends = {"x": [0, number(far)], "y": [0, number(friction * far)], "line": line}
+    return {"mode": "lines", "name": f"limit μ = {friction:g}", "hoverinfo": "skip", **ends}
 
 
 def _grip(grip: GripOutcome, frictions: Mapping[float, int]) -> dict[str, Any]:

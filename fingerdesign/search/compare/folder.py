@@ -14,7 +14,7 @@ from typing import Any
 from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.outcome import Outcome, cells_csv, designs_csv
-from fingerdesign.search.compare.page import NO_SEARCH, SearchFindings, compare_html
+from fingerdesign.search.compare.page import SearchFindings, compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, Comparison, read_comparison
 from fingerdesign.search.study.file import Study
 from fingerdesign.version import versions
@@ -30,7 +30,7 @@ def write_study(
     outcomes: Sequence[Outcome],
     source: str,
     more: dict[str, Any] | None = None,
-    search: SearchFindings = NO_SEARCH,
+    search: SearchFindings | None = None,
 ) -> Comparison:
     """Write the files of a study into ``folder``; what its page compares.
 

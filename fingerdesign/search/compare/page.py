@@ -182,25 +182,18 @@ class SearchFindings:
     references: tuple[str, ...] = ()
 
 
-NO_SEARCH = SearchFindings()
-
-
 def compare_html(
-    outcomes: Sequence[Outcome], facts: StudyFacts, search: SearchFindings = NO_SEARCH
+    outcomes: Sequence[Outcome], facts: StudyFacts, search: SearchFindings | None = None
 ) -> str:
     """The whole page as text: the outcomes in their order, and all of their numbers inside.
 
     Every text of an outcome or of ``facts`` is untrusted: it is escaped, and without control
     characters.
     """
+    search = search or SearchFindings()
     found = recommend(outcomes, facts.objectives, facts.constraints)
     table = design_table(outcomes, facts, found)
-    known = search.references
-    reference = [
-        number
-        for number, outcome in enumerate(outcomes)
-        if outcome.name in known or outcome.name.startswith(tuple(f"{each} (" for each in known))
-    ]
+    reference = _places(outcomes, search.references)
     data = page_data(outcomes, facts, found, reference)
     data["columns"] = [_column(column, outcomes) for column in table.columns]
     for number, rank, cells in table.rows:
@@ -270,6 +263,12 @@ def _which(head: Summary, search: SearchFindings) -> Iterator[Item]:
     yield Fold("How many were compared", [Text(head.counts)])
 
 
+def _places(outcomes: Sequence[Outcome], names: Sequence[str]) -> list[int]:
+    """The outcomes of these names, also with a mark behind the name."""
+    marked = tuple(f"{each} (" for each in names)
+    return [k for k, o in enumerate(outcomes) if o.name in names or o.name.startswith(marked)]
+
+
 def _column(column: Column, outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """Facts of a column for the page's scripts.
 
@@ -296,14 +295,18 @@ def _column(column: Column, outcomes: Sequence[Outcome]) -> dict[str, Any]:
     if column.path[0] == "digest":
         return found | {"most": DIGEST_SHOWN}
     if not column.numeric:
-        values = {json.dumps(value_at(outcome, column.path)) for outcome in outcomes} - {"null"}
-        loaded = [(each, json.loads(each)) for each in values]
-        known = [value if isinstance(value, str) else text for text, value in loaded]
-        kinds = sorted(all_shown(known))
-        texts = [each if len(each) <= MOST_TICK else f"{each[: MOST_TICK - 1]}…" for each in kinds]
-        marks = {"ticktext": [escape(each) for each in texts], "tickvals": [*range(len(texts))]}
-        found |= {"kinds": kinds, "ticks": {"tickmode": "array", **marks}}
+        found |= _kinds([value_at(outcome, column.path) for outcome in outcomes])
     return found
+
+
+def _kinds(every: Sequence[Any]) -> dict[str, Any]:
+    """The different texts of a column, and those as marks of an axis."""
+    loaded = [(each, json.loads(each)) for each in {json.dumps(value) for value in every}]
+    known = [value if isinstance(value, str) else text for text, value in loaded if text != "null"]
+    kinds = sorted(all_shown(known))
+    texts = [each if len(each) <= MOST_TICK else f"{each[: MOST_TICK - 1]}…" for each in kinds]
+    marks = {"ticktext": [escape(each) for each in texts], "tickvals": [*range(len(texts))]}
+    return {"kinds": kinds, "ticks": {"tickmode": "array", **marks}}
 
 
 def _first_axes(

@@ -5,6 +5,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -162,7 +163,7 @@ def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
     try:
         lines = whole_text(path).splitlines()
         rows = [tuple(float(row[key]) for key in keys) for row in csv.DictReader(lines)]
-        if not all(bounded(each) for row in rows for each in row):
+        if not all(map(bounded, chain.from_iterable(rows))):
             raise ValueError("a force that is no finite number")
     except (OSError, KeyError, csv.Error, *_WRONG) as error:
         fault = Fault("RESULT", path, "the path of a grip", f"{error!r}; run analyse again")
@@ -234,8 +235,8 @@ def _completed(
     """The sources, those of analyses with the metrics that they lack, computed as a study
     computes them; what they have is unchanged."""
     every = [outcome for source in sources for outcome in source.outcomes]
-    needed = {name for outcome in every for name in outcome.metrics} | {"stick_error", "cost"}
-    needed |= {each.metric for each in objectives}
+    needed = {"stick_error", "cost"} | {each.metric for each in objectives}
+    needed = needed.union(*(outcome.metrics for outcome in every))
     known = (source.record["cost"] for source in sources if "cost" in source.record)
     prices: dict[str, Any] = next(known, {})
     jobs = {
@@ -310,16 +311,21 @@ def _distinct(outcomes: Sequence[Outcome], sources: Sequence[_Source]) -> tuple[
         alike.setdefault(outcome.name, []).append(outcome)
     names: dict[tuple[str, str], str] = {}
     for name, many in alike.items():
-        ways = (
-            [place[each.digest, name] for each in many],
-            [each.scene for each in many],
-            [each.fidelity for each in many],
-            [each.digest[:DIGITS] for each in many],
-        )
-        marks = next((way for way in ways if len(set(way)) == len(many)), ways[-1])
+        marks = _marks(many, [place[each.digest, name] for each in many])
         for each, mark in zip(many, marks, strict=True):
             names[each.digest, name] = f"{name} ({mark})" if len(many) > 1 else name
     return tuple(replace(each, name=names[each.digest, each.name]) for each in outcomes)
+
+
+def _marks(many: Sequence[Outcome], places: list[str]) -> list[str]:
+    """Marks that distinguish outcomes of one name: source, scene, fidelity, else the digest."""
+    ways = (
+        places,
+        [each.scene for each in many],
+        [each.fidelity for each in many],
+        [each.digest[:DIGITS] for each in many],
+    )
+    return next((way for way in ways if len(set(way)) == len(many)), ways[-1])
 
 
 def with_varied(outcomes: Sequence[Outcome]) -> tuple[Outcome, ...]:
@@ -328,17 +334,22 @@ def with_varied(outcomes: Sequence[Outcome]) -> tuple[Outcome, ...]:
     alike, of every other key too: of the controller, the mesh."""
     if all(outcome.values or not outcome.design for outcome in outcomes):
         return tuple(outcomes)
-    keys = dict.fromkeys(key for outcome in outcomes for key in outcome.values)
-    flat = [_leaves(outcome.design) for outcome in outcomes if outcome.design]
-    every = dict.fromkeys(key for each in flat for key in each)
+    keys = dict.fromkeys(chain.from_iterable(outcome.values for outcome in outcomes))
+    keys |= _varied([outcome.design for outcome in outcomes if outcome.design])
+
+    def completed(outcome: Outcome) -> Outcome:
+        found = {key: _value_at(outcome.design, key) for key in keys}
+        return replace(outcome, values=found | outcome.values)
+
+    return tuple(completed(each) if each.design else each for each in outcomes)
+
+
+def _varied(designs: Sequence[dict[str, Any]]) -> dict[str, None]:
+    """Keys of the finger in which designs differ; of any other where the fingers are alike."""
+    flat = [_leaves(each) for each in designs]
+    every = dict.fromkeys(chain.from_iterable(flat))
     varied = [key for key in every if len({each.get(key) for each in flat}) > 1]
-    keys |= dict.fromkeys([key for key in varied if key.startswith(_FINGER)] or varied)
-    return tuple(
-        replace(each, values={k: _value_at(each.design, k) for k in keys} | each.values)
-        if each.design
-        else each
-        for each in outcomes
-    )
+    return dict.fromkeys([key for key in varied if key.startswith(_FINGER)] or varied)
 
 
 def _leaves(design: dict[str, Any]) -> dict[str, bool | float | str]:

@@ -256,12 +256,8 @@ def recommend(
     )
     if not feasible or not objectives:
         return Recommendation(feasible)
-    scene, fidelity = _group(outcomes, feasible)
-    group = tuple(
-        number
-        for number in feasible
-        if (outcomes[number].scene, outcomes[number].fidelity) == (scene, fidelity)
-    )
+    kind = _group(outcomes, feasible)
+    group = tuple(k for k in feasible if (outcomes[k].scene, outcomes[k].fidelity) == kind)
     values, unsure = _losses(outcomes, group, objectives)
     free = ~dominated(values, unsure)
     front = tuple(number for number, best in zip(group, free, strict=True) if best)
@@ -271,21 +267,29 @@ def recommend(
     # Where nothing shows a difference, the one with the better numbers as they stand.
     as_they_stand = (_scaled(values, 0.0 * unsure) ** 2).sum(axis=1)
     ranked = np.lexsort((as_they_stand[free], of_all[free], distance))
-    first = int(ranked[0])
-    chosen = front[first]
-    near = np.flatnonzero(distance == distance[first])
-    alike = tuple(front[k] for k in near if k != first)
-    best = tuple(front[int(np.lexsort((distance, column))[0])] for column in values[free].T)
+    chosen = front[ranked[0]]
     row = group.index(chosen)
     near_by = ~differs(values, unsure, values[row], unsure[row]).any(axis=1)
-    same = tuple(group[k] for k in np.flatnonzero(near_by) if k != row)
-    by_distance = [front[int(k)] for k in ranked]
+    by_distance = [front[k] for k in ranked]
     if len(front) == 1:
         by_distance = [number for _, number in sorted(zip(of_all.tolist(), group, strict=True))]
-    second = next((number for number in by_distance if number != chosen), None)
     return Recommendation(
-        feasible, group, front, chosen, best, alike, same, second, scene, fidelity
+        feasible,
+        group,
+        front,
+        chosen,
+        best=tuple(front[np.lexsort((distance, column))[0]] for column in values[free].T),
+        alike=_others(front, distance == distance[ranked[0]], chosen),
+        same=_others(group, near_by, chosen),
+        runner_up=next((number for number in by_distance if number != chosen), None),
+        scene=kind[0],
+        fidelity=kind[1],
     )
+
+
+def _others(numbers: Sequence[int], marked: BoolArray, chosen: int) -> tuple[int, ...]:
+    """The marked ones of ``numbers`` but ``chosen``."""
+    return tuple(k for k, own in zip(numbers, marked, strict=True) if own and k != chosen)
 
 
 def _losses(

@@ -1,7 +1,7 @@
 """The comparison page's tables: every design, every failure; as text, before any script runs."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -117,22 +117,13 @@ def name_and_unit(name: str, unit: str = "") -> tuple[str, str]:
 
 
 def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
-    goals = {each.metric: each.goal for each in facts.objectives}
-    place = {name: number for number, name in enumerate(goals)}
-    metrics = sorted(facts.metrics, key=lambda metric: place.get(metric.name, len(place)))
     found = [Column((name,), name, numeric=False) for name in ("scene", "fidelity")]
     for key in dict.fromkeys(key for outcome in outcomes for key in outcome.values):
         given = [o.values[key] for o in outcomes if o.values.get(key) is not None]
         numeric = bool(given) and all(is_number(value) for value in given)
         found.append(Column(("values", key), shown(key), "", numeric))
-    for metric in metrics:
-        title, unit = name_and_unit(metric.name, metric.unit)
-        goal = goals.get(metric.name, metric.better)
-        objective = metric.name in goals
-        path = ("metrics", metric.name)
-        scale = metric.scale if goal == metric.better else ""
-        found.append(Column(path, title, unit, True, goal, objective, shown(metric.words), scale))
-    named = {metric.name for metric in metrics}
+    found += _metric_columns(facts)
+    named = {metric.name for metric in facts.metrics}
     errors = {"plane_strain_error": "plane-strain error", "mesh_error": "mesh error"}
     for name, title in errors.items():
         if name not in named:
@@ -141,6 +132,19 @@ def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
         found.append(Column(("seconds",), "time", "s"))
     found.append(Column(("digest",), "digest", numeric=False))
     return found
+
+
+def _metric_columns(facts: StudyFacts) -> Iterator[Column]:
+    """A column a metric: objectives in their order, then the others."""
+    goals = {each.metric: each.goal for each in facts.objectives}
+    place = {name: number for number, name in enumerate(goals)}
+    for metric in sorted(facts.metrics, key=lambda each: place.get(each.name, len(place))):
+        title, unit = name_and_unit(metric.name, metric.unit)
+        goal = goals.get(metric.name, metric.better)
+        objective = metric.name in goals
+        path = ("metrics", metric.name)
+        scale = metric.scale if goal == metric.better else ""
+        yield Column(path, title, unit, True, goal, objective, shown(metric.words), scale)
 
 
 def _texts(values: Sequence[Any], column: Column) -> list[str]:

@@ -104,6 +104,24 @@ def _counted(
 ) -> dict[str, Any]:
     """Count the designs that failed, meet the constraints, or lack a value."""
     good = [outcome for outcome in outcomes if outcome.status == "ok"]
+    return _missed(good, facts) | {
+        "all": len(outcomes),
+        "failed": len(outcomes) - len(good),
+        "bounds": [shown(each.words) for each in facts.constraints],
+        "goals": [_goal(each) for each in facts.objectives],
+        "assumed": facts.assumed_objectives,
+        "kinds": len({(each.scene, each.fidelity) for each in good}),
+        "front": len(found.front),
+        "group": len(found.group),
+        "scene": shown(found.scene),
+        "where": _FIDELITY.get(found.fidelity, found.fidelity),
+        "alike": [shown(outcomes[number].name) for number in found.alike],
+        "same": [shown(outcomes[number].name) for number in found.same],
+    }
+
+
+def _missed(good: Sequence[Outcome], facts: StudyFacts) -> dict[str, Any]:
+    """Count the designs that meet the constraints, and name what the others lack."""
     lacking = {
         each.metric: [shown(o.name) for o in good if o.metrics.get(each.metric) is None]
         for each in facts.objectives
@@ -114,22 +132,10 @@ def _counted(
         missed.update(f"a value of {shown(m)}" for m in lacking if each.metrics.get(m) is None)
         missed.update(list(fails_purpose(each, bounded)))
     return {
-        "all": len(outcomes),
-        "failed": len(outcomes) - len(good),
-        "bounds": [shown(each.words) for each in facts.constraints],
         "meeting": sum(all(bound.holds(each) for bound in facts.constraints) for each in good),
         "lacking": {shown(metric): names for metric, names in lacking.items()},
         "missed": missed,
         "purposeless": [shown(o.name) for o in good if fails_purpose(o, bounded)],
-        "goals": [_goal(each) for each in facts.objectives],
-        "assumed": facts.assumed_objectives,
-        "kinds": len({(each.scene, each.fidelity) for each in good}),
-        "front": len(found.front),
-        "group": len(found.group),
-        "scene": shown(found.scene),
-        "where": _FIDELITY.get(found.fidelity, found.fidelity),
-        "alike": [shown(outcomes[number].name) for number in found.alike],
-        "same": [shown(outcomes[number].name) for number in found.same],
     }
 
 

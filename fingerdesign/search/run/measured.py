@@ -135,18 +135,22 @@ def grip_metrics(grips: Sequence[GripResult]) -> dict[str, float | None]:
     """
     if not grips:
         return {}
-    held = [grip for grip in grips if grip.lifted and not grip.gross_slip]
+    held = sum(bool(grip.lifted and not grip.gross_slip) for grip in grips)
     lifted = [grip for grip in grips if grip.lifted]
     margins = [grip.safety_margin for grip in lifted if grip.safety_margin is not None]
-    least = (weight_per_finger(grip.object_mass_g) / grip.friction_coefficient for grip in lifted)
-    ratios = [grip.peak_normal_force_N / force for grip, force in zip(lifted, least, strict=True)]
+    ratios = [grip.peak_normal_force_N / _least_force(grip) for grip in lifted]
     return {
-        "grip_success": len(held) / len(grips),
+        "grip_success": held / len(grips),
         "safety_margin": statistics.median(margins) if margins else None,
         "least_margin": min(margins, default=None),
         "peak_force_N": max(grip.peak_normal_force_N for grip in grips),
         "peak_ratio": statistics.median(ratios) if ratios else None,
     }
+
+
+def _least_force(grip: GripResult) -> float:
+    """The least normal force that holds the object, N: half its weight over the friction."""
+    return weight_per_finger(grip.object_mass_g) / grip.friction_coefficient
 
 
 def _first_slip(rows: Sequence[IncrementResult]) -> float | None:

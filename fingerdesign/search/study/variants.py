@@ -153,28 +153,38 @@ def _shown(parameter: Parameter) -> str:
 
 def _key_faults(study: Study, base: Design) -> Iterator[Fault]:
     """Faults of [fixed], of unknown keys, and of each parameter's values by themselves."""
-    wholes = {split_share(key)[1] for key in study.parameters if "/" in key} & set(study.fixed)
-    own = {key: study.fixed[key] for key in wholes}  # which shares are of
-    setting = {**study.fixed, **set_keys(base, {**own, **middle_values(study)})}
+    setting = _middle_setting(study, base)
     data, refused = _set(base, setting)
-    fixed = {_plain(key): key for key in study.fixed}
-    varied = {_plain(split_share(key)[0]): key for key in study.parameters}
+    fixed, varied = _plain_keys(study)
     faults = [(each, _NO_KEY) for each in refused] + _schema_faults(data, (*fixed, *varied))
     for fault, kind in faults:
         owner = next((each for each in fixed if _is_inside(fault.key, each)), None)
         if owner is not None:
             inner = fault.key[len(owner) :]
             yield replace(fault, key=dotted(("fixed", fixed[owner])) + inner)
-        for plain in varied if kind == _NO_KEY else ():
-            if _is_inside(fault.key, plain) or _is_inside(plain, fault.key):
-                # What is no key at all is reported once, and left out for the others.
-                key = varied[plain]
-                setting.pop(split_share(key)[0], None)
-                own_value = _shown(study.parameters[key])
-                yield replace(fault, key=dotted(("parameters", key)), value=own_value)
+        if kind != _NO_KEY:
+            continue
+        # What is no key at all is reported once, and left out for the others.
+        for key in (key for plain, key in varied.items() if _overlap(fault.key, plain)):
+            setting.pop(split_share(key)[0], None)
+            own_value = _shown(study.parameters[key])
+            yield replace(fault, key=dotted(("parameters", key)), value=own_value)
     for key in study.parameters:
         if split_share(key)[0] in setting:
             yield from _value_faults(study, base, setting, key)
+
+
+def _plain_keys(study: Study) -> tuple[dict[str, str], dict[str, str]]:
+    """The fixed and the varied keys, by how faults write them."""
+    varied = {_plain(split_share(key)[0]): key for key in study.parameters}
+    return {_plain(key): key for key in study.fixed}, varied
+
+
+def _middle_setting(study: Study, base: Design) -> dict[str, Any]:
+    """The fixed keys, and a value of each parameter of the middle of its range or list."""
+    wholes = {split_share(key)[1] for key in study.parameters if "/" in key} & set(study.fixed)
+    own = {key: study.fixed[key] for key in wholes}  # which shares are of
+    return {**study.fixed, **set_keys(base, {**own, **middle_values(study)})}
 
 
 def _value_faults(
@@ -209,6 +219,11 @@ def _is_inside(key: str, owner: str) -> bool:
     return undexed(key) == undexed(owner) or key.startswith((f"{owner}.", f"{owner}["))
 
 
+def _overlap(key: str, other: str) -> bool:
+    """Return True where one of two keys is the other, or inside it."""
+    return _is_inside(key, other) or _is_inside(other, key)
+
+
 def _set(base: Design, setting: Mapping[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
     """The base's data with keys set, and faults of those that lead nowhere."""
     data = design_data(base)
@@ -229,8 +244,7 @@ def _schema_faults(data: Mapping[str, Any], owners: Iterable[str]) -> list[tuple
     except ValidationError as error:
         for each in error.errors(include_url=False):
             kind, where = each["type"], dotted(each["loc"])
-            near = (_is_inside(where, own) or _is_inside(own, where) for own in keys)
-            if kind == _NO_KEY and not any(near):
+            if kind == _NO_KEY and not any(_overlap(where, own) for own in keys):
                 continue  # its words take long to find
             fault = fault_of(each, Design)
             combined = kind == "fault" and each["ctx"]["key"]
@@ -323,7 +337,7 @@ def variant_of(
 
 
 def stems(name: str) -> tuple[str, ...]:
-    """What the names of a study's variants may start with, before the number."""
+    """Beginnings of the names of a study's variants, before the number."""
     return tuple(dict.fromkeys(_stem(name, digits) for digits in (4, 5, 6)))
 
 
