@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
@@ -130,23 +130,32 @@ class Foreseen:
 
 def foreseen_of(grips: Sequence[GripResult]) -> Foreseen:
     """Sum up the warnings of these grips."""
-    false = [(each, each.false_alarms) for each in grips if each.false_alarms is not None]
-    ends = [each.slip_warning for each, _ in false if each.slip_warning is not None]
-    errors = [each for each in grips if each.stick_error is not None]
-    return Foreseen(
-        warned=share_of(ends.count("standing"), len(ends)) if false else None,
-        withdrawn=ends.count("withdrawn") if false else None,
+    errors = [(each.stick_error, each.stick_error_samples) for each in grips]
+    known = [(error, samples) for error, samples in errors if error is not None]
+    found = Foreseen(
+        warned=None,
+        withdrawn=None,
         lead_s=spread_of(each.lead_s for each in grips),
         lead_force_share=spread_of(each.lead_force_share for each in grips),
-        falsely_alarmed=share_of(sum(n > 0 for _, n in false), len(false)) if false else None,
-        false_alarms=clustered_share([n for _, n in false], [each.samples for each, _ in false])
-        if false
-        else None,
-        stick_error=rms_of(
-            [each.stick_error or 0.0 for each in errors],
-            [each.stick_error_samples for each in errors],
-        ),
-        stick_error_of_grips=spread_of(each.stick_error for each in grips),
+        falsely_alarmed=None,
+        false_alarms=None,
+        stick_error=rms_of([error for error, _ in known], [samples for _, samples in known]),
+        stick_error_of_grips=spread_of(error for error, _ in errors),
+    )
+    warning = [each for each in grips if each.false_alarms is not None]
+    return _with_warnings(found, warning) if warning else found
+
+
+def _with_warnings(found: Foreseen, grips: Sequence[GripResult]) -> Foreseen:
+    """Add the warnings of grips whose controller may warn."""
+    false = [each.false_alarms or 0 for each in grips]
+    ends = [each.slip_warning for each in grips if each.slip_warning is not None]
+    return replace(
+        found,
+        warned=share_of(ends.count("standing"), len(ends)),
+        withdrawn=ends.count("withdrawn"),
+        falsely_alarmed=share_of(sum(number > 0 for number in false), len(false)),
+        false_alarms=clustered_share(false, [each.samples for each in grips]),
     )
 
 

@@ -91,16 +91,14 @@ def advise(
     if not worst:
         raise ValueError("nothing was compared, so there is nothing to advise")
     most = max(worst, key=lambda each: each.error)
-    good = [each for each in worst if each.error <= KEEP]
-    fair = [each for each in worst if KEEP < each.error <= LIMIT]
-    bad = [each for each in worst if each.error > LIMIT]
+    good, dear = _split(worst, KEEP)
+    fair, bad = _split(dear, LIMIT)
     verdict: Verdict = "keep" if good == worst else "drop" if bad == worst else "limited"
     values: dict[str, Any]
     if kind == "reading":  # one model gives both answers, so that nothing is saved
         values = {"error": most.error}
     elif kind == "value":
         verdict = "keep" if good == worst else "measure"
-        dear = [each for each in worst if each.error > KEEP]
         values = {"worst": worst, "most": most, "good": good, "dear": dear}
         values["one_way"] = _one_way(dear)
     else:
@@ -109,6 +107,12 @@ def advise(
         values["seconds"] = (dearest.assumed.seconds, dearest.better.seconds)
         values["worth"] = _WORTH
     return verdict, paragraphs(WORDS, kind, verdict=verdict, **values)[0]
+
+
+def _split(worst: Sequence[Worst], bound: float) -> tuple[list[Worst], list[Worst]]:
+    """Errors up to a bound, and those above it."""
+    good = [each for each in worst if each.error <= bound]
+    return good, [each for each in worst if each.error > bound]
 
 
 def _one_way(dear: Sequence[Worst]) -> dict[str, list[Worst]]:

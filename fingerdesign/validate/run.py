@@ -54,10 +54,7 @@ def validate(
     model failed and no assumption was reported; "ok" where there is merely nothing to report.
     Raises DesignError for a wrong input.
     """
-    known = [each.key for each in ASSUMPTIONS]
-    if faults := [unknown_name(key, "--only", known) for key in keys if key not in known]:
-        raise DesignError(faults)
-    chosen = [each for each in ASSUMPTIONS if not keys or each.key in keys]
+    chosen = _chosen(keys)
     name = scene_name or ("fundamental" if scene is None else "scene")
     scene = fundamental_scene(design) if scene is None else scene
     # The models here are of their own sizes: that the design's mesh asks for more is no fault.
@@ -77,10 +74,7 @@ def validate(
         rows.append(_row(each, solves, deep, failed))
         done += 1
     solves.release()
-    failure = None
-    if failed and not any(row.tested for row in rows):
-        reasons = "; ".join(f"{row.title}: {row.reason}" for row in failed)
-        failure = f"no assumption could be tested: {reasons}"
+    failure = _failure(rows, failed)
     return Validation(
         schema_version=1,
         design=design.design.name,
@@ -106,6 +100,22 @@ def write_validation(validation: Validation, folder: Path) -> None:
     (folder / RECORD_FILE).write_text(validation.to_json(), encoding="utf-8")
 
 
+def _chosen(keys: Sequence[str]) -> list[Assumption]:
+    """The assumptions of these keys, all without any. DesignError for an unknown one."""
+    known = [each.key for each in ASSUMPTIONS]
+    if faults := [unknown_name(key, "--only", known) for key in keys if key not in known]:
+        raise DesignError(faults)
+    return [each for each in ASSUMPTIONS if not keys or each.key in keys]
+
+
+def _failure(rows: Sequence[Row], failed: Sequence[Row]) -> str | None:
+    """The reasons of all failures where no assumption was tested; None else."""
+    if not failed or any(row.tested for row in rows):
+        return None
+    reasons = "; ".join(f"{row.title}: {row.reason}" for row in failed)
+    return f"no assumption could be tested: {reasons}"
+
+
 def _row(of: Assumption, solves: Solves, deep: bool, failed: list[Row]) -> Row:
     """The row of an assumption; one whose models failed goes to ``failed`` too."""
     try:
@@ -115,7 +125,7 @@ def _row(of: Assumption, solves: Solves, deep: bool, failed: list[Row]) -> Row:
     except FingerDesignError as error:
         failed.append(untested_row(of, _one_line(error)))
         return failed[-1]
-    if all(each.equal_motion is None and each.equal_force is None for each in comparisons):
+    if not any(each.equal_motion or each.equal_force for each in comparisons):
         why = "; ".join(each for c in comparisons for each in c.missing)
         failed.append(untested_row(of, why))
         return failed[-1]

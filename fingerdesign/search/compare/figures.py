@@ -9,11 +9,11 @@ figures: no text of an outcome, which Plotly might take for markup.
 
 import json
 from collections.abc import Mapping, Sequence
-from itertools import groupby, pairwise
+from itertools import chain, groupby, pairwise
 from pathlib import Path
 from typing import Any
 
-from fingerdesign.records.outcome import GripOutcome, Outcome, Traces
+from fingerdesign.records.outcome import GripOutcome, Numbers, Outcome, Traces
 from fingerdesign.report.figure import LOOKS as COMMON_LOOKS
 from fingerdesign.report.figure import Figure, finger_in_space, number, round_values
 
@@ -201,14 +201,11 @@ def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | 
     traces, grips = outcome.traces, outcome.grips
     if not traces.normal_force_N and not grips:
         return None
-    every_x = [traces.normal_force_N, *(grip.normal_force_N for grip in grips)]
-    every_y = [traces.tangential_force_N, *(grip.tangential_force_N for grip in grips)]
-    wide, high = (
-        _spread([0.0, *(value for part in parts for value in part if value is not None)])
-        for parts in (every_x, every_y)
-    )
+    paths = (traces, *grips)
+    wide = _force_range([path.normal_force_N for path in paths])
+    high = _force_range([path.tangential_force_N for path in paths])
     shown = sorted({grip.friction_coefficient for grip in grips} & set(frictions))
-    corner = wide[1] or 0.0, high[1] or 0.0
+    corner = wide[1], high[1]
     data = [_limit(friction, _look(friction, frictions), corner) for friction in shown]
     data += [_grip(grip, frictions) for grip in grips]
     normal, tangential = (
@@ -233,9 +230,14 @@ def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | 
     return {"data": data, "layout": layout, **own}
 
 
-def _limit(friction: float, look: Mapping[str, Any], corner: tuple[float, float]) -> dict[str, Any]:
+def _force_range(parts: Sequence[Numbers]) -> list[Any]:
+    """The range of an axis that holds 0 and every force of several paths."""
+    return _spread([0.0, *(value for value in chain.from_iterable(parts) if value is not None)])
+
+
+def _limit(friction: float, look: Mapping[str, Any], corner: tuple[Any, Any]) -> dict[str, Any]:
     """The line F_t = friction F_n, to where it leaves the picture; ``corner``: greatest forces."""
-    far = max(corner[0], corner[1] / friction)
+    far = max(corner[0] or 0.0, (corner[1] or 0.0) / friction)
     line = {"color": look["colour"], "dash": look["dash"], "width": 0.9}
     ends = {"x": [0, number(far)], "y": [0, number(friction * far)], "line": line}
     return {"mode": "lines", "name": f"limit μ = {friction:g}", "hoverinfo": "skip", **ends}

@@ -260,7 +260,7 @@ def recommend(
     group = tuple(k for k in feasible if (outcomes[k].scene, outcomes[k].fidelity) == kind)
     values, unsure = _losses(outcomes, group, objectives)
     free = ~dominated(values, unsure)
-    front = tuple(number for number, best in zip(group, free, strict=True) if best)
+    front = _others(group, free)
     scaled = _scaled(values[free], unsure[free])
     distance = np.round(np.sqrt((scaled**2).sum(axis=1)), 9)
     of_all = np.sqrt((_scaled(values, unsure) ** 2).sum(axis=1))
@@ -270,9 +270,7 @@ def recommend(
     chosen = front[ranked[0]]
     row = group.index(chosen)
     near_by = ~differs(values, unsure, values[row], unsure[row]).any(axis=1)
-    by_distance = [front[k] for k in ranked]
-    if len(front) == 1:
-        by_distance = [number for _, number in sorted(zip(of_all.tolist(), group, strict=True))]
+    next_of = [front[k] for k in ranked] if len(front) > 1 else _in_order(group, of_all)
     return Recommendation(
         feasible,
         group,
@@ -281,13 +279,20 @@ def recommend(
         best=tuple(front[np.lexsort((distance, column))[0]] for column in values[free].T),
         alike=_others(front, distance == distance[ranked[0]], chosen),
         same=_others(group, near_by, chosen),
-        runner_up=next((number for number in by_distance if number != chosen), None),
+        runner_up=next(iter(_others(next_of, np.ones(len(next_of), bool), chosen)), None),
         scene=kind[0],
         fidelity=kind[1],
     )
 
 
-def _others(numbers: Sequence[int], marked: BoolArray, chosen: int) -> tuple[int, ...]:
+def _in_order(numbers: Sequence[int], distances: Array) -> list[int]:
+    """The numbers by their distances, the nearest first."""
+    return [number for _, number in sorted(zip(distances.tolist(), numbers, strict=True))]
+
+
+def _others(
+    numbers: Sequence[int], marked: BoolArray, chosen: int | None = None
+) -> tuple[int, ...]:
     """The marked ones of ``numbers`` but ``chosen``."""
     return tuple(k for k, own in zip(numbers, marked, strict=True) if own and k != chosen)
 

@@ -120,7 +120,7 @@ def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
     found = [Column((name,), name, numeric=False) for name in ("scene", "fidelity")]
     for key in dict.fromkeys(key for outcome in outcomes for key in outcome.values):
         given = [o.values[key] for o in outcomes if o.values.get(key) is not None]
-        numeric = bool(given) and all(is_number(value) for value in given)
+        numeric = bool(given) and all(map(is_number, given))
         found.append(Column(("values", key), shown(key), "", numeric))
     found += _metric_columns(facts)
     named = {metric.name for metric in facts.metrics}

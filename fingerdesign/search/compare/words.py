@@ -122,18 +122,22 @@ def _counted(
 
 def _missed(good: Sequence[Outcome], facts: StudyFacts) -> dict[str, Any]:
     """Count the designs that meet the constraints, and name what the others lack."""
-    lacking = {
-        each.metric: [shown(o.name) for o in good if o.metrics.get(each.metric) is None]
-        for each in facts.objectives
-    }
     missed, bounded = Counter[str](), [bound.metric for bound in facts.constraints]
+    metrics = dict.fromkeys(each.metric for each in facts.objectives)
+    lacking: dict[str, list[str]] = {shown(metric): [] for metric in metrics}
+    meeting = 0
     for each in good:
-        missed.update(shown(b.words) for b in facts.constraints if not b.holds(each))
-        missed.update(f"a value of {shown(m)}" for m in lacking if each.metrics.get(m) is None)
+        broken = [shown(bound.words) for bound in facts.constraints if not bound.holds(each)]
+        absent = [metric for metric in metrics if each.metrics.get(metric) is None]
+        meeting += not broken
+        missed.update(broken)
+        missed.update(f"a value of {shown(metric)}" for metric in absent)
         missed.update(list(fails_purpose(each, bounded)))
+        for metric in absent:
+            lacking[shown(metric)].append(shown(each.name))
     return {
-        "meeting": sum(all(bound.holds(each) for bound in facts.constraints) for each in good),
-        "lacking": {shown(metric): names for metric, names in lacking.items()},
+        "meeting": meeting,
+        "lacking": lacking,
         "missed": missed,
         "purposeless": [shown(o.name) for o in good if fails_purpose(o, bounded)],
     }

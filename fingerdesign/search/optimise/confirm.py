@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
+from itertools import chain, islice
 from typing import Any
 
 import numpy as np
@@ -216,8 +217,7 @@ def judge(study: Study, outcomes: Sequence[Outcome]) -> Judged:
     """Judge the outcomes of a finger, one for each scene, against the study."""
     values, broken = reported(study, outcomes)
     signs = [1.0 if each.direction == "min" else -1.0 for each in study.objectives]
-    failures = [each.failure.sentence for each in outcomes if each.failure is not None]
-    objectives = {each.metric: value for each, value in zip(study.objectives, values, strict=True)}
+    objectives = dict(zip((each.metric for each in study.objectives), values, strict=True))
     metrics: dict[str, float | None] = {}
     for metric in (*objectives, *study.constraints):
         found = [each.metrics.get(metric) for each in outcomes]
@@ -228,9 +228,15 @@ def judge(study: Study, outcomes: Sequence[Outcome]) -> Judged:
         np.array(values) * signs,
         metrics,
         feasible=all(excess <= 0.0 for excess in broken.values()),
-        failure="; ".join(failures) or ("misses an objective" if broken["failed"] else ""),
+        failure=_failure(outcomes, broken["failed"] > 0.0),
         lacks=lacks(study, outcomes),
     )
+
+
+def _failure(outcomes: Sequence[Outcome], failed: bool) -> str:
+    """The sentences of the outcomes that failed, or that an objective is missing; "" else."""
+    failures = [each.failure.sentence for each in outcomes if each.failure is not None]
+    return "; ".join(failures) or ("misses an objective" if failed else "")
 
 
 def confirm(
@@ -260,12 +266,13 @@ def confirm(
     fidelity = table.confirm_fidelity
     if not chosen or fidelity == study.study.fidelity:
         return found
+    report(f"{len(chosen)} trials and the reference, {fidelity}")
     plans = [reference_plan(search, fidelity)]
     plans += [_again(search, tried[k], fidelity) for k in chosen]
-    report(f"{len(chosen)} trials and the reference, {fidelity}")
-    again = evaluated([replace(j, name=f"{j.name}-{fidelity}") for p in plans for j in p])
+    jobs = [replace(j, name=f"{j.name}-{fidelity}") for j in chain.from_iterable(plans)]
+    again = evaluated(jobs)
     rest = iter(again)
-    reference, *deep = [judge(study, [next(rest) for _ in plan]) for plan in plans]
+    reference, *deep = [judge(study, [*islice(rest, len(plan))]) for plan in plans]
     return replace(
         found,
         fidelity=fidelity,

@@ -52,18 +52,22 @@ def reported(study: Study, outcomes: Sequence[Outcome]) -> tuple[list[float], di
     """
     values = []
     for objective in study.objectives:
-        found = [outcome.metrics.get(objective.metric) for outcome in outcomes]
-        known = [value for value in found if value is not None]
-        if len(known) < len(found) or any(each.status != "ok" for each in outcomes):
-            worst = [ABSENT if each.direction == "min" else -ABSENT for each in study.objectives]
-            every = (PURPOSE, *study.constraints)
-            return worst, {_FAILED: 1.0} | dict.fromkeys(every, _MOST_EXCESS)
+        known = [v for each in outcomes if (v := each.metrics.get(objective.metric)) is not None]
+        if len(known) < len(outcomes) or any(each.status != "ok" for each in outcomes):
+            return _infeasible(study)
         values.append(max(known) if objective.direction == "min" else min(known))
     broken = {
         name: min(max(bound.excess(each.metrics.get(name)) for each in outcomes), _MOST_EXCESS)
         for name, bound in study.constraints.items()
     }
     return values, {_FAILED: 0.0, PURPOSE: float(len(lacks(study, outcomes)))} | broken
+
+
+def _infeasible(study: Study) -> tuple[list[float], dict[str, float]]:
+    """The worst objectives there are, every constraint broken."""
+    worst = [ABSENT if each.direction == "min" else -ABSENT for each in study.objectives]
+    every = (PURPOSE, *study.constraints)
+    return worst, {_FAILED: 1.0} | dict.fromkeys(every, _MOST_EXCESS)
 
 
 @dataclass(frozen=True)

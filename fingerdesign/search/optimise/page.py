@@ -39,6 +39,8 @@ from fingerdesign.search.study.metrics import METRICS
 NONE = "–"
 CHART_FILE = "front.png"
 FOLDER = RecordFolder("optimisation", STUDY_FILE, (*FILES, CHART_FILE))
+# Of the trials, whether feasible: mark, colour, name.
+_TRIALS = ((False, "x", MUTED, "not feasible"), (True, "o", BLUE, "trial"))
 
 
 def tables(found: Optimised) -> list[Table]:
@@ -124,16 +126,14 @@ def _plane(axes: Axes, found: Optimised) -> None:
         points = [(each.metrics[first], each.metrics[second]) for each in known]
         axes.plot(*np.reshape([p for p in points if None not in p], (-1, 2)).T, *look, **more)
 
-    missing = [own for own in found.judged if not own.feasible]
-    drawn(missing, "x", color=MUTED, ms=4.0, label="not feasible")
-    feasible = [own for own in found.judged if own.feasible]
-    drawn(feasible, "o", color=BLUE, ms=4.0, label="trial")
+    for feasible, look, colour, label in _TRIALS:
+        some = [own for own in found.judged if own.feasible is feasible]
+        drawn(some, look, color=colour, ms=4.0, label=label)
     front = [found.judged[number - 1] for number in found.front]
     front.sort(key=lambda own: own.metrics[first] or 0.0)
     drawn(front, color=BLUE, lw=1.2, ds="steps-post", label="front")
     pairs = [(found.reference, found.thorough_reference, VERMILION, "s", "reference")]
-    again = ((each.quick, each.thorough) for each in found.confirmed)
-    pairs += [(*both, GREEN, "D", "confirmed trial") for both in again]
+    pairs += [(e.quick, e.thorough, GREEN, "D", "confirmed trial") for e in found.confirmed]
     seen = set[str]()
     for own, thorough, colour, marker, label in pairs:
         drawn((own, thorough), color=colour, lw=0.8, ls=(0, (2, 2)))

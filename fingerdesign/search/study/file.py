@@ -254,11 +254,16 @@ def _fault(error: ErrorDetails) -> Fault:
             bound = "a list of choices or a range { low = .., high = .. }"
             return Fault(dotted(location[:2]), shown(error["input"]), bound, "correct it")
         location = (*location[:2], *location[3:])
+    found = fault_of(_placed(error, location), Study)
+    return replace(found, key=found.key.replace("\x7f", "\\x7f"))
+
+
+def _placed(error: ErrorDetails, location: tuple[int | str, ...]) -> ErrorDetails:
+    """The error at ``location``, or at the key of the table there that it is of."""
     placed = error.copy()
     placed["loc"] = location
     own = error.get("ctx", {}).get("key") if error["type"] == "fault" else None
-    if own and location and "." not in own:  # of a table's own key
+    if own and location and "." not in own:
         placed["ctx"] = {**error["ctx"], "key": ""}
         placed["loc"] = (*location, own)
-    found = fault_of(placed, Study)
-    return replace(found, key=found.key.replace("\x7f", "\\x7f"))
+    return placed
