@@ -177,11 +177,11 @@ def slip_study(
     order = np.argsort(gage_x, kind="stable")
     steps = [step.measures for step in follow(problem, [Motion(*row) for row in rows])]
     samples = [_sample(step, face, order) for step in steps]
-    before = [Sample(np.zeros(len(order)), 0.0, 0.0), *samples[:-1]]
-    raw = np.array([response(b, s) for b, s in zip(before, samples, strict=True)])
+    forces = np.array([(each.normal_force, each.tangential_force) for each in samples])
+    raw = _responses(samples)
     ordered = NormalCalibration(calibration.normal_force, calibration.readings[:, order])
-    clean = np.array([response(b, s, ordered) for b, s in zip(before, samples, strict=True)])
-    change = np.diff([0.0, *(s.tangential_force for s in samples)])
+    clean = _responses(samples, ordered)
+    change = np.diff(forces[:, 1], prepend=0.0)
     # Below the floor the quotient is noise, whatever it is.
     clean[np.abs(change) < floor] = np.nan
     x = np.asarray(gage_x, dtype=float)[order]
@@ -204,11 +204,18 @@ def slip_study(
         threshold=threshold,
         rank_correlation_raw=rank_correlation(area_raw[used], stick[used]),
         rank_correlation=rank_correlation(area[used], stick[used]),
-        tangential_force=np.array([s.tangential_force for s in samples]),
-        normal_force=np.array([s.normal_force for s in samples]),
+        tangential_force=forces[:, 1],
+        normal_force=forces[:, 0],
         force_floor_N=floor,
         step_correlation=None if steady is None else abs(steady),
     )
+
+
+def _responses(samples: list[Sample], calibration: NormalCalibration | None = None) -> Array:
+    """Responses (k, g) of each sample to the change from the one before, the first from rest."""
+    before = [Sample(np.zeros(len(samples[0].readings)), 0.0, 0.0), *samples[:-1]]
+    pairs = zip(before, samples, strict=True)
+    return np.array([response(first, second, calibration) for first, second in pairs])
 
 
 def rank_correlation(first: Array, second: Array) -> float | None:

@@ -66,17 +66,6 @@ COLUMNS = (
     "ending",
     "reason",
 )
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One grip of a study: its cell, the seed of its noise, and its result."""
-
-    cell: Cell
-    seed: int
-    result: GripResult
-
-
 # Columns of grips.csv that are no field of the result, or have another name there.
 _COLUMNS: dict[str, Callable[[Trial], Any]] = {
     "controller": lambda trial: trial.cell.controller,
@@ -91,6 +80,15 @@ _COLUMNS: dict[str, Callable[[Trial], Any]] = {
     "ending": lambda trial: trial.result.outcome,
     "reason": lambda trial: trial.result.ending,
 }
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One grip of a study: its cell, the seed of its noise, and its result."""
+
+    cell: Cell
+    seed: int
+    result: GripResult
 
 
 def grips_csv(trials: Iterable[Trial]) -> str:

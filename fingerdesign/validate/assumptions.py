@@ -22,6 +22,7 @@ from fingerdesign.validate.solves import FINER_SECTION, FINER_SPACE, Reader, Sol
 
 Pairs = list[ComparisonData]
 PairsOf = Callable[["Solves", bool], Pairs]
+ASSUMPTIONS: list["Assumption"] = []  # in the order in which they are reported
 
 NU_LIKELY, NU_BAND = (0.45, 0.4999), 0.05  # rubber's; another material's nu: so much either way
 RUBBER_FROM = 0.4
@@ -46,9 +47,6 @@ class Assumption:
     key: str
     kind: Kind
     pairs: PairsOf
-
-
-ASSUMPTIONS: list[Assumption] = []
 
 
 def _assumption(kind: Kind) -> Callable[[PairsOf], PairsOf]:

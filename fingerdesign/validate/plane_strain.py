@@ -49,6 +49,14 @@ WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
 
 SHIPPED = "plane_strain.json"
 _WITHIN = 1e-9
+# The forecast of the contact's half-width errs to the wide side, the more the wider: in 3-D the 63
+# models of the study have 0.93 - 0.5 a/H of it, give or take 0.06.
+_FORECAST, _FORECAST_WIDE, _FORECAST_LEAST = 0.93, 0.5, 0.5
+# As in designs/studies/plane_strain.toml:
+_STUDY_PULL = 0.4  # shear over approach
+_STUDY_LENGTH = 2.0 / (30.0 - math.sqrt(300.0))  # plates' length over the crest's height
+_PULLED = ("tangential_force", "stick_ratio")  # what goes on changing as the finger is pulled
+_OUTSIDE = 2.0  # times the uncertainty, where the ratios lie beyond those that were computed
 
 
 @dataclass(frozen=True)
@@ -128,16 +136,6 @@ def shipped_map() -> PlaneStrainMap:
     return map_of(json.loads(file.read_text("utf-8")))
 
 
-# The forecast of the contact's half-width errs to the wide side, the more the wider: in 3-D the 63
-# models of the study have 0.93 - 0.5 a/H of it, give or take 0.06.
-_FORECAST, _FORECAST_WIDE, _FORECAST_LEAST = 0.93, 0.5, 0.5
-# As in designs/studies/plane_strain.toml:
-_STUDY_PULL = 0.4  # shear over approach
-_STUDY_LENGTH = 2.0 / (30.0 - math.sqrt(300.0))  # plates' length over the crest's height
-_PULLED = ("tangential_force", "stick_ratio")  # what goes on changing as the finger is pulled
-_OUTSIDE = 2.0  # times the uncertainty, where the ratios lie beyond those that were computed
-
-
 @dataclass(frozen=True)
 class PlaneStrainEstimate:
     """A forecast of plane strain against 3-D at the mid-plane, for one finger and contact.
@@ -183,9 +181,7 @@ def plane_strain_error(
     Raises DesignError for a body or an object that no section shows: there plane strain is a sketch
     whose error no ratio tells. ValueError where neither scene nor half_width is given.
     """
-    if not design.body.straight:
-        bound = "'arc' or 'block' for an estimate of what plane strain gets wrong"
-        raise DesignError([Fault("body.shape", design.body.shape, bound, "compare with 3-D")])
+    _refuse_curved(design)
     half_width = _half_width(design, scene) if half_width is None else half_width
     chart = shipped_map() if chart is None else chart
     height = float(crest_height(design.body))
@@ -193,32 +189,25 @@ def plane_strain_error(
     depth, width = design.body.depth_mm / height, half_width / height
     place = (poisson, _span(design), depth, width)
     inside = chart.inside(*place)
-    known = chart.table.get("uncertainty", {})
     gaged = design.plates.number and design.gages.grid == "axial"  # as the map's
-    errors, unsure = {}, {}
-    for quantity in chart.errors:
-        value = chart.error(quantity, *place)
-        if not math.isfinite(value) or ("gage" in quantity and not gaged):
-            continue
-        errors[quantity] = value
-        own = known.get(quantity, {"relative": 0.5, "absolute": 0.05})
-        unsure[quantity] = own["absolute"] + own["relative"] * abs(value)
-        unsure[quantity] *= 1.0 if inside else _OUTSIDE
+    errors = {
+        name: chart.error(name, *place) for name in chart.errors if gaged or "gage" not in name
+    }
+    errors = {name: value for name, value in errors.items() if math.isfinite(value)}
+    unsure = _uncertainty(chart, errors, 1.0 if inside else _OUTSIDE)
     notes = []
     if design.plates.number and not gaged:
         notes.append(
             f"what it does to {design.gages.grid} gages is not known: the study's are axial"
         )
-    lengths = [frame.length for frame in plate_frames(design) if frame.along == "x"]
-    if place[1] > 0.0 and min(lengths) < (1.0 - 1e-9) * _STUDY_LENGTH * height:
+    if place[1] > 0.0 and _shortest_plate(design) < (1.0 - 1e-9) * _STUDY_LENGTH * height:
         notes.append(_widen_to_bare(errors, unsure, chart, place))
     if scene is not None and _pulls_further(scene):
         notes.append(_widen_to_slip(errors, unsure))
     kind = "both" if design.gages.face == "both" else "face"
-    for prefix in ("", "force_"):
-        if f"{prefix}gage_{kind}" in errors:
-            errors[f"{prefix}gage"] = errors[f"{prefix}gage_{kind}"]
-            unsure[f"{prefix}gage"] = unsure[f"{prefix}gage_{kind}"]
+    for found in (errors, unsure):
+        own = {"gage": f"gage_{kind}", "force_gage": f"force_gage_{kind}"}
+        found |= {name: found[source] for name, source in own.items() if source in found}
     ratios = {
         "poissons_ratio": poisson,
         "span_over_depth": place[1],
@@ -226,6 +215,29 @@ def plane_strain_error(
         "half_width_over_height": width,
     }
     return PlaneStrainEstimate(errors, unsure, ratios, inside, tuple(notes))
+
+
+def _refuse_curved(design: Design) -> None:
+    """Raise DesignError for a body that no section shows."""
+    if not design.body.straight:
+        bound = "'arc' or 'block' for an estimate of what plane strain gets wrong"
+        raise DesignError([Fault("body.shape", design.body.shape, bound, "compare with 3-D")])
+
+
+def _uncertainty(
+    chart: PlaneStrainMap, errors: dict[str, float], factor: float
+) -> dict[str, float]:
+    """The uncertainty of each error: an absolute part and one relative to it, times a factor."""
+    known, found = chart.table.get("uncertainty", {}), {}
+    for name, value in errors.items():
+        own = known.get(name, {"relative": 0.5, "absolute": 0.05})
+        found[name] = (own["absolute"] + own["relative"] * abs(value)) * factor
+    return found
+
+
+def _shortest_plate(design: Design) -> float:
+    """Length of the shortest plate along x, mm."""
+    return min(frame.length for frame in plate_frames(design) if frame.along == "x")
 
 
 def _widen_to_bare(

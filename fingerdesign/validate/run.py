@@ -7,6 +7,7 @@ validation.row("plane_strain").advice
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 from fingerdesign.analysis.case import Case, fundamental_scene, result_digest
@@ -126,7 +127,7 @@ def _row(of: Assumption, solves: Solves, deep: bool, failed: list[Row]) -> Row:
         failed.append(untested_row(of, _one_line(error)))
         return failed[-1]
     if not any(each.equal_motion or each.equal_force for each in comparisons):
-        why = "; ".join(each for c in comparisons for each in c.missing)
+        why = "; ".join(chain.from_iterable(each.missing for each in comparisons))
         failed.append(untested_row(of, why))
         return failed[-1]
     verdict, words = advise(of.kind, comparisons, gages=solves.design.plates.number > 0)

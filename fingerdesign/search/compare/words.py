@@ -125,21 +125,24 @@ def _missed(good: Sequence[Outcome], facts: StudyFacts) -> dict[str, Any]:
     missed, bounded = Counter[str](), [bound.metric for bound in facts.constraints]
     metrics = dict.fromkeys(each.metric for each in facts.objectives)
     lacking: dict[str, list[str]] = {shown(metric): [] for metric in metrics}
-    meeting = 0
+    meeting, purposeless = 0, list[str]()
     for each in good:
-        broken = [shown(bound.words) for bound in facts.constraints if not bound.holds(each)]
+        broken = [shown(b.words) for b in facts.constraints if not b.holds(each)]
         absent = [metric for metric in metrics if each.metrics.get(metric) is None]
         meeting += not broken
         missed.update(broken)
         missed.update(f"a value of {shown(metric)}" for metric in absent)
-        missed.update(list(fails_purpose(each, bounded)))
-        for metric in absent:
-            lacking[shown(metric)].append(shown(each.name))
+        lacks = list(fails_purpose(each, bounded))
+        missed.update(lacks)
+        if lacks:
+            purposeless.append(shown(each.name))
+        for metric in map(shown, absent):
+            lacking[metric].append(shown(each.name))
     return {
         "meeting": meeting,
         "lacking": lacking,
         "missed": missed,
-        "purposeless": [shown(o.name) for o in good if fails_purpose(o, bounded)],
+        "purposeless": purposeless,
     }
 
 
