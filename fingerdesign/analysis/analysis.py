@@ -259,12 +259,11 @@ def model_summary(chosen: Choice) -> ModelSummary:
     """Summary of the model, and a sentence for each choice."""
     case, model = chosen.case, chosen.model
     mesh, design = model.mesh, case.design
-    kind = "triangles" if mesh.dimension == 2 else "tetrahedra"
     mixed = model.element == "mixed" and design.mesh.element == "auto"
     reasons = sentences(MODEL, "reasons", case, mesh, chosen.zone, mixed, mirrors_in_z(design))
     return ModelSummary(
         dimension=2 if mesh.dimension == 2 else 3,
-        element=f"{ELEMENT_WORDS[model.element]} {kind}, P1 contact tractions",
+        element=f"{ELEMENT_WORDS[model.element]} {mesh.kind.words}, P1 contact tractions",
         dofs=model.dofs,
         contact_nodes=model.reduced.nodes,
         symmetry=mesh.symmetric,

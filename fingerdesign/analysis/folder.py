@@ -25,7 +25,7 @@ from fingerdesign.cad.solid_process import finger_cad_concurrently, write_finger
 from fingerdesign.checks.load import load_design
 from fingerdesign.design.io import dump_design
 from fingerdesign.design.schema import Design
-from fingerdesign.fem.elements import tabulate
+from fingerdesign.fem.elements import centre, tabulate
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.arrays import FieldHistory, write_packed
 from fingerdesign.records.base import ResultError
@@ -36,7 +36,6 @@ from fingerdesign.runtime.machine import largest_memory_MB
 
 STRAINS = ("xx", "yy", "zz", "xy", "xz", "yz")
 _NOT_WRITTEN = ("result", "problem")  # The first has its own file, an analysis makes the other.
-_CELL_NAMES = {2: "triangle6", 3: "tetra10"}  # their mid-edge nodes stand in our order
 
 
 def write_fields(folder: Path, mesh: Mesh, fields: FieldHistory | None) -> list[Path]:
@@ -69,7 +68,7 @@ def centroid_strain(mesh: Mesh, displacement: Array) -> Array:
     The geometry is isoparametric: du/dx = (du/dxi) (dx/dxi)^-1 with the quadratic shape functions.
     """
     dimension = mesh.dimension
-    slopes = tabulate(dimension, np.full((dimension, 1), 1.0 / (dimension + 1))).gradient[..., 0]
+    slopes = tabulate(mesh.kind, centre(mesh.kind)[:, None]).gradient[..., 0]
     jacobian = np.einsum("cai,ak->cik", mesh.points[mesh.cells], slopes)
     local = np.einsum("cai,ak->cik", displacement[mesh.cells], slopes)
     gradient = local @ np.linalg.inv(jacobian)
@@ -97,7 +96,7 @@ def _write(path: Path, mesh: Mesh, displacement: Array | None) -> Path:
             cell_data[f"strain_{part}_microstrain"] = [np.ascontiguousarray(values)]
     grid = meshio.Mesh(
         points,
-        [(_CELL_NAMES[mesh.dimension], mesh.cells)],
+        [(mesh.kind.quadratic, mesh.cells)],
         point_data=point_data,
         cell_data=cell_data,
     )

@@ -1,7 +1,7 @@
-"""Keys of former versions: read under their new names until December 2027, with a note."""
+"""Keys and words of former versions: read under their new names until December 2027, noted."""
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from copy import deepcopy
 from typing import Any
 
@@ -11,6 +11,8 @@ RENAMED = {
     "grip.regulator.taught_grips": "grip.regulator.training_grips",
     "grip.regulator.taught_fingers": "grip.regulator.training_fingers",
 }
+# Words that a key takes, by the former one.
+WORDS = {"mesh.mesher": {"extrude": "sweep"}}
 # Digests are made with the names under which the keys were first written, so that they stay.
 FIRST_NAMES = {new.rpartition(".")[2]: old.rpartition(".")[2] for old, new in RENAMED.items()}
 
@@ -23,20 +25,31 @@ def current_key(key: str) -> str:
 
 
 def with_current_keys(data: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return a design's tables with former keys under their present names."""
-    found = {old: table[last] for old, table, last in _places(data) if last in table}
-    if not found:
+    """Return a design's tables with former keys and words under their present names."""
+    found = [old for old, table, last in _places(data, RENAMED) if last in table]
+    words = [key for key, table, last in _places(data, WORDS) if _former(key, table.get(last))]
+    if not found and not words:
         return data
     copied = deepcopy(dict(data))
-    for old, table, last in _places(copied):
+    for old, table, last in _places(copied, RENAMED):
         if old in found:
             table[current_key(old).rpartition(".")[2]] = table.pop(last)
+    for key, table, last in _places(copied, WORDS):
+        if key in words:
+            old, table[last] = table[last], WORDS[key][table[last]]
+            note = f'note: {key} = "{old}" is now "{table[last]}"'
+            warnings.warn(note, FormerKeyWarning, stacklevel=2)
     return copied
 
 
-def _places(data: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
-    """List former keys, the table that would hold each, and its last part."""
-    for old in RENAMED:
+def _former(key: str, value: Any) -> bool:
+    """Tell whether a key's value is a former word."""
+    return isinstance(value, str) and value in WORDS[key]
+
+
+def _places(data: Mapping[str, Any], keys: Iterable[str]) -> Iterator[tuple[str, Any, str]]:
+    """List keys, the table that would hold each, and its last part."""
+    for old in keys:
         *tables, last = old.split(".")
         table: Any = data
         for name in tables:

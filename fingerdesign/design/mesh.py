@@ -30,8 +30,8 @@ class MeshOptions(Table):
 
     mesher: Annotated[str, Named(MESHERS)] = Field(
         default="tetwild",
-        description="tetwild (any finger) | extrude (a section swept through layers) | file (made "
-        "elsewhere) | auto (extrude where it can be, else tetwild)",
+        description="tetwild (any finger) | sweep (a section swept through layers) | file (made "
+        "elsewhere) | auto (sweep where it can be, else tetwild)",
     )
     file: str | None = Field(
         default=None,
@@ -49,9 +49,15 @@ class MeshOptions(Table):
         default="auto",
         description="auto (by the body's Poisson's ratio) | P2 | mixed (with a pressure) | P1",
     )
-    layers: int = bounded(8, 1, 200, "extruded layers in half the depth")
+    layers: int | None = bounded(
+        None,
+        1,
+        200,
+        "swept layers in half the depth; absent: as the finger's height asks",
+        example=4,
+    )
     layer_growth: float = bounded(
-        1.15, 0.5, 2, "a layer's height over the next one's toward the end; < 1: thinnest at z = 0"
+        1.0, 0.5, 2, "a layer's height over the next one's toward the end; < 1: thinnest at z = 0"
     )
     time_limit_s: float = bounded(120.0, 1, 36_000, "for one attempt of the mesher")
     attempts: int = bounded(4, 1, 20, "before the mesher gives up")

@@ -1,4 +1,8 @@
-"""Triangles and tetrahedra: scikit-fem's reference bases, mapped isoparametrically."""
+"""Lines, triangles, squares, tetrahedra and prisms: reference bases, mapped isoparametrically.
+
+Those of simplices are scikit-fem's; a square's and a prism's are products, a prism's of a triangle
+in the section and a line along z.
+"""
 
 from dataclasses import dataclass
 
@@ -7,17 +11,24 @@ import skfem
 from skfem.quadrature import get_quadrature
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.mesh.cells import TETRA_EDGES, TRIANGLE_EDGES
+from fingerdesign.mesh.cells import LINE, PRISM, SQUARE, TETRA, TRIANGLE, CellKind, kind_of
 
 _FOUND = 1e-14  # A smaller step, relative to a cell, ends the search for a point.
-EDGES = {2: TRIANGLE_EDGES, 3: TETRA_EDGES}
-_ELEMENTS = {
-    (1, 1): skfem.ElementLineP1(),
-    (2, 1): skfem.ElementTriP1(),
-    (3, 1): skfem.ElementTetP1(),
-    (1, 2): skfem.ElementLineP2(),
-    (2, 2): skfem.ElementTriP2(),
-    (3, 2): skfem.ElementTetP2(),
+_SIMPLICES = {
+    LINE: (skfem.refdom.RefLine, skfem.ElementLineP1(), skfem.ElementLineP2()),
+    TRIANGLE: (skfem.refdom.RefTri, skfem.ElementTriP1(), skfem.ElementTriP2()),
+    TETRA: (skfem.refdom.RefTet, skfem.ElementTetP1(), skfem.ElementTetP2()),
+}
+# Products: kinds of the factors, and which node of each every node of the cell stands on.
+_PRODUCTS = {
+    SQUARE: (LINE, LINE, ((0, 1, 1, 0, 2, 1, 2, 0, 2), (0, 0, 1, 1, 0, 2, 1, 2, 2))),
+    PRISM: (
+        *(TRIANGLE, LINE),
+        (
+            (0, 1, 2, 0, 1, 2, 3, 4, 5, 3, 4, 5, 0, 1, 2, 3, 4, 5),
+            (0, 0, 0, 1, 1, 1, 0, 0, 0, 1, 1, 1, 2, 2, 2, 2, 2, 2),
+        ),
+    ),
 }
 
 
@@ -31,26 +42,56 @@ class Tabulation:
 
 
 def tabulate(
-    dimension: int, points: Array, weights: Array | None = None, degree: int = 2
+    kind: CellKind, points: Array, weights: Array | None = None, degree: int = 2
 ) -> Tabulation:
-    """Shape functions (quadratic, or linear) of the reference simplex at ``points`` (d, q)."""
-    element = _ELEMENTS[dimension, degree]
+    """Shape functions (quadratic, or linear) of the reference cell at ``points`` (d, q)."""
+    used = np.ones(points.shape[1]) if weights is None else weights
+    if kind in _PRODUCTS:
+        first, second, nodes = _PRODUCTS[kind]
+        count = kind.nodes if degree == 2 else kind.corners
+        low, high = (np.array(which[:count]) for which in nodes)
+        one = tabulate(first, points[: first.dimension], degree=degree)
+        two = tabulate(second, points[first.dimension :], degree=degree)
+        a, b = one.value[low], two.value[high]
+        slopes = [one.gradient[low] * b[:, None], a[:, None] * two.gradient[high]]
+        return Tabulation(a * b, np.concatenate(slopes, axis=1), used)
+    element = _SIMPLICES[kind][degree]
     count = len(element.doflocs)
     value, gradient = np.empty((count, *points.shape[1:])), np.empty((count, *points.shape))
     for i in range(count):
         value[i], gradient[i] = element.lbasis(points, i)
-    used = np.ones(points.shape[1]) if weights is None else weights
     return Tabulation(value, gradient, used)
 
 
-def quadrature(dimension: int, order: int) -> tuple[Array, Array]:
-    """Points (d, q) and weights (q,) exact to ``order`` on the reference simplex."""
-    points, weights = (
-        get_quadrature(skfem.refdom.RefLine, order)
-        if dimension == 1
-        else (get_quadrature(skfem.refdom.RefTri if dimension == 2 else skfem.refdom.RefTet, order))
-    )
+def quadrature(kind: CellKind, order: int) -> tuple[Array, Array]:
+    """Points (d, q) and weights (q,) exact to ``order`` (of products: in each factor)."""
+    if kind in _PRODUCTS:
+        (low, one), (high, two) = (quadrature(factor, order) for factor in _PRODUCTS[kind][:2])
+        places = [np.repeat(low, len(two), axis=1), np.tile(high, (1, len(one)))]
+        return np.concatenate(places), np.outer(one, two).ravel()
+    points, weights = get_quadrature(_SIMPLICES[kind][0], order)
     return np.asarray(points), np.asarray(weights)
+
+
+def strain_order(kind: CellKind) -> int:
+    """The order at which products of two shape gradients are exact on straight cells."""
+    return 4 if kind in _PRODUCTS else 2
+
+
+def margin(kind: CellKind, reference: Array) -> Array:
+    """Least barycentric coordinate (...) of places (d, ...) in a cell; < 0 outside."""
+    if kind in _PRODUCTS:
+        first, second, _ = _PRODUCTS[kind]
+        parts = reference[: first.dimension], reference[first.dimension :]
+        return np.minimum(margin(first, parts[0]), margin(second, parts[1]))
+    return np.asarray(np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0)))
+
+
+def centre(kind: CellKind) -> Array:
+    """Reference coordinates (d,) of a cell's centre."""
+    if kind in _PRODUCTS:
+        return np.concatenate([centre(factor) for factor in _PRODUCTS[kind][:2]])
+    return np.full(kind.dimension, 1.0 / kind.corners)
 
 
 def jacobians(nodes: Array, gradient: Array) -> Array:
@@ -59,7 +100,7 @@ def jacobians(nodes: Array, gradient: Array) -> Array:
 
 
 def inverse_jacobians(points: Array, cells: IntArray, straight: BoolArray) -> tuple[Array, Array]:
-    """d X_a / d x_k (c, d, d) mm^-1 and det (c,) mm^d of cells, from their corners.
+    """d X_a / d x_k (c, d, d) mm^-1 and det (c,) mm^d of cells, from their first d + 1 corners.
 
     Raises ValueError where a ``straight`` cell is inverted; others need :func:`physical_gradients`.
     """
@@ -79,10 +120,10 @@ def physical_gradients(
     degree: of the shape functions; the geometry is quadratic. Raises ValueError where a Jacobian is
     not positive (an inverted cell).
     """
-    dimension = points.shape[1]
-    rule = quadrature(dimension, order)
-    jacobian = jacobians(points[cells], tabulate(dimension, *rule).gradient)
-    table = tabulate(dimension, *rule, degree)
+    kind = kind_of(cells)
+    rule = quadrature(kind, order)
+    jacobian = jacobians(points[cells], tabulate(kind, *rule).gradient)
+    table = tabulate(kind, *rule, degree)
     determinant = np.linalg.det(jacobian)
     _refuse_inverted(determinant)
     inverse = np.linalg.inv(jacobian)
@@ -90,12 +131,12 @@ def physical_gradients(
     return gradients, determinant * table.weights
 
 
-def inverse_map(nodes: Array, places: Array) -> Array:
+def inverse_map(kind: CellKind, nodes: Array, places: Array) -> Array:
     """Reference coordinates (d, k) of ``places`` (k, d) in cells with nodes (k, n, d): Newton's."""
-    dimension = nodes.shape[2]
-    reference = np.full((dimension, len(nodes)), 1.0 / (dimension + 1))
+    dimension = kind.dimension
+    reference = np.repeat(centre(kind)[:, None], len(nodes), axis=1)
     for _ in range(8):
-        table = tabulate(dimension, reference)
+        table = tabulate(kind, reference)
         miss = places - np.einsum("kna,nk->ka", nodes, table.value)
         jacobian = np.einsum("kna,nbk->kab", nodes, table.gradient)
         steep = (

@@ -22,6 +22,7 @@ from fingerdesign.fem.thermal import thermal_loads
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.surface import surface_of
+from fingerdesign.mesh.cells import facet_kind
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import ReducedModel
 
@@ -120,7 +121,7 @@ def build_model(
 
 
 def body_of(design: Design, mesh: Mesh, contact: NDArray[np.int64]) -> Body:
-    """The finger as an elastic body fixed at its base, with ``contact`` (f, 3 or 6) candidates."""
+    """The finger as an elastic body fixed at its base, with ``contact`` (f, nodes) candidates."""
     young, poisson = materials_of(design, mesh)
     thickness, sheets = design.body.depth_mm if mesh.dimension == 2 else 1.0, None
     if design.plates.model == "sheet":
@@ -216,7 +217,7 @@ def candidate_facets(
 ) -> NDArray[np.int64]:
     """Contact facets with all corners in |x| <= zone (and |z| <= zone_half_depth), mm."""
     facets = mesh.facets["contact"]
-    corners = mesh.points[facets[:, : mesh.dimension]]
+    corners = mesh.points[facets[:, : facet_kind(facets).corners]]
     inside = np.abs(corners[:, :, 0]) <= zone_half_width + 1e-9
     if zone_half_depth is not None and mesh.dimension == 3:
         inside &= np.abs(corners[:, :, 2]) <= zone_half_depth + 1e-9

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.gages import Gages
 from fingerdesign.errors import DesignError, Fault, SolverError
-from fingerdesign.fem.elements import inverse_map, jacobians, quadrature, tabulate
+from fingerdesign.fem.elements import inverse_map, jacobians, margin, quadrature, tabulate
 from fingerdesign.fem.sheet import SheetFacets, places_on, sheet_of
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.types import Mesh
@@ -26,12 +26,11 @@ def _holding_cells(
     (dim, pairs) and the least barycentric ones (pairs,), < 0 outside the cell."""
     corners = mesh.points[mesh.corners[cells]]
     low, high = corners.min(axis=1), corners.max(axis=1)
-    margin = 0.05 * (high - low).max(axis=1, keepdims=True) + 1e-9
-    low, high = low - margin, high + margin
+    room = 0.05 * (high - low).max(axis=1, keepdims=True) + 1e-9
+    low, high = low - room, high + room
     point, near = np.nonzero(((points[:, None] >= low) & (points[:, None] <= high)).all(axis=2))
-    reference = inverse_map(mesh.points[mesh.cells[cells[near]]], points[point])
-    least = np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0))
-    return point, cells[near], reference, least
+    reference = inverse_map(mesh.kind, mesh.points[mesh.cells[cells[near]]], points[point])
+    return point, cells[near], reference, margin(mesh.kind, reference)
 
 
 def locate(mesh: Mesh, point: Array) -> IntArray:
@@ -60,7 +59,7 @@ def displacement_rows(mesh: Mesh, points: Array, region: int | None = None) -> s
     best = best[np.diff(point[best], append=-1) != 0]
     if len(best) < len(points) or least[best].min(initial=0.0) < -_BENT:
         raise SolverError("a point to be read lies outside of its part's mesh")
-    value = tabulate(mesh.dimension, reference[:, best]).value.T
+    value = tabulate(mesh.kind, reference[:, best]).value.T
     return _interpolated(mesh, mesh.cells[cells[best]], value)
 
 
@@ -86,7 +85,7 @@ def plate_displacements(mesh: Mesh, frame: PlateFrame, points: Array, v: float) 
         sheet = sheet_of(mesh, frame)
         facet, reference = _holding(sheet, places_on(frame, points * turn))
         face = sheet.nodes if v > 0.0 else sheet.nodes_below
-        value = tabulate(sheet.dimension, reference.T).value.T
+        value = tabulate(sheet.kind, reference.T).value.T
         rows = _interpolated(mesh, sheet.own[face[facet]], value)
     return sp.csr_matrix(sp.diags_array(turn.ravel()) @ rows)
 
@@ -100,7 +99,7 @@ def strain_rows(mesh: Mesh, point: Array) -> sp.csr_matrix:
     """
     patch = _patch(mesh, locate(mesh, point))
     nodes = mesh.cells[patch]
-    table = tabulate(mesh.dimension, *quadrature(mesh.dimension, 2))
+    table = tabulate(mesh.kind, *quadrature(mesh.kind, 2))
     jacobian = jacobians(mesh.points[nodes], table.gradient)
     slopes = np.einsum("nbq,cqba->cqna", table.gradient, np.linalg.inv(jacobian), optimize=True)
     where = np.einsum("nq,cna->cqa", table.value, mesh.points[nodes], optimize=True)
@@ -122,7 +121,7 @@ def _patch(mesh: Mesh, cells: IntArray) -> IntArray:
     """Cells of the region that touch ``cells``, widened until a quadratic is well determined."""
     same = np.flatnonzero(mesh.regions == mesh.regions[cells[0]])
     enough = 3 * (6 if mesh.dimension == 2 else 10)  # samples against polynomial terms
-    per_cell = mesh.dimension + 1
+    per_cell = mesh.kind.corners  # samples of quadrature of order 2
     patch = cells
     for _ in range(4):
         touched = np.isin(mesh.corners[same], mesh.corners[patch]).any(axis=1)
@@ -316,7 +315,7 @@ def _holding(sheet: SheetFacets, places: Array) -> tuple[IntArray, Array]:
     """The facets (p,) that hold places (p, s) in the surface's coordinates, and where (p, s)."""
     offset = places[:, None] - sheet.flat[:, 0]
     reference = np.einsum("fba,pfa->pfb", sheet.inverse, offset)
-    least = np.minimum(reference.min(axis=2), 1.0 - reference.sum(axis=2))
+    least = margin(sheet.kind, np.moveaxis(reference, 2, 0))
     facet = least.argmax(axis=1)
     off = least.max(axis=1) < -_INSIDE
     if off.any():

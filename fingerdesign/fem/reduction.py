@@ -9,6 +9,7 @@ from fingerdesign.errors import SolverError
 from fingerdesign.fem.body import CondensedBody, condense_body
 from fingerdesign.fem.system import Body
 from fingerdesign.fem.trace import ContactTrace
+from fingerdesign.mesh.cells import facet_kind
 from fingerdesign.reduced import ReducedModel
 
 # The least fraction of a contact force that a body loses if it can still move as a whole.
@@ -108,7 +109,10 @@ def check_balance(reaction: Array, locked: BoolArray, nodes: int) -> None:
 def _rim(body: Body, trace: ContactTrace) -> BoolArray:
     """Nodes that also belong to contact facets of the mesh outside the candidates."""
     mesh = body.mesh
-    facets = mesh.facets.get("contact", body.contact)[:, : mesh.dimension]
-    count_all = np.bincount(facets.ravel(), minlength=len(mesh.points))
-    count_zone = np.bincount(trace.nodes[trace.facets].ravel(), minlength=len(mesh.points))
+    corners = facet_kind(body.contact).corners
+    facets = mesh.facets.get("contact", body.contact)
+    count_all, count_zone = (
+        np.bincount(each[:, :corners].ravel(), minlength=len(mesh.points))
+        for each in (facets, body.contact)
+    )
     return np.asarray((count_all > count_zone)[trace.nodes])

@@ -31,9 +31,13 @@ from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mesh.cells import LINE, SQUARE, TRIANGLE, CellKind, facet_kind
+from fingerdesign.mesh.sheets import CAP
 from fingerdesign.mesh.types import Mesh
 
 _SHEAR_FACTOR = 5.0 / 6.0  # The shear correction of a rectangular section.
+# Corners of a facet from which coordinates along it begin, and to which they lead.
+_AXES = {LINE: (0, 1), TRIANGLE: (0, 1, 2), SQUARE: (0, 1, 3)}
 _SAME_PLACE = 1e-6  # mm: far below any element, far above rounding
 
 
@@ -43,8 +47,9 @@ class SheetFacets:
 
     own (o,): numbers in the mesh of the plate's nodes; all other numbers are places in ``own``.
     nodes, nodes_below (f, k): of the upper face, and those that they face; tangents (s, dim),
-    normal (dim,), s = dim - 1; flat (f, s + 1, s): corners in coordinates along the tangents (the
-    plate's axis from its centre, and across: z of a plate along x, x of one along z); upper, lower
+    normal (dim,), s = dim - 1; flat (f, s + 1, s): a corner and its neighbours in coordinates along
+    the tangents (the plate's axis from its centre, and across: z of a plate along x, x of one
+    along z); upper, lower
     (p,): nodes that face each other; between (b,), pair (b,): nodes on the end faces midway between
     those of a pair (faces that end in the body's outside have none); thickness mm.
     """
@@ -73,6 +78,11 @@ class SheetFacets:
         return int(self.tangents.shape[0])
 
     @property
+    def kind(self) -> CellKind:
+        """The kind of the facets."""
+        return facet_kind(self.nodes)
+
+    @property
     def inverse(self) -> Array:
         """d reference_b / d coordinate_a, (f, b, a): facets are flat and straight."""
         return np.asarray(np.linalg.inv(self._jacobian))
@@ -80,7 +90,7 @@ class SheetFacets:
     @property
     def measure(self) -> Array:
         """Length or area (f,)."""
-        factor = 1.0 if self.dimension == 1 else 0.5
+        factor = 0.5 if self.kind is TRIANGLE else 1.0
         return np.asarray(factor * np.abs(np.linalg.det(self._jacobian)))
 
     @property
@@ -90,7 +100,7 @@ class SheetFacets:
     def slopes(self, where: Array) -> Array:
         """Derivatives (f, q, k, s) of the shape functions along the tangents, at reference points
         ``where`` (s, q)."""
-        gradient = tabulate(self.dimension, where).gradient
+        gradient = tabulate(self.kind, where).gradient
         return np.asarray(np.einsum("nbq,fba->fqna", gradient, self.inverse, optimize=True))
 
 
@@ -103,6 +113,8 @@ def sheet_of(mesh: Mesh, frame: PlateFrame) -> SheetFacets:
         )
     facets = mesh.facets[names[0]]
     upper, lower, end = (np.unique(mesh.facets[name]) for name in names)
+    cap = mesh.facets.get(f"plate_{frame.index}_{CAP}")
+    end = end if cap is None else np.union1d(end, cap)
     partner = lower[_facing(mesh, frame, upper, lower)]
     between = np.setdiff1d(end, np.concatenate([upper, lower]))
     own = np.concatenate([upper, partner, between])
@@ -113,7 +125,7 @@ def sheet_of(mesh: Mesh, frame: PlateFrame) -> SheetFacets:
         normal, tangents = frame.direction(normal), frame.direction(tangents)
         across = frame.to_space(np.zeros(2), 1.0)
         tangents = np.vstack([tangents, across])
-    nodes, corners = place[facets], facets[:, : mesh.dimension]
+    nodes, corners = place[facets], facets[:, _AXES[facet_kind(facets)]]
     return SheetFacets(
         own=own,
         nodes=nodes,
@@ -202,29 +214,29 @@ def _in_space(youngs_modulus: float, poissons_ratio: float, dimension: int) -> A
 def _membrane(sheet: SheetFacets, law: Array) -> Array:
     """Blocks (f, 2 k dim, 2 k dim): upper nodes, then those below; ``law``: force per length of
     the mid-surface's strains and of the strain across."""
-    where, weights = quadrature(sheet.dimension, 4)
+    where, weights = quadrature(sheet.kind, 4)
     strain = _surface_strain(sheet, where)
     mean = np.zeros((*strain.shape[:2], len(law), *strain.shape[3:]))
     mean[:, :, :-1] = 0.5 * strain
     across = np.zeros_like(mean)
-    value = tabulate(sheet.dimension, where).value.T / sheet.thickness
+    value = tabulate(sheet.kind, where).value.T / sheet.thickness
     across[:, :, -1] = value[:, :, None] * sheet.normal
     return _energy(sheet, mean + across, mean - across, law, weights)
 
 
 def _bending(sheet: SheetFacets, law: Array) -> Array:
     """Blocks as in ``_membrane``; ``law``: moment per length of the curvatures."""
-    where, weights = quadrature(sheet.dimension, 2)
+    where, weights = quadrature(sheet.kind, 2)
     curvature = _surface_strain(sheet, where) / sheet.thickness
     return _energy(sheet, -curvature, curvature, law, weights)
 
 
 def _shear(sheet: SheetFacets, stiffness: float) -> Array:
     """Blocks as in ``_membrane``, integrated by as few points as leave no motion free."""
-    where, weights = quadrature(sheet.dimension, 2)
+    where, weights = quadrature(sheet.kind, 2)
     slope = 0.5 * sheet.slopes(where).transpose(0, 1, 3, 2)  # (f, q, a, k)
     mean = slope[..., None] * sheet.normal
-    value = tabulate(sheet.dimension, where).value.T / sheet.thickness
+    value = tabulate(sheet.kind, where).value.T / sheet.thickness
     turn = value[None, :, None, :, None] * sheet.tangents[None, None, :, None, :]
     law = stiffness * np.eye(sheet.dimension)
     return _energy(sheet, mean + turn, mean - turn, law, weights)

@@ -1,4 +1,4 @@
-"""Stiffness of linear isotropic elasticity on quadratic simplices, in a few large products.
+"""Stiffness of linear isotropic elasticity on quadratic cells, in a few large products.
 
     K[(i,k),(j,l)] = lame T_ij[k,l] + mu T_ij[l,k] + mu delta_kl sum_m T_ij[m,m],
     T_ij[k,l] = integral of dN_i/dx_k dN_j/dx_l
@@ -14,11 +14,17 @@ import numpy as np
 import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.fem.elements import inverse_jacobians, physical_gradients, quadrature, tabulate
+from fingerdesign.fem.elements import (
+    inverse_jacobians,
+    physical_gradients,
+    quadrature,
+    strain_order,
+    tabulate,
+)
+from fingerdesign.mesh.cells import kind_of
 from fingerdesign.mesh.measures import curved_cells
 
 _CHUNK = 8192  # Curved cells integrated at a time: 60 MB of temporaries in 3-D.
-_ORDER = 2  # The order of the quadrature: strain times strain.
 # A mid-node this close to the middle, relative to the edge, leaves the mapping affine.
 STRAIGHT = 1e-13
 
@@ -39,7 +45,9 @@ def stiffness_blocks(
     is inverted.
     """
     dimension = points.shape[1]
-    table = tabulate(dimension, *quadrature(dimension, _ORDER), degree)
+    kind = kind_of(cells)
+    order = strain_order(kind)
+    table = tabulate(kind, *quadrature(kind, order), degree)
     rows, columns = np.triu_indices(len(table.value))
     products = np.einsum("iaq,jbq,q->ijab", table.gradient, table.gradient, table.weights)
     constant = products[rows, columns].reshape(len(rows), -1)
@@ -51,7 +59,7 @@ def stiffness_blocks(
     curved = np.flatnonzero(~straight)
     for start in range(0, len(curved), _CHUNK):
         part = curved[start : start + _CHUNK]
-        gradients, weights = physical_gradients(points, cells[part], _ORDER, degree)
+        gradients, weights = physical_gradients(points, cells[part], order, degree)
         flat = gradients.reshape(*gradients.shape[:2], -1)
         product = np.matmul((flat * weights[:, :, None]).transpose(0, 2, 1), flat)
         size = len(table.value)

@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import (
-    EDGES,
     inverse_jacobians,
     physical_gradients,
     quadrature,
+    strain_order,
     tabulate,
 )
 from fingerdesign.fem.stiffness import STRAIGHT, lame_parameters, stiffness_blocks, sum_blocks
+from fingerdesign.mesh.cells import kind_of
 from fingerdesign.mesh.measures import curved_cells
 from fingerdesign.mesh.types import Mesh
 
@@ -35,8 +36,6 @@ from fingerdesign.mesh.types import Mesh
 # positive), so that the volume does not lock as lame grows. Each material has pressures of its own:
 # they jump where it ends. Source: Hughes, The Finite Element Method (1987), 4.3-4.4; stability of
 # the pair: Taylor and Hood, Computers and Fluids 1 (1973) 73.
-
-_ORDER = 2  # pressure (1) times divergence (1)
 
 
 @dataclass(frozen=True)
@@ -56,9 +55,9 @@ def pressure_coupling(
     poissons_ratio: Array,
     thickness: float = 1.0,
 ) -> Pressures:
-    """B and M of the given cells (c, 6 or 10), all of which carry pressures (0 < nu < 0.5)."""
+    """B and M of the given cells (c, nodes), all of which carry pressures (0 < nu < 0.5)."""
     dimension = points.shape[1]
-    corners = dimension + 1
+    corners = kind_of(cells).corners
     first, _ = lame_parameters(youngs_modulus, poissons_ratio)
     numbers, nodes = pressure_nodes(cells[:, :corners], youngs_modulus, poissons_ratio)
     count = len(nodes)
@@ -89,9 +88,10 @@ def pressure_nodes(
 
 def _blocks(points: Array, cells: IntArray) -> tuple[Array, Array]:
     """Integrals of dN_i/dx_k L_m as (c, i, k, m), and of L_m L_n as (c, m, n)."""
-    dimension = points.shape[1]
-    rule = quadrature(dimension, _ORDER)
-    table, linear = tabulate(dimension, *rule), tabulate(dimension, *rule, degree=1)
+    kind = kind_of(cells)
+    order = strain_order(kind)
+    rule = quadrature(kind, order)
+    table, linear = tabulate(kind, *rule), tabulate(kind, *rule, degree=1)
     straight = ~curved_cells(points, cells, STRAIGHT)
     inverse, determinant = inverse_jacobians(points, cells, straight)
     constant = np.einsum("iaq,mq,q->iam", table.gradient, linear.value, table.weights)
@@ -100,7 +100,7 @@ def _blocks(points: Array, cells: IntArray) -> tuple[Array, Array]:
     coupling = np.einsum("iam,cak->cikm", constant, scaled, optimize=True)
     masses = determinant[:, None, None] * mass
     curved = np.flatnonzero(~straight)
-    gradients, weights = physical_gradients(points, cells[curved], _ORDER)
+    gradients, weights = physical_gradients(points, cells[curved], order)
     coupling[curved] = np.einsum(
         "cqik,mq,cq->cikm", gradients, linear.value, weights, optimize=True
     )
@@ -134,7 +134,7 @@ class Body:
     """A linear elastic body on a quadratic mesh, fixed somewhere, loaded through contact facets.
 
     youngs_modulus (c,) MPa and poissons_ratio (c,) per cell; fixed (n dim,) bool: dofs i dim + k
-    fixed at zero; contact (f, 3 or 6): the candidate facets, corners then mid-edge nodes;
+    fixed at zero; contact (f, 3, 6 or 9): the candidate facets, corners then mid-nodes;
     thickness mm of a plane-strain body (1 in 3-D); pressure_cells (c,) bool: where a mixed element
     has pressures (None: wherever nu > 0); attached (n dim, n dim): upper triangle of a stiffness
     (N/mm) to be added, of sheets say; project: points (q, dim) near the contact facets -> points on
@@ -207,14 +207,17 @@ def _element_nodes(mesh: Mesh, element: str) -> tuple[IntArray, sp.csr_matrix | 
     corners, cells = np.unique(mesh.corners, return_inverse=True)
     cells = cells.reshape(mesh.corners.shape)
     count = len(corners)
+    kind = mesh.kind
     row, column, value = [corners], [np.arange(count)], [np.ones(count)]
-    middles, first = np.unique(mesh.cells[:, mesh.dimension + 1 :], return_index=True)
-    ends = np.stack([cells[:, list(pair)] for pair in EDGES[mesh.dimension]], axis=1)
-    ends = ends.reshape(-1, 2)[first]
-    for end in ends.T:
-        row.append(middles)
-        column.append(end)
-        value.append(np.full(len(middles), 0.5))
+    middles, first = np.unique(mesh.cells[:, kind.corners :], return_index=True)
+    cell, place = np.divmod(first, kind.nodes - kind.corners)
+    between = [*kind.edges, *kind.squares]
+    for number, ends in enumerate(between):
+        own = np.flatnonzero(place == number)
+        for end in ends:
+            row.append(middles[own])
+            column.append(cells[cell[own], end])
+            value.append(np.full(len(own), 1.0 / len(ends)))
     entries = (np.concatenate(value), (np.concatenate(row), np.concatenate(column)))
     return cells, sp.csr_matrix(entries, shape=(len(mesh.points), count))
 

@@ -10,11 +10,9 @@ Timoshenko and Goodier, Theory of Elasticity (1970), art. 153.
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.fem.elements import physical_gradients
+from fingerdesign.fem.elements import physical_gradients, strain_order
 from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body
-
-_ORDER = 2
 
 
 def thermal_loads(body: Body, expansion: Array) -> Array:
@@ -25,7 +23,7 @@ def thermal_loads(body: Body, expansion: Array) -> Array:
     """
     mesh = body.mesh
     first, shear = lame_parameters(body.youngs_modulus, body.poissons_ratio)
-    gradients, weights = physical_gradients(mesh.points, mesh.cells, _ORDER)
+    gradients, weights = physical_gradients(mesh.points, mesh.cells, strain_order(mesh.kind))
     stress = body.thickness * (3.0 * first + 2.0 * shear) * expansion
     forces = np.einsum("cq,cqna->cna", weights * stress[:, None], gradients, optimize=True)
     loads = np.zeros(mesh.points.shape)

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import quadrature, tabulate
-from fingerdesign.mesh.cells import TETRA_FACETS, TRIANGLE_EDGES, with_mid_nodes
+from fingerdesign.mesh.cells import FACETS_BY_NODES, SQUARE, facet_kind, with_mid_nodes
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import SurfaceQuadrature
 
@@ -25,29 +25,33 @@ TRACE_ORDER = 6  # The degree of phi (1) x gap of a curved facet (2 and more) x 
 
 
 def owners(mesh: Mesh, facets: IntArray) -> IntArray:
-    """The cell (f,) that each facet (f, 3 or 6) of a body's boundary bounds.
+    """The cell (f,) that each facet (f, nodes) of a body's boundary bounds.
 
     Raises SolverError for what is no facet: wrong width, nodes the mesh has not, corners that are
     no face of one cell, mid-edge nodes that are not between their corners.
     """
-    dimension = mesh.dimension
-    width = 3 * (dimension - 1)
-    if facets.ndim != 2 or facets.shape[1] != width:
-        raise SolverError(
-            f"contact facets have the shape {facets.shape}: each must be {dimension} corners, then "
-            f"{width - dimension} mid-edge nodes"
+    kind = FACETS_BY_NODES.get(facets.shape[-1]) if facets.ndim == 2 else None
+    own = {len(facet) for facet in mesh.kind.facets}
+    if kind is None or kind.corners not in own:
+        known = ", or ".join(
+            f"{each.corners} corners, then {len(each.edges)} mid-edge nodes"
+            + ", then the centre" * len(each.squares)
+            for each in FACETS_BY_NODES.values()
+            if each.corners in own
         )
+        raise SolverError(f"contact facets have the shape {facets.shape}: each must be {known}")
+    width = kind.corners
     if len(facets) and not 0 <= facets.min() <= facets.max() < len(mesh.points):
         raise SolverError(
             f"contact facets name nodes {facets.min()} to {facets.max()}, the mesh has 0 to "
             f"{len(mesh.points) - 1}"
         )
-    faces = TRIANGLE_EDGES if dimension == 2 else TETRA_FACETS
+    faces = [facet for facet in mesh.kind.facets if len(facet) == width]
     named = np.zeros(len(mesh.points), dtype=bool)
-    named[facets[:, :dimension]] = True
-    near = np.flatnonzero(named[mesh.corners].sum(axis=1) >= dimension)
-    corners = np.sort(mesh.corners[near][:, np.array(faces)], axis=2).reshape(-1, dimension)
-    sought = np.sort(facets[:, :dimension], axis=1)
+    named[facets[:, :width]] = True
+    near = np.flatnonzero(named[mesh.corners].sum(axis=1) >= width)
+    corners = np.sort(mesh.corners[near][:, np.array(faces)], axis=2).reshape(-1, width)
+    sought = np.sort(facets[:, :width], axis=1)
     _, label = np.unique(np.concatenate([corners, sought]), axis=0, return_inverse=True)
     label = label.reshape(-1)
     twice = len(facets) - len(np.unique(label[len(corners) :]))
@@ -67,7 +71,7 @@ def owners(mesh: Mesh, facets: IntArray) -> IntArray:
             "boundary"
         )
     found: IntArray = cell[label[len(corners) :]]
-    wrong = (with_mid_nodes(mesh.cells[found], facets[:, :dimension]) != facets).any(axis=1)
+    wrong = (with_mid_nodes(mesh.cells[found], facets[:, :width]) != facets).any(axis=1)
     if wrong.any():
         raise SolverError(
             f"{int(wrong.sum())} contact facets have a mid-edge node that is not between its "
@@ -78,7 +82,8 @@ def owners(mesh: Mesh, facets: IntArray) -> IntArray:
 
 @dataclass(frozen=True)
 class ContactTrace:
-    """nodes (m,) of the mesh; facets (f, dim) among them; operator (m dim, n dim)."""
+    """nodes (m,) of the mesh; facets (f, dim) among them, a square as two triangles; operator
+    (m dim, n dim)."""
 
     nodes: IntArray
     facets: IntArray
@@ -89,12 +94,12 @@ class ContactTrace:
 
 
 def contact_trace(points: Array, facets: IntArray, thickness: float = 1.0) -> ContactTrace:
-    """Trace on quadratic ``facets`` (f, 3 or 6) of a mesh with ``points`` (n, dim)."""
-    dimension = points.shape[1]
-    where, weights = quadrature(dimension - 1, TRACE_ORDER)
-    table = tabulate(dimension - 1, where)
-    hats = tabulate(dimension - 1, where, degree=1).value
-    corners = facets[:, :dimension]
+    """Trace on quadratic ``facets`` (f, nodes) of a mesh with ``points`` (n, dim)."""
+    dimension, kind = points.shape[1], facet_kind(facets)
+    where, weights = quadrature(kind, TRACE_ORDER)
+    table = tabulate(kind, where)
+    hats = tabulate(kind, where, degree=1).value
+    corners = facets[:, : kind.corners]
     nodes, local = np.unique(corners, return_inverse=True)
     local = local.reshape(corners.shape)  # facet corners numbered among the nodes
 
@@ -125,4 +130,18 @@ def contact_trace(points: Array, facets: IntArray, thickness: float = 1.0) -> Co
         weight=entry.ravel(),
     )
     facet_areas: Array = measure.sum(axis=1)
+    if kind is SQUARE:
+        local, facet_areas = _halved(points[nodes], local, facet_areas)
     return ContactTrace(nodes, local, facet_areas, areas, operator, surface)
+
+
+def _halved(points: Array, squares: IntArray, areas: Array) -> tuple[IntArray, Array]:
+    """Squares (f, 4) cut into triangles (2 f, 3) of half their areas (f,).
+
+    The cuts of squares that mirror in x = 0 or z = 0 mirror as well.
+    """
+    middle = points[squares].mean(axis=1)
+    first = points[squares[:, 0]] - middle
+    rising = (first * middle)[:, [0, 2]].prod(axis=1) > 0.0
+    turned = np.where(rising[:, None], squares, np.roll(squares, 1, axis=1))
+    return np.vstack([turned[:, [0, 1, 2]], turned[:, [0, 2, 3]]]), np.tile(0.5 * areas, 2)

@@ -1,9 +1,9 @@
-"""Cells of meshes: triangles and tetrahedra, their edges, facets and mid-nodes (numpy only).
+"""Cells of meshes: triangles, tetrahedra, prisms; their edges, facets, mid-nodes (numpy only).
 
-All that depends on the shape of a cell follows from its ``CellKind``. Layers are made of prisms,
-which ``split_prisms`` cuts into tetrahedra.
+All that depends on the shape of a cell follows from its ``CellKind``.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -16,62 +16,76 @@ from fingerdesign.errors import MeshError
 TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))
 TETRA_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 TETRA_FACETS = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
+_SQUARE_EDGES = ((0, 1), (1, 2), (2, 3), (0, 3))
+# A prism's corners: a triangle at the lower z, then the same at the higher z; VTK's order.
+_PRISM_EDGES = (
+    *((0, 1), (1, 2), (0, 2), (3, 4), (4, 5), (3, 5)),
+    *((0, 3), (1, 4), (2, 5)),
+)
+_PRISM_SQUARES = ((0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))
 
 
 @dataclass(frozen=True)
 class CellKind:
-    """A simplex: corners, then (quadratic) the middles of ``edges``; ``facets`` by their corners.
+    """A shape of cells; its quadratic nodes are the corners, then the middles of ``edges``, then
+    the centres of ``squares`` (faces of four corners, which go round).
 
-    linear, quadratic: its names in meshio.
+    facets: by their corners; words: its name in the plural; linear, quadratic: those in meshio.
     """
 
+    words: str
     linear: str
     quadratic: str
+    dimension: int
+    corners: int
     edges: tuple[tuple[int, int], ...]
     facets: tuple[tuple[int, ...], ...]
-
-    @property
-    def dimension(self) -> int:
-        return len(self.facets) - 1
-
-    @property
-    def corners(self) -> int:
-        """Number of corners."""
-        return len(self.facets)
+    squares: tuple[tuple[int, ...], ...] = ()
 
     @property
     def nodes(self) -> int:
         """Number of nodes of the quadratic cell."""
-        return self.corners + len(self.edges)
-
-    @property
-    def facet(self) -> "CellKind":
-        """The kind of its facets."""
-        return TRIANGLE if self.dimension == 3 else LINE
+        return self.corners + len(self.edges) + len(self.squares)
 
 
-LINE = CellKind("line", "line3", ((0, 1),), ((0,), (1,)))
-TRIANGLE = CellKind("triangle", "triangle6", TRIANGLE_EDGES, TRIANGLE_EDGES)
-TETRA = CellKind("tetra", "tetra10", TETRA_EDGES, TETRA_FACETS)
-KINDS = {kind.dimension: kind for kind in (LINE, TRIANGLE, TETRA)}
+LINE = CellKind("lines", "line", "line3", 1, 2, ((0, 1),), ((0,), (1,)))
+TRIANGLE = CellKind("triangles", "triangle", "triangle6", 2, 3, TRIANGLE_EDGES, TRIANGLE_EDGES)
+SQUARE = CellKind("squares", "quad", "quad9", 2, 4, _SQUARE_EDGES, _SQUARE_EDGES, ((0, 1, 2, 3),))
+TETRA = CellKind("tetrahedra", "tetra", "tetra10", 3, 4, TETRA_EDGES, TETRA_FACETS)
+PRISM = CellKind(
+    *("prisms", "wedge", "wedge18", 3, 6, _PRISM_EDGES),
+    *(((0, 1, 2), (3, 4, 5), *_PRISM_SQUARES), _PRISM_SQUARES),
+)
+FACETS = {kind.corners: kind for kind in (LINE, TRIANGLE, SQUARE)}
+FACETS_BY_NODES = {kind.nodes: kind for kind in FACETS.values()}
 
 
 def kind_of(cells: IntArray) -> CellKind:
-    """The kind of linear or quadratic triangles (c, 3 or 6) or tetrahedra (c, 4 or 10)."""
+    """The kind of linear or quadratic simplices (c, nodes), or of quadratic prisms (c, 18)."""
+    if cells.shape[1] == PRISM.nodes:
+        return PRISM
     return TRIANGLE if cells.shape[1] in (TRIANGLE.corners, TRIANGLE.nodes) else TETRA
 
 
-def quadratic(points: Array, cells: IntArray) -> tuple[Array, IntArray]:
-    """Add straight mid-edge nodes to a linear simplicial mesh.
+def facet_kind(facets: IntArray) -> CellKind:
+    """The kind of quadratic facets (f, nodes)."""
+    return FACETS_BY_NODES[facets.shape[1]]
 
-    points (n, dim), cells (c, dim + 1) -> points (n + edges, dim), cells (c, 6 or 10). All points
-    stay in their order, unused ones too.
+
+def quadratic(
+    points: Array, cells: IntArray, kind: CellKind | None = None
+) -> tuple[Array, IntArray]:
+    """Add straight mid-edge nodes, and centres of square faces, to a linear mesh.
+
+    points (n, dim), cells (c, corners) -> points (n + added, dim), cells (c, nodes). All points
+    stay in their order, unused ones too. kind: of the cells (simplices where none is given).
 
     >>> p, c = quadratic(np.array([[0., 0.], [1., 0.], [0., 1.]]), np.array([[0, 1, 2]]))
     >>> c.tolist(), p[4].tolist()
     ([[0, 1, 2, 3, 4, 5]], [0.5, 0.5])
     """
-    ends = _edges(cells, kind_of(cells))
+    kind = kind_of(cells) if kind is None else kind
+    ends = _ends(cells, kind)
     flat = ends.reshape(-1, 2).astype(np.int64)
     keys = flat[:, 0] * len(points) + flat[:, 1]
     _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
@@ -83,24 +97,33 @@ def quadratic(points: Array, cells: IntArray) -> tuple[Array, IntArray]:
     return np.vstack([points, middles]), np.hstack([cells.astype(np.int64), added])
 
 
-def _edges(cells: IntArray, kind: CellKind) -> IntArray:
-    """Both ends of each edge of the cells, (c, edges, 2), the lower number first."""
-    return np.sort(np.stack([cells[:, list(pair)] for pair in kind.edges], axis=1), axis=2)
+def _ends(cells: IntArray, kind: CellKind) -> IntArray:
+    """Two corners between which each added node lies, (c, added, 2), the lower number first.
+
+    A square's centre lies between the corner of its least number and the one across.
+    """
+    found = [cells[:, list(pair)] for pair in kind.edges]
+    for square in kind.squares:
+        corners = cells[:, list(square)]
+        least = np.argmin(corners, axis=1)
+        both = np.column_stack([least, (least + 2) % 4])
+        found.append(np.take_along_axis(corners, both, axis=1))
+    return np.sort(np.stack(found, axis=1), axis=2)
 
 
 def with_mid_nodes(cells: IntArray, corners: IntArray, name: str = "facets") -> IntArray:
-    """Add the mid-edge nodes of quadratic cells (c, 6 or 10) to facets (f, dim) of theirs.
+    """Add the mid-nodes of quadratic cells (c, nodes) to facets (f, corners) of theirs.
 
     MeshError where an edge of a facet belongs to no cell.
     """
-    kind = kind_of(cells)
+    kind, facet = kind_of(cells), FACETS[corners.shape[1]]
     if len(corners) == 0:
-        return np.zeros((0, kind.facet.nodes), dtype=np.int64)
+        return np.zeros((0, facet.nodes), dtype=np.int64)
     count = int(max(cells.max(), corners.max())) + 1
-    ends = _edges(cells, kind)
+    ends = _ends(cells, kind)
     keys, at = np.unique((ends[..., 0] * count + ends[..., 1]).reshape(-1), return_index=True)
     middles = cells[:, kind.corners :].reshape(-1)[at]
-    edges = _edges(corners, kind.facet)
+    edges = _ends(corners, facet)
     searched = edges[..., 0] * count + edges[..., 1]
     place = np.minimum(np.searchsorted(keys, searched), len(keys) - 1)
     missing = (keys[place] != searched).any(axis=1)
@@ -110,17 +133,32 @@ def with_mid_nodes(cells: IntArray, corners: IntArray, name: str = "facets") -> 
 
 
 def boundary_facets(cells: IntArray) -> IntArray:
-    """Facets of one cell only, (f, dimension), of quadratic cells with their mid-edge nodes."""
+    """Facets of one simplex only, (f, dimension), of quadratic cells with their mid-edge nodes."""
     kind = kind_of(cells)
-    facets = np.concatenate([cells[:, part] for part in kind.facets])
-    _, first, uses = np.unique(
-        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    outer = np.asarray(facets[first[uses == 1]])
+    outer = _outer(cells, kind.facets)
     if cells.shape[1] == kind.corners:
         return outer
     found = with_mid_nodes(cells, outer)
     return found[np.argsort(found[:, 2])] if kind is TRIANGLE else found
+
+
+def outer_facets(cells: IntArray) -> list[IntArray]:
+    """Facets of one quadratic cell only, with their mid-nodes: (f, nodes), an array a kind."""
+    facets = kind_of(cells).facets
+    found = []
+    for corners in sorted({len(facet) for facet in facets}):
+        outer = _outer(cells, [facet for facet in facets if len(facet) == corners])
+        found.append(with_mid_nodes(cells, outer))
+    return found
+
+
+def _outer(cells: IntArray, facets: Sequence[tuple[int, ...]]) -> IntArray:
+    """Those of the cells' facets, by their corners, that belong to one cell only."""
+    every = np.concatenate([cells[:, part] for part in facets])
+    _, first, uses = np.unique(
+        np.sort(every, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    return np.asarray(every[first[uses == 1]])
 
 
 def split_prisms(low: IntArray, high: IntArray) -> IntArray:
@@ -137,6 +175,55 @@ def split_prisms(low: IntArray, high: IntArray) -> IntArray:
         np.column_stack([low[:, 0], high]),
     ]
     return np.stack(parts, axis=1).reshape(-1, 4)
+
+
+# Of a prism whose first corner has the least number, by the cut of the side across from it.
+_CUT = {
+    (1, 5): ((0, 1, 2, 5), (0, 1, 5, 4), (0, 4, 5, 3)),
+    (2, 4): ((0, 1, 2, 4), (0, 4, 2, 5), (0, 4, 5, 3)),
+}
+# Turned and tipped so that each corner comes first.
+_FIRST = np.array(
+    [
+        *((0, 1, 2, 3, 4, 5), (1, 2, 0, 4, 5, 3), (2, 0, 1, 5, 3, 4)),
+        *((3, 5, 4, 0, 2, 1), (4, 3, 5, 1, 0, 2), (5, 4, 3, 2, 1, 0)),
+    ]
+)
+
+
+def tetrahedra_of(prisms: IntArray) -> IntArray:
+    """Cut quadratic prisms (c, 18) into quadratic tetrahedra (3 c, 10) of the same nodes.
+
+    Each side is cut from its corner of the least number, so that neighbours agree.
+    """
+    middle = np.zeros((6, 6), dtype=np.int64)
+    for number, ends in enumerate(PRISM.edges, start=PRISM.corners):
+        middle[ends, ends[::-1]] = number
+    for number, (a, b, c, d) in enumerate(PRISM.squares, start=PRISM.corners + len(PRISM.edges)):
+        middle[(a, c, b, d), (c, a, d, b)] = number
+    order = _FIRST[np.argmin(prisms[:, :6], axis=1)]
+    corners = np.take_along_axis(prisms[:, :6], order, axis=1)
+    least = np.argmin(corners[:, [1, 2, 5, 4]], axis=1) % 2
+    found = np.empty((len(prisms), 3, TETRA.nodes), dtype=np.int64)
+    for kind, cut in enumerate(((1, 5), (2, 4))):
+        own = np.flatnonzero(least == kind)
+        for place, tetra in enumerate(_CUT[cut]):
+            local = order[own][:, tetra]
+            between = [middle[local[:, i], local[:, j]] for i, j in TETRA.edges]
+            local = np.hstack([local, np.stack(between, axis=1)])
+            found[own, place] = np.take_along_axis(prisms[own], local, axis=1)
+    return found.reshape(-1, TETRA.nodes)
+
+
+def triangles_of(squares: IntArray) -> IntArray:
+    """Cut quadratic squares (f, 9) into triangles (2 f, 6) of the same nodes, as prisms are cut."""
+    first = np.argmin(squares[:, :4], axis=1)
+    turned = (first[:, None] + np.arange(4)) % 4
+    a, b, c, d = np.take_along_axis(squares[:, :4], turned, axis=1).T
+    ab, bc, cd, da = np.take_along_axis(squares[:, 4:8], turned, axis=1).T
+    centre = squares[:, 8]
+    halves = [np.stack([a, b, c, ab, bc, centre], 1), np.stack([a, c, d, centre, cd, da], 1)]
+    return np.stack(halves, axis=1).reshape(-1, TRIANGLE.nodes)
 
 
 def tetra_facets(cells: IntArray) -> tuple[IntArray, IntArray, IntArray]:

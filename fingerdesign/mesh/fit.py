@@ -11,7 +11,7 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import core_volume, face_areas, outline_volume, plate_volume
-from fingerdesign.mesh.cells import boundary_facets
+from fingerdesign.mesh.cells import outer_facets
 from fingerdesign.mesh.measures import cell_volumes, curved_areas, curved_volumes
 from fingerdesign.mesh.tetra.carriers import core_faces, outer_faces, plane, plate_faces
 from fingerdesign.mesh.types import Mesh
@@ -158,7 +158,7 @@ def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
     outer = outer_faces(design.body, mesh.symmetric)
     found = {}
     for name, facets in mesh.facets.items():
-        slot = re.fullmatch(r"plate_(\d+)_(upper|lower|end)", name)
+        slot = re.fullmatch(r"plate_(\d+)_(upper|lower|end|cap)", name)
         if slot and int(slot[1]) in frames:
             faces = plate_faces(frames[int(slot[1])])
         else:
@@ -173,9 +173,10 @@ def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
             faces = plate_faces(frames[int(number) - 1])
         else:
             continue
-        surface = boundary_facets(mesh.cells[mesh.regions == number])
+        surface = outer_facets(mesh.cells[mesh.regions == number])
+        nodes = np.unique(np.concatenate([facets.ravel() for facets in surface]))
         faces = faces + cut if mesh.symmetric else faces
-        found[mesh.region_name(int(number))] = _greatest(mesh, np.unique(surface), faces)
+        found[mesh.region_name(int(number))] = _greatest(mesh, nodes, faces)
     return found
 
 

@@ -50,7 +50,7 @@ def mesher_name(design: Design) -> str:
     named = design.mesh.mesher
     if named != AUTO:
         return named
-    return "extrude" if sweepable(design) else "tetwild"
+    return "sweep" if sweepable(design) else "tetwild"
 
 
 def mesher_of(design: Design) -> Mesher:

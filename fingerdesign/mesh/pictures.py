@@ -40,10 +40,11 @@ def view(plotter: Any) -> None:
 
 
 def grid_of(points: Array, cells: IntArray) -> Any:
-    """Triangles or tetrahedra as pyvista has them."""
+    """Cells, by their corners, as pyvista has them."""
     import pyvista
 
-    kind = pyvista.CellType.TRIANGLE if cells.shape[1] == 3 else pyvista.CellType.TETRA
+    types = pyvista.CellType
+    kind = {3: types.TRIANGLE, 4: types.TETRA, 6: types.WEDGE}[cells.shape[1]]
     return pyvista.UnstructuredGrid({kind: cells}, points)
 
 

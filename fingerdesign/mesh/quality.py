@@ -8,6 +8,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.surface import surface_of
+from fingerdesign.mesh.cells import facet_kind
 from fingerdesign.mesh.files.imported import import_words
 from fingerdesign.mesh.fit import face_distances, volumes_by_region, worst_area_error
 from fingerdesign.mesh.measures import (
@@ -110,8 +111,9 @@ def assess(mesh: Mesh, design: Design, requested: TargetSizes | None = None) -> 
     on_contact = np.unique(contact)
     surface = surface_of(design.body)
     residual = surface.distance(mesh.points[on_contact]) if len(on_contact) else np.zeros(1)
-    corners = contact[:, : mesh.dimension]
-    lengths = edge_lengths(mesh.points, corners) if len(corners) else np.zeros(1)
+    kind = facet_kind(contact)
+    corners = contact[:, : kind.corners]
+    lengths = edge_lengths(mesh.points, corners, kind) if len(corners) else np.zeros(1)
     least = angles.min(axis=1)
     ratio = least_jacobian_ratios(mesh.points, mesh.cells)
     straight = cell_volumes(mesh.points, cells)

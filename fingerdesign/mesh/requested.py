@@ -10,9 +10,8 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.measures import (
-    edge_lengths,
-)
+from fingerdesign.mesh.cells import facet_kind
+from fingerdesign.mesh.measures import edge_lengths
 from fingerdesign.mesh.section.plates import (
     extruded_sizes,
     inner_of,
@@ -57,7 +56,7 @@ def requested_sizes(design: Design, mesh: Mesh, zone: Zone) -> TargetSizes:
     frames = plate_frames(design) if design.plates.model != "none" else ()
     ends = _END_WORDS if frames else ()
     plane = mesh.dimension == 2
-    if plane or mesh.mesher == "extrude":
+    if plane or mesh.mesher == "sweep":
         flat = (section_sizes if plane else extruded_sizes)(design, zone.half_width)
         size = (design.mesh.section if plane else design.mesh).contact_size_mm
         inner = None if plane else inner_of(design, zone)
@@ -102,7 +101,7 @@ def size_zones(mesh: Mesh, requested: TargetSizes) -> dict[str, BoolArray]:
     contact = mesh.facets.get("contact", np.zeros((0, 3), dtype=np.int64))
     at_contact = np.zeros(len(mesh.cells), dtype=bool)
     if len(contact):
-        nodes = np.unique(contact[:, : mesh.dimension])
+        nodes = np.unique(contact[:, : facet_kind(contact).corners])
         target = requested.at(mesh.points[nodes])
         fine = nodes[target <= 1.2 * target.min()]
         at_contact = np.isin(mesh.corners, fine).any(axis=1) & parts["elastomer"]

@@ -12,16 +12,17 @@ from itertools import pairwise
 
 import numpy as np
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Body
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.outline import chain_misfit
 from fingerdesign.layout.profile import profile_of
-from fingerdesign.mesh.cells import boundary_facets
-from fingerdesign.mesh.measures import cell_volumes
+from fingerdesign.mesh.cells import facet_kind, outer_facets
+from fingerdesign.mesh.measures import cell_volumes, edge_lengths, flat_areas
 
 FACES = ("upper", "lower", "end")
+CAP = "cap"  # Where a plate in layers of prisms ends inside the body, along z.
 _ON = 1e-9  # mm: the mesher's vertices lie on their lines to rounding
 _FILLED = 1e-8  # relative: what is missing is a facet or nothing
 _SHARE = 0.98  # of the room around a mid-line
@@ -160,49 +161,62 @@ def _distance(frame: PlateFrame, points: Array) -> Array:
 def sheet_facets(
     points: Array, cells: IntArray, frames: tuple[PlateFrame, ...]
 ) -> dict[str, IntArray]:
-    """Boundary facets "plate_k_upper", "_lower" and "_end" of the slot of each plate.
+    """Boundary facets "plate_k_upper", "_lower", "_end" and "_cap" of the slot of each plate.
 
-    points (n, dim) and quadratic cells of an opened mesh -> (f, 3) edges or (f, 6) triangles:
-    corners, then mid-edge nodes. Raises MeshError where they do not fill the plate's faces.
+    points (n, dim) and quadratic cells of an opened mesh -> (f, nodes): corners, then mid-nodes.
+    Prisms have triangles for caps, tetrahedra have them among the ends. Raises MeshError where they
+    do not fill the plate's faces.
     """
-    dimension = points.shape[1]
-    facets = boundary_facets(cells)
-    corners = points[facets[:, :dimension]]
+    kinds = outer_facets(cells)
     found = {}
     for frame in frames:
-        half = 0.5 * np.array([frame.length, frame.thickness])
-        local = frame.local(corners.reshape(-1, dimension)).reshape(*corners.shape[:2], 2)
-        inside = (np.abs(local) < half + _ON).all(axis=(1, 2))
-        on = {
-            "upper": (np.abs(local[..., 1] - half[1]) < _ON).all(axis=1),
-            "lower": (np.abs(local[..., 1] + half[1]) < _ON).all(axis=1),
-            "end": (np.abs(np.abs(local[..., 0]) - half[0]) < _ON).all(axis=1),
-        }
-        if dimension == 3:  # and where the plate ends inside the body
-            across = frame.across(corners.reshape(-1, 3)).reshape(corners.shape[:2])
-            for end in (frame.low, frame.high):
-                on["end"] |= (np.abs(across - end) < _ON).all(axis=1)
-        for name in FACES:
-            chosen = facets[inside & on[name]]
-            _check_filled(points, chosen, frame, name)
-            found[f"plate_{frame.index}_{name}"] = chosen
+        named: dict[str, list[IntArray]] = {name: [] for name in FACES}
+        for facets in kinds:
+            for name, chosen in _faces_of(frame, points, facets).items():
+                named[name].append(facets[chosen])
+        for name, parts in named.items():
+            _check_filled(points, parts, frame, name)
+            full = [part for part in parts if len(part)]
+            labels = (name,) if len(full) == 1 else (CAP, name)
+            for label, part in zip(labels, full, strict=True):
+                found[f"plate_{frame.index}_{label}"] = part
     return found
 
 
-def _check_filled(points: Array, facets: IntArray, frame: PlateFrame, name: str) -> None:
+def _faces_of(frame: PlateFrame, points: Array, facets: IntArray) -> dict[str, BoolArray]:
+    """Masks (f,) of the facets that lie on each face of a plate's slot."""
     dimension = points.shape[1]
-    corners = points[facets[:, :dimension]]
+    corners = points[facets[:, : facet_kind(facets).corners]]
+    half = 0.5 * np.array([frame.length, frame.thickness])
+    local = frame.local(corners.reshape(-1, dimension)).reshape(*corners.shape[:2], 2)
+    inside = (np.abs(local) < half + _ON).all(axis=(1, 2))
+    on = {
+        "upper": (np.abs(local[..., 1] - half[1]) < _ON).all(axis=1),
+        "lower": (np.abs(local[..., 1] + half[1]) < _ON).all(axis=1),
+        "end": (np.abs(np.abs(local[..., 0]) - half[0]) < _ON).all(axis=1),
+    }
+    if dimension == 3:  # and where the plate ends inside the body
+        across = frame.across(corners.reshape(-1, 3)).reshape(corners.shape[:2])
+        for end in (frame.low, frame.high):
+            on["end"] |= (np.abs(across - end) < _ON).all(axis=1)
+    return {name: inside & mask for name, mask in on.items()}
+
+
+def _check_filled(points: Array, parts: list[IntArray], frame: PlateFrame, name: str) -> None:
+    dimension = points.shape[1]
     requested = 2.0 * frame.thickness if name == "end" else frame.length
     if dimension == 2:
-        filled = float(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).sum())
+        filled = sum(float(edge_lengths(points, facets[:, :2]).sum()) for facets in parts)
     else:
         low, high = float(points[:, 2].min()), float(points[:, 2].max())
         requested *= min(frame.high, high) - max(frame.low, low)
         if name == "end":
             inside = (frame.low > low + _ON) + (frame.high < high - _ON)
             requested += inside * frame.length * frame.thickness
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        filled = float(0.5 * np.linalg.norm(normal, axis=1).sum())
+        filled = sum(
+            float(flat_areas(points, facets[:, : facet_kind(facets).corners]).sum())
+            for facets in parts
+        )
     if not abs(filled / requested - 1.0) < _FILLED:
         unit = "mm" if dimension == 2 else "mm^2"
         raise MeshError(

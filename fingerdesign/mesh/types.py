@@ -1,24 +1,35 @@
 """The mesh that every mesher makes and everything after it reads (numpy only)."""
 
-from dataclasses import dataclass, field
+import re
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Design
-from fingerdesign.mesh.cells import KINDS, CellKind
+from fingerdesign.mesh.cells import (
+    PRISM,
+    SQUARE,
+    CellKind,
+    facet_kind,
+    kind_of,
+    tetrahedra_of,
+    triangles_of,
+)
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """A quadratic simplicial mesh in mm, in the section (dim 2) or the finger (dim 3).
+    """A quadratic mesh in mm, in the section (dim 2) or the finger (dim 3).
 
-    points   (n, dim): corner and mid-edge nodes
-    cells    (c, 6) or (c, 10): corners, then the mid-edge nodes of ``kind``; positively oriented
+    points   (n, dim): corner and mid-nodes
+    cells    (c, 6) triangles, (c, 10) tetrahedra or (c, 18) prisms: corners, then the mid-nodes of
+             ``kind``; positively oriented
     regions  (c,): 0 the elastomer, k + 1 plate k, and those of ``region_names`` (a core)
-    facets   name -> (f, 3) or (f, 6): boundary facets, corners then mid-edge nodes; names "base",
+    facets   name -> (f, 3, 6 or 9): boundary facets, corners then mid-nodes; names "base",
              "contact" (the curved face), "side", "end" (z faces), "symmetry" (z = 0 of a half);
-             of plates as sheets "plate_k_upper", "_lower" and "_end": faces of plate k's slot
+             of plates as sheets "plate_k_upper", "_lower", "_end" and (of prisms) "_cap":
+             faces of plate k's slot
     symmetric  True when the mesh is the half z >= 0 of a finger that mirrors in z = 0
     """
 
@@ -43,11 +54,11 @@ class Mesh:
     @property
     def kind(self) -> CellKind:
         """The kind of all cells."""
-        return KINDS[self.dimension]
+        return kind_of(self.cells)
 
     @property
     def corners(self) -> IntArray:
-        """Corner nodes of the cells, (c, dim + 1)."""
+        """Corner nodes of the cells, (c, corners)."""
         return self.cells[:, : self.kind.corners]
 
     @property
@@ -56,6 +67,19 @@ class Mesh:
         cores = [number for number, name in self.region_names.items() if name == "core"]
         core = np.isin(self.regions, cores)
         return {"elastomer": self.regions == 0, "plates": (self.regions > 0) & ~core, "core": core}
+
+
+def in_tetrahedra(mesh: Mesh) -> Mesh:
+    """The same nodes, with prisms cut into tetrahedra and square facets into triangles."""
+    if mesh.kind is not PRISM:
+        return mesh
+    facets: dict[str, IntArray] = {}
+    for name, rows in mesh.facets.items():
+        label = re.sub("_cap$", "_end", name)  # tetrahedra have one kind of facets
+        own = triangles_of(rows) if facet_kind(rows) is SQUARE else rows
+        facets[label] = np.vstack([facets.get(label, own[:0]), own])
+    cells, regions = tetrahedra_of(mesh.cells), np.repeat(mesh.regions, 3)
+    return replace(mesh, cells=cells, regions=regions, facets=facets)
 
 
 def core_name(design: Design) -> dict[int, str]:

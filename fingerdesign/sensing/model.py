@@ -38,7 +38,7 @@ from fingerdesign.mesh.moved import with_plates_moved
 
 CONTACT_SIZE_MM = {"plane-strain": 0.1, "3d": 0.4}
 GRADATION = 0.4
-LAYERS, LAYERS_PER_MM, LAYER_GROWTH = 4, 0.7, 0.75  # The least number, in half the depth.
+LAYERS, LAYERS_PER_MM, LAYER_GROWTH = 3, 0.5, 1.0  # The least number, in half the depth.
 MESHED = (CONTACT_SIZE_MM, GRADATION, LAYERS, LAYERS_PER_MM, LAYER_GROWTH)
 FIDELITIES = tuple(CONTACT_SIZE_MM)
 _ROOM = 1.2  # A hanging object drags the contact beyond the zone of a pure approach.
@@ -133,7 +133,7 @@ def meshed_for_grips(
     if fidelity == "3d":
         coarse["mesh.contact_size_mm"] = max(size, mesh.contact_size_mm)
         layers = max(LAYERS, math.ceil(LAYERS_PER_MM * 0.5 * design.body.depth_mm))
-        coarse["mesh.layers"] = min(layers, mesh.layers)
+        coarse["mesh.layers"] = layers if mesh.layers is None else min(layers, mesh.layers)
         coarse["mesh.layer_growth"] = min(LAYER_GROWTH, mesh.layer_growth)
         if mesh.mesher == "tetwild":
             coarse["mesh.mesher"] = "auto"

@@ -25,6 +25,7 @@ from fingerdesign.fem.model import build_model
 from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.layout.zone import Zone, candidate_zone
 from fingerdesign.runtime.isolate import ProcessError, Worker
+from fingerdesign.sensing.model import meshed_for_grips
 from fingerdesign.studio.numbers import Numbers, numbers_of
 from fingerdesign.studio.sliders import Press
 
@@ -108,7 +109,8 @@ class Engine:
 
 
 def numbers_in_3d(design: Design, press: Press, reach: float) -> Numbers:
-    """The answer in 3-D, by the design's own mesh; meshes and models are cached on disk."""
+    """The answer in 3-D, by the mesh of grips; meshes and models are cached on disk."""
+    design = meshed_for_grips(design, "3d")
     scene = flat_scene(press)
     symmetric = mirrors_in_z(design)
 

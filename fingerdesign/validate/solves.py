@@ -152,7 +152,7 @@ class Solves:
         own = with_values(self.design, values) if values else self.design
         model = rung(self.design, self.scene, dimension, scale)  # of the design: sizes stay
         model = replace(model, plates=plates)
-        if model.dimension == "3-D" and model.mesher == "extrude" and not can_extrude(own):
+        if model.dimension == "3-D" and model.mesher == "sweep" and not can_extrude(own):
             model = replace(model, mesher="tetwild")
         solved = solve(own, self.scene, model, self.zone)
         if dimension != "3-D" or values or plates is not None or scale != self.scale:

@@ -18,6 +18,7 @@ from fingerdesign.fem.system import assemble_system
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.cells import facet_kind
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.runtime.isolate import call
@@ -152,8 +153,8 @@ def test_uniform_pressure_is_reproduced():
         facets, dim = mesh.facets["contact"], mesh.dimension
         trace = contact_trace(mesh.points, facets)
         load = trace.operator.T @ np.outer(trace.areas, np.eye(dim)[1]).ravel()
-        where, weights = quadrature(dim - 1, 6)
-        table = tabulate(dim - 1, where)
+        where, weights = quadrature(facet_kind(facets), 6)
+        table = tabulate(facet_kind(facets), where)
         tangents = np.einsum("fna,nbq->fqba", mesh.points[facets], table.gradient)
         normal = tangents[..., 0, :] if dim == 2 else np.cross(*np.moveaxis(tangents, 2, 0))
         measure = np.linalg.norm(normal, axis=2) * weights

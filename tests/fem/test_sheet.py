@@ -170,8 +170,8 @@ def beam(mesh):
     sheet: SheetFacets = sheet_of(mesh, FRAME)
     matrix, (s, _, _) = stiffness(FRAME, mesh, nu=0.0), coordinates(FRAME, mesh)
     dimension = mesh.dimension
-    where, weights = quadrature(dimension - 1, 4)
-    shape = tabulate(dimension - 1, where).value @ (weights / weights.sum())
+    where, weights = quadrature(sheet.kind, 4)
+    shape = tabulate(sheet.kind, where).value @ (weights / weights.sum())
     load = np.zeros(mesh.points.shape)
     for nodes in (sheet.nodes, sheet.nodes_below):
         part = 0.5 * sheet.measure[:, None, None] * shape[None, :, None] * sheet.normal

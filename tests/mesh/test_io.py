@@ -10,12 +10,13 @@ from fingerdesign import parse_design, with_values
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.cache import load_mesh, mesh_key, store_mesh
-from fingerdesign.mesh.cells import TETRA_EDGES, TRIANGLE_EDGES, with_mid_nodes
+from fingerdesign.mesh.cells import with_mid_nodes
 from fingerdesign.mesh.files.calculix import cell_faces
 from fingerdesign.mesh.files.io import read_named, to_meshio, write_mesh
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.sizing import MeshSizes
+from fingerdesign.mesh.types import in_tetrahedra
 
 DESIGN = parse_design(
     """
@@ -48,6 +49,7 @@ def test_round_trip(kind, ending, tmp_path):
     design = with_values(DESIGN, {"plates.model": "sheet" if kind == "sheet" else "solid"})
     mesh = mesh_section(design, 3.0) if kind == "section" else extrude(design, Zone(3.0))
     again = read_named(write_mesh(mesh, tmp_path / f"finger.{ending}"))
+    mesh = in_tetrahedra(mesh)  # so prisms are read
     np.testing.assert_allclose(again.points, mesh.points, atol=1e-12)
     np.testing.assert_array_equal(again.cells, mesh.cells)
     names = [mesh.region_name(int(number)) for number in mesh.regions]
@@ -63,13 +65,11 @@ def test_round_trip(kind, ending, tmp_path):
 
 def test_the_order_of_mid_nodes_is_meshios(mesh):
     block = to_meshio(mesh).cells[0]
-    assert block.type == {2: "triangle6", 3: "tetra10"}[mesh.dimension]
-    inner = np.flatnonzero(mesh.regions == 1)  # straight-sided
-    edges = TRIANGLE_EDGES if mesh.dimension == 2 else TETRA_EDGES
-    for middle, (i, j) in enumerate(edges):
-        cells = block.data[inner]
-        halfway = 0.5 * (mesh.points[cells[:, i]] + mesh.points[cells[:, j]])
-        np.testing.assert_allclose(mesh.points[cells[:, mesh.dimension + 1 + middle]], halfway)
+    assert block.type == {2: "triangle6", 3: "wedge18"}[mesh.dimension]
+    kind, cells = mesh.kind, block.data[mesh.regions == 1]  # straight-sided
+    for middle, ends in enumerate((*kind.edges, *kind.squares), start=kind.corners):
+        halfway = mesh.points[cells[:, ends]].mean(axis=1)
+        np.testing.assert_allclose(mesh.points[cells[:, middle]], halfway, atol=1e-12)
 
 
 def test_gmsh_files_name_their_physical_groups(mesh, tmp_path):
@@ -111,6 +111,7 @@ def test_calculix_numbers_have_at_most_twenty_characters(mesh, tmp_path):
 
 def test_faces_are_numbered_as_calculix_does(mesh):
     # CalculiX: C3D10 S1 1-2-3, S2 1-4-2, S3 2-4-3, S4 3-4-1; CPE6 S1 1-2, S2 2-3, S3 3-1.
+    mesh = in_tetrahedra(mesh)
     solid = ({1, 2, 3}, {1, 4, 2}, {2, 4, 3}, {3, 4, 1})
     faces = solid if mesh.dimension == 3 else ({1, 2}, {2, 3}, {3, 1})
     cells, numbers = cell_faces(mesh, mesh.facets["contact"])
@@ -218,6 +219,7 @@ def test_a_mesh_is_kept_for_its_geometry_sizes_zone_and_half():
 
 
 def test_a_mesh_comes_back_as_it_was_and_garbage_is_nothing_kept(folder, mesh):
+    mesh = in_tetrahedra(mesh)
     assert store_mesh("key", mesh)
     again, path = load_mesh("key"), folder / "key.npz"
     for name in ("points", "cells", "regions"):

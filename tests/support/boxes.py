@@ -1,4 +1,4 @@
-"""Boxes of simplices and elastic blocks made of them."""
+"""Boxes of simplices or prisms, and elastic blocks made of them."""
 
 import numpy as np
 import skfem
@@ -6,6 +6,7 @@ import skfem
 from fingerdesign.fem.system import Body
 from fingerdesign.mesh.cells import boundary_facets, quadratic
 from fingerdesign.mesh.measures import oriented
+from fingerdesign.mesh.section.extrude import prisms_over
 from fingerdesign.mesh.types import Mesh
 
 
@@ -17,12 +18,25 @@ def simplices(*axes):
 
 
 def box(dimension, n, jitter=0.0, seed=1):
-    """Quadratic simplices of the unit square or cube; inner nodes moved by ``jitter`` of h."""
+    """Quadratic simplices of the unit square or cube; inner nodes moved by ``jitter`` of h.
+
+    dimension "prisms": those of the cube, inner nodes moved in the section.
+    """
+    if dimension == "prisms":
+        return prisms(*box(2, n, jitter, seed), np.linspace(0.0, 1.0, n + 1))
     points, cells = simplices(*[np.linspace(0, 1, n + 1)] * dimension)
     inside = ((points > 1e-9) & (points < 1 - 1e-9)).all(axis=1)
     move = np.random.default_rng(seed).uniform(-1, 1, points.shape)
     points[inside] += jitter / n * move[inside]
     return quadratic(points, cells)
+
+
+def prisms(points, triangles, heights):
+    """Quadratic prisms over quadratic triangles (t, 6) of points (n, 2) between heights."""
+    levels = np.interp(np.arange(2 * len(heights) - 1), np.arange(0, 2 * len(heights), 2), heights)
+    nodes = np.column_stack([np.tile(points, (len(levels), 1)), np.repeat(levels, len(points))])
+    layers = [prisms_over(triangles, len(points), k) for k in range(len(heights) - 1)]
+    return nodes, np.vstack(layers)
 
 
 def mesh_of(points, cells, facets=None):

@@ -9,9 +9,10 @@ import scipy.sparse as sp
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.body import check_sound, condensed_rows
-from fingerdesign.fem.elements import inverse_map, tabulate
+from fingerdesign.fem.elements import inverse_map, margin, tabulate
 from fingerdesign.fem.reduction import check_balance
 from fingerdesign.fem.system import Body
+from fingerdesign.mesh.cells import facet_kind
 from fingerdesign.reduced import ReducedModel
 
 _CHUNK = 256  # points at a time, against all facets
@@ -43,8 +44,9 @@ def facing_rows(body: Body, finger: ReducedModel) -> sp.csr_matrix:
     """Rows (m dim, n dim): row i of a component is the mean, weighted with the finger's phi_i, of
     the body's displacement over the finger's quadrature points."""
     points, surface = body.mesh.points, finger.surface
+    kind = facet_kind(body.contact)
     facet, reference = facing_points(points, body.contact, surface.points)
-    shape = tabulate(body.mesh.dimension - 1, reference).value  # (nodes, q)
+    shape = tabulate(kind, reference).value  # (nodes, q)
     entry = surface.weight * shape[:, surface.point]
     row = np.broadcast_to(surface.node, entry.shape)
     column = body.contact[facet[surface.point]].T
@@ -59,16 +61,16 @@ def facing_points(points: Array, facets: IntArray, targets: Array) -> tuple[IntA
     across = [0] if points.shape[1] == 2 else [0, 2]
     nodes = points[facets][:, :, across]
     low, high = nodes.min(axis=1), nodes.max(axis=1)
-    margin = 0.05 * (high - low).max(axis=1, keepdims=True)
+    kind, room = facet_kind(facets), 0.05 * (high - low).max(axis=1, keepdims=True)
     places = targets[:, across]
     pairs = []
     for start in range(0, len(places), _CHUNK):
         place = places[start : start + _CHUNK, None]
-        near = ((place >= low - margin) & (place <= high + margin)).all(axis=2)
+        near = ((place >= low - room) & (place <= high + room)).all(axis=2)
         pairs.append(np.argwhere(near) + np.array([start, 0]))
     target, facet = np.concatenate(pairs).T
-    reference = inverse_map(nodes[facet], places[target])
-    least = np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0))
+    reference = inverse_map(kind, nodes[facet], places[target])
+    least = margin(kind, reference)
     order = np.lexsort((-least, target))
     first = order[np.unique(target[order], return_index=True)[1]]
     found = np.zeros(len(places), dtype=bool)

@@ -62,7 +62,7 @@ class Model:
     def name(self) -> str:
         """A few words: "3-D, 0.4 mm, 8 layers"."""
         words = [self.dimension, f"{self.sizes.contact:.3g} mm"]
-        words += [f"{self.layers} layers"] if self.mesher == "extrude" else []
+        words += [f"{self.layers} layers"] if self.mesher == "sweep" else []
         words += [f"plates {self.plates}"] if self.plates else []
         return ", ".join(words)
 
@@ -177,7 +177,7 @@ def _mesh(design: Design, model: Model, zone: Zone, symmetric: bool) -> Mesh:
     sizes = section_sizes(design, model)
     if model.dimension == "plane strain":
         return mesh_section(design, zone.half_width, sizes)
-    if mesher_name(design) == "extrude":
+    if mesher_name(design) == "sweep":
         return extrude(design, zone, symmetric, sizes)
     return make_mesh(design, "3d", zone, symmetric)
 

@@ -9,9 +9,7 @@ five plates, 8 mm deep, against 300k equations; a homogeneous finger, 3.5 mm dee
 - The stick ratio is the slowest: its border moves by parts of a facet. Facets of a tenth of the
   contact's half-width leave 5.5 % on 11k equations, of a twentieth 3.4 % on 14k, and with 1.4 times
   as many layers 1.6 % on 19k; F_n is within 0.3 % on all of them. So contact facets are small.
-- Plates bend too little in few layers of tetrahedra: on 5, 8, 13 layers in 2.5 mm the bending
-  strain of one plate read 5.48, 5.63, 5.68, its membrane strain the same on all. So plates get more
-  layers.
+- Prisms need few layers: see ``mesh.section.extrude.layer_borders``.
 - Sheets spare the small elements of plates' ends: coarse, they are cheaper and better than solids
   (10k equations and 6 % in the gages for 14k and 8 %); fine, they are not.
 """
@@ -37,8 +35,7 @@ SECTION_SCALES = (4.0, 2.0, 1.0, 0.5)
 SHEETS_FROM = 4.0  # the first alone: the next, solid, judges it
 
 _CONTACT, _PLATE, _END, _FAR = 0.05, 0.2, 0.6, 0.12  # see scene_sizes
-_LAYERS, _LAYERS_DEPTH = 10.0, 4.0  # so many in half a depth of so many mm
-_FOR_PLATES = 1.5
+_LAYERS, _LAYERS_DEPTH = 5.0, 4.0  # so many in half a depth of so many mm
 _LEAST_HALF = 0.05  # of the body's half-width
 _GRADATION = 0.5
 _FARTHEST = 0.4  # of the crest's height
@@ -72,8 +69,7 @@ def scene_sizes(design: Design, scene: Scene, scale: float) -> Sizes:
 def layers(design: Design, scale: float) -> int:
     """Layers in half the depth: more of them the deeper, though not in proportion; 2 at least."""
     half = 0.5 * design.body.depth_mm
-    most = _LAYERS * (_FOR_PLATES if design.plates.number else 1.0)
-    layers = most / scale * max(0.5, 1.0 + 0.5 * math.log2(half / _LAYERS_DEPTH))
+    layers = _LAYERS / scale * max(0.5, 1.0 + 0.5 * math.log2(half / _LAYERS_DEPTH))
     return max(2, math.ceil(layers))
 
 
@@ -95,7 +91,7 @@ def rung(design: Design, scene: Scene, dimension: Dimension, scale: float) -> Mo
         sizes,
         layers(design, scale),
         plates="sheet" if sheets else None,
-        mesher="extrude" if extruded else mesher_name(design),
+        mesher="sweep" if extruded else mesher_name(design),
     )
 
 

@@ -122,13 +122,12 @@ def _contact_nodes(field: SizeField, low: Array, high: Array) -> float:
 
 @dataclass(frozen=True)
 class SectionCount:
-    """triangles; edges of the outer boundary, the base, the contact zone; least size, mm."""
+    """triangles; edges of the outer boundary, the base, the contact zone."""
 
     triangles: float
     boundary_edges: float
     base_edges: float
     contact_edges: float
-    least_size: float
 
     @property
     def corners(self) -> float:
@@ -168,7 +167,7 @@ def count_section(
     x = np.linspace(-zone, zone, 401)
     line = np.column_stack([x, profile_of(design.body).height(x)])
     contact = float(_edges_along(line, field, 1).sum())
-    return SectionCount(MADE_OF_SECTION * inside, outer, base, contact, field.least)
+    return SectionCount(MADE_OF_SECTION * inside, outer, base, contact)
 
 
 def _section_integral(body: Body, field: SectionSize) -> float:
@@ -237,7 +236,7 @@ def count_model(case: Case, zone: Zone) -> Counts:
     design = case.design
     if case.fidelity == "plane-strain":
         found = _plane_strain(case, zone)
-    elif mesher_name(design) == "extrude":
+    elif mesher_name(design) == "sweep":
         found = _extruded(case, zone)
     elif design.mesh.mesher == "file":
         found = _of_mesh(imported_mesh(design, case.symmetric), case, zone)
@@ -277,7 +276,7 @@ def _extruded(case: Case, zone: Zone) -> Counts:
     frames = plate_frames(design) if design.plates.model != "none" else ()
     sizes = extruded_sizes(design, zone.half_width)
     plan = count_section(design, zone.half_width, sizes, frames, inner_of(design, zone))
-    heights = _heights(case, plan.least_size)
+    heights = _heights(case)
     layers = (len(heights) - 1) * (1 if case.symmetric or not mirrors_in_z(design) else 2)
     deep = zone.half_depth if zone.half_depth is not None else np.inf
     planes = int((np.abs(heights) <= deep + 1e-9).sum())
@@ -291,8 +290,8 @@ def _extruded(case: Case, zone: Zone) -> Counts:
     dofs = _equations(design, 3, corners, nodes, held)
     return Counts(
         dimension=3,
-        mesher="extrude",
-        elements=3.0 * plan.triangles * layers,
+        mesher="sweep",
+        elements=plan.triangles * layers,
         dofs=dofs - (flat if case.symmetric else 0.0),
         contact_nodes=(plan.contact_edges + 1.0) * planes,
         layers=layers,
@@ -300,17 +299,15 @@ def _extruded(case: Case, zone: Zone) -> Counts:
     )
 
 
-def _heights(case: Case, least_size: float) -> Array:
-    """Layer borders of the extruded model, mm: from z = 0 where the finger mirrors there."""
+def _heights(case: Case) -> Array:
+    """Layer borders of the swept model, mm: from z = 0 where the finger mirrors there."""
     design = case.design
-    # The flattest triangles of a section are about half as high as regular ones of the least size.
-    flattest = least_size * np.array([[0.0, 0.0], [1.0, 0.0], [0.5, 0.4]])
     frames = plate_frames(design) if design.plates.model != "none" else ()
     ends = [end for frame in frames for end in (frame.low, frame.high)]
     core = design.body.core
     if core is not None and core.depth_mm is not None:
         ends += [-0.5 * core.depth_mm, 0.5 * core.depth_mm]
-    return layer_borders(design, np.array(ends), flattest, np.array([[0, 1, 2]]))[0]
+    return layer_borders(design, np.array(ends))
 
 
 def _space(case: Case, zone: Zone) -> Counts:

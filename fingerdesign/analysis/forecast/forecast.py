@@ -168,7 +168,7 @@ def _mesh_seconds(counts: Counts, case: Case) -> float:
         return 0.3 + 5e-6 * counts.elements
     if counts.mesher == "netgen":
         return 0.1 + 52e-6 * counts.elements
-    if counts.mesher == "extrude":
+    if counts.mesher == "sweep":
         return 0.15 + 10e-6 * counts.elements
     revolved = 1.35 if case.design.body.kind.turned else 1.0
     return 0.13 * revolved * math.sqrt(counts.elements)

@@ -11,7 +11,8 @@ from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Gages
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.gaps import below_middle
-from fingerdesign.mesh.types import Mesh
+from fingerdesign.mesh.cells import PRISM
+from fingerdesign.mesh.types import Mesh, in_tetrahedra
 from fingerdesign.records.arrays import OPEN, ContactHistory
 
 # mm: gages and contact are drawn so far above their faces; on them, both surfaces would flicker.
@@ -65,7 +66,9 @@ class Surface:
 
 
 def surface_of(mesh: Mesh, depth: float, chosen: BoolArray | None = None) -> Surface:
-    """The surface of the mesh's chosen cells, by their corner nodes."""
+    """The surface of the mesh's chosen cells, by their corner nodes; squares are cut in two."""
+    if mesh.kind is PRISM:
+        chosen, mesh = None if chosen is None else chosen.repeat(3), in_tetrahedra(mesh)
     facets = skin(mesh, mesh.corners if chosen is None else mesh.corners[chosen])
     nodes, own = np.unique(facets, return_inverse=True)
     own, flat = own.reshape(facets.shape), mesh.points[nodes]

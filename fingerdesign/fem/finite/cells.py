@@ -1,4 +1,4 @@
-"""Forces and stiffness of quadratic simplices at finite strain, in a few large products.
+"""Forces and stiffness of quadratic cells at finite strain, in a few large products.
 
 Where the law has its own pressure p (mixed, "perturbed Lagrangian": p = -lame ln J holds in the
 mean), the body makes stationary
@@ -28,15 +28,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.fem.elements import physical_gradients, quadrature, tabulate
+from fingerdesign.fem.elements import physical_gradients, quadrature, strain_order, tabulate
 from fingerdesign.fem.finite.law import (
     Deformation,
     deformation,
     second_piola,
     second_piola_change,
 )
-
-_ORDER = 2  # The order of the quadrature, as in the small-strain model.
+from fingerdesign.mesh.cells import kind_of
 
 
 @dataclass(frozen=True)
@@ -146,13 +145,13 @@ def group(
     pressures: IntArray | None = None,
     scale: float = 1.0,
 ) -> Group:
-    """The group of ``cells`` (c, 6 or 10) with Lame's parameters (c,), MPa.
+    """The group of ``cells`` (c, nodes) with Lame's parameters (c,), MPa.
 
     pressures (c, corners): numbers of their pressure unknowns, each ``scale`` MPa a unit; None:
     none. Raises ValueError where a cell is inverted at rest.
     """
-    dimension = points.shape[1]
-    gradients, weights = physical_gradients(points, cells, _ORDER)
+    dimension, kind = points.shape[1], kind_of(cells)
+    gradients, weights = physical_gradients(points, cells, strain_order(kind))
     weights = thickness * weights
     dofs = (cells[:, :, None] * dimension + np.arange(dimension)).reshape(len(cells), -1)
     pull = np.einsum(
@@ -161,7 +160,7 @@ def group(
     linear = np.empty((0, weights.shape[1]))
     squeeze = np.empty((len(cells), 0, 0))
     if pressures is not None:
-        table = tabulate(dimension, *quadrature(dimension, _ORDER), degree=1)
+        table = tabulate(kind, *quadrature(kind, strain_order(kind)), degree=1)
         linear = scale * table.value
         dofs = np.concatenate([dofs, pressures], axis=1)
         squeeze = np.einsum(

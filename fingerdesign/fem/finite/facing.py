@@ -19,6 +19,7 @@ from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.finite.body import FiniteBody, Linearised
 from fingerdesign.fem.trace import TRACE_ORDER
+from fingerdesign.mesh.cells import facet_kind
 from fingerdesign.shapes.objects import Indenter
 
 
@@ -76,7 +77,8 @@ def facing(body: FiniteBody, rigid: Indenter, friction_coefficient: float) -> Fa
     """The finger facing ``rigid``, which is placed at its first contact with the finger at rest."""
     mesh, facets = body.system.body.mesh, body.system.body.contact
     dim = mesh.dimension
-    table = tabulate(dim - 1, quadrature(dim - 1, TRACE_ORDER)[0])
+    kind = facet_kind(facets)
+    table = tabulate(kind, quadrature(kind, TRACE_ORDER)[0])
     count = table.value.shape[1]
     row = np.arange(len(facets) * count).reshape(len(facets), count)
     value = np.broadcast_to(table.value, (len(facets), *table.value.shape))

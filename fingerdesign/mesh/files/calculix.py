@@ -2,7 +2,7 @@
 
 A deck takes one in with ``*INCLUDE, INPUT=mesh.inp``: an ELSET for each region and "eall" for all,
 an NSET (with mid-nodes) and an element-face SURFACE for each named boundary, each under the name
-that it has here. Node and element numbers are ours plus one.
+that it has here. Node and element numbers are ours plus one; prisms are cut into tetrahedra.
 """
 
 from pathlib import Path
@@ -11,7 +11,7 @@ import numpy as np
 
 from fingerdesign.arrays import IntArray
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.types import Mesh
+from fingerdesign.mesh.types import Mesh, in_tetrahedra
 
 # Corners of the faces S1, S2, ... by dimension (CalculiX 2.20 manual, 6.2.6 and 6.2.15); mid-nodes
 # are in VTK's order.
@@ -24,6 +24,7 @@ _ROW = 12  # numbers a line; CalculiX reads 16
 
 def write_calculix(mesh: Mesh, path: Path) -> None:
     """Write a mesh as an input file to include. OSError where it cannot be written."""
+    mesh = in_tetrahedra(mesh)  # CalculiX has no prism of 18 nodes
     kind = "C3D10" if mesh.dimension == 3 else "CPE6"
     with path.open("w", encoding="ascii") as file:
         half = "; the half z >= 0 of a finger that mirrors in z = 0" if mesh.symmetric else ""

@@ -17,7 +17,18 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import IntArray
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.cells import TETRA, TRIANGLE, CellKind
+from fingerdesign.mesh.cells import (
+    FACETS,
+    LINE,
+    PRISM,
+    SQUARE,
+    TETRA,
+    TRIANGLE,
+    CellKind,
+    facet_kind,
+    tetrahedra_of,
+    triangles_of,
+)
 from fingerdesign.mesh.files.calculix import write_calculix
 from fingerdesign.mesh.files.calculix_read import read_calculix
 from fingerdesign.mesh.files.named import NamedMesh, facet_name, facet_number
@@ -42,34 +53,30 @@ def to_meshio(mesh: Mesh, gmsh: bool = False) -> Any:
     points[:, : mesh.dimension] = mesh.points
     number_of = {name: facet_number(name) for name in mesh.facets}
     names = sorted(number_of, key=lambda name: number_of[name])
-    rows = [mesh.facets[name] for name in names]
-    numbers = [np.full(len(mesh.facets[name]), number_of[name]) for name in names]
-    facets = np.vstack(rows) if rows else np.zeros((0, kind.facet.nodes), dtype=int)
-    facet = np.concatenate([np.zeros(0, dtype=np.int64), *numbers]).astype(np.int64)
-    cells = [(kind.quadratic, mesh.cells)] + (
-        [(kind.facet.quadratic, facets)] if len(facets) else []
-    )
-    nothing = np.zeros(len(facets), dtype=np.int64)
+    cells, facet = [(kind.quadratic, mesh.cells)], list[IntArray]()
+    for each in FACETS.values():
+        own = [name for name in names if facet_kind(mesh.facets[name]) is each]
+        rows = np.vstack([np.zeros((0, each.nodes), int), *(mesh.facets[name] for name in own)])
+        if len(rows):
+            cells.append((each.quadratic, rows))
+            counts = [len(mesh.facets[name]) for name in own]
+            facet.append(np.repeat([number_of[name] for name in own], counts))
+    nothing = [np.zeros(len(rows), dtype=np.int64) for rows in facet]
     groups: dict[str, IntArray] = {}
     if gmsh:
-        physical = [FIRST_REGION_GROUP + mesh.regions, facet]
+        physical = [FIRST_REGION_GROUP + mesh.regions, *facet]
         data = {"gmsh:physical": physical, "gmsh:geometrical": physical}
         groups = {name: np.array([number_of[name], dimension - 1]) for name in names}
         for number in np.unique(mesh.regions).tolist():
             groups[mesh.region_name(number)] = np.array([FIRST_REGION_GROUP + number, dimension])
     else:
         data = {
-            "region": [mesh.regions, nothing],
-            "facet": [np.zeros(len(mesh.cells), dtype=np.int64), facet],
+            "region": [mesh.regions, *nothing],
+            "facet": [np.zeros(len(mesh.cells), dtype=np.int64), *facet],
         }
         for number, name in mesh.region_names.items():
-            data[name] = [(mesh.regions == number).astype(np.int64), nothing]
-    return meshio.Mesh(
-        points,
-        cells,
-        cell_data={name: parts[: len(cells)] for name, parts in data.items()},
-        field_data=groups,
-    )
+            data[name] = [(mesh.regions == number).astype(np.int64), *nothing]
+    return meshio.Mesh(points, cells, cell_data=data, field_data=groups)
 
 
 def write_mesh(mesh: Mesh, path: Path | str) -> Path:
@@ -102,7 +109,8 @@ def _write_meshio(mesh: Mesh, path: Path) -> None:
 def read_named(path: Path | str) -> NamedMesh:
     """Read the triangles or tetrahedra of any file, linear or quadratic, with their names.
 
-    MeshError names what cannot be read: no such cells, of two orders, hexahedra among them.
+    Quadratic prisms are cut into tetrahedra. MeshError names what cannot be read: no such cells, of
+    two orders, hexahedra among them.
     """
     path = Path(path)
     if path.suffix == ".inp":
@@ -111,16 +119,19 @@ def read_named(path: Path | str) -> NamedMesh:
         except OSError as error:
             raise MeshError(f"{path} could not be read: {error}") from error
     found = _read_meshio(path)
-    kind, cell_type, facet_type = _types(path, {block.type for block in found.cells})
+    kind, cell_type, facet_types = _types(path, {block.type for block in found.cells})
     cells, names = list[IntArray](), list[Any]()
     facets: dict[str, list[IntArray]] = {}
     for number, block in enumerate(found.cells):
         rows = np.asarray(block.data, dtype=np.int64)
         if block.type == cell_type and len(rows):
-            cells.append(rows)
-            names.append(_names(found, number, kind.dimension, _region_names))
-        elif block.type == facet_type and len(rows):
+            own = _names(found, number, kind.dimension, _region_names)
+            cells.append(tetrahedra_of(rows) if kind is PRISM else rows)
+            names.append(np.repeat(own, len(cells[-1]) // len(rows)))
+        elif block.type in facet_types and len(rows):
             own = _names(found, number, kind.dimension - 1, _facet_names)
+            if block.type == SQUARE.quadratic:
+                rows, own = triangles_of(rows), np.repeat(own, 2)
             for name in np.unique(own[own != ""]).tolist():
                 facets.setdefault(name, []).append(rows[own == name, : kind.dimension])
     if not cells:
@@ -147,20 +158,22 @@ def _read_meshio(path: Path) -> Any:
         raise MeshError(f"meshio could not read {path}: {why}") from error
 
 
-def _types(path: Path, names: set[str]) -> tuple[CellKind, str, str]:
+def _types(path: Path, names: set[str]) -> tuple[CellKind, str, tuple[str, ...]]:
     """The kind of cells to read, the highest in the file, and meshio's types of cells and facets,
     of one order."""
     other = sorted(name for name in names if name.startswith(("hexa", "wedge", "pyramid")))
+    if other == [PRISM.quadratic] and not any(name.startswith("tetra") for name in names):
+        return PRISM, PRISM.quadratic, (TRIANGLE.quadratic, SQUARE.quadratic)
     if other:
         raise MeshError(f"{path} holds {', '.join(other)}: only tetrahedra can be read")
-    for kind in (TETRA, TRIANGLE):
+    for kind, facet in ((TETRA, TRIANGLE), (TRIANGLE, LINE)):
         if {kind.quadratic, kind.linear} <= names:
             orders = f"{kind.linear} and {kind.quadratic}"
             raise MeshError(f"{path} holds {orders}: cells must be of one order")
         if kind.quadratic in names:
-            return kind, kind.quadratic, kind.facet.quadratic
+            return kind, kind.quadratic, (facet.quadratic,)
         if kind.linear in names:
-            return kind, kind.linear, kind.facet.linear
+            return kind, kind.linear, (facet.linear,)
     raise MeshError(
         f"{path} holds no quadratic cells (tetra10 or triangle6) nor linear ones, but "
         f"{sorted(names)}"

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.sheets import FACES
+from fingerdesign.mesh.sheets import CAP, FACES
 
 StringArray = NDArray[np.str_]
 
 FACET_NUMBERS = {"base": 1, "contact": 2, "side": 3, "end": 4, "symmetry": 5}
-FIRST_SLOT, LAST_SLOT = 1000, 4000
+FIRST_SLOT, FIRST_CAP, LAST_CAP = 1000, 4000, 5000
 
 
 @dataclass(frozen=True)
@@ -49,16 +49,22 @@ def facet_number(name: str) -> int:
     """The number of a boundary's name in files that hold no names."""
     if name in FACET_NUMBERS:
         return FACET_NUMBERS[name]
-    slot = re.fullmatch(rf"plate_([0-9]+)_({'|'.join(FACES)})", name)
-    number = FIRST_SLOT + 3 * int(slot[1]) + FACES.index(slot[2]) if slot else LAST_SLOT
-    if number >= LAST_SLOT:
+    slot = re.fullmatch(rf"plate_([0-9]+)_({'|'.join((*FACES, CAP))})", name)
+    number, last = LAST_CAP, LAST_CAP
+    if slot and slot[2] == CAP:
+        number = FIRST_CAP + int(slot[1])
+    elif slot:
+        number, last = FIRST_SLOT + 3 * int(slot[1]) + FACES.index(slot[2]), FIRST_CAP
+    if number >= last:
         raise MeshError(f"facet name '{name}' has no number: not in FACET_NUMBERS, no slot's face")
     return number
 
 
 def facet_name(number: int) -> str:
     """The name of a facet number; "" for none."""
-    if FIRST_SLOT <= number < LAST_SLOT:
+    if FIRST_CAP <= number < LAST_CAP:
+        return f"plate_{number - FIRST_CAP}_end"
+    if FIRST_SLOT <= number < FIRST_CAP:
         plate, face = divmod(number - FIRST_SLOT, 3)
         return f"plate_{plate}_{FACES[face]}"
     return next((name for name, known in FACET_NUMBERS.items() if known == number), "")

@@ -15,7 +15,7 @@ from fingerdesign.errors import Fault, MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.surface import surface_of
-from fingerdesign.mesh.cells import boundary_facets, quadratic
+from fingerdesign.mesh.cells import boundary_facets, outer_facets, quadratic
 from fingerdesign.mesh.measures import cell_volumes, oriented
 from fingerdesign.mesh.section.mirror import half_of, mirrored, partners, to_draw
 from fingerdesign.mesh.section.netgen import triangulated
@@ -44,12 +44,10 @@ def bend_faces(
 
 def _lateral_nodes(points: Array, cells: IntArray) -> IntArray:
     """Nodes on the surface of some cells, but of its parts of constant z: where a plate ends."""
-    dimension = points.shape[1]
-    facets = boundary_facets(cells)
-    if dimension == 3:
-        z = points[facets[:, :3], 2]
-        facets = facets[np.ptp(z, axis=1) > 1e-9]
-    return np.unique(facets)
+    kinds = outer_facets(cells)
+    if points.shape[1] == 3:
+        kinds = [facets[np.ptp(points[facets, 2], axis=1) > 1e-9] for facets in kinds]
+    return np.unique(np.concatenate([facets.ravel() for facets in kinds]))
 
 
 def mesh_section(
