@@ -37,7 +37,7 @@ def not_a_sheet(frame: PlateFrame, half: bool = False) -> str | None:
 
 
 def layered(design: Design) -> bool:
-    """True if one section, swept through layers, is the finger (mesher "extrude")."""
+    """True if one section, swept through layers, is the finger (mesher "sweep")."""
     return not_layered(design) is None
 
 

@@ -103,10 +103,10 @@ def test_what_a_section_cannot_show_and_sheets_without_room_are_refused():
     assert [fault.key for fault in caught.value.faults] == ["plates.along"]
     flat = {"shape": "block"}
     for fidelity in ("plane-strain", "3d"):
-        close = design_of(body=flat, plates=plates, mesh={"mesher": "extrude"})
+        close = design_of(body=flat, plates=plates, mesh={"mesher": "sweep"})
         with pytest.raises(DesignError, match=r"plates\.model = sheet.*plate 0 has 0\.05 mm"):
             refuse(Case(close, SCENE, fidelity), SCENE)
-        apart = design_of(body=flat, plates=plates | {"pitch_mm": 2.5}, mesh={"mesher": "extrude"})
+        apart = design_of(body=flat, plates=plates | {"pitch_mm": 2.5}, mesh={"mesher": "sweep"})
         refuse(Case(apart, SCENE, fidelity), SCENE)
 
 

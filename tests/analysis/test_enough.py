@@ -11,7 +11,7 @@ DESIGN = parse_design(
     """
     design.name = "coarse"
     plates.count = 0
-    mesh.mesher = "extrude"
+    mesh.mesher = "sweep"
     mesh.layers = 2
     mesh.contact_size_mm = 1.0
     mesh.section.contact_size_mm = 0.3

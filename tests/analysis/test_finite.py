@@ -19,7 +19,7 @@ from fingerdesign.pipeline import analyse, run
 from tests.fem.test_finite_path import FINGER
 
 COARSE = {
-    "mesh.mesher": "extrude",
+    "mesh.mesher": "sweep",
     "mesh.section.contact_size_mm": 0.3,
     "mesh.section.plate_size_mm": 0.6,
     "mesh.section.plate_end_size_mm": 0.2,

@@ -123,7 +123,7 @@ def test_sizes_follow_the_scene():
     wide = parse_design('design.name = "w"\nplates.count = 0\nbody.depth_mm = 60.0')
     assert layers(wide, 1.0) > layers(DESIGN, 1.0) >= 2
     assert [rung(PLATED, SCENE, "3-D", s).plates for s in SPACE_SCALES[:2]] == ["sheet", None]
-    assert rung(PLATED, SCENE, "3-D", 1.0).mesher == "extrude"
+    assert rung(PLATED, SCENE, "3-D", 1.0).mesher == "sweep"
 
 
 def test_parts_that_end_at_nearly_one_height_are_not_swept_through_layers():
@@ -137,13 +137,13 @@ def test_parts_that_end_at_nearly_one_height_are_not_swept_through_layers():
     far = parse_design(keys.format(4.0))
     assert can_extrude(far)
     auto = [with_values(each, {"mesh.mesher": "auto"}) for each in (near, far)]
-    assert [mesher_name(each) for each in auto] == ["tetwild", "extrude"]
+    assert [mesher_name(each) for each in auto] == ["tetwild", "sweep"]
     counts = [
         count_model(Case(each, SCENE), Zone(2.0))
-        for each in (auto[1], with_values(far, {"mesh.mesher": "extrude"}))
+        for each in (auto[1], with_values(far, {"mesh.mesher": "sweep"}))
     ]
     assert counts[0] == counts[1]
-    assert mesh_finger(auto[1], Zone(2.0)).mesher == "extrude"
+    assert mesh_finger(auto[1], Zone(2.0)).mesher == "sweep"
     assert rung(near, SCENE, "3-D", 1.0).mesher == near.mesh.mesher
 
 

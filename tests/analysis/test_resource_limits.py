@@ -28,7 +28,7 @@ from fingerdesign.runtime import machine
 from fingerdesign.runtime.machine import Machine
 
 MACHINE = Machine(60.0, 110.0, 2)
-SWEPT = {"mesh.mesher": "extrude"}
+SWEPT = {"mesh.mesher": "sweep"}
 COARSE = SWEPT | {"mesh.contact_size_mm": 0.6, "mesh.plate_size_mm": 0.8, "mesh.layers": 3}
 
 

@@ -18,7 +18,7 @@ from fingerdesign.pipeline import analyse_into
 COARSE = {
     "mesh.section.contact_size_mm": 0.1,
     "mesh.section.far_size_mm": 1.5,
-    "mesh.mesher": "extrude",
+    "mesh.mesher": "sweep",
     "mesh.contact_size_mm": 0.7,
     "mesh.far_size_mm": 3.0,
     "mesh.layers": 3,

@@ -15,7 +15,7 @@ body.base_height_mm = 5.0
 body.depth_mm = 6.0
 plates.count = 1
 plates.thickness_mm = 0.3
-mesh.mesher = "extrude"
+mesh.mesher = "sweep"
 mesh.layers = 2
 mesh.contact_size_mm = 1.0
 mesh.plate_size_mm = 1.0
@@ -102,7 +102,7 @@ def test_a_mesh_made_elsewhere_is_read_next_to_its_design(design, tmp_path, in_t
     terminal("mesh", design, "--out", out, *options)
     assert not (out / "quality.png").exists()
     own = out / "again.toml"
-    own.write_text(DESIGN.replace('"extrude"', '"file"\nmesh.file = "mesh.inp"'))
+    own.write_text(DESIGN.replace('"sweep"', '"file"\nmesh.file = "mesh.inp"'))
     report = json.loads(
         terminal("mesh", own, "--out", tmp_path / "again", *options[:2], "--json").out
     )
@@ -119,7 +119,7 @@ def test_a_mesh_of_another_design_fails_and_says_why(design, tmp_path, terminal)
     terminal(
         "mesh", design, "--out", out, "--no-picture", "--format", "msh", "--scene", "fundamental"
     )
-    text = DESIGN.replace('"extrude"', '"file"\nmesh.file = "out/mesh.msh"')
+    text = DESIGN.replace('"sweep"', '"file"\nmesh.file = "out/mesh.msh"')
     design.write_text(text.replace("plates.count = 1", "plates.count = 2\nplates.pitch_mm = 3.0"))
     refused = terminal("mesh", design, "--out", out, code=1).err
     assert "lacks plate_1 (found: elastomer, plate_0)" in refused

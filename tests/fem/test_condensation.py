@@ -225,7 +225,7 @@ def test_an_analysis_without_mkl_gives_the_same(fidelity, changes, monkeypatch, 
     pytest.importorskip("pypardiso")
     sizes = {"contact_size_mm": 0.3, "plate_size_mm": 0.4, "plate_end_size_mm": 0.2}
     changes |= {f"mesh.section.{key}": size for key, size in sizes.items()}
-    changes |= {"mesh.mesher": "extrude", "mesh.plate_size_mm": 2.0, "plates.count": 3}
+    changes |= {"mesh.mesher": "sweep", "mesh.plate_size_mm": 2.0, "plates.count": 3}
     found = []
     for mkl in (True, False):
         monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / str(mkl)))  # none is kept

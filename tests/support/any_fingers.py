@@ -101,7 +101,7 @@ def _coarse(width: float, thickness: float) -> dict[str, Any]:
         "far_size_mm": width / 6.0,
     }
     return {
-        "mesher": "extrude",
+        "mesher": "sweep",
         "layers": 2,
         "contact_size_mm": width / 20.0,
         "plate_size_mm": 1.5,

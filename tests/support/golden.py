@@ -45,7 +45,7 @@ depth_mm = 8.0
 count = {count}
 material = "polyimide"
 [mesh]
-mesher = "extrude"
+mesher = "sweep"
 contact_size_mm = 0.7
 plate_size_mm = 0.7
 far_size_mm = 3.0
@@ -103,9 +103,7 @@ ROWS = [
 INPUTS = {  # written into the folder of every case
     "finger.toml": FINGER.format(name="finger", shape="arc", count=7),
     "bare.toml": FINGER.format(name="bare", shape="arc", count=0),
-    "tetwild.toml": FINGER.format(name="tetwild", shape="arc", count=3).replace(
-        "extrude", "tetwild"
-    ),
+    "tetwild.toml": FINGER.format(name="tetwild", shape="arc", count=3).replace("sweep", "tetwild"),
     "few.toml": STUDY,
     "scene.toml": SCENE,
     "trace.csv": "\n".join([TRACE, *ROWS, ""]),

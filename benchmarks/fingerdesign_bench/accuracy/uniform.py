@@ -11,6 +11,7 @@ from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.fem.body import CondensedBody, condense_body
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.system import Body
+from fingerdesign.mesh.cells import LINE
 from fingerdesign.mesh.types import Mesh
 from fingerdesign_bench.accuracy.block import near
 
@@ -51,7 +52,7 @@ def nearest(mesh: Mesh, place: Sequence[float] | Array) -> int:
 def face_loads(mesh: Mesh, face: str, traction: Sequence[float]) -> Array:
     """Consistent nodal forces (n, 2) N of a constant ``traction`` (2,) MPa on a section's face."""
     facets = mesh.facets[face]
-    table = tabulate(1, *quadrature(1, 4))
+    table = tabulate(LINE, *quadrature(LINE, 4))
     tangents = np.einsum("fna,nbq->fqab", mesh.points[facets], table.gradient)
     stretch = np.linalg.norm(tangents[..., 0], axis=2)
     share = np.einsum("nq,fq,q->fn", table.value, stretch, table.weights)

@@ -29,13 +29,13 @@ _FOOT = (
     "One process an analysis, from the design to the report, mesh cache empty. Time: for the "
     "machine's speed as measured before and after each. Lines: equal, and a factor of 2."
 )
-_MESHED = {"netgen": "plane strain", "extrude": "3-D, extruded"}  # by the mesher
+_MESHED = {"netgen": "plane strain", "sweep": "3-D, extruded"}  # by the mesher
 LINES = "forecast.jsonl"
 # A forecast within a factor of 2 tells minutes from hours.
 TARGET = 2.0
 TIME_LIMIT_S = 1800.0
 QUANTITIES = ("dofs", "memory_MB", "time_s")
-_SWEPT: dict[str, object] = {"mesh.mesher": "extrude"}
+_SWEPT: dict[str, object] = {"mesh.mesher": "sweep"}
 _FINE: dict[str, object] = {
     "mesh.section.contact_size_mm": 0.025,
     "mesh.section.plate_size_mm": 0.025,

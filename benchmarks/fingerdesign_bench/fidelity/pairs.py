@@ -91,7 +91,7 @@ gages.face = "{rng.choice(["both", "upper", "lower"])}"
 gages.length_mm = 0.8
 gages.width_mm = 1.0
 materials.silicone.poissons_ratio = {rng.uniform(0.45, 0.495):.4f}
-mesh.mesher = "extrude"
+mesh.mesher = "sweep"
 """
     if count == 0:
         lines = (line for line in text.splitlines() if not line.startswith(("plates.", "gages.")))

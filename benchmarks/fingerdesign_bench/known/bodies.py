@@ -59,7 +59,7 @@ design.name = "two-codes"
 body.depth_mm = {depth}
 plates.count = 0
 materials.silicone.poissons_ratio = 0.3
-mesh.mesher = "extrude"
+mesh.mesher = "sweep"
 """
 # Its gage is short enough to read the strain at the centre.
 ONE_PLATE = """

@@ -130,7 +130,7 @@ def points_of(study: StudyFile, quick: bool = False) -> Iterator[Point]:
 def _base(study: StudyFile) -> Design:
     from fingerdesign.checks.load import load_design, with_values
 
-    name = {"design.name": study.study.name, "mesh.element": "mixed", "mesh.mesher": "extrude"}
+    name = {"design.name": study.study.name, "mesh.element": "mixed", "mesh.mesher": "sweep"}
     return with_values(load_design(study.study.base), name | study.fixed)
 
 

@@ -96,7 +96,7 @@ def models_of(point: Point) -> tuple[Model, Model]:
     sizes = Sizes(*edges, mesh.gradation)
     return (
         Model("plane strain", sizes, element="mixed"),
-        Model("3-D", sizes, layers=point.layers, mesher="extrude", element="mixed"),
+        Model("3-D", sizes, layers=point.layers, mesher="sweep", element="mixed"),
     )
 
 

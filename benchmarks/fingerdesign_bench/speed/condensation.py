@@ -23,7 +23,7 @@ LARGE = """
 design.name = "large"
 plates.count = 0
 [mesh]
-mesher = "extrude"
+mesher = "sweep"
 contact_size_mm = 0.17
 far_size_mm = 0.85
 layers = 14
@@ -116,7 +116,7 @@ def condensation_checks() -> list[Check]:
     from fingerdesign.mesh.section.section import mesh_section
 
     design = load_design("maeno2000")
-    coarse = with_values(design, {"mesh.mesher": "extrude", "mesh.layers": 6})
+    coarse = with_values(design, {"mesh.mesher": "sweep", "mesh.layers": 6})
     return [
         *exactness_checks(design, mesh_section(design, 3.0), 3.0, "plane strain"),
         *exactness_checks(coarse, extrude(coarse, Zone(3.0)), 3.0, "3-D"),

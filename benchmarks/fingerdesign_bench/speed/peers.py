@@ -45,7 +45,7 @@ _LONG_PATH = 200  # increments
 MESHES: dict[str, dict[str, Any]] = {
     "plane-strain": {"mesh.section.contact_size_mm": 0.2, "mesh.section.plate_size_mm": 0.3},
     "3d": {
-        "mesh.mesher": "extrude",
+        "mesh.mesher": "sweep",
         "mesh.layers": 2,
         "mesh.section.contact_size_mm": 0.5,
         "mesh.section.plate_size_mm": 1.0,

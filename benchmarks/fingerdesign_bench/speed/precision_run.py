@@ -142,7 +142,7 @@ def sized(method: Method, size_mm: float) -> Design:
         }
     else:
         values |= {
-            "mesh.mesher": "extrude" if method.kind == "extruded" else "tetwild",
+            "mesh.mesher": "sweep" if method.kind == "extruded" else "tetwild",
             "mesh.contact_size_mm": size_mm,
             "mesh.plate_size_mm": size_mm,
             "mesh.far_size_mm": 3.5 * size_mm,

@@ -22,7 +22,7 @@ plates.count = 0
 body.depth_mm = {depth}
 materials.silicone.poissons_ratio = 0.49
 [mesh]
-mesher = "extrude"
+mesher = "sweep"
 contact_size_mm = {contact}
 far_size_mm = {far}
 layers = {layers}
@@ -31,7 +31,7 @@ contact_size_mm = {contact}
 far_size_mm = {far}
 """
 STEPS = 200  # of a grip
-GRIP_SPACE = {"mesh.mesher": "extrude", "mesh.contact_size_mm": 0.4, "mesh.layers": 6}
+GRIP_SPACE = {"mesh.mesher": "sweep", "mesh.contact_size_mm": 0.4, "mesh.layers": 6}
 
 
 def timed_path(case: dict[str, Any]) -> dict[str, Any]:

@@ -39,7 +39,7 @@ materials.stiff.poissons_ratio = 0.3
 # Nearly flat: touched over its whole width, its edges are stress singularities.
 _FLAT = "body.width_mm = 6.0\nbody.base_height_mm = 4.0\nbody.arc_radius_mm = 1e4\n"
 _SOLID = """
-mesh.mesher = "extrude"
+mesh.mesher = "sweep"
 mesh.contact_size_mm = 0.5
 mesh.far_size_mm = 3.0
 mesh.layers = 4

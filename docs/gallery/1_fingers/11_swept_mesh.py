@@ -16,7 +16,7 @@ from fingerdesign.design.scene import SceneObject
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.mesh.make import mesh_finger
 
-coarse = {"mesh.mesher": "extrude", "mesh.contact_size_mm": 0.8, "mesh.layers": 3}
+coarse = {"mesh.mesher": "sweep", "mesh.contact_size_mm": 0.8, "mesh.layers": 3}
 design = with_values(load_design("maeno2000"), coarse)
 mesh = mesh_finger(design, candidate_zone(design, SceneObject(), 0.1), symmetric=False)
 

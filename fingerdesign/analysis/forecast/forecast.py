@@ -86,7 +86,7 @@ def impossible(case: Case, scene: Scene) -> list[Fault]:
     if case.fidelity == "auto":
         faults += tolerance_faults(case.tolerance)
         if case.design.mesh.mesher == "file":
-            bound = "'tetwild' or 'extrude' for --fidelity auto, which makes meshes of its own"
+            bound = "'tetwild' or 'sweep' for --fidelity auto, which makes meshes of its own"
             faults.append(Fault("mesh.mesher", "file", bound, "take --fidelity 3d"))
         faults += [] if can_extrude(case.design) else _space_faults(case, scene)
     return faults
@@ -96,7 +96,7 @@ def _section_faults(design: Design) -> list[Fault]:
     """Faults that one section cannot show, and a mesh's file that would not be read."""
     faults = plane_strain_faults(design) or sheet_room_faults(design)
     if design.mesh.mesher == "file":
-        bound = "'tetwild' or 'extrude' for --fidelity plane-strain, which reads no mesh.file"
+        bound = "'tetwild' or 'sweep' for --fidelity plane-strain, which reads no mesh.file"
         faults = [*faults, Fault("mesh.mesher", "file", bound, "take --fidelity 3d")]
     return faults
 
