@@ -57,7 +57,7 @@ class MeshOptions(Table):
         example=4,
     )
     layer_growth: float = bounded(
-        1.0, 0.5, 2, "a layer's height over the next one's toward the end; < 1: thinnest at z = 0"
+        1.15, 0.5, 2, "a layer's height over the next one's toward the end; < 1: thinnest at z = 0"
     )
     time_limit_s: float = bounded(120.0, 1, 36_000, "for one attempt of the mesher")
     attempts: int = bounded(4, 1, 20, "before the mesher gives up")

@@ -245,11 +245,11 @@ def test_keys_that_came_later_leave_digests_as_they_were():
 
 
 BEFORE_MOLDS = {
-    "boned": "b21982c97416114a1a39568aee8e72f39817d5ff7d525a070005377e444fb160",
-    "both_ways": "aaf04e0b3d328324dd1656d2522002e8fe3099ae59c3bb44ea7367220fd988da",
-    "domed": "26655120292370a534f62c9116eb16bb22afc803683a1fe961b507defccb8630",
-    "maeno2000": "67933ef65ad1cf3b5737fba98bda9080740a01aefaeee776ccea95d4a8a38895",
-    "sensitive": "6198ee38d986eff82eda295edc3bc3b140c59e0834150463e10cdb633075b336",
+    "boned": "846e716a7173780e2bb6fc6b9dc8b0a2d25a1d3507aefe81a9f15b5f8b41808e",
+    "both_ways": "f71af5e435be2e70935603ecc9c2fcb9c09f7a86e3ec0d44aac6e62add53fe7e",
+    "domed": "4e3955bf9e15822e822429e639449bd348c4713dc92617dabab5d06ed4b485f6",
+    "maeno2000": "7aa1683a43b9b915d8fe1a3cda1523bdb13b4bb21f78900336f0c78836a9b7a2",
+    "sensitive": "952906ba2fbb02afcb1b5d4c4dde7af5d0fc10cadbcb06e6c9a0b025a30a5c02",
 }
 
 

@@ -20,6 +20,7 @@ from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.quality_text import quality_text
 from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.types import in_tetrahedra
 from fingerdesign.pipeline import analyse
 
 DESIGN = """
@@ -40,7 +41,7 @@ Write = Callable[..., Design]
 
 @pytest.fixture(scope="module")
 def made():
-    return extrude(parse_design(DESIGN), Zone(3.0))
+    return in_tetrahedra(extrude(parse_design(DESIGN), Zone(3.0)))
 
 
 def linear(mesh, path, regions, facets):
@@ -116,7 +117,7 @@ def test_nodes_near_the_designs_faces_are_put_on_them_and_far_ones_stay(made, tm
 
 def test_slots_of_sheets_come_back_and_must_have_names(tmp_path):
     sheets = parse_design(DESIGN + 'plates.model = "sheet"\n')
-    made = extrude(sheets, Zone(3.0))
+    made = in_tetrahedra(extrude(sheets, Zone(3.0)))
     own = with_values(
         sheets, {"mesh.mesher": "file", "mesh.file": str(write_mesh(made, tmp_path / "m.msh"))}
     )
@@ -146,7 +147,7 @@ def test_half_and_whole(made, tmp_path):
     half = of_file(write_mesh(made, tmp_path / "half.msh"))
     with pytest.raises(MeshError, match="holds the half z >= 0"):
         imported_mesh(half, symmetric=False)
-    both = extrude(parse_design(DESIGN), Zone(3.0), symmetric=False)
+    both = in_tetrahedra(extrude(parse_design(DESIGN), Zone(3.0), symmetric=False))
     mesh = imported_mesh(of_file(write_mesh(both, tmp_path / "whole.msh")), symmetric=True)
     assert not mesh.symmetric
     assert "symmetry" not in mesh.facets

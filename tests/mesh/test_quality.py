@@ -136,7 +136,7 @@ def test_holes_missing_facets_and_turned_cells_are_found(cored):
     least = [row["min_dihedral_deg"] for row in report.worst]
     assert least == sorted(least)
     assert least[0] == report.min_dihedral_deg
-    assert sum(report.dihedral_histogram["counts"]) == 6 * report.elements
+    assert sum(report.dihedral_histogram["counts"]) == 9 * report.elements
 
 
 @pytest.mark.parametrize("name", ["base", "contact", "side", "end", "symmetry"])

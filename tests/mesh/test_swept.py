@@ -165,7 +165,7 @@ def test_layers_grow_toward_or_away_from_the_free_end():
     # A plate as long as the body needs no border, and changes no layer.
     full = extrude(with_values(DESIGN, {"plates.span_mm": 6.0, "mesh.layers": 3}), Zone(2.0))
     heights = np.unique(np.round(full.points[np.unique(full.corners), 2], 9))
-    assert heights == pytest.approx(layer_heights(3.0, 3, 1.0))
+    assert heights == pytest.approx(layer_heights(3.0, 3, 1.15))
 
 
 def test_layers_are_thin_where_plates_end():

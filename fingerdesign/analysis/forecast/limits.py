@@ -131,8 +131,8 @@ def _sizes(case: Case, found: Forecast) -> dict[str, float]:
     mesh = case.design.mesh.section if flat else case.design.mesh
     names = [*_SIZES, *(["plate_end_size_mm"] if flat else [])]
     sizes = {f"mesh.{'section.' * flat}{name}": float(getattr(mesh, name)) for name in names}
-    layers = case.design.mesh.layers
-    return sizes | ({LAYERS: layers} if found.mesher == "sweep" and (layers or 0) > 1 else {})
+    layers = case.design.mesh.layers or 1
+    return sizes | ({LAYERS: float(layers)} if found.mesher == "sweep" and layers > 1 else {})
 
 
 def _coarser(key: str, value: float, factor: int) -> float:
