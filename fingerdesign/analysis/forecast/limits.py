@@ -131,7 +131,7 @@ def _sizes(case: Case, found: Forecast) -> dict[str, float]:
     mesh = case.design.mesh.section if flat else case.design.mesh
     names = [*_SIZES, *(["plate_end_size_mm"] if flat else [])]
     sizes = {f"mesh.{'section.' * flat}{name}": float(getattr(mesh, name)) for name in names}
-    layers = case.design.mesh.layers or 1
+    layers = case.design.mesh.layers or found.layers // (1 if found.half else 2)
     return sizes | ({LAYERS: float(layers)} if found.mesher == "sweep" and layers > 1 else {})
 
 
