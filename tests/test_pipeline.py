@@ -205,5 +205,5 @@ def test_the_result_says_what_was_tried(climbed):
 
 @pytest.mark.parametrize("tolerance", [0.0, -1.0, 3.0, float("nan")])
 def test_a_wrong_tolerance_is_refused_before_work(tolerance):
-    with pytest.raises(DesignError, match=f"--tolerance = {tolerance}"):
+    with pytest.raises(DesignError, match=f"--accuracy = {tolerance}"):
         run(Case(parse_design(SMALL), parse_scene(SHORT), "auto", tolerance=tolerance))

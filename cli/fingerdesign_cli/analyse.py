@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import click
+from click.core import ParameterSource
 
 from fingerdesign.analysis.answers import (
     DESIGN,
@@ -66,22 +67,28 @@ class Run(Options):
 
     scene_file: Path | None
     fidelity: str
-    tolerance: float | None
+    accuracy: float | None
+    mesher: str | None
     go_on: bool
     no_fields: bool
 
-    def refuse_idle(self) -> None:
-        """UsageError for a tolerance that nothing would use."""
-        if self.tolerance is not None and self.fidelity != "auto":
-            raise click.UsageError("--tolerance belongs to --fidelity auto; add that or leave it")
+    def model(self) -> str:
+        """The fidelity; an accuracy takes "auto". UsageError where another was given with one."""
+        if self.accuracy is None or self.fidelity == "auto":
+            return self.fidelity
+        if click.get_current_context().get_parameter_source("fidelity") is ParameterSource.DEFAULT:
+            return "auto"
+        raise click.UsageError("--accuracy belongs to --fidelity auto; add that or leave it")
 
     def case(self, design: Design, scene: Scene | None) -> Case:
         """The analysis of a design in the scene of the file."""
+        if self.mesher is not None:
+            design = with_values(design, {"mesh.mesher": self.mesher})
         name = "" if self.scene_file is None else self.scene_file.stem
-        tolerance = TOLERANCE if self.tolerance is None else self.tolerance
+        tolerance = TOLERANCE if self.accuracy is None else self.accuracy
         fields, go_on = not self.no_fields, self.go_on
         return Case(
-            design, scene, self.fidelity, name, fields=fields, go_on=go_on, tolerance=tolerance
+            design, scene, self.model(), name, fields=fields, go_on=go_on, tolerance=tolerance
         )
 
 
@@ -110,7 +117,7 @@ def analyse(
     products: Products,
 ) -> int:
     """Analyse each DESIGN: contact, gages, grips, and a result in OUT/NAME."""
-    run.refuse_idle()
+    run.model()  # refuses what does not go together
     cases = _read(designs, run, out, products.fresh)
     results: list[Result] = []
     for done, case in enumerate(cases):

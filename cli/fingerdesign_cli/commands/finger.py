@@ -117,11 +117,19 @@ def mesh() -> None:
 )
 @fidelity_option("3d", auto=True, finite=True)
 @click.option(
+    "--accuracy",
     "--tolerance",
+    "accuracy",
     type=float,
     default=None,
-    help="Of --fidelity auto: error allowed in forces, stick ratio and gage readings, a part of "
-    "one.  [default: 0.02]",
+    help="Error allowed in forces, stick ratio and gage readings, a part of one: takes --fidelity "
+    "auto.  [default: 0.02]",
+)
+@click.option(
+    "--mesher",
+    type=click.Choice(["auto", "sweep", "tetwild"]),
+    default=None,
+    help="In place of the design's mesh.mesher; sweep: prisms, of straight fingers.",
 )
 @go_on_option
 @click.option(
@@ -141,7 +149,7 @@ def analyse() -> None:
     not computed again: its result is in the cache.
 
     3d meshes half of the finger where design and scene mirror in z = 0, else all of it; with
-    pytetwild unless the design says mesh.mesher.
+    pytetwild unless the design or --mesher names another.
     """
 
 

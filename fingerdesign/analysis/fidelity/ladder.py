@@ -186,7 +186,7 @@ def tolerance_faults(tolerance: float) -> list[Fault]:
     if LEAST_TOLERANCE <= tolerance <= MOST_TOLERANCE:
         return []
     bound = f"between {LEAST_TOLERANCE:g} and {MOST_TOLERANCE:g} (0.02: two percent)"
-    return [Fault("--tolerance", tolerance, bound, "choose one in between")]
+    return [Fault("--accuracy", tolerance, bound, "choose one in between")]
 
 
 def _section(

@@ -31,7 +31,6 @@ from fingerdesign.report.page import (
 )
 from fingerdesign.report.table import Table
 
-RESPONSES = 3  # Friction coefficients whose responses are drawn gage by gage.
 # Placeholders in the table of times until the page is made: no text of a design can hold a NUL.
 OWN_TIME, WHOLE_TIME = "\0own", "\0whole"
 WORDS = texts_of(FIGURES.with_name("page.toml"))
@@ -81,9 +80,8 @@ def _gage_figures(analysis: Analysis) -> list[style.ReportFigure]:
     result, studies, figures = analysis.result, analysis.slip_studies, list[style.ReportFigure]()
     if studies:
         share = float(result.parameters.get("gages.area_share") or 0.5)
-        shown = style.evenly_spaced(len(studies), RESPONSES)
-        figures.append(gage.area_figure(studies))
-        figures += [gage.response_figure(studies[i], share) for i in shown]
+        middle = studies[len(studies) // 2]  # by friction; the others differ little in kind
+        figures += [gage.area_figure(studies), gage.response_figure(middle, share)]
     if result.increments and result.increments[0].gages:
         figures.append(gage.strain_figure(result, analysis.plates))
     return figures

@@ -40,11 +40,11 @@ from fingerdesign.mesh.types import Mesh, core_name
 _SAME = 1e-9  # mm: borders that are one
 # Heights of layers by default. Gages (the mean of both faces, and one face) and the work of a given
 # contact pressure, in per cent of the largest, against nine layers of a finer section on maeno2000
-# (12 mm high, 10 mm deep), whose half has 2, 3 or 4 layers: 2.2, 8.0, 0.5; 0.4, 2.6, 0.1 (37
+# (8.2 mm high, 10 mm deep), whose half has 2, 3 or 4 layers: 2.2, 8.0, 0.5; 0.4, 2.6, 0.1 (37
 # Gflop); 0.1, 0.9, 0.04 (72 Gflop). Graded with 0.75 or 1.15 they are no better. Tetrahedra on the
 # nodes of four layers: 7.3 and 2.1 in the gages. So four there, and where a finger is deeper they
 # grow away from the gages at z = 0 and from the free end.
-_LAYER, _GROWTH, _LEAST_LAYERS = 0.1, 0.25, 3  # Of the crest's height; mm a mm; in half the depth.
+_LAYER, _GROWTH, _LEAST_LAYERS = 0.13, 0.25, 3  # Of the crest's height; mm a mm; in half the depth.
 _THINNEST = 0.01  # mm: the least height of a layer
 
 
