@@ -43,8 +43,8 @@ RENAMED = {
 SHELVES = ("designs", "scenes", "studies", "materials", "metrics", "controllers")
 FIDELITIES = {
     "plane-strain": "the section alone, in seconds",
-    "3d": "the finger in tetrahedra, ten to thirty times as long; `check` forecasts it",
-    "finite": "in tetrahedra, the path at finite strain: each row a few factorisations",
+    "3d": "the finger in space, ten to thirty times as long; `check` forecasts it",
+    "finite": "in space, the path at finite strain: each row a few factorisations",
     "auto": "the cheapest model whose estimated error is under the tolerance",
 }
 CONTROLLER_NAMES = CONTROLLERS.shipped_names()
