@@ -54,8 +54,8 @@ def _draw_rule(panels: Sequence[Axes], trace: GripTrace) -> None:
     upper.set_title(f"μ = {trace.friction_coefficient:g}, {trace.object_mass_g:g} g")
     if lower is not upper:
         upper.tick_params(labelbottom=False)
-        look = {"color": style.VERMILION, "ls": (0, (6, 2)), "label": "gage area"}
-        lower.plot(step, trace.gage_area_mm, **look)
+        dashed = (0, (6, 2))
+        lower.plot(step, trace.gage_area_mm, color=style.VERMILION, ls=dashed, label="gage area")
         lower.set_ylim(bottom=0.0)
     lower.set_xlabel("step")
 

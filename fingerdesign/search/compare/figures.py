@@ -201,17 +201,15 @@ def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | 
     traces, grips = outcome.traces, outcome.grips
     if not traces.normal_force_N and not grips:
         return None
-    paths = (traces, *grips)
+    paths: tuple[Traces | GripOutcome, ...] = (traces, *grips)
     wide = _force_range([path.normal_force_N for path in paths])
     high = _force_range([path.tangential_force_N for path in paths])
     shown = sorted({grip.friction_coefficient for grip in grips} & set(frictions))
     corner = wide[1], high[1]
     data = [_limit(friction, _look(friction, frictions), corner) for friction in shown]
     data += [_grip(grip, frictions) for grip in grips]
-    normal, tangential = (
-        round_values(traces.normal_force_N),
-        round_values(traces.tangential_force_N),
-    )
+    normal = round_values(traces.normal_force_N)
+    tangential = round_values(traces.tangential_force_N)
     if normal:
         data.append({"x": normal, "y": tangential, **LOOKS["scene_path"]})
     layout = {

@@ -269,7 +269,7 @@ def recommend(
     ranked = np.lexsort((as_they_stand[free], of_all[free], distance))
     chosen = front[ranked[0]]
     row = group.index(chosen)
-    near_by = ~differs(values, unsure, values[row], unsure[row]).any(axis=1)
+    near_by = np.logical_not(differs(values, unsure, values[row], unsure[row]).any(axis=1))
     next_of = [front[k] for k in ranked] if len(front) > 1 else _in_order(group, of_all)
     return Recommendation(
         feasible,
