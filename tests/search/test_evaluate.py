@@ -132,12 +132,12 @@ def test_the_digest_changes_with_the_design_and_with_what_is_requested(job, desi
 def test_variants_are_meshed_as_grips_are_but_for_what_the_study_says(job, design):
     solid = replace(job, fidelity="3d")
     mesh = solid.case.design.mesh
-    assert (mesh.layers, mesh.layer_growth, mesh.section.gradation) == (4, 0.75, 0.4)
+    assert (mesh.layers, mesh.layer_growth, mesh.section.gradation) == (3, 1.0, 0.4)
     stated = replace(
         solid, study_keys=("mesh.layers", "mesh.mesher", "plates.count")
     ).case.design.mesh
     assert (stated.layers, stated.mesher) == (design.mesh.layers, design.mesh.mesher)
-    assert (stated.layer_growth, stated.contact_size_mm) == (0.75, mesh.contact_size_mm)
+    assert (stated.layer_growth, stated.contact_size_mm) == (1.0, mesh.contact_size_mm)
     assert solid.digest() != replace(solid, study_keys=("mesh.layers",)).digest()
     flat, own = replace(job, fidelity="plane-strain").case.design.mesh.section, design.mesh.section
     assert (flat.gradation, flat.contact_size_mm) == (0.4, own.contact_size_mm)
@@ -177,6 +177,14 @@ def test_a_failure_is_an_outcome_and_a_fault_of_the_program_is_raised(
     assert (found.digest, found.name, found.values) == (job.digest(), job.name, job.values)
     other = relabelled(found, replace(job, name="t-3"))
     assert (other.name, other.metrics) == ("t-3", {})
+
+
+def test_want_of_memory_is_a_failure(job, monkeypatch):
+    monkeypatch.setattr("fingerdesign.runtime.machine.available_memory_MB", lambda: 10.0)
+    monkeypatch.setattr("fingerdesign.analysis.forecast.limits.SMALL_MB", 1.0)
+    failure = evaluate(job).failure
+    assert failure.kind == "memory"
+    assert "10 MB are free" in failure.sentence
 
 
 def test_a_scene_is_its_path_alone(job):

@@ -271,6 +271,16 @@ def test_a_full_disk_says_so_and_keeps_what_fitted(place, undisturbed):
 
 
 @pytest.mark.slow
+def test_a_killed_worker_is_replaced_by_others(place, undisturbed):
+    with dask(place) as (address, _, workers):
+        run = place.sweep("--scheduler", address)
+        place.wait_for(6, run)
+        workers[0].kill()
+        assert well(run)[-1]["failures"] == 0
+    assert place.outcomes() == undisturbed
+
+
+@pytest.mark.slow
 def test_a_killed_scheduler_ends_the_driver_and_loses_nothing(place, undisturbed):
     with dask(place) as (address, scheduler, _):
         run = place.sweep("--scheduler", address)

@@ -12,14 +12,17 @@ from fingerdesign_cli.main import main
 
 from fingerdesign.checks.load import load_design
 from fingerdesign.control.metrics import unsure_at_the_end
-from fingerdesign.errors import DesignError
+from fingerdesign.control.plants.lift import LiftPlant
+from fingerdesign.control.plants.remembered import Memory
+from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.train.result import settings_of, training_key
+from fingerdesign.trials.bench import GripBench
 from fingerdesign.trials.grid import Cell, ControlGrid, refuse, seed_of
 from fingerdesign.trials.record import COLUMNS, Trial, share_of, summarise, unannounced, unsure
 from fingerdesign.trials.stored import KIND, run_batches, stored_grips
-from fingerdesign.trials.study import StudyOptions, run_study
+from fingerdesign.trials.study import StudyOptions, journal_beside, run_study
 from tests.support.grips import grip
 from tests.trials.conftest import GRID
 
@@ -40,6 +43,27 @@ def test_an_oracle_holds_its_margin_everywhere_at_any_noise(bench, tmp_path):
     assert tugged.held.rate == 1.0
     assert tugged.answered.count == tugged.answered.of == 4
     assert 1 <= tugged.reaction_steps.median <= 12
+
+
+def test_what_does_not_measure_the_noise_is_solved_once_and_a_model_may_fail(bench, monkeypatch):
+    moves = []
+
+    class Counting(LiftPlant):
+        def move(self, dx, dy):
+            moves.append((dx, dy))
+            if len(moves) > 1000:
+                raise SolverError("no accepted answer")
+            return super().move(dx, dy)
+
+    monkeypatch.setattr("fingerdesign.trials.bench.LiftPlant", Counting)
+    memory, quiet = Memory(), Cell("oracle_1.2", 0.5, 200.0, 0.0)
+    first, count = bench.run_cell(quiet, memory), len(moves)
+    assert bench.run_cell(replace(quiet, noise=5.0), memory) == first
+    assert len(moves) == count > 10
+    moves += [(0.0, 0.0)] * 1000
+    found = bench.run_cell(quiet, Memory())
+    assert (found.outcome, found.success, found.ending) == ("failed", False, "no accepted answer")
+    json.dumps(asdict(found), allow_nan=False)
 
 
 def test_the_same_seed_gives_the_same_grip_and_noise_is_felt(bench):
@@ -79,11 +103,27 @@ OPTIONS += ["--noise", "0", "--noise", "0.5", "--workers", "1"]
 OPTIONS += ["--controller", "paper", "--controller", "oracle_1.2"]
 
 
-def test_the_command_writes_a_whole_folder(coarse_file, tmp_path, capsys):
+def test_the_command_ends_what_was_interrupted_and_writes_a_whole_folder(
+    coarse_file, tmp_path, monkeypatch, capsys
+):
     out = tmp_path / "out"
-    arguments = ["study", str(coarse_file), "--out", str(out)]
-    assert main([*arguments, *OPTIONS, "--json"]) == 0
-    folder = out / "coarse"
+    arguments = ["study", str(coarse_file), "--out", str(out), *OPTIONS, "--json"]
+    folder, real, made = out / "coarse", GripBench.run_batch, []
+
+    def interrupted(self, cells):
+        if len(made) == 3:
+            raise KeyboardInterrupt
+        made.append(tuple(cells))
+        return real(self, cells)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(GripBench, "run_batch", interrupted)
+        assert main(arguments) == 130
+    assert capsys.readouterr().err.endswith("interrupted; finished work is stored\n")
+    assert [path.name for path in out.iterdir()] == [journal_beside(folder).name]
+    monkeypatch.setattr(GripBench, "run_batch", lambda *own: made.append(own[1]) or real(*own))
+    assert main(arguments) == 0
+    assert len(made) == 8  # the other five, none again
     assert [path.name for path in out.iterdir()] == ["coarse"]  # and no journal
     names = [path.name for path in folder.iterdir() if not path.name.startswith("path_")]
     assert sorted(names) == ["control.html", "control.json", "control.png", "grips.csv"]
@@ -106,6 +146,20 @@ def test_the_command_writes_a_whole_folder(coarse_file, tmp_path, capsys):
     assert "http:" not in page.replace("http://www.w3.org", "")
     assert "oracle 1.2" in page
     assert (folder / "control.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (["--controller", "papr"], "did you mean paper?"),
+        (["--noise", "-1"], "--noise = -1.0"),
+        (["--estimator", "none.json"], "none.json"),
+    ],
+)
+def test_wrong_input_is_refused_before_any_work(coarse_file, tmp_path, capsys, wrong, words):
+    assert main(["study", str(coarse_file), "--out", str(tmp_path / "out"), *wrong]) == 2
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 def test_an_estimator_of_another_finger_or_fidelity_is_refused(design, tmp_path):

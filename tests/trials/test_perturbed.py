@@ -16,7 +16,7 @@ from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.records.base import json_schema
-from fingerdesign.sensing.perturb.faults import ALL, TRAINING_FAULTS
+from fingerdesign.sensing.perturb.faults import ALL, FAULTS, ON_REQUEST, TRAINING_FAULTS
 from fingerdesign.sensing.perturb.finger import (
     perturb,
     perturbed_problems,
@@ -136,6 +136,16 @@ def test_friction_in_motion_is_5_to_20_per_cent_less():
     assert 0.93 < max(shares) <= 0.95
     bench, held = perturbed_problems(found[0])
     assert bench.friction_share is held.friction_share is None  # the plant's, step by step
+
+
+def test_another_mesher_is_requested_by_name_in_three_dimensions():
+    assert set(FAULTS) - set(ALL) == ON_REQUEST == {"mesher"}
+    design = load_design("sensitive")
+    refuse_faults(design, ["mesher"], "3d")
+    with pytest.raises(DesignError, match="netgen alone meshes sections"):
+        refuse_faults(design, ["mesher"], "plane-strain")
+    with pytest.raises(DesignError, match="fTetWild meshes it anyway"):
+        refuse_faults(load_design("both_ways"), ["mesher"], "3d")
 
 
 @pytest.mark.slow  # fTetWild's mesh of a finger, and two models in 3-D

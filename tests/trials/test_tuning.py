@@ -16,7 +16,7 @@ from fingerdesign.records.base import json_schema
 from fingerdesign.runtime.journal import Journal, JournalError
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.grid import FRICTIONS, MASSES_G, Cell, ControlGrid
-from fingerdesign.trials.stored import KIND
+from fingerdesign.trials.stored import KIND, stored_grips
 from fingerdesign.trials.study import StudyOptions, run_study
 from fingerdesign.trials.tuning import (
     BUDGET,
@@ -141,16 +141,23 @@ def test_tuning_grips_are_not_those_of_the_grid():
     assert [cell.noise for cell in others[:3]] == [0.5, 2.0, 0.5]
 
 
-def judged(bench, design, path, workers=1):
+def judged(bench, design, path, workers=1, report=lambda *_: None):
     """A small tuning of the fixed ratio on the bench, stored in a journal."""
     with Journal(path, KIND, "d") as journal:
+        judge = bench_judge(bench, design, journal, workers)
         return tune(
             "fixed_ratio",
             default_values(design, "fixed_ratio"),
             tuning_cells("fixed_ratio", SMALL[-1].grips),
-            bench_judge(bench, design, journal, workers),
+            judge,
             budget=SMALL,
+            report=report,
         )
+
+
+def stored_count(path):
+    with Journal(path, KIND, "d") as journal:
+        return len(stored_grips(journal))
 
 
 def test_grips_take_the_values_that_are_tried_and_the_bench_stores_its_calibration(bench):
@@ -216,10 +223,20 @@ def test_the_command(coarse_file, tmp_path, monkeypatch, capsys):
     assert not list(out.glob("*.sqlite"))
 
 
-def test_a_real_tuning_improves_with_other_noise_than_the_grids(bench, design, tmp_path):
+def test_a_real_tuning_improves_goes_on_and_has_other_noise_than_the_grid(bench, design, tmp_path):
     """The design's own 0.17 crushes what is rough."""
     found = judged(bench, design, tmp_path / "j")
     assert found.best.order > found.default.order
+
+    def interrupt(message, fraction):
+        if fraction > 0.6:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        judged(bench, design, tmp_path / "other", report=interrupt)
+    assert 12 < stored_count(tmp_path / "other") < found.grips
+    assert judged(bench, design, tmp_path / "other", workers=2) == found
+    assert stored_count(tmp_path / "other") == found.grips
     noisy = Cell("paper", 0.5, 200.0, 5.0)
     with Journal(tmp_path / "own", KIND, "d") as journal:
         ((apart,),) = bench_judge(bench, design, journal, 1)([(noisy,)], lambda *_: None)
