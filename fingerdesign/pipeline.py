@@ -22,6 +22,7 @@ from fingerdesign.analysis.forecast.forecast import forecast_progress
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.measurable import Sections, measurability, start_sections, states_seen
 from fingerdesign.analysis.path import follow_path, problem_at_touch
+from fingerdesign.analysis.path_error import path_error
 from fingerdesign.analysis.stages import condense, make_mesh, one_thread, run_grips, slip_studies
 from fingerdesign.analysis.work import Followed, Lifted, Work
 from fingerdesign.checks.load import load_design
@@ -96,12 +97,13 @@ def follow(work: Work, chosen: Choice) -> Followed:
         finger.prepare_fields(needed=chosen.case.fields)
         with one_thread():
             steps = follow_path(problem, scene, design)
+            error = path_error(problem, scene.path, design.gages.face, steps)
         if work.case.fidelity == "auto" and too_deep(chosen.case, scene, steps):
             work.note("strains are not small: the path is followed at finite strain, on this mesh")
             finite = replace(chosen.case, fidelity="finite")
             chosen = replace(chosen, case=finite, notes=[*chosen.notes, work.notes[-1]])
-            steps = [*finite_steps(design, finger, scene)]
-    return Followed(chosen, problem, steps)
+            return Followed(chosen, problem, [*finite_steps(design, finger, scene)])
+    return Followed(chosen, problem, steps, error)
 
 
 def lift(work: Work, followed: Followed, sections: Sections | None) -> Lifted:

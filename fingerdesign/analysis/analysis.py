@@ -21,7 +21,7 @@ from fingerdesign.analysis.work import Followed, Lifted, Work
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.contact.measures import Measures, completely_slips, measure
 from fingerdesign.contact.path import Step
-from fingerdesign.contact.problem import ContactProblem, ContactState
+from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.uniqueness import other_solutions
 from fingerdesign.design.keys import leaves
 from fingerdesign.design.scene import Scene
@@ -65,7 +65,7 @@ def caveats(
     """Facts that a reader must know before believing the numbers, a sentence each."""
     case, ladder = chosen.case, chosen.summary
     found = _of_path(case, problem, steps) | of_choices(case, scene)
-    if others := _other_answers(scene, problem, steps):
+    if others := _other_answers(problem, steps):
         texts = (f"F_n {o.normal_force:.3g}, F_t {o.tangential_force:.3g} N" for o in others)
         found["other_answers"] = {
             "friction": problem.friction_coefficient,
@@ -160,12 +160,11 @@ def _of_section(design: Design) -> Facts:
     return {"broken_section": {}} if spot is None else {"turned_section": {"body": spot}}
 
 
-def _other_answers(scene: Scene, problem: ContactProblem, steps: list[Step]) -> list[Measures]:
+def _other_answers(problem: ContactProblem, steps: list[Step]) -> list[Measures]:
     """Other solutions of the last increment, where friction is unusually high."""
-    if problem.friction_coefficient <= _UNUSUAL_FRICTION or scene.path.substeps > 1:
+    last, before = steps[-1].increment, steps[-1].before
+    if problem.friction_coefficient <= _UNUSUAL_FRICTION or before is None:
         return []
-    last = steps[-1].increment
-    before = steps[-2].increment.state if len(steps) > 1 else ContactState.untouched(problem)
     others = other_solutions(problem, before, last.motion, last, starts=2)
     return [measure(problem, other) for other in others]
 
@@ -207,6 +206,7 @@ def analysis_of(work: Work, followed: Followed, lifted: Lifted) -> Analysis:
         slip_studies=tuple(study_summary(study) for study in lifted.studies),
         ladder=chosen.summary,
         measurability=lifted.measurable,
+        path_error=followed.error,
     )
     return Analysis(
         result=result,

@@ -16,7 +16,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.measures import measure
-from fingerdesign.contact.path import Step
+from fingerdesign.contact.path import Step, row_ends, with_slip_of_row
 from fingerdesign.contact.problem import Motion
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -126,12 +126,21 @@ def finite_faults(design: Design, scene: Scene) -> list[Fault]:
     return faults
 
 
-def _follow(face: Facing, path: list[Motion | Forces], substeps: int) -> Iterator[Row]:
-    """The rows of a path, each from the last one's state; friction moves ``substeps`` times."""
+def _follow(face: Facing, path: list[Motion | Forces], substeps: int | None) -> Iterator[Row]:
+    """The rows of a path, each from the last one's state; friction moves with each increment.
+
+    Without ``substeps`` a row is one increment: each increment takes factorisations of its own,
+    and below about 0.001 mm the rounding of the deformed body's forces leaves no answer.
+    """
     follower, past = Follower(face), untouched(face)
+    ends = row_ends(substeps or 1)
     for target in path:
-        for piece in follower.pieces(past, target, substeps):
+        for number, piece in enumerate(follower.pieces(past, target, ends)):
             row = follower.row(past, piece)
+            if number:
+                increment = with_slip_of_row(row.increment, past.sliding)
+                now = replace(row.past, sliding=increment.state.sliding)
+                row = replace(row, increment=increment, past=now)
             past = row.past
         yield row
 

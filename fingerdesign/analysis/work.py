@@ -12,17 +12,21 @@ from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.design.scene import Scene
 from fingerdesign.layout.zone import Zone
 from fingerdesign.records.arrays import GripTrace, SlipStudy
-from fingerdesign.records.result import GripResult, Measurability
+from fingerdesign.records.result import GripResult, Measurability, PathError
 from fingerdesign.runtime.progress import Report
 
 
 @dataclass(frozen=True)
 class Followed:
-    """A model, its problem at first contact, and the steps of the scene's path on it."""
+    """A model, its problem at first contact, and the steps of the scene's path on it.
+
+    error: the path's share; None at finite strain, or where it could not be estimated.
+    """
 
     chosen: Choice
     problem: ContactProblem
     steps: list[Step]
+    error: PathError | None = None
 
     @property
     def array(self) -> ContactProblem:

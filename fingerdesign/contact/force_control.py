@@ -21,7 +21,7 @@ from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.contact.tangent import stiffness
 from fingerdesign.errors import SolverError
 
-_TOLERANCE = 1e-9  # Relative to the target normal force.
+TOLERANCE = 1e-9  # Relative to the target normal force.
 _ITERATIONS = 60
 _SHORTEST = 1e-3  # The shortest piece of a Newton step.
 _DOUBLINGS, _BISECTIONS = 12, 60
@@ -70,9 +70,11 @@ def solve_forces(
     state: ContactState,
     forces: Forces,
     workspace: Workspace | None = None,
+    tolerance: float = TOLERANCE,
 ) -> Increment:
     """The increment from ``state`` whose contact forces are ``forces``; its motion is the answer.
 
+    tolerance: of the forces, relative to the normal one.
     Raises NoEquilibrium where none exists (complete slip under a tangential force that friction
     cannot carry), ZoneExhausted where the contact outgrows the candidates, SolverError where no
     motion was found although nothing shows that none exists.
@@ -85,11 +87,11 @@ def solve_forces(
     _refuse_beyond_friction(problem, forces)
     workspace = workspace or Workspace()
     try:
-        found = _Search(problem, state, forces, workspace, try_slow_methods=False).run()
+        found = _Search(problem, state, forces, workspace, False, tolerance).run()
     except (NoEquilibrium, ZoneExhausted):
         raise
     except SolverError:  # near a jump between answers the fast methods may all fail
-        found = _Search(problem, state, forces, workspace, try_slow_methods=True).run()
+        found = _Search(problem, state, forces, workspace, True, tolerance).run()
     workspace.record(state, found.state)
     return found
 
@@ -103,7 +105,7 @@ def _refuse_beyond_friction(problem: ContactProblem, forces: Forces) -> None:
         return  # sloping along z, its force may have a part there that is not prescribed
     pressed = across * forces.tangential - down * forces.normal
     pulled = -down * forces.tangential - across * forces.normal
-    if abs(pulled) > problem.friction_coefficient * pressed * (1.0 + _TOLERANCE):
+    if abs(pulled) > problem.friction_coefficient * pressed * (1.0 + TOLERANCE):
         slope, angle = np.arctan2(across, -down), np.arctan(problem.friction_coefficient)
         low, high = (forces.normal * float(np.tan(slope + sign * angle)) for sign in (-1.0, 1.0))
         carried = f"{high:.4g}" if across == 0.0 else f"from {low:.4g} to {high:.4g}"
@@ -128,9 +130,11 @@ class _Search:
         forces: Forces,
         workspace: Workspace,
         try_slow_methods: bool,
+        tolerance: float,
     ) -> None:
         self.problem, self.state, self.forces = problem, state, forces
         self.workspace, self.try_slow_methods = workspace, try_slow_methods
+        self.tolerance = tolerance
         self.free = [0] if forces.tangential is None else [0, 1]
         target = [forces.normal, forces.tangential or 0.0]
         self.target = np.array(target)[self.free]
@@ -212,7 +216,7 @@ class _Search:
             if trial is None:
                 return None
             missing = self.target - self._resultant(trial)
-            if np.abs(missing).max() <= _TOLERANCE * self.forces.normal:
+            if np.abs(missing).max() <= self.tolerance * self.forces.normal:
                 return trial
             tangent = self._tangent(trial)
             stiffness = self._shear_stiffness(tangent)
@@ -269,7 +273,8 @@ class _Search:
         """Tangential force at ``shear`` under the target normal force; the increment is stored."""
         held = replace(self.forces.held, shear=shear)
         pressed = Forces(self.forces.normal, None, held)
-        search = _Search(self.problem, self.state, pressed, self.workspace, self.try_slow_methods)
+        ways = self.workspace, self.try_slow_methods, self.tolerance
+        search = _Search(self.problem, self.state, pressed, *ways)
         try:
             self._last = search.run()
         except ZoneExhausted:
@@ -279,7 +284,7 @@ class _Search:
         return float(self.problem.model.total_force(self._last.force)[0])
 
     def _reached(self, force: float, which: int) -> bool:
-        return abs(force - float(self.target[which])) <= _TOLERANCE * self.forces.normal
+        return abs(force - float(self.target[which])) <= self.tolerance * self.forces.normal
 
     def _start(self) -> Array:
         """The last motion, brought just into contact where it is not."""

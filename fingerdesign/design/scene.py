@@ -127,7 +127,7 @@ class ScenePath(Table):
         max_length=10_000,
         description="rows of cumulative [approach, shear] in mm, or [approach, shear, shear_z], or "
         "[approach, shear, shear_z, twist_deg]: the object moves along -y, +x, +z and turns about "
-        "+y; each is exactly one increment (times substeps)",
+        "+y; each is cut into increments as substeps says",
     )
     increments_N: _Pulls = Field(
         default=(),
@@ -139,7 +139,14 @@ class ScenePath(Table):
         default="motion",
         description="motion: rows are displacements | force: rows are forces, the motion is found",
     )
-    substeps: int = bounded(1, 1, 1000, "cut each row in so many equal increments")
+    substeps: int | None = bounded(
+        None,
+        1,
+        1000,
+        "cut each row in so many equal increments; absent: in so many that forces, stick ratio and "
+        "gages hardly depend on it",
+        example=4,
+    )
 
     @property
     def rows(self) -> tuple[tuple[float, ...], ...]:

@@ -287,6 +287,21 @@ class Measurability:
 
 @strict
 @dataclass(frozen=True)
+class PathError:
+    """Estimated errors that come from the length of the increments, the largest of all rows.
+
+    Of forces, parts of the row's own; of gages, parts of the row's largest reading; of the stick
+    ratio, absolute.
+    """
+
+    normal_force: float
+    tangential_force: float
+    stick_ratio: float
+    gages: float
+
+
+@strict
+@dataclass(frozen=True)
 class TriedModel:
     """A rung of the fidelity ladder. error_estimates: by quantity, parts of one; None where nothing
     stood to judge it by (normal_force, tangential_force, stick_ratio, gage)."""
@@ -327,6 +342,7 @@ class Result:
     source did not give. timings_s: seconds by stage, 0 for a stage that was not run. ladder: with
     --fidelity auto only; fidelity is then that of the model chosen. measurability: of the gages in
     the array along x; None where there is none, or no load is reached at which they answer.
+    path_error: None where it was not estimated, as at finite strain.
     """
 
     design: str
@@ -350,6 +366,7 @@ class Result:
     assumed: tuple[str, ...] = ()
     ladder: LadderSummary | None = None
     measurability: Measurability | None = None
+    path_error: PathError | None = None
 
     def __post_init__(self) -> None:
         if (self.status == "failed") != bool(self.failure):

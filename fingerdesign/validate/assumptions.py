@@ -126,13 +126,13 @@ def small_strain(solves: Solves, deep: bool) -> Pairs:
     why = section_why_not(solves.design, solves.scene)
     found: Pairs = []
     if why is None:
-        small = solves.section(plates=plates)
-        found.append(compare("plane strain", answer_of(small), solves.finite(small), solves.scene))
+        small = solves.in_single_increments(solves.section(plates=plates))
+        found.append(compare("plane strain", answer_of(small), solves.finite(small), small.scene))
     elif not deep:
         raise NotTestable(f"{why}; --deep tests it in three dimensions")
     if deep:
-        small = solves.space(plates=plates)
-        found.append(compare("3-D", answer_of(small), solves.finite(small), solves.scene))
+        small = solves.in_single_increments(solves.space(plates=plates))
+        found.append(compare("3-D", answer_of(small), solves.finite(small), small.scene))
     return found
 
 

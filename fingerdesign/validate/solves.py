@@ -25,7 +25,7 @@ from fingerdesign.analysis.fidelity.models import (
 )
 from fingerdesign.analysis.fidelity.readings import MICRO, Readings, readings_of
 from fingerdesign.analysis.fidelity.rungs import can_extrude, rung
-from fingerdesign.analysis.path import problem_at_touch, targets
+from fingerdesign.analysis.path import follow_path, problem_at_touch, targets
 from fingerdesign.analysis.stages import condense, one_thread, zone_of
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.contact.force_control import Forces
@@ -106,6 +106,16 @@ class Solves:
         if self._reader is None:
             self._reader = Reader(self.space())
         return self._reader
+
+    def in_single_increments(self, solved: Solved) -> Solved:
+        """The same with one increment a row where the scene leaves it open, as at finite strain."""
+        path = self.scene.path
+        whole = path.model_copy(update={"substeps": path.substeps or 1})
+        scene = self.scene.model_copy(update={"path": whole})
+        with one_thread():
+            steps = follow_path(solved.problem, scene, solved.design)
+        readings = readings_of(steps, solved.design.gages.face)
+        return replace(solved, scene=scene, steps=steps, readings=readings)
 
     def finite(self, solved: Solved) -> Answer:
         """The same mesh, zone and scene at finite strain."""

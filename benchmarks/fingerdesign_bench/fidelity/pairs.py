@@ -117,7 +117,7 @@ def random_scene(rng: np.random.Generator, design: Design, control: str) -> Scen
     shown = [[round(value, 5) for value in row] for row in rows]
     return parse_scene(
         f"[object]\nfriction_coefficient = {friction:.3f}\n"
-        f'[path]\ncontrol = "{control}"\n{key} = {shown}\n'
+        f'[path]\nsubsteps = 1\ncontrol = "{control}"\n{key} = {shown}\n'
     )
 
 

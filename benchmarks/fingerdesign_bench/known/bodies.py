@@ -369,8 +369,11 @@ def one_plate() -> Solution:
 
 
 def finger(name: str) -> Solution:
-    """A shipped finger through the fundamental case in plane strain, as ``analyse`` has it."""
-    rows = analyse(load_design(name), fundamental_scene(), "plane-strain").increments
+    """A shipped finger through the fundamental case in plane strain, one increment a row."""
+    scene = fundamental_scene()
+    path = scene.path.model_copy(update={"substeps": 1})
+    scene = scene.model_copy(update={"path": path})
+    rows = analyse(load_design(name), scene, "plane-strain").increments
     last, sheared = rows[-1], rows[4]
     values = {
         "normal force": last.normal_force_N,
@@ -389,7 +392,7 @@ def grip_path(slope: float, friction: float = 0.5) -> Solution:
     rows = [[preload + n, slope * friction * n] for n in rise.tolist()]
     scene = parse_scene(
         f'object.friction_coefficient = {friction}\npath.control = "force"\n'
-        f"path.increments_N = {rows}"
+        f"path.increments_N = {rows}\npath.substeps = 1"
     )
     found = analyse(parse_design(RAMP), scene, "plane-strain").increments[1:]
     stick = np.array([each.stick_ratio or 0.0 for each in found])

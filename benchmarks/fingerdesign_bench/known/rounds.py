@@ -283,7 +283,7 @@ def product(shape: str, size: float) -> Solution:
     rows = [[normal, 0.0], *([normal, share * limit] for share in (*SHEARS, *back))]
     scene = parse_scene(
         f'object.friction_coefficient = {_ROUND_FRICTION}\npath.control = "force"\n'
-        f"path.increments_N = {rows}"
+        f"path.increments_N = {rows}\npath.substeps = 1"
     )
     increments = analyse(design, scene, "3d").increments
     peak, width, stick = [], [], []

@@ -64,7 +64,22 @@ def increment_table(result: Result) -> Table:
             "force z (N)": column("force_z_N", scale=normal),
             "twist moment (N mm)": column("twist_moment_Nmm", scale=normal),
         }
-    return _table("increments", "Increments", columns)
+    return _table("increments", "Increments" + _path_error(result), columns)
+
+
+def _path_error(result: Result) -> str:
+    """The estimated errors of the path, after the word "Increments"."""
+    error = result.path_error
+    if error is None:
+        return ""
+    shares = {
+        "normal force": error.normal_force,
+        "tangential force": error.tangential_force,
+        "gages": error.gages,
+    }
+    parts = [f"{name} {100.0 * share:.2g} %" for name, share in shares.items()]
+    parts.insert(2, f"stick ratio {error.stick_ratio:.2g}")
+    return f"; estimated errors from cutting the path into increments: {', '.join(parts)}"
 
 
 def leaves_section(found: Sequence[IncrementResult]) -> bool:

@@ -139,10 +139,10 @@ class Follower:
                 return found
             done, last = share, found.past
 
-    def pieces(self, past: Past, target: Motion | Forces, substeps: int) -> list[Motion | Forces]:
-        """Targets of a row's increments, between which friction history moves."""
-        shares = [part / substeps for part in range(1, substeps)]
-        return [*(_on_the_way(past, target, share, self.facing) for share in shares), target]
+    def pieces(self, past: Past, target: Motion | Forces, ends: Array) -> list[Motion | Forces]:
+        """Targets of a row's increments, between which friction history moves; ends: row_ends."""
+        way = [_on_the_way(past, target, float(end), self.facing) for end in ends[:-1]]
+        return [*way, target]
 
     def _newton(self, past: Past, target: Motion | Forces, last: Past, values: Array) -> Row:
         """Iterations from ``values``, where ``last`` was solved, with the history of ``past``."""
