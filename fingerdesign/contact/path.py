@@ -93,7 +93,8 @@ def row_ends(substeps: int | None, touching: bool = True, coarser: int = 1) -> A
         half = count // 2
         sizes = np.minimum(2.0 * np.arange(count) + 1.0, 2.0 * half + 1.0)
         sizes[half:] *= np.linspace(1.0, _LAST, count - half)
-    return np.asarray(np.cumsum(sizes) / sizes.sum())
+    ends = np.cumsum(sizes)
+    return np.asarray(ends / ends[-1])
 
 
 def with_slip_of_row(increment: Increment, slid: Array) -> Increment:
