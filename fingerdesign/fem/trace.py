@@ -138,10 +138,11 @@ def contact_trace(points: Array, facets: IntArray, thickness: float = 1.0) -> Co
 def _halved(points: Array, squares: IntArray, areas: Array) -> tuple[IntArray, Array]:
     """Squares (f, 4) cut into triangles (2 f, 3) of half their areas (f,).
 
-    The cuts of squares that mirror in x = 0 or z = 0 mirror as well.
+    The cuts of squares that mirror in the middle of their range of x, or in z = 0, mirror as well.
     """
     middle = points[squares].mean(axis=1)
     first = points[squares[:, 0]] - middle
-    rising = (first * middle)[:, [0, 2]].prod(axis=1) > 0.0
+    centre = [0.5 * (points[:, 0].min() + points[:, 0].max()), 0.0, 0.0]
+    rising = (first * (middle - centre))[:, [0, 2]].prod(axis=1) > 0.0
     turned = np.where(rising[:, None], squares, np.roll(squares, 1, axis=1))
     return np.vstack([turned[:, [0, 1, 2]], turned[:, [0, 2, 3]]]), np.tile(0.5 * areas, 2)

@@ -221,7 +221,7 @@ def finger_mesh(dimension):
         mesh_section(DESIGN, 4.0) if dimension == 2 else extrude(DESIGN, Zone(4.0), symmetric=True)
     )
     corners = made.points[: made.corners.max() + 1]
-    points, cells = quadratic(corners, made.corners)
+    points, cells = quadratic(corners, made.corners, made.kind)
     return Mesh(points, cells, made.regions, {}, "synthetic", symmetric=dimension == 3)
 
 
