@@ -101,10 +101,10 @@ def models_of(point: Point) -> tuple[Model, Model]:
 
 
 def scene_of(point: Point, approach: float) -> Scene:
-    """Press in two rows, shear in two."""
+    """Press in two rows, shear in two; one increment each, as for the shipped table."""
     shear = point.scene.shear_per_approach * approach
     rows = [[0.5 * approach, 0.0], [approach, 0.0], [approach, 0.5 * shear], [approach, shear]]
-    return _scene(point, {"increments_mm": rows})
+    return _scene(point, {"increments_mm": rows, "substeps": 1})
 
 
 def _scene(point: Point, path: dict[str, Any]) -> Scene:
