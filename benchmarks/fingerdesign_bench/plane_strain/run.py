@@ -120,8 +120,9 @@ def _row(point: Point, approach: float, section: Solved, space: Solved) -> Recor
     moved = section.along(scene_of(point, approach))
     found: Record = {"approach_mm": approach, "space": _plain(truth), "motion": _plain(moved)}
     rows = np.column_stack([truth.normal_force, truth.tangential_force]).tolist()
+    forces = {"control": "force", "increments_N": rows, "substeps": 1}
     try:
-        forced = section.along(_scene(point, {"control": "force", "increments_N": rows}))
+        forced = section.along(_scene(point, forces))
         return found | {"force": _plain(forced)}
     except SolverError as error:
         return found | {"force": None, "why": str(error)}
