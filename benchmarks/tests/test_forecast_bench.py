@@ -53,7 +53,7 @@ def test_the_command_says_and_writes_it(monkeypatch, tmp_path, capsys):
     assert main(["bench", "forecast", "--quick", "--out", str(tmp_path)]) == 1
     out = capsys.readouterr().out
     assert "FALLS SHORT" in out
-    assert "homogeneous (ball, 3d, extrude)" in out
+    assert "homogeneous (ball, 3d, sweep)" in out
     written = json.loads((tmp_path / "forecast.json").read_text())
     assert len(written["records"]) == len(bench.QUICK)
     assert (tmp_path / "forecast.png").stat().st_size > 10_000
