@@ -21,6 +21,7 @@ from fingerdesign.analysis.folder import cad_concurrently, complete_answer, writ
 from fingerdesign.analysis.forecast.forecast import forecast_progress
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.measurable import Sections, measurability, start_sections, states_seen
+from fingerdesign.analysis.mesh_error import Second, mesh_error, start_second
 from fingerdesign.analysis.path import follow_path, problem_at_touch
 from fingerdesign.analysis.path_error import path_error
 from fingerdesign.analysis.stages import condense, make_mesh, one_thread, run_grips, slip_studies
@@ -63,9 +64,11 @@ def run(case: Case, report: Report = lambda message: None, clock: Clock | None =
     sections = start_sections(work.case)  # on the core that meshing leaves idle
     while True:
         try:
-            followed = follow(work, make_model(work))
+            chosen = make_model(work)
+            second = start_second(chosen, work.scene)
+            followed = follow(work, chosen)
             if not work.refine_if_needed(followed):
-                return analysis_of(work, followed, lift(work, followed, sections))
+                return analysis_of(work, followed, lift(work, followed, sections, second))
         except ZoneExhausted as exhausted:
             work.widen(exhausted)
 
@@ -106,16 +109,17 @@ def follow(work: Work, chosen: Choice) -> Followed:
     return Followed(chosen, problem, steps, error)
 
 
-def lift(work: Work, followed: Followed, sections: Sections | None) -> Lifted:
-    """The grips, and concurrently the slip studies and what the gages can measure."""
+def lift(work: Work, followed: Followed, sections: Sections | None, second: Second | str) -> Lifted:
+    """The grips, and concurrently the slip studies, the gages' measurability, the mesh's error."""
     case, scene, array = followed.chosen.case, work.scene, followed.array
     with work.clock.stage("grips"), one_thread(), ThreadPoolExecutor(1) as thread:
         studies = thread.submit(slip_studies, case, scene, array)
         states = thread.submit(states_seen, case, scene, array, followed.steps)
+        error = thread.submit(mesh_error, second, followed, scene)
         work.report("gripping" if case.runs_grips else "reading the gages")
         grips = run_grips(case, followed.chosen.zone, scene, array)
         measurable = measurability(case.design, states.result(), sections)
-    return Lifted(studies.result(), grips, measurable)
+    return Lifted(studies.result(), grips, measurable, error.result())
 
 
 def analyse_into(

@@ -88,7 +88,14 @@ class Run(Options):
         tolerance = TOLERANCE if self.accuracy is None else self.accuracy
         fields, go_on = not self.no_fields, self.go_on
         return Case(
-            design, scene, self.model(), name, fields=fields, go_on=go_on, tolerance=tolerance
+            design,
+            scene,
+            self.model(),
+            name,
+            fields=fields,
+            go_on=go_on,
+            tolerance=tolerance,
+            mesh_error=True,
         )
 
 

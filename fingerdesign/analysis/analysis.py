@@ -36,6 +36,7 @@ from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.arrays import ContactHistory, FieldHistory, GripTrace, SlipStudy
 from fingerdesign.records.result import (
+    ErrorEstimate,
     MeshSummary,
     ModelSummary,
     Result,
@@ -207,6 +208,7 @@ def analysis_of(work: Work, followed: Followed, lifted: Lifted) -> Analysis:
         ladder=chosen.summary,
         measurability=lifted.measurable,
         path_error=followed.error,
+        **_mesh_error(lifted.mesh_error),
     )
     return Analysis(
         result=result,
@@ -220,6 +222,11 @@ def analysis_of(work: Work, followed: Followed, lifted: Lifted) -> Analysis:
         depth_mm=design.body.depth_mm,
         problem=followed.array,
     )
+
+
+def _mesh_error(found: ErrorEstimate | str) -> dict[str, Any]:
+    """The result's keys for the mesh's error, or for why there is none."""
+    return {"mesh_error_absent": found} if isinstance(found, str) else {"mesh_error": found}
 
 
 def failed_analysis(case: Case, error: Exception, clock: Clock) -> Analysis:

@@ -107,7 +107,14 @@ def _key(case: Case) -> str | None:
     if case.estimator is not None or has_plugins():
         return None
     digest = result_digest(case.design, case.path_scene, case.requested)
-    path = (case.scene_name, case.scene is None, case.grips, case.fields, case.studied)
+    path = (
+        case.scene_name,
+        case.scene is None,
+        case.grips,
+        case.fields,
+        case.studied,
+        case.mesh_error,
+    )
     parts = json.dumps(
         [digest, case.design.model_dump_json(), path, versions(), code_digest(_HOME)]
     )

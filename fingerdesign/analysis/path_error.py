@@ -11,7 +11,7 @@ from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.design.scene import ScenePath
 from fingerdesign.errors import SolverError
-from fingerdesign.records.result import PathError
+from fingerdesign.records.result import ErrorEstimate
 
 # The error goes with this power of the increments' length. That of the stick ratio was measured on
 # seventeen fingers and scenes: a quarter of the increments is 2.9 times as far off as half of them.
@@ -20,7 +20,7 @@ _ORDERS = {"normal_force": 1.0, "tangential_force": 1.0, "stick_ratio": 1.5, "ga
 
 def path_error(
     problem: ContactProblem, path: ScenePath, face: str, steps: Sequence[Step]
-) -> PathError | None:
+) -> ErrorEstimate | None:
     """Estimate how far steps are from those of ever shorter increments, by Richardson's rule.
 
     A second path has half as many increments a row, or two where the first has one. None where it
@@ -34,7 +34,7 @@ def path_error(
     except SolverError:
         return None
     apart = distances(readings_of(second, face), readings_of(steps, face))
-    return PathError(
+    return ErrorEstimate(
         **{name: each / abs(times ** _ORDERS[name] - 1.0) for name, each in apart.items()}
     )
 

@@ -12,7 +12,7 @@ from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.design.scene import Scene
 from fingerdesign.layout.zone import Zone
 from fingerdesign.records.arrays import GripTrace, SlipStudy
-from fingerdesign.records.result import GripResult, Measurability, PathError
+from fingerdesign.records.result import ErrorEstimate, GripResult, Measurability
 from fingerdesign.runtime.progress import Report
 
 
@@ -26,7 +26,7 @@ class Followed:
     chosen: Choice
     problem: ContactProblem
     steps: list[Step]
-    error: PathError | None = None
+    error: ErrorEstimate | None = None
 
     @property
     def array(self) -> ContactProblem:
@@ -37,11 +37,15 @@ class Followed:
 
 @dataclass(frozen=True)
 class Lifted:
-    """Results on a followed model: slip studies, grips, what the gages can measure."""
+    """Results on a followed model: slip studies, grips, what the gages can measure.
+
+    mesh_error: the mesh's share in the errors of the path, or why it was not estimated.
+    """
 
     studies: tuple[SlipStudy, ...]
     grips: list[tuple[GripResult, GripTrace]]
     measurable: Measurability | None
+    mesh_error: ErrorEstimate | str
 
 
 @dataclass

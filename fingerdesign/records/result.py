@@ -287,8 +287,8 @@ class Measurability:
 
 @strict
 @dataclass(frozen=True)
-class PathError:
-    """Estimated errors that come from the length of the increments, the largest of all rows.
+class ErrorEstimate:
+    """Estimated errors from one source, mesh or path: the largest of all rows.
 
     Of forces, parts of the row's own; of gages, parts of the row's largest reading; of the stick
     ratio, absolute.
@@ -342,7 +342,8 @@ class Result:
     source did not give. timings_s: seconds by stage, 0 for a stage that was not run. ladder: with
     --fidelity auto only; fidelity is then that of the model chosen. measurability: of the gages in
     the array along x; None where there is none, or no load is reached at which they answer.
-    path_error: None where it was not estimated, as at finite strain.
+    path_error, mesh_error: from the length of the increments and from the mesh; None where it was
+    not estimated, as at finite strain. mesh_error_absent: why there is no mesh_error, a clause.
     """
 
     design: str
@@ -366,7 +367,9 @@ class Result:
     assumed: tuple[str, ...] = ()
     ladder: LadderSummary | None = None
     measurability: Measurability | None = None
-    path_error: PathError | None = None
+    path_error: ErrorEstimate | None = None
+    mesh_error: ErrorEstimate | None = None
+    mesh_error_absent: str = ""
 
     def __post_init__(self) -> None:
         if (self.status == "failed") != bool(self.failure):

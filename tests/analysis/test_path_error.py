@@ -6,7 +6,7 @@ import pytest
 
 from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.path_error import path_error
-from fingerdesign.records.result import PathError
+from fingerdesign.records.result import ErrorEstimate
 from tests.support.path_errors import GOAL, condensed, errors, followed
 
 
@@ -14,7 +14,7 @@ from tests.support.path_errors import GOAL, condensed, errors, followed
 def test_estimates_are_of_the_size_of_the_errors(name):
     """All fingers and scenes: python -m tests.support.path_errors."""
     ratios = errors(name, "", "plane-strain")
-    assert len(ratios) == len(GOAL) == len(dataclasses.fields(PathError))
+    assert len(ratios) == len(GOAL) == len(dataclasses.fields(ErrorEstimate))
     assert all(1 / 3 < ratio < 3 for ratio in ratios)
 
 

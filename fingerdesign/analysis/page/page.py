@@ -142,7 +142,9 @@ def _filled(*found: Table | None) -> list[Table]:
 
 
 def _contact(result: Result) -> Iterator[Item]:
-    yield from _filled(tables.increment_table(result), tables.points_table(result))
+    yield from _filled(
+        tables.increment_table(result), tables.error_table(result), tables.points_table(result)
+    )
     if scene := _filled(tables.scene_table(result)):
         yield Fold("The scene, key by key", scene)
 

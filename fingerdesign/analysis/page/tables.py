@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fingerdesign.records.result import GripResult, IncrementResult, Result
+from fingerdesign.records.result import ErrorEstimate, GripResult, IncrementResult, Result
 from fingerdesign.records.verdict import Status
 from fingerdesign.report.table import (
     NOISE,
@@ -23,6 +23,7 @@ FIGURES = Path(__file__).parent / "templates" / "figures.toml"
 # Of the normal force, and of it times the contact's width: less is noise of the mesh.
 _ASIDE = 0.01
 SCENE = "scene."  # how the keys of the scene begin among ``Result.parameters``
+ERRORS = "Estimated errors of the increments, the largest of all rows"
 _WITHOUT_RULE = {None: "not tried", True: "slips", False: "holds"}
 
 
@@ -64,22 +65,23 @@ def increment_table(result: Result) -> Table:
             "force z (N)": column("force_z_N", scale=normal),
             "twist moment (N mm)": column("twist_moment_Nmm", scale=normal),
         }
-    return _table("increments", "Increments" + _path_error(result), columns)
+    return _table("increments", "Increments", columns)
 
 
-def _path_error(result: Result) -> str:
-    """The estimated errors of the path, after the word "Increments"."""
-    error = result.path_error
+def error_table(result: Result) -> Table:
+    """Estimated errors by source, next to the values that they belong to; no rows of a failure."""
+    reasons = {"mesh": result.mesh_error_absent, "path": ""}
+    errors = {"mesh": result.mesh_error, "path": result.path_error}
+    rows = tuple((name, *_error_cells(each, reasons[name])) for name, each in errors.items())
+    columns = ("from the", "normal force", "tangential force", "stick ratio", "gages")
+    return Table("errors", ERRORS, columns, rows if result.increments else (), frozenset({0}))
+
+
+def _error_cells(error: ErrorEstimate | None, reason: str) -> tuple[str, ...]:
     if error is None:
-        return ""
-    shares = {
-        "normal force": error.normal_force,
-        "tangential force": error.tangential_force,
-        "gages": error.gages,
-    }
-    parts = [f"{name} {100.0 * share:.2g} %" for name, share in shares.items()]
-    parts.insert(2, f"stick ratio {error.stick_ratio:.2g}")
-    return f"; estimated errors from cutting the path into increments: {', '.join(parts)}"
+        return (f"not estimated{': ' * bool(reason)}{reason}", "–", "–", "–")
+    forces = (f"{100.0 * each:.2g} %" for each in (error.normal_force, error.tangential_force))
+    return (*forces, f"{error.stick_ratio:.2g}", f"{100.0 * error.gages:.2g} %")
 
 
 def leaves_section(found: Sequence[IncrementResult]) -> bool:
@@ -285,7 +287,7 @@ def assumed_values(result: Result) -> list[tuple[str, str]]:
 
 def detail_tables(result: Result) -> tuple[Table, ...]:
     """The tables of ``--details``, most important first; some may have no rows."""
-    makers = (study_table, signal_table, grip_table, increment_table, model_table)
+    makers = (study_table, signal_table, grip_table, increment_table, error_table, model_table)
     return tuple(make(result) for make in makers)
 
 

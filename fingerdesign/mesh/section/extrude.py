@@ -27,7 +27,7 @@ from fingerdesign.mesh.cells import (
 )
 from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.measures import oriented
-from fingerdesign.mesh.section.plates import extruded_sizes, inner_of
+from fingerdesign.mesh.section.plates import extruded_sizes, inner_of, scaled
 from fingerdesign.mesh.section.section import (
     bend_faces,
     mesh_section,
@@ -77,19 +77,19 @@ def graded_heights(borders: Array, fine: Array, first: float, growth: float) -> 
     return np.concatenate(found)
 
 
-def layer_borders(design: Design, ends: Array) -> Array:
+def layer_borders(design: Design, ends: Array, coarser: float = 1.0) -> Array:
     """Layer borders from z = 0, or where nothing mirrors there from end to end; mm.
 
-    ends: z of the ends of parts.
+    ends: z of the ends of parts. coarser: times as tall as by default or by ``mesh.layers``.
     """
     half, growth = 0.5 * design.body.depth_mm, design.mesh.layer_growth
     mirrors = mirrors_in_z(design)
     found = distinct(np.array([-half, half, *ends]))
     start = np.array([0.0, *found[found > 0.0]]) if mirrors else found
     if design.mesh.layers is None:
-        first = min(_LAYER * float(crest_height(design.body)), half / _LEAST_LAYERS)
-        return graded_heights(start, np.append(found, 0.0), first, 1.0 + _GROWTH)
-    plain = layer_heights(half, design.mesh.layers, growth)
+        first = min(_LAYER * float(crest_height(design.body)), half / _LEAST_LAYERS) * coarser
+        return graded_heights(start, np.append(found, 0.0), first, 1.0 + _GROWTH * coarser)
+    plain = layer_heights(half, max(1, round(design.mesh.layers / coarser)), growth)
     if len(found) == 2:
         return plain if mirrors else both_sides(plain)
     fine = found if growth >= 1.0 else np.append(found, 0.0)
@@ -109,11 +109,16 @@ def distinct(values: Array) -> Array:
 
 
 def extrude(
-    design: Design, zone: Zone, symmetric: bool = True, sizes: SectionMesh | None = None
+    design: Design,
+    zone: Zone,
+    symmetric: bool = True,
+    sizes: SectionMesh | None = None,
+    coarser: float = 1.0,
 ) -> Mesh:
     """Quadratic prisms of a finger swept through layers, or of its half z >= 0.
 
-    ``sizes`` are those of the section (default: the 3-D ones of ``[mesh]``, fit for the contact).
+    ``sizes`` are those of the section (default: the 3-D ones of ``[mesh]``, fit for the contact);
+    ``coarser`` multiplies them, and the heights of the layers.
     Raises MeshError for a finger that cannot be swept (design.layers), and where plates end so
     near to each other along z that a layer between would be too thin.
     """
@@ -127,12 +132,13 @@ def extrude(
         )
     frames = plate_frames(design) if design.plates.model != "none" else ()
     sheets = frames if design.plates.model == "sheet" else ()
-    flat_sizes = sizes or extruded_sizes(design, zone.half_width)
-    section = mesh_section(design, zone.half_width, flat_sizes, frames, inner_of(design, zone))
+    flat_sizes = scaled(sizes or extruded_sizes(design, zone.half_width), coarser)
+    inner = inner_of(design, zone, coarser)
+    section = mesh_section(design, zone.half_width, flat_sizes, frames, inner)
     parts = _reaches(design, frames)
     drawn, drawn_regions = _drawn(section, sheets, parts)
     flat, triangles = quadratic(section.points, oriented(section.points, drawn))
-    heights = _heights(design, list(parts.values()))
+    heights = _heights(design, list(parts.values()), coarser)
     if mirrors_in_z(design) and not symmetric:
         heights = both_sides(heights)
     slots = {frame.index + 1 for frame in sheets}
@@ -176,9 +182,9 @@ def _reaches(design: Design, frames: tuple[PlateFrame, ...]) -> dict[int, tuple[
     return found
 
 
-def _heights(design: Design, reaches: list[tuple[float, float]]) -> Array:
+def _heights(design: Design, reaches: list[tuple[float, float]], coarser: float) -> Array:
     """Layer borders, mm. Raises MeshError where a layer would be too thin."""
-    heights = layer_borders(design, np.ravel(reaches))
+    heights = layer_borders(design, np.ravel(reaches), coarser)
     thin = int(np.argmin(np.diff(heights)))
     if heights[thin + 1] - heights[thin] < _THINNEST:
         raise MeshError(

@@ -22,6 +22,7 @@ _END = 0.25  # of the plates' size: no smaller elements at the ends of thin plat
 # long as the key leave 8 %. (fTetWild's, cut finer across alone, leave as much as before: they are
 # irregular.)
 _INNER_SIZE = 0.3
+_STEEPEST = 1.0  # Gradation: a size cannot grow faster than the way to it is long.
 
 
 def section_frames(design: Design) -> tuple[PlateFrame, ...]:
@@ -120,11 +121,23 @@ def extruded_sizes(design: Design, zone_half_width: float) -> SectionMesh:
     return _fit(sizes, zone_half_width)
 
 
-def inner_of(design: Design, zone: Zone) -> Inner | None:
-    """Half-width over which an extruded section's contact edges are finest; their length, mm."""
+def scaled(sizes: SectionMesh, factor: float) -> SectionMesh:
+    """The same sizes, every length times ``factor``; coarser ones grow as much faster."""
+    names = ("contact_size_mm", "plate_size_mm", "plate_end_size_mm", "far_size_mm")
+    lengths = {name: factor * getattr(sizes, name) for name in names}
+    steep = max(sizes.gradation, min(_STEEPEST, factor * sizes.gradation))
+    return sizes.model_copy(update=lengths | {"gradation": steep})
+
+
+def inner_of(design: Design, zone: Zone, coarser: float = 1.0) -> Inner | None:
+    """Half-width over which an extruded section's contact edges are finest; their length, mm.
+
+    ``coarser`` multiplies that length.
+    """
     if zone.inner is None:
         return None
-    return zone.inner, _INNER_SIZE * extruded_sizes(design, zone.half_width).contact_size_mm
+    finest = _INNER_SIZE * extruded_sizes(design, zone.half_width).contact_size_mm
+    return zone.inner, coarser * finest
 
 
 def _fit(sizes: SectionMesh, zone_half_width: float) -> SectionMesh:
