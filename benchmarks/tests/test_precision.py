@@ -53,7 +53,8 @@ def test_points_stages_and_errors(found):
     assert good.dofs > 1000
     parts = sum(getattr(good, f"{stage}_s") for stage in STAGES)
     assert good.seconds == pytest.approx(parts)
-    assert good.geometry_s == 0.0
+    assert good.gflop > 0.0
+    assert good.cpu_s > 0.0
     assert all(0.0 < good.error(key) < 0.2 for key in QUANTITIES)
     assert found.differences["short", "all"][0] > 0.0
 
@@ -69,7 +70,7 @@ def test_failures_and_locking_are_named(found):
 
 def test_what_is_written(found, tmp_path):
     paths = write_precision(found, tmp_path)
-    names = ["precision.csv", "precision.json", "precision-short.png", "precision-stages.png"]
+    names = ["precision.csv", "precision.json", "precision-short.png"]
     assert [path.name for path in paths if path.stat().st_size > 0] == names
     rows = list(csv.DictReader(paths[0].read_text("utf-8").splitlines()))
     assert len(rows) == 4
@@ -91,13 +92,11 @@ def test_a_reference_that_fails_is_an_error(monkeypatch):
 
 
 def test_errors_by_hand():
-    reference = np.column_stack(
-        [np.full(5, 2.0), np.full(5, 1.0), np.full(5, 0.5), np.full(5, 4.0)]
-    )
+    reference = np.tile([2.0, 1.0, 0.5, 4.0, 2.0], (5, 1))
     found = reference.copy()
-    found[1] = [2.2, 3.0, 0.4, 4.4]  # not sheared yet: its F_t does not count
+    found[1] = [2.2, 3.0, 0.4, 4.4, 2.2]  # not sheared yet: its F_t does not count
     found[3, 1] = 1.05
-    assert errors(found, reference) == pytest.approx((0.1, 0.05, 0.1, 0.1))
+    assert errors(found, reference) == pytest.approx((0.1, 0.05, 0.1, 0.1, 0.1))
 
 
 def test_the_plan_is_whole():
@@ -108,7 +107,7 @@ def test_the_plan_is_whole():
             assert {*group.references} <= set(by_name)
             for line in group.lines:
                 judge = by_name[line.reference]
-                assert judge.method != line.method
+                assert chart.fingers or judge.method != line.method
                 if judge.method.kind != "plane strain" and line.method.kind == "plane strain":
                     assert line.floor  # the model's own error is what it shows
                 else:

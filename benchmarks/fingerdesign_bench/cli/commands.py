@@ -162,12 +162,13 @@ def plane_strain(folder: Path, report: Report, quick: bool, study: Path | None) 
     return Shown(bench.write_plane_strain(found, folder), "Plane strain", found.checks, tables)
 
 
-@subcommand("Errors against seconds, a line a method (6 min; --quick 35 s).", quick=HALF_A_MINUTE)
+@subcommand("Errors against seconds, a line a method (15 min; --quick 3 min).", quick=HALF_A_MINUTE)
 def precision(folder: Path, report: Report, quick: bool) -> Shown:
     """Errors against seconds, a line a method.
 
-    Forces, stick ratio and gage strain of one finger: P1, P2 and mixed elements; plane strain and
-    3-D; extruded and by fTetWild; condensed and solved in full; solid plates, sheets and none.
+    Forces, stick ratio and gage strain. Four shipped fingers: tetrahedra by fTetWild, swept
+    tetrahedra, prisms, plane strain. One small finger: P1, P2 and mixed elements; solid plates,
+    sheets and none.
     """
     from fingerdesign_bench.speed import precision as bench
     from fingerdesign_bench.speed.precision_points import HEADINGS

@@ -13,7 +13,7 @@ from fingerdesign.errors import SolverError
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.files import write_csv, write_json
 from fingerdesign_bench.machine import machine
-from fingerdesign_bench.speed.precision_chart import draw_chart, draw_stages
+from fingerdesign_bench.speed.precision_chart import draw_chart, draw_fingers
 from fingerdesign_bench.speed.precision_lines import Chart, Group, Line, Reference
 from fingerdesign_bench.speed.precision_plan import CHARTS, REFERENCES
 from fingerdesign_bench.speed.precision_points import (
@@ -85,15 +85,13 @@ def _solved(reference: Reference, run: Run) -> Run:
 
 
 def write_precision(found: Precision, folder: Path) -> list[Path]:
-    """Write precision.csv, precision.json, a picture a chart, and one of the stages."""
+    """Write precision.csv, precision.json, and a picture a chart."""
     table = write_csv(folder / "precision.csv", [asdict(point) for point in found.points])
     record = write_json(folder / "precision.json", _record(found))
     pictures = []
     for chart in found.charts:
         pictures.append(folder / f"precision-{chart.key}.png")
-        draw_chart(found, chart, pictures[-1])
-    pictures.append(folder / "precision-stages.png")
-    draw_stages(found, pictures[-1])
+        (draw_fingers if chart.fingers else draw_chart)(found, chart, pictures[-1])
     return [table, record, *pictures]
 
 
@@ -101,7 +99,8 @@ def describe(method: Method) -> str:
     """Return a method in words."""
     plates = "" if method.plates == "solid" else f", plates: {method.plates}"
     element = "" if method.element == "auto" else f", {method.element}"
-    return f"{method.kind}{element}, nu = {method.poissons_ratio:g}{plates}"
+    body = method.finger or f"nu = {method.poissons_ratio:g}"
+    return f"{method.kind}{element}, {body}{plates}"
 
 
 def _names(group: Group) -> set[str]:
@@ -110,10 +109,9 @@ def _names(group: Group) -> set[str]:
 
 def _point(place: tuple[str, str], line: Line, run: Run, solved: dict[str, Run]) -> Point:
     """The point of a run in a (chart, group)."""
-    normal, tangential, stick, gage = (
-        (None,) * 4 if run.answers is None else errors(run.answers, solved[line.reference].known)
-    )
-    stages = {f"{name}_s": run.seconds.get(name, 0.0) for name in STAGES}
+    found: Sequence[float | None] = [None] * len(QUANTITIES)
+    if run.answers is not None:
+        found = errors(run.answers, solved[line.reference].known)
     return Point(
         chart=place[0],
         group=place[1],
@@ -124,13 +122,12 @@ def _point(place: tuple[str, str], line: Line, run: Run, solved: dict[str, Run])
         dofs=run.dofs,
         contact_nodes=run.contact_nodes,
         seconds=run.total,
+        cpu_s=run.cpu_s,
+        gflop=run.gflop,
         runs=run.runs,
-        normal_force_error=normal,
-        tangential_force_error=tangential,
-        stick_ratio_error=stick,
-        gage_error=gage,
         failure=run.failure,
-        **stages,
+        **{f"{name}_s": run.seconds.get(name, 0.0) for name in STAGES},
+        **dict(zip(QUANTITIES, found, strict=True)),
     )
 
 

@@ -1,4 +1,4 @@
-"""Pictures of the work-precision diagrams, and of the time that each stage takes."""
+"""Pictures of the work-precision diagrams."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerdesign.report.style import COLOURS, MUTED, PAPER, SERIES, house_style
+import numpy as np
+
+from fingerdesign.report.style import COLOURS, SERIES, house_style
 from fingerdesign_bench.chart import footed, save, tick
 from fingerdesign_bench.machine import caption
 from fingerdesign_bench.speed.precision_points import NORM, OFF_THE_CHART, QUANTITIES, TIMED
-from fingerdesign_bench.speed.precision_run import STAGES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,13 +20,6 @@ if TYPE_CHECKING:
     from fingerdesign_bench.speed.precision_points import Point, Precision
 
 _ROW = 3.0  # Inches: a row of panels.
-_STAGE_LOOKS = (
-    (COLOURS["muted"], ""),
-    (COLOURS["blue"], "//"),
-    (COLOURS["green"], ".."),
-    (COLOURS["vermilion"], ""),
-    (COLOURS["purple"], "xx"),
-)
 
 
 def draw_chart(found: Precision, chart: Chart, path: Path) -> None:
@@ -38,31 +32,45 @@ def draw_chart(found: Precision, chart: Chart, path: Path) -> None:
         save(figure, path)
 
 
-def draw_stages(found: Precision, path: Path) -> None:
-    """Draw the finest run of each line, its stages as percentages of its seconds."""
-    finest = {(p.group, p.line): p for p in found.points if not p.failure}
-    chosen = list({(p.seconds, p.dofs): p for p in finest.values()}.values())
-    foot = [f"The finest run of each line of the diagrams. {TIMED}.", caption(found.machine)]
+def draw_fingers(found: Precision, chart: Chart, path: Path) -> None:
+    """Draw errors against operations and processor time, in panels that all fingers share."""
+    panels = {"forces, relative": list(QUANTITIES)[:2]}
+    panels |= {QUANTITIES[key]: [key] for key in list(QUANTITIES)[2:]}
+    works = {"gflop": "Gflop of the factorisation", "cpu_s": "processor time, s"}
     with house_style():
-        figure, top = footed(0.3 * len(chosen) + 1.2, foot, "Where the time goes")
-        axes = top.subplots()
-        rows = range(len(chosen))
-        left = [0.0] * len(chosen)
-        for (colour, hatch), stage in zip(_STAGE_LOOKS, STAGES, strict=True):
-            parts = [100.0 * getattr(p, f"{stage}_s") / max(p.seconds, 1e-12) for p in chosen]
-            look = {"color": colour, "edgecolor": PAPER, "hatch": hatch, "height": 0.72}
-            axes.barh(rows, parts, left=left, label=stage, **look)
-            left = [a + b for a, b in zip(left, parts, strict=True)]
-        for row, point in zip(rows, chosen, strict=True):
-            size = f"{point.seconds:.3g} s, {point.dofs / 1000:.0f}k dofs"
-            axes.text(101, row, size, va="center", fontsize=8, color=MUTED)
-        axes.set_yticks(list(rows), [f"{p.line} ({p.group})" for p in chosen])
-        axes.invert_yaxis()
-        axes.set_xlim(0, 118)
-        axes.set_xlabel("% of the time")
-        axes.grid(False, axis="y")
-        axes.legend(loc="lower center", bbox_to_anchor=(0.42, 1.0), ncols=len(STAGES))
+        foot = [f"Thin: a finger; thick: the geometric mean. {NORM}.", caption(found.machine)]
+        figure, top = footed(2.0 * _ROW + 0.4, foot, chart.title)
+        grid = top.subplots(len(works), len(panels), squeeze=False, sharex="row", sharey="col")
+        for row, (work, words) in zip(grid, works.items(), strict=True):
+            for axes, (title, keys) in zip(row, panels.items(), strict=True):
+                axes.set(xscale="log", yscale="log", title=title, xlabel=words)
+                for number, line in enumerate(chart.groups[0].lines):
+                    own = [p for p in found.points if (p.chart, p.line) == (chart.key, line.label)]
+                    _draw_method(axes, number, [p for p in own if not p.failure], work, keys)
+                tick(axes.xaxis)
+            row[0].set_ylabel("worst error")
+        grid[0][-1].legend(loc="upper left", bbox_to_anchor=(1.01, 1.02), fontsize=7.5)
         save(figure, path)
+
+
+def _draw_method(
+    axes: Axes, number: int, points: Sequence[Point], work: str, keys: Sequence[str]
+) -> None:
+    """Draw work and error of a method: a thin line a finger, a thick one of their means."""
+    if not points:
+        return
+    colour, dashes, marker = SERIES[number % len(SERIES)]
+    fingers: dict[str, Any] = {}
+    sizes: dict[float, Any] = {}
+    for point in points:
+        value = (getattr(point, work), max(point.error(key) or 1e-9 for key in keys))
+        fingers.setdefault(point.group, []).append(value)
+        sizes.setdefault(point.size_mm, []).append(np.log(value))
+    for values in fingers.values():
+        axes.plot(*np.transpose(values), color=colour, linewidth=0.6, alpha=0.4)
+    means = np.exp([np.mean(each, axis=0) for each in sizes.values()])
+    look: Any = {"color": colour, "linestyle": dashes, "marker": marker}
+    axes.plot(*means.T, label=points[0].line, **look)
 
 
 def _draw_group(row: list[Axes], found: Precision, chart: Chart, group: Group) -> None:

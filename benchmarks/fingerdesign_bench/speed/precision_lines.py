@@ -6,6 +6,9 @@ from fingerdesign_bench.speed.precision_run import Method, Plates
 
 PLANE = (0.4, 0.2, 0.1, 0.05, 0.025)  # mm, contact facets
 PLANE_LINEAR = (*PLANE, 0.0125)  # linear elements have a quarter of the equations
+# Of shipped fingers: 2 to 4 layers in half the depth, and 6 of their reference.
+SWEPT, FINE = (0.8, 0.56, 0.4), 0.26
+TETRAHEDRA = (1.2, 0.8)
 LOCKS = "locks"
 MODEL = "the model's own error"
 
@@ -46,11 +49,12 @@ class Group:
 
 @dataclass(frozen=True)
 class Chart:
-    """One picture."""
+    """One picture; ``fingers``: its groups are fingers with the same lines, in the same panels."""
 
     key: str
     title: str
     groups: tuple[Group, ...]
+    fingers: bool = False
 
 
 def elements_at(poissons_ratio: float) -> tuple[tuple[Reference, Reference], Group]:
@@ -77,3 +81,17 @@ def plates_lines(method: Method, sizes: tuple[float, ...], reference: str) -> tu
         Line(name, replace(method, plates=name), sizes, reference, "" if name == "solid" else MODEL)
         for name in models
     )
+
+
+def finger_group(name: str) -> Group:
+    """The ways to model a shipped finger, against its reference: fine prisms of its own name."""
+    plane, swept, cut, tetwild = (
+        Method(kind, finger=name) for kind in ("plane strain", "extruded", "tetrahedra", "tetwild")
+    )
+    lines = (
+        Line("tetrahedra by fTetWild", tetwild, TETRAHEDRA, name, quick=0),
+        Line("swept tetrahedra", cut, SWEPT, name, quick=1),
+        Line("swept prisms", swept, SWEPT, name, quick=1),
+        Line("plane strain", plane, PLANE[1:4], name, MODEL, quick=1),
+    )
+    return Group(name, lines, (name, name))

@@ -1,7 +1,8 @@
 """Plan of the work-precision diagrams: charts, their lines, and the references of each.
 
 A reference is of another kind than the method it judges where there is one: in plane strain a much
-finer mesh of another element, in 3-D another mesher's mesh of like size. Two references of
+finer mesh of another element, in 3-D another mesher's mesh of like size; of a shipped finger finer
+prisms. Two references of
 different kinds are made for each group of lines; how far they disagree is drawn, and no error below
 it means much.
 """
@@ -9,21 +10,21 @@ it means much.
 from dataclasses import replace
 
 from fingerdesign_bench.speed.precision_lines import (
+    FINE,
     LOCKS,
-    MODEL,
     PLANE,
     Chart,
     Group,
     Line,
     Reference,
     elements_at,
+    finger_group,
     plates_lines,
 )
 from fingerdesign_bench.speed.precision_run import Method
 
 SPACE = (0.8, 0.6, 0.45, 0.35, 0.28)
-TETRAHEDRA = (0.8, 0.6, 0.45, 0.35)
-
+FINGERS = ("maeno2000", "sensitive", "tees", "fine_tees")
 
 # At nu = 0.49 "mixed" is what the program chooses by itself.
 _PLANE = Method("plane strain", "mixed")
@@ -39,6 +40,7 @@ _STIFF = {
 REFERENCES: tuple[Reference, ...] = (
     *_SOFT,
     *_HARD,
+    *(Reference(name, Method("extruded", finger=name), FINE, 0.56) for name in FINGERS),
     Reference("3-D, extruded", _EXTRUDED, 0.2, 0.45),
     Reference("3-D, tetwild", _TETWILD, 0.22, 0.6),
     Reference("3-D, nu = 0.4999, extruded", _STIFF["extruded"], 0.22, 0.45),
@@ -68,20 +70,10 @@ CHARTS: tuple[Chart, ...] = (
         (_SOFT_GROUP, _HARD_GROUP, _SPACE_GROUP),
     ),
     Chart(
-        "models",
-        "Plane strain and 3-D, extruded and by fTetWild",
-        (
-            Group(
-                "three plates",
-                (
-                    Line("plane strain", _PLANE, PLANE, _SOFT[1].name),
-                    Line("plane strain against 3-D", _PLANE, PLANE, "3-D, extruded", MODEL),
-                    Line("3-D, extruded", _EXTRUDED, SPACE, "3-D, tetwild"),
-                    Line("3-D, tetwild", _TETWILD, TETRAHEDRA, "3-D, extruded", quick=1),
-                ),
-                ("3-D, extruded", "3-D, tetwild"),
-            ),
-        ),
+        "cells",
+        "Four shipped fingers: tetrahedra, prisms and plane strain",
+        tuple(finger_group(name) for name in FINGERS),
+        fingers=True,
     ),
     Chart(
         "plates",

@@ -8,18 +8,20 @@ from typing import Any
 from fingerdesign_bench.speed.precision_lines import Chart
 from fingerdesign_bench.speed.precision_run import Run
 
-Errors = tuple[float, float, float, float]
+Errors = tuple[float, float, float, float, float]
 
 QUANTITIES = {
     "normal_force_error": "normal force, relative",
     "tangential_force_error": "tangential force, relative",
     "stick_ratio_error": "stick ratio, absolute",
-    "gage_error": "gage strain, of the largest",
+    "gage_error": "gages, mean of both faces",
+    "face_error": "gages, single faces",
 }
-HEADINGS = ["chart", "method", "facets mm", "dofs", "s", "F_n", "F_t", "stick", "gages"]
+_ERRORS = ["F_n", "F_t", "stick", "gages", "faces"]
+HEADINGS = ["chart", "method", "facets mm", "dofs", "Gflop", "s", *_ERRORS]
 NORM = (
-    "Error: the worst of five increments; gages: membrane strain of three plates, relative to the "
-    "largest reading of the increment"
+    "Error: the worst of five increments; forces relative, stick ratio absolute, gages relative to "
+    "the largest reading of the increment"
 )
 TIMED = (
     "Time: design to last increment in a process that has made one run before (imports and the "
@@ -41,7 +43,8 @@ class Point:
     dofs: int
     contact_nodes: int
     seconds: float
-    geometry_s: float
+    cpu_s: float
+    gflop: float
     mesh_s: float
     assemble_s: float
     condense_s: float
@@ -51,6 +54,7 @@ class Point:
     tangential_force_error: float | None
     stick_ratio_error: float | None
     gage_error: float | None
+    face_error: float | None
     failure: str = ""
 
     def error(self, key: str) -> float | None:
@@ -66,6 +70,7 @@ class Point:
             f"{self.line} ({self.group})",
             f"{self.size_mm:g}",
             str(self.dofs),
+            f"{self.gflop:.3g}",
             f"{self.seconds:.2f}",
             *("failed" if error is None else f"{error:.1e}" for error in found),
         ]

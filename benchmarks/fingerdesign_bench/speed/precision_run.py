@@ -1,7 +1,7 @@
 """One point of a work-precision diagram: a method on a mesh size, timed stage by stage.
 
-The finger is the reference finger, 6 mm deep, with three of its plates, so that much finer meshes
-can be afforded; the path is pressed, then sheared to partial slip.
+The finger is a shipped one, or the reference finger 6 mm deep with three of its plates, so that
+much finer meshes can be afforded; the path is pressed, then sheared to partial slip.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from fingerdesign.shapes.objects import Plane
 if TYPE_CHECKING:
     from fingerdesign.mesh.types import Mesh
 
-Kind = Literal["plane strain", "extruded", "tetwild"]
+Kind = Literal["plane strain", "extruded", "tetrahedra", "tetwild"]
 Plates = Literal["solid", "sheet", "none"]
 
-STAGES = ("geometry", "mesh", "assemble", "condense", "increments")
+STAGES = ("mesh", "assemble", "condense", "increments")
 VALUES: dict[str, object] = {
     "body.depth_mm": 6.0,
     "plates.placement": [[-1.5, 7.0, 45.0], [0.0, 7.0, 45.0], [1.5, 7.0, 45.0]],
@@ -43,19 +43,26 @@ _AGAIN = ((1.5, 2), (6.0, 1))  # runs shorter than (s) are repeated (times); the
 
 @dataclass(frozen=True)
 class Method:
-    """A way to model and solve the finger; element "auto" is the program's own choice."""
+    """A way to model and solve the finger; element "auto" is the program's own choice.
+
+    kind: "extruded" in prisms; "tetrahedra", the same nodes with each prism cut in three.
+    finger: a shipped one as it is; "" is the one of VALUES, with ``poissons_ratio``.
+    """
 
     kind: Kind
     element: Literal["auto", "P1", "P2", "mixed"] = "auto"
     poissons_ratio: float = 0.49
     plates: Plates = "solid"
+    finger: str = ""
 
 
 @dataclass(frozen=True)
 class Run:
-    """answers (k, 3 + gages): F_n, F_t (N), stick ratio, membrane readings; None where it failed.
+    """answers (k, 3 + 2 gages): F_n, F_t (N), stick ratio, readings of both faces of each plate;
+    None where it failed.
 
-    seconds by stage, of the fastest of ``runs``; dofs are the equations solved.
+    seconds by stage, of the fastest of ``runs``; cpu_s: processor time, the mesher's included;
+    gflop: of the factorisation; dofs are the equations solved.
     """
 
     method: Method
@@ -64,6 +71,8 @@ class Run:
     dofs: int = 0
     contact_nodes: int = 0
     seconds: dict[str, float] = field(default_factory=dict)
+    cpu_s: float = 0.0
+    gflop: float = 0.0
     runs: int = 0
     answers: Array | None = None
     failure: str = ""
@@ -99,13 +108,10 @@ def run_once(method: Method, size_mm: float) -> Run:
 
     design = sized(method, size_mm)
     zone = candidate_zone(design, SceneObject(), ROWS[-1][0]).half_width
-    seconds = dict.fromkeys(STAGES, 0.0)
-    if method.kind == "tetwild":
-        seconds["geometry"] = _geometry_seconds(design)
+    seconds, cpu = dict.fromkeys(STAGES, 0.0), _cpu_seconds()
     start = time.perf_counter()
     mesh = _mesh(method, design, zone)
-    # The mesher builds the solid itself, as just timed.
-    seconds["mesh"] = max(0.0, time.perf_counter() - start - seconds["geometry"])
+    seconds["mesh"] = time.perf_counter() - start
     model = build_model(design, mesh, zone)
     seconds |= {stage: model.timings[stage] for stage in ("assemble", "condense")}
     start = time.perf_counter()
@@ -120,6 +126,8 @@ def run_once(method: Method, size_mm: float) -> Run:
         model.dofs,
         model.reduced.nodes,
         seconds,
+        _cpu_seconds() - cpu,
+        model.condensed.factors()[1].operations / 1e9,
         1,
         np.array([_answers(each) for each in steps]),
     )
@@ -127,12 +135,10 @@ def run_once(method: Method, size_mm: float) -> Run:
 
 def sized(method: Method, size_mm: float) -> Design:
     """The design with contact facets of ``size_mm``, the rest in proportion."""
-    design = with_values(load_design("maeno2000"), VALUES)
-    values: dict[str, object] = {
-        "mesh.element": method.element,
-        "plates.model": method.plates,
-        "materials.silicone.poissons_ratio": method.poissons_ratio,
-    }
+    design = load_design(method.finger or "maeno2000")
+    values: dict[str, object] = {"mesh.element": method.element, "plates.model": method.plates}
+    if not method.finger:
+        values |= VALUES | {"materials.silicone.poissons_ratio": method.poissons_ratio}
     if method.kind == "plane strain":
         values |= {
             "mesh.section.contact_size_mm": size_mm,
@@ -142,24 +148,41 @@ def sized(method: Method, size_mm: float) -> Design:
         }
     else:
         values |= {
-            "mesh.mesher": "sweep" if method.kind == "extruded" else "tetwild",
+            "mesh.mesher": "tetwild" if method.kind == "tetwild" else "sweep",
             "mesh.contact_size_mm": size_mm,
-            "mesh.plate_size_mm": size_mm,
-            "mesh.far_size_mm": 3.5 * size_mm,
-            "mesh.layers": max(2, round(2.2 / size_mm)),
+            "mesh.plate_size_mm": (0.75 if method.finger else 1.0) * size_mm,
+            "mesh.far_size_mm": (5.0 if method.finger else 3.5) * size_mm,
+            "mesh.layers": max(2, round((1.6 if method.finger else 2.2) / size_mm)),
         }
     return with_values(design, values)
 
 
-def errors(found: Array, reference: Array) -> tuple[float, float, float, float]:
-    """Worst over the increments: F_n, F_t relative, stick ratio absolute, gages of the largest."""
+def errors(found: Array, reference: Array) -> tuple[float, float, float, float, float]:
+    """Worst over the increments: F_n, F_t relative, stick ratio absolute, gages of the largest:
+    means of both faces, and single faces."""
     sheared = np.array([row[1] > 0 for row in ROWS])
     normal = np.abs(found[:, 0] / reference[:, 0] - 1.0).max()
     tangential = np.abs(found[sheared, 1] / reference[sheared, 1] - 1.0).max()
     stick = np.abs(found[:, 2] - reference[:, 2]).max()
-    largest = np.abs(reference[:, 3:]).max(axis=1, keepdims=True)
-    gage = (np.abs(found[:, 3:] - reference[:, 3:]) / largest).max()
-    return float(normal), float(tangential), float(stick), float(gage)
+    gages = []
+    for own, right in zip(_gages(found), _gages(reference), strict=True):
+        largest = np.abs(right).max(axis=1, keepdims=True)
+        gages.append(float((np.abs(own - right) / largest).max()))
+    return float(normal), float(tangential), float(stick), gages[0], gages[1]
+
+
+def _gages(answers: Array) -> tuple[Array, Array]:
+    """Readings of gages: means of both faces (k, plates), single faces (k, 2 plates)."""
+    faces = answers[:, 3:]
+    return faces.reshape(len(faces), -1, 2).mean(axis=2), faces
+
+
+def _cpu_seconds() -> float:
+    """Processor time of this process and of those that it started, s."""
+    import psutil
+
+    own = psutil.Process()
+    return float(sum(sum(p.cpu_times()[:4]) for p in (own, *own.children(recursive=True))))
 
 
 def _mesh(method: Method, design: Design, zone: float) -> Mesh:
@@ -167,24 +190,15 @@ def _mesh(method: Method, design: Design, zone: float) -> Mesh:
         from fingerdesign.mesh.section.section import mesh_section
 
         return mesh_section(design, zone)
-    if method.kind == "extruded":
+    if method.kind != "tetwild":
         from fingerdesign.mesh.section.extrude import extrude
+        from fingerdesign.mesh.types import in_tetrahedra
 
-        return extrude(design, Zone(zone))
+        swept = extrude(design, Zone(zone))
+        return in_tetrahedra(swept) if method.kind == "tetrahedra" else swept
     from fingerdesign.mesh.tetra.tetwild import tetrahedralise
 
     return tetrahedralise(design, Zone(zone), use_cache=False)
-
-
-def _geometry_seconds(design: Design) -> float:
-    from fingerdesign.cad.solid import build_solid
-    from fingerdesign.cad.triangles import triangulate
-    from fingerdesign.mesh.tetra.tetwild import chord_mm
-
-    start = time.perf_counter()
-    solid = build_solid(design, half=True)
-    triangulate((solid.body, *solid.plates), chord_mm(design.body))
-    return time.perf_counter() - start
 
 
 def _answers(measures: Measures) -> list[float]:
@@ -193,5 +207,5 @@ def _answers(measures: Measures) -> list[float]:
         measures.normal_force,
         measures.tangential_force,
         0.0 if stick is None else stick,
-        *measures.gages.mean(axis=1),
+        *measures.gages.ravel(),
     ]
