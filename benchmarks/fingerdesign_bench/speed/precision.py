@@ -109,9 +109,10 @@ def _names(group: Group) -> set[str]:
 
 def _point(place: tuple[str, str], line: Line, run: Run, solved: dict[str, Run]) -> Point:
     """The point of a run in a (chart, group)."""
-    found: Sequence[float | None] = [None] * len(QUANTITIES)
-    if run.answers is not None:
-        found = errors(run.answers, solved[line.reference].known)
+    normal, tangential, stick, gage, face = (
+        (None,) * 5 if run.answers is None else errors(run.answers, solved[line.reference].known)
+    )
+    stages = {f"{name}_s": run.seconds.get(name, 0.0) for name in STAGES}
     return Point(
         chart=place[0],
         group=place[1],
@@ -125,9 +126,13 @@ def _point(place: tuple[str, str], line: Line, run: Run, solved: dict[str, Run])
         cpu_s=run.cpu_s,
         gflop=run.gflop,
         runs=run.runs,
+        normal_force_error=normal,
+        tangential_force_error=tangential,
+        stick_ratio_error=stick,
+        gage_error=gage,
+        face_error=face,
         failure=run.failure,
-        **{f"{name}_s": run.seconds.get(name, 0.0) for name in STAGES},
-        **dict(zip(QUANTITIES, found, strict=True)),
+        **stages,
     )
 
 

@@ -2,9 +2,8 @@
 
 A reference is of another kind than the method it judges where there is one: in plane strain a much
 finer mesh of another element, in 3-D another mesher's mesh of like size; of a shipped finger finer
-prisms. Two references of
-different kinds are made for each group of lines; how far they disagree is drawn, and no error below
-it means much.
+prisms. Two references of different kinds are made for each other group of lines; how far they
+disagree is drawn, and no error below it means much.
 """
 
 from dataclasses import replace
