@@ -23,6 +23,9 @@ from fingerdesign.runtime.isolate import Function, ProcessError, call
 TIME_LIMIT_S = 120.0  # drawing takes 1 to 2 s; a software renderer on a busy machine far longer
 SIZE = (1600, 1120)
 SILICONE, BRONZE, CORE, EDGES = "#cfd8e3", "#b87333", "#a487b5", "#33475b"
+_NAMES = {"contact": "at the contact", "rest": "elsewhere in the rubber"}
+_COLOURS = {"contact": "#0b6fb0", "plates": "#d2560a", "core": "#b0569a", "rest": "#0a8f6b"}
+_STYLES = {"contact": "-", "plates": "--", "core": "-.", "rest": ":"}
 
 
 def placed(mesh: Mesh) -> Array:
@@ -134,11 +137,6 @@ def _draw(plotter: Any, data: dict[str, NDArray[Any]], cut: bool) -> None:
     else:
         view(plotter)
     plotter.camera.zoom(1.15)
-
-
-_NAMES = {"contact": "at the contact", "rest": "elsewhere in the rubber"}
-_COLOURS = {"contact": "#0b6fb0", "plates": "#d2560a", "core": "#b0569a", "rest": "#0a8f6b"}
-_STYLES = {"contact": "-", "plates": "--", "core": "-.", "rest": ":"}
 
 
 def draw_angles(axes: Any, data: dict[str, NDArray[Any]], about: dict[str, Any]) -> None:

@@ -140,7 +140,7 @@ def patterns_table(data: MoldData) -> Table:
 
 
 def fixture_table(data: MoldData) -> Table:
-    """What holds the plates at each side."""
+    """The holders of the plates at each side."""
     rows = [
         (
             each["side"],
@@ -178,7 +178,7 @@ def plates_table(data: MoldData) -> Table:
 
 
 def effects_table(placement: Any) -> Table:
-    """What plates off their places change; placement: the record's, with its numbers."""
+    """The effects of plates off their places; placement: the record's, with its numbers."""
 
     def offsets(changes: Iterable[Any], of: str = "") -> Iterator[tuple[str, str, Any]]:
         for each in changes:

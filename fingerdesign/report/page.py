@@ -1,4 +1,7 @@
-"""Pages as one file of HTML that opens offline: typed parts, or a feature's own template."""
+"""Pages as one file of HTML that opens offline: typed parts, or a feature's own template.
+
+The ``kind`` of a part names the macro of parts.html.j2 that shows it.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +22,11 @@ from fingerdesign.report.style import Canvas, ReportFigure, to_svg
 from fingerdesign.report.table import Table
 
 COMMON = Path(__file__).parent / "templates"  # parts.html.j2 and report.css, for every page
-
-
-# A page as typed parts. ``kind`` names the macro of parts.html.j2 that shows an item.
+# Elements that may hold no button, whole; then any other tag. The rest is text.
+_TAGS = re.compile(
+    r"(<(script|style|svg|a|button|h1|code|summary|label|select|nav)\b.*?</\2>|<[^>]*>)",
+    re.DOTALL,
+)
 
 
 @dataclass(frozen=True)
@@ -173,13 +178,6 @@ def term_pattern() -> re.Pattern[str]:
 
     names = sorted((re.escape(escape(name)) for name in glossary()), key=len, reverse=True)
     return re.compile(rf"(?<![\w.\[/-])({'|'.join(names)})(?:e?s)?(?!\w|[.=/_-]\w)", re.IGNORECASE)
-
-
-# Elements that may hold no button, whole; then any other tag. The rest is text.
-_TAGS = re.compile(
-    r"(<(script|style|svg|a|button|h1|code|summary|label|select|nav)\b.*?</\2>|<[^>]*>)",
-    re.DOTALL,
-)
 
 
 def add_definitions(page: str) -> str:

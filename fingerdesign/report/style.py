@@ -39,6 +39,7 @@ COLOURS = {
     "purple": "#b0569a",
     "paper": "#fefefd",
 }
+_NAMES = {colour: name for name, colour in COLOURS.items()}
 INK, MUTED, GRID, OPEN_COLOUR = (COLOURS[name] for name in ("ink", "muted", "grid", "open"))
 BLUE, VERMILION, GREEN, PURPLE = (
     COLOURS[name] for name in ("blue", "vermilion", "green", "purple")
@@ -203,9 +204,6 @@ def whole_numbers(most: int = 8) -> Locator:
     from matplotlib.ticker import MaxNLocator
 
     return MaxNLocator(integer=True, nbins=most)
-
-
-_NAMES = {colour: name for name, colour in COLOURS.items()}
 
 
 def _variable(match: re.Match[str]) -> str:

@@ -181,7 +181,7 @@ def map_figure(data: ControlData, trials: Sequence[Trial], noise: float) -> styl
 
 
 def _reasons(counts: dict[str, int]) -> str:
-    """How many grips succeed, and why the others do not."""
+    """The count of grips that succeed, and why the others do not."""
     whole = f"{counts.get('', 0)} of {sum(counts.values())} succeed"
     return "; ".join([whole, *(f"{count} {why}" for why, count in counts.items() if why)])
 

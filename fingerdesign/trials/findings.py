@@ -110,7 +110,7 @@ def _paper(paper: NoiseSummary | None) -> Iterator[Finding]:
 
 
 def _regulator(data: ControlData, own: NoiseSummary, noise: float) -> Iterator[Finding]:
-    """What the regulator holds, and how tightly."""
+    """The regulator's share of held grips, and how tightly it holds."""
     held, aim = own.held, f"{100.0 * HELD_SHARE:g} %"
     rate, low, high = rate_of(held), held.low or 0.0, held.high or 0.0
     enough, axes = rate >= HELD_SHARE, data["conditions"]

@@ -121,17 +121,17 @@ def tune(
     cells: Sequence[Cell],
     judge: Judge,
     *,
-    ranges: Sequence[Range] | None = None,
     budget: Sequence[Round] = BUDGET,
     seed: int = 0,
     report: Report = lambda message, fraction: None,
 ) -> Tuning:
-    """Tune one controller; ``default`` holds the design's own values of its parameters.
+    """Tune one controller; ``default`` holds the design's own values of those parameters that
+    are tuned.
 
     cells: the grips, as many as the last round asks for; each round takes them from the start.
     Raises DesignError for a controller without ranges or too few grips.
     """
-    own = ranges_of(controller) if ranges is None else tuple(ranges)
+    own = tuple(each for each in ranges_of(controller) if each.key in default)
     if len(cells) < budget[-1].grips:
         bound = f"at least {budget[-1].grips}, as the last round asks for"
         raise DesignError([Fault("grips", len(cells), bound, "give more")])

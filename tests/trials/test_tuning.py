@@ -35,7 +35,7 @@ from tests.support.grips import trial
 
 SMALL = (Round(4, 0, 3), Round(2, 2, 5))
 A = Range("grip.fixed_ratio.ratio", 0.05, 0.8)
-B = Range("grip.fixed_ratio.pull_share", 0.01, 0.05)
+B = Range("grip.fixed_ratio.pull_share", 0.003, 0.06)
 
 
 def made_up(cell, success, peak):
@@ -60,7 +60,7 @@ class Judge:
 def tuned(judge, seed=0, budget=BUDGET):
     cells = tuning_cells("fixed_ratio", budget[-1].grips)
     default = {A.key: 0.06, B.key: 0.02}
-    return tune("fixed_ratio", default, cells, judge, ranges=(A, B), budget=budget, seed=seed)
+    return tune("fixed_ratio", default, cells, judge, budget=budget, seed=seed)
 
 
 def test_it_finds_the_best_of_a_known_task():

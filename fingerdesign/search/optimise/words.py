@@ -112,7 +112,7 @@ def _more(count: int) -> Iterator[str]:
 
 
 def sensitivity_sentences(found: Sequence[Sensitivity]) -> Iterator[str]:
-    """What each objective depends on most, or why that is not known."""
+    """The key that each objective depends on most, or why it is not known."""
     unknown = [each for each in found if each.explained is None or not each.effects]
     for each in found:
         if each in unknown:
