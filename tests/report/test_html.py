@@ -87,7 +87,7 @@ def test_verdict_assumptions_figures_and_record_are_there(page):
         *("body.arc_radius_mm", "12.4°", "3f" * 32, "numpy 2.4.6", "plant 0"),
     ):
         assert words in page.words, words
-    assert len(page.drawings) == 8
+    assert len(page.drawings) == 6
     assert page.tags.count("table") == 6
 
 
@@ -141,7 +141,7 @@ def test_a_picture_that_fails_costs_only_itself(plane_strain, monkeypatch):
     monkeypatch.setattr(html_module, "finger_report", broken)
     page = Page(report_html(plane_strain))
     assert "could not be drawn: the displacement field does not belong to the mesh." in page.words
-    assert len(page.drawings) == 8
+    assert len(page.drawings) == 6
 
 
 @pytest.fixture
