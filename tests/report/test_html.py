@@ -88,7 +88,7 @@ def test_verdict_assumptions_figures_and_record_are_there(page):
     ):
         assert words in page.words, words
     assert len(page.drawings) == 6
-    assert page.tags.count("table") == 6
+    assert page.tags.count("table") == 7
 
 
 def test_words_of_the_design_cannot_become_markup(plane_strain):
