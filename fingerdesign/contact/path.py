@@ -82,7 +82,7 @@ def row_ends(substeps: int | None, touching: bool = True, coarser: int = 1) -> A
     >>> row_ends(4).tolist()
     [0.25, 0.5, 0.75, 1.0]
     >>> row_ends(None, touching=False, coarser=5).round(2).tolist()
-    [0.11, 0.45, 0.82, 1.0]
+    [0.1, 0.38, 0.86, 1.0]
     """
     if substeps is not None:
         sizes = np.ones(max(1, substeps // coarser))

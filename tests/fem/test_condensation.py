@@ -121,7 +121,7 @@ def test_condensed_equals_full(case):
     assert np.abs(model.point_strain(force)[0] - strain).max() < 1e-9 * np.abs(strain).max()
     bearing = 2 if model.locked.any() else model.dimension
     reaction = model.reaction_readout @ force.ravel()
-    least = 1e-8 if built.element == "P2" else 1e-7
+    least = 1e-7  # N, of ten: plates are 27,000 times stiffer than the body
     assert np.allclose(reaction[:bearing], -force.sum(axis=0)[:bearing], rtol=0, atol=least)
     if built.element == "P2":  # others' stiffness has fewer dofs, or pressures among them
         upper = stiffness_of(design, mesh)
