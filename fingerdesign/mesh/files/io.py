@@ -32,7 +32,7 @@ from fingerdesign.mesh.cells import (
 from fingerdesign.mesh.files.calculix import write_calculix
 from fingerdesign.mesh.files.calculix_read import read_calculix
 from fingerdesign.mesh.files.named import NamedMesh, facet_name, facet_number
-from fingerdesign.mesh.types import Mesh
+from fingerdesign.mesh.types import Mesh, in_tetrahedra
 from fingerdesign.runtime.files import whole_file
 
 Names = NDArray[np.object_]
@@ -97,7 +97,9 @@ def _write_meshio(mesh: Mesh, path: Path) -> None:
     import meshio
 
     gmsh = path.suffix == ".msh"
-    content = to_meshio(mesh, gmsh)
+    # Formats that hold prisms of 18 nodes; others get tetrahedra.
+    prisms = path.suffix in (".vtu", ".vtk", ".msh")
+    content = to_meshio(mesh if prisms else in_tetrahedra(mesh), gmsh)
     try:
         # To meshio .msh is ANSYS's first, which has no quadratic cells; and MSH 4 wants entities.
         content.write(path, file_format="gmsh22" if gmsh else None)
