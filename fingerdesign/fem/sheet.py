@@ -270,10 +270,13 @@ def _plane_ends(
 ) -> list[tuple[tuple[IntArray, IntArray], Array]]:
     """Springs (dofs, dofs), stiffness that hold each end face's middle nodes between their pair.
 
-    As stiff as a strip of the plate, share for share of its area.
+    As stiff as a strip of the plate. Each shares in the area as often as facets have its node, so
+    that on the mirror plane of a half model a spring is half of the whole's.
     """
     dimension = len(sheet.normal)
-    spring = modulus * float(sheet.measure.sum()) / len(sheet.upper) / sheet.thickness
+    uses = np.bincount(sheet.nodes.ravel(), minlength=len(sheet.own))[sheet.upper]
+    shares = (uses / uses.sum())[sheet.pair].repeat(dimension)
+    springs = modulus * float(sheet.measure.sum()) / sheet.thickness * shares
     trio = np.stack([sheet.between, sheet.upper[sheet.pair], sheet.lower[sheet.pair]])
     trio = sheet.own[trio]
     factor = (1.0, -0.5, -0.5)
@@ -284,5 +287,5 @@ def _plane_ends(
                 (nodes[:, None] * dimension + np.arange(dimension)).ravel()
                 for nodes in (trio[i], trio[j])
             )
-            found.append(((one, two), np.full(len(one), spring * a * b)))
+            found.append(((one, two), springs * (a * b)))
     return found

@@ -329,6 +329,6 @@ def test_the_stick_zone_is_cattaneos(strip, share):
     assert m.tangential_force == pytest.approx(share * 0.5)
     assert m.stick_ratio > 0.0
     exact = cattaneo_mindlin_line(share * 0.5, 1.0, 0.5)
-    assert m.stick_width / m.contact_width == pytest.approx(
-        exact, abs=0.007 if share < 0.99 else 0.011
-    )  # 40 facets
+    # Of 40 facets; at 0.999 the stick zone is 0.032 wide, little more than one facet.
+    least = 0.007 if share < 0.99 else 0.011
+    assert m.stick_width / m.contact_width == pytest.approx(exact, abs=least)
