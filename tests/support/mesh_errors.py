@@ -17,7 +17,13 @@ from dataclasses import asdict
 
 from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.fidelity.readings import Readings, readings_of
-from fingerdesign.analysis.mesh_error import COARSER, ORDERS, estimate, family_mesh
+from fingerdesign.analysis.mesh_error import (
+    AGAINST_TETRAHEDRA,
+    COARSER,
+    ORDERS,
+    estimate,
+    family_mesh,
+)
 from fingerdesign.analysis.path import follow_path, problem_at_touch
 from fingerdesign.analysis.path_error import distances
 from fingerdesign.analysis.stages import condense, in_wide_zone, one_thread, zone_of
@@ -71,7 +77,11 @@ def errors(name: str, scene_name: str, kind: str) -> tuple[float, ...]:
         own, coarser = family_mesh(case, zone, 1.0), COARSER[fidelity]
         orders: dict[str, float] | None = ORDERS[fidelity]
         if kind == "tetwild":
-            own, coarser, orders = mesh_finger(design, zone, case.symmetric), 1.0, None
+            own, coarser, orders = (
+                mesh_finger(design, zone, case.symmetric),
+                AGAINST_TETRAHEDRA,
+                None,
+            )
         main, took = answer(case, scene, zone, own)
         second, less = answer(case, scene, zone, family_mesh(case, zone, coarser))
         print(f"{name}, {scene_name or 'fundamental'}: {took:.2f} s, second {less:.2f} s")

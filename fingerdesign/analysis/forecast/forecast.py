@@ -16,6 +16,7 @@ from fingerdesign.analysis.fidelity.ladder import tolerance_faults
 from fingerdesign.analysis.fidelity.rungs import can_extrude
 from fingerdesign.analysis.finite_path import finite_faults
 from fingerdesign.analysis.forecast.counts import Counts, count_model
+from fingerdesign.analysis.mesh_error import absence
 from fingerdesign.analysis.path import steps_sideways
 from fingerdesign.analysis.stages import zone_of
 from fingerdesign.checks.meshing import plane_strain_faults
@@ -67,6 +68,8 @@ _FACTOR_SHARE = 0.6  # of dgemm's speed
 _CUT = 3.5
 _TANGENTS = 2.5  # factorisations a row at finite strain, with what is solved between them
 _FINITE_MEMORY = 1.8  # The factors at rest stay in memory too.
+# Work on the second model of the mesh's error over that on the first, by the first's mesher.
+_SECOND = {"netgen": 0.45, "sweep": 0.2, "tetwild": 0.15}
 _BUSY = " now (it is busy)"
 
 
@@ -156,12 +159,26 @@ def stage_seconds(counts: Counts, case: Case, machine: Machine) -> dict[str, flo
         once = seconds["condense"] + 5.0 * seconds["assemble"]
         seconds["increments"] += _TANGENTS * rows * once
     grips = _grips(counts, case)
-    if grips:
-        seconds["grips"] = grips * slow
+    waited = _second_seconds(counts, case, seconds, machine.cores, grips * slow)
+    if grips or waited:
+        seconds["grips"] = grips * slow + waited
     page, _ = requested_products(case, None, None)
     drawn = 1.5 + (1.0 if grips else 0.0) if page else 0.0
     seconds["report"] = (0.2 + drawn + 1e-5 * counts.elements) * slow
     return seconds
+
+
+def _second_seconds(
+    counts: Counts, case: Case, seconds: dict[str, float], cores: int, grips: float
+) -> float:
+    """Wait for the mesh's second model, which is made while another core follows the path and
+    grips; the stage "grips" has it."""
+    if absence(case):
+        return 0.0
+    second = _SECOND[counts.mesher] * sum(
+        seconds[stage] for stage in ("assemble", "condense", "increments")
+    )
+    return max(0.0, second - (seconds["increments"] + grips if cores > 1 else 0.0))
 
 
 def _mesh_seconds(counts: Counts, case: Case) -> float:
