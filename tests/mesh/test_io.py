@@ -1,6 +1,6 @@
 """Meshes through files and back: points, quadratic cells, regions and facet names."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import meshio
 import numpy as np
@@ -216,6 +216,14 @@ def test_a_mesh_is_kept_for_its_geometry_sizes_zone_and_half():
     for name, value in (geometry | sizes).items():
         assert key_of(**{name: value}) != same, name
     assert key_of(**{"body.material": "silicone", "body.core.material": "pla"}) == same
+
+
+@pytest.mark.parametrize("field", [each.name for each in fields(MeshSizes)])
+def test_each_size_is_part_of_a_mesh_key(field):
+    zone = Zone(3.0, 2.0, 1.0)
+    sizes = MeshSizes.of(DESIGN, zone)
+    other = replace(sizes, **{field: 1.01 * getattr(sizes, field)})
+    assert mesh_key(DESIGN, other, zone, True) != mesh_key(DESIGN, sizes, zone, True)
 
 
 def test_a_mesh_comes_back_as_it_was_and_garbage_is_nothing_kept(folder, mesh):

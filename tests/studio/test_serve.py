@@ -14,6 +14,7 @@ from fingerdesign.studio.session import Session
 from tests.support.house import ROOT
 
 WHY = "trame is missing: pip install 'fingerdesign[studio]'"
+TOKEN = "aB3-xY7_kQ9-mN2"
 
 
 def test_without_trame_one_line_names_the_install_command(monkeypatch, capsys):
@@ -90,14 +91,36 @@ def test_without_the_token_or_from_elsewhere_nothing_is_answered(answers, name):
     assert len(text) < 200
 
 
-def test_bytes_that_are_no_text_are_no_token():
-    pytest.importorskip("yarl", reason=WHY)
-    from yarl import URL
+def refused(given, headers=()):
+    """Why a request to port 8123 is refused whose cookie holds this token; TOKEN is right."""
+    yarl = pytest.importorskip("yarl", reason=WHY)
+    url = yarl.URL("http://127.0.0.1:8123/")
+    known = {"remote": "127.0.0.1", "url": url, "host": "127.0.0.1:8123", "query": {}}
+    cookies = {"studio-8123": given}
+    return refusal(SimpleNamespace(**known, headers=dict(headers), cookies=cookies), TOKEN)
 
-    url = URL("http://127.0.0.1:80/")
-    given = {"studio-80": "\udcff\udcfe"}
-    request = SimpleNamespace(remote="127.0.0.1", url=url, headers={}, query={}, cookies=given)
-    assert "token" in refusal(request, new_token())
+
+@pytest.mark.parametrize(
+    "given",
+    ["", TOKEN[:1], TOKEN[:-1], TOKEN[1:], TOKEN + "x", TOKEN.swapcase(), TOKEN[::-1], "\udcff"],
+)
+def test_a_token_that_is_nearly_right_is_refused(given):
+    assert "token" in refused(given)
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [
+        *("http://elsewhere-127.0.0.1:8123", "http://127.0.0.1:81234", "http://127.0.0.1:812"),
+        *("http://127.0.0.1", "https://127.0.0.1:8123", "127.0.0.1:8123", "null", ""),
+    ],
+)
+def test_an_origin_that_is_nearly_right_is_refused(origin):
+    assert refused(TOKEN, {"Origin": origin}) == "this page answers no other site"
+
+
+def test_the_right_token_from_its_own_page_is_answered():
+    assert refused(TOKEN) == refused(TOKEN, {"Origin": "http://127.0.0.1:8123"}) == ""
 
 
 def test_a_port_that_is_taken_is_refused_before_any_work(monkeypatch, capsys):

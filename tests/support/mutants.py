@@ -122,6 +122,31 @@ cached meshes: one for every contact zone
 fingerdesign/mesh/cache.py | tests/mesh
 -         "zone_mm": asdict(zone),
 +         "zone_mm": asdict(zone)["inner"],
+
+cached meshes: one for the half and the whole
+fingerdesign/mesh/cache.py | tests/mesh/test_io.py
+-         "symmetric": symmetric,
++         "symmetric": True,
+
+cached meshes: sizes without their stretch
+fingerdesign/mesh/cache.py | tests/mesh/test_io.py
+-         "sizes": asdict(sizes),
++         "sizes": asdict(sizes) | {"stretch": 1.0},
+
+training key: without the friction of the bench
+fingerdesign/sensing/train/result.py | tests/sensing/test_training_key.py
+-         grip.bench_friction_coefficient,
++         None,
+
+studio: one character of the token is enough
+fingerdesign/studio/serve.py | tests/studio/test_serve.py
+-     if not hmac.compare_digest(given.encode(errors="replace"), token.encode()):
++     if not (given and token.startswith(given)):
+
+studio: an origin that ends with the host passes
+fingerdesign/studio/serve.py | tests/studio/test_serve.py
+-     if origin is not None and origin != f"{request.url.scheme}://{request.host}":
++     if origin is not None and not origin.endswith(request.host):
 """
 
 

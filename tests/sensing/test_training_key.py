@@ -1,0 +1,47 @@
+"""The name of a cached estimator: each thing that its training depends on changes it."""
+
+from dataclasses import fields, replace
+
+import pytest
+
+from fingerdesign import parse_design, with_values
+from fingerdesign.sensing.train.paths import Settings
+from fingerdesign.sensing.train.result import settings_of, training_key
+from tests.sensing.conftest import FINGER
+
+DESIGN = parse_design(FINGER)
+SETTINGS = settings_of(DESIGN)
+
+
+@pytest.mark.parametrize("field", [each.name for each in fields(Settings)])
+def test_each_setting_is_part_of_the_key(field):
+    value = getattr(SETTINGS, field)
+    if field == "bounds":
+        others = [replace(value, **{k: v + 1}) for k, v in vars(value).items()]
+    else:
+        others = ["lower" if field == "face" else value + 1]
+    keys = {training_key(DESIGN, replace(SETTINGS, **{field: other})) for other in others}
+    assert len(keys) == len(others)
+    assert training_key(DESIGN, SETTINGS) not in keys
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("grip.bench_friction_coefficient", 0.77),
+        ("body.depth_mm", 8.1),
+        ("plates.cover_mm", 0.91),
+        ("gages.length_mm", 0.51),
+        ("materials.polyimide.youngs_modulus_MPa", 2600.0),
+        ("mesh.section.plate_size_mm", 0.31),
+    ],
+)
+def test_each_part_of_the_design_is_part_of_the_key(key, value):
+    other = with_values(DESIGN, {key: value})
+    assert training_key(other, SETTINGS) != training_key(DESIGN, SETTINGS)
+
+
+def test_the_fidelity_is_part_of_the_key_and_names_are_not():
+    assert training_key(DESIGN, SETTINGS, "3d") != training_key(DESIGN, SETTINGS)
+    named = with_values(DESIGN, {"design.name": "other"})
+    assert training_key(named, SETTINGS) == training_key(DESIGN, SETTINGS)
