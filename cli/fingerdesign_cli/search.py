@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from fingerdesign.design.shipped import file_text
+from fingerdesign.design.shipped import file_text, kind_of
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.runtime.progress import Progress
 from fingerdesign.search.compare.folder import FOLDER, write_study
@@ -24,6 +24,7 @@ from fingerdesign.search.optimise.optimise import BATCH, Search, refuse_aimless,
 from fingerdesign.search.optimise.page import FOLDER as SEARCH_FOLDER
 from fingerdesign.search.optimise.page import journal_path, tables, verdict, write_optimised
 from fingerdesign.search.optimise.trials import Trials
+from fingerdesign.search.passing.space import Freedom
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.run import (
     TRANSIENT,
@@ -201,8 +202,23 @@ class Setting(Options):
         return text, parse_study(text, str(study_file))
 
 
-def optimise(study_file: Path, out: Path, trials: int | None, setting: Setting) -> int:
-    """Search STUDY for fingers that are better in its [[objectives]], within its [constraints]."""
+@dataclass(frozen=True)
+class Kept(Options):
+    """Keys that a search from a design keeps, and that it frees besides its own."""
+
+    keep: tuple[str, ...]
+    free: tuple[str, ...]
+
+
+def optimise(study_file: Path, out: Path, trials: int | None, kept: Kept, setting: Setting) -> int:
+    """Search STUDY for fingers that are better in its [[objectives]], within its [constraints];
+    or from a design for one that passes all verdicts."""
+    if kind_of(study_file) == "design":
+        from fingerdesign_cli.passing import optimise_design
+
+        return optimise_design(study_file, out, trials, Freedom(kept.keep, kept.free), setting)
+    if kept.keep or kept.free:
+        raise click.UsageError("--keep and --free belong to a design; a study names its keys")
     (text, study), folder = setting.read(study_file), study_file.parent
     refuse_aimless(study)
     target = out / study.name

@@ -113,6 +113,7 @@ def _key(case: Case) -> str | None:
         case.grips,
         case.fields,
         case.studied,
+        case.remedies,
         case.mesh_error,
     )
     parts = json.dumps(

@@ -29,8 +29,8 @@ class Case:
     recover displacement fields, for files and pictures. go_on: even where the forecast says that
     the machine's free memory will not do. estimator: what grip.controller = "regulator" grips by;
     None: trained on the design. studied: with the study, at several frictions, of the fundamental
-    case; a comparison of many fingers has no use for it. mesh_error: estimate the
-    mesh's share in the errors, by a second model.
+    case. remedies: find what helps gages that see too little; a comparison of many fingers has no
+    use for it. mesh_error: estimate the mesh's share in the errors, by a second model.
     """
 
     design: Design
@@ -43,6 +43,7 @@ class Case:
     tolerance: float = TOLERANCE
     estimator: GripEstimator | None = None
     studied: bool = True
+    remedies: bool = True
     mesh_error: bool = False
 
     @property

@@ -145,8 +145,8 @@ def tune(
             report(words, (begun + part) / len(budget))
 
         made = [Candidate(dict(default), 0)] if number == 0 else []
-        points = _points(box, each.new - len(made), np.random.default_rng([seed, number]))
-        made += [Candidate(_values(own, point), number) for point in points]
+        points = points_of(box, each.new - len(made), np.random.default_rng([seed, number]))
+        made += [Candidate(values_at(own, point), number) for point in points]
         best = [k for k in going if k != 0][: each.best]
         # The default stays to the end: it is what the tuning improves on.
         chosen = [*([0] if going else []), *best]
@@ -157,7 +157,7 @@ def tune(
         for k, found in zip(chosen, judge(batches, shown), strict=True):
             everything[k] = replace(everything[k], outcomes=(*everything[k].outcomes, *found))
         going = sorted(chosen, key=lambda k: everything[k].order, reverse=True)
-        box = _box_around(own, everything[going[0]].values, _SHRINK ** (number + 1))
+        box = box_around(own, everything[going[0]].values, _SHRINK ** (number + 1))
     first, trials = everything[going[0]], tuple(everything)
     return Tuning(own, tuple(budget), trials, first, trials[0])
 
@@ -174,7 +174,7 @@ def ranges_of(controller: str) -> tuple[Range, ...]:
     return own.tuned
 
 
-def _points(box: Array, count: int, rng: np.random.Generator) -> Array:
+def points_of(box: Array, count: int, rng: np.random.Generator) -> Array:
     """``count`` Sobol points (count, d) of a box (d, 2) of shares."""
     points = _sobol(len(box), count, int(rng.integers(2**31)))
     return np.asarray(box[:, 0] + points * (box[:, 1] - box[:, 0]))
@@ -188,11 +188,12 @@ def _sobol(dimension: int, count: int, seed: int) -> Array:
     return np.asarray(drawn[:count])
 
 
-def _values(ranges: Sequence[Range], point: Array) -> dict[str, float]:
+def values_at(ranges: Sequence[Range], point: Array) -> dict[str, float]:
+    """Values (by key) at a point of shares in [0, 1)."""
     return {each.key: each.at(float(share)) for each, share in zip(ranges, point, strict=True)}
 
 
-def _box_around(ranges: Sequence[Range], values: Values, width: float) -> Array:
+def box_around(ranges: Sequence[Range], values: Values, width: float) -> Array:
     """A box of that width, as a share of the whole, around ``values``, inside the whole."""
     middle = np.array([each.share(values[each.key]) for each in ranges])
     low = np.clip(middle - 0.5 * width, 0.0, 1.0 - width)

@@ -57,7 +57,13 @@ class Finger:
     def case(self) -> Case:
         """Its path alone: without grips, fields and studies."""
         return Case(
-            self.design, self.scene, self.fidelity, grips=False, fields=False, studied=False
+            self.design,
+            self.scene,
+            self.fidelity,
+            grips=False,
+            fields=False,
+            studied=False,
+            remedies=False,
         )
 
 

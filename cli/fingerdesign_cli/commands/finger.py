@@ -335,13 +335,25 @@ def sweep() -> None:
     """
 
 
-@command("search", "Search for better fingers; the best are confirmed in 3-D.")
-@click.argument("study_file", metavar="STUDY", type=STUDY)
+@command("search", "Find a finger that passes, from a design; or search a study.")
+@click.argument("study_file", metavar="DESIGN|STUDY", type=ShippedOrFile("design", "study"))
 @out_option
 @click.option(
     "--trials",
     type=click.IntRange(1, 100_000),
-    help="How many trials in all; without it as many as the study's [optimise] says.",
+    help="Most trials. Without it 48 from a design, or what the study's [optimise] says.",
+)
+@click.option(
+    "--keep",
+    multiple=True,
+    metavar="KEY",
+    help="From a design: a key or table that stays, as body or plates.material; repeatable.",
+)
+@click.option(
+    "--free",
+    multiple=True,
+    metavar="KEY",
+    help="From a design: a further key that may vary, as body.width_mm; repeatable.",
 )
 @scheduler_options
 @click.option("--retry", is_flag=True, help="Run again what failed for time, memory or a crash.")
@@ -349,16 +361,20 @@ def sweep() -> None:
 @open_option
 @output_options
 def optimise() -> None:
-    """Search STUDY for fingers that are better in its [[objectives]], within its [constraints].
+    """Search from DESIGN for a finger that passes all verdicts of `analyse`.
 
-    Trials are drawn by Optuna and analysed at the study's fidelity; the best of the front, and the
-    study's base as the reference, are then analysed in 3-D. OUT/NAME holds report.html (trials
-    compared, what stood in 3-D, what each objective hangs on), study.json, outcomes.jsonl, tables.
+    Section, plates, gages and the rule of the hand vary; --keep and --free change that. Trials run
+    in 3-D on swept cells. The best are analysed as `analyse` does it, and the search ends with the
+    first that passes. OUT/NAME-optimised.toml is the finger, OUT/NAME-optimised its analysis,
+    OUT/NAME-optimised.html compares it with DESIGN. Exit code 1 where none passes: the page then
+    shows which verdicts exclude each other.
 
-    The trials stand in OUT/NAME.trials.jsonl, which stays: an interrupted search goes on there, and
-    more --trials go on from those that are done. With --json a line of JSON an outcome as it comes
-    (number: the trial's; done: how many are). With --quiet one line where trials failed.
-    Exit code 1 where no trial at all could be analysed.
+    With a STUDY: search for fingers that are better in its [[objectives]], within its
+    [constraints]. The best of the front, and the study's base as the reference, are then analysed
+    in 3-D. OUT/NAME holds report.html, study.json, outcomes.jsonl, tables. Exit code 1 where no
+    trial could be analysed.
+
+    All trials are stored: an interrupted search, run again, goes on where it stopped.
     """
 
 

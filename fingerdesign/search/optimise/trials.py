@@ -8,7 +8,7 @@ journal; the work itself is done in parallel by the evaluator.
 import hashlib
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,13 +39,20 @@ class Trial:
 class Trials(ExitStack):
     """The trials of one study in the file ``journal``. A context manager.
 
+    starts: values of the first trials, in the ranges of the study; the sampler draws the others.
     Raises DesignError where the file holds the trials of another study, JournalError where it
     cannot be written or another process has it open.
     """
 
-    def __init__(self, study: Study, base: Design, journal: Path) -> None:
+    def __init__(
+        self,
+        study: Study,
+        base: Design,
+        journal: Path,
+        starts: Sequence[Mapping[str, Choice]] = (),
+    ) -> None:
         super().__init__()
-        self._study, self._path = study, journal
+        self._study, self._path, self._starts = study, journal, starts
         self._identity = _identity(study, base)
         self._space = {key: _distribution(each) for key, each in study.parameters.items()}
         self._directions = [f"{each.direction}imize" for each in study.objectives]
@@ -94,7 +101,10 @@ class Trials(ExitStack):
         copy.add_trials(self._trials.get_trials())
         try:
             for _ in range(count):
-                copy.sampler = self._sampler(len(copy.get_trials(deepcopy=False)))
+                index = len(copy.get_trials(deepcopy=False))
+                copy.sampler = self._sampler(index)
+                if index < len(self._starts):
+                    copy.enqueue_trial(dict(self._starts[index]))
                 drawn = copy.ask(self._space).params
                 self._trials.add_trial(
                     create_trial(state=TrialState.RUNNING, params=drawn, distributions=self._space)

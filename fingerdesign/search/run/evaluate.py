@@ -3,7 +3,7 @@
 import hashlib
 import time
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 from pydantic import TypeAdapter
 
@@ -30,6 +30,7 @@ from fingerdesign.sensing.model import FIDELITIES, meshed_for_grips
 from fingerdesign.validate.plane_strain import plane_strain_error
 from fingerdesign.version import versions
 
+Part = Literal["all", "sensing", "hand"]
 EVALUATE = "fingerdesign.search.run.evaluate:evaluated"
 
 
@@ -62,7 +63,8 @@ class Job:
 
     scene None: the fundamental case and the grips of the design's ``[grip]`` table. values: the
     studied keys, reported in the outcome. study_keys: keys that the study sets; they are unchanged;
-    other sizes of the mesh are those that grips are studied with (sensing/model.py).
+    other sizes of the mesh are those that grips are studied with (sensing/model.py). part: what is
+    judged; "sensing": gages without grips, "hand": grips without gages, neither with a stick error.
     """
 
     name: str
@@ -74,6 +76,7 @@ class Job:
     fidelity: str = "plane-strain"
     tolerance: float = 0.02
     study_keys: tuple[str, ...] = ()
+    part: Part = "all"
 
     @property
     def case(self) -> Case:
@@ -89,10 +92,11 @@ class Job:
             self.scene,
             self.fidelity,
             scene_name,
-            grips=self.scene is None,
+            grips=self.scene is None and self.part != "sensing",
             fields=False,
             tolerance=self.tolerance,
-            studied=False,
+            studied=self.part != "hand",
+            remedies=False,
         )
 
     def digest(self) -> str:
@@ -103,7 +107,7 @@ class Job:
         case = self.case
         decided = result_digest(_nameless(case.design), case.path_scene, case.requested)
         gripped = "" if self.scene is not None else "with grips"
-        reported = "\n".join((decided, gripped, f"metrics {METRICS_VERSION}"))
+        reported = "\n".join((decided, gripped, self.part, f"metrics {METRICS_VERSION}"))
         return hashlib.sha256(reported.encode()).hexdigest()
 
     def to_data(self) -> dict[str, Any]:
@@ -207,7 +211,7 @@ def _analysed(job: Job) -> Outcome:
     case = replace(case, design=_nameless(case.design))
     analysis = run(case)
     result = analysis.result
-    reported, unheard = stick_error_of(case, analysis)
+    reported, unheard = stick_error_of(case, analysis) if job.part == "all" else (None, ())
     validity = validity_of(case, analysis)
     metrics, endless = finite_metrics(
         {

@@ -10,6 +10,7 @@ import numpy as np
 
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.shortfall import area_correlation, shortfalls, total
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.schema import Design
@@ -45,6 +46,8 @@ def metrics_of(design: Design, cost: Cost, analysis: Analysis) -> dict[str, floa
         "first_slip_N": _first_slip(rows),
         "gage_response": _gage_response(analysis),
         "smallest_stick_change": None if measured is None else measured.smallest_stick_change,
+        "area_correlation": area_correlation(analysis.result.slip_studies),
+        "shortfall": total(shortfalls(analysis.result)),
         **own_metrics(design, cost),
     }
 

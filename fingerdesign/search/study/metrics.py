@@ -10,7 +10,7 @@ from typing import Literal
 
 from fingerdesign.design.base import refuse
 
-METRICS_VERSION = 7
+METRICS_VERSION = 8
 Goal = Literal["min", "max"]
 
 
@@ -75,6 +75,13 @@ _ROWS: tuple[tuple[str, str, Goal | None, str], ...] = (  # name, unit, better, 
         "min",
         "smallest change of the stick ratio that gages show above the noise of one sample",
     ),
+    (
+        "area_correlation",
+        "",
+        "max",
+        "least rank correlation of gage area and stick area, over five frictions",
+    ),
+    ("shortfall", "", "min", "distance from passing all verdicts; 0: all pass with room to spare"),
     ("normal_force_N", "N", None, "F_n at the end of the scene's path"),
     ("tangential_force_N", "N", None, "F_t at the end of the scene's path"),
     ("stiffness_N_per_mm", "N/mm", None, "F_n over approach at the deepest approach"),
@@ -97,6 +104,7 @@ _SCALES = {  # good, poor
     "peak_ratio": (1.5, 3.0),
     "stick_error": (0.1, 0.2),
     "smallest_stick_change": (0.1, 0.3),
+    "area_correlation": (0.8, 0.5),
 }
 _CHANCE = {  # share, step, noisy
     "safety_margin": (0.02, 0.0, 0.18),

@@ -1,0 +1,1 @@
+"""Search for a finger that passes all of its verdicts, from one design."""

@@ -1,0 +1,173 @@
+"""The hand of a finger: how far it presses, and the values of the paper's rule that lift gently.
+
+The rule is tried on the frictions of the verdict and between them, so that it does not fit only
+those. The first trials are the design's own values and those of a shipped finger that passes,
+with forces in proportion to the weight.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from operator import attrgetter
+
+import numpy as np
+
+from fingerdesign.checks.follow import MOST_TRAVEL
+from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.control.roster import Range
+from fingerdesign.design.grip import weight_per_finger
+from fingerdesign.design.schema import Design
+from fingerdesign.layout.bodies import crest_height
+from fingerdesign.records.outcome import Outcome
+from fingerdesign.search.passing.space import PASSING
+from fingerdesign.trials.tuning import box_around, points_of, ranges_of, values_at
+
+RULE = "paper"  # The controller that is tuned.
+FIRST, SECOND = 12, 8  # Trials drawn from the whole box, then from a third of it around the best.
+_NARROW = 1.0 / 3.0
+_PRESS = 2.0  # The travel presses with this times the least force at the lowest friction.
+_STEPS = 75  # Control steps from the first contact to the end of the travel.
+_SHEAR = 7.5  # A tangential step over a normal one.
+_FORCES = ("grip.force_floor_N", "grip.hold_force_N")
+_NO_FORCE = 1e-9  # N: rounding noise of a contact without load.
+
+Values = dict[str, float]
+# Outcomes of hands: the design with each of some values of [grip].
+Judge = Callable[[Sequence[Design]], Sequence[Outcome]]
+
+
+@dataclass(frozen=True)
+class Hand:
+    """Values of [grip] that were tried, and the shortfall of lifts and forces (inf: no answer)."""
+
+    values: Values
+    shortfall: float
+
+
+def with_travel(design: Design, sensed: Outcome) -> Design:
+    """The design with a stage travel that its measured stiffness asks for, and steps to match."""
+    grip = design.grip
+    weight = weight_per_finger(grip.object_mass_g)
+    force = _PRESS * weight / min(grip.friction_coefficients)
+    deep = _approach(sensed, force)
+    if deep is None:
+        return design
+    most = min(MOST_TRAVEL * float(crest_height(design.body)), design.body.base_height_mm)
+    travel = _rounded(min(deep, most))
+    step = travel / _STEPS
+    values = {
+        "grip.controller": RULE,
+        "grip.max_approach_mm": travel,
+        "grip.preload_mm": _rounded(_SHEAR * step),
+        "grip.approach_step_mm": _rounded(step),
+        "grip.shear_step_mm": _rounded(_SHEAR * step),
+    }
+    return with_values(design, values)
+
+
+def _approach(sensed: Outcome, force: float) -> float | None:
+    """Approach, mm, that presses with ``force``: F_n ~ approach^n through two loaded increments."""
+    trace = sensed.traces
+    rows = zip(trace.approach_mm, trace.normal_force_N, strict=True)
+    pressing = {deep: load for deep, load in rows if deep and load and load > _NO_FORCE}
+    if len(pressing) < 2:
+        return None
+    (less, low), *_, (more, high) = sorted(pressing.items())
+    power = math.log(high / low) / math.log(more / less) if high > low else 0.0
+    return float(more * (force / high) ** (1.0 / power)) if power > 0.0 else None
+
+
+def hand_of(design: Design, judge: Judge, report: Callable[[int], None]) -> Hand:
+    """The best hand found; the search ends with the first that lacks nothing.
+
+    judge: outcomes of designs that differ in [grip] alone, at :func:`between` frictions. report:
+    receives how many hands were tried.
+    """
+    ranges = _ranges(design)
+    tried: list[Hand] = []
+
+    def enough(new: Sequence[Values]) -> bool:
+        """Judge a few at a time, so that the search ends early."""
+        for begin in range(0, len(new), 4):
+            some = new[begin : begin + 4]
+            designs = [with_values(between(design), {**each}) for each in some]
+            for values, outcome in zip(some, judge(designs), strict=True):
+                found = outcome.metrics.get("shortfall")
+                tried.append(Hand(values, math.inf if found is None else found))
+            report(len(tried))
+            if min(each.shortfall for each in tried) == 0.0:
+                return True
+        return False
+
+    box = np.tile([0.0, 1.0], (len(ranges), 1))
+    if not enough(_starts(design, ranges)):
+        if not enough(_drawn(ranges, box, FIRST, 0)):
+            best = _best(tried)
+            enough(_drawn(ranges, box_around(ranges, best.values, _NARROW), SECOND, 1))
+    return _best(tried)
+
+
+def _best(tried: Sequence[Hand]) -> Hand:
+    return min(tried, key=lambda each: each.shortfall)
+
+
+def _drawn(ranges: Sequence[Range], box: np.ndarray, count: int, seed: int) -> list[Values]:
+    points = points_of(box, count, np.random.default_rng(seed))
+    return [_short(values_at(ranges, point)) for point in points]
+
+
+def between(design: Design) -> Design:
+    """The design lifted also at frictions between its own: a hand must not fit those alone."""
+    own = sorted(set(design.grip.friction_coefficients))
+    middle = [_rounded(math.sqrt(low * high)) for low, high in pairwise(own)]
+    return with_values(design, {"grip.friction_coefficients": sorted({*own, *middle})})
+
+
+def _ranges(design: Design) -> list[Range]:
+    """The rule's ranges, forces in proportion to the weight."""
+    scale = _scale(design)
+    return [
+        replace(each, low=each.low * by, high=each.high * by)
+        for each in ranges_of(RULE)
+        for by in (_by(each.key, scale),)
+    ]
+
+
+def _starts(design: Design, ranges: Sequence[Range]) -> list[Values]:
+    """The design's own values, and those of shipped fingers that pass, inside the ranges."""
+    found: list[Values] = []
+    for each, by in _known(design):
+        values = {own.key: float(attrgetter(own.key)(each)) * _by(own.key, by) for own in ranges}
+        clipped = {own.key: min(max(values[own.key], own.low), own.high) for own in ranges}
+        found.append(_short(clipped))
+    return [each for k, each in enumerate(found) if each not in found[:k]]
+
+
+def _known(design: Design) -> Iterator[tuple[Design, float]]:
+    """Designs with values to begin with, and the scale of their forces."""
+    for name in PASSING:
+        known = load_design(name)
+        yield known, _scale(design) / _scale(known)
+    if design.grip.controller == RULE:
+        yield design, 1.0
+
+
+def _scale(design: Design) -> float:
+    """Weight over that of the ranges' own 500 g."""
+    return weight_per_finger(design.grip.object_mass_g) / weight_per_finger(500.0)
+
+
+def _by(key: str, scale: float) -> float:
+    """Factor of a key where all forces have the factor ``scale``."""
+    if key in _FORCES:
+        return scale
+    return 1.0 / scale if key == "grip.curve_per_N" else 1.0
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.3g}")
+
+
+def _short(values: Values) -> Values:
+    return {key: _rounded(value) for key, value in values.items()}

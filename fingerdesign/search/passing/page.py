@@ -1,0 +1,154 @@
+"""The page of a search for a passing finger: where it began, where it ended, what was given up."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
+from fingerdesign.analysis.page.section import dimension_shapes, draw_shapes, section_shapes
+from fingerdesign.analysis.verdicts import GOOD_CORRELATION, verdict_view
+from fingerdesign.design.schema import Design
+from fingerdesign.records.outcome import Outcome
+from fingerdesign.report import style
+from fingerdesign.report.page import Item, Page, Section, Text, page_html
+from fingerdesign.report.table import Table, value_text
+from fingerdesign.search.passing.passing import Found
+from fingerdesign.search.passing.space import changes_between
+from fingerdesign.search.study.metrics import METRICS
+
+# Metrics that a user may miss after a search for verdicts.
+_GIVEN_UP = ("plates", "stiffness_N_per_mm", "peak_pressure_MPa", "rubber_volume_ml")
+
+
+def passing_page(design: Design, found: Found) -> str:
+    """The page as HTML that opens offline; ``design``: where the search began."""
+    best = found.best
+    count = f"{len(found.tried)} trials"
+    view = None if best is None or best.result is None else verdict_view(best.result)
+    with style.house_style():
+        first: Item = Text(found.conflict)
+        if best is not None:
+            first = _sections(design, best.design)
+        charts = [_trials_figure(found)] if found.tried else []
+    sections = [Section("search", "The search", [*charts, *_tables(found)])]
+    if best is not None:
+        changed = _changed(changes_between(design, best.design))
+        given_up = _given_up(found, best.sensed)
+        sections.insert(0, Section("changes", "What changed", [changed, *given_up]))
+    if found.conflict:
+        sections.insert(0, Section("conflict", "Why none passes", [Text(found.conflict)]))
+    return page_html(
+        Page(
+            title=f"{design.design.name}: search for a passing finger",
+            heading=f"{design.design.name}: search for a passing finger",
+            lead=" · ".join([view.summary if view else "no finger passes", count]),
+            sections=sections,
+            record=[Text(f"Searched keys: {', '.join(found.space.parameters)}.", "quiet")],
+            first=first,
+            view=view,
+        )
+    )
+
+
+def write_page(path: Path, design: Design, found: Found) -> None:
+    """Write the page."""
+    path.write_text(passing_page(design, found), encoding="utf-8", newline="\n")
+
+
+def _sections(before: Design, after: Design) -> style.ReportFigure:
+    """Both sections with dimensions, before above after."""
+    figure = style.canvas(7.2, 6.4)
+    panels = figure.subplots(2, 1)
+    for axes, design, title in zip(panels, (before, after), ("before", "after"), strict=True):
+        draw_shapes(axes, [*section_shapes(design), *dimension_shapes(design)])
+        axes.set_title(f"{title}: {design.plates.number} plates (mm)")
+    words = f"Section of {before.design.name} before and after the search."
+    image = style.to_svg(figure, "sections", words)
+    return style.ReportFigure("sections", "Before and after", image, words, words)
+
+
+def _trials_figure(found: Found) -> style.ReportFigure:
+    """Each trial's gages: rank correlation against the smallest stick change seen."""
+    figure = style.canvas(7.2, 3.4)
+    axes = figure.subplots()
+    pairs = np.array([*_pairs(found)]).reshape(-1, 2)
+    axes.plot(pairs[:, 1], pairs[:, 0], "o", color=style.BLUE, ms=4.0, label="trial")
+    if found.best is not None:
+        own = np.array([*_pair(found.best.sensed)]).reshape(-1, 2)
+        axes.plot(own[:, 1], own[:, 0], "D", color=style.GREEN, ms=7.0, label="taken")
+    axes.axhline(GOOD_CORRELATION, color=style.MUTED, lw=0.8)
+    axes.axvline(WANTED_STICK_CHANGE, color=style.MUTED, lw=0.8)
+    axes.set_xscale("log")
+    axes.set_xlabel("smallest stick change seen")
+    axes.set_ylabel("least rank correlation")
+    axes.legend(fontsize=7.5)
+    reading = (
+        f"Good fingers are at the upper left: rank correlation over {GOOD_CORRELATION:g}, stick "
+        f"change under {WANTED_STICK_CHANGE:g}."
+    )
+    image = style.to_svg(figure, "trials", reading)
+    return style.ReportFigure("trials", "Gages of all trials", image, reading, reading)
+
+
+def _pairs(found: Found) -> Iterator[tuple[float, float]]:
+    for each in found.tried:
+        yield from _pair(each.outcomes[0])
+
+
+def _pair(outcome: Outcome) -> Iterator[tuple[float, float]]:
+    area = outcome.metrics.get("area_correlation")
+    change = outcome.metrics.get("smallest_stick_change")
+    if area is not None and change is not None:
+        yield area, change
+
+
+def _changed(changes: Mapping[str, tuple[Any, Any]]) -> Table:
+    rows = tuple((key, _text(old), _text(new)) for key, (old, new) in changes.items())
+    columns = ("key", "before", "after")
+    return Table("changed", "Changed keys", columns, rows, frozenset(range(3)))
+
+
+def _text(value: Any) -> str:
+    return "–" if value is None else value_text(value)
+
+
+def _given_up(found: Found, taken: Outcome) -> Sequence[Item]:
+    """What the first trial had and the one that was taken has not; replaced layouts of plates."""
+    start = found.tried[0].outcomes[0]
+    rows = [
+        (METRICS[name].words, *(_number(each.metrics.get(name)) for each in (start, taken)))
+        for name in _GIVEN_UP
+    ]
+    table = Table(
+        "given-up",
+        "What else changed",
+        ("quantity", "first trial", "taken"),
+        tuple(rows),
+        frozenset({0}),
+    )
+    if not found.space.replaced:
+        return [table]
+    lost = ", ".join(found.space.replaced)
+    return [Text(f"Given up, since one plain row of plates was searched: {lost}."), table]
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None else f"{value:.4g}"
+
+
+def _tables(found: Found) -> Sequence[Item]:
+    """Fingers for which a hand was searched."""
+    rows = tuple(
+        (
+            each.sensed.name,
+            _number(each.sensed.metrics.get("area_correlation")),
+            _number(each.sensed.metrics.get("smallest_stick_change")),
+            _number(each.hand.shortfall),
+            "not analysed" if each.result is None else ", ".join(each.failing) or "all pass",
+        )
+        for each in found.candidates
+    )
+    columns = ("trial", "rank correlation", "stick change", "hand short by", "on its own mesh")
+    return [Table("hands", "Fingers with a hand", columns, rows, frozenset({0, 4}))] if rows else []

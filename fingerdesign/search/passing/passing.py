@@ -1,0 +1,295 @@
+"""Search from one design for a finger that passes all verdicts.
+
+    space = space_of(design, Freedom())
+    with Trials(study_of(space), space.base, journal, space.starts) as trials:
+        found = find_passing(space, Freedom(), trials, evaluated, confirm, most)
+
+Trials judge the gages alone, on the swept model in 3-D: the hand does not change them. For a finger
+whose gages do, a hand is searched; then the whole finger is analysed on its own mesh, by default of
+tetrahedra, and judged as `analyse` judges it. The search ends with the first that passes.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
+from fingerdesign.analysis.shortfall import GRIP_FORCE, LIFTS
+from fingerdesign.analysis.verdicts import GOOD_CORRELATION, verdict_view
+from fingerdesign.checks.load import with_values
+from fingerdesign.design.schema import Design
+from fingerdesign.mesh.make import mesher_of
+from fingerdesign.records.outcome import Outcome
+from fingerdesign.records.result import Result
+from fingerdesign.search.optimise.optimise import Search, Tried, searched
+from fingerdesign.search.optimise.trials import Trials
+from fingerdesign.search.passing.hands import Hand, between, hand_of, with_travel
+from fingerdesign.search.passing.space import Freedom, Space
+from fingerdesign.search.run.evaluate import Job
+from fingerdesign.search.run.run import FUNDAMENTAL, Planned
+from fingerdesign.search.study.file import Cost, Study
+from fingerdesign.search.study.values import set_keys
+from fingerdesign.sensing.model import meshed_for_grips
+
+BATCH = 4  # Trials between two looks at the best; the sampler learns after each.
+SWEPT_TRIALS, TETRAHEDRA_TRIALS = 48, 16  # A trial on tetrahedra takes four times as long.
+_MOST_HANDS = 8  # Fingers for which a hand is searched: each takes a minute or two.
+_MOST_CONFIRMED = 4  # Whole analyses, a minute each.
+_LIMIT_S = 900.0  # Of one trial.
+# Sizes that a trial changes for speed; a hand is searched again with the design's own.
+_OWN_MESH = (
+    "mesh.section.gradation",
+    "mesh.contact_size_mm",
+    "mesh.layers",
+    "mesh.layer_growth",
+    "mesh.mesher",
+)
+
+Evaluated = Callable[[Sequence[Planned]], Sequence[Outcome]]
+Confirm = Callable[[Design], Result]
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A finger whose gages pass, with its hand: the design, what its trial found, and what the
+    whole analysis found (None where the hand was not good enough for one)."""
+
+    design: Design
+    sensed: Outcome
+    hand: Hand
+    result: Result | None = None
+
+    @property
+    def failing(self) -> tuple[str, ...]:
+        """Names of the verdicts that do not pass in the whole analysis."""
+        if self.result is None:
+            return ()
+        view = verdict_view(self.result)
+        if view.failure:
+            return ("the analysis failed",)
+        judged = [each for each in view.verdicts if each.status != "note"]
+        return tuple(each.name for each in judged if each.status != "pass")
+
+    @property
+    def passes(self) -> bool:
+        """True if the whole analysis was made and every verdict passes."""
+        return self.result is not None and not self.failing
+
+
+@dataclass(frozen=True)
+class Found:
+    """Result of the search: all trials, all candidates, the one to take (None: no finger at all).
+
+    conflict: why none passes, in a sentence; "" where one does.
+    """
+
+    space: Space
+    tried: tuple[Tried, ...]
+    candidates: tuple[Candidate, ...] = ()
+    best: Candidate | None = None
+    conflict: str = field(default="")
+
+    @property
+    def passes(self) -> bool:
+        """True if a finger passes."""
+        return self.best is not None and self.best.passes
+
+
+def study_of(space: Space) -> Study:
+    """The search as a study, whose only objective is the distance from passing."""
+    name = space.base.design.name
+    study = {"name": name, "base": name, "count": 1, "fidelity": "3d"}
+    return Study.model_validate(
+        {
+            "study": study,
+            "parameters": space.parameters,
+            "objectives": [{"metric": "shortfall"}],
+            "limits": {"time_s": _LIMIT_S},
+        }
+    )
+
+
+def most_trials(design: Design) -> int:
+    """Number of trials by default: fewer where a trial needs a tetrahedral mesh."""
+    mesher = mesher_of(meshed_for_grips(design, "3d"))
+    return SWEPT_TRIALS if mesher.sections else TETRAHEDRA_TRIALS
+
+
+def find_passing(
+    space: Space,
+    freedom: Freedom,
+    trials: Trials,
+    evaluated: Evaluated,
+    confirm: Confirm,
+    most: int,
+    report: Report = lambda message: None,
+    improved: Callable[[Design], None] = lambda design: None,
+) -> Found:
+    """Search until a finger passes, or ``most`` trials are done.
+
+    evaluated: outcomes of jobs, in order. confirm: the whole analysis of a design. improved:
+    receives each new best design. Raises what these raise.
+    """
+    return _Run(space, freedom, trials, evaluated, confirm, report, improved).found(most)
+
+
+@dataclass
+class _Run:
+    """A search while it runs."""
+
+    space: Space
+    freedom: Freedom
+    trials: Trials
+    evaluated: Evaluated
+    confirm: Confirm
+    report: Report
+    improved: Callable[[Design], None]
+    tried: tuple[Tried, ...] = ()
+    candidates: list[Candidate] = field(default_factory=list)
+    best_sensed: float = math.inf
+
+    def found(self, most: int) -> Found:
+        search = Search(study_of(self.space), self.space.base, {FUNDAMENTAL: None})
+        for count in [*range(BATCH, most, BATCH), most]:
+            self.report(f"trial {count} of {most}{self._best_words()}")
+            self.tried = searched(search, self.trials, self._sensed, count, BATCH)
+            for outcome in self._promising(0.0):
+                if self._candidate(outcome).passes:
+                    return self._ended()
+        if not any(each.result for each in self.candidates):
+            # None passes with room to spare: the nearest may pass without.
+            for outcome in self._promising(math.inf)[:1]:
+                self._candidate(outcome, whole=True)
+        return self._ended()
+
+    def _best_words(self) -> str:
+        if not math.isfinite(self.best_sensed):
+            return ""
+        good = f"{len(self.candidates)} with good gages"
+        return f", {good if self.candidates else f'gages short by {self.best_sensed:.2g}'}"
+
+    def _sensed(self, plan: Sequence[Planned]) -> Sequence[Outcome]:
+        jobs = [replace(j, part="sensing") if isinstance(j, Job) else j for j in plan]
+        return self.evaluated(jobs)
+
+    def _promising(self, most: float) -> list[Outcome]:
+        """Outcomes short by at most ``most`` for which no hand was searched, the best first."""
+        known = {each.sensed.digest for each in self.candidates}
+        outcomes = [each.outcomes[0] for each in self.tried]
+        short = {o.digest: o for o in outcomes if _shortfall(o) <= most and o.digest not in known}
+        best = min(map(_shortfall, outcomes), default=math.inf)
+        if best < self.best_sensed:
+            self.best_sensed = best
+            self.improved(self._design(min(outcomes, key=_shortfall)))
+        found = sorted(short.values(), key=_shortfall)
+        return found[: max(0, _MOST_HANDS - len(self.candidates))]
+
+    def _design(self, outcome: Outcome) -> Design:
+        """The design of a trial, with the base's own name and mesh."""
+        return with_values(self.space.base, set_keys(self.space.base, outcome.values))
+
+    def _candidate(self, outcome: Outcome, whole: bool = False) -> Candidate:
+        """Search a hand for a finger; analyse it as a whole where the hand is good enough.
+
+        The last of ``candidates`` is the one that is returned. whole: analyse it in any case.
+        """
+        design = self._design(outcome)
+        if self.freedom.allows("grip"):
+            design = with_travel(design, outcome)
+        found = self._with_hand(design, outcome, own_mesh=False)
+        self.candidates.append(found)
+        whole = whole or found.hand.shortfall == 0.0
+        confirmed = sum(each.result is not None for each in self.candidates)
+        if not whole or confirmed >= _MOST_CONFIRMED:
+            return found
+        found = self._confirmed(found)
+        by_hand = all(name.startswith((LIFTS, GRIP_FORCE)) for name in found.failing)
+        if found.failing and by_hand and self.freedom.allows("grip"):
+            # The gages hold on this mesh: only the hand was right for the other one alone.
+            again = self._with_hand(design, outcome, own_mesh=True)
+            found = self._confirmed(again)
+        self.improved(found.design)
+        return found
+
+    def _with_hand(self, design: Design, outcome: Outcome, own_mesh: bool) -> Candidate:
+        words = "a hand on the finger's own mesh" if own_mesh else "a hand"
+
+        def judged(designs: Sequence[Design]) -> Sequence[Outcome]:
+            return self.evaluated([_hand_job(each, own_mesh) for each in designs])
+
+        def shown(count: int) -> None:
+            self.report(f"{words} for a finger with good gages: {count} tried")
+
+        if self.freedom.allows("grip"):
+            hand = hand_of(design, judged, shown)
+        else:
+            short = judged([between(design)])[0].metrics.get("shortfall")
+            hand = Hand({}, math.inf if short is None else short)
+        return Candidate(with_values(design, {**hand.values}), outcome, hand)
+
+    def _confirmed(self, found: Candidate) -> Candidate:
+        self.report("the whole finger, on its own mesh")
+        found = replace(found, result=self.confirm(found.design))
+        self.candidates[-1] = found
+        return found
+
+    def _ended(self) -> Found:
+        known = [each for each in self.candidates if each.result is not None] or self.candidates
+        best = min(known, key=lambda each: (len(each.failing), each.hand.shortfall), default=None)
+        found = Found(self.space, self.tried, tuple(self.candidates), best)
+        return found if found.passes else replace(found, conflict=" ".join(_conflicts(found)))
+
+
+def _shortfall(outcome: Outcome) -> float:
+    found = outcome.metrics.get("shortfall")
+    return math.inf if found is None else found
+
+
+def _hand_job(design: Design, own_mesh: bool) -> Job:
+    keys = _OWN_MESH if own_mesh else ()
+    return Job(
+        design.design.name, design, Cost(), {}, None, fidelity="3d", study_keys=keys, part="hand"
+    )
+
+
+def _conflicts(found: Found) -> Iterator[str]:
+    """Goals that exclude each other over all trials, in sentences."""
+    outcomes = [each.outcomes[0] for each in found.tried if each.outcomes[0].status == "ok"]
+    pairs = [
+        (area, change)
+        for each in outcomes
+        if (area := each.metrics.get("area_correlation")) is not None
+        and (change := each.metrics.get("smallest_stick_change")) is not None
+    ]
+    if not pairs:
+        yield "No trial could be analysed."
+        return
+    follows = [change for area, change in pairs if area >= GOOD_CORRELATION]
+    seen = [area for area, change in pairs if change <= WANTED_STICK_CHANGE]
+    if not follows:
+        yield (
+            f"Slip sensing fails in all {len(pairs)} trials: the greatest rank correlation is "
+            f"{max(area for area, _ in pairs):.2f}, {GOOD_CORRELATION:g} is needed."
+        )
+    if not seen:
+        yield (
+            f"The gage signal fails in all {len(pairs)} trials: the smallest stick change seen is "
+            f"{min(change for _, change in pairs):.2g}, {WANTED_STICK_CHANGE:g} is needed."
+        )
+    if follows and seen and min(follows) > WANTED_STICK_CHANGE:
+        yield (
+            "Slip sensing and gage signal exclude each other here: with a good rank correlation "
+            f"the smallest stick change seen is {min(follows):.2g}, with a good signal the "
+            f"greatest rank correlation is {max(seen):.2f}."
+        )
+    if found.candidates:
+        best = min(found.candidates, key=lambda each: each.hand.shortfall)
+        if best.hand.shortfall > 0.0:
+            yield (
+                f"Of {len(found.candidates)} fingers with good gages none has a hand that lifts "
+                "at every friction with a force between the limits."
+            )
+        else:
+            names = sorted({name for each in found.candidates for name in each.failing})
+            yield f"On the finger's own mesh these verdicts fail: {', '.join(names)}."

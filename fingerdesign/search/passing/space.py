@@ -1,0 +1,247 @@
+"""Keys that a search for a passing finger may change, their ranges, and the first trials.
+
+Roles: the section (radius and height), the plates, the gages, the plates' material, the hand. A
+user keeps keys or whole tables, and frees further ones. First trials come from shipped fingers
+that pass; the sampler goes on from there.
+"""
+
+import difflib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from fingerdesign.checks.load import judge_data, load_design, with_values
+from fingerdesign.design.io import design_data
+from fingerdesign.design.keys import leaves
+from fingerdesign.design.schema import Design
+from fingerdesign.design.stock import sheets_of
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.materials import MATERIALS
+from fingerdesign.search.study.values import Choice, Parameter, Range, split_share, value_of
+
+PASSING = ("feeler",)  # Shipped fingers that pass; their plates and gages are the first trials.
+# Plates of these give a signal: polyimide is the stiffest that is sold as thin film.
+_FILMS = ("polyimide",)
+_THINNEST, _THICKEST = 0.025, 0.125  # mm; thinner film cannot be placed, thicker one is too stiff.
+_SOFT_MPA = 2e4  # Plates of stiffer materials respond too little in rubber (bronze: a fiftieth).
+# Ranges around what passed in a random search of forty fingers: flat, with short shallow plates.
+_RANGES: dict[str, tuple[float, float]] = {
+    "plates.pitch_mm": (0.4, 1.2),
+    "plates.length_mm": (0.3, 0.9),
+    "plates.cover_mm": (0.25, 0.8),
+    "plates.angle_deg": (35.0, 55.0),
+    "gages.area_share": (0.4, 0.7),
+}
+_COUNTS = (7, 15)
+_ARC = (0.6, 5.0)  # Radius over width: a half circle, and nearly flat.
+_HEIGHT = (0.6, 1.25)  # Times the design's own.
+_DOME = (0.8, 10.0)  # Radius along z over depth.
+_FREED = (0.7, 1.4)  # A key that the user frees varies between these times its own value.
+_GAGE_SHARE = 0.6  # Length of a gage over that of its plate; the ends of a plate carry no strain.
+# All of [plates] that a plain row of full span needs; other layouts are replaced by such a row.
+_PLAIN = ("count", "thickness_mm", "length_mm", "angle_deg", "pitch_mm", "cover_mm", "material")
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """Keys that the user keeps, and that he frees: dotted keys, or tables such as "plates"."""
+
+    keep: tuple[str, ...] = ()
+    free: tuple[str, ...] = ()
+
+    def allows(self, key: str) -> bool:
+        """True if no kept key or table contains the key."""
+        return not any(key == each or key.startswith(f"{each}.") for each in self.keep)
+
+    def faults(self, design: Design) -> list[Fault]:
+        """Faults of keys that the design does not have, or that cannot vary."""
+        data = design.model_dump(mode="json")
+        known = dict(leaves(data))
+        tables = {key.rpartition(".")[0] for key in known if "." in key}
+        found = []
+        for option, keys in (("--keep", self.keep), ("--free", self.free)):
+            for key in keys:
+                if key in known or (option == "--keep" and key in tables):
+                    continue
+                near = difflib.get_close_matches(key, [*known, *tables], 1)
+                remedy = f"did you mean '{near[0]}'?" if near else "see docs/reference/design.md"
+                found.append(Fault(option, key, "a key of the design", remedy))
+        for key in self.free:
+            value = known.get(key)
+            if key in known and (isinstance(value, bool) or not isinstance(value, int | float)):
+                bound = "a key with a number"
+                found.append(Fault("--free", key, bound, "only numbers can vary between bounds"))
+        return found
+
+
+@dataclass(frozen=True)
+class Space:
+    """What the search varies: the design it begins with, ranges, first trials, and what changed
+    before it began.
+
+    base: the design with the fixed changes. starts: values of all parameters, the design's own
+    first where they lie in the ranges.
+    """
+
+    base: Design
+    parameters: dict[str, Parameter]
+    starts: tuple[dict[str, Choice], ...]
+    replaced: tuple[str, ...] = ()
+
+
+def space_of(design: Design, freedom: Freedom) -> Space:
+    """The space of a search from a design. DesignError for keys that are unknown, or where nothing
+    is left to vary."""
+    if faults := freedom.faults(design):
+        raise DesignError(faults, design.design.name)
+    base, replaced = _plain_row(design, freedom)
+    base = with_values(base, _fixed(base, freedom))
+    parameters = dict(_parameters(base, freedom))
+    if not parameters:
+        fault = Fault("--keep", ", ".join(freedom.keep), "some key left to vary", "keep fewer keys")
+        raise DesignError([fault], design.design.name)
+    starts = [_own_values(base, parameters)]
+    for name in PASSING:
+        starts += [_like(load_design(name), base, parameters)]
+    unique = [each for k, each in enumerate(starts) if each and each not in starts[:k]]
+    return Space(base, parameters, tuple(unique), replaced)
+
+
+def _plain_row(design: Design, freedom: Freedom) -> tuple[Design, tuple[str, ...]]:
+    """The design with one row of solid plates of full span, and sentences on what that replaced."""
+    own = design_data(design)["plates"]
+    lost = {k: v for k, v in own.items() if k not in _PLAIN and not _is_default(k, v, design)}
+    if not freedom.allows("plates.rows") or not (lost or design.plates.count == 0):
+        return design, ()
+    data = design_data(design)
+    data["plates"] = {key: value for key, value in own.items() if key in _PLAIN}
+    data["plates"]["count"] = max(design.plates.count, _COUNTS[0])
+    data.pop("assumed", None)
+    # A row that does not fit yet is made to fit by the first trial.
+    known = load_design(PASSING[0]).plates
+    fitting = {key: getattr(known, key) for key in _PLAIN if freedom.allows(f"plates.{key}")}
+    data["plates"] |= fitting
+    found = judge_data(data).sound(design.design.name)
+    words = tuple(f"plates.{key}" for key in lost) or ("plates.count = 0",)
+    return found, words
+
+
+def _is_default(key: str, value: Any, design: Design) -> bool:
+    default = type(design.plates).model_fields[key].get_default(call_default_factory=True)
+    full = key == "span_mm" and value == design.body.depth_mm
+    return full or value in (default, [], ()) or key == "hole_pitch_mm"
+
+
+def _fixed(design: Design, freedom: Freedom) -> dict[str, object]:
+    """Changes that every trial has: rosettes on both faces, whose area follows the stick area."""
+    changes: dict[str, object] = {
+        "gages.grid": "tee",
+        "gages.face": "both",
+        "gages.transverse_weight": None,
+    }
+    own = MATERIALS[_FILMS[0]]
+    if freedom.allows("plates.material"):
+        table = f"materials.{_FILMS[0]}"
+        if _FILMS[0] not in design.materials:
+            changes[f"{table}.youngs_modulus_MPa"] = own.youngs_modulus_MPa
+            changes[f"{table}.poissons_ratio"] = own.poissons_ratio
+        modulus = design.material_of("plates").youngs_modulus_MPa
+        if modulus > _SOFT_MPA:
+            changes["plates.material"] = _FILMS[0]
+    return {key: value for key, value in changes.items() if freedom.allows(key)}
+
+
+def _parameters(design: Design, freedom: Freedom) -> Iterator[tuple[str, Parameter]]:
+    """Each key with its range, wide enough for the design's own value."""
+    body = design.body
+    for key, parameter in _of_body(design):
+        if freedom.allows(key):
+            yield key, parameter
+    if design.plates.placement is None:
+        for key, (low, high) in _RANGES.items():
+            if freedom.allows(key):
+                yield key, Range(low=low, high=high)
+        if freedom.allows("plates.count"):
+            yield "plates.count", Range(low=_COUNTS[0], high=_COUNTS[1])
+    if freedom.allows("plates.thickness_mm"):
+        sheets = sheets_of(design.plates.material)
+        sold = [each for each in sheets if _THINNEST <= each <= _THICKEST]
+        if len(sold) > 1:
+            yield "plates.thickness_mm", tuple(sold)
+    if freedom.allows("gages.length_mm") and freedom.allows("plates.length_mm"):
+        yield "gages.length_mm / plates.length_mm", (_GAGE_SHARE,)
+    for key in freedom.free:
+        value = value_of(design, key)
+        if value:
+            ends = sorted((_FREED[0] * value, _FREED[1] * value))
+            whole = isinstance(value, int)
+            low, high = (round(each) if whole else each for each in ends)
+            yield key, Range(low=low, high=high if high > low else low + 1)
+    del body
+
+
+def _of_body(design: Design) -> Iterator[tuple[str, Parameter]]:
+    """The section's radius and height; the shape itself stays."""
+    body = design.body
+    if body.shape in ("arc", "dome") and body.arc_radius_mm is not None:
+        low, high = (factor * body.width_mm for factor in _ARC)
+        yield "body.arc_radius_mm", Range(low=low, high=max(high, body.arc_radius_mm), log=True)
+    if body.shape == "dome" and body.dome_radius_mm is not None:
+        low, high = (factor * body.depth_mm for factor in _DOME)
+        yield "body.dome_radius_mm", Range(low=low, high=max(high, body.dome_radius_mm), log=True)
+    if body.shape in ("arc", "dome", "block"):
+        low, high = (factor * body.base_height_mm for factor in _HEIGHT)
+        yield "body.base_height_mm", Range(low=low, high=high)
+
+
+def _own_values(design: Design, parameters: Mapping[str, Parameter]) -> dict[str, Choice]:
+    """The design's own values, brought into the ranges."""
+    return {key: _inside(each, _value(design, key)) for key, each in parameters.items()}
+
+
+def _like(known: Design, design: Design, parameters: Mapping[str, Parameter]) -> dict[str, Choice]:
+    """Plates, gages and relative radius of a finger that passes, at the design's own size."""
+    size = design.body.width_mm / known.body.width_mm
+    values = _own_values(known, parameters)
+    if "body.base_height_mm" in parameters:
+        values["body.base_height_mm"] = design.body.base_height_mm
+    for key in ("body.arc_radius_mm", "body.dome_radius_mm"):
+        if key in parameters:
+            values[key] = _inside(parameters[key], size * (known.body.arc_radius_mm or 0.0))
+    if "plates.count" in parameters:
+        pitch = float(values.get("plates.pitch_mm", design.plates.pitch_mm))
+        room = int(0.9 * design.body.width_mm / pitch)
+        values["plates.count"] = _inside(parameters["plates.count"], min(known.plates.count, room))
+    return values
+
+
+def _value(design: Design, key: str) -> Any:
+    part, whole = split_share(key)
+    if not whole:
+        return value_of(design, part)
+    return value_of(design, part) / value_of(design, whole)
+
+
+def _inside(parameter: Parameter, value: Any) -> Choice:
+    """The value, or the nearest that the parameter can take."""
+    if isinstance(parameter, Range):
+        low, high = parameter.low, parameter.high
+        found = min(max(low if value is None else value, low), high)
+        return round(found) if parameter.whole else float(found)
+    if value in parameter:
+        return value  # type: ignore[no-any-return]
+    numbers = [each for each in parameter if isinstance(each, int | float)]
+    if numbers and isinstance(value, int | float):
+        return min(numbers, key=lambda each: abs(each - value))
+    return parameter[0]
+
+
+def changes_between(before: Design, after: Design) -> dict[str, tuple[Any, Any]]:
+    """Keys whose values differ, with both values; names and what follows the finger left out."""
+    old, new = (dict(leaves(design_data(each))) for each in (before, after))
+    keys: Sequence[str] = [*new, *(key for key in old if key not in new)]
+    return {
+        key: (old.get(key), new.get(key))
+        for key in keys
+        if old.get(key) != new.get(key) and key != "design.name" and not key.startswith("assumed")
+    }
