@@ -101,10 +101,9 @@ def hand_of(design: Design, judge: Judge, report: Callable[[int], None]) -> Hand
         return False
 
     box = np.tile([0.0, 1.0], (len(ranges), 1))
-    if not enough(_starts(design, ranges)):
-        if not enough(_drawn(ranges, box, FIRST, 0)):
-            best = _best(tried)
-            enough(_drawn(ranges, box_around(ranges, best.values, _NARROW), SECOND, 1))
+    if not enough(_starts(design, ranges)) and not enough(_drawn(ranges, box, FIRST, 0)):
+        narrow = box_around(ranges, _best(tried).values, _NARROW)
+        enough(_drawn(ranges, narrow, SECOND, 1))
     return _best(tried)
 
 
