@@ -2,6 +2,7 @@
 
 import re
 import shlex
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
@@ -9,18 +10,34 @@ import click
 from fingerdesign.design import starter
 from fingerdesign.design.schema import schema_text
 from fingerdesign.runtime.files import why_no_place, write_whole
+from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import quiet
 
+FLAGSHIP = "feeler"  # Plain `new` copies it: it passes all verdicts, and its keys are few.
 
-def new(file: Path, source: str | None, scene: bool, study: bool, short: bool, force: bool) -> None:
+
+@dataclass(frozen=True)
+class Kind(Options):
+    """Kind of file that is written; whole, short: of a design all keys, or the first fifteen."""
+
+    scene: bool
+    study: bool
+    whole: bool
+    short: bool
+
+
+def new(file: Path, source: str | None, form: Kind, force: bool) -> None:
     """Write a commented starter design to FILE.toml, its name taken from FILE; or another file."""
-    if scene + study + short + (short and source is not None) > 1:
-        raise click.UsageError("give one of --scene, --study, --short; --short goes without --from")
+    given = (form.scene, form.study, form.whole, form.short)
+    if sum(given) > 1 or (source is not None and (form.whole or form.short)):
+        words = "give one of --scene, --study, --all, --short; the last two go without --from"
+        raise click.UsageError(words)
     _refuse(file, force)
     name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
+    scene, study = form.scene, form.study
     kind = "scene" if scene else "study" if study else "design"
     file.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(file, _text(kind, name, source, short))
+    write_whole(file, _text(kind, name, source, form))
     schema = file.parent / f"{kind}.schema.json"
     if not study and (force or not schema.exists()):
         write_whole(schema, schema_text(kind))
@@ -43,10 +60,12 @@ def _refuse(file: Path, force: bool) -> None:
         raise click.UsageError(f"FILE = {file}: {wrong}; choose another")
 
 
-def _text(kind: str, name: str, source: str | None, short: bool) -> str:
+def _text(kind: str, name: str, source: str | None, flags: Kind) -> str:
     """Return the starter's text."""
     if kind == "scene":
         return starter.starter_scene_text(source)
     if kind == "study":
         return starter.starter_study_text(name, source)
-    return starter.starter_short_text(name) if short else starter.starter_text(name, source)
+    if flags.short:
+        return starter.starter_short_text(name)
+    return starter.starter_text(name, None if flags.whole else source or FLAGSHIP)

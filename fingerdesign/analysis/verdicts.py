@@ -175,9 +175,8 @@ def _fixes(result: Result, failing: set[str], design_file: str) -> Iterator[Fix]
         yield from _force_fixes([each for each in result.grips if lifts(each)], design_file)
     if "gage signal" in failing and result.measurability is not None:
         yield from _gage_fixes(result.measurability, str(result.parameters.get("plates.material")))
-    if "slip sensing" in failing:
-        search = "fingerdesign new search.toml --study && fingerdesign optimise search.toml"
-        yield Fix(search, "searches a better finger")
+    if failing:
+        yield Fix(f"fingerdesign optimise {design_file}", "searches one that passes")
 
 
 def _lift_fixes(result: Result) -> Iterator[Fix]:

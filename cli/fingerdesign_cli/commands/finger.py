@@ -44,12 +44,14 @@ _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
 )
 @click.option("--scene", is_flag=True, help="Write a scene instead of a design.")
 @click.option("--study", is_flag=True, help="Write a study instead of a design.")
-@click.option("--short", is_flag=True, help="Write only the fifteen keys of a first finger.")
+@click.option("--all", "whole", is_flag=True, help="Write every key of a design, with its default.")
+@click.option("--short", is_flag=True, help="Write only fifteen keys, of a finger that fails two.")
 @click.option("--force", is_flag=True, help="Overwrite FILE.")
 @quiet_option
 def new() -> None:
     """Write a commented starter design to FILE.toml, its name taken from FILE; a scene; a study.
 
+    Without an option it is a copy of the shipped finger feeler, which passes all verdicts.
     Next to it goes design.schema.json (scene.schema.json), with which editors complete and explain
     keys. Nothing is overwritten without --force. `fingerdesign list designs` names what is shipped.
     """

@@ -12,7 +12,7 @@ from typing import Any
 
 from fingerdesign.checks.load import judge_data, load_design, with_values
 from fingerdesign.design.io import design_data
-from fingerdesign.design.keys import leaves
+from fingerdesign.design.keys import leaves, set_value
 from fingerdesign.design.schema import Design
 from fingerdesign.design.stock import sheets_of
 from fingerdesign.errors import DesignError, Fault
@@ -33,9 +33,11 @@ _RANGES: dict[str, tuple[float, float]] = {
     "gages.area_share": (0.4, 0.7),
 }
 _COUNTS = (7, 15)
+_FEWER = (9, 7, 5, 3)
 _ARC = (0.6, 5.0)  # Radius over width: a half circle, and nearly flat.
 _HEIGHT = (0.6, 1.25)  # Times the design's own.
 _DOME = (0.8, 10.0)  # Radius along z over depth.
+_SPAN = 0.6  # Of a body's depth: plates below a dome end before it falls too far.
 _FREED = (0.7, 1.4)  # A key that the user frees varies between these times its own value.
 _GAGE_SHARE = 0.6  # Length of a gage over that of its plate; the ends of a plate carry no strain.
 # All of [plates] that a plain row of full span needs; other layouts are replaced by such a row.
@@ -113,17 +115,35 @@ def _plain_row(design: Design, freedom: Freedom) -> tuple[Design, tuple[str, ...
     lost = {k: v for k, v in own.items() if k not in _PLAIN and not _is_default(k, v, design)}
     if not freedom.allows("plates.rows") or not (lost or design.plates.count == 0):
         return design, ()
-    data = design_data(design)
-    data["plates"] = {key: value for key, value in own.items() if key in _PLAIN}
-    data["plates"]["count"] = max(design.plates.count, _COUNTS[0])
-    data.pop("assumed", None)
-    # A row that does not fit yet is made to fit by the first trial.
-    known = load_design(PASSING[0]).plates
-    fitting = {key: getattr(known, key) for key in _PLAIN if freedom.allows(f"plates.{key}")}
-    data["plates"] |= fitting
-    found = judge_data(data).sound(design.design.name)
+    known = load_design(PASSING[0])
+    values: dict[str, object] = {f"plates.{key}": getattr(known.plates, key) for key in _PLAIN}
+    values["gages.length_mm"] = _GAGE_SHARE * known.plates.length_mm
+    values |= _flat(design, known)
+    if not design.body.straight:
+        values["plates.span_mm"] = float(f"{_SPAN * design.body.depth_mm:.2g}")
     words = tuple(f"plates.{key}" for key in lost) or ("plates.count = 0",)
-    return found, words
+    for count in _FEWER:  # A row that is too wide for the body does not fit below its surface.
+        data = design_data(design)
+        data["plates"] = {key: value for key, value in own.items() if key in _PLAIN}
+        data.pop("assumed", None)
+        for key, value in (values | {"plates.count": count}).items():
+            if freedom.allows(key):
+                set_value(data, key, value)
+        found = judge_data(data)
+        if not found.faults:
+            return found.sound(design.design.name), words
+    return design, ()  # Such plates fit only a flatter body than this one can be.
+
+
+def _flat(design: Design, known: Design) -> dict[str, object]:
+    """The known finger's radius at the design's own size; a dome as flat along z as it may be."""
+    body, found = design.body, dict[str, object]()
+    if body.shape in ("arc", "dome") and body.arc_radius_mm is not None:
+        size = body.width_mm / known.body.width_mm
+        found["body.arc_radius_mm"] = size * (known.body.arc_radius_mm or 0.0)
+    if body.shape == "dome" and body.dome_radius_mm is not None:
+        found["body.dome_radius_mm"] = _DOME[1] * body.depth_mm
+    return found
 
 
 def _is_default(key: str, value: Any, design: Design) -> bool:
@@ -153,7 +173,6 @@ def _fixed(design: Design, freedom: Freedom) -> dict[str, object]:
 
 def _parameters(design: Design, freedom: Freedom) -> Iterator[tuple[str, Parameter]]:
     """Each key with its range, wide enough for the design's own value."""
-    body = design.body
     for key, parameter in _of_body(design):
         if freedom.allows(key):
             yield key, parameter
@@ -177,7 +196,6 @@ def _parameters(design: Design, freedom: Freedom) -> Iterator[tuple[str, Paramet
             whole = isinstance(value, int)
             low, high = (round(each) if whole else each for each in ends)
             yield key, Range(low=low, high=high if high > low else low + 1)
-    del body
 
 
 def _of_body(design: Design) -> Iterator[tuple[str, Parameter]]:
@@ -201,13 +219,11 @@ def _own_values(design: Design, parameters: Mapping[str, Parameter]) -> dict[str
 
 def _like(known: Design, design: Design, parameters: Mapping[str, Parameter]) -> dict[str, Choice]:
     """Plates, gages and relative radius of a finger that passes, at the design's own size."""
-    size = design.body.width_mm / known.body.width_mm
     values = _own_values(known, parameters)
     if "body.base_height_mm" in parameters:
         values["body.base_height_mm"] = design.body.base_height_mm
-    for key in ("body.arc_radius_mm", "body.dome_radius_mm"):
-        if key in parameters:
-            values[key] = _inside(parameters[key], size * (known.body.arc_radius_mm or 0.0))
+    flat = _flat(design, known)
+    values |= {key: _inside(parameters[key], flat[key]) for key in flat if key in parameters}
     if "plates.count" in parameters:
         pitch = float(values.get("plates.pitch_mm", design.plates.pitch_mm))
         room = int(0.9 * design.body.width_mm / pitch)

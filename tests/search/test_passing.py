@@ -1,0 +1,250 @@
+"""The search from a design for one that passes: its space, the hand, the order of its work."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from fingerdesign.analysis.shortfall import (
+    GRIP_FORCE,
+    LIFTS,
+    grip_shortfalls,
+    shortfalls,
+    slip_shortfall,
+)
+from fingerdesign.analysis.verdicts import verdict_view
+from fingerdesign.checks.load import load_design
+from fingerdesign.design.shipped import shipped_text
+from fingerdesign.errors import DesignError
+from fingerdesign.records.outcome import Outcome, Traces
+from fingerdesign.records.result import GripResult, Measurability, MeasuredState, SlipStudySummary
+from fingerdesign.records.result_files import read_result
+from fingerdesign.search.optimise.trials import Trials
+from fingerdesign.search.passing.hands import hand_of, with_travel
+from fingerdesign.search.passing.page import passing_page
+from fingerdesign.search.passing.passing import find_passing, most_trials, study_of
+from fingerdesign.search.passing.space import PASSING, Freedom, changes_between, space_of
+from fingerdesign.search.run.evaluate import Job
+from fingerdesign.search.study.values import Range
+from fingerdesign.search.study.variants import variant_of
+
+
+def study(rank, step=0.5):
+    return SlipStudySummary(0.5, rank, rank, 1.0, 0.01, step)
+
+
+def grip(ratio=1.5, margin=1.5, lifted=True):
+    force = ratio * 2.4516625 / 0.5
+    return GripResult(
+        "paper",
+        0.5,
+        500.0,
+        lifted,
+        not lifted,
+        force,
+        2.45,
+        margin if lifted else None,
+        0.5,
+        force,
+        0.0,
+        10,
+    )
+
+
+def test_shortfall_is_zero_with_room_and_grows_with_what_is_missing():
+    assert slip_shortfall([study(0.95), study(0.9)]) == 0.0
+    assert slip_shortfall([study(0.95), study(0.5)]) == pytest.approx(0.35)
+    assert slip_shortfall([study(0.9, step=0.9)]) == pytest.approx(0.15)  # No better than time.
+    assert slip_shortfall([study(None)]) == pytest.approx(0.85)
+    assert grip_shortfalls([grip(), grip(2.0)]) == {LIFTS: 0.0, GRIP_FORCE: 0.0}
+    assert grip_shortfalls([grip(0.5, lifted=False)])[LIFTS] == pytest.approx(1.5)
+    crushing = [grip_shortfalls([grip(ratio)])[GRIP_FORCE] for ratio in (2.9, 4.0, 8.0)]
+    assert 0.0 < crushing[0] < crushing[1] < crushing[2]
+    assert grip_shortfalls([grip(1.1, margin=1.1)])[GRIP_FORCE] > 0.0
+
+
+@pytest.mark.parametrize("name", ["maeno2000", "narrow", "both_ways", "homogeneous", "domed"])
+def test_space_begins_inside_its_ranges(name):
+    design = load_design(name)
+    space = space_of(design, Freedom())
+    assert space.base.gages.grid == "tee"
+    assert space.base.plates.material == "polyimide"
+    assert not space.base.plates.rows
+    assert space.base.plates.count > 0
+    for start in space.starts:
+        assert start.keys() == space.parameters.keys()
+        for key, value in start.items():
+            own = space.parameters[key]
+            assert own.low <= value <= own.high if isinstance(own, Range) else value in own
+    # The last start is a finger that can exist, at the design's own size.
+    made = variant_of(study_of(space), space.base, 1, space.starts[-1])
+    assert made.design is not None, made.faults
+
+
+def test_own_plates_stay_where_short_ones_do_not_fit():
+    design = load_design("pin")  # Its spherical end is as round as it is wide.
+    assert space_of(design, Freedom()).base.plates.count == design.plates.count
+
+
+def test_kept_keys_stay_and_freed_ones_vary():
+    design = load_design("maeno2000")
+    kept = space_of(design, Freedom(keep=("body", "plates.material"), free=("grip.preload_mm",)))
+    assert not any(key.startswith("body") for key in kept.parameters)
+    assert kept.base.plates.material == "phosphor_bronze"
+    assert "grip.preload_mm" in kept.parameters
+    rows = load_design("both_ways")
+    assert space_of(rows, Freedom(keep=("plates.rows",))).base.plates.rows == rows.plates.rows
+
+
+def test_faults_of_kept_and_freed_keys_come_together():
+    freedom = Freedom(keep=("plates.pich_mm",), free=("body.shape", "plates.cont"))
+    with pytest.raises(DesignError) as found:
+        space_of(load_design("maeno2000"), freedom)
+    faults = {fault.value: fault.remedy for fault in found.value.faults}
+    assert "plates.pitch_mm" in faults["plates.pich_mm"]
+    assert "plates.count" in faults["plates.cont"]
+    assert faults["body.shape"]
+    everything = Freedom(keep=("body", "plates", "gages"))
+    with pytest.raises(DesignError, match="--keep"):
+        space_of(load_design("maeno2000"), everything)
+
+
+def outcome(design, shortfall, **metrics):
+    """The outcome of a job: loads as on a layer, so that a travel can be found."""
+    depths = (0.05, 0.1, 0.2)
+    traces = Traces(approach_mm=depths, normal_force_N=tuple(300.0 * d**1.5 for d in depths))
+    digest = f"{abs(hash(repr(design.model_dump()))):064x}"[:64]
+    found = {"shortfall": shortfall, "area_correlation": 0.9, "smallest_stick_change": 0.05}
+    return Outcome(
+        digest,
+        design.design.name,
+        {},
+        {},
+        "fundamental",
+        "3d",
+        "ok",
+        metrics=found | metrics,
+        traces=traces,
+    )
+
+
+def test_travel_presses_with_twice_the_least_force():
+    design = load_design("maeno2000")
+    found = with_travel(design, outcome(design, 0.0))
+    force = 300.0 * found.grip.max_approach_mm**1.5
+    least = 0.5e-3 * 9.80665 * 500.0 / min(design.grip.friction_coefficients)
+    assert force == pytest.approx(2.0 * least, rel=0.01)
+
+
+def test_hand_is_found_and_its_search_ends_early():
+    design = load_design("maeno2000")
+    judged = []
+
+    def judge(designs):
+        judged.extend(designs)
+        short = [abs(math.log(each.grip.curve_per_N / 0.3)) for each in designs]
+        return [
+            outcome(each, s if s > 0.5 else 0.0) for each, s in zip(designs, short, strict=True)
+        ]
+
+    hand = hand_of(design, judge, lambda count: None)
+    assert hand.shortfall == 0.0
+    assert abs(math.log(hand.values["grip.curve_per_N"] / 0.3)) <= 0.5
+    assert len(judged) < 22
+    assert len(judged[0].grip.friction_coefficients) == 5  # Three of the design's, two between.
+
+
+class Bench:
+    """Stands in for workers: gages are good from a cover of at most 0.45 mm on."""
+
+    def __init__(self, hand=0.0):
+        self.hand, self.parts, self.own_mesh = hand, [], False
+
+    def __call__(self, plan):
+        found = []
+        for job in plan:
+            if isinstance(job, Outcome):
+                found.append(job)
+                continue
+            assert isinstance(job, Job)
+            self.parts.append(job.part)
+            self.own_mesh |= "mesh.mesher" in job.study_keys
+            short = max(0.0, job.design.plates.cover_mm - 0.45)
+            made = outcome(job.design, self.hand if job.part == "hand" else short)
+            found.append(replace(made, name=job.name, values=dict(job.values), digest=job.digest()))
+        return found
+
+
+def judged(result, ratio):
+    """The result of an analysis in which all passes but, above a ratio of 3, the grip force."""
+    state = MeasuredState(0.5, 5.0, 2.0, 1.0, 1.5, 0.05, 1.0)
+    seen = Measurability(0.5, False, 0.1, (state,))
+    return replace(
+        result, slip_studies=(study(0.95),), grips=(grip(ratio),), measurability=seen, ladder=None
+    )
+
+
+def searched(tmp_path, confirm, hand=0.0, most=8):
+    design = load_design("maeno2000")
+    space, bench = space_of(design, Freedom()), Bench(hand)
+    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
+        found = find_passing(space, Freedom(), trials, bench, confirm, most)
+        values = [each.values for each in trials.drawn()]
+    assert values[: len(space.starts)] == list(space.starts)
+    return found, bench
+
+
+def test_search_ends_with_the_first_finger_that_passes(tmp_path, plane_strain):
+    confirmed = []
+
+    def confirm(design):
+        confirmed.append(design)
+        return judged(plane_strain.result, 2.0)
+
+    found, bench = searched(tmp_path, confirm)
+    assert found.passes
+    assert not found.conflict
+    assert len(found.tried) == 4
+    assert len(confirmed) == 1  # The second trial is the shipped finger.
+    assert confirmed[0].plates.cover_mm == load_design(PASSING[0]).plates.cover_mm
+    assert set(bench.parts) == {"sensing", "hand"}
+    changed = changes_between(load_design("maeno2000"), found.best.design)
+    assert changed["plates.material"] == ("phosphor_bronze", "polyimide")
+    again, bench = searched(tmp_path, confirm)  # Goes on from its journal: the same finger.
+    assert again.best.design == found.best.design
+
+
+def test_hand_that_fails_on_the_own_mesh_is_searched_there(tmp_path, plane_strain):
+    results = iter([judged(plane_strain.result, 3.5), judged(plane_strain.result, 2.0)])
+    found, bench = searched(tmp_path, lambda design: next(results))
+    assert found.passes
+    assert bench.own_mesh  # Its jobs keep the design's own sizes.
+
+
+def test_conflicts_are_reported_where_none_passes(tmp_path, plane_strain):
+    found, _ = searched(tmp_path, lambda design: judged(plane_strain.result, 4.0), hand=1.0)
+    assert not found.passes
+    assert "hand" in found.conflict
+    page = passing_page(load_design("maeno2000"), found)
+    assert "Why none passes" in page
+    assert "plates.material" in page
+
+
+def test_trials_are_fewer_where_they_need_tetrahedra():
+    assert most_trials(load_design("domed")) < most_trials(load_design("maeno2000"))
+
+
+@pytest.mark.slow
+def test_a_finger_is_searched_from_a_file_and_its_comments_stay(tmp_path, terminal):
+    text = shipped_text("maeno2000").replace("[mesh]", '[mesh]\nmesher = "sweep"', 1)
+    path = tmp_path / "mine.toml"
+    path.write_text(text.replace('name = "maeno2000"', 'name = "mine"', 1), encoding="utf-8")
+    said = terminal("optimise", path, "--out", tmp_path / "out").out
+    assert "all 4 pass" in said
+    written = (tmp_path / "out" / "mine-optimised.toml").read_text("utf-8")
+    assert written.startswith(text.splitlines()[0])
+    assert "polyimide" in written
+    result = read_result(tmp_path / "out" / "mine-optimised")
+    assert verdict_view(result).summary == "all 4 pass"
+    assert shortfalls(result)["slip sensing"] < 0.05
+    assert (tmp_path / "out" / "mine-optimised.html").is_file()
