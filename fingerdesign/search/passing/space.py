@@ -158,6 +158,8 @@ def _fixed(design: Design, freedom: Freedom) -> dict[str, object]:
         "gages.grid": "tee",
         "gages.face": "both",
         "gages.transverse_weight": None,
+        # No gage that is sold fits plates of half a millimetre: film is made on them.
+        "mold.gage": load_design(PASSING[0]).mold.gage,
     }
     own = MATERIALS[_FILMS[0]]
     if freedom.allows("plates.material"):
@@ -253,11 +255,14 @@ def _inside(parameter: Parameter, value: Any) -> Choice:
 
 
 def changes_between(before: Design, after: Design) -> dict[str, tuple[Any, Any]]:
-    """Keys whose values differ, with both values; names and what follows the finger left out."""
+    """Keys whose values differ, with both values; names, sources, and what follows the finger left
+    out."""
     old, new = (dict(leaves(design_data(each))) for each in (before, after))
     keys: Sequence[str] = [*new, *(key for key in old if key not in new)]
     return {
         key: (old.get(key), new.get(key))
         for key in keys
-        if old.get(key) != new.get(key) and key != "design.name" and not key.startswith("assumed")
+        if old.get(key) != new.get(key)
+        and key not in ("design.name", "assumed")
+        and not key.endswith(".source")
     }
