@@ -53,7 +53,7 @@ def commands(name):
 def analysed(tmp_path, in_tmp_path):
     """A folder with the design and the scene of the page on analyses."""
     (tmp_path / "scene.toml").write_text(blocks("toml", ANALYSE)[0], encoding="utf-8")
-    assert main(["new", "mine.toml"]) == 0
+    assert main(["new", "mine.toml", "--all"]) == 0
     write_coarser(tmp_path / "mine.toml")
     return tmp_path
 

@@ -59,9 +59,10 @@ _PATIENCE_S = 2.0  # a second signal within it is the first one's echo
 def cli(debug: bool) -> None:
     """Design, simulate and compare elastic tactile fingers that detect incipient slip.
 
-    Start with `fingerdesign new mine.toml --short`, `fingerdesign view mine.toml --open` and
-    `fingerdesign analyse mine.toml --open`. What is written goes to out/NAME, or below --out. The
-    options below may also stand behind a command.
+    Start with `fingerdesign new mine.toml`, `fingerdesign view mine.toml --open` and
+    `fingerdesign analyse mine.toml --open`; `fingerdesign optimise mine.toml` makes a finger pass.
+    What is written goes to out/NAME, or below --out. The options below may also stand behind a
+    command.
     """
 
 
