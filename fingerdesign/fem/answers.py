@@ -1,7 +1,9 @@
 """Answers of a condensed body, stored by content: the same body is never condensed twice.
 
 Displacement fields are stored with their loads: a field is linear in its load, so a load that
-stored ones make up needs no factors. A body is identified by its mesh, fixed dofs, contact facets, functionals and *relative* moduli: one
+stored ones make up needs no factors.
+
+A body is identified by its mesh, fixed dofs, contact facets, functionals and *relative* moduli: one
 factor on all moduli divides compliance and readouts, and changes nothing else. Friction, object,
 path and controller are no part of it.
 """

@@ -65,7 +65,8 @@ class CondensedBody:
     def prepare_fields(self, needed: bool) -> None:
         """Begin to factor, concurrently with other work, where fields are ``needed``.
 
-        Not where fields are stored: those of the same path are, whatever the grips. An error is raised later, by :meth:`displacement_fields`.
+        Not where fields are stored: those of the same path are, whatever the grips. An error is
+        raised later, by :meth:`displacement_fields`.
         """
 
         def begin() -> None:
