@@ -1,5 +1,8 @@
 """Answers of a condensed body, stored by content: the same body is never condensed twice.
 
+Displacement fields are stored with their loads: a field is linear in its load, so a load that
+stored ones make up needs no factors.
+
 A body is identified by its mesh, fixed dofs, contact facets, functionals and *relative* moduli: one
 factor on all moduli divides compliance and readouts, and changes nothing else. Friction, object,
 path and controller are no part of it.
@@ -9,6 +12,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +26,9 @@ from fingerdesign.version import __version__
 
 # A model of 480 nodes in 3-D takes 8 MB, one of a section 0.2 MB.
 MOST_MODELS, MOST_MB = 1000, 1000.0
+MOST_FIELDS = 16  # of a model; two of the shipped finger in 3-D take 2 MB
+_SAME_LOAD = 1e-11  # A load of which stored ones leave less than this part is made up of them.
+_MOST_TIMES = 10.0  # Larger coefficients of stored fields would lose a digit and more.
 _DIGITS = 12  # Digits of relative moduli: the rounding of the common factor is no difference.
 # The arrays that are inversely proportional to the moduli.
 _DIVIDED = ("compliance", "readouts", "between")
@@ -77,9 +84,53 @@ def store_answers(key: str, modulus: float, answers: Answers, dofs: int) -> bool
     return _store().put_arrays(f"{key}.npz", arrays, about, packed=False)
 
 
+def has_fields(key: str) -> bool:
+    """True if fields of the model with this key are stored."""
+    return bool(key) and _field_store().path(f"{key}.npz").is_file()
+
+
+def load_fields(key: str, modulus: float, forces: Array) -> Array | None:
+    """Make the nodal displacements (k, n dim) under contact forces (k, m dim) of stored ones.
+
+    None where the stored loads do not make up these.
+    """
+    found = _field_store().arrays(f"{key}.npz")
+    if found is None:
+        return None
+    data, about = found
+    try:
+        loads, fields = data["loads"], data["fields"] * (about["modulus"] / modulus)
+        share = np.linalg.lstsq(loads.T, forces.T, rcond=None)[0].T
+        left = np.linalg.norm(share @ loads - forces, axis=1)
+        if (left > _SAME_LOAD * np.linalg.norm(forces, axis=1)).any():
+            return None
+        return None if np.abs(share).max(initial=0.0) > _MOST_TIMES else share @ fields
+    except (*GARBLED, np.linalg.LinAlgError):
+        return None
+
+
+def store_fields(key: str, modulus: float, forces: Array, fields: Array) -> bool:
+    """Store fields (k, n dim) with their forces, before those of earlier calls; of all the first
+    MOST_FIELDS. False where the folder cannot be written."""
+    arrays = {"loads": forces, "fields": fields}
+    if (older := _field_store().arrays(f"{key}.npz")) is not None:
+        data, about = older
+        with suppress(*GARBLED):
+            scaled = data["fields"] * (about["modulus"] / modulus)
+            arrays = {
+                "loads": np.vstack([forces, data["loads"]])[:MOST_FIELDS],
+                "fields": np.vstack([fields, scaled])[:MOST_FIELDS],
+            }
+    return _field_store().put_arrays(f"{key}.npz", arrays, {"modulus": modulus}, packed=False)
+
+
 def _lower(size: int) -> NDArray[np.bool_]:
     return np.tri(size, dtype=bool)
 
 
 def _store() -> Cache:
     return Cache("models", MOST_MODELS, most_MB=MOST_MB)
+
+
+def _field_store() -> Cache:
+    return Cache("fields", MOST_MODELS, most_MB=MOST_MB)

@@ -22,7 +22,15 @@ import scipy.sparse as sp
 
 from fingerdesign.arrays import Array
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.answers import Answers, key_of, load_answers, store_answers
+from fingerdesign.fem.answers import (
+    Answers,
+    has_fields,
+    key_of,
+    load_answers,
+    load_fields,
+    store_answers,
+    store_fields,
+)
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.system import Body, System, assemble_system
 from fingerdesign.fem.trace import ContactTrace, contact_trace, owners
@@ -37,6 +45,7 @@ class CondensedBody:
     between            (r, r) of all these rows: value of one per unit of another's nodal forces
     reaction           (dim, m dim): sum of the supports' forces on the body per contact force
     load_displacement  (m dim,) mm, contact displacement without contact forces; None: zero
+    stored             key and modulus that answers and fields are stored under; no key: nowhere
     factors            the equations (``dofs`` of them) and their factorisation; it is made at
                        the first use where the answers were stored
     """
@@ -51,27 +60,35 @@ class CondensedBody:
     reaction: Array
     timings: dict[str, float]
     load_displacement: Array | None = None
+    stored: tuple[str, float] = ("", 1.0)
 
     def prepare_fields(self, needed: bool) -> None:
         """Begin to factor, concurrently with other work, where fields are ``needed``.
 
-        An error is raised later, by :meth:`displacement_fields`.
+        Not where fields are stored: those of the same path are, whatever the grips. An error is
+        raised later, by :meth:`displacement_fields`.
         """
 
         def begin() -> None:
             with suppress(SolverError):
                 self.factors()
 
-        if needed:
+        if needed and not has_fields(self.stored[0]):
             Thread(target=begin, daemon=True).start()
 
     def displacement_fields(self, forces: Array, loads: Array | float = 0.0) -> Array:
         """Nodal displacements (k, n, dim) mm for contact forces (k, m, dim) N and nodal forces of
         the body's own, (n dim, 1) N."""
-        loads = self.trace.operator.T @ forces.reshape(len(forces), -1).T + loads
-        system, condensation = self.factors()
-        fields = system.lift @ condensation.solve(system.lift.T @ loads)
-        return np.asarray(fields.T).reshape(len(forces), *self.body.mesh.points.shape)
+        forces = forces.reshape(len(forces), -1)
+        by_forces = bool(self.stored[0]) and not np.any(loads)
+        fields = load_fields(*self.stored, forces) if by_forces else None
+        if fields is None:
+            system, condensation = self.factors()
+            loads = self.trace.operator.T @ forces.T + loads
+            fields = (system.lift @ condensation.solve(system.lift.T @ loads)).T
+            if by_forces:
+                store_fields(*self.stored, forces, fields)
+        return np.asarray(fields).reshape(len(forces), *self.body.mesh.points.shape)
 
 
 def condense_body(
@@ -113,6 +130,7 @@ def condense_body(
         between=answers["between"],
         reaction=answers["reaction"],
         timings=timings,
+        stored=(key, modulus),
     )
 
 

@@ -13,6 +13,7 @@ from fingerdesign.cad.export import enclosed_volume
 from fingerdesign.cad.solid import build_solid
 from fingerdesign.cad.solid_process import finger_triangles, write_finger_cad
 from fingerdesign.cad.triangles import triangulate
+from fingerdesign.checks.load import with_values
 from fingerdesign.design import step as facts_module
 from fingerdesign.design.body import StepFile
 from fingerdesign.design.step import step_facts
@@ -36,6 +37,25 @@ def test_files_are_written_from_a_process(design_of, tmp_path):
     files = write_finger_cad(design_of("block", "along z", "a backing"), tmp_path / "cad")
     assert set(files) == {"finger.step", "finger.stl", "body.stl", "plates.stl", "core.stl"}
     assert all(path.stat().st_size > 500 for path in files.values())
+
+
+def test_files_are_built_again_for_another_shape_only(design_of, own_cache, tmp_path, monkeypatch):
+    design = design_of("arc", "full span")
+    first = write_finger_cad(design, tmp_path / "first")
+    same = {"design.name": "other", "grip.friction_coefficients": [0.4], "mesh.far_size_mm": 1.5}
+    with monkeypatch.context() as patch:
+        patch.setattr(solid_process, "_WRITE", "no.such:function")
+        again = write_finger_cad(with_values(design, same), tmp_path / "again")
+        for values in ({"body.depth_mm": 11.0}, {"plates.cover_mm": 1.7}):
+            with pytest.raises(GeometryError):
+                write_finger_cad(with_values(design, values), tmp_path / "none")
+    assert {name: path.read_bytes() for name, path in again.items()} == {
+        name: path.read_bytes() for name, path in first.items()
+    }
+    for path in (tmp_path / "cad").iterdir():
+        path.write_bytes(b"garbled")
+    built = write_finger_cad(design, tmp_path / "built")
+    assert built["finger.stl"].read_bytes() == first["finger.stl"].read_bytes()
 
 
 def test_what_cannot_be_built_or_does_not_come_back_is_reported(design_of, monkeypatch):

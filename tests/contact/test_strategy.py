@@ -9,6 +9,7 @@ from fingerdesign.contact.increment import ContactState, solve_increment
 from fingerdesign.contact.laws import natural_residual
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.contact.solver import attempts as strategy
+from fingerdesign.contact.solver import pivots
 from fingerdesign.contact.solver.active_inverse import (
     ActiveInverse,
     ScratchBuffers,
@@ -59,6 +60,18 @@ def test_pivots_on_ties():
         found = friction_pivots(compliance, offset, 1.0)
         assert found.converged
         assert worst(compliance, offset, 1.0, found.multiplier) < 1e-9
+
+
+@pytest.mark.parametrize("waiting", [1, 2, 7])
+def test_exchanges_that_wait_change_no_answer(monkeypatch, waiting):
+    """With one waiting exchange each is made at once; others end in the middle of a path."""
+    problems = [(*random_problem(12, 2, seed), 10.0 ** (0.1 * seed - 1.0)) for seed in range(20)]
+    found = [friction_pivots(*each) for each in problems]
+    monkeypatch.setattr(pivots, "_WAITING", waiting)
+    for one, each in zip(found, problems, strict=True):
+        other = friction_pivots(*each)
+        assert one.iterations == other.iterations
+        np.testing.assert_allclose(one.multiplier, other.multiplier, rtol=0.0, atol=1e-12)
 
 
 def test_pivots_that_run_out_say_so_and_nothing_touched_needs_no_force():

@@ -262,6 +262,7 @@ def test_points_mirror_with_their_signs():
 
 
 MODULI = ("materials.silicone.youngs_modulus_MPa", "materials.phosphor_bronze.youngs_modulus_MPa")
+PARTS = tuple(zip(MODULI, ("body", "plates"), strict=True))
 
 
 def test_a_body_is_condensed_once_whatever_its_moduli_are_multiplied_by(
@@ -296,6 +297,44 @@ def test_a_body_is_condensed_once_whatever_its_moduli_are_multiplied_by(
         path.write_bytes(b"garbled")
     built()
     assert len(calls) == 4
+
+
+def test_fields_of_stored_loads_and_of_their_combinations_need_no_factors(
+    monkeypatch, own_cache, tmp_path
+):
+    """A field is linear in its load; one of another load is computed."""
+    mesh = mesh_section(DESIGN, 1.5)
+
+    def built(factor=1.0, store=True):
+        values = {key: factor * DESIGN.material_of(part).youngs_modulus_MPa for key, part in PARTS}
+        return build_model(with_values(DESIGN, values), mesh, 1.5, store=store)
+
+    fresh = built(3.0, store=False)
+    forces = np.random.default_rng(1).normal(size=(3, *fresh.reduced.points.shape))
+    known = fresh.displacement_fields(forces)
+    scale = 1e-9 * np.abs(known).max()
+    built().displacement_fields(forces[:2])
+    again = built(3.0)
+    with monkeypatch.context() as without:
+        without.setattr(body, "assemble_system", None)
+        again.condensed.prepare_fields(needed=True)
+        np.testing.assert_allclose(again.displacement_fields(forces[:2]), known[:2], atol=scale)
+        mixed = again.displacement_fields(forces[:1] - 2.0 * forces[1:2])
+        np.testing.assert_allclose(mixed, known[:1] - 2.0 * known[1:2], atol=3.0 * scale)
+    near = forces[:1] + 1e-9 * forces[2:]  # not made up of the stored ones
+    calls = []
+    solve = body.Condensation.solve
+    monkeypatch.setattr(
+        body.Condensation, "solve", lambda *given: calls.append(given) or solve(*given)
+    )
+    for _ in range(2):
+        found = again.displacement_fields(near)
+        np.testing.assert_allclose(found, known[:1] + 1e-9 * known[2:], atol=scale)
+        assert len(calls) == 1
+    for path in (tmp_path / "fields").iterdir():
+        path.write_bytes(b"garbled")
+    np.testing.assert_allclose(built(3.0).displacement_fields(forces), known, atol=scale)
+    assert len(calls) == 2
 
 
 def test_elements_agree_where_nothing_locks():
