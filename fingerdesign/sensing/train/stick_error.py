@@ -25,10 +25,10 @@ from fingerdesign.contact.increment import Workspace, solve_increment
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.control.signals import NormalCalibration, gage_readings
-from fingerdesign.design.grip import HardwareTable
+from fingerdesign.design.grip import FORCE_NOISE_N, HardwareTable
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing.train.paths import FRICTIONS
-from fingerdesign.sensing.train.samples import FORCE_NOISE_N, GAIN_STD
+from fingerdesign.sensing.train.samples import GAIN_STD
 
 GRIPS, FOLDS = 18, 9
 _DEPTHS = (0.07, 0.9)  # Grips begin and end to pull at these fractions of the greatest approach.
