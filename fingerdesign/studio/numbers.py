@@ -112,7 +112,7 @@ def numbers_of(design: Design, problem: ContactProblem, press: Press) -> Numbers
         readings=np.array([gage_readings(each.gages, face) for each in measures]),
         gage_x=problem.model.gage_x,
         correlation=_correlation(design, problem, steps),
-        noise=amplifier_noise(design.rig.hardware),
+        noise=amplifier_noise(design.rig.hardware, design.gage_factor),
         measured=_measured(design, problem, measures[-1].normal_force),
     )
 
@@ -124,7 +124,7 @@ def _measured(design: Design, problem: ContactProblem, normal: float) -> Measure
         return None
     chosen = replace(problem, model=problem.model.with_gages(array))
     loads = [(problem.friction_coefficient, normal)]
-    noise = amplifier_noise(design.rig.hardware)
+    noise = amplifier_noise(design.rig.hardware, design.gage_factor)
     states = measured_states(chosen, design.gages.face, loads, noise)
     return states[0] if states else None
 

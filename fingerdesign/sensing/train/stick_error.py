@@ -25,6 +25,7 @@ from fingerdesign.contact.increment import Workspace, solve_increment
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.control.signals import NormalCalibration, gage_readings
+from fingerdesign.design.gages import METAL_FACTOR
 from fingerdesign.design.grip import FORCE_NOISE_N, HardwareTable
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing.train.paths import FRICTIONS
@@ -53,10 +54,10 @@ class SensorErrors:
     gain_std: float = GAIN_STD
 
     @classmethod
-    def of(cls, hardware: HardwareTable) -> Self:
+    def of(cls, hardware: HardwareTable, gage_factor: float = METAL_FACTOR) -> Self:
         """The errors of ``[grip.hardware]``; a good amplifier's where that table has none."""
         return cls(
-            amplifier_noise(hardware),
+            amplifier_noise(hardware, gage_factor),
             hardware.force_noise_N or FORCE_NOISE_N,
             hardware.gain_spread or GAIN_STD,
         )
