@@ -221,7 +221,8 @@ class Design(Whole):
 
         A gage counts by its factor, whatever name it has.
         """
-        own = {"kind": None, "gage_factor": self.gage_factor}
+        factor = None if self.gage_factor == METAL_FACTOR else self.gage_factor
+        own = {"kind": None, "gage_factor": factor}
         gages = self.gages.model_copy(update=own)
         return content_digest(self.model_copy(update={"gages": gages}))
 

@@ -28,7 +28,7 @@ class GageFit:
     length, width   what the plates must have for ``nearest``, along the grid and across, mm
     room      length and width that the smallest plate has, mm
     films     names of types made to measure that would fit
-    others    names of types of any kind that fit and can read so, the nearest grid first
+    others    names of types that fit and can read so: of the named kind first, then by their grid
     """
 
     found: GageType | None
@@ -56,6 +56,7 @@ def gage_fit(design: Design) -> GageFit | None:
     room = min(frame.length for frame in frames), min(_across(design, each) for each in frames)
     fitting = [each for each in every if _fits(design, each, frames, room)]
     found = [each for each in fitting if each in target]
+    kinds = {each.kind for each in target}
     nearest = min(target, key=lambda each: _growth(design, each, room), default=None)
     length, width = _needed(design, nearest) if nearest is not None else (0.0, 0.0)
     return GageFit(
@@ -66,7 +67,9 @@ def gage_fit(design: Design) -> GageFit | None:
         tuple(each.name for each in fitting if each.to_measure),
         tuple(
             each.name
-            for each in sorted(fitting, key=lambda each: sum(_apart(design, each)))
+            for each in sorted(
+                fitting, key=lambda each: (each.kind not in kinds, sum(_apart(design, each)))
+            )
             if each.kind in (*_kinds(design), "bar", "film")
         ),
     )
