@@ -19,7 +19,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import file_text, kind_of
 from fingerdesign.design.step import StepFacts, step_facts
 from fingerdesign.errors import DesignError, printable
-from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words
+from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words, stiffness_words
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.summary import Summary, summarise
 from fingerdesign.materials import disagreement_of
@@ -178,8 +178,9 @@ def _notes(design: Design) -> list[str]:
     rubber = design.body.material
     disagreement = disagreement_of(rubber, design.material_of("body").youngs_modulus_MPa)
     found += [disagreement] if disagreement else []
-    words = gage_words(design, gage_fit(design))
-    found += [*([words] if words else []), *sheet_words(design)]
+    fit = gage_fit(design)
+    about_gages = (gage_words(design, fit), stiffness_words(design, fit))
+    found += [*filter(None, about_gages), *sheet_words(design)]
     return found + [
         f"sound in three dimensions only: {fault.key} = {fault.value} must be {fault.bound}"
         for fault in plane_strain_faults(design)

@@ -8,6 +8,7 @@ from typing import Any
 from fingerdesign.checks.load import load_design
 from fingerdesign.design.io import parse_scene
 from fingerdesign.design.shipped import shipped_names, shipped_text
+from fingerdesign.design.stock import shipped_types
 from fingerdesign.errors import DesignError
 from fingerdesign.materials import EXPANSION, MATERIALS
 from fingerdesign.runtime.registry import CONTROLLERS
@@ -115,6 +116,23 @@ def _controllers() -> Iterator[_Row]:
             "tuned in": ", ".join(each.key.rpartition(".")[2] for each in kind.tuned) or "-",
             "meaning": doc.split("\n\n")[0].replace("\n", " ").replace("``", "`"),
         }
+
+
+@_shelf("strain gages to order or make, for gages.kind and mold.gage")
+def _gages() -> Iterator[_Row]:
+    for each in shipped_types():
+        yield {
+            "name": each.name,
+            "kind": each.kind,
+            "grid_mm": f"{each.grid_length_mm:g} x {each.grid_width_mm:g}",
+            "with_tabs_mm": f"{each.carrier_length_mm:g} x {each.carrier_width_mm:g}",
+            "ohm": each.resistance_ohm,
+            "factor": each.gage_factor,
+            "Et_N_per_mm": each.stiffness,
+            "order": each.least_order,
+            "weeks": each.lead_weeks,
+            "price": each.price or "-",
+        } | ({"source": each.source, "date": each.date} if as_json() else {})
 
 
 assert tuple(_SHELVES) == SHELVES

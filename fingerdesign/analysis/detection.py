@@ -27,11 +27,12 @@ from fingerdesign.contact.increment import Workspace
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactProblem, ContactState
 from fingerdesign.control.signals import gage_readings
+from fingerdesign.design.gages import METAL_FACTOR
 from fingerdesign.design.grip import HardwareTable
 from fingerdesign.errors import SolverError
 from fingerdesign.records.result import MeasuredState
 
-REFERENCE_NOISE = 0.5  # microstrain, of a good strain amplifier at 100 Hz
+REFERENCE_NOISE = 0.5  # microstrain, of a good strain amplifier at 100 Hz with metal foil
 SEEN = 3.0
 # A hand that steers by the stick ratio starts to hold near 0.3 and has lost the object at 0: a
 # third of that way. Gages that say nothing leave an error of 0.23, the spread of the ratio itself.
@@ -43,10 +44,14 @@ _APART = 1.05  # friction above and below
 _LEAST_CHANGE = 1e-4  # Of the stick ratio: smaller changes are rounding noise.
 
 
-def amplifier_noise(hardware: HardwareTable) -> float:
-    """Standard deviation of one sample of a gage, microstrain: as ``[grip.hardware]`` says, where
-    it says nothing that of the reference amplifier; with the converter's step, in squares."""
-    own = hardware.gage_noise_microstrain or REFERENCE_NOISE
+def amplifier_noise(hardware: HardwareTable, gage_factor: float = METAL_FACTOR) -> float:
+    """Standard deviation of one sample of a gage, microstrain, with the converter's step, in
+    squares.
+
+    It is as ``[grip.hardware]`` says. Where that says nothing it is the reference amplifier's: a
+    voltage, so that its strain falls as the gage factor rises.
+    """
+    own = hardware.gage_noise_microstrain or REFERENCE_NOISE * METAL_FACTOR / gage_factor
     return float(np.hypot(own, hardware.quantisation_microstrain / math.sqrt(12.0)))
 
 

@@ -75,7 +75,9 @@ def states_seen(
     else:
         most = max(step.measures.normal_force for step in steps)
         loads = [(scene.object.friction_coefficient, most)] if most > 0.0 else []
-    return measured_states(array, design.gages.face, loads, amplifier_noise(design.rig.hardware))
+    return measured_states(
+        array, design.gages.face, loads, amplifier_noise(design.rig.hardware, design.gage_factor)
+    )
 
 
 def measurability(
@@ -89,7 +91,7 @@ def measurability(
         return None
     hardware = design.rig.hardware
     found = Measurability(
-        noise_microstrain=amplifier_noise(hardware),
+        noise_microstrain=amplifier_noise(hardware, design.gage_factor),
         noise_stated=hardware.gage_noise_microstrain > 0.0,
         wanted_stick_change=WANTED_STICK_CHANGE,
         states=states,

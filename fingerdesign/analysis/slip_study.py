@@ -13,6 +13,7 @@ coefficients are studied with :func:`scaled_rows`, and each ends in complete sli
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -26,18 +27,23 @@ from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.control.signals import (
     NormalCalibration,
     Sample,
-    gage_area,
     gage_readings,
+    length_over,
     response,
 )
 from fingerdesign.design.gages import AREA_SHARE
+from fingerdesign.design.grip import FORCE_NOISE_N
 from fingerdesign.errors import SolverError
 from fingerdesign.records.arrays import SlipStudy
 
 Rows = Sequence[tuple[float, float]]  # cumulative (approach, shear), mm
 
-FORCE_FLOOR_SHARE = 0.006  # of the friction limit: soft fingers work at less than any fixed force
-FORCE_FLOOR_N = 0.02  # a row that changes F_t by less says nothing: 2 g on a small force sensor
+_SEEN = 3.0  # A change of F_t counts from so many standard deviations of the force cell.
+# An increment whose F_t changes by less than this fraction of what its shear would cause at full
+# stick is complete slip. There F_t is flat, gages go on changing, and their quotient rises without
+# bound: on maeno2000 in 3-D three such increments of 32 turned 0.97 into 0.48. Eight fingers, cut
+# by four and by eight: 0.05 lets one such increment in, 0.25 takes stick in some.
+_RESISTS = 0.1
 _CALIBRATION_REACH = 1.05  # of the rows' largest approach: friction changes F_n a little
 
 
@@ -60,6 +66,22 @@ def normal_calibration(
     return NormalCalibration(np.array(forces), np.array(readings))
 
 
+@dataclass(frozen=True)
+class HandKnowledge:
+    """What a hand knows of its finger when it makes the gage area.
+
+    calibration  of the face that is read; the friction of the rows need not be the calibration's
+    threshold    microstrain/N
+    floor        N, the least change of F_t that the force cell shows
+    stiffness    N/mm, of F_t to shear at full stick
+    """
+
+    calibration: NormalCalibration
+    threshold: float
+    floor: float
+    stiffness: float = 0.0
+
+
 def full_stick_response(problem: ContactProblem, face: str, approach: float) -> Array:
     """Response (g,), microstrain/N, to a first shear at ``approach`` (mm) with no slip anywhere.
 
@@ -67,14 +89,31 @@ def full_stick_response(problem: ContactProblem, face: str, approach: float) -> 
     friction in it. It is what a hand measures on a rough object. Raises SolverError without
     contact.
     """
-    pressed = solve_increment(problem, ContactState.untouched(problem), Motion(approach, 0.0))
-    if not (pressed.multiplier[:, 0] > 0.0).any():
-        raise SolverError(f"an approach of {approach:g} mm makes no contact: no response to shear")
-    return np.abs(stick_response(problem, pressed, face))
+    return np.abs(stick_response(problem, _pressed(problem, approach), face))
 
 
 def stick_response(problem: ContactProblem, pressed: Increment, face: str) -> Array:
     """Change of readings (g,) per N of F_t, signed, where the touching nodes are moved together."""
+    force = _stick_force(problem, pressed)
+    strain = problem.model.gage_strain(force)
+    return np.asarray(gage_readings(strain, face) / problem.model.total_force(force)[0])
+
+
+def full_stick_stiffness(problem: ContactProblem, approach: float) -> float:
+    """F_t per shear, N/mm, with no slip anywhere, as in :func:`full_stick_response`."""
+    force = _stick_force(problem, _pressed(problem, approach))
+    return float(problem.model.total_force(force)[0])
+
+
+def _pressed(problem: ContactProblem, approach: float) -> Increment:
+    pressed = solve_increment(problem, ContactState.untouched(problem), Motion(approach, 0.0))
+    if not (pressed.multiplier[:, 0] > 0.0).any():
+        raise SolverError(f"an approach of {approach:g} mm makes no contact: no response to shear")
+    return pressed
+
+
+def _stick_force(problem: ContactProblem, pressed: Increment) -> Array:
+    """Nodal forces of a shear of 1 mm, N, where the touching nodes are moved together."""
     closed = np.flatnonzero(pressed.multiplier[:, 0] > 0.0)
     m, dim = problem.shape
     no_slip = np.zeros((m, dim - 1))
@@ -84,9 +123,7 @@ def stick_response(problem: ContactProblem, pressed: Increment, face: str) -> Ar
     multiplier[index] = np.linalg.solve(
         problem.compliance[np.ix_(index, index)], -change.reshape(-1)[index]
     )
-    force = problem.to_global(multiplier.reshape(m, dim))
-    strain = problem.model.gage_strain(force)
-    return np.asarray(gage_readings(strain, face) / problem.model.total_force(force)[0])
+    return problem.to_global(multiplier.reshape(m, dim))
 
 
 def full_stick_threshold(
@@ -130,26 +167,31 @@ def slip_studies(
     friction_coefficients: Sequence[float],
     pieces: int = 1,
     share: float = AREA_SHARE,
+    force_noise: float = FORCE_NOISE_N,
 ) -> tuple[SlipStudy, ...]:
     """The study at several friction coefficients of one model.
 
     rows are those of the problem's own friction coefficient, others get theirs from
     :func:`scaled_rows`. All share one calibration and one threshold, found at the problem's
-    friction. ``pieces`` cuts every row finer, so that the correlation rests on more increments; the
-    ``floor`` (N), which is that of a whole row, is cut with it. ``share``: of the largest response
-    at full stick, what a place must exceed to count to the gage area.
+    friction. ``pieces`` cuts every row finer, so that the correlation rests on more increments.
+    ``share``: of the largest response at full stick, what a place must exceed to count to the gage
+    area. ``force_noise``: standard deviation of one sample of the force cell, N; a response is made
+    from a change of F_t of at least three of them.
     """
     most = max(approach for approach, _ in rows)
     calibration = normal_calibration(problem, face, _CALIBRATION_REACH * most)
-    limit = problem.friction_coefficient * float(calibration.normal_force[-1])
-    floor = min(FORCE_FLOOR_N, FORCE_FLOOR_SHARE * limit)
-    threshold = full_stick_threshold(problem, face, most, share)
+    known = HandKnowledge(
+        calibration=calibration,
+        threshold=full_stick_threshold(problem, face, most, share),
+        floor=_SEEN * force_noise,
+        stiffness=full_stick_stiffness(problem, most),
+    )
     studies = []
     for friction in friction_coefficients:
         path = refined_rows(scaled_rows(rows, friction / problem.friction_coefficient), pieces)
         other = problem.with_friction(friction)
         x = problem.model.gage_x
-        studies.append(slip_study(other, path, face, x, threshold, floor / pieces, calibration))
+        studies.append(slip_study(other, path, face, x, known))
     return tuple(studies)
 
 
@@ -158,17 +200,16 @@ def slip_study(
     rows: Rows,
     face: str,
     gage_x: Array,
-    threshold: float,
-    floor: float,
-    calibration: NormalCalibration,
+    known: HandKnowledge,
 ) -> SlipStudy:
     """Follow ``rows`` from touch and compare the gage area with the true stick area.
 
-    rows         cumulative (approach, shear), mm; cut finer with :func:`refined_rows`
-    gage_x       (g,) plate centres, mm, in the order of the model's gages
-    threshold    microstrain/N
-    floor        N: A is held where F_t changes by less, 0 before any response
-    calibration  of the same face; the friction of the rows need not be the calibration's
+    rows    cumulative (approach, shear), mm; cut finer with :func:`refined_rows`
+    gage_x  (g,) plate centres, mm, in the order of the model's gages
+
+    A response is made over the change since the last increment whose F_t differs by the floor, as
+    the paper's controller makes it. A is held where there is none and in complete slip, which a
+    hand recognises by the stiffness that it knows; it is 0 before any response.
 
     The rank correlations are over the increments with contact, from the first that has a response
     on, and are of A with the stick *area* (in plane strain its length times the depth), not with
@@ -178,17 +219,14 @@ def slip_study(
     steps = [step.measures for step in follow(problem, [Motion(*row) for row in rows])]
     samples = [_sample(step, face, order) for step in steps]
     forces = np.array([(each.normal_force, each.tangential_force) for each in samples])
-    raw = _responses(samples)
+    first = _first_samples(forces[:, 1], [row[1] for row in rows], known)
+    calibration = known.calibration
     ordered = NormalCalibration(calibration.normal_force, calibration.readings[:, order])
-    clean = _responses(samples, ordered)
-    change = np.diff(forces[:, 1], prepend=0.0)
-    # Below the floor the quotient is noise, whatever it is.
-    clean[np.abs(change) < floor] = np.nan
+    raw, clean = _responses(samples, first), _responses(samples, first, ordered)
     x = np.asarray(gage_x, dtype=float)[order]
-    area_raw = gage_areas(x, raw, threshold, change, floor)
-    area = gage_areas(x, clean, threshold, change, floor)
+    area_raw, area = (gage_areas(x, each, known.threshold) for each in (raw, clean))
     stick = np.array([step.stick_area for step in steps])
-    reported = np.logical_or.accumulate(np.abs(change) >= floor)
+    reported = np.logical_or.accumulate([index is not None for index in first])
     used = reported & np.array([step.contact_area > 0.0 for step in steps])
     steady = rank_correlation(np.flatnonzero(used).astype(float), stick[used])
     ratio = [np.nan if step.stick_ratio is None else step.stick_ratio for step in steps]
@@ -201,21 +239,49 @@ def slip_study(
         gage_x_mm=x,
         response_raw=raw,
         response=clean,
-        threshold=threshold,
+        threshold=known.threshold,
         rank_correlation_raw=rank_correlation(area_raw[used], stick[used]),
         rank_correlation=rank_correlation(area[used], stick[used]),
         tangential_force=forces[:, 1],
         normal_force=forces[:, 0],
-        force_floor_N=floor,
+        force_floor_N=known.floor,
         step_correlation=None if steady is None else abs(steady),
     )
 
 
-def _responses(samples: list[Sample], calibration: NormalCalibration | None = None) -> Array:
-    """Responses (k, g) of each sample to the change from the one before, the first from rest."""
-    before = [Sample(np.zeros(len(samples[0].readings)), 0.0, 0.0), *samples[:-1]]
-    pairs = zip(before, samples, strict=True)
-    return np.array([response(first, second, calibration) for first, second in pairs])
+def _first_samples(
+    tangential: Array, shear: Sequence[float], known: HandKnowledge
+) -> list[int | None]:
+    """Index of the last increment before each whose F_t differs by the floor; -1: at rest.
+
+    None without one, and in complete slip.
+    """
+    forces, travel = np.array([0.0, *tangential]), np.array([0.0, *shear])
+    found: list[int | None] = []
+    for k in range(1, len(forces)):
+        far = np.flatnonzero(np.abs(forces[:k] - forces[k]) >= known.floor)
+        at_full_stick = known.stiffness * abs(travel[k] - travel[k - 1])
+        resists = abs(forces[k] - forces[k - 1]) >= _RESISTS * at_full_stick
+        found.append(int(far[-1]) - 1 if resists and len(far) else None)
+    return found
+
+
+def _responses(
+    samples: Sequence[Sample],
+    first: Sequence[int | None],
+    calibration: NormalCalibration | None = None,
+) -> Array:
+    """Responses (k, g) of each sample to the change since its first; NaN without one."""
+    rest = Sample(np.zeros(len(samples[0].readings)), 0.0, 0.0)
+    silent = np.full(len(rest.readings), np.nan)
+    return np.array(
+        [
+            silent
+            if index is None
+            else response(samples[index] if index >= 0 else rest, sample, calibration)
+            for sample, index in zip(samples, first, strict=True)
+        ]
+    )
 
 
 def rank_correlation(first: Array, second: Array) -> float | None:
@@ -246,10 +312,11 @@ def _sample(measures: Measures, face: str, order: NDArray[np.int64]) -> Sample:
     )
 
 
-def gage_areas(x: Array, responses: Array, threshold: float, change: Array, floor: float) -> Array:
-    """The area A (k,), mm, after each of k increments with responses (k, g) and changes of F_t."""
+def gage_areas(x: Array, responses: Array, threshold: float) -> Array:
+    """The area A (k,), mm, after each of k increments with responses (k, g); held where NaN."""
     areas, held = [], 0.0
-    for values, step in zip(responses, change, strict=True):
-        held = gage_area(x, values, threshold, held, float(step), floor)
+    for values in responses:
+        if np.isfinite(values).all():
+            held = length_over(x, values, threshold)
         areas.append(held)
     return np.array(areas)

@@ -19,6 +19,7 @@ from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.solver.kernel import kernel
 from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.control.episode import run_episodes
+from fingerdesign.design.grip import FORCE_NOISE_N
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.factor import load_solver
@@ -108,7 +109,8 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
     frictions = sorted({*STUDY_FRICTION, scene.object.friction_coefficient})
     rows = [(row[0], row[1]) for row in scene.path.rows]
     gages = case.design.gages
-    return tuple(study(problem, rows, gages.face, frictions, _PIECES, gages.area_share))
+    noise = case.design.grip.hardware.force_noise_N or FORCE_NOISE_N
+    return tuple(study(problem, rows, gages.face, frictions, _PIECES, gages.area_share, noise))
 
 
 def run_grips(

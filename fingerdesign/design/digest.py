@@ -17,7 +17,6 @@ UNSEEN: Any = {"mold": True, "grip": {"defaults"}}
 LATER: dict[str, Any] = {
     "alternate": False,
     "grid": "axial",
-    "gage_factor": 2.0,
     "transverse_sensitivity": 0.0,
     "excitation_V": 2.5,
     "area_share": 0.5,

@@ -24,6 +24,7 @@ MAKERS_NU = 0.285  # of the bar on which gage factors are measured
 # Half of the design's own largest response at full stick: one rule for every design and friction
 # coefficient, which a hand can apply too, by a first shear on a rough object; 0.45 and 0.55 do too.
 AREA_SHARE = 0.5
+METAL_FACTOR = 2.0  # Gage factor of metal foil.
 
 
 class Gages(Table):
@@ -48,13 +49,26 @@ class Gages(Table):
     transverse_weight: float | None = bounded(
         None, -1, 1, "of a tee's grid across; absent: Poisson's ratio of the plates", example=0.33
     )
+    kind: str | None = Field(
+        default=None,
+        max_length=60,
+        description="what is bonded: a type of `fingerdesign list gages` or of "
+        "[[mold.gage_types]]; check compares its size and stiffness with the plates",
+        examples=["silicon_bar_05"],
+    )
     bridge: Literal["quarter", "half", "full"] | None = Field(
         default=None,
         description="arms of the bridge that strain: one, two or four; absent: as many as the "
         "grids can fill",
         examples=["half"],
     )
-    gage_factor: float = positive(2.0, 500, "relative change of resistance per strain")
+    gage_factor: float | None = Field(
+        default=None,
+        gt=0,
+        le=500,
+        description="relative change of resistance per strain; absent: that of gages.kind, else 2",
+        examples=[2.1],
+    )
     transverse_sensitivity: float = bounded(
         0.0, -0.2, 0.2, "of a grid, to strain across it, as a share of its own"
     )

@@ -24,6 +24,7 @@ from fingerdesign.design.base import (
 from fingerdesign.runtime.registry import CONTROLLERS
 
 GRAVITY = 9.80665  # m/s^2
+FORCE_NOISE_N = 0.005  # A good force cell's standard deviation of a sample.
 _FORCES = 2**32 - 1  # Number of the force cells' random stream; plates have their own.
 # A milligram, and a friction below that of ice on ice or of any rubber: lighter and slipperier
 # objects are errors of units, and forces divide by both.

@@ -14,16 +14,17 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Table, Whole, holds, refuse
+from fingerdesign.design.base import Many, Table, Whole, holds, refuse, refuse_key
 from fingerdesign.design.body import Body, Core, StepFile
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.former import with_current_keys
-from fingerdesign.design.gages import Gages
+from fingerdesign.design.gages import METAL_FACTOR, Gages
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.mesh import MeshOptions
 from fingerdesign.design.mold import Mold
 from fingerdesign.design.plates import Plates, Row
 from fingerdesign.design.scene import Scene
+from fingerdesign.design.stock import GageType, shipped_types
 from fingerdesign.materials import EXPANSION, MATERIALS, gent_youngs_modulus
 from fingerdesign.runtime.registry import CONTROLLERS, load_plugins
 
@@ -136,7 +137,11 @@ class Design(Whole):
         return {**data, "materials": {name: _completed(name, given.get(name)) for name in named}}
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
-        return unknown_materials(self)
+        yield from unknown_materials(self)
+        if self.gages.kind is not None and self.gage_type is None:
+            known = ", ".join(each.name for each in self.gage_types)
+            remedy = "correct it, or add a table [[mold.gage_types]] of that name"
+            yield refuse_key(self.gages, "gages.kind", f"one of {known}", remedy)
 
     @property
     def extruded(self) -> bool:
@@ -175,7 +180,27 @@ class Design(Whole):
         """The bridge's name, and its output in microvolt per volt of a reading of 1 microstrain."""
         found = self.gages.bridges(self.material_of("plates").poissons_ratio)
         name: str = self.gages.bridge or list(found)[-1]
-        return name, 0.25 * self.gages.gage_factor * found[name]
+        return name, 0.25 * self.gage_factor * found[name]
+
+    @property
+    def gage_types(self) -> tuple[GageType, ...]:
+        """Every type that the design knows: its own, then the catalogue's of other names."""
+        own = self.mold.gage_types
+        names = {each.name for each in own}
+        return (*own, *(each for each in shipped_types() if each.name not in names))
+
+    @property
+    def gage_type(self) -> GageType | None:
+        """The type of ``gages.kind``; None where the design names none."""
+        kind = self.gages.kind
+        return next((each for each in self.gage_types if each.name == kind), None)
+
+    @property
+    def gage_factor(self) -> float:
+        """The gages' own factor, that of their kind, or that of metal foil."""
+        type_ = self.gage_type
+        kind = METAL_FACTOR if type_ is None else type_.gage_factor
+        return kind if self.gages.gage_factor is None else self.gages.gage_factor
 
     @property
     def rig(self) -> Grip:
@@ -192,8 +217,14 @@ class Design(Whole):
         return hash(self.digest())
 
     def digest(self) -> str:
-        """SHA-256 of what analyses see, in hexadecimal; not of formatting, comments or ``mold``."""
-        return content_digest(self)
+        """SHA-256 of what analyses see, in hexadecimal; not of formatting, comments or ``mold``.
+
+        A gage counts by its factor, whatever name it has.
+        """
+        factor = None if self.gage_factor == METAL_FACTOR else self.gage_factor
+        own = {"kind": None, "gage_factor": factor}
+        gages = self.gages.model_copy(update=own)
+        return content_digest(self.model_copy(update={"gages": gages}))
 
 
 holds(Design, Body, Grip, MeshOptions)

@@ -26,8 +26,10 @@ class GageType(Table):
     """
 
     name: str = Field(min_length=1, max_length=60, description="by which mold.gage takes it")
-    kind: Literal["foil", "tee", "film", "fibre"] = Field(
-        default="foil", description="foil | tee (two grids across each other) | film | fibre"
+    kind: Literal["foil", "tee", "bar", "film", "fibre"] = Field(
+        default="foil",
+        description="foil | tee (two grids across each other) | bar (of bare silicon) | film "
+        "(made to measure) | fibre",
     )
     grid_length_mm: float = positive(..., 200, "along the strain that it reads")
     grid_width_mm: float = positive(..., 200, "across it")
@@ -37,7 +39,20 @@ class GageType(Table):
     gage_factor: float = positive(2.0, 500, "relative change of resistance per strain")
     transverse_sensitivity: float = bounded(0.0, -0.2, 0.2, "to strain across, share of its own")
     bend_mm: float = bounded(3.0, 0, 500, "least radius that it is bent to")
+    thickness_mm: float = bounded(0.0, 0, 10, "of all that stiffens the plate; 0: not known")
+    modulus_MPa: float = bounded(0.0, 0, 1e6, "mean of that along the grid; 0: not known")
+    least_order: int = bounded(1, 1, 10_000, "pieces; of film: sheets")
+    lead_weeks: float = bounded(0.0, 0, 200, "from order to delivery; 0: not known")
+    price: Literal["low", "middle", "high", ""] = Field(
+        default="", description="of a piece: low (below 20 EUR) | middle (to 50) | high; absent"
+    )
     source: str = Field(default="", description="of these numbers")
+    date: str = Field(default="", max_length=20, description="of the source, as read")
+
+    @property
+    def stiffness(self) -> float:
+        """Modulus times thickness, N/mm: what the gage adds to a plate's own, below it."""
+        return self.modulus_MPa * self.thickness_mm
 
     @property
     def to_measure(self) -> bool:
@@ -69,7 +84,7 @@ def _shipped() -> Mapping[str, Any]:
 @cache
 def shipped_types() -> tuple[GageType, ...]:
     """The catalogue's gages, each with the catalogue's source."""
-    source = {"source": _shipped()["source"]}
+    source = {"source": _shipped()["source"], "date": _shipped()["date"]}
     return tuple(GageType.model_validate(source | each) for each in _shipped()["gages"])
 
 

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 
 from fingerdesign.design.schema import Design
-from fingerdesign.design.stock import GageType, nearest_sheet, sheets_of, shipped_types
+from fingerdesign.design.stock import GageType, nearest_sheet, sheets_of
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 
@@ -16,6 +16,7 @@ _ROUNDING_MM = 1e-9
 # Of a grid's length or width against what the design averages over: beyond it the readings of the
 # model are another gage's. Strain along a plate falls to nothing at its ends, so a third is much.
 _ALIKE = 1.33
+_STIFFENS = 0.05  # of the plate's own stiffness: as much as leads may change a reading
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,7 @@ class GageFit:
     length, width   what the plates must have for ``nearest``, along the grid and across, mm
     room      length and width that the smallest plate has, mm
     films     names of types made to measure that would fit
+    others    names of types that fit and can read so: of the named kind first, then by their grid
     """
 
     found: GageType | None
@@ -35,6 +37,7 @@ class GageFit:
     width: float
     room: tuple[float, float]
     films: tuple[str, ...]
+    others: tuple[str, ...]
 
     def differs_from(self, design: Design) -> bool:
         """True where the grid that fits is another than the design averages over."""
@@ -43,23 +46,17 @@ class GageFit:
         return max(_apart(design, self.found)) > math.log(_ALIKE)
 
 
-def gage_types(design: Design) -> tuple[GageType, ...]:
-    """Every type that a design knows: its own, then the catalogue's of other names."""
-    own = design.mold.gage_types
-    names = {each.name for each in own}
-    return (*own, *(each for each in shipped_types() if each.name not in names))
-
-
 def gage_fit(design: Design) -> GageFit | None:
     """Find the gage that goes onto every plate of a sound design; None: it has no plates."""
     frames = plate_frames(design)
     if not frames:
         return None
-    every = gage_types(design)
+    every = design.gage_types
     target = _target(design, every)
     room = min(frame.length for frame in frames), min(_across(design, each) for each in frames)
     fitting = [each for each in every if _fits(design, each, frames, room)]
     found = [each for each in fitting if each in target]
+    kinds = {each.kind for each in target}
     nearest = min(target, key=lambda each: _growth(design, each, room), default=None)
     length, width = _needed(design, nearest) if nearest is not None else (0.0, 0.0)
     return GageFit(
@@ -68,14 +65,30 @@ def gage_fit(design: Design) -> GageFit | None:
         *(max(length, room[0]), max(width, room[1])),
         room,
         tuple(each.name for each in fitting if each.to_measure),
+        tuple(
+            each.name
+            for each in sorted(
+                fitting, key=lambda each: (each.kind not in kinds, sum(_apart(design, each)))
+            )
+            if each.kind in (*_kinds(design), "bar", "film")
+        ),
     )
 
 
 def _target(design: Design, every: tuple[GageType, ...]) -> list[GageType]:
     """The type that the design names, or all of its grid's kind."""
-    kind = "tee" if design.gages.grid == "tee" else "foil"
-    named = [each for each in every if each.name == design.mold.gage]
-    return named or [each for each in every if each.kind == kind]
+    named = [each for each in every if each.name == _named(design)]
+    return named or [each for each in every if each.kind in _kinds(design)]
+
+
+def _named(design: Design) -> str | None:
+    """The type that the design names: for its mold, else for its readings."""
+    return design.gages.kind if design.mold.gage == "auto" else design.mold.gage
+
+
+def _kinds(design: Design) -> tuple[str, ...]:
+    """The kinds that are bought for the design's grid."""
+    return ("tee",) if design.gages.grid == "tee" else ("foil",)
 
 
 def _across(design: Design, frame: PlateFrame) -> float:
@@ -87,7 +100,11 @@ def _across(design: Design, frame: PlateFrame) -> float:
 
 
 def _needed(design: Design, type_: GageType) -> tuple[float, float]:
-    return type_.carrier(design.gages.length_mm, design.gages.width_mm)
+    """Length and width of what lies on a plate; of bars for a tee two, side by side."""
+    length, width = type_.carrier(design.gages.length_mm, design.gages.width_mm)
+    if type_.kind == "bar" and design.gages.grid == "tee":
+        return length, length + width
+    return length, width
 
 
 def _fits(
@@ -130,15 +147,43 @@ def gage_words(design: Design, fit: GageFit | None) -> str | None:
             f"gages.width_mm = {type_.grid_width_mm:g}, or add yours as [[mold.gage_types]]"
         )
     room = f"{fit.room[0]:.3g} mm along the grid and {fit.room[1]:.3g} across"
-    words = f"gages: no {'tee rosette' if gages.grid == 'tee' else 'gage'} that is sold fits plates"
-    words += f" with {room}"
+    sold = f"{'tee rosette' if gages.grid == 'tee' else 'gage'} that is sold fits"
+    named = _named(design)
+    words = f"gages: {f'{named} does not fit' if named else f'no {sold}'} plates with {room}"
     if fit.nearest is not None:
         words += (
             f"; the nearest plate that takes one ({fit.nearest.name}) has {_change(design, fit)}"
         )
+    if fit.others and (named or fit.others[0] not in fit.films):
+        words += f"; the nearest type that fits: gages.kind = '{fit.others[0]}'"
     if fit.films:
         words += f"; or film made on the plates: mold.gage = '{fit.films[-1]}'"
     return words
+
+
+def gage_stiffness(design: Design, fit: GageFit | None) -> float:
+    """Stiffness along the grid that the gages add to a plate where they lie, over its own.
+
+    On both faces twice. A gage that covers part of the plate's width adds less, since the plate
+    next to it carries on: this is the most.
+    """
+    type_ = fit.found if fit is not None else None
+    if type_ is None:
+        return 0.0
+    plate = design.material_of("plates").youngs_modulus_MPa * design.plates.thickness_mm
+    return design.gages.faces * type_.stiffness / plate
+
+
+def stiffness_words(design: Design, fit: GageFit | None) -> str | None:
+    """What gages that stiffen their plates cost; None where it is little."""
+    added = gage_stiffness(design, fit)
+    if added <= _STIFFENS or fit is None or fit.found is None:
+        return None
+    return (
+        f"gages: {fit.found.name} adds up to {added:.0%} to a plate's stiffness where it lies, and "
+        f"its readings are up to {added / (1.0 + added):.0%} lower than the model's, which leaves "
+        "gages out: take stiffer plates, or a gage on one face"
+    )
 
 
 def _change(design: Design, fit: GageFit) -> str:

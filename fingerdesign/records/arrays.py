@@ -90,15 +90,16 @@ class SlipStudy:
     gage_area_raw_mm  (k,) length of plate positions with response_raw over the threshold
     gage_area_mm      (k,) the same, rid of what the normal force alone would cause
     gage_x_mm         (g,) plate centres, rising
-    response_raw      (k, g) |change of strain / change of F_t|, microstrain/N
-    response          (k, g) the same, compensated; NaN where |change of F_t| is under the floor
+    response_raw      (k, g) |change of strain / change of F_t|, microstrain/N, since the last
+                      increment whose F_t differs by the floor; NaN without one, in complete slip
+    response          (k, g) the same, compensated
     threshold         microstrain/N
     rank_correlation_raw, rank_correlation  Spearman's, of the area with the stick area; None where
                       it is not defined (an area that never changes)
     step_correlation  of the step index alone with the stick area, its size: what any area that
                       rises or falls steadily would reach
     tangential_force, normal_force  (k,) N
-    force_floor_N     the area is held where F_t changes by less
+    force_floor_N     the least change of F_t that a response is made from
     """
 
     friction_coefficient: float

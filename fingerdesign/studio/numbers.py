@@ -17,6 +17,7 @@ from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.signals import gage_readings
+from fingerdesign.design.grip import FORCE_NOISE_N
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
 from fingerdesign.records.result import MeasuredState
@@ -111,7 +112,7 @@ def numbers_of(design: Design, problem: ContactProblem, press: Press) -> Numbers
         readings=np.array([gage_readings(each.gages, face) for each in measures]),
         gage_x=problem.model.gage_x,
         correlation=_correlation(design, problem, steps),
-        noise=amplifier_noise(design.rig.hardware),
+        noise=amplifier_noise(design.rig.hardware, design.gage_factor),
         measured=_measured(design, problem, measures[-1].normal_force),
     )
 
@@ -123,7 +124,7 @@ def _measured(design: Design, problem: ContactProblem, normal: float) -> Measure
         return None
     chosen = replace(problem, model=problem.model.with_gages(array))
     loads = [(problem.friction_coefficient, normal)]
-    noise = amplifier_noise(design.rig.hardware)
+    noise = amplifier_noise(design.rig.hardware, design.gage_factor)
     states = measured_states(chosen, design.gages.face, loads, noise)
     return states[0] if states else None
 
@@ -137,8 +138,11 @@ def _correlation(design: Design, problem: ContactProblem, steps: Sequence[Step])
     rows = [(each.approach, each.shear) for each in motion]
     chosen = replace(problem, model=problem.model.with_gages(array))
     gages, friction = design.gages, problem.friction_coefficient
+    noise = design.grip.hardware.force_noise_N or FORCE_NOISE_N
     try:
-        studies = slip_studies(chosen, rows, gages.face, [friction], _PIECES, gages.area_share)
+        studies = slip_studies(
+            chosen, rows, gages.face, [friction], _PIECES, gages.area_share, noise
+        )
     except SolverError:
         return None
     area, stick = studies[0].gage_area_mm[PRESSES:], studies[0].stick_length_mm[PRESSES:]

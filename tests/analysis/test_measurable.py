@@ -12,6 +12,13 @@ from fingerdesign.search.run.measured import metrics_of
 from fingerdesign.search.study.file import Cost
 
 
+def test_an_amplifiers_noise_in_strain_falls_as_the_gage_factor_rises():
+    bare = HardwareTable()
+    assert amplifier_noise(bare, 120.0) == pytest.approx(amplifier_noise(bare) / 60.0)
+    stated = HardwareTable(gage_noise_microstrain=0.3)  # What a design states stands.
+    assert amplifier_noise(stated, 120.0) == pytest.approx(0.3)
+
+
 def analysed(fidelity="plane-strain", **values):
     """The demo's finger with other values, without grips."""
     design = with_values(load_design("maeno2000"), values)

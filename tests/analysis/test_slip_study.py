@@ -1,11 +1,15 @@
 """The slip study on plain arrays: correlation, calibration, full stick; no mesh, no CAD."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
 from fingerdesign.analysis import slip_study as study
-from fingerdesign.contact.problem import contact_problem
+from fingerdesign.contact.path import follow
+from fingerdesign.contact.problem import Motion, contact_problem
+from fingerdesign.control.signals import FACES
 from fingerdesign.errors import SolverError
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import reduced_model
@@ -46,6 +50,12 @@ def problem():
     return contact_problem(model(), Plane(0.0), 0.5)
 
 
+def follow_last(problem, rows):
+    """What is measured at the end of the rows."""
+    *_, last = follow(problem, [Motion(*row) for row in rows])
+    return last.measures
+
+
 def test_rank_correlation_is_spearmans_with_and_without_ties():
     for seed in range(5):
         rng = np.random.default_rng(seed)
@@ -73,8 +83,10 @@ def test_full_stick_response_is_the_first_response_of_a_rough_object(problem):
     rows = [(0.1, 0.0), (0.1, 1e-6)]
     calibration = study.normal_calibration(rough, "both", 0.12)
     seen = study.slip_study(
-        rough, rows, "both", rough.model.gage_x, 0.1, 1e-9, calibration
+        rough, rows, "both", rough.model.gage_x, study.HandKnowledge(calibration, 0.1, 1e-9)
     ).response[1]
+    tangential = follow_last(rough, rows).tangential_force
+    assert study.full_stick_stiffness(rough, 0.1) == pytest.approx(tangential / 1e-6, rel=0.05)
     assert full.min() >= 0.0
     np.testing.assert_allclose(seen, full, rtol=0.05, atol=0.02 * full.max())
     assert study.full_stick_threshold(rough, "both", 0.1, 0.25) == 0.25 * full.max()
@@ -90,8 +102,8 @@ def test_the_area_follows_the_stick_area_at_every_friction(problem):
     for each in (*coarse, *fine):
         assert each.stick_length_mm[-1] == 0.0
         assert each.rank_correlation > 0.85
-        change = np.abs(np.diff([0.0, *each.tangential_force]))
-        used = np.logical_or.accumulate(change >= each.force_floor_N) & (each.normal_force > 0.0)
+        used = np.isfinite(each.response).all(axis=1)
+        used = np.logical_or.accumulate(used) & (each.normal_force > 0.0)
         alone = study.rank_correlation(np.flatnonzero(used), each.stick_length_mm[used])
         assert each.step_correlation == pytest.approx(abs(alone), abs=1e-12)
     # On a foundation of springs the similarity in mu is exact.
@@ -102,9 +114,10 @@ def test_compensation_leaves_what_the_shear_does_while_the_approach_grows(proble
     """One face sees the pressure a hundred times stronger than the shear, the mean hardly does."""
     rows = [(0.02 * k, 0.001 * k**2) for k in range(1, 8)]
     x = problem.model.gage_x
+    calibrations = {face: study.normal_calibration(problem, face, 0.16, 60) for face in FACES}
     one, mean = (
         study.slip_study(
-            problem, rows, face, x, 0.01, 1e-6, study.normal_calibration(problem, face, 0.16, 60)
+            problem, rows, face, x, study.HandKnowledge(calibrations[face], 0.01, 1e-6)
         )
         for face in ("upper", "both")
     )
@@ -112,16 +125,49 @@ def test_compensation_leaves_what_the_shear_does_while_the_approach_grows(proble
     assert np.abs(one.response - mean.response).max() < 0.05 * wrong
 
 
-def test_under_the_floor_the_area_is_held_and_gages_may_stand_in_any_order(problem):
+def test_a_small_step_is_read_from_further_back_and_gages_may_stand_in_any_order(problem):
     calibration, x = study.normal_calibration(problem, "both", 0.12), problem.model.gage_x
-    rows = [(0.1, 0.0), (0.1, 0.01), (0.1, 0.010001), (0.1, 0.02)]
+    rows = [(0.1, 0.0), (0.1, 1e-6), (0.1, 0.01), (0.1, 0.010001), (0.1, 0.02)]
     got, turned = (
-        study.slip_study(problem, rows, "both", places, 0.05, 0.01, calibration)
+        study.slip_study(
+            problem, rows, "both", places, study.HandKnowledge(calibration, 0.05, 0.01)
+        )
         for places in (x, x[::-1])
     )
-    assert got.gage_area_mm[0] == 0.0
-    assert got.gage_area_mm[2] == got.gage_area_mm[1] > 0.0
-    assert np.isnan(got.response[[0, 2]]).all()
-    assert np.isfinite(got.response[[1, 3]]).all()
+    assert (got.gage_area_mm[:2] == 0.0).all()  # No F_t differs by the floor yet.
+    assert got.gage_area_mm[3] == pytest.approx(got.gage_area_mm[2], rel=1e-4)
+    assert got.gage_area_mm[2] > 0.0
+    assert np.isnan(got.response[:2]).all()
+    assert np.isfinite(got.response[2:]).all()
     assert (np.diff(turned.gage_x_mm) > 0).all()
     np.testing.assert_array_equal(turned.response[:, ::-1], got.response)
+
+
+def test_a_response_goes_back_to_where_the_force_differs_by_the_floor(problem):
+    """Ten times as many increments make the same area wherever both paths have a point."""
+    calibration, x = study.normal_calibration(problem, "both", 0.12), problem.model.gage_x
+    known = study.HandKnowledge(calibration, 0.05, 0.02)
+    rows = [(0.1, 0.0), (0.1, 0.004), (0.1, 0.008), (0.1, 0.012)]
+    coarse, fine = (
+        study.slip_study(problem, study.refined_rows(rows, pieces), "both", x, known)
+        for pieces in (1, 40)
+    )
+    change = np.diff(fine.tangential_force, prepend=0.0)
+    assert np.abs(change).max() < known.floor  # No increment alone reaches the floor,
+    assert (fine.gage_area_mm[80:] > 0.0).all()
+    np.testing.assert_allclose(fine.gage_area_mm[79::40], coarse.gage_area_mm[1:], atol=0.5)
+
+
+def test_the_area_is_held_in_complete_slip(problem):
+    """F_t is flat there; gages that go on changing are no response to it."""
+    rows = [(0.1, 0.01), (0.1, 0.02), (0.1, 0.03), (0.1, 0.2), (0.095, 0.3), (0.1, 0.4)]
+    x, calibration = problem.model.gage_x, study.normal_calibration(problem, "both", 0.12)
+    stiffness = study.full_stick_stiffness(problem, 0.1)
+    known = study.HandKnowledge(calibration, 0.05, 0.015, stiffness)
+    held = study.slip_study(problem, rows, "both", x, known)
+    assert held.stick_length_mm[-2:] == pytest.approx(0.0)
+    assert np.abs(np.diff(held.tangential_force)[-2:]).min() > known.floor  # F_n alone moves it.
+    assert np.isnan(held.response[-2:]).all()
+    assert (held.gage_area_mm[-2:] == held.gage_area_mm[-3]).all()
+    unknown = replace(known, stiffness=0.0)
+    assert np.isfinite(study.slip_study(problem, rows, "both", x, unknown).response[-2:]).all()

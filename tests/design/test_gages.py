@@ -105,3 +105,15 @@ def test_what_no_bridge_can_be_is_refused(lines, key, words):
         parse_design(NAME + lines)
     fault = next(fault for fault in caught.value.faults if fault.key == key)
     assert words in str(fault)
+
+
+def test_a_kind_gives_its_factor_and_counts_by_it_alone():
+    text = 'design.name = "kinds"\n[gages]\n'
+    plain, bar = parse_design(text), parse_design(text + 'kind = "silicon_bar_05"\n')
+    assert (plain.gage_factor, bar.gage_factor) == (2.0, 120.0)
+    assert bar.bridge[1] == pytest.approx(60.0 * plain.bridge[1])
+    assert parse_design(text + "gage_factor = 120.0\n").digest() == bar.digest()
+    assert parse_design(text + "gage_factor = 2.0\n").digest() == plain.digest() != bar.digest()
+    assert parse_design(text + 'kind = "foil_1"\n').digest() == plain.digest()
+    measured = parse_design(text + 'kind = "silicon_bar_05"\ngage_factor = 131.0\n')
+    assert measured.gage_factor == 131.0

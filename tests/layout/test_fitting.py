@@ -5,7 +5,13 @@ import pytest
 from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.design.stock import shipped_types
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words
+from fingerdesign.layout.fitting import (
+    gage_fit,
+    gage_stiffness,
+    gage_words,
+    sheet_words,
+    stiffness_words,
+)
 
 BASE = """
 design.name = "gages"
@@ -83,6 +89,37 @@ def test_a_gage_off_the_middle_and_holes_take_room(small):
 def test_unknown_gages_are_refused():
     with pytest.raises(DesignError, match=r"mold\.gage"):
         parse_design(BASE + '[mold]\ngage = "foil_17"\n')
+
+
+def test_a_kind_that_does_not_fit_names_the_nearest_that_does(small):
+    long = with_values(small, {"gages.kind": "silicon_bar_15"})
+    fit = gage_fit(long)
+    assert fit.found is None
+    assert "silicon_bar_15 does not fit" in gage_words(long, fit)
+    assert "gages.kind = 'silicon_bar_05'" in gage_words(long, fit)
+    short = with_values(
+        small,
+        {"gages.kind": "silicon_bar_05", "gages.length_mm": 0.25, "gages.width_mm": 0.15},
+    )
+    assert gage_words(short, gage_fit(short)) is None
+    tee = with_values(short, {"gages.grid": "tee", "plates.span_mm": 0.5})
+    assert gage_fit(tee).found is None  # Two bars lie side by side: 0.65 mm.
+
+
+def test_gages_stiffen_their_plates(small):
+    """Silicon of 0.015 mm on both faces of bronze of 0.1 mm; foil hardly counts there."""
+    bars = with_values(small, {"gages.kind": "silicon_bar_05", "gages.face": "both"})
+    assert gage_stiffness(bars, gage_fit(bars)) == pytest.approx(2 * 170e3 * 0.015 / 13.5e3)
+    one = with_values(bars, {"gages.face": "upper"})
+    assert gage_stiffness(one, gage_fit(one)) == pytest.approx(170e3 * 0.015 / 13.5e3)
+    assert "silicon_bar_05 adds up to 38%" in stiffness_words(bars, gage_fit(bars))
+    film = with_values(small, {"mold.gage": "sputtered_film"})
+    assert stiffness_words(film, gage_fit(film)) is None
+
+
+def test_unknown_kinds_are_refused():
+    with pytest.raises(DesignError, match=r"gages\.kind"):
+        parse_design(BASE.replace("[gages]", '[gages]\nkind = "foil_17"'))
 
 
 def test_sheet_that_is_not_sold_is_named_with_the_nearest(small):

@@ -258,7 +258,7 @@ def mold() -> None:
 @json_option
 def list_() -> None:
     """List the entries of WHAT: designs, scenes, studies, materials, metrics, controllers (those of
-    plug-ins too). Without WHAT, these topics; with --json, every entry."""
+    plug-ins too), gages. Without WHAT, these topics; with --json, every entry."""
 
 
 @command("view", "Draw a design, or show a result.")

@@ -118,7 +118,11 @@ def _stick_change(design: Design, normal: float, wide: float, area: float) -> fl
     response = 1e6 * 0.5 * slope * deep * shear / (1.0 + _SHEAR_LAG * stiff)
     if not response > 0.0:
         return None
-    return SEEN * amplifier_noise(design.rig.hardware) / (_CHANGE * response * normal)
+    return (
+        SEEN
+        * amplifier_noise(design.rig.hardware, design.gage_factor)
+        / (_CHANGE * response * normal)
+    )
 
 
 def _measurable(change: float | None) -> bool | None:
@@ -158,7 +162,7 @@ def _remedies(design: Design, lift: Lift) -> Iterator[str]:
             )
     if lift.measurable is False and lift.smallest_stick_change is not None:
         gain = lift.smallest_stick_change / WANTED_STICK_CHANGE
-        noise = amplifier_noise(design.rig.hardware)
+        noise = amplifier_noise(design.rig.hardware, design.gage_factor)
         yield (
             f"at a friction of {lift.friction_coefficient:g} gages on plates of "
             f"{design.plates.material} will hardly be measurable: about {gain:.2g} times too "

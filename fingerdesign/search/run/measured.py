@@ -72,7 +72,7 @@ def stick_error_of(case: Case, analysis: Analysis) -> tuple[float | None, tuple[
     reach = deepest if case.scene is not None else grip.max_approach_mm
     try:
         with one_thread():
-            listening = SensorErrors.of(design.rig.hardware)
+            listening = SensorErrors.of(design.rig.hardware, design.gage_factor)
             return stick_error(problem, design.gages.face, reach, listening, grip.seed), ()
     except SolverError as error:
         return None, (f"no gage error of the stick ratio: {error}",)

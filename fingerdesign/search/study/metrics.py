@@ -10,7 +10,7 @@ from typing import Literal
 
 from fingerdesign.design.base import refuse
 
-METRICS_VERSION = 8
+METRICS_VERSION = 9
 Goal = Literal["min", "max"]
 
 

@@ -18,7 +18,6 @@ from fingerdesign.control.estimator import (
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.sensing.train.paths import RandomGripPath, Settings
 
-FORCE_NOISE_N = 0.005  # A good force cell's standard deviation of a sample.
 GAIN_STD = 0.01  # The standard deviation of the gages' gains, drawn again for each replicate.
 _FAILURES = 0.25  # One gage fails in this fraction of the grips.
 

@@ -25,10 +25,11 @@ from fingerdesign.contact.increment import Workspace, solve_increment
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.control.signals import NormalCalibration, gage_readings
-from fingerdesign.design.grip import HardwareTable
+from fingerdesign.design.gages import METAL_FACTOR
+from fingerdesign.design.grip import FORCE_NOISE_N, HardwareTable
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing.train.paths import FRICTIONS
-from fingerdesign.sensing.train.samples import FORCE_NOISE_N, GAIN_STD
+from fingerdesign.sensing.train.samples import GAIN_STD
 
 GRIPS, FOLDS = 18, 9
 _DEPTHS = (0.07, 0.9)  # Grips begin and end to pull at these fractions of the greatest approach.
@@ -53,10 +54,10 @@ class SensorErrors:
     gain_std: float = GAIN_STD
 
     @classmethod
-    def of(cls, hardware: HardwareTable) -> Self:
+    def of(cls, hardware: HardwareTable, gage_factor: float = METAL_FACTOR) -> Self:
         """The errors of ``[grip.hardware]``; a good amplifier's where that table has none."""
         return cls(
-            amplifier_noise(hardware),
+            amplifier_noise(hardware, gage_factor),
             hardware.force_noise_N or FORCE_NOISE_N,
             hardware.gain_spread or GAIN_STD,
         )
