@@ -158,7 +158,7 @@ def test_keys_of_another_object_are_refused(command, scene, remedy):
 
 
 def test_new_files_and_their_schemas_tell_of_plug_ins(command):
-    for scene, name in (((), "a.toml"), (("--scene",), "b.toml")):
+    for scene, name in ((("--all",), "a.toml"), (("--scene",), "b.toml")):
         assert command("new", name, *scene, "--force")[0] == 0
     design, scene = ((command.folder / name).read_text("utf-8") for name in ("a.toml", "b.toml"))
     assert "# [grip.steady] " in design
