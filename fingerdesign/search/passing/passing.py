@@ -283,13 +283,11 @@ def _conflicts(found: Found) -> Iterator[str]:
             f"the smallest stick change seen is {min(follows):.2g}, with a good signal the "
             f"greatest rank correlation is {max(seen):.2f}."
         )
-    if found.candidates:
-        best = min(found.candidates, key=lambda each: each.hand.shortfall)
-        if best.hand.shortfall > 0.0:
-            yield (
-                f"Of {len(found.candidates)} fingers with good gages none has a hand that lifts "
-                "at every friction with a force between the limits."
-            )
-        else:
-            names = sorted({name for each in found.candidates for name in each.failing})
-            yield f"On the finger's own mesh these verdicts fail: {', '.join(names)}."
+    names = sorted({name for each in found.candidates for name in each.failing})
+    if names:
+        yield f"On the finger's own mesh these verdicts fail: {', '.join(names)}."
+    elif found.candidates:
+        yield (
+            f"Of {len(found.candidates)} fingers with good gages none has a hand that lifts "
+            "at every friction with a force between the limits."
+        )
