@@ -1,5 +1,6 @@
 """docs/how_to/plugins.md: its package is installed as it stands, and its commands run."""
 
+import contextlib
 import json
 import re
 import sys
@@ -17,7 +18,10 @@ from tests.support.plugins import installed
 
 PAGE = (Path(__file__).parents[1] / "docs/how_to/plugins.md").read_text("utf-8")
 
-COARSER = "section = { contact_size_mm = 0.2, plate_size_mm = 0.2, plate_end_size_mm = 0.1 }"
+COARSER = (
+    "contact_size_mm = 1.0, plate_size_mm = 1.5, "
+    "section = { contact_size_mm = 0.2, plate_size_mm = 0.2, plate_end_size_mm = 0.1 }"
+)
 
 
 @pytest.fixture(scope="module")
@@ -63,11 +67,11 @@ def test_a_command_of_the_page_runs(package, line):
 
 
 @pytest.fixture
-def here(folder, monkeypatch, nothing_allowed):
+def here(folder, nothing_allowed):
     """A user in the folder of the page's files; what is imported there is forgotten again."""
-    monkeypatch.chdir(folder)
     before = set(sys.modules)
-    yield folder
+    with contextlib.chdir(folder):
+        yield folder
     for name in set(sys.modules) - before:
         if Path(getattr(sys.modules[name], "__file__", None) or "/").is_relative_to(folder):
             del sys.modules[name]

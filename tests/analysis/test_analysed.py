@@ -40,12 +40,6 @@ def test_maps_of_the_contact_are_arrays(found, plane_strain):
     assert pressed == pytest.approx(forces, rel=0.01)
 
 
-def test_the_report_is_written_where_it_is_wanted(found, tmp_path):
-    path = found.report(tmp_path / "mine.html")
-    assert path == tmp_path / "mine.html"
-    assert 'id="figure-space"' in path.read_text("utf-8")
-
-
 def test_a_folder_gives_back_all_of_it_and_a_record_alone_says_what_it_lacks(
     plane_strain, tmp_path
 ):

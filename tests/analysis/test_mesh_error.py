@@ -6,7 +6,6 @@ import pytest
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.mesh_error import COARSER, absence, estimate, family_mesh
-from fingerdesign.analysis.page.tables import error_table
 from fingerdesign.analysis.stages import zone_of
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.pipeline import run
@@ -36,13 +35,6 @@ def test_the_estimate_changes_no_number(found):
     assert plain.increments == found.increments
     assert plain.mesh_error is None
     assert "analyse" in plain.mesh_error_absent
-
-
-def test_the_table_shows_both_sources(found):
-    rows = error_table(found).rows
-    assert [row[0] for row in rows] == ["mesh", "path"]
-    absent = error_table(replace(found, mesh_error=None, mesh_error_absent="no reason")).rows
-    assert absent[0][1] == "not estimated: no reason"
 
 
 def test_richardson_s_rule():

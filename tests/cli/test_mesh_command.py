@@ -113,14 +113,3 @@ def test_a_mesh_made_elsewhere_is_read_next_to_its_design(design, tmp_path, in_t
     (out / "mesh.inp").unlink()
     assert "mesh.file" in terminal("mesh", own, "--out", tmp_path / "third", code=2).err
     assert not (tmp_path / "third").exists()
-
-
-def test_a_mesh_of_another_design_fails_and_says_why(design, tmp_path, terminal):
-    out = tmp_path / "out"
-    terminal(
-        "mesh", design, "--out", out, "--no-picture", "--format", "msh", "--scene", "fundamental"
-    )
-    text = DESIGN.replace('"sweep"', '"file"\nmesh.file = "out/mesh.msh"')
-    design.write_text(text.replace("plates.count = 1", "plates.count = 2\nplates.pitch_mm = 3.0"))
-    refused = terminal("mesh", design, "--out", out, code=1).err
-    assert "lacks plate_1 (found: elastomer, plate_0)" in refused

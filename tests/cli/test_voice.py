@@ -115,103 +115,36 @@ def test_check_names_faults_of_studies_and_scenes_together(tmp_path, terminal):
     assert (sound["kind"], sound["variants"], sound["sound"]) == ("study", 200, True)
 
 
-FOLDERS = {  # the record that a command writes, as short as it can be
-    "identification.json": {
-        "design": "a",
-        "trace": "press.csv",
-        "values": [{"name": "share_1", "value": 0.1, "unit": "", "told": False}],
-        "warnings": [],
-        "next_motion": {"words": "hold still"},
-    },
-    "mold_report.json": {
-        "design": "a",
-        "process": {"name": "sla"},
-        "failure": None,
-        "checks": [{"ok": False, "sentence": "a wall is too thin"}],
-        "warnings": [],
-        "placement": None,
-        "parts": [],
-    },
-    "tuning.json": {
-        "controllers": {"x": {"default": {"success_rate": 0.5}, "best": {"success_rate": 0.4}}},
-        "design": "a",
-    },
-    "training.json": {
-        "noises_microstrain": [0.5],
-        "stick_errors": [0.3],
-        "friction_utilisation_errors": [0.2],
-        "samples": 3,
-        "judged_fingers": 0,
-    },
-    "calibration.json": {
-        "design": "a",
-        "fidelity": "3d",
-        "fit": {"before_microstrain": 20.0, "after_microstrain": 0.8},
-        "latents": [{"determined": True}],
-        "warnings": ["lean"],
-        "dead_gages": [3],
-    },
-    "validate.json": {
-        "design": "a",
-        "scene": "s",
-        "failure": None,
-        "assumptions": [{"title": "plane strain", "verdict": "drop", "advice": "use 3-D"}],
-    },
-    "observability.json": {
-        "design": "a",
-        "noise_microstrain": 0.5,
-        "stick_error": 0.3,
-        "target_stick_error": 0.05,
-        "too_quiet": True,
-        "worth_of_gages": 0.1,
-        "gages_that_suffice": 2,
-        "gages": [1, 2, 3],
-        "advice": "softer plates",
-    },
-    "generate.json": {"name": "a", "variants": 3, "invalid": 1, "cad_failed": 0},
-    "paper.json": {
-        "design": "a",
-        "claims": [{"title": "t", "where": "4", "verdict": "no", "measured": "0.2"}],
-    },
-    "quality.json": {
-        "mesher": "tetwild",
-        "dimension": 3,
-        "elements": 9,
-        "dofs": 30,
-        "min_dihedral_deg": 1.0,
-        "inverted_elements": 0,
-        "body_volume_error": 1e-6,
-        "remarks": [],
-    },
-    "control.json": {
-        "criteria": {"good_amplifier_microstrain": 0.5},
-        "controllers": [
-            {
-                "controller": "x",
-                "by_noise": [
-                    {
-                        "noise_microstrain": 0.5,
-                        "success": {"rate": 0.2},
-                        "dropped": 1,
-                        "crushed": 0,
-                        "not_lifted": 3,
-                        "margin_at_lift": None,
-                    }
-                ],
-            }
-        ],
-        "design": "a",
-        "model": {"fidelity": "3d"},
-        "grips": 5,
-        "warnings": [],
-    },
-    "unlike.json": {
-        "plants": 3,
-        "design": "a",
-        "fidelity": "3d",
-        "summaries": {"all": {"x": {"success": {"rate": 0.2}}}},
-    },
-}
+# The record that a command writes, as short as it can be.
+FOLDERS = json.loads("""{
+"identification.json": {"design": "a", "trace": "press.csv", "values": [{"name": "share_1",
+"value": 0.1, "unit": "", "told": false}], "warnings": [], "next_motion": {"words": "hold still"}},
+"mold_report.json": {"design": "a", "process": {"name": "sla"}, "failure": null, "checks":
+[{"ok": false, "sentence": "a wall is too thin"}], "warnings": [], "placement": null, "parts": []},
+"tuning.json": {"controllers": {"x": {"default": {"success_rate": 0.5}, "best":
+{"success_rate": 0.4}}}, "design": "a"},
+"training.json": {"noises_microstrain": [0.5], "stick_errors": [0.3],
+"friction_utilisation_errors": [0.2], "samples": 3, "judged_fingers": 0},
+"calibration.json": {"design": "a", "fidelity": "3d", "fit": {"before_microstrain": 20.0,
+"after_microstrain": 0.8}, "latents": [{"determined": true}], "warnings": ["lean"], "dead_gages":
+[3]},
+"validate.json": {"design": "a", "scene": "s", "failure": null, "assumptions":
+[{"title": "plane strain", "verdict": "drop", "advice": "use 3-D"}]},
+"observability.json": {"design": "a", "noise_microstrain": 0.5, "stick_error": 0.3,
+"target_stick_error": 0.05, "too_quiet": true, "worth_of_gages": 0.1, "gages_that_suffice": 2,
+"gages": [1, 2, 3], "advice": "softer plates"},
+"generate.json": {"name": "a", "variants": 3, "invalid": 1, "cad_failed": 0},
+"paper.json": {"design": "a", "claims": [{"title": "t", "where": "4", "verdict": "no",
+"measured": "0.2"}]},
+"quality.json": {"mesher": "tetwild", "dimension": 3, "elements": 9, "dofs": 30,
+"min_dihedral_deg": 1.0, "inverted_elements": 0, "body_volume_error": 1e-06, "remarks": []},
+"control.json": {"criteria": {"good_amplifier_microstrain": 0.5}, "controllers":
+[{"controller": "x", "by_noise": [{"noise_microstrain": 0.5, "success": {"rate": 0.2},
+"dropped": 1, "crushed": 0, "not_lifted": 3, "margin_at_lift": null}]}], "design": "a", "model":
+{"fidelity": "3d"}, "grips": 5, "warnings": []},
+"unlike.json": {"plants": 3, "design": "a", "fidelity": "3d", "summaries": {"all": {"x":
+{"success": {"rate": 0.2}}}}}
+}""")
 FOLDERS["lesson.json"] = FOLDERS["training.json"] | {"used_errors": [0.2]}  # As once written.
 del FOLDERS["lesson.json"]["friction_utilisation_errors"]
 

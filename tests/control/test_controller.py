@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.command import Command, holds
 from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.plants.rig import Rig
@@ -144,12 +143,3 @@ def test_replayed_arrays_give_the_same_commands(half_plane, design):
     assert [c.dx for c in replayed] == trace.dx[start:].tolist()
     assert [c.dy for c in replayed] == trace.dy[start:].tolist()
     assert [c.hold for c in replayed] == trace.hold[start:].tolist()
-
-
-def test_holding_begins_at_the_first_command_too():
-    def counted(*held):
-        return holds([Command(0.0, 0.0, hold) for hold in held])
-
-    assert counted() == counted(False, False) == 0
-    assert counted(True) == counted(True, True, False) == 1
-    assert counted(True, False, True, True, False, True) == 3

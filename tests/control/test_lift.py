@@ -100,19 +100,6 @@ def test_a_tug_is_carried_up_to_what_friction_holds(half_plane):
         assert (other.truth().lifted, other.truth().complete_slip) == (carried, not carried)
 
 
-def test_opening_the_hand_drops_it_and_closing_grips_it_anew(half_plane):
-    plant = raised(LiftPlant(half_plane, "upper", MASS))
-    plant.move(0.05, 0.0)
-    dropped = False
-    for _ in range(12):
-        plant.move(0.0, -0.01)
-        dropped = dropped or plant.truth().complete_slip
-    assert dropped
-    assert not plant.truth().lifted
-    raised(plant)
-    assert plant.truth().tangential_force == pytest.approx(HALF, rel=1e-8)
-
-
 def test_slip_takes_energy_and_gives_none(half_plane):
     """Tugs down and up, again and again: a closed loop of F_t against shear, run the lossy way."""
     cycle = [0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0]

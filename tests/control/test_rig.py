@@ -13,7 +13,6 @@ from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.plant import (
     CondensedPlant,
     Truth,
-    press,
 )
 from fingerdesign.control.plants.remembered import Memory, RememberedPlant
 from fingerdesign.control.plants.rig import Rig
@@ -332,13 +331,6 @@ def test_an_estimator_in_a_grip_is_that_of_the_hardwares_noise(half_plane, desig
         keys = {"grip.hardware.gage_noise_microstrain": noise, "grip.controller": "fixed_force"}
         run_episodes(half_plane, with_values(design, keys), [], MASS, estimator=Recorder())
     assert noises == [0.7]
-
-
-def test_a_press_is_of_equal_moves_of_at_most_a_step_and_one_where_that_does():
-    for depth, moves in ((0.2, 1), (0.3, 1), (0.5, 2), (0.9, 3)):
-        plant = Springs()
-        assert len(list(press(plant, depth, 0.3))) == moves
-        assert plant.y == pytest.approx(depth)
 
 
 def imperfect(seed=0, plates=None, **hardware):

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from fingerdesign.checks.load import (
     judge_data,
-    judge_design,
     load_design,
     parse_design,
     with_values,
@@ -238,22 +237,6 @@ def test_no_scene_crashes(rows, points):
     found = judge_keys(Scene, data)
     assert found.value is not None or all(str(fault) for fault in found.faults)
     assert (found.value is None) == bool(found.faults)
-
-
-@pytest.mark.parametrize(
-    ("text", "remedy"),
-    [
-        ("plates.rows = [{pich_mm = 3}]", "did you mean plates.rows[0].pitch_mm?"),
-        ("plates.span_mm = 12\nplates.cover_mm = 0.5", "lower plates.span_mm to at most 9.8"),
-        ("plates = {placement = [[0, 8, 45, -4.5]], span_mm = 3}", "move it to |z| <= 3.4"),
-        (
-            'body = {shape = "block", edge = "chamfer", edge_radius_mm = 12}',
-            "lower it to at most 9.9",
-        ),
-    ],
-)
-def test_remedies_name_key_and_value(text, remedy):
-    assert remedy in {fault.remedy for fault in judge_design(NAME + text).faults}
 
 
 def test_names_that_windows_reserves_are_refused():

@@ -220,7 +220,7 @@ def test_slow_fallback_gives_the_same(monkeypatch):
         ("3d", {"mesh.contact_size_mm": 1.2, "mesh.layers": 2}),
     ],
 )
-def test_an_analysis_without_mkl_gives_the_same(fidelity, changes, monkeypatch, tmp_path):
+def test_an_analysis_without_mkl_gives_the_same(fidelity, changes, cache_in, tmp_path):
     """In a process where pypardiso cannot be found: as on a machine that MKL has no wheel for."""
     pytest.importorskip("pypardiso")
     sizes = {"contact_size_mm": 0.3, "plate_size_mm": 0.4, "plate_end_size_mm": 0.2}
@@ -228,7 +228,7 @@ def test_an_analysis_without_mkl_gives_the_same(fidelity, changes, monkeypatch, 
     changes |= {"mesh.mesher": "sweep", "mesh.plate_size_mm": 2.0, "plates.count": 3}
     found = []
     for mkl in (True, False):
-        monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / str(mkl)))  # none is kept
+        cache_in(tmp_path / str(mkl))  # none is kept
         found.append(call("tests.support.calls:forces", fidelity, changes, mkl, time_s=500.0))
     with_mkl, without = found
     assert np.abs(with_mkl).max() > 0.1

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.checks.load import parse_design
-from fingerdesign.design.io import parse_scene
 from fingerdesign.design.scene import SceneObject
-from fingerdesign.layout.summary import summarise
 from fingerdesign.layout.zone import approach_for, candidate_zone, contact_half_width, contact_reach
 
 PLANE = SceneObject()
@@ -69,27 +67,3 @@ def test_more_force_is_a_deeper_approach_and_a_wider_zone(design, rigid):
     assert 0 < depths[0] < depths[1] < depths[2]
     widths = [candidate_zone(design, rigid, depth).half_width for depth in depths]
     assert 0 < widths[0] <= widths[1] <= widths[2] <= 10.0
-
-
-def test_the_summary_reports_bodies_and_rows_by_kind():
-    summary = summarise(
-        design_of(
-            "body.edge_radius_mm = 1.0",
-            "body.core.height_mm = 2.0",
-            "plates.count = 5",
-            "plates.span_mm = 8",
-            "plates.hole_diameter_mm = 0.5",
-            'plates.rows = [{ along = "z", count = 3, cover_mm = 5, pitch_mm = 2 }]',
-        )
-    )
-    assert summary.body == "arc, round edge, core"
-    assert summary.rows == ("5 along x, finite, perforated", "3 along z, finite, perforated")
-    per_plate = 2.0 * 0.1 * 8.0 - 2 * np.pi * 0.25**2 * 0.1
-    assert summary.plates_volume_mm3 == pytest.approx(8 * per_plate, rel=0.05)
-    assert not summary.extruded
-    plain = summarise(design_of(), parse_scene("path.increments_mm = [[0.2, 0.0]]"))
-    assert (plain.plates, plain.approach_mm, plain.extruded) == (15, 0.2, True)
-    assert plain.least_side_mm == pytest.approx(10 - 7 - (1.0 + 0.05) / np.sqrt(2))
-    assert plain.plates_volume_mm3 == pytest.approx(15 * 2 * 0.1 * 10)
-    none = summarise(BLOCK)
-    assert (none.approach_mm, none.least_surface_mm, none.least_gap_mm) == (0.1, None, None)

@@ -24,9 +24,9 @@ from tests.support.boxes import simplices
 
 COARSE = """
 design.name = "coarse"
-body.width_mm = 12.0
-body.base_height_mm = 5.0
-body.depth_mm = 6.0
+body.width_mm = 10.0
+body.base_height_mm = 4.0
+body.depth_mm = 5.0
 plates.thickness_mm = 0.3
 mesh.contact_size_mm = 0.8
 mesh.plate_size_mm = 1.0
@@ -37,7 +37,7 @@ CASES = {
     "pin": ('body.shape = "revolved"\nplates.count = 1\nplates.span_mm = 3.0', True),
     "block, chamfered, backed": (
         'body.shape = "block"\nbody.edge_radius_mm = 1.0\nbody.edge = "chamfer"\n'
-        "plates.count = 2\nplates.pitch_mm = 3.0\nbody.core = { width_mm = 12.0, height_mm = 1.5 }",
+        "plates.count = 2\nplates.pitch_mm = 3.0\nbody.core = { width_mm = 10.0, height_mm = 1.0 }",
         True,
     ),
     "bent and perforated": (
@@ -57,7 +57,7 @@ CASES = {
     ),
     "plates to the ends": ("plates.count = 3\nplates.pitch_mm = 2.0", True),
     "no plates": ("plates.count = 0", True),
-    "half circle": ("plates.count = 0\nbody.arc_radius_mm = 6.0", True),
+    "half circle": ("plates.count = 0\nbody.arc_radius_mm = 5.0", True),
     "dome": (
         'body.shape="dome"\nbody.dome_radius_mm=9.0\nplates.count=2\nplates.pitch_mm=2.0\n'
         "plates.span_mm=4.0",
@@ -67,7 +67,7 @@ CASES = {
 
 
 def design_of(keys):
-    base = COARSE.replace("body.depth_mm = 6.0\n", "") if "revolved" in keys else COARSE
+    base = COARSE.replace("body.depth_mm = 5.0\n", "") if "revolved" in keys else COARSE
     return parse_design(base + keys)
 
 
@@ -90,11 +90,21 @@ def unplated():
 
 
 @pytest.fixture
-def known_tetrahedra(monkeypatch, unplated):
+def steps(monkeypatch):
+    """``steps(name=function, ...)``: the mesher takes these for its own steps."""
+
+    def take(**functions):
+        for name, function in functions.items():
+            monkeypatch.setattr(tetwild, name, function)
+
+    return take
+
+
+@pytest.fixture
+def known_tetrahedra(steps, unplated):
     """fTetWild answers as it did for the finger without plates; that design, and its mesh."""
     design, good, triangles = unplated
-    monkeypatch.setattr(tetwild, "finger_triangles", lambda *arguments: triangles)
-    monkeypatch.setattr(tetwild, "run_tetwild", lambda *arguments: (good.points, good.corners))
+    steps(finger_triangles=lambda *_: triangles, run_tetwild=lambda *_: (good.points, good.corners))
     return design, good
 
 
@@ -128,9 +138,9 @@ def test_what_lies_on_the_contact_is_asked_of_nodes_where_they_stay(monkeypatch)
     design, good = made("half circle")
 
     def moved(points, *arguments):
-        border = (np.abs(points[:, 0]) > 5.99) & (np.abs(points[:, 1] - 5.0) < 0.01)
+        border = (np.abs(points[:, 0]) > 4.99) & (np.abs(points[:, 1] - 4.0) < 0.01)
         assert border.any()
-        return np.where(border[:, None] & [False, True, False], 4.9, points)
+        return np.where(border[:, None] & [False, True, False], 3.9, points)
 
     monkeypatch.setattr("fingerdesign.mesh.tetra.finish.improve", moved)
     (way,), zone = plate_ways(design, True), Zone(3.0)
@@ -138,7 +148,7 @@ def test_what_lies_on_the_contact_is_asked_of_nodes_where_they_stay(monkeypatch)
     _, outside = tetwild.finger_triangles(design, tetwild.chord_mm(design.body), True, way.meshed)
     points = good.points[: good.corners.max() + 1]
     mesh = tetwild.finish(design, way, points, good.corners, outside, True, field, 10**6)
-    assert mesh.points[np.unique(mesh.facets["contact"])][:, 1].min() > 5.0
+    assert mesh.points[np.unique(mesh.facets["contact"])][:, 1].min() > 4.0
     assert assess(mesh, design).contact_residual_mm < 1e-9
 
 
@@ -171,7 +181,7 @@ def test_sizes_that_ask_for_millions_of_elements_are_refused_at_once():
 
 
 def test_an_attempt_without_volume_is_made_again_and_a_mesh_far_too_fine_refused(
-    monkeypatch, known_tetrahedra
+    steps, known_tetrahedra
 ):
     design, good = known_tetrahedra
     left = [np.zeros(1), np.ones(1)]
@@ -180,19 +190,17 @@ def test_an_attempt_without_volume_is_made_again_and_a_mesh_far_too_fine_refused
         assert np.isfinite(np.ones(1) / left.pop(0)).all()
         return good
 
-    monkeypatch.setattr(tetwild, "finish", divide)
+    steps(finish=divide)
     mesh = tetrahedralise(design, Zone(3.0), use_cache=False)
     assert mesh.notes["attempts"] == 2
     assert "divide by zero" in str(mesh.notes["failed_attempts"])
-    monkeypatch.setattr(tetwild, "finish", lambda *arguments: good)
-    monkeypatch.setattr(tetwild, "expected_elements", lambda *arguments: len(good.cells) / 3)
-    monkeypatch.setattr(tetwild, "FEW_ELEMENTS", 0)
+    steps(finish=lambda *_: good, expected_elements=lambda *_: len(good.cells) / 3, FEW_ELEMENTS=0)
     with pytest.raises(MeshError, match=r"tetrahedra, and at most \d+ were to be expected"):
         tetrahedralise(design, Zone(3.0), use_cache=False)
 
 
 def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(
-    tmp_path, monkeypatch, own_cache, known_tetrahedra
+    tmp_path, steps, own_cache, known_tetrahedra
 ):
     design, _ = known_tetrahedra
     first = tetrahedralise(design, Zone(3.0))
@@ -202,7 +210,7 @@ def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(
         calls.append(arguments)
         raise MeshError("not to be run")
 
-    monkeypatch.setattr(tetwild, "run_tetwild", refuse)
+    steps(run_tetwild=refuse)
     again = tetrahedralise(design, Zone(3.0))
     np.testing.assert_array_equal(first.points, again.points)
     np.testing.assert_array_equal(first.cells, again.cells)
@@ -216,7 +224,7 @@ def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(
     assert len(calls) == 2 * design.mesh.attempts
 
 
-def test_a_mesh_that_fails_the_gate_is_made_again_and_then_refused(monkeypatch, known_tetrahedra):
+def test_a_mesh_that_fails_the_gate_is_made_again_and_then_refused(steps, known_tetrahedra):
     design, good = known_tetrahedra
     seen = []
 
@@ -224,20 +232,19 @@ def test_a_mesh_that_fails_the_gate_is_made_again_and_then_refused(monkeypatch, 
         seen.append(arguments[3])
         return good.points, good.corners
 
-    monkeypatch.setattr(tetwild, "run_tetwild", answer)
     squashed = good.points * [1.0, 1.0, 0.9]  # 10 % of the volume is missing
     bad = Mesh(squashed, good.cells, good.regions, good.facets, "tetwild", True)
-    monkeypatch.setattr(tetwild, "finish", lambda *arguments: bad)
+    steps(run_tetwild=answer, finish=lambda *_: bad)
     with pytest.raises(MeshError, match=r"in 4 attempts.*attempt 4 \(no plates\): body"):
         tetrahedralise(design, Zone(3.0), use_cache=False)
     assert len(seen) == 4
     assert len(set(seen)) > 1  # settings change
 
 
-def test_a_vanished_plate_is_refused(monkeypatch, unplated):
+def test_a_vanished_plate_is_refused(steps, unplated):
     """fTetWild simplifies a plate away that is thinner than its envelope."""
     _, good, _ = unplated
-    monkeypatch.setattr(tetwild, "run_tetwild", lambda *arguments: (good.points, good.corners))
+    steps(run_tetwild=lambda *_: (good.points, good.corners))
     design = design_of("plates.count = 1\nmesh.attempts = 1")
     with pytest.raises(MeshError, match="no tetrahedral mesh of coarse passed the gate"):
         tetrahedralise(design, Zone(3.0), use_cache=False)

@@ -102,21 +102,6 @@ def test_a_remedy_of_room_has_numbers_and_works(values, key):
         assert key not in keys(mold_faults(with_values(design, changes)))
 
 
-@pytest.mark.parametrize(
-    ("limit", "value", "refused"),
-    [
-        ("pin_mm", 0.2, True),  # thinner than sockets and tips need
-        ("pin_mm", 0.54, False),
-        ("feature_mm", 1.5, True),
-        ("wall_mm", 0.3, True),
-        ("feature_mm", 5.0, True),
-    ],
-)
-def test_the_limit_that_was_given_is_the_one_refused(limit, value, refused):
-    key = f"mold.limits.{limit}"
-    assert set(keys(mold_faults(shipped("block", **{key: value})))) == ({key} if refused else set())
-
-
 def test_every_fault_is_reported_at_once():
     faults = mold_faults(narrow(wall_mm=5.0, draft_deg=30.0, gate_mm=0.5))
     assert set(keys(faults)) == {"mold.wall_mm", "mold.draft_deg", "mold.gate_mm"}

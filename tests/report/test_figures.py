@@ -2,7 +2,6 @@
 
 import base64
 import gzip
-import json
 import re
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -15,7 +14,7 @@ from fingerdesign.analysis.page.contact import (
     force_figure,
     traction_figure,
 )
-from fingerdesign.analysis.page.gage import area_figure, paths_figure, response_figure, rule_figure
+from fingerdesign.analysis.page.gage import area_figure, response_figure
 from fingerdesign.analysis.page.page import report_figures
 from fingerdesign.records.arrays import OPEN
 from fingerdesign.report.style import COLOURS, house_style
@@ -54,14 +53,6 @@ def test_each_is_sound_svg_with_words_and_colours_of_the_theme(figures):
         bare = re.findall(r"(?:fill|stroke): (#[0-9a-f]{6})", figure.image)
         assert set(bare) <= {"#ffffff", "#000000"}, figure.key
         assert f"var(--ink, {COLOURS['ink']})" in figure.image
-
-
-def test_charts_take_their_colours_from_the_page_and_name_each_line_once(figures):
-    for figure in (figures["contact"][0], figures["contact"][2], figures["gages"][-1]):
-        data = json.loads(drawn(figure))["data"]
-        assert {each["line"]["color"] for each in data} <= {f"--{name}" for name in COLOURS}
-        names = [each["name"] for each in data if each["showlegend"]]
-        assert sorted(names) == sorted({each["name"] for each in data})
 
 
 def test_what_is_missing_is_left_out(plane_strain, failed):
@@ -116,20 +107,6 @@ def test_study_without_any_response_is_drawn(plane_strain):
     with house_style():
         assert "<svg" in response_figure(silent, 0.5).image
         assert "– at μ 0.3" in area_figure((silent,)).alternative
-
-
-def test_grips_that_never_lift_or_read_no_gages_are_drawn_and_named(plane_strain):
-    trace = plane_strain.grip_traces[0]
-    no_area = np.full_like(trace.gage_area_mm, np.nan)
-    deaf = replace(trace, controller="fixed_force", gage_area_mm=no_area)
-    with house_style():
-        never = paths_figure((replace(trace, lift_step=None, without_rule=None),))
-        sampled, alone = rule_figure((trace,)), rule_figure((deaf,))
-    assert "not lifted in 102 steps" in never.alternative
-    assert not re.search(">(lifted|without the rule)</text>", never.image)
-    assert ">gage area (mm)</text>" in sampled.image
-    assert ">gage area (mm)</text>" not in alone.image
-    assert "the fixed_force controller holds" in alone.alternative
 
 
 def test_what_leaves_the_section_is_drawn(solid):

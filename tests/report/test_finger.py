@@ -232,15 +232,6 @@ def test_a_row_along_z_is_drawn_over_z(plane_strain):
     assert "Row 2." in drawn["annotations"][2]["text"]
 
 
-def test_a_core_is_its_own_region(plane_strain):
-    mesh = plane_strain.mesh
-    regions = np.where(mesh.points[mesh.cells[:, 0], 1] < 2.0, 16, mesh.regions)
-    cored = dataclasses.replace(mesh, regions=regions, region_names={16: "core"})
-    assert np.array_equal(cored.parts["core"], regions == 16)
-    assert np.array_equal(cored.parts["plates"], (regions > 0) & (regions < 16))
-    assert not mesh.parts["core"].any()
-
-
 def bent(mesh):
     """The mesh with its mid-edge nodes moved off the edges' middles."""
     corners = np.unique(mesh.corners)

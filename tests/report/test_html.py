@@ -12,7 +12,6 @@ from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.page import page as html_module
 from fingerdesign.analysis.page.page import report_html
 from fingerdesign.errors import PictureError
-from fingerdesign.records.result import PointStrain
 from fingerdesign.report.page import COMMON, digest
 from tests.support.result_folders import write_result_folder
 
@@ -118,19 +117,6 @@ def test_failed_analysis_says_what_failed(failed):
     page = Page(report_html(failed))
     assert "No mesh passed the acceptance gate after 3 attempts" in page.words
     assert not page.drawings
-
-
-def test_scene_points_and_half_are_on_the_page(solid):
-    strain = PointStrain(12.5, -2.0, 0.0, 1.0, -3.0, 0.5)
-    result = solid.result
-    keys = {"scene.object.friction_coefficient": 0.45}
-    keys |= {"scene.readout.points_mm": [[1.0, 6.0, 0.0]]}
-    rows = tuple(replace(row, points=(strain,)) for row in result.increments)
-    changed = replace(result, increments=rows, parameters=result.parameters | keys)
-    page = Page(report_html(Analysis(changed)))
-    for words in ("object.friction_coefficient", "12.5", "the half z ≥ 0"):
-        assert words in page.words, words
-    assert {"table-points", "table-scene"} <= set(page.ids)
 
 
 @pytest.mark.usefixtures("drawn_before")

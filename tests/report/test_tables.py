@@ -5,7 +5,6 @@ from dataclasses import replace
 import pytest
 
 from fingerdesign.analysis.page.tables import (
-    assumed_values,
     design_table,
     foreseen_table,
     grip_table,
@@ -114,15 +113,3 @@ def test_warnings_of_slip_are_a_row_a_grip(plane_strain):
     rows = foreseen_table(with_parts(plane_strain.result, "grips", grips)).rows
     assert rows[0][3:] == ("warned of", "0.050", "90", "3", "1", "50", "0.100", "40")
     assert rows[2][3:] == ("–", "–", "–", "–", "–", "0", "–", "0")
-
-
-def test_assumed_keys_show_their_values(plane_strain):
-    assumed = ("plates.cover_mm", "materials.silicone", "grip")
-    result = replace(plane_strain.result, assumed=assumed)
-    assert assumed_values(result) == [
-        ("plates.cover_mm", "2"),
-        ("materials.silicone", "youngs_modulus_MPa = 4.96, poissons_ratio = 0.49"),
-        ("grip", "see the design"),
-    ]
-    marked = [row[0] for row in design_table(result).rows if row[2] == "assumed"]
-    assert marked == ["plates.cover_mm"]

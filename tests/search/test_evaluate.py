@@ -179,14 +179,6 @@ def test_a_failure_is_an_outcome_and_a_fault_of_the_program_is_raised(
     assert (other.name, other.metrics) == ("t-3", {})
 
 
-def test_want_of_memory_is_a_failure(job, monkeypatch):
-    monkeypatch.setattr("fingerdesign.runtime.machine.available_memory_MB", lambda: 10.0)
-    monkeypatch.setattr("fingerdesign.analysis.forecast.limits.SMALL_MB", 1.0)
-    failure = evaluate(job).failure
-    assert failure.kind == "memory"
-    assert "10 MB are free" in failure.sentence
-
-
 def test_a_scene_is_its_path_alone(job):
     scene = parse_scene(SPHERE.replace("sphere", "cylinder"))
     found = evaluate(replace(job, scene=scene, scene_name="bar"))

@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 
 import pytest
@@ -212,24 +211,3 @@ def test_cad_requested_later_is_added_and_stays(tmp_path, fake_cad):
     for cad in (True, False):
         found = [each.cad for each in made(tmp_path / "few", cad=cad)]
         assert found == ["written"] * 4 + [""] * 2
-
-
-def test_interrupted_it_keeps_what_is_whole_and_goes_on(tmp_path, fake_cad):
-    fake_cad.setenv("FAKE_CAD", "hangs")
-    target, text = tmp_path / "few", TEXT.replace("[9, 11, 45]", "[11, 9]")
-
-    def stop(each, done):
-        raise KeyboardInterrupt
-
-    start, before = time.monotonic(), threading.active_count()
-    with pytest.raises(KeyboardInterrupt):
-        made(target, text, workers=2, report=stop)
-    assert time.monotonic() - start < 20.0
-    assert threading.active_count() == before
-    assert not list(target.glob(".*"))
-    assert not (target / "variants.csv").exists()
-    fake_cad.delenv("FAKE_CAD")
-    found = made(target, text, workers=2)
-    assert any(each.existed for each in found)
-    assert all(each.cad == "written" for each in found)
-    assert not list(target.glob(".*"))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.errors import DesignError
-from fingerdesign.records.outcome import Failure, Outcome
+from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.compare.recommend import fails_purpose
 from fingerdesign.search.optimise.confirm import confirm, judge
 from fingerdesign.search.optimise.optimise import ABSENT, Search, refuse_aimless, reported, searched
@@ -19,7 +19,7 @@ from fingerdesign.search.optimise.page import verdict, write_optimised
 from fingerdesign.search.optimise.sensitivity import WEAK, sensitivities
 from fingerdesign.search.optimise.trials import Trials
 from fingerdesign.search.optimise.volume import beats, hypervolume, most_volume
-from fingerdesign.search.run.evaluate import Job, failed
+from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.variants import base_design
 from tests.support.optimise_evaluators import outcome_of
@@ -114,21 +114,6 @@ def test_it_learns_also_from_what_is_no_finger_and_costs_nothing(tmp_path):
     assert last > first
     feasible = [own.feasible for own in every]
     assert sum(feasible[40:]) > sum(feasible[:20]) * 1.5
-
-
-def test_failed_trials_are_infeasible_and_never_confirmed(tmp_path):
-    def broken(job):
-        if job.design.plates.count == 15 and job.name.startswith("search"):
-            return failed(job, Failure("crashed", "of the test"))
-        return outcome_of(job)
-
-    search, evaluator = search_of(), Evaluator(outcome=broken)
-    tried = optimise(search, tmp_path / "j", evaluator, trials=24)
-    found = confirm(search, tried, evaluator)
-    status = {each.number: each.outcomes[0].status for each in tried}
-    assert set(status.values()) == {"ok", "failed"}
-    assert {status[number] for number in found.front} == {"ok"}
-    assert not any(each.thorough.failure for each in found.confirmed)
 
 
 def test_the_best_are_confirmed_against_the_reference_of_the_same_model(longer, undisturbed):

@@ -30,8 +30,6 @@ from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace import Trace
 from fingerdesign.layout.rows import plate_frames
-from fingerdesign.mesh.moved import with_plates_moved
-from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.sensing.identify import sensitivities
 from fingerdesign.sensing.identify.bench import phase_problems, protocol, simulated_bench
 from fingerdesign.sensing.identify.bench_fit import Measured, Noise, fit_latents
@@ -211,20 +209,6 @@ def test_sensitivities_are_cached_and_a_dead_gage_is_named(design, measured, mon
     assert (values[1], deviations[1]) == pytest.approx((0.0, 0.03))
     moved_by, deviation = (each[2] for each in fit.of("x"))
     assert 0.07 < moved_by < 0.15 + 2.0 * deviation < 0.22
-
-
-def test_a_mesh_is_moved_with_its_plates_and_nothing_else(design):
-    mesh, before = mesh_section(design, 5.0), plate_frames(design)
-    after = plate_frames(moved(design, 2, 0.05))
-    same = with_plates_moved(mesh, before, before)
-    assert np.array_equal(same.points, mesh.points)
-    found = with_plates_moved(mesh, before, after)
-    way = found.points - mesh.points
-    plates = [np.unique(mesh.cells[mesh.regions == k + 1]) for k in range(4)]
-    assert way[plates[2]] == pytest.approx(np.tile([0.05, 0.0], (len(plates[2]), 1)), abs=1e-9)
-    still = [*plates[:2], plates[3], *(mesh.facets[k].ravel() for k in ("contact", "base"))]
-    assert not way[np.concatenate(still)].any()
-    assert with_plates_moved(mesh, before, plate_frames(moved(design, 2, 0.6))) is None
 
 
 def column(name, change=None):

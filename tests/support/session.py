@@ -5,6 +5,7 @@ process computes on one thread: MKL's threads wait by spinning, and where worker
 that takes five times as long (a section of 34k dofs: 4.5 s of processor time, 23 s with two).
 """
 
+import contextlib
 import os
 import signal
 import tempfile
@@ -39,15 +40,26 @@ def interruptible():
 
 
 @pytest.fixture
-def in_tmp_path(tmp_path, monkeypatch):
+def in_tmp_path(tmp_path):
     """Work in the test's own folder."""
-    monkeypatch.chdir(tmp_path)
+    with contextlib.chdir(tmp_path):
+        yield
 
 
 @pytest.fixture
-def own_cache(tmp_path, monkeypatch):
+def cache_in(monkeypatch):
+    """Use another folder as the cache."""
+
+    def use(folder):
+        monkeypatch.setenv("FINGERDESIGN_CACHE", str(folder))
+
+    return use
+
+
+@pytest.fixture
+def own_cache(tmp_path, cache_in):
     """Use the test's own folder as the cache."""
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+    cache_in(tmp_path)
 
 
 @pytest.fixture

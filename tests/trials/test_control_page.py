@@ -85,20 +85,6 @@ def test_what_is_not_well_is_reported(paper, regulator, expected):
     assert kinds(study(paper=paper, regulator=regulator)) == ["note", *expected]
 
 
-def test_without_paper_and_regulator_the_best_is_named_that_is_given_nothing():
-    oracles = {"oracle_1.2": (DROPPED, {}), "oracle_1.5": ({}, {})}
-    reactive = {"reactive": ({}, DROPPED)}
-    for hands, best in (
-        (reactive | {"fixed_force": ({}, {})}, "fixed force: 100.0 %"),
-        (oracles | reactive, "reactive: "),
-        (oracles, "oracle 1.5, which is given friction and weight: 100.0 %"),
-    ):
-        (only,) = findings(study(**hands).data)
-        assert only.status == "note"
-        assert only.detail.startswith(best)
-    assert findings(study(reactive=({}, {})).data) == []
-
-
 def test_the_table_on_the_terminal_fits_80_columns(capsys):
     made = study(**{name: ({}, DROPPED) for name in CONTROLLERS.names()})
     _show(made, Path("judged"))

@@ -115,14 +115,6 @@ def test_finite_strain_and_how_gages_are_read_cost_what_they_must(found):
         assert all(row.greatest(side, name) is None for name in QUANTITIES if name != "gage")
 
 
-def test_a_finger_without_plates_says_so(bare):
-    for key in ("sheets", "gage_point"):
-        row = bare.row(key)
-        assert (row.tested, row.verdict) == (False, "not tested")
-        assert "no plates" in row.reason
-        assert row.reason in row.advice
-
-
 def test_both_poissons_ratios_are_reported(bare):
     row = bare.row("poissons_ratio")
     labels = ["nu 0.45 for 0.49", "nu 0.4999 for 0.49"]
