@@ -83,7 +83,8 @@ def run_parts(
     from fingerdesign_bench.machine import machine
 
     begun, paths, seconds = machine(), list[Path](), dict[str, float]()
-    checks, failures = list[Check](), dict[str, str]()
+    failures = dict[str, str]()
+    checks: list[Check] = []
     for name, part in parts.items():
         start = time.perf_counter()
         try:
