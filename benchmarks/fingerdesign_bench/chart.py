@@ -37,9 +37,10 @@ def footed(height: float, foot: Sequence[str], title: str = "") -> tuple[Figure,
     return figure, top
 
 
-def save(figure: Figure, path: Path) -> Path:
+def save(figure: Figure, path: Path, dpi: float = 110.0) -> Path:
     """Save a figure as a picture."""
-    figure.savefig(path, dpi=110, facecolor=PAPER)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=dpi, facecolor=PAPER)
     return path
 
 

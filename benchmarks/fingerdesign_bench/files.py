@@ -1,55 +1,18 @@
-"""Records and tables of a bench in its folder, and the records that long runs resume from."""
+"""Records that long runs resume from: each is stored when it is made, and not made again."""
 
-import csv
-import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fingerdesign.runtime.cache import code_digest
+from fingerdesign.runtime.isolate import ProcessError, call
+from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.progress import Report
 from fingerdesign.version import versions
 
 Record = dict[str, Any]
-
-
-def write_json(path: Path, record: Mapping[str, Any]) -> Path:
-    """Write a record as JSON, into a folder that is made where there is none."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    return path
-
-
-def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> Path:
-    """Write rows with the same keys as CSV, into a folder that is made where there is none."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-    return path
-
-
-def read_lines(path: Path) -> list[Record]:
-    """The records of a file that may not be there; a line cut short by an interruption is none."""
-    found = []
-    for line in path.read_text("utf-8").splitlines() if path.exists() else ():
-        try:
-            found.append(json.loads(line))
-        except ValueError:
-            continue
-    return found
-
-
-def append_lines(path: Path, records: Sequence[Record]) -> None:
-    """Add records, on lines of their own also after one that was cut short."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    cut = path.exists() and path.read_bytes()[-1:] not in (b"", b"\n")
-    text = "".join(json.dumps(each, allow_nan=False) + "\n" for each in records)
-    with path.open("a", encoding="utf-8") as file:
-        file.write("\n" * cut + text)
+CRASHED = "crashed"
 
 
 def code_version(folder: Path) -> str:
@@ -57,40 +20,45 @@ def code_version(folder: Path) -> str:
     return f"{versions()['fingerdesign']}, {code_digest(folder)[:12]}"
 
 
-@dataclass(frozen=True)
-class Lines:
-    """A file of records, a line of JSON each: what an interrupted run has done is not done again.
+def apart(function: str, time_s: float | None = None) -> Callable[[Any], Record]:
+    """Return work that calls a function in a process of its own; a crash is a record, too."""
 
-    key: under which a record names its case; version: of the code that makes the records; words: a
-    record in a line.
+    def work(case: Any) -> Record:
+        try:
+            found: Record = call(function, case, time_s=time_s)
+        except ProcessError as error:
+            return {"status": CRASHED, "reason": str(error)}
+        return found
+
+    return work
+
+
+def resumed(
+    path: Path,
+    version: str,
+    cases: Mapping[str, Any],
+    work: Callable[[Any], Record],
+    report: Report,
+    words: Callable[[str, Record], str] = lambda name, record: name,
+    workers: int = 1,
+) -> dict[str, Record]:
+    """Return a record of each case by name: the journal's, or ``work(case)``, which is added.
+
+    Records that crashed are made again. A journal of another version is refused (JournalError).
+    words: a name and its record in a line. workers: how many are made at once.
     """
-
-    path: Path
-    key: str
-    version: str
-    words: Callable[[Record], str]
-
-    def resumed(
-        self, cases: Sequence[str], run: Callable[[str], Record], workers: int, report: Report
-    ) -> list[Record]:
-        """A record of each case, ``workers`` at once: the file's, or ``run(case)``, added to it.
-
-        Records that crashed or are of another version are made again.
-        """
-        whole = [each for each in read_lines(self.path) if each.get("version") == self.version]
-        done = {each[self.key]: each for each in whole if each.get("status") != "crashed"}
-        missing = [case for case in dict.fromkeys(cases) if case not in done]
+    with Journal(path, "bench", version) as journal, ThreadPoolExecutor(workers) as pool:
+        whole = {name for name, record in journal if record.get("status") != CRASHED}
+        missing = [name for name in cases if name not in whole]
         if len(missing) < len(cases):
             report(f"{len(cases) - len(missing)} of {len(cases)} were done before")
-        with ThreadPoolExecutor(workers) as pool:
-            jobs = [pool.submit(run, case) for case in missing]
-            try:
-                for job in as_completed(jobs):
-                    record = job.result() | {"version": self.version}
-                    done[record[self.key]] = record
-                    append_lines(self.path, [record])
-                    report(f"{len(done.keys() & cases)} of {len(cases)}: {self.words(record)}")
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                raise
-        return [done[case] for case in cases]
+        jobs = {pool.submit(work, cases[name]): name for name in missing}
+        try:
+            for done, job in enumerate(as_completed(jobs), len(cases) - len(missing) + 1):
+                journal.add({jobs[job]: job.result()})
+                line = words(jobs[job], journal.get(jobs[job]))
+                report(f"{done} of {len(cases)}: {line}")
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+        return {name: journal.get(name) for name in cases}

@@ -34,9 +34,7 @@ def machine() -> dict[str, Any]:
         "versions": found,
         "threads": {
             "environment": {name: os.environ.get(name) for name in _THREADS},
-            "libraries": {
-                str(each.get("prefix")): each.get("num_threads") for each in threadpool_info()
-            },
+            "libraries": {str(e.get("prefix")): e.get("num_threads") for e in threadpool_info()},
             "increments": "one BLAS thread",
         },
     }
@@ -46,9 +44,8 @@ def caption(found: dict[str, Any]) -> str:
     """The machine and the versions in two lines, for the foot of a chart; first, if it was busy."""
     names = ("fingerdesign", "numpy", "scipy", "mkl", "pypardiso", "scikit-fem", "pytetwild")
     listed = ", ".join(f"{name} {found['versions'][name]}" for name in names)
-    load = found["load_average"]
+    load, warning = found["load_average"], busy(found)
     loaded = "" if load is None else f", load average {load:g} at the start"
-    warning = busy(found)
     warned = f"{warning.upper()}\n" if warning else ""
     return (
         f"{warned}{found['processor']}, {found['cores']} cores, {found['memory_GB']:g} GB{loaded}; "
@@ -65,11 +62,7 @@ def busy(found: dict[str, Any]) -> str:
 
 
 def _processor() -> str:
-    try:
-        text = Path("/proc/cpuinfo").read_text("utf-8")
-    except OSError:
-        return platform.processor() or "unknown processor"
-    for line in text.splitlines():
-        if line.startswith("model name"):
-            return line.partition(":")[2].strip()
-    return platform.processor() or "unknown processor"
+    cpuinfo = Path("/proc/cpuinfo")
+    lines = cpuinfo.read_text("utf-8").splitlines() if cpuinfo.is_file() else []
+    named = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return named[0] if named else platform.processor() or "unknown processor"

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from fingerdesign_bench.accuracy.block import block_section, graded, upside_down
+from fingerdesign_bench.accuracy.block import block_section, upside_down
 from fingerdesign_bench.accuracy.disc import disc, half_disc, right_half
 from fingerdesign_bench.accuracy.revolve import revolved_half, round_block_section
 
-from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
 from fingerdesign.mesh.cells import TETRA_FACETS, TRIANGLE_EDGES
 
@@ -54,37 +53,8 @@ def test_facets_are_the_whole_boundary_once(case):
     assert len(named) == (count == 1).sum()
 
 
-def test_mirrored_in_x(case):
-    mesh, _ = case
-    here = np.unique(mesh.points.round(9) + 0.0, axis=0)
-    there = np.unique(
-        (mesh.points * np.r_[-1.0, np.ones(mesh.dimension - 1)]).round(9) + 0.0, axis=0
-    )
-    assert np.array_equal(here, there)
-
-
-@pytest.mark.parametrize("build", [half_disc, disc])
-def test_arc_nodes_are_exact(build):
-    mesh = build(50.0, 8.0, 0.5)
-    arc = mesh.points[np.unique(mesh.facets["contact"])]
-    assert np.abs(np.hypot(arc[:, 0], arc[:, 1] + 50.0) - 50.0).max() < 1e-12
-    crest = np.argmin(np.abs(mesh.points).sum(axis=1))
-    assert mesh.points[crest].tolist() == [0.0, 0.0]
-
-
 def test_nodes_of_a_ball_lie_on_it():
     mesh = revolved_half(quarter_disc())
     surface = mesh.points[np.unique(mesh.facets["contact"])]
     assert np.abs(np.linalg.norm(surface - np.array([0.0, -8.0, 0.0]), axis=1) - 8.0).max() < 1e-12
     assert mesh.points[:, 2].min() == 0.0
-
-
-def test_only_a_section_beside_the_axis_is_revolved():
-    with pytest.raises(MeshError, match="x >= 0"):
-        revolved_half(half_disc(8.0, 1.0, 0.2))
-
-
-def test_gradings_that_do_not_fit_are_refused():
-    for arguments in ((0.0, 1.0, 2.0), (0.1, 3.0, 2.0), (0.1, 1.0, 2.0, 1.0)):
-        with pytest.raises(MeshError, match="grading"):
-            graded(*arguments)

@@ -4,8 +4,7 @@ import json
 
 import pytest
 from fingerdesign_bench.any_finger import forecast as bench
-from fingerdesign_bench.any_finger.forecast import Forecasts, case_of, factor, plain_pairs
-from fingerdesign_bench.any_finger.forecast_worker import measure_pair
+from fingerdesign_bench.any_finger.forecast import checks_of, factor, measure_pair, plain_pairs
 from fingerdesign_cli.main import main
 
 from fingerdesign.analysis.forecast.limits import refuse
@@ -21,11 +20,9 @@ def record(pair, **changed):
 @pytest.mark.slow
 def test_every_pair_can_be_analysed():
     pairs = plain_pairs()
-    assert len(pairs) == len(bench.PAIRS) + 30
-    assert len({bench.name_of(pair) for pair in pairs}) == len(pairs)
-    assert {pair["fidelity"] for pair in pairs} == {"plane-strain", "3d"}
+    assert len({bench.name_of(pair) for pair in pairs}) == len(pairs) == len(bench.PAIRS) + 30
     for pair in pairs:
-        case = case_of(json.loads(json.dumps(pair)))
+        case = bench.case_of(json.loads(json.dumps(pair)))
         refuse(case, case.path_scene)
 
 
@@ -42,21 +39,20 @@ def test_every_pair_can_be_analysed():
     ],
 )
 def test_a_wrong_forecast_falls_short(changed, short):
-    checks = Forecasts([record(plain_pairs()[0], **changed)]).checks()
+    checks = checks_of([record(plain_pairs()[0], **changed)])
     wrong = [check.name for check in checks if not check.holds]
     assert len(wrong) == len(short)
     assert all(any(name.startswith(each) for name in wrong) for each in short)
 
 
 def test_the_command_says_and_writes_it(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(bench, "_run", lambda pair: record(pair, time_s=30.0))
+    monkeypatch.setattr(bench, "apart", lambda *given: lambda pair: record(pair, time_s=30.0))
     assert main(["bench", "forecast", "--quick", "--out", str(tmp_path)]) == 1
     out = capsys.readouterr().out
     assert "FALLS SHORT" in out
     assert "homogeneous (ball, 3d, sweep)" in out
     written = json.loads((tmp_path / "forecast.json").read_text())
     assert len(written["records"]) == len(bench.QUICK)
-    assert (tmp_path / "forecast.png").stat().st_size > 10_000
 
 
 @pytest.mark.slow
@@ -65,5 +61,4 @@ def test_a_pair_is_predicted_and_measured(monkeypatch, tmp_path):
     found = measure_pair(plain_pairs(quick=True)[0], tmp_path / "out")
     assert found["status"] == "ok"
     assert factor(found, "dofs") < 1.5
-    assert found["forecast"]["words"].startswith("elements from netgen's size field")
     assert set(found["timings_s"]) >= set(found["forecast"]["timings_s"])

@@ -124,11 +124,9 @@ def test_measured_references_are_what_their_sources_give():
 
 def test_what_is_written(tmp_path):
     found = run_cases([*named("wedge"), *named("patch_brick_0")])
-    write_suite(found, tmp_path)
-    page, text = ((tmp_path / f"suite.{kind}").read_text("utf-8") for kind in ("html", "md"))
-    for outcome in found.outcomes:
-        assert outcome.case.words in text
-    assert page.count("<svg") >= len(found.groups()) == 2
+    (path,) = write_suite(found, tmp_path)
+    page = path.read_text("utf-8")
+    assert all(outcome.case.words in page for outcome in found.outcomes)
 
 
 def test_another_solver_is_judged_by_the_laws(tmp_path, in_tmp_path, capsys):

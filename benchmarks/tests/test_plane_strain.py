@@ -1,11 +1,11 @@
 """bench plane-strain: the study's file and run, the map with its rule, what is written."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from fingerdesign_bench.plane_strain import run as plane_strain
+from fingerdesign_bench.plane_strain.chart import draw_map
 from fingerdesign_bench.plane_strain.file import (
     parse_study,
     points_of,
@@ -14,10 +14,10 @@ from fingerdesign_bench.plane_strain.file import (
 )
 from fingerdesign_bench.plane_strain.judge import (
     FINER,
+    checks_of,
     judged,
     mesh_errors,
     uncertainty,
-    write_plane_strain,
 )
 from fingerdesign_bench.plane_strain.rule import Rule, fitted
 from fingerdesign_bench.plane_strain.run import (
@@ -179,15 +179,11 @@ def test_how_sure_a_look_up_is_comes_from_the_one_off_models(table):
     assert 0.2 < found["relative"] < 0.4  # nine of ten, the meshes' part taken off
 
 
-@pytest.mark.slow
-def test_everything_is_written(table, tmp_path):
-    found = judged(table, tmp_path / "plane_strain.jsonl")
-    paths = write_plane_strain(found, tmp_path / "out")
-    written = json.loads((tmp_path / "out" / "plane_strain.json").read_text("utf-8"))
-    assert set(written) == {"points", "also", "rules", "uncertainty"}
-    assert (tmp_path / "out" / "plane_strain.png").read_bytes()[:4] == b"\x89PNG"
-    assert paths[-1].name == "plane_strain.jsonl"
-    names = [check.name for check in found.checks]
+def test_what_is_judged_and_drawn(table, tmp_path):
+    chart, rules = judged(table)
+    assert set(chart.table) == {"points", "also", "rules", "uncertainty"}
+    assert draw_map(chart, tmp_path / "map.png").read_bytes()[:4] == b"\x89PNG"
+    names = [check.name for check in checks_of(chart, rules)]
     assert any("finer" in name for name in names)
     assert any("no plates" in name for name in names)
 
@@ -238,16 +234,13 @@ def test_a_fault_names_its_key(old, new, key):
         list(points_of(parse_study(SMALL.replace(old, new))))
 
 
-def test_a_stopped_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
+def test_the_mesh_is_part_of_a_records_key(tmp_path, monkeypatch):
     points = list(points_of(parse_study(SMALL)))
     made = []
     monkeypatch.setattr(plane_strain, "compare", lambda at: made.append(at) or {"rows": [1]})
-    lines = tmp_path / "deep" / "records.jsonl"
-    run_study(points[:2], lines)
-    with lines.open("a") as file:
-        file.write('{"key": "cut sho')
-    found = run_study(points, lines)
-    assert len(made) == len(points) == len(found)
+    run_study(points[:2], tmp_path / "some.sqlite", lambda message: None)
+    found = run_study(points, tmp_path / "some.sqlite", lambda message: None)
+    assert len(made) == len(points)
     assert [record["values"] for record in found] == [point.values for point in points]
     other = points[0].mesh.model_copy(update={"gradation": 0.7})
     assert key_of(replace(points[0], mesh=other)) != key_of(points[0])
@@ -265,13 +258,3 @@ def test_plane_strain_overstates_by_what_was_known():
     assert half_width(row) == pytest.approx(2.45, abs=0.15)
     assert record["height_mm"] == pytest.approx(12.68, abs=0.01)
     assert record["span_share"] == 0.0
-
-
-@pytest.mark.slow
-def test_plane_strain_is_nearer_where_the_finger_is_deep():
-    """Depth 40: 12 % without plates; plates of full span halve that."""
-    _, _, bare, plated, _ = points_of(parse_study(SMALL))
-    assert bare.design.body.depth_mm == plated.design.body.depth_mm == 40.0
-    errors = [row_errors(compare(point)["rows"][0]) for point in (bare, plated)]
-    assert errors[0]["normal_force"] == pytest.approx(0.12, abs=0.02)
-    assert errors[1]["normal_force"] < errors[0]["normal_force"]

@@ -5,14 +5,15 @@ import json
 
 import numpy as np
 import pytest
+from fingerdesign_bench.machine import machine
 from fingerdesign_bench.speed import precision_run
-from fingerdesign_bench.speed.precision import measure_precision, write_precision
+from fingerdesign_bench.speed.precision import measure_precision, shown
 from fingerdesign_bench.speed.precision_lines import Chart, Group, Line, Reference
 from fingerdesign_bench.speed.precision_plan import CHARTS, REFERENCES
 from fingerdesign_bench.speed.precision_points import QUANTITIES
 from fingerdesign_bench.speed.precision_run import STAGES, Method, errors, sized
 
-from fingerdesign.errors import MeshError, SolverError
+from fingerdesign.errors import MeshError
 
 REFERENCE = Method("plane strain", "mixed")
 LINES = (
@@ -38,7 +39,7 @@ def found():
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(precision_run, "run_once", run_once)
-        yield measure_precision(quick=True, charts=[CHART], references=MADE)
+        yield measure_precision(lambda message: None, quick=True, charts=[CHART], references=MADE)
 
 
 def test_points_stages_and_errors(found):
@@ -69,7 +70,7 @@ def test_failures_and_locking_are_named(found):
 
 
 def test_what_is_written(found, tmp_path):
-    paths = write_precision(found, tmp_path)
+    paths = shown(found, tmp_path, machine()).write(tmp_path, "precision")
     names = ["precision.csv", "precision.json", "precision-short.png"]
     assert [path.name for path in paths if path.stat().st_size > 0] == names
     rows = list(csv.DictReader(paths[0].read_text("utf-8").splitlines()))
@@ -80,15 +81,6 @@ def test_what_is_written(found, tmp_path):
     assert record["references"]["fine"]["element"] == "mixed"
     assert "processor" in record["machine"]
     assert record["remarks"]["short"]
-
-
-def test_a_reference_that_fails_is_an_error(monkeypatch):
-    def run_once(method, size):
-        raise MeshError("no mesh today")
-
-    monkeypatch.setattr(precision_run, "run_once", run_once)
-    with pytest.raises(SolverError, match="the reference fine failed: no mesh today"):
-        measure_precision(quick=True, charts=[CHART], references=MADE)
 
 
 def test_errors_by_hand():

@@ -1,32 +1,23 @@
-"""bench speed: records, power laws, what is requested against what is measured; the suite."""
+"""bench speed and the frame of all benches: records, power laws, targets, what is written."""
 
 import json
 
 import pytest
-from fingerdesign_bench.check import Check
+from fingerdesign_bench.check import Check, Shown
 from fingerdesign_bench.cli.bench import run_parts
-from fingerdesign_bench.cli.frame import Shown
 from fingerdesign_bench.machine import busy, caption, machine
+from fingerdesign_bench.speed import speed as bench
 from fingerdesign_bench.speed.growth import Size, fit
-from fingerdesign_bench.speed.speed import PLANE, SPACE, Speed, _checks, run_case, write_speed
+from fingerdesign_bench.speed.speed import PLANE, SPACE, measure_speed, run_case, target_checks
 
 from fingerdesign.errors import SolverError
 
 
 def size(kind=PLANE, dofs=1000, nodes=10, **given):
-    values = {
-        "mesh_s": 0.1,
-        "assemble_s": 0.1,
-        "condense_s": 0.1,
-        "model_s": 1e-5 * dofs**1.5,
-        "increment_s": 1e-6 * nodes**2,
-        "worst_increment_s": 1.0,
-        "total_s": 0.5,
-        "cold_s": 0.6,
-        "memory_MB": 0.01 * dofs,
-        "base_MB": 100.0,
-    }
-    return Size(kind=kind, dofs=dofs, contact_nodes=nodes, **(values | given))
+    parts = dict.fromkeys(("mesh_s", "assemble_s", "condense_s"), 0.1)
+    model = {"model_s": 1e-5 * dofs**1.5, "increment_s": 1e-6 * nodes**2, "worst_increment_s": 1.0}
+    whole = {"total_s": 0.5, "cold_s": 0.6, "memory_MB": 0.01 * dofs, "base_MB": 100.0}
+    return Size(kind=kind, dofs=dofs, contact_nodes=nodes, **(parts | model | whole | given))
 
 
 grips = {PLANE: {"contact_nodes": 100, "runs": [{"per_200": 0.5}, {"per_200": 0.3}]}}
@@ -42,6 +33,8 @@ def test_a_case_in_a_process_of_its_own():
     run = found["runs"][0]
     assert len(run["increments"]) == 16
     assert run["total"] >= run["model"] >= run["mesh"] + run["assemble"] + run["condense"]
+    with pytest.raises(SolverError, match="failed: KeyError: 'contact'"):
+        run_case({"fidelity": "plane-strain", "runs": 1})
 
 
 def test_a_grip_has_200_moves_or_more():
@@ -52,45 +45,38 @@ def test_a_grip_has_200_moves_or_more():
     assert run["per_200"] == pytest.approx(run["seconds"] * 200 / run["moves"])
 
 
-def test_a_case_that_fails_says_why():
-    with pytest.raises(SolverError, match="failed: KeyError: 'contact'"):
-        run_case({"fidelity": "plane-strain", "runs": 1})
-
-
 def test_power_laws():
     laws = fit(PLANE, [size(dofs=n, nodes=n // 100) for n in (1000, 3000, 9000)])
     exponents = {law.quantity: law.exponent for law in laws}
     assert exponents == pytest.approx({"model_s": 1.5, "memory_MB": 1.0, "increment_s": 2.0})
-    assert fit(SPACE, [size()]) == []
     assert fit(PLANE, [size(dofs=n, nodes=n // 100) for n in (1000, 3000)]) == []  # fewer than 3
 
 
 def test_measurements_against_their_targets():
-    checks = {check.name: check.holds for check in _checks([*planes, *spaces], grips)}
+    checks = {check.name: check.holds for check in target_checks([*planes, *spaces], grips)}
     assert checks["3-D, 100000 dofs, 500 contact nodes: mean increment, warm"] is False
     assert checks["plane strain, 33000 dofs, nu = 0.49: mesh to last of 16 increments, warm"]
     assert checks["3-D, 200000 dofs: peak memory of the process"]
     grip = "plane strain, maeno2000, 100 contact nodes: 200 steps of a grip (model apart), warm"
     assert checks[grip]
-    assert _checks(planes[:1], {}) == []
+    assert target_checks(planes[:1], {}) == []
 
 
-def test_what_is_written(tmp_path):
-    checks = tuple(_checks([*planes, *spaces], grips))
-    laws = tuple(fit(PLANE, planes))
-    found = Speed((*planes, *spaces), laws, grips, checks, machine(), 1.0, True)
-    paths = write_speed(found, tmp_path)
+def test_what_is_written(tmp_path, monkeypatch):
+    sizes = iter([*planes, *spaces[:2]])
+    monkeypatch.setattr(bench, "_size", lambda *given: next(sizes))
+    monkeypatch.setattr(bench, "run_case", lambda case: grips[PLANE])
+    paths = measure_speed(tmp_path, lambda message: None, quick=True).write(tmp_path, "speed")
     assert [path.name for path in paths] == ["speed.csv", "speed.json", "speed.png"]
     record = json.loads(paths[1].read_text("utf-8"))
-    assert len(record["checks"]) == len(checks)
     assert record["growth"][0]["exponent"] == pytest.approx(1.5)
+    assert paths[0].read_text("utf-8").count("\n") == 6
     assert paths[2].stat().st_size > 10_000
 
 
 def test_a_busy_machine_is_named():
     quiet = machine() | {"load_average": 2.0, "cores": 2}
     assert busy(quiet) == busy(quiet | {"load_average": None}) == ""
-    assert "BUSY" not in caption(quiet)
     assert all(each in caption(quiet) for each in ("cores", "numpy", "mkl"))
     loaded = quiet | {"load_average": 7.15}
     warning = "busy machine (load 7.15 on 2 cores): times are not comparable"
@@ -103,21 +89,18 @@ def test_one_part_that_fails_does_not_stop_the_others(tmp_path):
 
     def good(folder, report, quick):
         report("at work")
-        path = folder / "good.csv"
-        path.write_text("a\n", encoding="utf-8")
-        return Shown([path], checks=[Check("a number", 1.0, 2.0, "s")])
+        return Shown(checks=[Check("a number", 1.0, 2.0, "s")], rows=[{"a": 1}])
 
     def bad(folder, report, quick):
         raise SolverError("it has no answer")
 
-    parts = {"bad": bad, "good": good}
-    found, failures = run_parts(tmp_path / "new", sampled.append, True, parts)
+    found, failures = run_parts(tmp_path, sampled.append, True, {"bad": bad, "good": good})
     assert sampled == ["good: at work"]
-    assert found.fails
+    assert found.code == 1
     assert failures == {"bad": "it has no answer"}
-    record = json.loads((tmp_path / "new" / "bench.json").read_text("utf-8"))
-    assert record["files"] == ["good.csv"]
+    found.write(tmp_path, "bench")
+    record = json.loads((tmp_path / "bench.json").read_text("utf-8"))
+    assert record["files"] == ["good.csv", "good.json"]
+    assert (tmp_path / "good.csv").read_text("utf-8") == "a\n1\n"
     assert record["failures"] == failures
     assert record["checks"][0]["holds"] is False
-    assert record["quick"] is True
-    assert set(record["machine"]["versions"]) >= {"numpy", "scipy", "mkl", "pypardiso", "pytetwild"}

@@ -4,8 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
-from fingerdesign_bench.check import Check
-from fingerdesign_bench.cli.frame import Shown
+from fingerdesign_bench.check import Check, Shown
 from fingerdesign_bench.known.case import load_cases
 
 
@@ -38,7 +37,7 @@ def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, termin
         assert quick
         report("at work")
         check = Check("a number", 1.0, measured, "s")
-        return Shown([folder / "bench.json"], "T", [check], fails=bool(failures)), failures
+        return Shown("T", [check], fails=bool(failures)), failures
 
     monkeypatch.setattr("fingerdesign_bench.cli.bench.run_parts", run_parts)
     shown = terminal("bench", "--out", tmp_path, "--quick", code=code)
@@ -53,7 +52,7 @@ def test_the_suite_writes_a_page_and_fails_where_an_answer_is_missed(
 ):
     wedge = next(case for case in load_cases() if case.name == "wedge")
     case = replace(wedge, reference=wedge.reference + off)
-    monkeypatch.setattr("fingerdesign_bench.known.case.load_cases", lambda: [case])
+    monkeypatch.setattr("fingerdesign_bench.known.run.load_cases", lambda: [case])
     shown = terminal("bench", "suite", "--quick", "--problems", "--out", tmp_path, code=code).out
     assert case.title in shown
     assert json.loads((tmp_path / "suite.json").read_text("utf-8"))["cases"][0]["value"]

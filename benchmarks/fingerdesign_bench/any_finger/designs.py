@@ -4,11 +4,16 @@ A design is drawn from ``RANGES``, judged, and drawn again from the same generat
 sound. Kinds go with the seed, so that of any 200 in a row each is at least a tenth.
 """
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fingerdesign.errors import FingerDesignError
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
 
 Data = dict[str, Any]
 Generator = np.random.Generator
@@ -70,6 +75,15 @@ def random_design(seed: int) -> Data:
     That of a STEP body names a file that is made on demand, in the cache folder, with CadQuery.
     """
     return drawn(f"any_{seed:03d}", np.random.default_rng([20261120, seed]), kinds(seed))
+
+
+def parsed_design(seed: int) -> Design:
+    """The same as a design."""
+    import tomlkit
+
+    from fingerdesign.checks.load import parse_design
+
+    return parse_design(tomlkit.dumps(random_design(seed)))
 
 
 def drawn(name: str, chance: Generator, chosen: tuple[str, ...]) -> Data:

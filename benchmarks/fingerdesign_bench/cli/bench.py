@@ -3,9 +3,12 @@
 Without a subcommand it measures precision, speed and stability.
 """
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
@@ -14,9 +17,11 @@ from fingerdesign_cli.terminal import as_json, progress, quiet
 
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.runtime.progress import Report
-from fingerdesign_bench.check import Check
 from fingerdesign_bench.cli import commands
-from fingerdesign_bench.cli.frame import Shown
+from fingerdesign_bench.cli.frame import show
+
+if TYPE_CHECKING:
+    from fingerdesign_bench.check import Check, Shown
 
 PARTS = {name: commands.PARTS[name] for name in ("precision", "speed", "stability")}
 
@@ -58,7 +63,7 @@ def command(context: click.Context, folder: Path, quick: bool) -> int | None:
         return None
     with progress("bench", not as_json()) as report:
         found, failures = run_parts(folder, report, quick, PARTS)
-    code = found.show()
+    code = show(found, folder, "bench")
     for part, why in failures.items():
         click.echo(f"{part} failed: {why}", err=True)
     return code
@@ -70,35 +75,28 @@ def run_parts(
     quick: bool,
     parts: Mapping[str, Callable[[Path, Report, bool], Shown]],
 ) -> tuple[Shown, dict[str, str]]:
-    """Run every part, write bench.json; return the result, and why parts failed.
+    """Run every part; return the result of all, and why parts failed.
 
     A part that fails does not keep the others from running.
     """
-    from fingerdesign_bench.files import write_json
+    from fingerdesign_bench.check import Shown
     from fingerdesign_bench.machine import machine
 
-    folder.mkdir(parents=True, exist_ok=True)
     begun, paths, seconds = machine(), list[Path](), dict[str, float]()
-    checks, failures = list[Check](), dict[str, str]()
+    failures = dict[str, str]()
+    checks: list[Check] = []
     for name, part in parts.items():
         start = time.perf_counter()
         try:
             found = part(folder, _named(report, name), quick)
-            paths += found.paths
+            paths += found.write(folder, name)
             checks += found.checks
         except FingerDesignError as error:
             failures[name] = str(error)
         seconds[name] = round(time.perf_counter() - start, 1)
-    record = {
-        "machine": begun,
-        "quick": quick,
-        "seconds": seconds,
-        "failures": failures,
-        "checks": [check.as_dict() for check in checks],
-        "files": [path.name for path in paths],
-    }
-    paths.append(write_json(folder / "bench.json", record))
-    return Shown(paths, "Targets", checks, machine=begun, fails=bool(failures)), failures
+    record = {"quick": quick, "seconds": seconds, "failures": failures}
+    record["files"] = [path.name for path in paths]
+    return Shown("Targets", checks, begun, record, paths=paths, fails=bool(failures)), failures
 
 
 def _named(report: Report, name: str) -> Report:

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.fidelity.estimate import of_most
+from fingerdesign.report.style import canvas
+from fingerdesign_bench.chart import save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,17 +18,15 @@ _MARKS = {0.01: "o", 0.02: "s", 0.05: "^", 0.1: "D"}
 _COLOURS = {"plane strain": "#d2560a", "3-D": "#0b6fb0"}
 
 
-def draw_fidelity(found: FidelityBench, path: Path) -> None:
+def draw_fidelity(found: FidelityBench, path: Path) -> Path:
     """Left: seconds over all pairs against readings that hold; right: stated and true errors."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.5, 4.8), layout="constrained")
+    figure = canvas(11.5, 4.8)
     left, right = figure.subplots(1, 2)
     _prices(left, found)
     _estimates(right, found)
     for axes in (left, right):
         axes.grid(alpha=0.25)
-    figure.savefig(path, dpi=130)
+    return save(figure, path, 130)
 
 
 def _prices(axes: Axes, found: FidelityBench) -> None:

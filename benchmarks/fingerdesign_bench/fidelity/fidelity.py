@@ -8,27 +8,29 @@ model for all". Errors are against much finer models in space, shipped with the 
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
 
+import fingerdesign.analysis.fidelity
 from fingerdesign.analysis.fidelity.estimate import of_most
 from fingerdesign.analysis.fidelity.ladder import GROWTH
 from fingerdesign.analysis.fidelity.readings import Readings
 from fingerdesign.errors import FingerDesignError
+from fingerdesign.records.base import json_text
+from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.progress import Report
+from fingerdesign_bench.check import Shown
 from fingerdesign_bench.fidelity.chart import draw_fidelity
-from fingerdesign_bench.fidelity.judge import FidelityBench, PairResult, judge
+from fingerdesign_bench.fidelity.judge import PairResult, judge
 from fingerdesign_bench.fidelity.pairs import Pair, pairs
-from fingerdesign_bench.fidelity.run import (
-    REFERENCES,
-    plain,
-    readings_from,
-    run,
-)
-from fingerdesign_bench.files import Record, read_lines, write_json
+from fingerdesign_bench.fidelity.run import plain, readings_from
+from fingerdesign_bench.files import Record, apart, code_version, resumed
+from fingerdesign_bench.machine import machine
 
+REFERENCES = "fidelity_references.json"
 HEADINGS = (
     *("pair", "depth", "plates", "target %", "chosen", "stated %", "true %"),
     *("within %", "plane strain %", "s"),
@@ -39,44 +41,61 @@ class ReferencesMissing(FingerDesignError):
     """The shipped references are not those of the pairs as they are made now."""
 
 
-def measure_fidelity(
-    folder: Path, report: Report = lambda message: None, workers: int = 1, again: bool = False
-) -> FidelityBench:
-    """Solve the rungs that ``folder`` does not hold yet (rungs.jsonl), then judge.
+def measure_fidelity(folder: Path, report: Report, workers: int, again: bool) -> Shown:
+    """Solve what ``folder`` does not hold yet, then judge.
 
-    again: by references computed into ``folder``, not by the shipped ones. Raises ReferencesMissing
-    where these are of other pairs.
+    again: by references computed into ``folder`` (hours), not by the shipped ones. Raises
+    ReferencesMissing where these are of other pairs.
     """
-    from fingerdesign_bench.machine import machine
-
-    every = pairs()
-    if not again:
-        references(every)  # before an hour's work
-    path, beyond = folder / "rungs.jsonl", folder / "finest.jsonl"
-    run("rungs", [(pair.number, 0) for pair in every], path, workers, report)
-    run("finest", _sizes(path), beyond, workers, report)
-    made = make_references(folder, report, workers) if again else None
-    truth = references(every, made.read_text(encoding="utf-8") if made else None)
-    return judge(every, [*read_lines(path), *read_lines(beyond)], truth, machine())
-
-
-def _sizes(rungs: Path) -> list[tuple[int, int]]:
-    """Pairs, and the equations at scale 1 that their finest rung foretells."""
-    found = {
+    begun, every = machine(), pairs()
+    truth = {} if again else references(every)  # before an hour's work
+    rungs = solve_all("rungs", {pair.number: 0 for pair in every}, folder, report, workers)
+    # Pairs, and the equations at scale 1 that their finest rung foretells.
+    sizes = {
         each["pair"]: round(each["dofs"] * each["scale"] ** GROWTH)
-        for each in read_lines(rungs)
+        for each in rungs
         if each.get("dimension") == "3-D"
     }
-    return sorted(found.items())
+    rungs += solve_all("finest", sizes, folder, report, workers)
+    if again:
+        text = json_text(solve_all("reference", sizes, folder, report, workers), 0)
+        write_whole(folder / REFERENCES, text)
+        truth = references(every, text)
+    found = judge(every, rungs, truth)
+    picture = draw_fidelity(found, folder / "fidelity.png")
+    models = [
+        [each.name, f"{each.seconds:.0f}", f"{100 * each.within:.1f}", f"{each.meets}"]
+        for each in found.fixed
+    ]
+    return Shown(
+        "Fidelity",
+        found.checks(),
+        begun,
+        {
+            "within": found.within,
+            "seconds": found.seconds,
+            "rival": asdict(found.rival),
+            "fixed": [asdict(each) for each in found.fixed],
+            "pairs": [_pair_record(each) for each in found.outcomes],
+        },
+        paths=[picture],
+        tables=[
+            ("The ladder, pair by pair", HEADINGS, [row(each) for each in found.outcomes]),
+            ("One model for all", ["model", "s", "readings within %", "pairs"], models),
+        ],
+    )
 
 
-def make_references(folder: Path, report: Report, workers: int = 1) -> Path:
-    """Compute the references again (an hour), into ``folder``; needs its rungs.jsonl."""
-    path = folder / "references.jsonl"
-    run("reference", _sizes(folder / "rungs.jsonl"), path, workers, report)
-    found = folder / REFERENCES
-    found.write_text(json.dumps(read_lines(path), allow_nan=False) + "\n", encoding="utf-8")
-    return found
+def solve_all(
+    kind: str, sizes: dict[int, int], folder: Path, report: Report, workers: int
+) -> list[Record]:
+    """Records of one kind of work on pairs by number; each pair in a process of its own."""
+    version = code_version(Path(str(fingerdesign.analysis.fidelity.__file__)).parent)
+    tasks = {str(number): (kind, number, dofs) for number, dofs in sorted(sizes.items())}
+    work = apart("fingerdesign_bench.fidelity.run:work")
+    path = folder / f"{kind}.sqlite"
+    found = resumed(path, version, tasks, work, report, lambda name, _: f"{kind}, {name}", workers)
+    return [each for record in found.values() for each in record.get("records", ())]
 
 
 def references(every: list[Pair], text: str | None = None) -> dict[int, Readings]:
@@ -85,12 +104,7 @@ def references(every: list[Pair], text: str | None = None) -> dict[int, Readings
     Raises ReferencesMissing where they are of other pairs.
     """
     if text is None:
-        shipped = resources.files("fingerdesign") / "data" / REFERENCES
-        if not shipped.is_file():
-            raise ReferencesMissing(
-                "no references are shipped yet: compute them with --references (hours on two cores)"
-            )
-        text = shipped.read_text("utf-8")
+        text = (resources.files("fingerdesign") / "data" / REFERENCES).read_text("utf-8")
     found = {each["pair"]: each for each in json.loads(text)}
     for pair in every:
         if found.get(pair.number, {}).get("digest") != pair.digest():
@@ -101,12 +115,8 @@ def references(every: list[Pair], text: str | None = None) -> dict[int, Readings
     return {number: readings_from(record["readings"]) for number, record in found.items()}
 
 
-def rows(found: FidelityBench) -> list[list[str]]:
-    """Cells under HEADINGS: a row a pair."""
-    return [_row(each) for each in found.outcomes]
-
-
-def _row(each: PairResult) -> list[str]:
+def row(each: PairResult) -> list[str]:
+    """Cells under HEADINGS."""
     ladder, pair = each.ladder, each.pair
     estimate = ladder.estimate.worst if ladder.estimate else float("nan")
     return [
@@ -121,22 +131,6 @@ def _row(each: PairResult) -> list[str]:
         f"{100 * each.section_error:.2g}",
         f"{ladder.seconds:.1f}",
     ]
-
-
-def write_fidelity(found: FidelityBench, folder: Path) -> list[Path]:
-    """fidelity.json and fidelity.png."""
-    record = {
-        "machine": found.machine,
-        "checks": [check.as_dict() for check in found.checks()],
-        "within": found.within,
-        "seconds": found.seconds,
-        "rival": vars(found.rival),
-        "fixed": [vars(each) for each in found.fixed],
-        "pairs": [_pair_record(each) for each in found.outcomes],
-    }
-    path, picture = write_json(folder / "fidelity.json", record), folder / "fidelity.png"
-    draw_fidelity(found, picture)
-    return [path, picture]
 
 
 def _pair_record(each: PairResult) -> Record:

@@ -1,7 +1,6 @@
 """The ladder judged: each pair's errors and costs, and those of each rung as one model for all."""
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -60,7 +59,6 @@ class FidelityBench:
 
     outcomes: list[PairResult]
     fixed: list[Fixed]
-    machine: dict[str, Any] = field(default_factory=dict)
 
     @property
     def within(self) -> float:
@@ -113,19 +111,14 @@ class FidelityBench:
         return sum(each.section_used and each.within < SHARE_TARGET for each in self.outcomes)
 
 
-def judge(
-    every: list[Pair],
-    records: list[Record],
-    truth: dict[int, Readings],
-    machine: dict[str, Any] | None = None,
-) -> FidelityBench:
+def judge(every: list[Pair], records: list[Record], truth: dict[int, Readings]) -> FidelityBench:
     """Climb each pair's ladder on its records; compare with the references and with fixed rungs."""
     solved: dict[int, list[Solved]] = {pair.number: [] for pair in every}
     for record in records:
-        if record["pair"] in solved and "failure" not in record:
+        if record["pair"] in solved:
             solved[record["pair"]].append((record, recorded(every[record["pair"]], record)))
     outcomes = [_climbed(pair, solved[pair.number], truth) for pair in every]
-    return FidelityBench(outcomes, fixed_models(every, solved, truth), machine or {})
+    return FidelityBench(outcomes, fixed_models(every, solved, truth))
 
 
 def _climbed(pair: Pair, solved: list[Solved], truth: dict[int, Readings]) -> PairResult:

@@ -1,16 +1,14 @@
 """Every rung of every pair, solved once and stored: the ladder and fixed models are judged by them.
 
-A record is a line of JSON: readings, equations, seconds, and cost: seconds on one thread, of the
-processor where that was busy with other work as well (the mesher's by the clock). References, much
-finer models in space, are computed once and stored (fidelity_references.json).
+A record has readings, equations, seconds, and cost: seconds on one thread, of the processor where
+that was busy with other work as well (the mesher's by the clock). References, much finer models in
+space, are computed once and shipped (fidelity_references.json).
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,16 +18,13 @@ from fingerdesign.analysis.fidelity.models import Dimension, Model
 from fingerdesign.analysis.fidelity.readings import Readings
 from fingerdesign.analysis.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, rung
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.runtime.pool import Pool
-from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.fidelity.pairs import Pair, pairs
-from fingerdesign_bench.files import Record, append_lines, read_lines
+from fingerdesign_bench.files import Record
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.fidelity.models import InTurn
 
 
-REFERENCES = "fidelity_references.json"
 MOST_DOFS = 150_000  # of the rungs, so that references can be finer than they
 REFERENCE_SCALES = (0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95, 1.0)
 _REFERENCE_DOFS = 350_000  # the finest of them with about so many equations: 8 GB
@@ -147,8 +142,8 @@ def solve_finest(pair: Pair, dofs_at_one: int) -> list[Record]:
     return [{**found, "scale": finest, "made_scale": scale, "beyond": True}]
 
 
-def work(task: tuple[str, int, int]) -> list[Record]:
-    """Do one task of a pair, in a worker process; a failure is a record that says why."""
+def work(task: tuple[str, int, int]) -> Record:
+    """The "records" of one task of a pair: kind, number, and its equations at scale 1."""
     from threadpoolctl import threadpool_limits
 
     kind, number, dofs = task
@@ -156,29 +151,10 @@ def work(task: tuple[str, int, int]) -> list[Record]:
     try:
         with threadpool_limits(1):
             if kind == "reference":
-                return [solve_reference(pair, dofs)]
-            return solve_finest(pair, dofs) if kind == "finest" else solve_rungs(pair)
+                return {"records": [solve_reference(pair, dofs)]}
+            return {"records": solve_finest(pair, dofs) if dofs else solve_rungs(pair)}
     except FingerDesignError as error:
-        return [{"pair": number, "failure": str(error)}]
-
-
-def run(
-    kind: str, sizes: Iterable[tuple[int, int]], path: Path, workers: int, report: Report
-) -> None:
-    """Solve what ``path`` (JSON lines) does not hold yet; each pair is added when it is whole."""
-    have = {each["pair"] for each in read_lines(path)}
-    tasks = [(kind, number, dofs) for number, dofs in sizes if number not in have]
-    if not tasks:
-        return
-    with Pool(workers, recycled_after=1) as pool:
-        found = pool.as_done(lambda task: pool.call(work, task), tasks)
-        try:
-            for done, records in enumerate(found, start=1):
-                append_lines(path, records)
-                report(f"{kind}: {done} of {len(tasks)} pairs")
-        except BaseException:
-            pool.kill()
-            raise
+        return {"failure": str(error)}
 
 
 def recorded(pair: Pair, record: Record) -> Recorded:

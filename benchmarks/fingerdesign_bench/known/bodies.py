@@ -49,7 +49,7 @@ from fingerdesign_bench.accuracy.uniform import (
     nearest,
     uniform_body,
 )
-from fingerdesign_bench.known.case import Curve, Picture, Solution, compare_curves
+from fingerdesign_bench.known.case import Solution
 from fingerdesign_bench.known.rounds import orders
 
 STILL = Motion(0.0, 0.0)
@@ -80,7 +80,6 @@ mesh.section.contact_size_mm = 0.025
 mesh.section.far_size_mm = 6.0
 """
 _SHEARS = ("gamma_x-4", "gamma_x-2", "gamma_x0", "gamma_x2", "gamma_x4")
-_FOOT = {0.0: 2.86e-2, 1.25: 2.72e-2, 5.0: 2.28e-2, 7.5: 1.98e-2, 11.25: 1.50e-2}
 _INCOMPRESSIBLE = 0.499  # Layers of a higher Poisson's ratio follow the incompressible limit.
 
 
@@ -119,9 +118,9 @@ class Solved:
         """Places (m,) mm of the nodes along the contact."""
         return self.problem.model.points[:, 0]
 
-    def pressure(self, step: int = -1) -> Array:
-        """Nodal contact pressures (m,) MPa of a step."""
-        return np.asarray(self.steps[step].increment.multiplier[:, 0] / self.problem.model.areas)
+    def pressure(self) -> Array:
+        """Nodal contact pressures (m,) MPa of the last step."""
+        return np.asarray(self.steps[-1].increment.multiplier[:, 0] / self.problem.model.areas)
 
     def displacement(self, place: tuple[float, float]) -> Array:
         """Displacement (2,) mm of the lower body's mesh node nearest to ``place``, last step."""
@@ -130,10 +129,9 @@ class Solved:
         field = self.body.displacement_fields(increment.force[None], own)[0]
         return np.asarray(field[nearest(self.body.body.mesh, place)])
 
-    def solution(self, values: dict[str, float], known: Array, step: int = -1) -> Solution:
-        """Values, and the pressures next to known ones."""
-        drawn = compare_curves("x (mm)", "pressure (MPa)", self.x, known, self.pressure(step))
-        return Solution(values, drawn, (self.problem, self.steps))
+    def solution(self, values: dict[str, float]) -> Solution:
+        """Values, and the problem that they are of."""
+        return Solution(values, (self.problem, self.steps))
 
 
 def _solved(
@@ -175,7 +173,7 @@ def cylinders(size: float = 0.01) -> Solution:
         "peak pressure": pressed.peak_pressure,
         "stick": sheared.stick_width / sheared.contact_width,
     }
-    return solved.solution(values, analytic.Hertz(0.6808, 9.351).pressure(solved.x), 0)
+    return solved.solution(values)
 
 
 def roller(friction: float, size: float = 0.1) -> Solution:
@@ -198,7 +196,7 @@ def roller(friction: float, size: float = 0.1) -> Solution:
         "peak pressure": measures.peak_pressure,
         "settlement": float(solved.displacement((0.0, 0.0))[1]),
     }
-    return solved.solution(values, analytic.Hertz(6.215, 3585.0).pressure(solved.x))
+    return solved.solution(values)
 
 
 def pressed_plate(size: float = 0.5) -> Solved:
@@ -222,10 +220,8 @@ def pressed_plate(size: float = 0.5) -> Solved:
 def plate() -> Solution:
     """SSNV128: how far its foot slides, mm."""
     solved = pressed_plate()
-    values = {f"at {x:g}": float(solved.displacement((x, 0.0))[0]) for x in _FOOT}
-    x, known, found = (np.array(list(each)) for each in (_FOOT, _FOOT.values(), values.values()))
-    picture = compare_curves("x (mm)", "displacement (mm)", x, known, found)
-    return Solution(values, picture, (solved.problem, solved.steps))
+    places = (0.0, 1.25, 5.0, 7.5, 11.25)
+    return solved.solution({f"at {x:g}": float(solved.displacement((x, 0.0))[0]) for x in places})
 
 
 def punch(size: float = 0.02) -> Solution:
@@ -245,8 +241,7 @@ def punch(size: float = 0.02) -> Solution:
         "pressure, off": float(np.abs(found / known - 1.0).max()),
         "middle": float(solved.pressure()[np.argmin(np.abs(solved.x))] * np.pi),
     }
-    picture = compare_curves("x / a", "pressure (MPa)", x, known, found)
-    return Solution(values, picture, (solved.problem, solved.steps))
+    return solved.solution(values)
 
 
 @lru_cache(maxsize=8)
@@ -261,10 +256,10 @@ def layer(poissons_ratio: float, half_width: float = 40.0) -> Solution:
     mesh = rectangle(x, np.linspace(-1.0, 0.0, 11))
     body = uniform_body(mesh, 1.0, poissons_ratio, held(mesh, "base"), 1.1 * half_width, "mixed")
     if poissons_ratio > _INCOMPRESSIBLE:
-        sinking, power = 6.0, 2
+        sinking = 6.0
         force, peak = analytic.bonded_incompressible_layer(half_width, radius, 1.0, 1.0)
     else:
-        sinking, power = 2.0, 1
+        sinking = 2.0
         force, peak = analytic.bonded_compressible_layer(half_width, radius, poissons_ratio, 1.0)
     motion = Motion(half_width**2 / (sinking * radius), 0.0)
     solved = _solved(body, Cylinder(radius, radius), 0.0, [motion])
@@ -273,15 +268,14 @@ def layer(poissons_ratio: float, half_width: float = 40.0) -> Solution:
         "force": measures.normal_force / force,
         "peak pressure": measures.peak_pressure / peak,
     }
-    inside = np.maximum(0.0, 1.0 - (solved.x / half_width) ** 2)
-    return solved.solution(values, peak * inside**power)
+    return solved.solution(values)
 
 
 def layer_rates(poissons_ratio: float) -> Solution:
     """Order in b / a at which the force nears the thin limit."""
     widths = np.array([10.0, 20.0, 40.0])
     errors = np.array([layer(poissons_ratio, a).values["force"] - 1.0 for a in widths])
-    return orders(1.0 / widths, {"force": errors}, "log10 of b / a")
+    return orders(1.0 / widths, {"force": errors})
 
 
 def pushed_block(slope: float = 0.1, friction_coefficient: float = 0.3) -> Solved:
@@ -296,12 +290,8 @@ def pushed_block(slope: float = 0.1, friction_coefficient: float = 0.3) -> Solve
 def wedge(friction: float = 0.3, slope: float = 0.1) -> Solution:
     """CGS-4: F / G of a sliding block."""
     solved = pushed_block(slope, friction)
-    measures, force = solved.steps[-1].measures, solved.steps[-1].increment.force
-    values = {"force": measures.tangential_force / measures.normal_force}
-    known = np.full(len(force), analytic.sliding_wedge(slope, friction))
-    found = -force[:, 0] / np.minimum(force[:, 1], -1e-30)
-    picture = compare_curves("x (mm)", "traction along over across", solved.x, known, found)
-    return Solution(values, picture, (solved.problem, solved.steps))
+    measures = solved.steps[-1].measures
+    return solved.solution({"force": measures.tangential_force / measures.normal_force})
 
 
 def two_codes() -> dict[str, Any]:
@@ -327,22 +317,15 @@ def homogeneous(fidelity: str) -> Solution:
     flat = fidelity == "plane-strain"
     design = parse_design(HOMOGENEOUS.format(depth=1.0 if flat else 10.0))
     problem, steps = two_codes_path(design, fidelity)
-    rows = two_codes()["plane_strain" if flat else "three_d_depth_10"]
-    values, known, found = {}, [], []
-    for number, (row, step) in enumerate(zip(rows, steps, strict=True), start=1):
+    values = {}
+    for number, step in enumerate(steps, start=1):
         measures = step.measures
         values[f"normal force at {number}"] = measures.normal_force
         values[f"tangential force at {number}"] = measures.tangential_force
         values[f"peak pressure at {number}"] = measures.peak_pressure
         for k, name in enumerate(_SHEARS if flat else ()):
             values[f"{name} at {number}"] = float(measures.points[k, 3])
-        known.append(row["Ft"] or 0.0)
-        found.append(measures.tangential_force)
-    place = np.arange(1.0, len(rows) + 1.0)
-    picture = compare_curves(
-        "increment", "tangential force (N)", place, np.array(known), np.array(found)
-    )
-    return Solution(values, picture, (problem, steps))
+    return Solution(values, (problem, steps))
 
 
 def one_plate() -> Solution:
@@ -355,17 +338,7 @@ def one_plate() -> Solution:
         for name, readings in faces.items()
         for k, each in enumerate(readings, start=1)
     }
-    rows = two_codes()["one_plate"]
-    place = np.arange(1.0, len(gages) + 1.0)
-    known = np.array([[row["increment"], row["upper"], row["lower"]] for row in rows]).T
-    curves = (
-        Curve("upper, two codes", known[0], known[1], known=True),
-        Curve("lower, two codes", known[0], known[2], known=True),
-        Curve("upper", place, gages[:, 0], False),
-        Curve("lower", place, gages[:, 1], False),
-    )
-    picture = Picture("increment", "strain (microstrain)", curves)
-    return Solution(values, picture, (problem, steps))
+    return Solution(values, (problem, steps))
 
 
 def finger(name: str) -> Solution:
@@ -375,15 +348,14 @@ def finger(name: str) -> Solution:
     scene = scene.model_copy(update={"path": path})
     rows = analyse(load_design(name), scene, "plane-strain").increments
     last, sheared = rows[-1], rows[4]
-    values = {
-        "normal force": last.normal_force_N,
-        "tangential force": last.tangential_force_N,
-        "stick at 5": sheared.stick_ratio or 0.0,
-        "largest reading at 5": max(gage.reading for gage in sheared.gages),
-    }
-    force = np.array([[each.normal_force_N, each.tangential_force_N] for each in rows])
-    curve = Curve("found", force[:, 0], force[:, 1], False)
-    return Solution(values, Picture("normal force (N)", "tangential force (N)", (curve,)))
+    return Solution(
+        {
+            "normal force": last.normal_force_N,
+            "tangential force": last.tangential_force_N,
+            "stick at 5": sheared.stick_ratio or 0.0,
+            "largest reading at 5": max(gage.reading for gage in sheared.gages),
+        }
+    )
 
 
 def grip_path(slope: float, friction: float = 0.5) -> Solution:
@@ -394,11 +366,5 @@ def grip_path(slope: float, friction: float = 0.5) -> Solution:
         f'object.friction_coefficient = {friction}\npath.control = "force"\n'
         f"path.increments_N = {rows}\npath.substeps = 1"
     )
-    found = analyse(parse_design(RAMP), scene, "plane-strain").increments[1:]
-    stick = np.array([each.stick_ratio or 0.0 for each in found])
-    known = np.ones(len(stick))
-    if slope > 1.0:  # c / a: the root of (N - T / mu) / N
-        force = np.array(rows[1:])
-        known = np.sqrt(np.maximum(0.0, 1.0 - force[:, 1] / friction / force[:, 0]))
-    picture = compare_curves("increment", "stick ratio", np.arange(1.0, 11.0), known, stick)
-    return Solution({"stick": float(stick[-1])}, picture)
+    last = analyse(parse_design(RAMP), scene, "plane-strain").increments[-1]
+    return Solution({"stick": last.stick_ratio or 0.0})

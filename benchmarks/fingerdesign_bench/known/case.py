@@ -6,9 +6,6 @@ from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
-from fingerdesign.arrays import Array
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
 
@@ -101,37 +98,10 @@ def load_cases(folder: Path = FOLDER) -> list[Case]:
 
 
 @dataclass(frozen=True)
-class Curve:
-    """A line where it is known, points where we found it."""
-
-    label: str
-    x: Array
-    y: Array
-    known: bool
-
-
-@dataclass(frozen=True)
-class Picture:
-    """Curves on one pair of axes."""
-
-    across: str
-    up: str
-    curves: tuple[Curve, ...]
-
-
-def compare_curves(across: str, up: str, x: Array, known: Array, found: Array) -> Picture:
-    """Known and found values at the same places, from left to right."""
-    order = np.argsort(x)
-    pair = (Curve("known", x[order], known[order], True), Curve("found", x, found, False))
-    return Picture(across, up, pair)
-
-
-@dataclass(frozen=True)
 class Solution:
-    """The answer of a function: its quantities, a picture, and a problem that others may solve."""
+    """The answer of a function: its quantities, and a problem that others may solve."""
 
     values: dict[str, float]
-    picture: Picture
     solved: tuple[ContactProblem, tuple[Step, ...]] | None = None
 
 

@@ -30,6 +30,7 @@ from fingerdesign.contact.problem import ContactProblem
 def write_problem(path: Path, problem: ContactProblem, steps: tuple[Step, ...]) -> None:
     """The arrays above, compressed."""
     nothing = np.zeros((problem.shape[0], problem.shape[1] - 1))
+    path.parent.mkdir(parents=True, exist_ok=True)
     np.savez_compressed(
         path,
         compliance=problem.compliance,

@@ -15,14 +15,13 @@ from fingerdesign.fem.reduction import body_model
 from fingerdesign.reduced import ReducedModel
 from fingerdesign.shapes.objects import Cylinder, Plane, Sphere
 from fingerdesign_bench.accuracy import analytic
-from fingerdesign_bench.known.case import Curve, Picture, Solution, compare_curves
+from fingerdesign_bench.known.case import Solution
 from fingerdesign_bench.known.rounds import (
     FRICTION,
     NU,
     RADIUS,
     line_block,
     load,
-    middle_line,
     modulus,
     orders,
     point_block,
@@ -60,16 +59,10 @@ def spence(plane: bool, poissons_ratio: float, friction: float) -> Solution:
     widths = ratio ** np.arange(-count, 1.0)
     rows = [Forces(load(plane, float(a), poissons_ratio), held=STILL) for a in widths]
     *_, last = follow(problem, rows)
-    measures, model = last.measures, problem.model
+    measures = last.measures
     centre = measures.peak_pressure * measures.contact_area / measures.normal_force
     values = {"stick": _stick(last, plane), "centre": centre * (np.pi / 4.0 if plane else 2.0 / 3)}
-    row = middle_line(problem) & (last.increment.multiplier[:, 0] > 0.0)
-    normal, x = last.increment.multiplier[row, 0], model.points[row, 0]
-    shear = last.increment.force[row, 0] / (friction * normal)
-    bound = Curve("slip at 1 and -1", np.array([-1.0, 1.0]), np.array([-1.0, 1.0]), True)
-    found = Curve("found", x, shear, False)
-    picture = Picture("x / a", "shear traction over mu times pressure", (bound, found))
-    return Solution(values, picture)
+    return Solution(values)
 
 
 def together(plane: bool, slope: float, start: float, count: int = 20) -> Solution:
@@ -97,19 +90,15 @@ def together(plane: bool, slope: float, start: float, count: int = 20) -> Soluti
     known = min(slope, 1.0) * FRICTION * (pressure(end) - pressure(inner))
     found = steps[-1].increment.force[:, 0] / model.areas
     off = np.sqrt(model.areas @ (found - known) ** 2 / (model.areas @ known**2))
-    row = middle_line(problem)
-    picture = compare_curves(
-        "x / a", "shear traction (MPa)", model.points[row, 0], known[row], found[row]
-    )
     values = {"stick": _stick(steps[-1], plane), "traction, L2": float(off)}
-    return Solution(values, picture, (problem, steps))
+    return Solution(values, (problem, steps))
 
 
 def together_rates() -> Solution:
     """Order in the increment of the traction of a proportional load with dT/dN = mu / 2."""
     counts = (5, 10, 20, 40)
     errors = [together(True, 0.5, 0.0, count).values["traction, L2"] for count in counts]
-    return orders(1.0 / np.array(counts), {"traction, L2": np.array(errors)}, "log10 of increment")
+    return orders(1.0 / np.array(counts), {"traction, L2": np.array(errors)})
 
 
 def loop(most: float = 0.8) -> Solution:
@@ -141,8 +130,7 @@ def loop(most: float = 0.8) -> Solution:
         "work of a cycle": work / due * mindlin_loss(most),  # rid of the chords' own error
         "closed": found[-1] - found[turn],
     }
-    curves = (Curve("known", known, shares, True), Curve("found", found, shares, False))
-    return Solution(values, Picture("shift", "Q / mu P", curves), (problem, steps))
+    return Solution(values, (problem, steps))
 
 
 def torsion(stick: float = 0.5) -> Solution:
@@ -158,13 +146,7 @@ def torsion(stick: float = 0.5) -> Solution:
     steps = tuple(follow(problem, rows))
     moments = np.abs([step.measures.twist_moment for step in steps[1:]]) / (FRICTION * full)
     values = {"moment": moments[5], "stick": _stick(steps[6], False), "most": moments[-1]}
-    known = np.array([lubkin(c) for c in np.linspace(0.99, 0.02, 60)])
-    curves = (
-        Curve("known", known[:, 0], known[:, 1], True),
-        Curve("found", turns[:-1], moments[:-1], False),
-    )
-    picture = Picture("turn, G a^2 beta / mu P", "moment / mu P a", curves)
-    return Solution(values, picture, (problem, steps))
+    return Solution(values, (problem, steps))
 
 
 def rolling(share: float = 0.75, half_width: float = 0.5, step: float = 0.0125) -> Solution:
@@ -190,15 +172,5 @@ def rolling(share: float = 0.75, half_width: float = 0.5, step: float = 0.0125) 
     measures = measure(here, increment)
     tenth = round(0.1 * len(way))
     creep = (shears[-1] - shears[-1 - tenth]) / (way[-1] - way[-1 - tenth])
-    stick = float(np.sqrt(1.0 - share))
-    x = (model.points[:, 0] - 1.4 * half_width) / half_width
-    hertz = analytic.Hertz(1.0, float(0.5 * half_width / RADIUS / (1.0 - NU**2)))
-    inner = analytic.Hertz(stick, stick * hertz.peak_pressure)
-    known = FRICTION * (hertz.pressure(x) - inner.pressure(x - (1.0 - stick)))
-    found = increment.force[:, 0] / model.areas
-    picture = compare_curves("x / a (rolls toward +x)", "shear traction (MPa)", x, known, found)
-    values = {
-        "stick": measures.stick_ratio or 0.0,
-        "creep": creep / (FRICTION * half_width / RADIUS),
-    }
-    return Solution(values, picture)
+    unit = FRICTION * half_width / RADIUS
+    return Solution({"stick": measures.stick_ratio or 0.0, "creep": creep / unit})

@@ -20,7 +20,7 @@ from fingerdesign_bench.accuracy.uniform import (
     nearest,
     uniform_body,
 )
-from fingerdesign_bench.known.case import Solution, compare_curves
+from fingerdesign_bench.known.case import Solution
 from fingerdesign_bench.known.rounds import orders
 
 SUNK = 0.01  # mm, all of it on faces that stand 1 mm deep; E = 1 MPa
@@ -68,11 +68,7 @@ def sheared_brick(friction: float = 0.5, share: float = 0.8) -> Solution:
         "shear, off": float(np.abs(found[:, 0] / traction - 1.0).max()),
         "stick": float(step.measures.stick_ratio or 0.0),
     }
-    x = problem.model.points[:, 0]
-    picture = compare_curves(
-        "x (mm)", "shear traction (MPa)", x, np.full(len(x), traction), found[:, 0]
-    )
-    return Solution(values, picture, (problem, (step,)))
+    return Solution(values, (problem, (step,)))
 
 
 def cylinder(poissons_ratio: float, friction: float) -> Solution:
@@ -102,7 +98,7 @@ def ring_rates() -> Solution:
     """Order of the worst nodal pressure in the facets' size."""
     counts = (6, 12, 24)
     errors = [ring(0.3, 0.0, count).values["pressure, off"] for count in counts]
-    return orders(1.0 / np.array(counts), {"pressure": np.array(errors)}, "log10 of size")
+    return orders(1.0 / np.array(counts), {"pressure": np.array(errors)})
 
 
 def _pressed(
@@ -112,7 +108,5 @@ def _pressed(
     problem = contact_problem(reduced_model(condense_body(body)), indenter, friction)
     steps: tuple[Step, ...] = tuple(follow(problem, [motion or Motion(SUNK, 0.0)]))
     found = steps[-1].increment.multiplier[:, 0] / problem.model.areas
-    x = problem.model.points[:, 0]
-    picture = compare_curves("x (mm)", "pressure (MPa)", x, np.full(len(x), pressure), found)
     off = float(np.abs(found / pressure - 1.0).max())
-    return Solution({"pressure, off": off}, picture, (problem, steps))
+    return Solution({"pressure, off": off}, (problem, steps))

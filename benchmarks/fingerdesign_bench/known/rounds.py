@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.arrays import Array
 from fingerdesign.checks.load import parse_design
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.path import Step, follow
@@ -26,7 +26,7 @@ from fingerdesign_bench.accuracy.block import block_section
 from fingerdesign_bench.accuracy.disc import half_disc, right_half
 from fingerdesign_bench.accuracy.revolve import both_halves, revolved_half, round_block_section
 from fingerdesign_bench.accuracy.uniform import held, uniform_body
-from fingerdesign_bench.known.case import Curve, Picture, Solution, compare_curves
+from fingerdesign_bench.known.case import Solution
 
 RADIUS = 1000.0  # of the object, in contact half-widths
 DEPTH = 1000.0  # of the block: what lies deeper would yield 0.1 % of a sphere's approach
@@ -207,8 +207,8 @@ def ball(size: float = 0.1) -> Solution:
 
 
 def _hertz(case: Pressed) -> Solution:
-    """Half-width and peak over Hertz's, stick c / a, worst L2 errors; the last shear's picture."""
-    last, model = case.pressed[-1], case.problem.model
+    """Half-width and peak over Hertz's, stick c / a, worst L2 errors."""
+    last = case.pressed[-1]
     named = {f"stick at {q:g}": s for q, s in zip(SHEARS, case.sheared, strict=True)}
     named |= {f"stick back at {q:g}": s for q, s in zip(BACK, case.returned, strict=True)}
     values = {
@@ -221,18 +221,7 @@ def _hertz(case: Pressed) -> Solution:
         "pressure, L2": case.pressure_error(last),
         "traction, L2": max(case.traction_error(step) for step in case.sheared),
     }
-    row, step = middle_line(case.problem), case.sheared[-1]
-    x = model.points[row, 0]
-    found = step.increment.force[row, 0] / model.areas[row]
-    up = "shear traction at Q = 0.8 mu P (MPa)"
-    picture = compare_curves("x / a", up, x, case.traction(step, x), found)
-    return Solution(values, picture, (case.problem, case.steps))
-
-
-def middle_line(problem: ContactProblem) -> BoolArray:
-    """Mask (m,) of the nodes on z = 0."""
-    points = problem.model.points
-    return np.asarray(np.abs(points[:, 2:]).sum(axis=1) < 1e-9)
+    return Solution(values, (case.problem, case.steps))
 
 
 def line_rates(sizes: tuple[float, ...] = (0.1, 0.07, 0.05, 0.035, 0.025)) -> Solution:
@@ -258,19 +247,17 @@ def _rates(cases: list[Pressed], sizes: tuple[float, ...]) -> Solution:
         "peak pressure": mean(Pressed.peak_error),
         "half-width": mean(Pressed.width_error),
     }
-    return orders(np.array(sizes), errors, "log10 of size / a")
+    return orders(np.array(sizes), errors)
 
 
-def orders(sizes: np.ndarray, errors: dict[str, np.ndarray], across: str) -> Solution:
-    """Fitted orders of each error, and the errors on logarithmic axes."""
-    values = {
-        name: float(np.polyfit(np.log(sizes), np.log(np.abs(e)), 1)[0])
-        for name, e in errors.items()
-    }
-    curves = tuple(
-        Curve(name, np.log10(sizes), np.log10(np.abs(e)), False) for name, e in errors.items()
+def orders(sizes: Array, errors: dict[str, Array]) -> Solution:
+    """Fit the order of each error in the sizes."""
+    return Solution(
+        {
+            name: float(np.polyfit(np.log(sizes), np.log(np.abs(each)), 1)[0])
+            for name, each in errors.items()
+        }
     )
-    return Solution(values, Picture(across, "log10 of the error", curves))
 
 
 def product(shape: str, size: float) -> Solution:
@@ -295,14 +282,9 @@ def product(shape: str, size: float) -> Solution:
         peak.append(each.peak_pressure_MPa / hertz.peak_pressure - 1.0)
         width.append(0.5 * each.contact_width_mm / hertz.half_width - 1.0)
         stick.append(float(np.sqrt(each.stick_ratio or 0.0)) - known)
-    row = np.arange(float(len(increments)))
-    curves = tuple(
-        Curve(name, row, 100.0 * np.array(each), False)
-        for name, each in (("peak", peak), ("width", width), ("stick", stick))
-    )
     worst = {
         "peak pressure": 1.0 + max(peak, key=abs),
         "width": 1.0 + max(width, key=abs),
         "stick, off": max(stick, key=abs),
     }
-    return Solution(worst, Picture("increment", "error (%)", curves))
+    return Solution(worst)

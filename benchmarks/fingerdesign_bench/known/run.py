@@ -1,6 +1,5 @@
 """``fingerdesign bench suite``: every case run, judged and shown."""
 
-import json
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -9,14 +8,13 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.report import style
-from fingerdesign.report.page import macros, render_page
+from fingerdesign.report.page import render_page
 from fingerdesign.report.table import Table
+from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.progress import Report
-from fingerdesign_bench.known.case import Case, Outcome, Picture, Solution
+from fingerdesign_bench.check import Shown
+from fingerdesign_bench.known.case import Case, Outcome, Solution, load_cases
 from fingerdesign_bench.known.export import write_problem
 from fingerdesign_bench.machine import caption, machine
 
@@ -49,6 +47,20 @@ class Found:
         for each in self.outcomes:
             grouped.setdefault(each.case.problem, []).append(each)
         return grouped
+
+
+def suite(folder: Path, report: Report, quick: bool, problems: bool) -> Shown:
+    """Run the cases, or the quick ones, and write their page."""
+    found = run_cases([case for case in load_cases() if case.quick or not quick], report)
+    cases = [each.as_dict() for each in found.outcomes]
+    return Shown(
+        machine=found.machine,
+        record={"seconds": found.seconds, "cases": cases},
+        paths=write_suite(found, folder, problems),
+        tables=[("Cases with known answers", HEADINGS, [row(each) for each in found.outcomes])],
+        listed=cases,
+        fails=found.fails,
+    )
 
 
 def run_cases(cases: Sequence[Case], report: Report = lambda message: None) -> Found:
@@ -103,72 +115,22 @@ def row(outcome: Outcome) -> tuple[str, ...]:
 
 
 def write_suite(found: Found, folder: Path, problems: bool = False) -> list[Path]:
-    """suite.json, suite.html, suite.md; with ``problems`` an .npz of each that others may solve."""
-    folder.mkdir(parents=True, exist_ok=True)
-    groups = found.groups()
-    total = sum(found.seconds.values())
-    explained = [each for each in found.outcomes if each.case.known_miss or each.fails]
-    shown = {"found": found, "minutes": f"{total / 60.0:.1f}", "explained": explained}
-    record = {
-        "machine": found.machine,
-        "seconds": found.seconds,
-        "cases": [each.as_dict() for each in found.outcomes],
-    }
+    """Write suite.html; with ``problems`` an .npz of each problem that others may solve."""
     table = tuple(row(each) for each in found.outcomes)
     page = render_page(
         TEMPLATES / "suite.html.j2",
         table=Table("cases", "Every case", HEADINGS, table, frozenset({0, 1, 7})),
-        groups=[
-            (number, each, _drawn(number, found.solutions.get(name)))
-            for number, (name, each) in enumerate(groups.items())
-        ],
+        groups=found.groups().values(),
         machine=caption(found.machine),
-        **shown,
+        found=found,
+        minutes=f"{sum(found.seconds.values()) / 60.0:.1f}",
+        explained=[each for each in found.outcomes if each.case.known_miss or each.fails],
     )
-    markdown = str(macros(TEMPLATES / "suite.md.j2").suite(found, table, HEADINGS, explained))
-    texts = {
-        "suite.json": json.dumps(record, indent=1, allow_nan=False) + "\n",
-        "suite.html": page,
-        "suite.md": markdown,
-    }
-    paths = [folder / name for name in texts]
-    for path in paths:
-        path.write_text(texts[path.name], encoding="utf-8")
-    return paths + (_write_problems(found, folder / "problems") if problems else [])
-
-
-def _write_problems(found: Found, folder: Path) -> list[Path]:
-    """Write each contact problem under the name of its first case."""
-    paths = []
-    for name, outcomes in found.groups().items():
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [write_whole(folder / "suite.html", page)]
+    for name, outcomes in found.groups().items() if problems else ():
         solved = found.solutions[name].solved if name in found.solutions else None
         if solved is not None:
-            folder.mkdir(exist_ok=True)
-            paths.append(folder / f"{outcomes[0].case.name}.npz")
+            paths.append(folder / "problems" / f"{outcomes[0].case.name}.npz")
             write_problem(paths[-1], *solved)
     return paths
-
-
-def _drawn(number: int, solved: Solution | None) -> Any:
-    """The problem's picture, inline."""
-    if solved is None:
-        return None
-    picture: Picture = solved.picture
-    with style.house_style():
-        canvas = style.canvas(5.6, 2.6)
-        axes = canvas.subplots()
-        for look, curve in enumerate(picture.curves):
-            colour, dashes, marker = style.SERIES[look % len(style.SERIES)]
-            if curve.known:
-                axes.plot(curve.x, curve.y, color=colour, ls=dashes, label=curve.label)
-            else:
-                axes.plot(curve.x, curve.y, **style.points(colour, marker, 3.0, curve.label))
-        axes.set(xlabel=picture.across, ylabel=picture.up)
-        axes.legend()
-        ends = ", ".join(
-            f"{c.label} from {np.min(c.y):.3g} to {np.max(c.y):.3g}" for c in picture.curves
-        )
-        words = f"{picture.up} over {picture.across}: {ends}."
-        return style.ReportFigure(
-            f"case{number}", "", style.to_svg(canvas, f"case{number}", words), "", words
-        )

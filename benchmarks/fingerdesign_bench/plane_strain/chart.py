@@ -10,7 +10,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.report.style import INK, MUTED, PAPER, canvas, house_style
 from fingerdesign.validate.plane_strain import PlaneStrainMap
-from fingerdesign_bench.chart import fixed_ticks
+from fingerdesign_bench.chart import fixed_ticks, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,8 +52,7 @@ def draw_map(chart: PlaneStrainMap, path: Path) -> Path:
         figure.suptitle(
             "What plane strain gets wrong, per cent of 3-D at the mid-plane", color=INK, fontsize=11
         )
-        figure.savefig(path, dpi=150, facecolor=PAPER)
-    return path
+        return save(figure, path, 150)
 
 
 def sampled(

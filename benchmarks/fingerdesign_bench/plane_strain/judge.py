@@ -1,9 +1,9 @@
 """``fingerdesign bench plane-strain``: the study of where plane strain holds, run and judged.
 
-Records go to plane_strain.jsonl, a line a model: an interrupted run goes on where it stopped.
+Records are stored in plane_strain.sqlite: an interrupted run goes on where it stopped.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,80 +15,82 @@ from fingerdesign.validate.plane_strain import (
     Table,
     map_of,
 )
-from fingerdesign_bench.check import Check
+from fingerdesign_bench.check import Check, Shown
+from fingerdesign_bench.machine import machine
 from fingerdesign_bench.plane_strain.chart import draw_map
 from fingerdesign_bench.plane_strain.file import points_of, read_study, shipped_study
 from fingerdesign_bench.plane_strain.rule import Rule, fitted
-from fingerdesign_bench.plane_strain.run import LINES, run_study
-from fingerdesign_bench.plane_strain.table import table_of, write_table
+from fingerdesign_bench.plane_strain.run import JOURNAL, run_study
+from fingerdesign_bench.plane_strain.table import table_of
 
+# Words, quantity, and the most that its errors may change on finer meshes.
+_FINER_TARGETS = (("F_n", "normal_force", 0.01), ("gages", "gage_face", 0.05))
 FINER = "finer"  # the one-off model that shows what the meshes leave
 # Known before (two codes; R = 20, nu = 0.49, approach 0.4, no plates): depth over height and a/H
 # of those fingers, and by how much plane strain overstates F_n.
 KNOWN = ((10.0 / 12.68, 0.31), (40.0 / 12.68, 0.12))
 _KNOWN_WIDTH, _KNOWN_RATIO = 2.5 / 12.68, 0.49
 RULES = (("normal_force", 0.0), ("normal_force", 1.0), ("gage_face", 1.0), ("gage_both", 1.0))
+RULES_TITLE = "Rules fitted to the map; x = nu^2 / (1 - nu^2)"
+RULE_HEADINGS = ("error of", "span/depth", "rule", "off", "at worst")
 _LEAST_UNSURE = 0.01
 _NINE_OF_TEN = 90.0
 
 
-@dataclass(frozen=True)
-class PlaneStrainStudy:
-    """The map and the rules fitted to it; ``lines``: the file of the records."""
+def measure_plane_strain(folder: Path, report: Report, quick: bool, study: Path | None) -> Shown:
+    """Run the study, or what of it ``folder`` has no record of; the map and its rules.
 
-    chart: PlaneStrainMap
-    rules: tuple[Rule, ...]
-    lines: Path
-
-    @property
-    def checks(self) -> list[Check]:
-        """Checks of earlier knowledge, of the rules and of the meshes."""
-        found = []
-        if self.chart.inside(_KNOWN_RATIO, 0.0, KNOWN[0][0], _KNOWN_WIDTH):
-            for depth, known in KNOWN:
-                error = self.chart.error("normal_force", _KNOWN_RATIO, 0.0, depth, _KNOWN_WIDTH)
-                name = f"F_n in plane strain, D/H = {depth:.2f}: off {known:.0%} by"
-                found.append(Check(name, 0.02, abs(error - known)))
-        meshes = mesh_errors(self.chart)
-        if meshes:
-            found.append(
-                Check("F_n: errors change on finer meshes by", 0.01, meshes["normal_force"])
-            )
-            found.append(
-                Check("gages: errors change on finer meshes by", 0.05, meshes["gage_face"])
-            )
-        for rule in self.rules:
-            if rule.quantity == "normal_force":
-                where = "no plates" if rule.span == 0.0 else "plates of full span"
-                found.append(Check(f"rule for F_n, {where}: worst distance", 0.05, rule.off))
-                deeper = beyond_the_grid(self.chart, rule)
-                if deeper is not None:
-                    found.append(Check(f"the same, deeper than the grid, {where}", 0.02, deeper))
-        return found
-
-
-def measure_plane_strain(
-    folder: Path,
-    report: Report = lambda message: None,
-    quick: bool = False,
-    study: Path | None = None,
-) -> PlaneStrainStudy:
-    """Run the study, or what of it ``folder`` has no record of; the map and its rules."""
+    The record has the table that ships: points, also, rules, uncertainty.
+    """
     from fingerdesign.mesh.section.netgen import start_mesher
 
+    begun = machine()
     points = list(points_of(read_study(study if study is not None else shipped_study()), quick))
     start_mesher()
-    return judged(table_of(run_study(points, folder / LINES, report)), folder / LINES)
+    chart, rules = judged(table_of(run_study(points, folder / JOURNAL, report)))
+    return Shown(
+        "Plane strain",
+        checks_of(chart, rules),
+        begun,
+        chart.table,
+        paths=[draw_map(chart, folder / "plane_strain.png")],
+        tables=[(RULES_TITLE, RULE_HEADINGS, [rule.row() for rule in rules])],
+    )
 
 
-def judged(table: Table, lines: Path) -> PlaneStrainStudy:
+def judged(table: Table) -> tuple[PlaneStrainMap, list[Rule]]:
     """Fit the rules and say how sure a look-up is."""
     chart = map_of(table)
     spans = {float(span) for span in chart.span}
-    rules = tuple(fitted(chart, name, span) for name, span in RULES if span in spans)
+    rules = [fitted(chart, name, span) for name, span in RULES if span in spans]
     table["rules"] = [rule.as_dict() for rule in rules]
     table["uncertainty"] = uncertainty(chart)
-    return PlaneStrainStudy(map_of(table), rules, lines)
+    return map_of(table), rules
+
+
+def checks_of(chart: PlaneStrainMap, rules: Sequence[Rule]) -> list[Check]:
+    """Checks of earlier knowledge, of the rules and of the meshes."""
+    found = []
+    if chart.inside(_KNOWN_RATIO, 0.0, KNOWN[0][0], _KNOWN_WIDTH):
+        for depth, known in KNOWN:
+            error = chart.error("normal_force", _KNOWN_RATIO, 0.0, depth, _KNOWN_WIDTH)
+            name = f"F_n in plane strain, D/H = {depth:.2f}: off {known:.0%} by"
+            found.append(Check(name, 0.02, abs(error - known)))
+    if meshes := mesh_errors(chart):
+        for words, quantity, target in (
+            ("F_n", "normal_force", 0.01),
+            ("gages", "gage_face", 0.05),
+        ):
+            name = f"{words}: errors change on finer meshes by"
+            found.append(Check(name, target, meshes[quantity]))
+    for rule in rules:
+        if rule.quantity == "normal_force":
+            where = "no plates" if rule.span == 0.0 else "plates of full span"
+            found.append(Check(f"rule for F_n, {where}: worst distance", 0.05, rule.off))
+            deeper = beyond_the_grid(chart, rule)
+            if deeper is not None:
+                found.append(Check(f"the same, deeper than the grid, {where}", 0.02, deeper))
+    return found
 
 
 def uncertainty(chart: PlaneStrainMap) -> dict[str, dict[str, float]]:
@@ -148,10 +150,3 @@ def mesh_errors(chart: PlaneStrainMap) -> dict[str, float]:
         if changes:
             found[quantity] = max(changes)
     return found
-
-
-def write_plane_strain(found: PlaneStrainStudy, folder: Path) -> list[Path]:
-    """Write the table (JSON, as it ships) and the chart."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [write_table(found.chart.table, folder / "plane_strain.json")]
-    return [*paths, draw_map(found.chart, folder / "plane_strain.png"), found.lines]

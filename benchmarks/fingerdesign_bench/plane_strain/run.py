@@ -3,7 +3,7 @@
 The 3-D model is the section swept through layers, so what is left between the two is the
 assumption, not the mesh. For each approach the finger is pressed in two rows and sheared in two:
 in 3-D, in plane strain by the same motions, and in plane strain by the forces of 3-D. table.py
-compares them. A record a model is one line of a file, so that a run that was stopped goes on.
+compares them. Records are stored in a journal, so that a run that was stopped goes on.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.progress import Report
-from fingerdesign_bench.files import Lines, Record
+from fingerdesign_bench.files import Record, resumed
 from fingerdesign_bench.plane_strain.file import Point
 
 if TYPE_CHECKING:
@@ -27,33 +27,28 @@ if TYPE_CHECKING:
     from fingerdesign.analysis.fidelity.readings import Readings
     from fingerdesign.design.scene import Scene
 
-LINES = "plane_strain.jsonl"
+JOURNAL = "plane_strain.sqlite"
 FORMAT = 1  # It is raised when the meaning of the records changes.
 READ = ("normal_force", "tangential_force", "contact_width", "stick_ratio", "gages")
 
 
-def run_study(
-    points: Iterable[Point], lines: Path, report: Report = lambda message: None
-) -> list[Record]:
-    """Return the records of all points. Those that ``lines`` has are not made again."""
-    points = list(points)
+def run_study(points: Iterable[Point], journal: Path, report: Report) -> list[Record]:
+    """Return the records of all points. Those that the journal has are not made again."""
     by_key = {key_of(point): point for point in points}
-    file = Lines(lines, "key", str(FORMAT), lambda record: _words(by_key[record["key"]]))
-    found = file.resumed(
-        [key_of(point) for point in points],
-        lambda key: compare(by_key[key]) | {"key": key},
-        1,
-        report,
-    )
+
+    def words(key: str, _record: Record) -> str:
+        return _words(by_key[key])
+
+    found = resumed(journal, str(FORMAT), by_key, compare, report, words)
     return [
-        record | {"name": point.name, "values": point.values}
-        for record, point in zip(found, points, strict=True)
+        record | {"name": by_key[key].name, "values": by_key[key].values}
+        for key, record in found.items()
     ]
 
 
 def key_of(point: Point) -> str:
     """Digest of the design's content, the scene and the meshes."""
-    parts = [FORMAT, point.design.digest(), point.scene.model_dump(), point.mesh.model_dump()]
+    parts = (point.design.digest(), point.scene.model_dump(), point.mesh.model_dump())
     text = json.dumps([*parts, point.layers], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 

@@ -1,8 +1,6 @@
 """Errors of plane strain, from the records of run.py: the table that ships."""
 
-import json
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -93,16 +91,3 @@ def _model(record: Record) -> Table:
 
 def _digits(value: float | None) -> float | None:
     return None if value is None else float(f"{value:.4g}")
-
-
-def write_table(table: Table, path: Path) -> Path:
-    """Write a table as JSON, a model a line."""
-    parts = []
-    for name, value in table.items():
-        if isinstance(value, list):
-            rows = ",\n".join(json.dumps(each, allow_nan=False) for each in value)
-            parts.append(f"{json.dumps(name)}: [\n{rows}\n]")
-        else:
-            parts.append(f"{json.dumps(name)}: {json.dumps(value, allow_nan=False)}")
-    path.write_text("{\n" + ",\n".join(parts) + "\n}\n", encoding="utf-8")
-    return path

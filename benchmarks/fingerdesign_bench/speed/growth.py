@@ -83,7 +83,7 @@ def draw_growth(
     machine: dict[str, Any],
     path: Path,
     notes: Sequence[str] = (),
-) -> None:
+) -> Path:
     """Model time and memory against dofs, increment time against contact nodes, log-log."""
     with house_style():
         figure, top = footed(3.6, [_TIMED, *notes, caption(machine)])
@@ -97,7 +97,7 @@ def draw_growth(
             axes.legend(loc="best", fontsize=8)
             tick(axes.xaxis)
             tick(axes.yaxis)
-        save(figure, path)
+        return save(figure, path)
 
 
 def _draw_series(

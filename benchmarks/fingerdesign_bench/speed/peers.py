@@ -33,6 +33,8 @@ from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.progress import Report
+from fingerdesign_bench.check import Shown
+from fingerdesign_bench.machine import machine
 from fingerdesign_bench.speed import peers_worker
 from fingerdesign_bench.speed.speed_worker import GRIP_SPACE, STEPS, grip_problem, one_grip
 
@@ -56,6 +58,10 @@ MESHES: dict[str, dict[str, Any]] = {
 }
 # Where the contact's own two laws come together, so that the gages can be compared.
 _FINER = {"mesh.layers": 3, "mesh.contact_size_mm": 0.3}
+_TITLES = {
+    "condensed": "Condensed: Siconos and ours, an increment",
+    "full": "Full: GetFEM and ours, on one mesh",
+}
 Row = dict[str, Any]  # heading -> text, number, or None where nothing converged
 
 
@@ -87,6 +93,23 @@ def missing(found: dict[str, str]) -> list[str]:
         for name, package in PACKAGES.items()
         if name not in found
     ]
+
+
+def peers(report: Report, quick: bool) -> Shown:
+    """Compare with the peers that are installed; fails where none is."""
+    found = installed()
+    absent = missing(found)
+    if not found:
+        return Shown(notes=absent, listed={"missing": absent}, fails=True)
+    begun = machine()
+    rows = dict(zip(_TITLES, measure_peers(found, report, quick), strict=True))
+    tables = []
+    for name, own in rows.items():
+        headings = list(dict.fromkeys(key for row in own for key in row))
+        cells = [[cell(row.get(heading)) for heading in headings] for row in own]
+        tables.append((_TITLES[name], headings, cells))
+    record = {"installed": found, **rows}
+    return Shown(machine=begun, record=record, tables=tables, notes=absent, listed=record)
 
 
 def measure_peers(

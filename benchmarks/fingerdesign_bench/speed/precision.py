@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import asdict
 from functools import cache
@@ -11,12 +10,13 @@ from typing import Any
 
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.progress import Report
-from fingerdesign_bench.files import write_csv, write_json
-from fingerdesign_bench.machine import machine
+from fingerdesign_bench.check import Shown
+from fingerdesign_bench.machine import caption, machine
 from fingerdesign_bench.speed.precision_chart import draw_chart, draw_fingers
 from fingerdesign_bench.speed.precision_lines import Chart, Group, Line, Reference
 from fingerdesign_bench.speed.precision_plan import CHARTS, REFERENCES
 from fingerdesign_bench.speed.precision_points import (
+    HEADINGS,
     NORM,
     OFF_THE_CHART,
     QUANTITIES,
@@ -30,8 +30,55 @@ from fingerdesign_bench.speed.precision_run import STAGES, Method, Run, errors, 
 _LARGE = 0.02  # A line whose finest mesh has a larger error of F_n does not converge.
 
 
+def precision(folder: Path, report: Report, quick: bool) -> Shown:
+    """Measure the points of all charts, and draw them."""
+    begun = machine()
+    found = measure_precision(report, quick)
+    return shown(found, folder, begun)
+
+
+def shown(found: Precision, folder: Path, begun: dict[str, Any]) -> Shown:
+    """Draw a picture a chart; return all that is printed and written."""
+    points = [asdict(point) for point in found.points]
+    references = {
+        name: {
+            "method": describe(run.method),
+            "element": run.element,
+            "size_mm": run.size_mm,
+            "dofs": run.dofs,
+            "seconds": round(run.total, 2),
+        }
+        for name, run in found.references.items()
+    }
+    differ = [
+        {"chart": chart, "group": group, **dict(zip(QUANTITIES, values, strict=True))}
+        for (chart, group), values in found.differences.items()
+    ]
+    pictures = []
+    for chart in found.charts:
+        path = folder / f"precision-{chart.key}.png"
+        draw = draw_fingers if chart.fingers else draw_chart
+        pictures.append(draw(found, chart, caption(begun), path))
+    rows = [point.row() for point in found.points]
+    return Shown(
+        machine=begun,
+        record={
+            "norm": NORM,
+            "timed": TIMED,
+            "references": references,
+            "references_differ": differ,
+            "remarks": found.remarks,
+        },
+        rows=points,
+        paths=pictures,
+        tables=[("Errors against references of another kind", HEADINGS, rows)],
+        notes=[remark for remarks in found.remarks.values() for remark in remarks],
+        listed=points,
+    )
+
+
 def measure_precision(
-    report: Report = lambda message: None,
+    report: Report,
     quick: bool = False,
     charts: Sequence[Chart] = CHARTS,
     references: Sequence[Reference] = REFERENCES,
@@ -40,7 +87,6 @@ def measure_precision(
 
     A run that fails is a point with its reason. Raises SolverError where a reference fails.
     """
-    began, found_machine = time.perf_counter(), machine()
 
     @cache
     def run(method: Method, size: float, repeat: bool) -> Run:
@@ -49,13 +95,16 @@ def measure_precision(
 
     measured(Method("plane strain"), 0.4, repeat=False)  # Warms imports and the mesher's process.
     groups = [(chart, group) for chart in charts for group in chart.groups]
+    needed = {line.reference for _, group in groups for line in group.lines}
+    needed |= {name for _, group in groups for name in group.references}
     solved = {
         each.name: _solved(each, run(each.method, each.size(quick), False))
-        for each in _needed(references, groups)
+        for each in references
+        if each.name in needed
     }
     points: list[Point] = []
     differences: dict[tuple[str, str], Errors] = {}
-    remarks: dict[str, tuple[str, ...]] = {chart.key: () for chart in charts}
+    remarks: dict[str, list[str]] = {chart.key: [] for chart in charts}
     for chart, group in groups:
         first, second = (solved[name].known for name in group.references)
         differences[chart.key, group.heading] = errors(first, second)
@@ -64,18 +113,8 @@ def measure_precision(
             runs = [run(line.method, size, not quick) for size in sizes]
             new = [_point((chart.key, group.heading), line, each, solved) for each in runs]
             points += new
-            remarks[chart.key] += tuple(_remarks(group, line, new))
-    seconds = time.perf_counter() - began
-    return Precision(
-        tuple(points), differences, remarks, solved, found_machine, tuple(charts), seconds, quick
-    )
-
-
-def _needed(
-    references: Sequence[Reference], groups: Sequence[tuple[Chart, Group]]
-) -> list[Reference]:
-    names = set[str]().union(*(_names(group) for _, group in groups))
-    return [each for each in references if each.name in names]
+            remarks[chart.key] += _remarks(group, line, new)
+    return Precision(tuple(points), differences, remarks, solved, tuple(charts))
 
 
 def _solved(reference: Reference, run: Run) -> Run:
@@ -84,27 +123,12 @@ def _solved(reference: Reference, run: Run) -> Run:
     return run
 
 
-def write_precision(found: Precision, folder: Path) -> list[Path]:
-    """Write precision.csv, precision.json, and a picture a chart."""
-    table = write_csv(folder / "precision.csv", [asdict(point) for point in found.points])
-    record = write_json(folder / "precision.json", _record(found))
-    pictures = []
-    for chart in found.charts:
-        pictures.append(folder / f"precision-{chart.key}.png")
-        (draw_fingers if chart.fingers else draw_chart)(found, chart, pictures[-1])
-    return [table, record, *pictures]
-
-
 def describe(method: Method) -> str:
     """Return a method in words."""
     plates = "" if method.plates == "solid" else f", plates: {method.plates}"
     element = "" if method.element == "auto" else f", {method.element}"
     body = method.finger or f"nu = {method.poissons_ratio:g}"
     return f"{method.kind}{element}, {body}{plates}"
-
-
-def _names(group: Group) -> set[str]:
-    return {*group.references, *(line.reference for line in group.lines)}
 
 
 def _point(place: tuple[str, str], line: Line, run: Run, solved: dict[str, Run]) -> Point:
@@ -149,28 +173,3 @@ def _remarks(group: Group, line: Line, points: Sequence[Point]) -> list[str]:
         if point.gage_error is not None and point.gage_error > OFF_THE_CHART:
             notes.append(f"{name}: gage strain {point.gage_error:.0f} times off, off the chart")
     return notes
-
-
-def _record(found: Precision) -> dict[str, Any]:
-    return {
-        "machine": found.machine,
-        "norm": NORM,
-        "timed": TIMED,
-        "quick": found.quick,
-        "seconds": round(found.seconds, 1),
-        "references": {
-            name: {
-                "method": describe(run.method),
-                "element": run.element,
-                "size_mm": run.size_mm,
-                "dofs": run.dofs,
-                "seconds": round(run.total, 2),
-            }
-            for name, run in found.references.items()
-        },
-        "references_differ": [
-            {"chart": chart, "group": group, **dict(zip(QUANTITIES, values, strict=True))}
-            for (chart, group), values in found.differences.items()
-        ],
-        "remarks": found.remarks,
-    }

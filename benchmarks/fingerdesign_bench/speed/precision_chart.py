@@ -10,7 +10,6 @@ import numpy as np
 
 from fingerdesign.report.style import COLOURS, SERIES, house_style
 from fingerdesign_bench.chart import footed, save, tick
-from fingerdesign_bench.machine import caption
 from fingerdesign_bench.speed.precision_points import NORM, OFF_THE_CHART, QUANTITIES, TIMED
 
 if TYPE_CHECKING:
@@ -22,23 +21,24 @@ if TYPE_CHECKING:
 _ROW = 3.0  # Inches: a row of panels.
 
 
-def draw_chart(found: Precision, chart: Chart, path: Path) -> None:
+def draw_chart(found: Precision, chart: Chart, machine: str, path: Path) -> Path:
     """Draw one chart: a row of panels a group, errors against seconds, log-log."""
     with house_style():
-        figure, top = footed(_ROW * len(chart.groups) + 0.4, _foot(found, chart), chart.title)
+        foot = [*_foot(found, chart), machine]
+        figure, top = footed(_ROW * len(chart.groups) + 0.4, foot, chart.title)
         grid = top.subplots(len(chart.groups), len(QUANTITIES), squeeze=False, sharex="row")
         for row, group in zip(grid, chart.groups, strict=True):
             _draw_group(list(row), found, chart, group)
-        save(figure, path)
+        return save(figure, path)
 
 
-def draw_fingers(found: Precision, chart: Chart, path: Path) -> None:
+def draw_fingers(found: Precision, chart: Chart, machine: str, path: Path) -> Path:
     """Draw errors against operations and processor time, in panels that all fingers share."""
     panels = {"forces, relative": list(QUANTITIES)[:2]}
     panels |= {QUANTITIES[key]: [key] for key in list(QUANTITIES)[2:]}
     works = {"gflop": "Gflop of the factorisation", "cpu_s": "processor time, s"}
     with house_style():
-        foot = [f"Thin: a finger; thick: the geometric mean. {NORM}.", caption(found.machine)]
+        foot = [f"Thin: a finger; thick: the geometric mean. {NORM}.", machine]
         figure, top = footed(2.0 * _ROW + 0.4, foot, chart.title)
         grid = top.subplots(len(works), len(panels), squeeze=False, sharex="row", sharey="col")
         for row, (work, words) in zip(grid, works.items(), strict=True):
@@ -50,7 +50,7 @@ def draw_fingers(found: Precision, chart: Chart, path: Path) -> None:
                 tick(axes.xaxis)
             row[0].set_ylabel("worst error")
         grid[0][-1].legend(loc="upper left", bbox_to_anchor=(1.01, 1.02), fontsize=7.5)
-        save(figure, path)
+        return save(figure, path)
 
 
 def _draw_method(
@@ -109,7 +109,7 @@ def _foot(found: Precision, chart: Chart) -> list[str]:
         lines.append(f"References, {group.heading}: {'; '.join(pairs)}. They differ by the band.")
     remarks = found.remarks[chart.key]
     lines.append("Failures and floors: " + ("; ".join(remarks) if remarks else "none") + ".")
-    return [*lines, caption(found.machine)]
+    return lines
 
 
 def _reference(found: Precision, name: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from fingerdesign_bench.speed.precision_lines import Chart
 from fingerdesign_bench.speed.precision_run import Run
@@ -86,9 +85,6 @@ class Precision:
 
     points: tuple[Point, ...]
     differences: dict[tuple[str, str], Errors]
-    remarks: dict[str, tuple[str, ...]]
+    remarks: dict[str, list[str]]
     references: dict[str, Run]
-    machine: dict[str, Any]
     charts: tuple[Chart, ...]
-    seconds: float
-    quick: bool

@@ -5,9 +5,8 @@ the least of the runs after it. Whole runs go from the design to the last increm
 condensed compliance (mesh, assembly, condensation).
 """
 
-import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +15,9 @@ import numpy as np
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Report
-from fingerdesign_bench.check import Check
-from fingerdesign_bench.files import write_csv, write_json
+from fingerdesign_bench.check import Check, Shown
 from fingerdesign_bench.machine import machine
-from fingerdesign_bench.speed.growth import Growth, Size, draw_growth, fit
+from fingerdesign_bench.speed.growth import Size, draw_growth, fit
 from fingerdesign_bench.speed.speed_worker import GRIP_SPACE
 
 PLANE, SPACE = "plane strain", "3-D"
@@ -40,15 +38,7 @@ TARGETS: tuple[Target, ...] = (
     (SPACE, 3, f"{_DEEP}: model, warm", 8.0, "s", 1.0, ("model_s",)),
     (SPACE, 3, f"{_DEEP}: mean increment, warm", 30.0, "ms", 1e3, ("increment_s",)),
     (SPACE, 4, f"{_LARGE}: model, warm", 20.0, "s", 1.0, ("model_s",)),
-    (
-        SPACE,
-        4,
-        f"{_LARGE}: peak memory of the process",
-        5120.0,
-        "MB",
-        1.0,
-        ("memory_MB", "base_MB"),
-    ),
+    (SPACE, 4, f"{_LARGE}: peak memory of the process", 5120.0, "MB", 1.0, _PEAK),
 )
 # On the same work, measured once on two quiet cores (not by this program).
 OTHER_CODES = (
@@ -58,28 +48,22 @@ OTHER_CODES = (
     "increment; GetFEM at 40k dofs 16 CPU s an increment."
 )
 _TIME_LIMIT_S = 1800.0  # for one case
+# Kind, fidelity, runs, and the design's keys of a grip.
+_GRIPS: tuple[tuple[str, str, int, dict[str, Any]], ...] = (
+    (PLANE, "plane-strain", 3, {}),
+    (SPACE, "3d", 2, GRIP_SPACE),
+)
 
 
-@dataclass(frozen=True)
-class Speed:
-    """Series of sizes, their power laws, the grips, and targets."""
+def measure_speed(folder: Path, report: Report, quick: bool = False) -> Shown:
+    """Measure all cases, and draw their growth.
 
-    sizes: tuple[Size, ...]
-    laws: tuple[Growth, ...]
-    grips: dict[str, dict[str, Any]]
-    checks: tuple[Check, ...]
-    machine: dict[str, Any]
-    seconds: float
-    quick: bool
-
-
-def measure_speed(report: Report = lambda message: None, quick: bool = False) -> Speed:
-    """All cases (some minutes), or with ``quick`` the series up to the target size in plane strain
-    and up to 50k dofs in 3-D, and the grip in plane strain (under a minute).
-
-    Raises SolverError where a case's process fails.
+    quick: the series up to the target size in plane strain and up to 50k dofs in 3-D, and the grip
+    in plane strain. Raises SolverError where a case's process fails.
     """
-    began, found_machine = time.perf_counter(), machine()
+    from fingerdesign_bench.speed.condensation import condensation_checks
+
+    begun = machine()
     sizes: list[Size] = []
     for contact, far in _PLANE_SIZES[: 3 if quick else None]:
         report(f"{PLANE}, facets of {contact:g} mm")
@@ -88,25 +72,26 @@ def measure_speed(report: Report = lambda message: None, quick: bool = False) ->
         report(f"{SPACE}, facets of {contact:g} mm")
         sizes.append(_size(SPACE, contact, far, layers, 2))
     grips: dict[str, dict[str, Any]] = {}
-    report(f"a grip, {PLANE}")
-    grips[PLANE] = run_case({"grip": True, "fidelity": "plane-strain", "runs": 3, "values": {}})
+    for kind, fidelity, runs, values in _GRIPS[: 1 if quick else None]:
+        report(f"a grip, {kind}")
+        grips[kind] = run_case({"grip": True, "fidelity": fidelity, "runs": runs, "values": values})
+    checks = target_checks(sizes, grips)
     if not quick:
-        report(f"a grip, {SPACE}")
-        grips[SPACE] = run_case({"grip": True, "fidelity": "3d", "runs": 2, "values": GRIP_SPACE})
-    checks = _checks(sizes, grips)
-    if not quick:
-        from fingerdesign_bench.speed.condensation import condensation_checks
-
         report("condensing against its limits")
         checks += condensation_checks()
-    return Speed(
-        tuple(sizes),
-        tuple(law for kind in (PLANE, SPACE) for law in fit(kind, sizes)),
-        grips,
-        tuple(checks),
-        found_machine,
-        time.perf_counter() - began,
-        quick,
+    laws = [law for kind in (PLANE, SPACE) for law in fit(kind, sizes)]
+    growth = [asdict(law) for law in laws]
+    return Shown(
+        "Speed",
+        checks,
+        begun,
+        {"quick": quick, "growth": growth, "grips": grips, "other_codes": OTHER_CODES},
+        rows=[asdict(each) for each in sizes],
+        paths=[draw_growth(sizes, laws, begun, folder / "speed.png", [OTHER_CODES])],
+        after=[
+            f"{law.kind}: {law.quantity} grows with {law.against}: power {law.exponent:.2f}"
+            for law in laws
+        ],
     )
 
 
@@ -119,23 +104,6 @@ def run_case(case: dict[str, Any]) -> dict[str, Any]:
     except ProcessError as error:
         raise SolverError(f"the case {case}: {error}") from error
     return found
-
-
-def write_speed(found: Speed, folder: Path) -> list[Path]:
-    """speed.csv (a mesh a row), speed.json (checks, laws, grips, machine), speed.png."""
-    table = write_csv(folder / "speed.csv", [asdict(each) for each in found.sizes])
-    record = {
-        "machine": found.machine,
-        "quick": found.quick,
-        "seconds": round(found.seconds, 1),
-        "checks": [check.as_dict() for check in found.checks],
-        "growth": [asdict(law) for law in found.laws],
-        "grips": found.grips,
-        "other_codes": OTHER_CODES,
-    }
-    picture = folder / "speed.png"
-    draw_growth(found.sizes, found.laws, found.machine, picture, [OTHER_CODES])
-    return [table, write_json(folder / "speed.json", record), picture]
 
 
 def _size(kind: str, contact: float, far: float, layers: int, runs: int) -> Size:
@@ -163,7 +131,8 @@ def _size(kind: str, contact: float, far: float, layers: int, runs: int) -> Size
     )
 
 
-def _checks(sizes: Sequence[Size], grips: dict[str, dict[str, Any]]) -> list[Check]:
+def target_checks(sizes: Sequence[Size], grips: dict[str, dict[str, Any]]) -> list[Check]:
+    """Compare the series and the grips with their targets, where these have been measured."""
     checks = []
     for kind, place, name, target, unit, factor, quantities in TARGETS:
         series = [each for each in sizes if each.kind == kind]
@@ -175,7 +144,6 @@ def _checks(sizes: Sequence[Size], grips: dict[str, dict[str, Any]]) -> list[Che
         if kind in grips:
             best = min(run["per_200"] for run in grips[kind]["runs"])
             label = f"{kind}, maeno2000, {grips[kind]['contact_nodes']} contact nodes"
-            checks.append(
-                Check(f"{label}: 200 steps of a grip (model apart), warm", target, best, "s")
-            )
+            name = f"{label}: 200 steps of a grip (model apart), warm"
+            checks.append(Check(name, target, best, "s"))
     return checks

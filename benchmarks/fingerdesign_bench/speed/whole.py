@@ -9,11 +9,24 @@ import tempfile
 import time
 from pathlib import Path
 
-from fingerdesign_bench.check import Check
+from fingerdesign.runtime.progress import Report
+from fingerdesign_bench.check import Check, Shown
+from fingerdesign_bench.machine import machine
 
 LIMITS = {"3d": 90.0, "plane-strain": 10.0}  # s on 2 cores
 MEMORY_MB = 6 * 1024.0
 MOST_DOFS = 250_000
+
+
+def measure_whole(report: Report, fidelity: str | None) -> Shown:
+    """Run one fidelity, or both."""
+    begun, checks = machine(), list[Check]()
+    for each in (fidelity,) if fidelity else ("plane-strain", "3d"):
+        report(each)
+        found, stages = whole_checks(each)
+        checks += found
+        report(f"{each}: " + ", ".join(f"{name} {s:.1f} s" for name, s in stages.items() if s))
+    return Shown("A whole analysis, in a process of its own", checks, begun)
 
 
 def whole_checks(fidelity: str) -> tuple[list[Check], dict[str, float]]:

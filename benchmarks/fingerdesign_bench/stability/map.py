@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fingerdesign_bench.chart import save
 from fingerdesign_bench.stability.run import METHODS, CaseResult, Verdict
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ _TITLE = (
 )
 
 
-def draw_stability(outcomes: Sequence[CaseResult], path: Path) -> None:
+def draw_stability(outcomes: Sequence[CaseResult], path: Path) -> Path:
     """Each cell: the worst verdict of its cases, with its letter and how many cases have it."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
@@ -49,7 +50,7 @@ def draw_stability(outcomes: Sequence[CaseResult], path: Path) -> None:
     look = {"ncols": len(LOOKS), "frameon": False, "fontsize": 9}
     figure.legend(handles=handles, loc="outside lower center", **look)
     figure.suptitle(_TITLE, fontsize=11)
-    figure.savefig(path, dpi=130)
+    return save(figure, path, 130)
 
 
 def _draw_panel(
