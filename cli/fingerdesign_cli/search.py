@@ -65,6 +65,7 @@ from fingerdesign_cli.terminal import (
 
 _NUMBER = re.compile(r"-(\d{4,6})(?:-3d|-auto)?$")
 _SHOWN = 12  # Changed keys in the terminal; the page has all.
+_MOST_NAME = 54  # Characters of a name that leave room for its ending.
 _PLAIN_S = 8.0  # between plain lines, where stderr is no terminal; looks are 2 s apart
 _KINDS = {
     "invalid": "invalid",
@@ -236,7 +237,7 @@ class Kept(Options):
 def optimise(study_file: Path, out: Path, trials: int | None, kept: Kept, setting: Setting) -> int:
     """Search STUDY for fingers that are better in its [[objectives]], within its [constraints];
     or from a design for one that passes all verdicts."""
-    if kind_of(study_file) == "design":
+    if kind_of(study_file) != "study":
         return optimise_design(study_file, out, trials, Freedom(kept.keep, kept.free), setting)
     if kept.keep or kept.free:
         raise click.UsageError("--keep and --free belong to a design; a study names its keys")
@@ -283,7 +284,7 @@ def optimise_design(
     """Search from DESIGN until every verdict passes; write the finger, its analysis and a page."""
     design = load_design(design_file)
     space = space_of(design, freedom)
-    name = f"{design.design.name}-optimised"
+    name = f"{design.design.name[:_MOST_NAME]}-optimised"
     target, page, journal = (out / each for each in (name, f"{name}.html", f"{name}.trials.jsonl"))
     file = out / f"{name}.toml"
     refuse_foreign(RESULTS, target)
@@ -322,12 +323,9 @@ def optimise_design(
 
 
 def _named(design: Design, name: str) -> Design:
-    return design.model_copy(update={"design": replace_name(design, name)})
-
-
-def replace_name(design: Design, name: str) -> Any:
-    """The ``[design]`` table with another name."""
-    return design.design.model_copy(update={"name": name})
+    """The design with another name."""
+    own = design.design.model_copy(update={"name": name})
+    return design.model_copy(update={"design": own})
 
 
 def _toml(text: str, before: Design, after: Design) -> str:
