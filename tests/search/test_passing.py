@@ -224,7 +224,7 @@ def test_hand_that_fails_on_the_own_mesh_is_searched_there(tmp_path, plane_strai
 def test_conflicts_are_reported_where_none_passes(tmp_path, plane_strain):
     found, _ = searched(tmp_path, lambda design: judged(plane_strain.result, 4.0), hand=1.0)
     assert not found.passes
-    assert "hand" in found.conflict
+    assert "grip force" in found.conflict
     page = passing_page(load_design("maeno2000"), found)
     assert "Why none passes" in page
     assert "plates.material" in page

@@ -213,7 +213,7 @@ def _distribution(parameter: Parameter) -> Any:
     high = parameter.high if levels is None else low + (step or 1) * (levels - 1)
     if parameter.whole:
         return IntDistribution(int(low), int(high), log=log, step=int(step or 1))
-    return FloatDistribution(float(low), float(high), log=log, step=step)
+    return FloatDistribution(float(low), float(f"{high:.12g}"), log=log, step=step)
 
 
 def _value(parameter: Parameter, drawn: Choice) -> Choice:

@@ -6,6 +6,7 @@ that pass; the sampler goes on from there.
 """
 
 import difflib
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -25,12 +26,13 @@ _FILMS = ("polyimide",)
 _THINNEST, _THICKEST = 0.025, 0.125  # mm; thinner film cannot be placed, thicker one is too stiff.
 _SOFT_MPA = 2e4  # Plates of stiffer materials respond too little in rubber (bronze: a fiftieth).
 # Ranges around what passed in a random search of forty fingers: flat, with short shallow plates.
-_RANGES: dict[str, tuple[float, float]] = {
-    "plates.pitch_mm": (0.4, 1.2),
-    "plates.length_mm": (0.3, 0.9),
-    "plates.cover_mm": (0.25, 0.8),
-    "plates.angle_deg": (35.0, 55.0),
-    "gages.area_share": (0.4, 0.7),
+# The third number is the step: nobody draws thousandths of a millimetre.
+_RANGES: dict[str, tuple[float, float, float]] = {
+    "plates.pitch_mm": (0.4, 1.2, 0.01),
+    "plates.length_mm": (0.3, 0.9, 0.01),
+    "plates.cover_mm": (0.25, 0.8, 0.01),
+    "plates.angle_deg": (35.0, 55.0, 1.0),
+    "gages.area_share": (0.4, 0.7, 0.01),
 }
 _COUNTS = (7, 15)
 _FEWER = (9, 7, 5, 3)
@@ -179,9 +181,9 @@ def _parameters(design: Design, freedom: Freedom) -> Iterator[tuple[str, Paramet
         if freedom.allows(key):
             yield key, parameter
     if design.plates.placement is None:
-        for key, (low, high) in _RANGES.items():
+        for key, (low, high, step) in _RANGES.items():
             if freedom.allows(key):
-                yield key, Range(low=low, high=high)
+                yield key, Range(low=low, high=high, step=step)
         if freedom.allows("plates.count"):
             yield "plates.count", Range(low=_COUNTS[0], high=_COUNTS[1])
     if freedom.allows("plates.thickness_mm"):
@@ -204,14 +206,19 @@ def _of_body(design: Design) -> Iterator[tuple[str, Parameter]]:
     """The section's radius and height; the shape itself stays."""
     body = design.body
     if body.shape in ("arc", "dome") and body.arc_radius_mm is not None:
-        low, high = (factor * body.width_mm for factor in _ARC)
-        yield "body.arc_radius_mm", Range(low=low, high=max(high, body.arc_radius_mm), log=True)
+        yield "body.arc_radius_mm", _stepped(body.width_mm, _ARC, body.arc_radius_mm, 0.5)
     if body.shape == "dome" and body.dome_radius_mm is not None:
-        low, high = (factor * body.depth_mm for factor in _DOME)
-        yield "body.dome_radius_mm", Range(low=low, high=max(high, body.dome_radius_mm), log=True)
+        yield "body.dome_radius_mm", _stepped(body.depth_mm, _DOME, body.dome_radius_mm, 0.5)
     if body.shape in ("arc", "dome", "block"):
-        low, high = (factor * body.base_height_mm for factor in _HEIGHT)
-        yield "body.base_height_mm", Range(low=low, high=high)
+        height = body.base_height_mm
+        yield "body.base_height_mm", _stepped(height, _HEIGHT, height, 0.1)
+
+
+def _stepped(size: float, factors: tuple[float, float], own: float, step: float) -> Range:
+    """From one factor times the size to the other, and at least to the design's own value."""
+    low = max(step, math.floor(factors[0] * size / step) * step)
+    high = math.ceil(max(factors[1] * size, own) / step) * step
+    return Range(low=round(low, 6), high=round(high, 6), step=step)
 
 
 def _own_values(design: Design, parameters: Mapping[str, Parameter]) -> dict[str, Choice]:
@@ -245,7 +252,11 @@ def _inside(parameter: Parameter, value: Any) -> Choice:
     if isinstance(parameter, Range):
         low, high = parameter.low, parameter.high
         found = min(max(low if value is None else value, low), high)
-        return round(found) if parameter.whole else float(found)
+        if parameter.whole:
+            return round(found)
+        if parameter.step is not None:
+            found = low + parameter.step * round((found - low) / parameter.step)
+        return float(f"{found:.12g}")
     if value in parameter:
         return value  # type: ignore[no-any-return]
     numbers = [each for each in parameter if isinstance(each, int | float)]
