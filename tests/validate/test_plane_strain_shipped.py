@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from fingerdesign_bench.plane_strain.file import points_of, read_study, shipped_study
-from fingerdesign_bench.plane_strain.judge import beyond_the_grid, judged
+from fingerdesign_bench.plane_strain.judge import beyond_the_grid, checks_of, judged
 from fingerdesign_bench.plane_strain.rule import Rule
 
 from fingerdesign import parse_scene, with_values
@@ -123,12 +123,11 @@ def test_the_rules_for_the_force_hold_on_the_grid_and_beyond_it(number):
     assert (beyond or 0.0) < 0.02
 
 
-def test_what_ships_is_what_the_bench_makes_of_its_points(tmp_path):
-    table = {name: shipped_map().table[name] for name in ("points", "also")}
-    again = judged(dict(table), tmp_path)
-    assert again.chart.table["uncertainty"] == shipped_map().table["uncertainty"]
-    assert [rule.as_dict() for rule in again.rules] == shipped_map().table["rules"]
-    assert all(check.holds for check in again.checks)
+def test_what_ships_is_what_the_bench_makes_of_its_points():
+    chart, rules = judged({name: shipped_map().table[name] for name in ("points", "also")})
+    assert chart.table["uncertainty"] == shipped_map().table["uncertainty"]
+    assert [rule.as_dict() for rule in rules] == shipped_map().table["rules"]
+    assert all(check.holds for check in checks_of(chart, rules))
 
 
 def test_gages_on_stiff_plates_are_wrong_through_the_plates_own_poissons_effect():
