@@ -7,7 +7,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 .PHONY: demo test slow-test lint types wheel check site clean-site clean
 
 demo: $(VENV)/.runtime
-	$(BIN)/fingerdesign analyse designs/feeler.toml --out out
+	$(BIN)/fingerdesign analyse designs/film_tees.toml --out out
 
 test: $(VENV)/.dev
 	$(BIN)/python -m pytest -m "not slow" -n auto --dist worksteal --durations=15

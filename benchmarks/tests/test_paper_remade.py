@@ -13,7 +13,7 @@ from fingerdesign_bench.paper import case as paper_case
 from fingerdesign_bench.paper import measurement as paper_rig
 from fingerdesign_bench.paper import remade as paper_remade
 from fingerdesign_bench.paper.claims import CLAIMS, claims_of
-from fingerdesign_bench.paper.lifts import ROUTE_FRICTION, SQUEEZE
+from fingerdesign_bench.paper.lifts import ROUTE_FRICTION, SQUEEZE, squeeze
 from fingerdesign_bench.paper.rectangles import COUNT
 from fingerdesign_bench.paper.remade import ORDER
 from fingerdesign_cli.main import main
@@ -130,6 +130,26 @@ def test_data_files_hold_what_the_figures_show(folder, found):
     assert values("fig12", "samples_a_step") == {"", "100"}
 
 
+def test_the_record_and_the_page(folder):
+    record = json.loads((folder / "paper.json").read_text("utf-8"))
+    assert [each["figure"] for each in record["claims"]] == list(CLAIMS)
+    assert [each["key"] for each in record["figures"]] == list(ORDER)
+    page = (folder / "paper.html").read_text("utf-8")
+    ids = re.findall(r'\bid="([^"]+)"', page)
+    assert len(ids) == len(set(ids))
+    assert {f"figure-{key}" for key in ORDER} <= set(ids)
+    assert "<script" not in page
+    for name in re.findall(r'href="([^"#:]+)"', page):
+        assert name.startswith("data") or (folder / name).is_file(), name
+
+
+def test_wrong_input_is_refused_before_any_work(tmp_path, terminal):
+    out = tmp_path / "out"
+    for design, words in (("homogeneous", "plates.count = 0"), ("both_ways", "plane-strain")):
+        assert words in terminal("paper", "--design", design, "--out", out, code=2).err
+    assert not out.exists()
+
+
 @pytest.mark.slow
 def test_the_whole_command(tmp_path, capsys):
     """Measured: 23 s of processor time, on one core."""
@@ -171,6 +191,17 @@ def case():
     return paper_case.build_case(requested, SCENE, zone_of(requested, SCENE))
 
 
+def test_the_twin_is_the_same_finger_without_plates(case):
+    assert case.twin.model.nodes == case.finger.model.nodes
+    assert len(case.gage_x) == 15
+    pressed = [
+        next(paper_case.follow_rows(problem, [(0.1, 0.0)])).measures.normal_force
+        for problem in (case.finger, case.twin)
+    ]
+    assert pressed[0] == pytest.approx(pressed[1], rel=0.05)
+    assert pressed[0] > pressed[1]  # plates stiffen
+
+
 def test_what_slip_ends_is_the_growth_of_the_shear_not_the_shear(found):
     turned = found.rectangles
     assert len(turned.status) == len(turned.corners) == COUNT
@@ -207,6 +238,11 @@ def test_lifts_by_the_rule_and_two_other_routes(found):
     assert route.forces[1][-1] > ROUTE_FRICTION * least
 
 
+def test_a_squeeze_that_is_not_enough_slips(case):
+    design = with_values(case.design, {"grip.max_approach_mm": 0.05})
+    assert squeeze(replace(case, design=design)).slips
+
+
 def test_the_rig_repeats_itself_and_noise_changes_it(case):
     rig = paper_rig.rig_of(case, "bronze", levels=(100,), seeds=2)
     assert rig.levels == (None, 100)
@@ -218,3 +254,17 @@ def test_the_rig_repeats_itself_and_noise_changes_it(case):
         assert first.episode.result == second.episode.result
     readings = [g.episode.trace.gage_readings[0] for g in rig.at(100, 0.3)]
     assert np.std(readings[0] - readings[1]) == pytest.approx(0.05 * np.sqrt(2), rel=0.5)
+
+
+def test_a_rig_works_where_all_is_lifted_and_the_frictions_are_distinguished(case):
+    low, high = paper_rig.rig_of(case, "bronze", levels=(), seeds=1).at(None)
+    blind = paper_rig.Rig("blind", (low, replace(high, episode=low.episode)))
+    assert blind.force_ratio(None) == 1.0
+    assert not blind.works(None)
+    assert blind.least_samples == ()
+    slipped = replace(low.episode.result, lifted=False, gross_slip=True)
+    lost = replace(low, episode=replace(low.episode, result=slipped))
+    assert lost.ended == "slipped"
+    rig = paper_rig.Rig("lost", (lost, high))
+    assert not rig.works(None)
+    assert np.isnan(rig.force_ratio(None))

@@ -258,3 +258,13 @@ def test_plane_strain_overstates_by_what_was_known():
     assert half_width(row) == pytest.approx(2.45, abs=0.15)
     assert record["height_mm"] == pytest.approx(12.68, abs=0.01)
     assert record["span_share"] == 0.0
+
+
+@pytest.mark.slow
+def test_plane_strain_is_nearer_where_the_finger_is_deep():
+    """Depth 40: 12 % without plates; plates of full span halve that."""
+    _, _, bare, plated, _ = points_of(parse_study(SMALL))
+    assert bare.design.body.depth_mm == plated.design.body.depth_mm == 40.0
+    errors = [row_errors(compare(point)["rows"][0]) for point in (bare, plated)]
+    assert errors[0]["normal_force"] == pytest.approx(0.12, abs=0.02)
+    assert errors[1]["normal_force"] < errors[0]["normal_force"]

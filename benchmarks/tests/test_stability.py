@@ -3,13 +3,14 @@
 import csv
 import json
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from fingerdesign_bench.stability import stability
 from fingerdesign_bench.stability.bodies import distorted, hard_bodies
 from fingerdesign_bench.stability.cases import BEYOND, FRICTIONS, WITHIN, cases_of
-from fingerdesign_bench.stability.judge import SHARP, Judge, Past
+from fingerdesign_bench.stability.judge import SHARP, Judge, Past, same_total
 from fingerdesign_bench.stability.run import PRODUCTION, TimeIsUp, Verdict, time_limit
 from fingerdesign_bench.stability.stability import (
     counts_of,
@@ -88,10 +89,40 @@ def test_slip_is_counted_from_the_past(judge):
     assert judge.violation(answer, judge.untouched(), back) > 1e-2
 
 
+def test_direction_of_slip_in_space():
+    """In 3-D the force must oppose the slip: turned by a degree it is wrong."""
+    judge = Judge(springs([0.0, 0.0, 0.0], dim=3), Plane(0.0), 0.1)
+    motion = Motion(0.5, 0.3, 0.4)
+    force = np.tile([0.06, -1.0, 0.08], (3, 1))
+    assert judge.violation(force, judge.untouched(), motion) < 1e-12
+    turned = np.tile([0.08, -1.0, 0.06], (3, 1))
+    assert judge.violation(turned, judge.untouched(), motion) > 1e-2
+
+
+def test_no_contact(judge):
+    nothing = np.zeros((4, 2))
+    assert judge.violation(nothing, judge.untouched(), Motion(-0.1, 0.3)) == 0.0
+    assert judge.violation(nothing, judge.untouched(), Motion(0.1, 0.0)) > 1e-2
+
+
+def test_lost_force_is_found(judge):
+    """A model whose base does not carry what the contact gives."""
+    leaky = replace(judge.model, reaction_readout=0.9 * judge.model.reaction_readout)
+    assert Judge(leaky, judge.indenter, 0.4).violation(RIGHT, judge.untouched(), MOTION) > 1e-2
+
+
 def test_the_rim_and_the_forces_requested(judge):
     assert judge.at_rim(broken(0, [0.0, -0.1]))
     assert all(judge.carries(RIGHT, 1.5, shear) for shear in (0.4, None))
     assert not any(judge.carries(RIGHT, *more) for more in ((1.5, 0.41), (1.6, None)))
+
+
+def test_same_answers(judge):
+    assert judge.same(RIGHT, RIGHT * (1 + 1e-6), MOTION)
+    assert not judge.same(RIGHT, RIGHT * 1.01, MOTION)
+    assert judge.same(np.zeros((4, 2)), np.full((4, 2), 1e-16), MOTION)
+    assert same_total(RIGHT, RIGHT * 1.005, 0.01)
+    assert not same_total(RIGHT, RIGHT * 1.02, 0.01)
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -123,6 +154,12 @@ def test_production_is_never_wrong_and_solves_all_but_forces_beyond_friction(qui
 def test_most_answers_are_confirmed_by_a_second_method(mine):
     right = [each for each in mine if each.verdict == Verdict.RIGHT]
     assert sum(each.confirmed for each in right) > 0.95 * sum(each.increments for each in right)
+
+
+def test_zone_exhausted_is_refused_never_clipped(mine):
+    exhausted = [each for each in mine if each.family == "zone exhausted"]
+    assert {each.verdict for each in exhausted} == {Verdict.REFUSED}
+    assert all("zone" in each.reason for each in exhausted)
 
 
 def test_plain_methods_fail_where_the_map_says_so(quick):

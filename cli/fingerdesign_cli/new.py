@@ -13,7 +13,7 @@ from fingerdesign.runtime.files import why_no_place, write_whole
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import quiet
 
-FLAGSHIP = "feeler"  # Plain `new` copies it: it passes all verdicts, and its keys are few.
+FLAGSHIP = "film_tees"  # Plain `new` copies it: it passes all verdicts, and its keys are few.
 
 
 @dataclass(frozen=True)

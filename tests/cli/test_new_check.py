@@ -96,7 +96,7 @@ def test_check_as_json(terminal):
     Path("bad.toml").write_text('design.name = "a"\nplates.count = 501')
     terminal("new", "good.toml", "-q")
     good, bad = json.loads(terminal("check", "good.toml", "bad.toml", "--json", code=2).out)
-    assert (good["sound"], good["plates"]) == (True, 9)
+    assert (good["sound"], good["plates"]) == (True, 11)
     assert 0 < good["least_surface_mm"] < 2
     assert 0 < good["contact_half_width_mm"] < 10
     assert bad["faults"][0]["key"] == "plates.count"

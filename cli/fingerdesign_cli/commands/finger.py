@@ -51,7 +51,7 @@ _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
 def new() -> None:
     """Write a commented starter design to FILE.toml, its name taken from FILE; a scene; a study.
 
-    Without an option it is a copy of the shipped finger feeler, which passes all verdicts.
+    Without an option it is a copy of the shipped finger film_tees, which passes all verdicts.
     Next to it goes design.schema.json (scene.schema.json), with which editors complete and explain
     keys. Nothing is overwritten without --force. `fingerdesign list designs` names what is shipped.
     """
