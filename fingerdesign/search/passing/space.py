@@ -20,10 +20,7 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.materials import MATERIALS
 from fingerdesign.search.study.values import Choice, Parameter, Range, split_share, value_of
 
-PASSING = (
-    "feeler",
-    "film_tees",
-)  # Shipped fingers that pass; their plates and gages are the first trials.
+PASSING = ("feeler", "film_tees")  # Shipped fingers that pass: the first trials are like them.
 # Plates of these give a signal: polyimide is the stiffest that is sold as thin film.
 _FILMS = ("polyimide",)
 _THINNEST, _THICKEST = 0.025, 0.125  # mm; thinner film cannot be placed, thicker one is too stiff.
