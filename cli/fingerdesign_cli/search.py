@@ -227,19 +227,23 @@ class Setting(Options):
 
 
 @dataclass(frozen=True)
-class Kept(Options):
+class FreeKeys(Options):
     """Keys that a search from a design keeps, and that it frees besides its own."""
 
     keep: tuple[str, ...]
     free: tuple[str, ...]
 
 
-def optimise(study_file: Path, out: Path, trials: int | None, kept: Kept, setting: Setting) -> int:
+def optimise(
+    study_file: Path, out: Path, trials: int | None, keys: FreeKeys, setting: Setting
+) -> int:
     """Search STUDY for fingers that are better in its [[objectives]], within its [constraints];
     or from a design for one that passes all verdicts."""
     if kind_of(study_file) != "study":
-        return optimise_design(study_file, out, trials, Freedom(kept.keep, kept.free), setting)
-    if kept.keep or kept.free:
+        if setting.fidelity is not None:
+            raise click.UsageError("--fidelity belongs to a study; a design is searched in 3-D")
+        return optimise_design(study_file, out, trials, Freedom(keys.keep, keys.free), setting)
+    if keys.keep or keys.free:
         raise click.UsageError("--keep and --free belong to a design; a study names its keys")
     (text, study), folder = setting.read(study_file), study_file.parent
     refuse_aimless(study)
@@ -305,14 +309,14 @@ def optimise_design(
             return answer_of(case, out, lambda *words: None, Products(False, False, False))
 
         def improved(found: Design) -> None:
-            write_whole(file, _toml(text, design, _named(found, name)))
+            write_whole(file, _toml(text, design, _named(found, name), out))
 
         found = find_passing(
             space, freedom, trials_on_disk, evaluated, confirm, most, show, improved
         )
         if found.best is not None:
             best = _named(found.best.design, name)
-            write_whole(file, _toml(text, design, best))
+            write_whole(file, _toml(text, design, best, out))
             if found.best.result is not None:
                 show("writing the report")
                 answer_of(Case(best, mesh_error=True), out, show, Products(True, True, False))
@@ -328,16 +332,16 @@ def _named(design: Design, name: str) -> Design:
     return design.model_copy(update={"design": own})
 
 
-def _toml(text: str, before: Design, after: Design) -> str:
+def _toml(text: str, before: Design, after: Design, folder: Path) -> str:
     """The user's own text with the changed keys set, its comments unchanged; the whole design anew
-    where that does not read back as the same finger."""
+    where that does not read back as the same finger from its folder."""
     values = {key: new for key, (_, new) in changes_between(before, after).items()}
     values |= {"design.name": after.design.name}
     known = dict(leaves(before.model_dump(mode="json", exclude_none=True)))
     values = {key: v for key, v in values.items() if v is not None or key in known}
     try:
         edited = with_keys(text, values)
-        if judge_design(edited).sound("").digest() == after.digest():
+        if judge_design(edited, folder=folder).sound("").digest() == after.digest():
             return edited
     except (DesignError, ValueError, KeyError):
         pass  # What TOML's editor cannot set in place is written as a whole.

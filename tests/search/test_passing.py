@@ -88,10 +88,10 @@ def test_own_plates_stay_where_short_ones_do_not_fit():
 
 def test_kept_keys_stay_and_freed_ones_vary():
     design = load_design("maeno2000")
-    kept = space_of(design, Freedom(keep=("body", "plates.material"), free=("grip.preload_mm",)))
-    assert not any(key.startswith("body") for key in kept.parameters)
-    assert kept.base.plates.material == "phosphor_bronze"
-    assert "grip.preload_mm" in kept.parameters
+    space = space_of(design, Freedom(keep=("body", "plates.material"), free=("grip.preload_mm",)))
+    assert not any(key.startswith("body") for key in space.parameters)
+    assert space.base.plates.material == "phosphor_bronze"
+    assert "grip.preload_mm" in space.parameters
     rows = load_design("both_ways")
     assert space_of(rows, Freedom(keep=("plates.rows",))).base.plates.rows == rows.plates.rows
 
@@ -152,6 +152,21 @@ def test_hand_is_found_and_its_search_ends_early():
     assert abs(math.log(hand.values["grip.curve_per_N"] / 0.3)) <= 0.5
     assert len(judged) < 22
     assert len(judged[0].grip.friction_coefficients) == 5  # Three of the design's, two between.
+
+
+@pytest.mark.parametrize("keep", ["grip", "grip.curve_per_N"])
+def test_keys_of_the_hand_that_are_to_stay_do_stay(keep):
+    design, tried = load_design("maeno2000"), []
+
+    def judge(designs):
+        tried.extend(designs)
+        return [outcome(each, 1.0) for each in designs]
+
+    allows = Freedom(keep=(keep,)).allows
+    assert with_travel(design, outcome(design, 0.0), allows).grip.curve_per_N == 0.1
+    hand_of(design, judge, lambda count: None, allows)
+    assert {each.grip.curve_per_N for each in tried} == {design.grip.curve_per_N}
+    assert (len(tried) == 1) == (keep == "grip")
 
 
 class Bench:

@@ -35,6 +35,7 @@ _NO_FORCE = 1e-9  # N: rounding noise of a contact without load.
 Values = dict[str, float]
 # Outcomes of hands: the design with each of some values of [grip].
 Judge = Callable[[Sequence[Design]], Sequence[Outcome]]
+Allows = Callable[[str], bool]
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,11 @@ class Hand:
     shortfall: float
 
 
-def with_travel(design: Design, sensed: Outcome) -> Design:
-    """The design with a stage travel that its measured stiffness asks for, and steps to match."""
+def with_travel(design: Design, sensed: Outcome, allows: Allows = bool) -> Design:
+    """The design with a stage travel that its measured stiffness asks for, and steps to match.
+
+    allows: tells whether a key may change.
+    """
     grip = design.grip
     weight = weight_per_finger(grip.object_mass_g)
     force = _PRESS * weight / min(grip.friction_coefficients)
@@ -63,7 +67,7 @@ def with_travel(design: Design, sensed: Outcome) -> Design:
         "grip.approach_step_mm": _rounded(step),
         "grip.shear_step_mm": _rounded(_SHEAR * step),
     }
-    return with_values(design, values)
+    return with_values(design, {key: value for key, value in values.items() if allows(key)})
 
 
 def _approach(sensed: Outcome, force: float) -> float | None:
@@ -78,13 +82,17 @@ def _approach(sensed: Outcome, force: float) -> float | None:
     return float(more * (force / high) ** (1.0 / power)) if power > 0.0 else None
 
 
-def hand_of(design: Design, judge: Judge, report: Callable[[int], None]) -> Hand:
-    """The best hand found; the search ends with the first that lacks nothing.
+def hand_of(
+    design: Design, judge: Judge, report: Callable[[int], None], allows: Allows = bool
+) -> Hand:
+    """The best hand found; the search ends with the first that lacks nothing. Only the design's own
+    is tried where none of its keys may change.
 
     judge: outcomes of designs that differ in [grip] alone, at :func:`between` frictions. report:
-    receives how many hands were tried.
+    receives how many hands were tried. allows: tells whether a key may change.
     """
-    ranges = _ranges(design)
+    tuned = design.grip.controller == RULE
+    ranges = [each for each in _ranges(design) if tuned and allows(each.key)]
     tried: list[Hand] = []
 
     def enough(new: Sequence[Values]) -> bool:
@@ -100,6 +108,9 @@ def hand_of(design: Design, judge: Judge, report: Callable[[int], None]) -> Hand
                 return True
         return False
 
+    if not ranges:
+        enough([{}])
+        return _best(tried)
     box = np.tile([0.0, 1.0], (len(ranges), 1))
     if not enough(_starts(design, ranges)) and not enough(_drawn(ranges, box, FIRST, 0)):
         narrow = box_around(ranges, _best(tried).values, _NARROW)

@@ -23,7 +23,7 @@ from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import Result
 from fingerdesign.search.optimise.optimise import Search, Tried, searched
 from fingerdesign.search.optimise.trials import Trials
-from fingerdesign.search.passing.hands import Hand, between, hand_of, with_travel
+from fingerdesign.search.passing.hands import Hand, hand_of, with_travel
 from fingerdesign.search.passing.space import Freedom, Space
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import FUNDAMENTAL, Planned
@@ -88,7 +88,7 @@ class Found:
     tried: tuple[Tried, ...]
     candidates: tuple[Candidate, ...] = ()
     best: Candidate | None = None
-    conflict: str = field(default="")
+    conflict: str = ""
 
     @property
     def passes(self) -> bool:
@@ -155,13 +155,18 @@ class _Run:
             self.report(f"trial {count} of {most}{self._best_words()}")
             self.tried = searched(search, self.trials, self._sensed, count, BATCH)
             for outcome in self._promising(0.0):
-                if self._candidate(outcome).passes:
+                if self._candidate(outcome).passes or self._given_up():
                     return self._ended()
         if not any(each.result for each in self.candidates):
             # None passes with room to spare: the nearest may pass without.
             for outcome in self._promising(math.inf)[:1]:
                 self._candidate(outcome, whole=True)
         return self._ended()
+
+    def _given_up(self) -> bool:
+        """True if further trials could not be judged any more."""
+        confirmed = sum(each.result is not None for each in self.candidates)
+        return confirmed >= _MOST_CONFIRMED or len(self.candidates) >= _MOST_HANDS
 
     def _best_words(self) -> str:
         if not math.isfinite(self.best_sensed):
@@ -182,8 +187,7 @@ class _Run:
         if best < self.best_sensed:
             self.best_sensed = best
             self.improved(self._design(min(outcomes, key=_shortfall)))
-        found = sorted(short.values(), key=_shortfall)
-        return found[: max(0, _MOST_HANDS - len(self.candidates))]
+        return sorted(short.values(), key=_shortfall)
 
     def _design(self, outcome: Outcome) -> Design:
         """The design of a trial, with the base's own name and mesh."""
@@ -194,18 +198,15 @@ class _Run:
 
         The last of ``candidates`` is the one that is returned. whole: analyse it in any case.
         """
-        design = self._design(outcome)
-        if self.freedom.allows("grip"):
-            design = with_travel(design, outcome)
+        design = with_travel(self._design(outcome), outcome, self.freedom.allows)
         found = self._with_hand(design, outcome, own_mesh=False)
         self.candidates.append(found)
         whole = whole or found.hand.shortfall == 0.0
-        confirmed = sum(each.result is not None for each in self.candidates)
-        if not whole or confirmed >= _MOST_CONFIRMED:
+        if not whole:
             return found
         found = self._confirmed(found)
         by_hand = all(name.startswith((LIFTS, GRIP_FORCE)) for name in found.failing)
-        if found.failing and by_hand and self.freedom.allows("grip"):
+        if found.failing and by_hand:
             # The gages hold on this mesh: only the hand was right for the other one alone.
             again = self._with_hand(design, outcome, own_mesh=True)
             found = self._confirmed(again)
@@ -221,11 +222,7 @@ class _Run:
         def shown(count: int) -> None:
             self.report(f"{words} for a finger with good gages: {count} tried")
 
-        if self.freedom.allows("grip"):
-            hand = hand_of(design, judged, shown)
-        else:
-            short = judged([between(design)])[0].metrics.get("shortfall")
-            hand = Hand({}, math.inf if short is None else short)
+        hand = hand_of(design, judged, shown, self.freedom.allows)
         return Candidate(with_values(design, {**hand.values}), outcome, hand)
 
     def _confirmed(self, found: Candidate) -> Candidate:

@@ -54,7 +54,7 @@ class Freedom:
     free: tuple[str, ...] = ()
 
     def allows(self, key: str) -> bool:
-        """True if no kept key or table contains the key."""
+        """True if none of the keys and tables to keep contains the key."""
         return not any(key == each or key.startswith(f"{each}.") for each in self.keep)
 
     def faults(self, design: Design) -> list[Fault]:
