@@ -343,8 +343,8 @@ def sweep() -> None:
 @click.option(
     "--trials",
     type=click.IntRange(1, 100_000),
-    help="Most trials. Without it 48 from a design, 16 where it cannot be swept; of a study what its "
-    "[optimise] says.",
+    help="Most trials. Without it 48 from a design, 16 where it cannot be swept; of a study "
+    "what its [optimise] says.",
 )
 @click.option(
     "--keep",
