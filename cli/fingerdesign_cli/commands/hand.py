@@ -140,6 +140,11 @@ def identify() -> None:
     """
 
 
+TARGETS = {
+    "c": "C99 without dependencies",
+    "mjcf": "a MuJoCo model",
+    "urdf": "a robot description",
+}
 noise_of_the_rig = click.option(
     "--noise",
     type=click.FloatRange(0.0, 1e3),
@@ -148,21 +153,36 @@ noise_of_the_rig = click.option(
 )
 
 
-@command("sensing", "Write the regulator as C for a hand's microcontroller.")
+@command("sensing", "Write the regulator, or the finger, for another system.")
 @click.argument("files", metavar="[ESTIMATOR] DESIGN", type=DESIGN, nargs=-1, required=True)
 @out_option
-@click.option("--to", type=click.Choice(["c"]), required=True, help="c: C99 without dependencies.")
+@click.option(
+    "--to",
+    type=click.Choice(list(TARGETS)),
+    required=True,
+    help=f"{'; '.join(f'{each}: {about}' for each, about in TARGETS.items())}.",
+)
 @noise_of_the_rig
+@click.option(
+    "--density",
+    "densities",
+    type=(str, click.FloatRange(0.0, 30.0, min_open=True)),
+    metavar="MATERIAL G_CM3",
+    multiple=True,
+    help="For mjcf and urdf: instead of the material's usual one; may be given again.",
+)
 @output_options
 def export() -> None:
-    """Write the regulator of DESIGN, which grips by ESTIMATOR, for another system.
+    """Write DESIGN for another system: its regulator, which grips by ESTIMATOR, or the finger.
 
-    OUT/NAME then holds regulator.c and regulator.h.
+    c: OUT/NAME then holds regulator.c and regulator.h. ESTIMATOR is what `fingerdesign train` wrote
+    for DESIGN; without it one is trained first, or taken from the cache. The file computes in
+    single precision and holds the one network for the noise, with 16-bit weights: some 49 kB for 15
+    gages. How to compile and call it: docs/how_to/control.md.
 
-    ESTIMATOR is what `fingerdesign train` wrote for DESIGN; without it one is trained first, or
-    taken from the cache. The file computes in single precision and holds the one network for the
-    noise, with 16-bit weights: some 49 kB for 15 gages. How to compile and call it:
-    docs/how_to/control.md.
+    mjcf, urdf: OUT/NAME then holds finger.xml or finger.urdf and the STL files that it names: body,
+    plates and core to be seen, the convex hull to collide; mass and inertia; a site or frame at
+    each gage.
     """
 
 
