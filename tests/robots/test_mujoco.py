@@ -129,7 +129,7 @@ def test_the_least_mass_is_that_of_the_formula():
 def test_a_held_object_keeps_its_energy_for_ten_seconds():
     """It swings on the pads from rest under gravity; of all energy under 1 % is lost or won."""
     step = 5e-4
-    model, coupling = held(bumps(2.0, 5), 0.0, 0.008, 0.002, step)
+    model, coupling = held(bumps(2.0, 5), 0.0, 0.008, 0.008, step)
     data, found, swing = mujoco.MjData(model), [], []
     for _ in range(20_000):
         coupling.step(data)
@@ -141,15 +141,6 @@ def test_a_held_object_keeps_its_energy_for_ten_seconds():
     mean = np.reshape(found, (20, -1)).mean(axis=1)  # a swing's ripple is the step's, not a drift
     assert np.ptp(mean) < 0.01 * mean.mean()
     assert np.ptp(swing[-1000:]) > 1e-6  # it still swings
-    print(
-        "drift",
-        np.ptp(mean) / mean.mean(),
-        mean.mean(),
-        coupling.dissipated_mJ,
-        np.ptp(swing[:1000]),
-        np.ptp(swing[-1000:]),
-        coupling.parts,
-    )
 
 
 def test_a_long_step_is_cut_and_no_pad_is_forgotten():
