@@ -230,6 +230,16 @@ def export() -> None:
     type=click.IntRange(1, 100),
     help="With --perturbed: objects a finger.  [default: 4]",
 )
+@click.option(
+    "--program",
+    metavar="COMMAND",
+    help="Judge a program of any language, asked by lines of JSON (docs/how_to/control.md).",
+)
+@click.option(
+    "--held-out",
+    metavar="PHRASE",
+    help="With gripbench: the phrase of the release's notes. Without it the public set.",
+)
 @open_option
 @click.option(
     "--seed", type=int, default=0, show_default=True, help="Of all noise, fingers and trials."
@@ -249,6 +259,9 @@ def study() -> None:
     radius), measures itself on its bench, and lifts objects between the least and greatest friction
     and mass. OUT/NAME then holds control.html (chart, findings, tables), control.json, grips.csv
     (every grip), control.png and path_*.csv (the grips that are drawn).
+
+    `fingerdesign study gripbench` judges them on a fixed set: 99 perturbed fingers, four objects
+    each. OUT/gripbench then holds gripbench.json (the scorecard), gripbench.csv, gripbench.png.
 
     --tune tunes the controllers first, each by the same procedure and the same number of grips, on
     other objects and noise than the study's; tuned.toml is DESIGN with the best values.
