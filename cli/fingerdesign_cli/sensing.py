@@ -11,6 +11,8 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.control.bench_table import TABLE
 from fingerdesign.control.c_code import c_files
 from fingerdesign.control.estimator import GripEstimator
+from fingerdesign.control.fmu import FILE as FMU
+from fingerdesign.control.fmu import fmu
 from fingerdesign.control.trace import read_trace
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
@@ -135,7 +137,22 @@ def export(files: tuple[Path, ...], out: Path, target: Target) -> int:
         raise click.UsageError("--density is for mjcf and urdf alone")
     estimator = _estimator_of(design, files[0] if len(files) == 2 else None)
     estimator = estimator if target.noise is None else estimator.at_noise(target.noise)
+    if target.to == "fmu":
+        return _export_unit(design, out / design.design.name, estimator)
     return _export_regulator(design, out / design.design.name, estimator)
+
+
+def _export_unit(design: Design, target: Path, estimator: GripEstimator) -> int:
+    kind = RecordFolder("functional mock-up unit", FMU, (FMU,))
+    with recorded(kind, target) as (folder, _):
+        content = fmu(estimator, design.grip)
+        write_whole(folder / FMU, content)
+    kilobytes, about = 1e-3 * len(content), {"gages": estimator.gages, "files": [FMU]}
+    say_result(
+        lambda: {"design": design.design.name, **about, "kilobytes": kilobytes},
+        lambda: click.echo(f"{target / FMU}: {estimator.gages} gages, {kilobytes:.0f} kB"),
+    )
+    return 0
 
 
 def _export_finger(design: Design, folder: Path, target: Target) -> int:

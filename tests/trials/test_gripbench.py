@@ -23,7 +23,7 @@ for line in sys.stdin:
         print("{}", flush=True)
         continue
     sample = given["sample"]
-    more = sample["normal_force"] < 12.0
+    more = sample["normal_force"] < 6.0
     dy = grip["approach_step_mm"] if more else 0.0
     dx = 0.0 if more or sample["lifted"] else grip["shear_step_mm"]
     print(json.dumps({"dx": dx, "dy": dy, "hold": more}), flush=True)
@@ -38,7 +38,7 @@ while (<STDIN>) {
         next;
     }
     ($force) = /"normal_force": ([\d.e-]+)/;
-    $more = $force < 12;
+    $more = $force < 6;
     $dy = $more ? $down : 0;
     $dx = $more || /"lifted": true/ ? 0 : $side;
     printf "{\"dx\": %s, \"dy\": %s, \"hold\": %s}\n", $dx, $dy, $more ? "true" : "false";
@@ -48,7 +48,7 @@ IN_A_CLASS = """
 from fingerdesign.control.command import Command
 
 class Hand:
-    name = "twelve"
+    name = "six"
 
     def __init__(self, grip, own, held):
         self.grip = grip
@@ -57,7 +57,7 @@ class Hand:
         pass
 
     def command(self, sample):
-        more = sample.normal_force < 12.0
+        more = sample.normal_force < 6.0
         dy = self.grip.approach_step_mm if more else 0.0
         dx = 0.0 if more or sample.lifted else self.grip.shear_step_mm
         return Command(dx, dy, more)
@@ -106,8 +106,7 @@ def test_a_class_and_programs_of_two_languages_score_alike(small, in_tmp_path, t
     for name, words in given.items():
         card = json.loads(terminal(*asked, tmp_path / name, *words).out)
         (score,) = card["scores"]
-        del score["controller"]
-        scores.append(score)
+        scores.append({**score, "controller": ""})
         folder = tmp_path / name / "gripbench"
         assert json.loads((folder / "gripbench.json").read_text()) == card
         assert len((folder / "gripbench.csv").read_text().splitlines()) == 2

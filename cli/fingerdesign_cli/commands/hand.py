@@ -142,6 +142,7 @@ def identify() -> None:
 
 TARGETS = {
     "c": "C99 without dependencies",
+    "fmu": "a co-simulation unit of FMI 2.0",
     "mjcf": "a MuJoCo model",
     "urdf": "a robot description",
 }
@@ -179,6 +180,8 @@ def export() -> None:
     for DESIGN; without it one is trained first, or taken from the cache. The file computes in
     single precision and holds the one network for the noise, with 16-bit weights: some 49 kB for 15
     gages. How to compile and call it: docs/how_to/control.md.
+
+    fmu: OUT/NAME then holds regulator.fmu, the same as a unit, its sources inside.
 
     mjcf, urdf: OUT/NAME then holds finger.xml or finger.urdf and the STL files that it names: body,
     plates and core to be seen, the convex hull to collide; mass and inertia; a site or frame at
