@@ -154,6 +154,32 @@ def test_hand_is_found_and_its_search_ends_early():
     assert len(judged[0].grip.friction_coefficients) == 5  # Three of the design's, two between.
 
 
+def test_hand_that_passes_with_its_own_steps_alone_is_not_taken_where_another_is_steady():
+    """Hands with a small dead band fail with longer steps."""
+    design, counts = load_design("maeno2000"), []
+    own = design.grip.approach_step_mm
+
+    def judge(designs):
+        return [outcome(g, float(longer(g) and g.grip.dead_band_mm < 0.2)) for g in designs]
+
+    def longer(each):
+        return each.grip.approach_step_mm > own
+
+    hand = hand_of(design, judge, counts.append)
+    assert hand.steady
+    assert hand.values["grip.dead_band_mm"] >= 0.2
+    fails = hand_of(
+        design,
+        lambda designs: [
+            outcome(each, float(each.grip.approach_step_mm > own)) for each in designs
+        ],
+        counts.append,
+    )
+    assert fails.shortfall == 0.0
+    assert fails.stepped == 1.0
+    assert counts[-1] < 22  # Repeated trials are limited.
+
+
 @pytest.mark.parametrize("keep", ["grip", "grip.curve_per_N"])
 def test_keys_of_the_hand_that_are_to_stay_do_stay(keep):
     design, tried = load_design("maeno2000"), []

@@ -1,8 +1,10 @@
 """The hand of a finger: how far it presses, and the values of the paper's rule that lift gently.
 
 The rule is tried on the frictions of the verdict and between them, so that it does not fit only
-those. The first trials are the design's own values and those of a shipped finger that passes,
-with forces in proportion to the weight.
+those. A hand that lifts all is tried again with shorter and longer steps: whether the rule fires
+can turn on one sample, so a hand that passes with one step length may squeeze with the next. The
+search ends with the first that passes with all three. The first trials are the design's own values
+and those of a shipped finger that passes, with forces in proportion to the weight.
 """
 
 import math
@@ -30,6 +32,8 @@ _PRESS = 2.0  # The travel presses with this times the least force at the lowest
 _STEPS = 75  # Control steps from the first contact to the end of the travel.
 _SHEAR = 7.5  # A tangential step over a normal one.
 _FORCES = ("grip.force_floor_N", "grip.hold_force_N")
+STEP_FACTORS = (0.95, 1.05)  # Another mesh, or another stiffness, moves samples by as much.
+_MOST_REPEATED = 6  # Hands that are tried with other steps: each costs as much as two trials.
 _NO_FORCE = 1e-9  # N: rounding noise of a contact without load.
 
 Values = dict[str, float]
@@ -40,10 +44,24 @@ Allows = Callable[[str], bool]
 
 @dataclass(frozen=True)
 class Hand:
-    """Values of [grip] that were tried, and the shortfall of lifts and forces (inf: no answer)."""
+    """Values of [grip] that were tried, and the shortfall of lifts and forces (inf: no answer).
+
+    stepped: the shortfall with steps of other lengths, the largest; inf: not tried.
+    """
 
     values: Values
     shortfall: float
+    stepped: float = math.inf
+
+    @property
+    def steady(self) -> bool:
+        """True if it lacks nothing with steps of other lengths either."""
+        return self.stepped == 0.0
+
+    @property
+    def order(self) -> tuple[float, float]:
+        """Less is better."""
+        return self.shortfall, self.stepped
 
 
 def with_travel(design: Design, sensed: Outcome, allows: Allows = bool) -> Design:
@@ -85,8 +103,8 @@ def _approach(sensed: Outcome, force: float) -> float | None:
 def hand_of(
     design: Design, judge: Judge, report: Callable[[int], None], allows: Allows = bool
 ) -> Hand:
-    """The best hand found; the search ends with the first that lacks nothing. Only the design's own
-    is tried where none of its keys may change.
+    """The best hand found; the search ends with the first that lacks nothing, with its own steps
+    and with others. Only the design's own is tried where none of its keys may change.
 
     judge: outcomes of designs that differ in [grip] alone, at :func:`between` frictions. report:
     receives how many hands were tried. allows: tells whether a key may change.
@@ -99,12 +117,16 @@ def hand_of(
         """Judge a few at a time, so that the search ends early."""
         for begin in range(0, len(new), 4):
             some = new[begin : begin + 4]
-            designs = [with_values(between(design), {**each}) for each in some]
-            for values, outcome in zip(some, judge(designs), strict=True):
-                found = outcome.metrics.get("shortfall")
-                tried.append(Hand(values, math.inf if found is None else found))
+            shortfalls = _judged(design, some, judge)
+            tried.extend(Hand(v, found) for v, found in zip(some, shortfalls, strict=True))
             report(len(tried))
-            if min(each.shortfall for each in tried) == 0.0:
+            for k, hand in enumerate(tried):
+                if hand.shortfall or hand.stepped < math.inf or _repeated(tried) == _MOST_REPEATED:
+                    continue
+                tried[k] = replace(hand, stepped=_stepped_shortfall(design, hand, judge))
+                if tried[k].steady:
+                    return True
+            if _repeated(tried) == _MOST_REPEATED:
                 return True
         return False
 
@@ -119,7 +141,32 @@ def hand_of(
 
 
 def _best(tried: Sequence[Hand]) -> Hand:
-    return min(tried, key=lambda each: each.shortfall)
+    return min(tried, key=lambda each: each.order)
+
+
+def _repeated(tried: Sequence[Hand]) -> int:
+    return sum(each.stepped < math.inf for each in tried)
+
+
+def _judged(design: Design, hands: Sequence[Values], judge: Judge) -> list[float]:
+    """Shortfall of each hand, inf where its lifts have no answer."""
+    outcomes = judge([with_values(between(design), {**values}) for values in hands])
+    found = [outcome.metrics.get("shortfall") for outcome in outcomes]
+    return [math.inf if each is None else each for each in found]
+
+
+def _stepped_shortfall(design: Design, hand: Hand, judge: Judge) -> float:
+    """The largest shortfall of a hand with shorter and longer steps."""
+    grip = design.grip
+    hands = [
+        {
+            **hand.values,
+            "grip.approach_step_mm": factor * grip.approach_step_mm,
+            "grip.shear_step_mm": factor * grip.shear_step_mm,
+        }
+        for factor in STEP_FACTORS
+    ]
+    return max(_judged(design, hands, judge))
 
 
 def _drawn(ranges: Sequence[Range], box: np.ndarray, count: int, seed: int) -> list[Values]:

@@ -23,7 +23,7 @@ from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import Result
 from fingerdesign.search.optimise.optimise import Search, Tried, searched
 from fingerdesign.search.optimise.trials import Trials
-from fingerdesign.search.passing.hands import Hand, hand_of, with_travel
+from fingerdesign.search.passing.hands import STEP_FACTORS, Hand, hand_of, with_travel
 from fingerdesign.search.passing.space import Freedom, Space
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import FUNDAMENTAL, Planned
@@ -94,6 +94,17 @@ class Found:
     def passes(self) -> bool:
         """True if a finger passes."""
         return self.best is not None and self.best.passes
+
+    @property
+    def note(self) -> str:
+        """What a user of the hand should know, in a sentence; "" where it is steady."""
+        if self.best is None or self.best.hand.steady or self.best.hand.shortfall:
+            return ""
+        shorter, longer = (f"{100.0 * abs(1.0 - each):.0f} %" for each in STEP_FACTORS)
+        return (
+            f"The hand is sensitive: with steps {shorter} shorter or {longer} longer, some lift "
+            "of this model slips or presses too hard."
+        )
 
 
 def study_of(space: Space) -> Study:
@@ -233,7 +244,7 @@ class _Run:
 
     def _ended(self) -> Found:
         known = [each for each in self.candidates if each.result is not None] or self.candidates
-        best = min(known, key=lambda each: (len(each.failing), each.hand.shortfall), default=None)
+        best = min(known, key=lambda each: (len(each.failing), each.hand.order), default=None)
         found = Found(self.space, self.tried, tuple(self.candidates), best)
         return found if found.passes else replace(found, conflict=" ".join(_conflicts(found)))
 
