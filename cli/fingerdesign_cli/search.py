@@ -296,7 +296,7 @@ def optimise_design(
     most = most_trials(space.base) if trials is None else trials
     text = file_text(design_file)
     with (
-        Trials(study, space.base, journal.absolute(), space.starts) as trials_on_disk,
+        Trials(study, space.base, journal.absolute(), space.starts, space.near) as trials_on_disk,
         progress(design.design.name, not as_json()) as show,
         Cluster(setting.workers, setting.scheduler) as cluster,
     ):

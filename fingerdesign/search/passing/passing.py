@@ -1,7 +1,7 @@
 """Search from one design for a finger that passes all verdicts.
 
     space = space_of(design, Freedom())
-    with Trials(study_of(space), space.base, journal, space.starts) as trials:
+    with Trials(study_of(space), space.base, journal, space.starts, space.near) as trials:
         found = find_passing(space, Freedom(), trials, evaluated, confirm, most)
 
 Trials judge the gages alone, on the swept model in 3-D: the hand does not change them. For a finger
@@ -44,6 +44,8 @@ _OWN_MESH = (
     "mesh.layer_growth",
     "mesh.mesher",
 )
+
+_SHARE = "gages.area_share"  # No parameter: the best is known from any analysis of the finger.
 
 Evaluated = Callable[[Sequence[Planned]], Sequence[Outcome]]
 Confirm = Callable[[Design], Result]
@@ -186,8 +188,27 @@ class _Run:
         return f", {good if self.candidates else f'gages short by {self.best_sensed:.2g}'}"
 
     def _sensed(self, plan: Sequence[Planned]) -> Sequence[Outcome]:
+        """Outcomes of the gages alone, each with the share of the response that suits it best."""
         jobs = [replace(j, part="sensing") if isinstance(j, Job) else j for j in plan]
-        return self.evaluated(jobs)
+        outcomes = [*self.evaluated(jobs)]
+        if not self.freedom.allows(_SHARE):
+            return outcomes
+        again = {
+            k: replace(
+                job,
+                design=with_values(job.design, {_SHARE: share}),
+                values={**job.values, _SHARE: share},
+            )
+            for k, job in enumerate(jobs)
+            if isinstance(job, Job)
+            and _shortfall(outcomes[k]) > 0.0
+            and (share := outcomes[k].metrics.get("best_area_share"))
+            and not math.isclose(share, job.design.gages.area_share)
+        }
+        for k, better in zip(again, self.evaluated([*again.values()]), strict=True):
+            if _shortfall(better) < _shortfall(outcomes[k]):
+                outcomes[k] = better
+        return outcomes
 
     def _promising(self, most: float) -> list[Outcome]:
         """Outcomes short by at most ``most`` for which no hand was searched, the best first."""
