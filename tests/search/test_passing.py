@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from fingerdesign.analysis.shortfall import (
@@ -79,6 +80,51 @@ def test_space_begins_inside_its_ranges(name):
     # The last start is a finger that can exist, at the design's own size.
     made = variant_of(study_of(space), space.base, 1, space.starts[-1])
     assert made.design is not None, made.faults
+
+
+@pytest.mark.parametrize("name", ["maeno2000", "domed", "block"])
+def test_trials_near_a_finger_can_exist_and_differ_in_some_keys(name):
+    space = space_of(load_design(name), Freedom())
+    start = space.starts[-1]
+    drawn = [space.near(start, np.random.default_rng(seed)) for seed in range(12)]
+    assert all(map(space.sound, drawn))
+    assert all(each != start for each in drawn)
+    unchanged = [sum(each[key] == start[key] for key in start) / len(start) for each in drawn]
+    assert 0.3 < np.mean(unchanged) < 0.8
+    assert drawn[3] == space.near(start, np.random.default_rng(3))
+
+
+def test_trials_after_the_starts_are_near_the_best(tmp_path):
+    """The best start is the last: later draws differ from it by less than from the first."""
+    space = space_of(load_design("maeno2000"), Freedom())
+    study, starts = study_of(space), space.starts
+    first, best = ({**starts[0], "plates.pitch_mm": pitch} for pitch in (0.4, 1.2))
+    with Trials(study, space.base, tmp_path / "trials.jsonl", (first, best), space.near) as trials:
+        trials.draw(2)
+        trials.report(1, [0.5], {})
+        trials.report(2, [0.1], {})
+        trials.draw(8)
+        pitches = [each.values["plates.pitch_mm"] for each in trials.drawn(waiting=True)]
+    assert sum(pitch > 0.8 for pitch in pitches) >= 7
+
+
+def test_share_of_the_gage_area_is_chosen_after_the_analysis(tmp_path):
+    """Gages are good at a share of 0.6 alone, which each analysis states."""
+    space, shares = space_of(load_design("maeno2000"), Freedom()), []
+
+    def evaluated(plan):
+        found = []
+        for job in plan:
+            share = job.design.gages.area_share
+            shares.append(share)
+            made = outcome(job.design, abs(share - 0.6), best_area_share=0.6)
+            found.append(replace(made, name=job.name, values=dict(job.values), digest=job.digest()))
+        return found
+
+    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
+        found = find_passing(space, Freedom(), trials, evaluated, lambda design: None, 2)
+    assert shares[-1] == 0.6
+    assert all(each.design.gages.area_share == 0.6 for each in found.candidates)
 
 
 def test_own_plates_stay_where_short_ones_do_not_fit():
