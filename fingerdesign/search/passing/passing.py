@@ -102,10 +102,10 @@ class Found:
         """What a user of the hand should know, in a sentence; "" where it is steady."""
         if self.best is None or self.best.hand.steady or self.best.hand.shortfall:
             return ""
-        shorter, longer = (f"{100.0 * abs(1.0 - each):.0f} %" for each in STEP_FACTORS)
+        most = 100.0 * (max(STEP_FACTORS) - 1.0)
         return (
-            f"The hand is sensitive: with steps {shorter} shorter or {longer} longer, some lift "
-            "of this model slips or presses too hard."
+            f"The hand is sensitive: with steps up to {most:.0f} % shorter or longer, some lift of "
+            "this model slips or presses too hard."
         )
 
 

@@ -138,7 +138,7 @@ def _moved(
         width = float(parameter.high) - float(parameter.low)
         least = 1.0 if parameter.whole else parameter.step or 0.0
         move = float(chance.normal()) * max(spread * width, least)
-        return _inside(parameter, float(value) + move)  # type: ignore[arg-type]
+        return _inside(parameter, float(value) + move)
     place = parameter.index(value) + int(chance.choice((-1, 1)))
     return parameter[min(max(place, 0), len(parameter) - 1)]
 
