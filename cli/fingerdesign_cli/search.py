@@ -293,7 +293,7 @@ def optimise_design(
     file = out / f"{name}.toml"
     refuse_foreign(RESULTS, target)
     study, store = study_of(space), Store()
-    most = most_trials(space.base) if trials is None else trials
+    most = most_trials(space) if trials is None else trials
     text = file_text(design_file)
     with (
         Trials(study, space.base, journal.absolute(), space.starts, space.near) as trials_on_disk,

@@ -10,7 +10,7 @@ tetrahedra, and judged as `analyse` judges it. The search ends with the first th
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
@@ -25,10 +25,10 @@ from fingerdesign.search.optimise.optimise import Search, Tried, searched
 from fingerdesign.search.optimise.trials import Trials
 from fingerdesign.search.passing.hands import STEP_FACTORS, Hand, hand_of, with_travel
 from fingerdesign.search.passing.space import Freedom, Space
-from fingerdesign.search.run.evaluate import Job
+from fingerdesign.search.run.evaluate import Job, Part
 from fingerdesign.search.run.run import FUNDAMENTAL, Planned
 from fingerdesign.search.study.file import Cost, Study
-from fingerdesign.search.study.values import set_keys
+from fingerdesign.search.study.values import Choice, set_keys
 from fingerdesign.sensing.model import meshed_for_grips
 
 BATCH = 4  # Trials between two looks at the best; the sampler learns after each.
@@ -123,9 +123,9 @@ def study_of(space: Space) -> Study:
     )
 
 
-def most_trials(design: Design) -> int:
+def most_trials(space: Space) -> int:
     """Number of trials by default: fewer where a trial needs a tetrahedral mesh."""
-    mesher = mesher_of(meshed_for_grips(design, "3d"))
+    mesher = mesher_of(meshed_for_grips(space.on_arc(space.base), "3d"))
     return SWEPT_TRIALS if mesher.sections else TETRAHEDRA_TRIALS
 
 
@@ -160,6 +160,7 @@ class _Run:
     improved: Callable[[Design], None]
     tried: tuple[Tried, ...] = ()
     candidates: list[Candidate] = field(default_factory=list)
+    judged: set[str] = field(default_factory=set)
     best_sensed: float = math.inf
 
     def found(self, most: int) -> Found:
@@ -189,7 +190,12 @@ class _Run:
 
     def _sensed(self, plan: Sequence[Planned]) -> Sequence[Outcome]:
         """Outcomes of the gages alone, each with the share of the response that suits it best."""
-        jobs = [replace(j, part="sensing") if isinstance(j, Job) else j for j in plan]
+        jobs = [
+            replace(j, part="sensing", design=self.space.on_arc(j.design))
+            if isinstance(j, Job)
+            else j
+            for j in plan
+        ]
         outcomes = [*self.evaluated(jobs)]
         if not self.freedom.allows(_SHARE):
             return outcomes
@@ -212,9 +218,10 @@ class _Run:
 
     def _promising(self, most: float) -> list[Outcome]:
         """Outcomes short by at most ``most`` for which no hand was searched, the best first."""
-        known = {each.sensed.digest for each in self.candidates}
         outcomes = [each.outcomes[0] for each in self.tried]
-        short = {o.digest: o for o in outcomes if _shortfall(o) <= most and o.digest not in known}
+        short = {
+            o.digest: o for o in outcomes if _shortfall(o) <= most and o.digest not in self.judged
+        }
         best = min(map(_shortfall, outcomes), default=math.inf)
         if best < self.best_sensed:
             self.best_sensed = best
@@ -230,7 +237,16 @@ class _Run:
 
         The last of ``candidates`` is the one that is returned. whole: analyse it in any case.
         """
-        design = with_travel(self._design(outcome), outcome, self.freedom.allows)
+        self.judged.add(outcome.digest)
+        design = self._design(outcome)
+        if self.space.flat_dome:
+            self.report("the gages of the dome, on tetrahedra")
+            [outcome] = self.evaluated([_job(design, "sensing", values=outcome.values)])
+        if _shortfall(outcome) > 0.0 and not whole:
+            found = Candidate(design, outcome, Hand({}, math.inf))
+            self.candidates.append(found)
+            return found
+        design = with_travel(design, outcome, self.freedom.allows)
         found = self._with_hand(design, outcome, own_mesh=False)
         self.candidates.append(found)
         whole = whole or found.hand.shortfall == 0.0
@@ -249,7 +265,7 @@ class _Run:
         words = "a hand on the finger's own mesh" if own_mesh else "a hand"
 
         def judged(designs: Sequence[Design]) -> Sequence[Outcome]:
-            return self.evaluated([_hand_job(each, own_mesh) for each in designs])
+            return self.evaluated([_job(each, "hand", own_mesh) for each in designs])
 
         def shown(count: int) -> None:
             self.report(f"{words} for a finger with good gages: {count} tried")
@@ -275,11 +291,12 @@ def _shortfall(outcome: Outcome) -> float:
     return math.inf if found is None else found
 
 
-def _hand_job(design: Design, own_mesh: bool) -> Job:
-    keys = _OWN_MESH if own_mesh else ()
-    return Job(
-        design.design.name, design, Cost(), {}, None, fidelity="3d", study_keys=keys, part="hand"
-    )
+def _job(
+    design: Design, part: Part, own_mesh: bool = False, values: Mapping[str, Choice] | None = None
+) -> Job:
+    keys, name = _OWN_MESH if own_mesh else (), design.design.name
+    made = Job(name, design, Cost(), dict(values or {}), None, fidelity="3d", study_keys=keys)
+    return replace(made, part=part)
 
 
 def _conflicts(found: Found) -> Iterator[str]:
