@@ -22,10 +22,10 @@ from fingerdesign.design.schema import Design
 from fingerdesign.mesh.make import mesher_of
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import Result
-from fingerdesign.records.verdict import Verdict, VerdictView
+from fingerdesign.records.verdict import Status, Verdict, VerdictView
 from fingerdesign.search.optimise.optimise import Search, Tried, searched
 from fingerdesign.search.optimise.trials import Trials
-from fingerdesign.search.passing.hands import Hand, hand_of, with_travel
+from fingerdesign.search.passing.hands import NO_HAND, Hand, hand_of, with_travel
 from fingerdesign.search.passing.space import Freedom, Space
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.evaluate import Job
@@ -57,12 +57,12 @@ Report = Callable[[str], None]
 class Candidate:
     """A finger with its hand: the design, what its trial found, and what the whole analysis found.
 
-    hand: None before one was searched. result: None where the hand was not good enough for one.
+    hand: NO_HAND before one was searched. result: None where the hand was not good enough for one.
     """
 
     design: Design
     sensed: Outcome
-    hand: Hand | None = None
+    hand: Hand = NO_HAND
     result: Result | None = None
 
     @property
@@ -222,7 +222,7 @@ class _Run:
         design = with_travel(self._design(outcome), outcome, self.freedom.allows)
         found = self._with_hand(design, outcome, own_mesh=False)
         self.candidates.append(found)
-        whole = whole or _lacks(found) == 0.0
+        whole = whole or found.hand.shortfall == 0.0
         if not whole:
             return found
         found = self._confirmed(found)
@@ -254,7 +254,7 @@ class _Run:
 
     def _ended(self) -> Found:
         known = [each for each in self.candidates if each.result is not None] or self.candidates
-        best = min(known, key=lambda each: (len(each.failing), _lacks(each)), default=None)
+        best = min(known, key=lambda each: (len(each.failing), each.hand.shortfall), default=None)
         found = Found(self.space, self.tried, tuple(self.candidates), best)
         return found if found.passes else replace(found, conflict=" ".join(_conflicts(found)))
 
@@ -264,17 +264,13 @@ def _shortfall(outcome: Outcome) -> float:
     return math.inf if found is None else found
 
 
-def _lacks(found: Candidate) -> float:
-    return math.inf if found.hand is None else found.hand.shortfall
-
-
 def _of_trial(sensed: Outcome) -> Iterator[Verdict]:
     """Verdicts on the gages by a trial's metrics; the hand is still to be searched."""
     area, change = (
         sensed.metrics.get(key) for key in ("area_correlation", "smallest_stick_change")
     )
     if area is not None:
-        status = "pass" if area >= GOOD_CORRELATION else "fail"
+        status: Status = "pass" if area >= GOOD_CORRELATION else "fail"
         target = f"target {GOOD_CORRELATION:.2f}"
         yield Verdict(status, SLIP_SENSING, f"rank correlation {area:.2f}", target)
     if change is not None:
