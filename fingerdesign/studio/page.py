@@ -27,7 +27,7 @@ _EMPTY: Shown = {
     **{"verdicts": [], "fixes": [], "judged": "", "summary": "", "unjudged": "", "judging": False},
     **{"table": [], "faults": [], "sliders": [], "values": {}, "picked": None, "starts": []},
     **{"unsaved": 0, "took_ms": 0, "stamp": 0, "gages": 0, "deep": False, "undo": 0, "redo": 0},
-    **{"refining": False, "rest": False, "searching": False, "trials": 0},
+    **{"refining": False, "rest": False, "searching": False, "trials": 0, "elapsed": 0},
 }
 
 
@@ -185,9 +185,12 @@ class Page:
         with self.state as state:
             state.searching = True
         await self._do(self.session.begin_search)
+        begin = loop.time()
         running = loop.run_in_executor(self._searches, search.run, design, most)
         while not running.done():
             await asyncio.wait({running}, timeout=_LOOK_S)
+            with self.state as state:
+                state.elapsed = round(loop.time() - begin)
             if search.progress() != shown:
                 shown = search.last
                 await self._do(self.session.follow, shown)

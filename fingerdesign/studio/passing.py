@@ -6,11 +6,10 @@ leaves the best so far.
 
 from __future__ import annotations
 
+import pickle
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-
-from pydantic import TypeAdapter
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.design.schema import Design
@@ -29,7 +28,7 @@ from fingerdesign.search.passing.passing import (
 from fingerdesign.search.passing.space import Freedom, space_of
 from fingerdesign.search.run.cluster import Cluster
 
-_FILE = "progress.json"
+_FILE = "progress.pkl"  # A pickle knows which keys the design states; JSON would state all.
 
 
 @dataclass(frozen=True)
@@ -47,9 +46,6 @@ class Progress:
     conflict: str = ""
 
 
-_PROGRESS = TypeAdapter(Progress)
-
-
 def search(design: Design, folder: Path, most: int) -> Progress:
     """Search from the design; the progress is in the folder all the while.
 
@@ -62,7 +58,7 @@ def search(design: Design, folder: Path, most: int) -> Progress:
     def show(**news: object) -> None:
         nonlocal now
         now = replace(now, **news)  # type: ignore[arg-type]
-        write_whole(folder / _FILE, _PROGRESS.dump_json(now).decode())
+        write_whole(folder / _FILE, pickle.dumps(now))
 
     def report(message: str) -> None:
         show(message=message)
@@ -93,7 +89,7 @@ class PassingSearch:
     def __init__(self) -> None:
         self._worker, self._folder = Worker(), Path()
         self.last = Progress()
-        self.stopped = False
+        self.stopped = self._ended = False
 
     def run(self, design: Design, most: int) -> None:
         """Search to the end, which is ``last`` then; also where it fails or was stopped.
@@ -102,17 +98,20 @@ class PassingSearch:
         """
         with scratch("studio") as self._folder, self._worker as worker:
             try:
-                self.last = worker.call(search, design, self._folder, most, time_s=None)
+                found = worker.call(search, design, self._folder, most, time_s=None)
+                self._ended, self.last = True, found
             except FingerDesignError as error:
                 message = "stopped" if self.stopped else "failed"
-                self.last = replace(self.progress(), message=f"{message}; the best so far stays")
+                found = replace(self.progress(), message=f"{message}; the best so far stays")
+                self._ended, self.last = True, found
                 if not self.stopped:
                     raise SolverError(f"the search failed: {error}") from error
 
     def progress(self) -> Progress:
         """The present state."""
-        with suppress(OSError):
-            self.last = _PROGRESS.validate_json((self._folder / _FILE).read_bytes())
+        if not self._ended:
+            with suppress(OSError):
+                self.last = pickle.loads((self._folder / _FILE).read_bytes())
         return self.last
 
     def stop(self) -> None:

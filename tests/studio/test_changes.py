@@ -1,5 +1,6 @@
 """Changes of the studio's design: controls, remedies, starts, undo, and the best of a search."""
 
+import pickle
 from pathlib import Path
 
 import pytest
@@ -9,10 +10,13 @@ from fingerdesign.checks.load import load_design, parse_design, with_values
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.design.starter import starter_text
 from fingerdesign.errors import DesignError
+from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.verdict import Fix, Verdict, VerdictView
+from fingerdesign.search.passing.passing import Candidate, Found
+from fingerdesign.studio import passing
 from fingerdesign.studio.history import History, State
 from fingerdesign.studio.judge import PLANE, SPACE, judged
-from fingerdesign.studio.passing import Progress
+from fingerdesign.studio.passing import PassingSearch, Progress
 from fingerdesign.studio.session import Session
 from fingerdesign.studio.sliders import sliders_of
 
@@ -208,6 +212,42 @@ def test_a_finger_of_other_tables_is_taken_whole_and_saved(tmp_path):
     session.save()
     assert session.document.changes() == 0
     assert parse_design(path.read_text("utf-8")).plates == found.plates
+
+
+def test_a_search_writes_its_best_so_far_and_ends_with_it(monkeypatch, tmp_path):
+    design = load_design("maeno2000")
+    metrics = {"area_correlation": 0.9, "smallest_stick_change": 0.2, "shortfall": 1.0}
+    better = best(**{"plates.material": "polyimide"})
+    sensed = Outcome(
+        digest="0", name="a", values={}, design={}, scene="", fidelity="3d", status="ok",
+        metrics=metrics,
+    )  # fmt: skip
+    seen = []
+
+    def find(space, freedom, trials, evaluated, confirm, most, report, improved):
+        report("trial 4 of 7")
+        improved(Candidate(better, sensed))
+        seen.append(pickle.loads((tmp_path / "progress.pkl").read_bytes()))
+        return Found(space, (), (), None, "goals exclude each other")
+
+    monkeypatch.setattr(passing, "find_passing", find)
+    end = passing.search(design, tmp_path, 7)
+    assert seen[0].message == "trial 4 of 7"
+    assert seen[0].best == end.best == better
+    assert not end.confirmed
+    assert [(each.sign, each.name) for each in end.view.verdicts] == [
+        ("✓", "slip sensing"),
+        ("✗", "gage signal"),
+        ("·", "lifts"),
+    ]
+    assert end.conflict == "goals exclude each other"
+
+
+def test_a_search_that_was_stopped_is_no_failure():
+    search = PassingSearch()
+    search.stop()
+    search.run(load_design("maeno2000"), 1)
+    assert search.progress().message.startswith("stopped")
 
 
 @pytest.mark.slow
