@@ -13,7 +13,7 @@ from pathlib import Path
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import FingerDesignError, SolverError
+from fingerdesign.errors import DesignError, FingerDesignError, SolverError
 from fingerdesign.records.result import Result
 from fingerdesign.records.verdict import VerdictView
 from fingerdesign.runtime.files import scratch, write_whole
@@ -23,6 +23,7 @@ from fingerdesign.search.passing.passing import (
     Candidate,
     evaluated_by,
     find_passing,
+    most_trials,
     study_of,
 )
 from fingerdesign.search.passing.space import Freedom, space_of
@@ -44,6 +45,14 @@ class Progress:
     view: VerdictView | None = None
     confirmed: bool = False
     conflict: str = ""
+
+
+def default_trials(design: Design) -> int:
+    """Trials that the command takes by default; 1 where it refuses the design."""
+    try:
+        return most_trials(space_of(design, Freedom()))
+    except DesignError:
+        return 1
 
 
 def search(design: Design, folder: Path, most: int) -> Progress:
@@ -72,7 +81,7 @@ def search(design: Design, folder: Path, most: int) -> Progress:
     space, freedom = space_of(design, Freedom()), Freedom()
     study = study_of(space)
     with (
-        Trials(study, space.base, folder / "trials.jsonl", space.starts) as trials,
+        Trials(study, space.base, folder / "trials.jsonl", space.starts, space.near) as trials,
         Cluster() as cluster,
     ):
         evaluated = evaluated_by(cluster, study)

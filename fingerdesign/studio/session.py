@@ -20,14 +20,13 @@ from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.records.verdict import VerdictView
-from fingerdesign.search.passing.passing import most_trials
 from fingerdesign.studio.document import Document
 from fingerdesign.studio.engine import Engine
 from fingerdesign.studio.figures import bars, section, shape, trace, tractions
 from fingerdesign.studio.history import History, State
 from fingerdesign.studio.judge import PLANE, SPACE
 from fingerdesign.studio.numbers import Numbers
-from fingerdesign.studio.passing import Progress
+from fingerdesign.studio.passing import Progress, default_trials
 from fingerdesign.studio.sliders import Press, Slider, Value, renewed, sliders_of
 from fingerdesign.studio.words import finding, table
 
@@ -77,7 +76,7 @@ class Session:
 
     def start(self) -> Shown:
         """Everything, for a page that opens."""
-        own = {"starts": list(shipped_names()), "trials": most_trials(self.design)}
+        own = {"starts": list(shipped_names()), "trials": default_trials(self.design)}
         return {**own, **self._replaced()}
 
     def move(self, values: Mapping[str, Any]) -> Shown:
