@@ -73,6 +73,9 @@ class Hand:
         return self.shortfall, self.stepped
 
 
+NO_HAND = Hand({}, math.inf)
+
+
 def with_travel(design: Design, sensed: Outcome, allows: Allows = bool) -> Design:
     """The design with a stage travel that its measured stiffness asks for, and steps to match.
 

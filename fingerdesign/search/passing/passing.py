@@ -2,6 +2,7 @@
 
     space = space_of(design, Freedom())
     with Trials(study_of(space), space.base, journal, space.starts, space.near) as trials:
+        evaluated = evaluated_by(cluster, study_of(space))
         found = find_passing(space, Freedom(), trials, evaluated, confirm, most)
 
 Trials judge the gages alone, on the swept model in 3-D: the hand does not change them. For a finger
@@ -14,19 +15,27 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
-from fingerdesign.analysis.shortfall import GRIP_FORCE, LIFTS
-from fingerdesign.analysis.verdicts import GOOD_CORRELATION, verdict_view
+from fingerdesign.analysis.shortfall import GAGE_SIGNAL, GRIP_FORCE, LIFTS, SLIP_SENSING
+from fingerdesign.analysis.verdicts import GOOD_CORRELATION, two_digits, verdict_view
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.mesh.make import mesher_of
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import Result
+from fingerdesign.records.verdict import Status, Verdict, VerdictView
 from fingerdesign.search.optimise.optimise import Search, Tried, searched
 from fingerdesign.search.optimise.trials import Trials
-from fingerdesign.search.passing.hands import STEP_FACTORS, Hand, hand_of, with_travel
+from fingerdesign.search.passing.hands import (
+    NO_HAND,
+    STEP_FACTORS,
+    Hand,
+    hand_of,
+    with_travel,
+)
 from fingerdesign.search.passing.space import Freedom, Space
+from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.evaluate import Job, Part
-from fingerdesign.search.run.run import FUNDAMENTAL, Planned
+from fingerdesign.search.run.run import FUNDAMENTAL, Planned, Store, run_jobs
 from fingerdesign.search.study.file import Cost, Study
 from fingerdesign.search.study.values import Choice, set_keys
 from fingerdesign.sensing.model import meshed_for_grips
@@ -54,20 +63,31 @@ Report = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Candidate:
-    """A finger whose gages pass, with its hand: the design, what its trial found, and what the
-    whole analysis found (None where the hand was not good enough for one)."""
+    """A finger with its hand: the design, what its trial found, and what the whole analysis found.
+
+    hand: NO_HAND before one was searched. result: None where the hand was not good enough for one.
+    """
 
     design: Design
     sensed: Outcome
-    hand: Hand
+    hand: Hand = NO_HAND
     result: Result | None = None
+
+    @property
+    def view(self) -> VerdictView:
+        """The verdicts of the whole analysis; before it, those on the gages by the trial."""
+        if self.result is not None:
+            return verdict_view(self.result)
+        verdicts = tuple(_of_trial(self.sensed))
+        name, seconds = self.design.design.name, self.sensed.seconds or 0.0
+        return VerdictView(name, "trial in 3-D", seconds, verdicts)
 
     @property
     def failing(self) -> tuple[str, ...]:
         """Names of the verdicts that do not pass in the whole analysis."""
         if self.result is None:
             return ()
-        view = verdict_view(self.result)
+        view = self.view
         if view.failure:
             return ("the analysis failed",)
         judged = [each for each in view.verdicts if each.status != "note"]
@@ -123,6 +143,12 @@ def study_of(space: Space) -> Study:
     )
 
 
+def evaluated_by(cluster: Cluster, study: Study, retry: bool = False) -> Evaluated:
+    """Outcomes of jobs from the user's store or a cluster. retry: again what failed for time."""
+    store = Store()
+    return lambda plan: run_jobs(plan, store, cluster, study.limits, retry=retry)
+
+
 def most_trials(space: Space) -> int:
     """Number of trials by default: fewer where a trial needs a tetrahedral mesh."""
     mesher = mesher_of(meshed_for_grips(space.on_arc(space.base), "3d"))
@@ -137,12 +163,12 @@ def find_passing(
     confirm: Confirm,
     most: int,
     report: Report = lambda message: None,
-    improved: Callable[[Design], None] = lambda design: None,
+    improved: Callable[[Candidate], None] = lambda best: None,
 ) -> Found:
     """Search until a finger passes, or ``most`` trials are done.
 
     evaluated: outcomes of jobs, in order. confirm: the whole analysis of a design. improved:
-    receives each new best design. Raises what these raise.
+    receives each new best finger. Raises what these raise.
     """
     return _Run(space, freedom, trials, evaluated, confirm, report, improved).found(most)
 
@@ -157,7 +183,7 @@ class _Run:
     evaluated: Evaluated
     confirm: Confirm
     report: Report
-    improved: Callable[[Design], None]
+    improved: Callable[[Candidate], None]
     tried: tuple[Tried, ...] = ()
     candidates: list[Candidate] = field(default_factory=list)
     judged: set[str] = field(default_factory=set)
@@ -225,7 +251,8 @@ class _Run:
         best = min(map(_shortfall, outcomes), default=math.inf)
         if best < self.best_sensed:
             self.best_sensed = best
-            self.improved(self._design(min(outcomes, key=_shortfall)))
+            nearest = min(outcomes, key=_shortfall)
+            self.improved(Candidate(self._design(nearest), nearest))
         return sorted(short.values(), key=_shortfall)
 
     def _design(self, outcome: Outcome) -> Design:
@@ -243,7 +270,7 @@ class _Run:
             self.report("the gages of the dome, on tetrahedra")
             [outcome] = self.evaluated([_job(design, "sensing", values=outcome.values)])
         if _shortfall(outcome) > 0.0 and not whole:
-            found = Candidate(design, outcome, Hand({}, math.inf))
+            found = Candidate(design, outcome)
             self.candidates.append(found)
             return found
         design = with_travel(design, outcome, self.freedom.allows)
@@ -258,7 +285,7 @@ class _Run:
             # The gages hold on this mesh: only the hand was right for the other one alone.
             again = self._with_hand(design, outcome, own_mesh=True)
             found = self._confirmed(again)
-        self.improved(found.design)
+        self.improved(found)
         return found
 
     def _with_hand(self, design: Design, outcome: Outcome, own_mesh: bool) -> Candidate:
@@ -289,6 +316,22 @@ class _Run:
 def _shortfall(outcome: Outcome) -> float:
     found = outcome.metrics.get("shortfall")
     return math.inf if found is None else found
+
+
+def _of_trial(sensed: Outcome) -> Iterator[Verdict]:
+    """Verdicts on the gages by a trial's metrics; the hand is still to be searched."""
+    area, change = (
+        sensed.metrics.get(key) for key in ("area_correlation", "smallest_stick_change")
+    )
+    if area is not None:
+        status: Status = "pass" if area >= GOOD_CORRELATION else "fail"
+        target = f"target {GOOD_CORRELATION:.2f}"
+        yield Verdict(status, SLIP_SENSING, f"rank correlation {area:.2f}", target)
+    if change is not None:
+        status = "pass" if change <= WANTED_STICK_CHANGE else "fail"
+        target, number = f"target ≤ {WANTED_STICK_CHANGE:.2f}", two_digits(change)
+        yield Verdict(status, GAGE_SIGNAL, f"smallest stick change seen {number}", target)
+    yield Verdict("note", LIFTS, "hand not searched yet")
 
 
 def _job(
