@@ -69,6 +69,25 @@ class ShippedOrFile(click.Path):
         return found + super().shell_complete(ctx, param, incomplete)
 
 
+class Masses(click.ParamType[Any]):
+    """A mass in g, or a range of masses: 500, 500g, 50..500, 50..500g."""
+
+    name = "G"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float | list[float]:
+        """A number, or a list of two; their bounds are the design's."""
+        try:
+            ends = [float(part) for part in str(value).strip().removesuffix("g").split("..")]
+        except ValueError:
+            ends = []
+        if len(ends) not in (1, 2):
+            self.fail(f"{value!r} must be grams, such as 500 or 50..500", param, ctx)
+        return ends if len(ends) == 2 else ends[0]
+
+
+MASSES = Masses()
 DESIGN, SCENE, STUDY = (ShippedOrFile(kind) for kind in ("design", "scene", "study"))
 
 
