@@ -221,9 +221,7 @@ def _lift_fixes(result: Result) -> Iterator[Fix]:
         yield Fix(change, brings, "Coulomb")
 
 
-def _masses(
-    grips: Sequence[GripResult], lightest: float = 0.0, heaviest: float = math.inf
-) -> str:
+def _masses(grips: Sequence[GripResult], lightest: float = 0.0, heaviest: float = math.inf) -> str:
     """The key that lifts only masses between these; "" where none of the range is left."""
     own = [each.object_mass_g for each in grips]
     low, high = max(min(own), float(two_digits(lightest))), min(max(own), heaviest)

@@ -104,6 +104,21 @@ def molds(folder: Path, report: Report, seeds: int, workers: int | None) -> Show
 
 
 @subcommand(
+    "The atlas that `new --lift` starts from (20 min).",
+    click.option("--only", multiple=True, metavar="NAME", help="These candidates alone."),
+)
+def atlas(folder: Path, report: Report, only: tuple[str, ...]) -> Shown:
+    """Judge the candidates of the atlas in 3-D, and make their molds by every process.
+
+    Those that pass all verdicts are written to fingerdesign/data/atlas.json, each with its
+    verdicts, molds, digest and commit. Exit code 1 where a candidate does not pass.
+    """
+    from fingerdesign_bench.atlas.make import measure_atlas
+
+    return measure_atlas(report, only)
+
+
+@subcommand(
     "Where is plane strain right? The map (20 min).",
     click.option(
         "--study",

@@ -58,7 +58,12 @@ class Metric:
 
 
 _ROWS: tuple[tuple[str, str, Goal | None, str], ...] = (  # name, unit, better, meaning
-    ("grip_success", "", "max", "share of the grips lifted without complete slip; of several masses the worst counts"),
+    (
+        "grip_success",
+        "",
+        "max",
+        "share of the grips lifted without complete slip; of several masses the worst counts",
+    ),
     ("safety_margin", "", None, "median of F_n / (F_t / mu) at lift, over grips that lifted"),
     ("least_margin", "", "max", "least margin of the grips that lifted; 1 is on the edge of slip"),
     ("peak_force_N", "N", "min", "greatest normal force of all grips"),
