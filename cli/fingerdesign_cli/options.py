@@ -77,14 +77,24 @@ class Masses(click.ParamType[Any]):
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float | list[float]:
-        """A number, or a list of two; their bounds are the design's."""
-        try:
-            ends = [float(part) for part in str(value).strip().removesuffix("g").split("..")]
-        except ValueError:
-            ends = []
-        if len(ends) not in (1, 2):
+        """The number or list of two of :func:`masses_of`; their bounds are the design's."""
+        found = masses_of(str(value))
+        if found is None:
             self.fail(f"{value!r} must be grams, such as 500 or 50..500", param, ctx)
-        return ends if len(ends) == 2 else ends[0]
+        return found
+
+
+def masses_of(text: str) -> float | list[float] | None:
+    """A mass in g or a range of two as a design writes it; None of other text.
+
+    >>> masses_of("500g"), masses_of("50..500"), masses_of("light")
+    (500.0, [50.0, 500.0], None)
+    """
+    try:
+        ends = [float(part) for part in text.strip().removesuffix("g").split("..")]
+    except ValueError:
+        return None
+    return ends[0] if len(ends) == 1 else ends if len(ends) == 2 else None
 
 
 MASSES = Masses()

@@ -4,8 +4,8 @@ With w = m g / 2 the weight that a finger carries and mu the least friction of t
 that keeps twice the least force presses with F = 2 w / mu. ``approach_for`` forecasts how deep
 that is; the forces are parts of w. Moves are parts of that depth in plane strain, where a domed
 finger is stiffer than it is: they are small enough for both. At 500 g on a rubber of 5 MPa all are
-near the defaults of ``[grip]``. Of a range of masses the heaviest sets the travel; the lightest sets
-steps and forces, which else would exceed all that it may be held with.
+near the defaults of ``[grip]``. Of a range of masses the heaviest sets the travel; the lightest
+sets steps and forces, which else would exceed all that it may be held with.
 """
 
 from collections.abc import Callable

@@ -4,6 +4,7 @@ import subprocess
 import tempfile
 import tomllib
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -58,9 +59,9 @@ def measure_atlas(report: Report, only: Sequence[str] = ()) -> Shown:
     old = {each.name: each for each in _written()}
     entries = {name: old[name] for name in known if name in old and only and name not in only}
     molds: dict[str, dict[str, MoldOutcome]] = {}
-    notes = []
+    commit, notes = _commit(), []
     for name in only or known:
-        entry = entry_of(name, *known[name], molds, lambda words, n=name: report(f"{n}: {words}"))
+        entry = entry_of(name, *known[name], molds, commit, partial(_named, report, name))
         failing = [each for each in entry.verdicts if each.status != "pass"]
         notes += [f"{name}: {each.name} {each.number}, {each.target}" for each in failing]
         if not failing:
@@ -77,11 +78,16 @@ def measure_atlas(report: Report, only: Sequence[str] = ()) -> Shown:
     )
 
 
+def _named(report: Report, name: str, words: str) -> None:
+    report(f"{name}: {words}")
+
+
 def entry_of(
     name: str,
     design: str,
     values: dict[str, Any],
     molds: dict[str, dict[str, MoldOutcome]],
+    commit: str,
     report: Report = lambda message: None,
 ) -> Entry:
     """Judge one candidate; ``molds``: of earlier ones, since the hand does not change a mold."""
@@ -98,7 +104,7 @@ def entry_of(
         design=design,
         values={key: _plain(value) for key, value in values.items()},
         digest=finger.digest(),
-        commit=_commit(),
+        commit=commit,
         mesher=mesher_name(finger),
         gages=source_of(fit.found),
         gage=fit.found.name,

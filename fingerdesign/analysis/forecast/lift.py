@@ -60,7 +60,7 @@ class Lift:
 
 
 def lifts(design: Design) -> list[Lift]:
-    """The forecast of each mass at each friction of the grips; none of a finger that is not gripped with."""
+    """The forecast of each mass at each friction; none of a finger that is not gripped with."""
     if len(gage_array(design)) < LEAST_GAGES:
         return []
     frictions = sorted(design.grip.friction_coefficients)

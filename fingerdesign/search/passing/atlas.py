@@ -64,7 +64,7 @@ class Entry:
 
     name: str
     design: str
-    values: dict[str, float | str | tuple[float, ...]]
+    values: dict[str, int | float | str | tuple[float, ...]]
     digest: str
     commit: str
     mesher: str
