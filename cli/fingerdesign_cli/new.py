@@ -95,10 +95,10 @@ def new(file: Path, source: str | None, form: Kind, wish: Wish, force: bool) -> 
     kind = "scene" if scene else "study" if study else "design"
     file.parent.mkdir(parents=True, exist_ok=True)
     entry = None if request is None else nearest(request)
-    text = _text(kind, name, source, form)
-    if entry is not None:
-        text = _entry_text(entry, name, request)
-    write_whole(file, text)
+    if entry is None:
+        write_whole(file, _text(kind, name, source, form))
+    else:
+        write_whole(file, _entry_text(entry, name, wish.process))
     schema = file.parent / f"{kind}.schema.json"
     if not study and (force or not schema.exists()):
         write_whole(schema, schema_text(kind))
@@ -123,9 +123,8 @@ def _refuse(file: Path, force: bool) -> None:
         raise click.UsageError(f"FILE = {file}: {wrong}; choose another")
 
 
-def _entry_text(entry: Entry, name: str, request: Request | None) -> str:
-    """The entry's design with its keys set, its own opening comment replaced."""
-    process = None if request is None else request.process
+def _entry_text(entry: Entry, name: str, process: str | None) -> str:
+    """The entry's design with its keys and the mold's process set, and its own opening comment."""
     values = dict(entry.values) | ({} if process is None else {"mold.process": process})
     plain = {key: [*v] if isinstance(v, tuple) else v for key, v in values.items()}
     text = with_keys(starter.starter_text(name, entry.design), plain)

@@ -40,7 +40,7 @@ RENAMED = {
     "sketch": ("view",),
     "gages": ("validate", "--gages"),
 }
-SHELVES = ("designs", "scenes", "studies", "materials", "metrics", "controllers", "gages")
+SHELVES = ("designs", "scenes", "studies", "materials", "metrics", "controllers", "gages", "atlas")
 FIDELITIES = {
     "plane-strain": "the section alone, in seconds",
     "3d": "the finger in space, ten to thirty times as long; `check` forecasts it",
