@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from fingerdesign_bench.atlas.make import candidates, verdicts_of
 
-from fingerdesign.checks.load import load_design
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.search.passing import atlas as module
 from fingerdesign.search.passing.atlas import (
@@ -38,11 +38,11 @@ def test_an_entry_is_of_the_design_that_it_names(entry):
     assert (entry.design, set(entry.values)) == (design, set(values))
 
 
-def test_an_entry_passes_all_verdicts_on_tetrahedra(entry):
-    assert entry.mesher == "tetwild"
+def test_an_entry_passes_all_verdicts_in_3d(entry):
+    assert entry.mesher in ("tetwild", "sweep")
     assert len(entry.verdicts) == 4
     assert {each.status for each in entry.verdicts} == {"pass"}
-    assert set(entry.molds) == set(PROCESSES)
+    assert set(entry.molds) <= set(PROCESSES)
     assert not entry.commit.endswith("+")  # Judged by a state that can be had again.
 
 
@@ -54,7 +54,7 @@ def test_the_shipped_fingers_that_pass_are_in_it():
 @pytest.mark.slow
 def test_an_entry_passes_when_it_is_judged_again():
     first = atlas().entries[0]
-    again = verdicts_of(first.finger())
+    again = verdicts_of(with_values(first.finger(), {"mesh.mesher": first.mesher}))
     assert [(each.name, each.status) for each in again] == [
         (each.name, each.status) for each in first.verdicts
     ]

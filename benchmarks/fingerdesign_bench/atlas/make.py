@@ -3,8 +3,8 @@
 import subprocess
 import tempfile
 import tomllib
-from collections.abc import Iterator, Sequence
-from functools import partial
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import DesignError
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.mold.make import make_mold
@@ -25,6 +25,7 @@ from fingerdesign.records.base import json_text
 from fingerdesign.records.verdict import Verdict
 from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.progress import Report
+from fingerdesign.runtime.registry import unknown_name
 from fingerdesign.search.passing.atlas import (
     FILE,
     PROCESSES,
@@ -46,29 +47,41 @@ def candidates() -> dict[str, Candidate]:
     return {name: (each["design"], each.get("values", {})) for name, each in found.items()}
 
 
-def measure_atlas(report: Report, only: Sequence[str] = ()) -> Shown:
-    """Judge candidates, and write the atlas after each; of those not in ``only`` the entries stay.
+def measure_atlas(report: Report, only: Sequence[str] = (), mesher: str = "auto") -> Shown:
+    """Judge candidates, then make their molds; the atlas is written after each step.
 
-    DesignError where a name of ``only`` is none. The result fails where a candidate does not pass.
+    only: of other candidates the entries stay, and their molds serve fingers of the same shape.
+    mesher: in place of the designs' own. DesignError where a name of ``only`` is none. The result
+    fails where a candidate does not pass.
     """
     known = candidates()
     if unknown := [name for name in only if name not in known]:
-        from fingerdesign.runtime.registry import unknown_name
-
         raise DesignError([unknown_name(name, "--only", tuple(known)) for name in unknown])
-    old = {each.name: each for each in _written()}
-    entries = {name: old[name] for name in known if name in old and only and name not in only}
-    molds: dict[str, dict[str, MoldOutcome]] = {}
+    old = {each.name: each for each in _written() if only and each.name in known}
+    entries = {name: each for name, each in old.items() if name not in only}
+    molds = {(_shape(each), k): mold for each in old.values() for k, mold in each.molds.items()}
     commit, notes = _commit(), []
     for name in only or known:
-        entry = entry_of(name, *known[name], molds, commit, partial(_named, report, name))
+        report(f"{name}: analysing in 3-D")
+        entry = entry_of(name, *known[name], mesher, commit)
         failing = [each for each in entry.verdicts if each.status != "pass"]
         notes += [f"{name}: {each.name} {each.number}, {each.target}" for each in failing]
         if not failing:
             entries[name] = entry
-        ordered = tuple(entries[each] for each in known if each in entries)
-        write_whole(FILE, json_text(TypeAdapter(Atlas).dump_python(Atlas(1, ordered), mode="json")))
-    rows = [[each.name, each.words, *map(_mold_cell, each.molds.values())] for each in ordered]
+            _write(entries, known)
+    for name, entry in entries.items():
+        for process in PROCESSES:
+            if process in entry.molds:
+                continue
+            report(f"{name}: mold, {process}")
+            key, own = (_shape(entry), process), {"mold.process": process}
+            if key not in molds:
+                molds[key] = mold_of(with_values(entry.finger(), own))
+            entries[name] = entry = replace(entry, molds={**entry.molds, process: molds[key]})
+            _write(entries, known)
+    rows = [
+        [name, each.words, *map(_mold_cell, each.molds.values())] for name, each in entries.items()
+    ]
     return Shown(
         record={"entries": list(entries), "not_taken": notes},
         tables=[("Atlas", ("finger", "verified for", *PROCESSES), rows)],
@@ -78,53 +91,45 @@ def measure_atlas(report: Report, only: Sequence[str] = ()) -> Shown:
     )
 
 
-def _named(report: Report, name: str, words: str) -> None:
-    report(f"{name}: {words}")
-
-
 def entry_of(
-    name: str,
-    design: str,
-    values: dict[str, Any],
-    molds: dict[str, dict[str, MoldOutcome]],
-    commit: str,
-    report: Report = lambda message: None,
+    name: str, design: str, values: dict[str, Any], mesher: str = "auto", commit: str = ""
 ) -> Entry:
-    """Judge one candidate; ``molds``: of earlier ones, since the hand does not change a mold."""
+    """Judge one candidate; its molds are not made yet."""
     finger = finger_of(design, values)
-    key = finger.model_copy(update={"grip": Grip()}).model_dump_json()
-    if key not in molds:
-        molds[key] = dict(_molds(finger, report))
-    report("analysing in 3-D")
+    judged = finger if mesher == "auto" else with_values(finger, {"mesh.mesher": mesher})
     fit = gage_fit(finger)
     if fit is None or fit.found is None:
-        raise DesignError([], f"{name}: no gage fits its plates")
+        raise DesignError([Fault("gages", name, "gages that fit the plates", "name a mold.gage")])
     return Entry(
         name=name,
         design=design,
         values={key: _plain(value) for key, value in values.items()},
         digest=finger.digest(),
         commit=commit,
-        mesher=mesher_name(finger),
+        mesher=mesher_name(judged),
         gages=source_of(fit.found),
         gage=fit.found.name,
         masses_g=finger.grip.masses_g,
         friction_coefficients=finger.grip.friction_coefficients,
-        verdicts=verdicts_of(finger),
-        molds=molds[key],  # type: ignore[arg-type]
+        verdicts=verdicts_of(judged),
+        molds={},
     )
+
+
+def _shape(entry: Entry) -> str:
+    """What decides the mold: the design without its hand."""
+    return entry.finger().model_copy(update={"grip": Grip()}).model_dump_json()
+
+
+def _write(entries: Mapping[str, Entry], order: Iterable[str]) -> None:
+    found = Atlas(1, tuple(entries[name] for name in order if name in entries))
+    write_whole(FILE, json_text(TypeAdapter(Atlas).dump_python(found, mode="json")))
 
 
 def verdicts_of(finger: Design) -> tuple[Verdict, ...]:
     """What the analysis in 3-D on the design's own mesh finds."""
     analysis = run(Case(finger, fields=False, remedies=False))
     return verdict_view(analysis.result).verdicts
-
-
-def _molds(finger: Design, report: Report) -> Iterator[tuple[str, MoldOutcome]]:
-    for process in PROCESSES:
-        report(f"mold, {process}")
-        yield process, mold_of(with_values(finger, {"mold.process": process}))
 
 
 def mold_of(finger: Design) -> MoldOutcome:

@@ -106,8 +106,15 @@ def molds(folder: Path, report: Report, seeds: int, workers: int | None) -> Show
 @subcommand(
     "The atlas that `new --lift` starts from (20 min).",
     click.option("--only", multiple=True, metavar="NAME", help="These candidates alone."),
+    click.option(
+        "--mesher",
+        type=click.Choice(["auto", "sweep", "tetwild"]),
+        default="auto",
+        show_default=True,
+        help="In place of the designs' own.",
+    ),
 )
-def atlas(folder: Path, report: Report, only: tuple[str, ...]) -> Shown:
+def atlas(folder: Path, report: Report, only: tuple[str, ...], mesher: str) -> Shown:
     """Judge the candidates of the atlas in 3-D, and make their molds by every process.
 
     Those that pass all verdicts are written to fingerdesign/data/atlas.json, each with its
@@ -115,7 +122,7 @@ def atlas(folder: Path, report: Report, only: tuple[str, ...]) -> Shown:
     """
     from fingerdesign_bench.atlas.make import measure_atlas
 
-    return measure_atlas(report, only)
+    return measure_atlas(report, only, mesher)
 
 
 @subcommand(

@@ -132,7 +132,8 @@ def distance(entry: Entry, request: Request) -> float:
     found = _beyond(entry, request)
     if request.gages not in (None, entry.gages):
         found += _OTHER_GAGES
-    if (mold := _mold(entry, request)) is not None:
+    if request.process is not None:
+        mold = _mold(entry, request)
         found += 0.0 if mold.status == "ok" else _NO_MOLD
         found += 0.0 if mold.ready else _NOT_READY
     return found
@@ -150,17 +151,19 @@ def unmet(entry: Entry, request: Request) -> Iterator[str]:
     for verdict in entry.verdicts:
         if verdict.status in ("fail", "warning"):
             yield f"{verdict.name}: {verdict.number}, {verdict.target}"
-    if (mold := _mold(entry, request)) is None:
+    if request.process is None:
         return
+    mold = _mold(entry, request)
     if mold.status != "ok":
         yield f"{request.process}: {mold.words}"
     for reason in mold.reasons if mold.status == "ok" and not mold.ready else ():
         yield f"{request.process}, ready as a sensor: {reason}"
 
 
-def _mold(entry: Entry, request: Request) -> MoldOutcome | None:
-    wanted = request.process
-    return next((mold for process, mold in entry.molds.items() if process == wanted), None)
+def _mold(entry: Entry, request: Request) -> MoldOutcome:
+    """The mold by the requested process; refused where none was tried."""
+    found = {str(process): mold for process, mold in entry.molds.items()}
+    return found.get(str(request.process), MoldOutcome("refused", reasons=("none was tried",)))
 
 
 def _beyond(entry: Entry, request: Request) -> float:
