@@ -23,7 +23,7 @@ from fingerdesign.records.verdict import Verdict
 FILE = DATA / "atlas.json"
 GageSource = Literal["film", "bought"]
 SOURCES: tuple[str, ...] = get_args(GageSource)
-PROCESSES: tuple[str, ...] = get_args(ProcessName)
+PROCESSES: tuple[ProcessName, ...] = get_args(ProcessName)
 _OTHER_GAGES, _NO_MOLD, _NOT_READY = 1e4, 100.0, 1.0  # In doublings of mass.
 
 
