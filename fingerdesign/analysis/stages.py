@@ -128,8 +128,16 @@ def run_grips(
     bare = _bare_opposite(case, zone, scene) if grip.opposite == "bare" else None
 
     def lift(mass_g: float) -> list[tuple[GripResult, GripTrace]]:
-        mu, plates = grip.friction_coefficients, case.gage_array
-        episodes = run_episodes(array, case.design, mu, mass_g, plates, bare, case.estimator)
+        episodes = run_episodes(
+            array,
+            case.design,
+            grip.friction_coefficients,
+            mass_g,
+            case.gage_array,
+            bare,
+            case.estimator,
+            without_rule=case.for_page,
+        )
         return [(episode.result, episode.trace) for episode in episodes]
 
     found = [each for mass in grip.masses_g for each in lift(mass)]

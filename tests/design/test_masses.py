@@ -80,7 +80,7 @@ def lifted(monkeypatch, outcomes):
     """Masses that are lifted, where grips of a mass end with a margin of ``outcomes``."""
     tried = []
 
-    def episodes(problem, design, frictions, mass_g, *more):
+    def episodes(problem, design, frictions, mass_g, *more, **options):
         tried.append(mass_g)
         ratio = outcomes.get(mass_g, 1.5)
         found = grip(ratio, object_mass_g=mass_g, safety_margin=ratio)
@@ -89,7 +89,7 @@ def lifted(monkeypatch, outcomes):
     monkeypatch.setattr(stages, "run_episodes", episodes)
     design = ranged([50.0, 500.0])
     case = SimpleNamespace(
-        design=design, runs_grips=True, gage_array=(0, 1), estimator=None, fidelity="3d"
+        design=design, runs_grips=True, gage_array=(0, 1), estimator=None, for_page=True
     )
     return [g.object_mass_g for g, _ in stages.run_grips(case, None, None, None)], tried
 
