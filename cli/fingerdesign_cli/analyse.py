@@ -48,7 +48,7 @@ from fingerdesign_cli.terminal import (
 )
 
 # The columns of the table of grips; those without any value are left out.
-_HEADINGS = ("μ", "ends", "F_n N", "margin", "stick", "pauses", "stick error", "slip warning")
+_HEADINGS = ("g", "μ", "ends", "F_n N", "margin", "stick", "pauses", "stick error", "slip warning")
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Lift(Options):
 
     controller: str | None
     frictions: tuple[float, ...]
-    mass_g: float | None
+    mass_g: float | list[float] | None
 
     def given(self) -> dict[str, tuple[str, object]]:
         """Options that were given, with their values, by the key that each sets."""
@@ -286,11 +286,14 @@ def _show_grips(result: Result, out: Path) -> None:
     if result.failure:
         return
     first = result.grips[0]
-    title = f"{result.design}: {first.object_mass_g:g} g, {first.controller}"
+    one = len({grip.object_mass_g for grip in result.grips}) == 1
+    mass = f"{first.object_mass_g:g} g, " if one else ""
     rows = [_row(grip) for grip in result.grips]
     shown = [k for k in range(len(_HEADINGS)) if any(row[k] not in ("-", "") for row in rows)]
+    shown = shown[one:]
     cells = [[row[k] for k in shown] for row in rows]
-    print_table(title, [_HEADINGS[k] for k in shown], cells, WIDTH)
+    headings = [_HEADINGS[k] for k in shown]
+    print_table(f"{result.design}: {mass}{first.controller}", headings, cells, WIDTH)
     _show(result, out / result.design)
 
 
@@ -305,6 +308,7 @@ def _row(grip: GripResult) -> list[str]:
         else "not lifted"
     )
     return [
+        f"{grip.object_mass_g:g}",
         f"{grip.friction_coefficient:g}",
         ends,
         number(grip.final_normal_force_N),

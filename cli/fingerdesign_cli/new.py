@@ -2,18 +2,72 @@
 
 import re
 import shlex
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import click
+from pydantic import TypeAdapter
 
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design import starter
+from fingerdesign.design.faults import shown
 from fingerdesign.design.schema import schema_text
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.files import why_no_place, write_whole
-from fingerdesign_cli.options import Options
-from fingerdesign_cli.terminal import quiet
+from fingerdesign.search.passing.atlas import (
+    PROCESSES,
+    SOURCES,
+    Entry,
+    Request,
+    nearest,
+    unmet,
+)
+from fingerdesign.studio.document import with_keys
+from fingerdesign_cli.options import Options, masses_of
+from fingerdesign_cli.terminal import as_json, print_json, quiet, say, say_marked
 
+MASS = "grip.object_mass_g"
 FLAGSHIP = "film_tees"  # Plain `new` copies it: it passes all verdicts, and its keys are few.
+
+
+@dataclass(frozen=True)
+class Wish(Options):
+    """What the finger is for, as text; None: anything."""
+
+    lift: str | None
+    gages: str | None
+    process: str | None
+
+    @property
+    def given(self) -> bool:
+        """True if anything was requested."""
+        return (self.lift, self.gages, self.process) != (None, None, None)
+
+    def request(self) -> Request:
+        """The request. DesignError with every fault."""
+        faults: list[Fault] = []
+        masses: tuple[float, ...] = ()
+        for option, value, choices in (
+            ("--gages", self.gages, SOURCES),
+            ("--process", self.process, PROCESSES),
+        ):
+            if value is not None and value not in choices:
+                bound = f"one of {', '.join(choices)}"
+                faults.append(Fault(option, shown(value), bound, "choose one of them"))
+        if self.lift is not None:
+            given = masses_of(self.lift)
+            if given is None:
+                bound = "a mass or a range in grams"
+                faults.append(Fault("--lift", shown(self.lift), bound, "write 500g or 50..500g"))
+            try:
+                masses = with_values(load_design(FLAGSHIP), {MASS: given}).grip.masses_g
+            except DesignError as error:
+                own = [replace(each, key=each.key.replace(MASS, "--lift")) for each in error.faults]
+                faults += own if given is not None else []
+        if faults:
+            raise DesignError(faults)
+        return Request(masses, self.gages, self.process)
 
 
 @dataclass(frozen=True)
@@ -26,22 +80,31 @@ class Kind(Options):
     short: bool
 
 
-def new(file: Path, source: str | None, form: Kind, force: bool) -> None:
+def new(file: Path, source: str | None, form: Kind, wish: Wish, force: bool) -> None:
     """Write a commented starter design to FILE.toml, its name taken from FILE; or another file."""
     given = (form.scene, form.study, form.whole, form.short)
     if sum(given) > 1 or (source is not None and (form.whole or form.short)):
         words = "give one of --scene, --study, --all, --short; the last two go without --from"
         raise click.UsageError(words)
+    if wish.given and (sum(given) or source is not None):
+        raise click.UsageError("--lift, --gages and --process write a design: give no other kind")
+    request = wish.request() if wish.given else None
     _refuse(file, force)
     name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
     scene, study = form.scene, form.study
     kind = "scene" if scene else "study" if study else "design"
     file.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(file, _text(kind, name, source, form))
+    entry = None if request is None else nearest(request)
+    if entry is None:
+        write_whole(file, _text(kind, name, source, form))
+    else:
+        write_whole(file, _entry_text(entry, name, wish.process))
     schema = file.parent / f"{kind}.schema.json"
     if not study and (force or not schema.exists()):
         write_whole(schema, schema_text(kind))
-    if not quiet():
+    if entry is not None and request is not None:
+        _say(entry, request, file)
+    elif not quiet():
         design = "DESIGN --scene " if scene else ""
         click.echo(f"{file} written; next: fingerdesign check {design}{shlex.quote(str(file))}")
 
@@ -58,6 +121,39 @@ def _refuse(file: Path, force: bool) -> None:
     if why := why_no_place(file.parent):
         wrong = f"must be in a folder that can be written into, and {why}"
         raise click.UsageError(f"FILE = {file}: {wrong}; choose another")
+
+
+def _entry_text(entry: Entry, name: str, process: str | None) -> str:
+    """The entry's design with its keys and the mold's process set, and its own opening comment."""
+    values = dict(entry.values) | ({} if process is None else {"mold.process": process})
+    plain = {key: [*v] if isinstance(v, tuple) else v for key, v in values.items()}
+    text = with_keys(starter.starter_text(name, entry.design), plain)
+    head = [f"# {each.sign} {each.name}: {each.number}; {each.target}" for each in entry.verdicts]
+    first = f"# From the atlas: {entry.name}, which {entry.words}."
+    found = f"# In 3-D ({entry.mesher}), at commit {entry.commit}:"
+    return "\n".join([first, found, *head, text[text.index("#:schema") :]])
+
+
+def _say(entry: Entry, request: Request, file: Path) -> None:
+    """Print which entry was taken, its verdicts, and what it does not meet."""
+    missing = list(unmet(entry, request))
+    if as_json():
+        plain = TypeAdapter(Entry).dump_python(entry, mode="json")
+        print_json({"file": str(file), "entry": plain, "unmet": missing})
+        return
+    if quiet():
+        return
+    click.echo(f"{file} written: {entry.name} of the atlas {entry.words}")
+    for each in entry.verdicts:
+        say_marked(each.sign, f"{each.name}: {each.number}; {each.target}")
+    for process, mold in entry.molds.items():
+        if request.process in (None, process):
+            say_marked(SIGNS["pass" if mold.ready else "note"], f"{process}: {mold.words}")
+    for sentence in missing:
+        say_marked(SIGNS["fail"], f"not met: {sentence}")
+    if missing:
+        say(f"to search for it: edit {MASS}, then fingerdesign optimise {shlex.quote(str(file))}")
+    click.echo(f"next: fingerdesign check {shlex.quote(str(file))}")
 
 
 def _text(kind: str, name: str, source: str | None, flags: Kind) -> str:

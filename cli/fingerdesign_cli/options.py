@@ -40,7 +40,7 @@ RENAMED = {
     "sketch": ("view",),
     "gages": ("validate", "--gages"),
 }
-SHELVES = ("designs", "scenes", "studies", "materials", "metrics", "controllers", "gages")
+SHELVES = ("designs", "scenes", "studies", "materials", "metrics", "controllers", "gages", "atlas")
 FIDELITIES = {
     "plane-strain": "the section alone, in seconds",
     "3d": "the finger in space, ten to thirty times as long; `check` forecasts it",
@@ -69,6 +69,35 @@ class ShippedOrFile(click.Path):
         return found + super().shell_complete(ctx, param, incomplete)
 
 
+class Masses(click.ParamType[Any]):
+    """A mass in g, or a range of masses: 500, 500g, 50..500, 50..500g."""
+
+    name = "G"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float | list[float]:
+        """The number or list of two of :func:`masses_of`; their bounds are the design's."""
+        found = masses_of(str(value))
+        if found is None:
+            self.fail(f"{value!r} must be grams, such as 500 or 50..500", param, ctx)
+        return found
+
+
+def masses_of(text: str) -> float | list[float] | None:
+    """A mass in g or a range of two as a design writes it; None of other text.
+
+    >>> masses_of("500g"), masses_of("50..500"), masses_of("light")
+    (500.0, [50.0, 500.0], None)
+    """
+    try:
+        ends = [float(part) for part in text.strip().removesuffix("g").split("..")]
+    except ValueError:
+        return None
+    return ends[0] if len(ends) == 1 else ends if len(ends) == 2 else None
+
+
+MASSES = Masses()
 DESIGN, SCENE, STUDY = (ShippedOrFile(kind) for kind in ("design", "scene", "study"))
 
 

@@ -31,6 +31,7 @@ from fingerdesign.search.optimise.optimise import BATCH, Search, refuse_aimless,
 from fingerdesign.search.optimise.page import FOLDER as SEARCH_FOLDER
 from fingerdesign.search.optimise.page import journal_path, tables, verdict, write_optimised
 from fingerdesign.search.optimise.trials import Trials
+from fingerdesign.search.passing.front import GOALS
 from fingerdesign.search.passing.page import write_page
 from fingerdesign.search.passing.passing import (
     Candidate,
@@ -346,6 +347,8 @@ def _say_found(found: Found, design: Design, target: Path, file: Path, page: Pat
                 "folder": str(target),
                 "page": str(page),
                 "conflict": found.conflict,
+                "excluding": list(GOALS) if found.front.excludes else [],
+                "front": found.front.best,
                 "note": found.note,
                 "changes": {key: new for key, (_, new) in changes.items()},
             }

@@ -12,6 +12,7 @@ from fingerdesign.design.stock import shipped_types
 from fingerdesign.errors import DesignError
 from fingerdesign.materials import EXPANSION, MATERIALS
 from fingerdesign.runtime.registry import CONTROLLERS
+from fingerdesign.search.passing.atlas import atlas
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.metrics import METRICS
 from fingerdesign_cli.options import SHELVES
@@ -133,6 +134,20 @@ def _gages() -> Iterator[_Row]:
             "weeks": each.lead_weeks,
             "price": each.price or "-",
         } | ({"source": each.source, "date": each.date} if as_json() else {})
+
+
+@_shelf("fingers verified in 3-D, for new --lift, --gages, --process")
+def _atlas() -> Iterator[_Row]:
+    for each in atlas().entries:
+        yield {
+            "name": each.name,
+            "from": each.design,
+            "g": "–".join(f"{mass:g}" for mass in each.masses_g),
+            "gages": f"{each.gages}: {each.gage}",
+        } | {
+            process: f"{mold.passed}/{mold.checks}" if mold.checks else mold.status
+            for process, mold in each.molds.items()
+        }
 
 
 assert tuple(_SHELVES) == SHELVES

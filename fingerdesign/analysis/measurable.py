@@ -105,13 +105,13 @@ def measurability(
 
 
 def held_loads(design: Design) -> list[tuple[float, float]]:
-    """(friction, F_n in N) at which the object of the grips is held with a margin of 1.5, at the
-    least and the greatest of their frictions."""
+    """(friction, F_n in N) at which the objects of the grips are held with a margin of 1.5, at the
+    least and the greatest of their frictions; of a range of masses its ends."""
     grip = design.grip
     frictions = sorted(set(grip.friction_coefficients))
-    weight = weight_per_finger(grip.object_mass_g)
     ends = dict.fromkeys((frictions[0], frictions[-1]))
-    return [(friction, weight / (HELD_USED * friction)) for friction in ends]
+    weights = [weight_per_finger(mass) for mass in grip.masses_g]
+    return [(mu, weight / (HELD_USED * mu)) for weight in weights for mu in ends]
 
 
 def _remedies(

@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.path import problem_at_touch, touch_point
 from fingerdesign.analysis.slip_study import slip_studies as study
+from fingerdesign.analysis.verdicts import grip_verdicts
 from fingerdesign.checks.load import without_plates
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import Step
@@ -116,23 +117,34 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
 def run_grips(
     case: Case, zone: Zone, scene: Scene, array: ContactProblem
 ) -> list[tuple[GripResult, GripTrace]]:
-    """A grip at each friction of the design's ``[grip]`` table, where the case runs them."""
+    """A grip of each mass at each friction of ``[grip]``, where the case runs them, lightest first.
+
+    Of a range the ends are lifted. Only where both pass their verdicts the middle can change these,
+    and is lifted too.
+    """
     if not case.runs_grips:
         return []
     grip = case.design.grip
     bare = _bare_opposite(case, zone, scene) if grip.opposite == "bare" else None
-    frictions, mass = grip.friction_coefficients, grip.object_mass_g
-    episodes = run_episodes(
-        array,
-        case.design,
-        frictions,
-        mass,
-        case.gage_array,
-        bare,
-        case.estimator,
-        without_rule=case.for_page,
-    )
-    return [(episode.result, episode.trace) for episode in episodes]
+
+    def lift(mass_g: float) -> list[tuple[GripResult, GripTrace]]:
+        episodes = run_episodes(
+            array,
+            case.design,
+            grip.friction_coefficients,
+            mass_g,
+            case.gage_array,
+            bare,
+            case.estimator,
+            without_rule=case.for_page,
+        )
+        return [(episode.result, episode.trace) for episode in episodes]
+
+    found = [each for mass in grip.masses_g for each in lift(mass)]
+    passing = {verdict.status for verdict in grip_verdicts([each for each, _ in found])} == {"pass"}
+    if passing and grip.middle_g is not None:
+        found += lift(grip.middle_g)
+    return sorted(found, key=lambda each: each[0].object_mass_g)
 
 
 def _bare_opposite(case: Case, zone: Zone, scene: Scene) -> ContactProblem:

@@ -122,16 +122,26 @@ def lifts(grip: GripResult) -> bool:
 
 
 def grip_verdicts(grips: Sequence[GripResult]) -> Iterator[Verdict]:
-    """The lift, and the force that it took over the least that holds the object by friction."""
+    """The lift, and the force that it took over the least that holds the object by friction.
+
+    That least force is in proportion to the weight: a force that is right for the heaviest of a
+    range of masses may be far too much for the lightest. The worst of all grips counts.
+    """
     if not grips:
         yield Verdict("note", "lifts", "no grip was run")
         return
     good = [each for each in grips if lifts(each)]
-    masses = ", ".join(f"{each:g}" for each in sorted({grip.object_mass_g for grip in grips}))
+    masses = _span({grip.object_mass_g for grip in grips}, "g").replace(" ... ", "–")
     found = f"μ {_listed({each.friction_coefficient for each in good})}" if good else "at no μ"
     status: Status = "pass" if len(good) == len(grips) else "fail"
-    target, count = "no gross slip", f"{len(good)} of {len(grips)} μ"
-    yield Verdict(status, f"lifts {masses} g", found, target, count)
+    target, count = "no gross slip", f"{len(good)} of {len(grips)}"
+    ranged = len({grip.object_mass_g for grip in grips}) > 1
+    if ranged and good and status == "fail":
+        first, *more = [each for each in grips if not lifts(each)]
+        found = f"not {first.object_mass_g:g} g at μ {first.friction_coefficient:g}"
+        found += f" and {len(more)} more" if more else ""
+    unit = "lifts" if ranged else "μ"
+    yield Verdict(status, f"lifts {masses} g", found, target, f"{count} {unit}")
     if good:
         yield _grip_force(good)
 
@@ -142,11 +152,22 @@ def _grip_force(good: Sequence[GripResult]) -> Verdict:
     status: Status = "pass"
     count = ""
     if max(forces) >= MOST_FORCE:
-        status, count = "fail", "crushes"
+        status, count = "fail", f"crushes{_of_range(good, _most_squeezed(good))}"
     elif margins and min(margins) < HUMAN_MARGIN[0]:
-        status, count = "warning", "thin margin"
+        thinnest = min(good, key=lambda each: each.safety_margin or math.inf)
+        status, count = "warning", f"thin margin{_of_range(good, thinnest)}"
     found = f"{_span([*margins, *forces], '.1f')} x least force"
     return Verdict(status, "grip force", found, f"target {HUMAN_MARGIN[0]:g}–{MOST_FORCE:g}", count)
+
+
+def _most_squeezed(grips: Sequence[GripResult]) -> GripResult:
+    return max(grips, key=lambda each: each.peak_ratio)
+
+
+def _of_range(grips: Sequence[GripResult], grip: GripResult) -> str:
+    """The mass of a grip, where several masses were lifted: " 50 g"."""
+    several = len({each.object_mass_g for each in grips}) > 1
+    return f" {grip.object_mass_g:g} g" if several else ""
 
 
 def measures(state: MeasuredState, found: Measurability) -> bool:
@@ -158,7 +179,11 @@ def _gage_signal(found: Measurability) -> Verdict:
     good = sum(measures(each, found) for each in found.states)
     status: Status = "pass" if good == len(found.states) else "fail"
     smallest, target = found.smallest_stick_change, found.wanted_stick_change
+    worst = max(found.states, key=lambda each: each.smallest_stick_change)
+    masses = {two_digits(each.object_mass_g) for each in found.states}
     count = _counted(good, [each.friction_coefficient for each in found.states])
+    if len(masses) > 1:
+        count = f"at {two_digits(worst.object_mass_g)} g"
     if status == "fail":
         count = f"{two_digits(smallest / target)} x short"
     number = f"smallest stick change seen {two_digits(smallest)}"
@@ -189,7 +214,7 @@ def _fixes(result: Result, failing: set[str], design_file: str) -> Iterator[Fix]
     if any(name.startswith("lifts") for name in failing):
         yield from _lift_fixes(result)
     elif "grip force" in failing:
-        yield from _force_fixes([each for each in result.grips if lifts(each)], design_file)
+        yield from _force_fixes(result, design_file)
     if "slip sensing" in failing:
         share, missing = best_area_share(result.slip_studies) or (0.0, 1.0)
         if missing <= 0.0:
@@ -213,8 +238,18 @@ def _lift_fixes(result: Result) -> Iterator[Fix]:
     if deep and isinstance(travel, int | float) and 1.2 * deep > travel:
         yield Fix(f"grip.max_approach_mm = {1.2 * deep:.2g}", "with the line above")
     light = grip.object_mass_g * grip.peak_normal_force_N / needed  # The force reached holds it.
-    if light < grip.object_mass_g:
-        yield Fix(f"grip.object_mass_g = {two_digits(light)}", brings, "Coulomb")
+    if light < grip.object_mass_g and (change := _masses(result.grips, heaviest=light)):
+        yield Fix(change, brings, "Coulomb")
+
+
+def _masses(grips: Sequence[GripResult], lightest: float = 0.0, heaviest: float = math.inf) -> str:
+    """The key that lifts only masses between these; "" where none of the range is left."""
+    own = [each.object_mass_g for each in grips]
+    low, high = max(min(own), float(two_digits(lightest))), min(max(own), heaviest)
+    high = float(two_digits(high))
+    if min(own) == max(own):
+        return f"grip.object_mass_g = {min(low, high):g}"
+    return f"grip.object_mass_g = [{low:g}, {high:g}]" if low < high else ""
 
 
 def _firm_hold(grip: GripResult) -> float:
@@ -222,14 +257,31 @@ def _firm_hold(grip: GripResult) -> float:
     return HUMAN_MARGIN[1] * weight_per_finger(grip.object_mass_g) / grip.friction_coefficient
 
 
-def _force_fixes(good: Sequence[GripResult], design_file: str) -> Iterator[Fix]:
+def _force_fixes(result: Result, design_file: str) -> Iterator[Fix]:
+    good = [each for each in result.grips if lifts(each)]
     if any(each.crushed for each in good):
+        yield from _light_fixes(result, good)
         yield Fix(f"fingerdesign study {design_file} --tune", "searches a gentler controller")
         return
     nearest = min(good, key=lambda each: each.safety_margin or math.inf)
     if nearest.safety_margin is not None:
         light = nearest.object_mass_g * nearest.safety_margin / HUMAN_MARGIN[0]
-        yield Fix(f"grip.object_mass_g = {two_digits(light)}", _passes("grip force"), "Coulomb")
+        if change := _masses(good, heaviest=light):
+            yield Fix(change, _passes("grip force"), "Coulomb")
+
+
+def _light_fixes(result: Result, good: Sequence[GripResult]) -> Iterator[Fix]:
+    """A preload that a light object bears, and the lightest object that bears the force."""
+    worst = _most_squeezed(good)
+    deep = _approach(result.increments, worst.least_force_N)
+    preload = result.parameters.get("grip.preload_mm")
+    if deep is not None and isinstance(preload, int | float) and deep < preload:
+        bears = f"{worst.object_mass_g:g} g is not crushed at first contact"
+        yield Fix(f"grip.preload_mm = {two_digits(deep)}", bears)
+    heavy = worst.object_mass_g * 1.1 * worst.peak_ratio / MOST_FORCE
+    several = len({each.object_mass_g for each in good}) > 1
+    if several and (change := _masses(good, lightest=heavy)):
+        yield Fix(change, _passes("grip force"), "at this force")
 
 
 def _gage_fixes(found: Measurability, material: str) -> Iterator[Fix]:

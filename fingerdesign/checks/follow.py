@@ -4,7 +4,8 @@ With w = m g / 2 the weight that a finger carries and mu the least friction of t
 that keeps twice the least force presses with F = 2 w / mu. ``approach_for`` forecasts how deep
 that is; the forces are parts of w. Moves are parts of that depth in plane strain, where a domed
 finger is stiffer than it is: they are small enough for both. At 500 g on a rubber of 5 MPa all are
-near the defaults of ``[grip]``.
+near the defaults of ``[grip]``. Of a range of masses the heaviest sets the travel; the lightest
+sets steps and forces, which else would exceed all that it may be held with.
 """
 
 from collections.abc import Callable
@@ -22,9 +23,9 @@ MOST_TRAVEL = 0.25  # Of the finger's height; beyond it small strains are no mod
 _FUNDAMENTAL = 4.0 / 3.0, 0.5  # The fundamental case presses with 4/3 w at this friction.
 
 
-def lift_approach(design: Design, friction: float, margin: float) -> float:
-    """Forecast the approach, mm, at which the object of the grips is held with ``margin``."""
-    force = margin * weight_per_finger(design.grip.object_mass_g) / friction
+def lift_approach(design: Design, friction: float, margin: float, mass_g: float) -> float:
+    """Forecast the approach, mm, at which an object is held with ``margin``."""
+    force = margin * weight_per_finger(mass_g) / friction
     return approach_for(design, SceneObject(), force)
 
 
@@ -50,15 +51,16 @@ def followed(design: Design) -> Design:
     missing = set(Grip.FOLLOWING) - grip.model_fields_set
     if grip.defaults == "fixed" or not missing:
         return design
-    weight = weight_per_finger(grip.object_mass_g)
+    light, heavy = grip.lightest_g, grip.heaviest_g
+    weight = weight_per_finger(light)
     values: dict[str, Any] = {key: getattr(grip, key) for key in grip.model_fields_set}
 
     def follow(key: str, value: Callable[[], float], most: float) -> None:
         if key in missing:
             values[key] = float(f"{min(value(), most):.3g}")
 
-    def travel(drawn: Design) -> float:
-        needed = lift_approach(drawn, min(grip.friction_coefficients), _MARGIN)
+    def travel(drawn: Design, mass_g: float) -> float:
+        needed = lift_approach(drawn, min(grip.friction_coefficients), _MARGIN, mass_g)
         return min(
             _TRAVEL * needed,
             MOST_TRAVEL * float(crest_height(design.body)),
@@ -66,16 +68,18 @@ def followed(design: Design) -> Design:
         )
 
     share, friction = _FUNDAMENTAL
-    follow("max_approach_mm", lambda: travel(design), 50.0)
+    follow("max_approach_mm", lambda: travel(design, heavy), 50.0)
     most = values["max_approach_mm"]
-    drawn = most if design.body.straight else min(most, travel(_section(design)))
+    drawn = most
+    if light < heavy or not design.body.straight:
+        drawn = min(most, travel(_section(design), light))
     follow("preload_mm", lambda: 0.05 * drawn, 50.0)
     follow("approach_step_mm", lambda: drawn / 150.0, 5.0)
     follow("shear_step_mm", lambda: 7.5 * values["approach_step_mm"], 5.0)
     follow("curve_per_N", lambda: 0.245 / weight, 1e3)
     follow("force_floor_N", lambda: 0.04 * weight, 1e3)
     follow("hold_force_N", lambda: 0.2 * weight, 1e3)
-    follow("fundamental_approach_mm", lambda: lift_approach(design, friction, share), most)
+    follow("fundamental_approach_mm", lambda: lift_approach(design, friction, share, heavy), most)
     if "max_steps" in missing:
         moves = most / values["approach_step_mm"]
         values["max_steps"] = int(min(max(4.0 * moves / 3.0, 200.0), 1e5))

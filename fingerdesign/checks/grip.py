@@ -113,7 +113,7 @@ def _event_faults(grip: Grip) -> Iterator[Fault]:
 
 def _tug_faults(grip: Grip) -> Iterator[Fault]:
     """Find tugs that lift the object out of the fingers, together with events at the same time."""
-    for k, least in lifting_tugs(grip.object_mass_g, grip.tugs, grip.weight_changes):
+    for k, least in lifting_tugs(grip.lightest_g, grip.tugs, grip.weight_changes):
         force = grip.tugs[k].extra_force_N
         bound = f"no more upward than the weight allows, {-force + least:.3g} N"
         remedy = "tug less, or lift a heavier object"

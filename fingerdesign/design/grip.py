@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, TypeAdapter, WrapValidator, model_validator
 from pydantic_core import PydanticCustomError
 
 from fingerdesign.arrays import Array
@@ -18,6 +18,7 @@ from fingerdesign.design.base import (
     Table,
     bounded,
     positive,
+    refuse,
     refuse_key,
     table_fields,
 )
@@ -195,6 +196,23 @@ class HardwareTable(Table):
 
 
 Friction = Annotated[float, Field(ge=LEAST_FRICTION, le=5)]
+_Mass = Annotated[float, Field(ge=LEAST_MASS_G, le=1e5)]
+_STRICT = ConfigDict(strict=True, allow_inf_nan=False)
+_ONE: TypeAdapter[float] = TypeAdapter(_Mass, config=_STRICT)
+_BOTH: TypeAdapter[tuple[float, float]] = TypeAdapter(Pair[_Mass, _Mass], config=_STRICT)
+
+
+def _one_or_range(value: Any, _handler: Any) -> float | tuple[float, float]:
+    """A mass, or the lightest and the heaviest; equal ones are one mass."""
+    if not isinstance(value, list | tuple):
+        return _ONE.validate_python(value)
+    light, heavy = _BOTH.validate_python(value)
+    if light > heavy:
+        raise refuse(value, "[lightest, heaviest]", f"write [{heavy:g}, {light:g}]")
+    return light if light == heavy else (light, heavy)
+
+
+Masses = Annotated[_Mass | Pair[_Mass, _Mass], WrapValidator(_one_or_range)]
 
 
 def _or_auto(schema: dict[str, Any]) -> None:
@@ -250,8 +268,10 @@ class Grip(Table):
         le=1,
         description="part of the friction coefficient that is left where the contact slides",
     )
-    object_mass_g: float = positive(
-        500.0, 1e5, "two fingers carry half the weight each", LEAST_MASS_G
+    object_mass_g: Masses = Field(
+        default=500.0,
+        description="two fingers carry half the weight each; [lightest, heaviest]: both are "
+        "lifted, and where both pass one between them, and the worst counts",
     )
     plant: PlantName = Field(
         default="finger",
@@ -343,6 +363,29 @@ class Grip(Table):
         0.3, 0, 1, "for reports: a controller that reports a stick ratio below it warns of slip"
     )
     seed: int = bounded(0, 0, 2**32 - 1, "seed of all noise")
+
+    @property
+    def masses_g(self) -> tuple[float, ...]:
+        """The masses that decide, lightest first: the ends of the range, or the one."""
+        mass = self.object_mass_g
+        return mass if isinstance(mass, tuple) else (mass,)
+
+    @property
+    def lightest_g(self) -> float:
+        """The least mass: it has the least force that holds, and the least signal."""
+        return self.masses_g[0]
+
+    @property
+    def heaviest_g(self) -> float:
+        """The greatest mass: it takes the most travel."""
+        return self.masses_g[-1]
+
+    @property
+    def middle_g(self) -> float | None:
+        """The mass between the ends, evenly in the logarithm; None of one mass."""
+        if len(self.masses_g) == 1:
+            return None
+        return float(f"{np.sqrt(self.lightest_g * self.heaviest_g):.3g}")
 
     @model_validator(mode="before")
     @classmethod

@@ -52,6 +52,10 @@ SCHEMAS = {
         "fingerdesign.trials.gripbench:Scorecard",
         "Controllers on a fixed set of fingers and objects (fingerdesign study gripbench)",
     ),
+    "atlas": (
+        "fingerdesign.search.passing.atlas:Atlas",
+        "Verified fingers that `new` starts from (fingerdesign bench atlas)",
+    ),
     "mold": ("fingerdesign.mold.record:MoldData", "A finger's mold (fingerdesign mold)"),
 }
 closed = with_config(ConfigDict(extra="forbid"))  # all keys of the type, and no others

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, Literal, Self
 
-from fingerdesign.design.grip import weight_per_finger
+from fingerdesign.design.grip import GRAVITY, weight_per_finger
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import json_text, strict
 from fingerdesign.runtime.finite import finite_json
@@ -243,6 +243,11 @@ class MeasuredState:
     stick_change_microstrain: float
     smallest_stick_change: float
     smallest_force_change_N: float
+
+    @property
+    def object_mass_g(self) -> float:
+        """Mass of the object of which a finger carries half the weight."""
+        return 2e3 * self.tangential_force_N / GRAVITY
 
 
 @strict

@@ -104,9 +104,10 @@ def sliders_of(design: Design) -> tuple[Slider, ...]:
         *_of_gages(design),
     ]
     mass = design.grip.object_mass_g
-    low, high = min(_WEIGHT[0], mass), max(_WEIGHT[1], mass)
-    tip = _tip("grip.object_mass_g")
-    found.append(Slider("grip.object_mass_g", "weight to lift", "g", tip, mass, low, high, 10.0))
+    if not isinstance(mass, tuple):  # A range of masses stays as its file has it.
+        low, high = min(_WEIGHT[0], mass), max(_WEIGHT[1], mass)
+        tip, key = _tip("grip.object_mass_g"), "grip.object_mass_g"
+        found.append(Slider(key, "weight to lift", "g", tip, mass, low, high, 10.0))
     return tuple(found)
 
 

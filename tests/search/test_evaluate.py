@@ -40,11 +40,14 @@ from fingerdesign.search.run.measured import (
     grips_of,
     metrics_of,
     own_metrics,
+    placement_of,
     stick_error_of,
     traces_of,
 )
-from fingerdesign.search.study.file import Cost
+from fingerdesign.search.run.run import planned
+from fingerdesign.search.study.file import Cost, parse_study
 from fingerdesign.search.study.metrics import METRICS
+from fingerdesign.search.study.variants import base_design, variants
 from fingerdesign.validate.plane_strain import plane_strain_error
 
 QUICK = {
@@ -382,3 +385,43 @@ def test_what_is_no_finite_number_is_none_with_a_warning():
     found, warnings = finite_metrics(given)
     assert found == dict.fromkeys(given, None) | {"plates": 3}
     assert warnings == tuple(f"no {name}: its value is no finite number" for name in given)[:3]
+
+
+ONE = """
+[study]
+name = "s"
+base = "narrow"
+sampling = "grid"
+[parameters]
+"plates.count" = [5]
+"""
+
+
+@pytest.mark.parametrize(
+    ("more", "placed"),
+    [
+        ("", False),
+        ("[constraints]\nplacement_effect = { at_most = 0.1 }\n", True),
+        ('[[objectives]]\nmetric = "placement_effect"\n', True),
+    ],
+)
+def test_placement_is_computed_where_a_study_names_it(more, placed, tmp_path):
+    study = parse_study(ONE + more)
+    (job,) = planned(study, variants(study, base_design(study, tmp_path)), {"fundamental": None})
+    assert job.placed == placed
+    machined = replace(job, design=with_values(job.design, {"mold.process": "machined"}))
+    assert (machined.digest() != job.digest()) == placed  # No analysis but this sees the mold.
+
+
+def test_placement_of_what_has_no_plates_is_none_with_a_reason():
+    value, (why,) = placement_of(load_design("homogeneous"))
+    assert value is None
+    assert "plates" in why
+
+
+@pytest.mark.slow
+def test_machined_parts_place_plates_closer_than_prints():
+    design = load_design("film_tees")
+    machined = with_values(design, {"mold.process": "machined"})
+    (printed, _), (cut, _) = placement_of(design), placement_of(machined)
+    assert 0.0 < cut < printed < 0.5

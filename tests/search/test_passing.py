@@ -21,6 +21,7 @@ from fingerdesign.records.outcome import Outcome, Traces
 from fingerdesign.records.result import GripResult, Measurability, MeasuredState, SlipStudySummary
 from fingerdesign.records.result_files import read_result
 from fingerdesign.search.optimise.trials import Trials
+from fingerdesign.search.passing.front import front_of
 from fingerdesign.search.passing.hands import BATCH, MOST_HANDS, STEP_FACTORS, hand_of, with_travel
 from fingerdesign.search.passing.page import passing_page
 from fingerdesign.search.passing.passing import find_passing, most_trials, study_of
@@ -316,6 +317,40 @@ def test_conflicts_are_reported_where_none_passes(tmp_path, plane_strain):
     page = passing_page(load_design("maeno2000"), found)
     assert "Why none passes" in page
     assert "plates.material" in page
+
+
+def seen(area, change):
+    """The outcome of a trial with these two numbers."""
+    found = outcome(load_design("feeler"), 0.0)
+    return replace(
+        found, metrics={"area_correlation": area, "smallest_stick_change": change, "shortfall": 1.0}
+    )
+
+
+def test_the_front_is_of_trials_that_none_is_better_than():
+    pairs = [(0.9, 0.3), (0.85, 0.3), (0.82, 0.2), (0.6, 0.05), (0.5, 0.06), (None, 0.01)]
+    front = front_of(seen(*pair) for pair in pairs)
+    assert front.best == ((0.9, 0.3), (0.82, 0.2), (0.6, 0.05))
+    assert front.excludes
+    said = front.sentence()
+    for words in ("Slip sensing and gage signal exclude each other", "0.82", "0.2", "0.05", "0.60"):
+        assert words in said
+    both = front_of([seen(0.9, 0.05), seen(0.95, 0.3)])
+    assert not both.excludes
+    assert "1 of 2 trials reach both" in both.sentence()
+    assert not front_of([]).excludes
+
+
+def test_the_front_is_drawn_and_its_goals_are_named(tmp_path, plane_strain):
+    found, _ = searched(tmp_path, lambda design: judged(plane_strain.result, 4.0), hand=1.0)
+    pairs = [(0.9, 0.3), (0.6, 0.05)]
+    tried = tuple(
+        replace(each, outcomes=(seen(*pair),))
+        for each, pair in zip(found.tried, pairs, strict=False)
+    )
+    page = passing_page(load_design("maeno2000"), replace(found, tried=tried))
+    assert "exclude each other" in page
+    assert "front: slip sensing against gage signal" in page
 
 
 def test_trials_are_fewer_where_they_need_tetrahedra():

@@ -104,6 +104,28 @@ def molds(folder: Path, report: Report, seeds: int, workers: int | None) -> Show
 
 
 @subcommand(
+    "The atlas that `new --lift` starts from (20 min).",
+    click.option("--only", multiple=True, metavar="NAME", help="These candidates alone."),
+    click.option(
+        "--mesher",
+        type=click.Choice(["auto", "sweep", "tetwild"]),
+        default="auto",
+        show_default=True,
+        help="In place of the designs' own.",
+    ),
+)
+def atlas(folder: Path, report: Report, only: tuple[str, ...], mesher: str) -> Shown:
+    """Judge the candidates of the atlas in 3-D, and make their molds by every process.
+
+    Those that pass all verdicts are written to fingerdesign/data/atlas.json, each with its
+    verdicts, molds, digest and commit. Exit code 1 where a candidate does not pass.
+    """
+    from fingerdesign_bench.atlas.make import measure_atlas
+
+    return measure_atlas(report, only, mesher)
+
+
+@subcommand(
     "Where is plane strain right? The map (20 min).",
     click.option(
         "--study",

@@ -66,7 +66,7 @@ def lifts(case: PaperCase) -> list[Lift]:
 def squeeze(case: PaperCase) -> Route:
     """Press to SQUEEZE times the least force, or as far as the stage goes, then shear alone."""
     hand = case.design.grip
-    weight = weight_per_finger(hand.object_mass_g)
+    weight = weight_per_finger(hand.heaviest_g)
     moves = max(1, round(hand.max_approach_mm / hand.approach_step_mm))
     forces: list[tuple[float, float]] = [(0.0, 0.0)]
     slips = False
@@ -115,4 +115,4 @@ def grip(
     """One grip by the design's ``[grip]`` table."""
     hand = case.design.grip
     plant, controller = _plant(case, friction, around), PaperController(hand, rule=rule)
-    return run_episode(plant, controller, learnt, Bounds.of(hand), friction, hand.object_mass_g)
+    return run_episode(plant, controller, learnt, Bounds.of(hand), friction, hand.heaviest_g)

@@ -157,7 +157,7 @@ def one_grip(
             calibration,
             bounds,
             friction,
-            grip.object_mass_g,
+            grip.heaviest_g,
         )
         seconds = time.perf_counter() - start
     return len(episode.trace.approach), seconds

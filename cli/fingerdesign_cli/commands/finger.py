@@ -46,12 +46,21 @@ _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
 @click.option("--study", is_flag=True, help="Write a study instead of a design.")
 @click.option("--all", "whole", is_flag=True, help="Write every key of a design, with its default.")
 @click.option("--short", is_flag=True, help="Write only fifteen keys, of a finger that fails two.")
+@click.option(
+    "--lift",
+    metavar="G",
+    help="Start from a verified finger that lifts such objects: 500g, 50..500g.",
+)
+@click.option("--gages", metavar="SOURCE", help="The same with gages that are: film | bought.")
+@click.option("--process", metavar="NAME", help="The same with a mold by: sla | fdm | machined.")
 @click.option("--force", is_flag=True, help="Overwrite FILE.")
-@quiet_option
+@output_options
 def new() -> None:
     """Write a commented starter design to FILE.toml, its name taken from FILE; a scene; a study.
 
     Without an option it is a copy of the shipped finger film_tees, which passes all verdicts.
+    --lift, --gages and --process take the nearest finger of an atlas, whose verdicts were found in
+    3-D (`fingerdesign list atlas`); what it does not meet is printed.
     Next to it goes design.schema.json (scene.schema.json), with which editors complete and explain
     keys. Nothing is overwritten without --force. `fingerdesign list designs` names what is shipped.
     """

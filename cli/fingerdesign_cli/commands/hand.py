@@ -7,6 +7,7 @@ import click
 from fingerdesign_cli.options import (
     DESIGN,
     FILE,
+    MASSES,
     command,
     controller_option,
     controllers_option,
@@ -43,7 +44,12 @@ def _finite(
     "Friction coefficient of the object; repeat it for one lift each. "
     "Instead of grip.friction_coefficients.",
 )
-@click.option("--mass-g", type=float, help="The object's mass. Instead of grip.object_mass_g.")
+@click.option(
+    "--mass-g",
+    metavar="G",
+    type=MASSES,
+    help="The object's mass, or a range: 500, 50..500. Instead of grip.object_mass_g.",
+)
 @model_option
 @estimator_option(
     "What the regulator grips by, from `fingerdesign train`; without it, it is taught first."

@@ -217,7 +217,9 @@ def _grips(counts: Counts, case: Case) -> float:
     travel = (grip.max_approach_mm - grip.preload_mm) / grip.approach_step_mm
     steps = min(float(grip.max_steps), 0.6 * max(travel, 1.0))
     runs = 2 if case.for_page else 1
-    return (runs * len(grip.friction_coefficients) + 1) * steps * _row(counts, followed=True)
+    masses = len(grip.masses_g) + (grip.middle_g is not None)
+    grips = masses * (runs * len(grip.friction_coefficients) + 1)
+    return grips * steps * _row(counts, followed=True)
 
 
 @dataclass(frozen=True, kw_only=True)

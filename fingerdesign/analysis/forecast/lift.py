@@ -60,16 +60,17 @@ class Lift:
 
 
 def lifts(design: Design) -> list[Lift]:
-    """The forecast at each friction of the grips; none of a finger that is not gripped with."""
+    """The forecast of each mass at each friction; none of a finger that is not gripped with."""
     if len(gage_array(design)) < LEAST_GAGES:
         return []
-    return [_lift(design, friction) for friction in sorted(design.grip.friction_coefficients)]
+    frictions = sorted(design.grip.friction_coefficients)
+    return [_lift(design, mu, mass) for mass in design.grip.masses_g for mu in frictions]
 
 
-def _lift(design: Design, friction: float) -> Lift:
-    weight = weight_per_finger(design.grip.object_mass_g)
+def _lift(design: Design, friction: float, mass_g: float) -> Lift:
+    weight = weight_per_finger(mass_g)
     force = weight / (HELD_USED * friction)
-    approach = lift_approach(design, friction, 1.0 / HELD_USED)
+    approach = lift_approach(design, friction, 1.0 / HELD_USED, mass_g)
     body = design.body
     wide, deep = (
         min(reach, 0.5 * most)
@@ -90,7 +91,7 @@ def _lift(design: Design, friction: float) -> Lift:
     change = _stick_change(design, force, wide, area)
     found = Lift(
         friction_coefficient=friction,
-        object_mass_g=design.grip.object_mass_g,
+        object_mass_g=mass_g,
         normal_force_N=force,
         tangential_force_N=weight,
         approach_mm=approach,

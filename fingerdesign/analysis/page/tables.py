@@ -310,12 +310,13 @@ def study_table(result: Result) -> Table:
 
 
 def signal_table(result: Result) -> Table:
-    """A row a friction coefficient: what one sample of the gages shows of slip."""
+    """A row a mass and friction coefficient: what one sample of the gages shows of slip."""
     found = result.measurability
     states = found.states if found is not None else ()
     noise = "" if found is None else f", noise {found.noise_microstrain:g} microstrain"
     columns: dict[str, Iterable[str]] = {
         "μ": [value_text(each.friction_coefficient) for each in states],
+        "mass (g)": [f"{each.object_mass_g:.3g}" for each in states],
         "normal force (N)": [f"{each.normal_force_N:.3g}" for each in states],
         "response (microstrain/N)": [f"{x.response_microstrain_per_N:.2g}" for x in states],
         "smallest change of stick": [f"{each.smallest_stick_change:.2g}" for each in states],

@@ -82,7 +82,7 @@ def with_travel(design: Design, sensed: Outcome, allows: Allows = bool) -> Desig
     allows: tells whether a key may change.
     """
     grip = design.grip
-    weight = weight_per_finger(grip.object_mass_g)
+    weight = weight_per_finger(grip.heaviest_g)
     force = _PRESS * weight / min(grip.friction_coefficients)
     deep = _approach(sensed, force)
     if deep is None:
@@ -213,8 +213,9 @@ def _known(design: Design) -> Iterator[tuple[Design, float]]:
 
 
 def _scale(design: Design) -> float:
-    """Weight over that of the ranges' own 500 g."""
-    return weight_per_finger(design.grip.object_mass_g) / weight_per_finger(500.0)
+    """Weight over that of the ranges' own 500 g; of a range of masses that of its middle."""
+    grip = design.grip
+    return (grip.middle_g or grip.heaviest_g) / 500.0
 
 
 def _by(key: str, scale: float) -> float:

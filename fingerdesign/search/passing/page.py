@@ -1,7 +1,7 @@
 """The page of a search for a passing finger: where it began, where it ended, what was given up."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from fingerdesign.records.outcome import Outcome
 from fingerdesign.report import style
 from fingerdesign.report.page import Item, Page, Section, Text, page_html
 from fingerdesign.report.table import Table, value_text
+from fingerdesign.search.passing.front import GOALS, pair_of
 from fingerdesign.search.passing.passing import Found
 from fingerdesign.search.passing.space import changes_between
 from fingerdesign.search.study.metrics import METRICS
@@ -76,35 +77,27 @@ def _trials_figure(found: Found) -> style.ReportFigure:
     """Each trial's gages: rank correlation against the smallest stick change seen."""
     figure = style.canvas(7.2, 3.4)
     axes = figure.subplots()
-    pairs = np.array([*_pairs(found)]).reshape(-1, 2)
+    front = found.front
+    pairs, best = (np.array(each).reshape(-1, 2) for each in (front.trials, front.best))
+    names = " against ".join(GOALS)
+    axes.step(best[:, 1], best[:, 0], color=style.VERMILION, lw=1.2, label=f"front: {names}")
     axes.plot(pairs[:, 1], pairs[:, 0], "o", color=style.BLUE, ms=4.0, label="trial")
     if found.best is not None:
-        own = np.array([*_pair(found.best.sensed)]).reshape(-1, 2)
+        own = np.array([*pair_of(found.best.sensed)]).reshape(-1, 2)
         axes.plot(own[:, 1], own[:, 0], "D", color=style.GREEN, ms=7.0, label="taken")
     axes.axhline(GOOD_CORRELATION, color=style.MUTED, lw=0.8)
     axes.axvline(WANTED_STICK_CHANGE, color=style.MUTED, lw=0.8)
     axes.set_xscale("log")
-    axes.set_xlabel("smallest stick change seen")
-    axes.set_ylabel("least rank correlation")
+    axes.set_xlabel(f"{GOALS[1]}: smallest stick change seen")
+    axes.set_ylabel(f"{GOALS[0]}: least rank correlation")
     axes.legend(fontsize=7.5)
-    reading = (
+    reading = f"{front.sentence()} " if front.trials else ""
+    reading += (
         f"Good fingers are at the upper left: rank correlation over {GOOD_CORRELATION:g}, stick "
         f"change under {WANTED_STICK_CHANGE:g}."
     )
     image = style.to_svg(figure, "trials", reading)
     return style.ReportFigure("trials", "Gages of all trials", image, reading, reading)
-
-
-def _pairs(found: Found) -> Iterator[tuple[float, float]]:
-    for each in found.tried:
-        yield from _pair(each.outcomes[0])
-
-
-def _pair(outcome: Outcome) -> Iterator[tuple[float, float]]:
-    area = outcome.metrics.get("area_correlation")
-    change = outcome.metrics.get("smallest_stick_change")
-    if area is not None and change is not None:
-        yield area, change
 
 
 def _changed(changes: Mapping[str, tuple[Any, Any]]) -> Table:

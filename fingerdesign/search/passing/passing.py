@@ -25,6 +25,7 @@ from fingerdesign.records.result import Result
 from fingerdesign.records.verdict import Status, Verdict, VerdictView
 from fingerdesign.search.optimise.optimise import Search, Tried, searched
 from fingerdesign.search.optimise.trials import Trials
+from fingerdesign.search.passing.front import Front, front_of
 from fingerdesign.search.passing.hands import (
     NO_HAND,
     STEP_FACTORS,
@@ -111,6 +112,12 @@ class Found:
     candidates: tuple[Candidate, ...] = ()
     best: Candidate | None = None
     conflict: str = ""
+
+    @property
+    def front(self) -> Front:
+        """The two goals of the gages over all trials."""
+        outcomes = (each.outcomes[0] for each in self.tried)
+        return front_of(each for each in outcomes if each.status == "ok")
 
     @property
     def passes(self) -> bool:
@@ -344,34 +351,23 @@ def _job(
 
 def _conflicts(found: Found) -> Iterator[str]:
     """Goals that exclude each other over all trials, in sentences."""
-    outcomes = [each.outcomes[0] for each in found.tried if each.outcomes[0].status == "ok"]
-    pairs = [
-        (area, change)
-        for each in outcomes
-        if (area := each.metrics.get("area_correlation")) is not None
-        and (change := each.metrics.get("smallest_stick_change")) is not None
-    ]
-    if not pairs:
+    front = found.front
+    if not front.trials:
         yield "No trial could be analysed."
         return
-    follows = [change for area, change in pairs if area >= GOOD_CORRELATION]
-    seen = [area for area, change in pairs if change <= WANTED_STICK_CHANGE]
-    if not follows:
+    if not front.follows:
         yield (
-            f"Slip sensing fails in all {len(pairs)} trials: the greatest rank correlation is "
-            f"{max(area for area, _ in pairs):.2f}, {GOOD_CORRELATION:g} is needed."
+            f"Slip sensing fails in all {len(front.trials)} trials: the greatest rank correlation "
+            f"is {max(area for area, _ in front.trials):.2f}, {GOOD_CORRELATION:g} is needed."
         )
-    if not seen:
+    if not front.responds:
         yield (
-            f"The gage signal fails in all {len(pairs)} trials: the smallest stick change seen is "
-            f"{min(change for _, change in pairs):.2g}, {WANTED_STICK_CHANGE:g} is needed."
+            f"The gage signal fails in all {len(front.trials)} trials: the smallest stick change "
+            f"seen is {min(change for _, change in front.trials):.2g}, {WANTED_STICK_CHANGE:g} is "
+            "needed."
         )
-    if follows and seen and min(follows) > WANTED_STICK_CHANGE:
-        yield (
-            "Slip sensing and gage signal exclude each other here: with a good rank correlation "
-            f"the smallest stick change seen is {min(follows):.2g}, with a good signal the "
-            f"greatest rank correlation is {max(seen):.2f}."
-        )
+    if front.excludes:
+        yield front.sentence()
     names = sorted({name for each in found.candidates for name in each.failing})
     if names:
         yield f"On the finger's own mesh these verdicts fail: {', '.join(names)}."

@@ -20,11 +20,12 @@ from fingerdesign.search.run.measured import (
     grips_of,
     metrics_of,
     own_metrics,
+    placement_of,
     stick_error_of,
     traces_of,
 )
 from fingerdesign.search.study.file import Cost
-from fingerdesign.search.study.metrics import METRICS_VERSION
+from fingerdesign.search.study.metrics import METRICS_VERSION, PLACEMENT
 from fingerdesign.search.study.values import Choice
 from fingerdesign.sensing.model import FIDELITIES, meshed_for_grips
 from fingerdesign.validate.plane_strain import plane_strain_error
@@ -65,6 +66,7 @@ class Job:
     studied keys, reported in the outcome. study_keys: keys that the study sets; they are unchanged;
     other sizes of the mesh are those that grips are studied with (sensing/model.py). part: what is
     judged; "sensing": gages without grips, "hand": grips without gages, neither with a stick error.
+    placed: the effect of the mold's tolerance on the gages is a metric too.
     """
 
     name: str
@@ -77,6 +79,7 @@ class Job:
     tolerance: float = 0.02
     study_keys: tuple[str, ...] = ()
     part: Part = "all"
+    placed: bool = False
 
     @property
     def case(self) -> Case:
@@ -107,7 +110,8 @@ class Job:
         case = self.case
         decided = result_digest(_nameless(case.design), case.path_scene, case.requested)
         gripped = "" if self.scene is not None else "with grips"
-        reported = "\n".join((decided, gripped, self.part, f"metrics {METRICS_VERSION}"))
+        mold = self.design.mold.model_dump_json() if self.placed else ""
+        reported = "\n".join((decided, gripped, self.part, f"metrics {METRICS_VERSION}", mold))
         return hashlib.sha256(reported.encode()).hexdigest()
 
     def to_data(self) -> dict[str, Any]:
@@ -213,11 +217,13 @@ def _analysed(job: Job) -> Outcome:
     result = analysis.result
     reported, unheard = stick_error_of(case, analysis) if job.part == "all" else (None, ())
     validity = validity_of(case, analysis)
+    moved, unmoved = placement_of(job.design) if job.placed else (None, ())
     metrics, endless = finite_metrics(
         {
             **metrics_of(job.design, job.cost, analysis),
             "stick_error": reported,
             "plane_strain_error": validity.plane_strain_error,
+            PLACEMENT: moved,
         }
     )
     return Outcome(
@@ -228,7 +234,7 @@ def _analysed(job: Job) -> Outcome:
         traces=traces_of(analysis),
         grips=grips_of(analysis),
         validity=validity,
-        warnings=result.warnings + unheard + endless,
+        warnings=result.warnings + unheard + unmoved + endless,
         versions=result.versions,
     )
 

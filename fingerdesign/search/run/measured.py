@@ -15,9 +15,12 @@ from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.verdicts import best_area_share
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import SolverError
+from fingerdesign.errors import FingerDesignError, SolverError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
+from fingerdesign.mold.placement import placement_effect
+from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.products.notes import placement_worst
 from fingerdesign.records.arrays import OPEN, SLIP, ContactHistory
 from fingerdesign.records.outcome import GripOutcome, Numbers, Traces, bounded
 from fingerdesign.records.result import GripResult, IncrementResult
@@ -81,6 +84,18 @@ def stick_error_of(case: Case, analysis: Analysis) -> tuple[float | None, tuple[
         return None, (f"no gage error of the stick ratio: {error}",)
 
 
+def placement_of(design: Design) -> tuple[float | None, tuple[str, ...]]:
+    """Greatest change of a reading by the tolerances of the planned mold, a share of the largest
+    reading, as `mold` judges it; and why there is none."""
+    try:
+        found = placement_effect(design, plan_mold(design))
+    except FingerDesignError as error:
+        return None, (f"no placement effect: {error}",)
+    if found["reason"] is not None:
+        return None, (f"no placement effect: {found['reason']}",)
+    return placement_worst(found), ()
+
+
 def own_metrics(design: Design, cost: Cost) -> dict[str, float | None]:
     """The metrics of the design alone: plates, rubber, cost."""
     plates = design.plates.number
@@ -134,13 +149,23 @@ def grip_outcome(grip: GripResult, normal: Numbers, tangential: Numbers) -> Grip
 
 
 def grip_metrics(grips: Sequence[GripResult]) -> dict[str, float | None]:
-    """The metrics of grips; none without grips.
+    """The metrics of grips; none without grips. Of several masses the worst counts.
 
     Margins and the peak's ratio are of grips that lifted the object: one that lets go at a small
     force is not gentle.
     """
-    if not grips:
-        return {}
+    masses = sorted({grip.object_mass_g for grip in grips})
+    each = [_of_one_mass([g for g in grips if g.object_mass_g == mass]) for mass in masses]
+    return {name: _worst(name, [own[name] for own in each]) for name in (each or [{}])[0]}
+
+
+def _worst(name: str, values: Sequence[float | None]) -> float | None:
+    """The greatest of forces, the least of margins and successes; None where no mass has one."""
+    known = [value for value in values if value is not None]
+    return (max if name.startswith("peak") else min)(known, default=None)
+
+
+def _of_one_mass(grips: Sequence[GripResult]) -> dict[str, float | None]:
     held = sum(bool(grip.lifted and not grip.gross_slip) for grip in grips)
     lifted = [grip for grip in grips if grip.lifted]
     margins = [grip.safety_margin for grip in lifted if grip.safety_margin is not None]

@@ -23,6 +23,7 @@ from fingerdesign.runtime.cache import Cache
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.evaluate import Job, relabelled
 from fingerdesign.search.study.file import Limits, Study
+from fingerdesign.search.study.metrics import PLACEMENT
 from fingerdesign.search.study.variants import Variant
 from fingerdesign.version import versions
 
@@ -102,6 +103,7 @@ def planned(
 ) -> Iterator[Planned]:
     """The jobs of each variant, a scene each, in order; one outcome where it is invalid."""
     table = study.study
+    named = {*study.constraints, *(each.metric for each in study.objectives)}
     for variant in variants:
         if variant.design is None:
             yield _invalid(study, variant)
@@ -117,6 +119,7 @@ def planned(
                 fidelity=table.fidelity,
                 tolerance=table.tolerance,
                 study_keys=(*study.fixed, *variant.values),
+                placed=PLACEMENT in named,
             )
 
 

@@ -10,7 +10,8 @@ from typing import Literal
 
 from fingerdesign.design.base import refuse
 
-METRICS_VERSION = 10
+METRICS_VERSION = 11
+PLACEMENT = "placement_effect"  # Computed on request: it costs as much as a section's analysis.
 Goal = Literal["min", "max"]
 
 
@@ -57,7 +58,12 @@ class Metric:
 
 
 _ROWS: tuple[tuple[str, str, Goal | None, str], ...] = (  # name, unit, better, meaning
-    ("grip_success", "", "max", "share of the grips lifted without complete slip"),
+    (
+        "grip_success",
+        "",
+        "max",
+        "share of the grips lifted without complete slip",
+    ),
     ("safety_margin", "", None, "median of F_n / (F_t / mu) at lift, over grips that lifted"),
     ("least_margin", "", "max", "least margin of the grips that lifted; 1 is on the edge of slip"),
     ("peak_force_N", "N", "min", "greatest normal force of all grips"),
@@ -96,6 +102,13 @@ _ROWS: tuple[tuple[str, str, Goal | None, str], ...] = (  # name, unit, better, 
         "N",
         None,
         "F_t where the stick ratio falls below 0.9 of its most in the pull",
+    ),
+    (
+        PLACEMENT,
+        "",
+        "min",
+        "greatest change of a reading by plates off their places in the mold, a share of the "
+        "largest; only where the study names it",
     ),
     ("peak_pressure_MPa", "MPa", "min", "greatest contact pressure of the path"),
     ("plates", "", "min", "plates used"),
