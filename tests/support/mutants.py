@@ -149,7 +149,7 @@ fingerdesign/studio/door.py | tests/studio/test_serve.py
 +     if origin is not None and not origin.endswith(request.host):
 
 regulator: the smaller share of friction in use for the larger
-fingerdesign/control/controllers/regulator.py | tests/control
+fingerdesign/control/controllers/regulator.py | tests/control/test_c_code.py tests/control
 - max(self._utilisation, believed)
 + min(self._utilisation, believed)
 
@@ -174,17 +174,17 @@ fingerdesign/search/study/values.py | tests/search/test_study_file.py
 + value = self.low + step * round(share * (levels - 1))
 
 status: on the limit within a thousandth
-fingerdesign/contact/outcome.py | tests/contact
+fingerdesign/contact/outcome.py | tests/contact/test_history.py
 - _ON_LIMIT = 1e-9
 + _ON_LIMIT = 1e-3
 
 history: travelled slip is not rescaled
-fingerdesign/contact/history.py | tests/contact
+fingerdesign/contact/history.py | tests/contact/test_history.py
 - scale * state.travelled,
 + state.travelled,
 
 statistics: clusters count for more than they are worth
-fingerdesign/records/statistics.py | tests/records
+fingerdesign/records/statistics.py | tests/trials/test_control_page.py
 - spread = clusters / (clusters - 1) * float(
 + spread = float(
 """
