@@ -313,31 +313,32 @@ def writable_by_others(folders: Iterable[Path]) -> Path | None:
     A user's own group, of the same name, is no other; nor is the system's administrator. Windows
     keeps users apart by itself. A folder that does not exist is judged by those above it.
     """
-    if sys.platform == "win32":
-        return None
-    inner = [Path(os.path.realpath(each)) for each in folders]
-    for folder in dict.fromkeys([*inner, *(each for own in inner for each in own.parents)]):
-        try:
-            about = folder.stat()
-        except OSError:
-            continue
-        foreign = folder in inner and about.st_uid not in (os.getuid(), 0)
-        others = about.st_mode & (stat.S_IWOTH if _is_own_group(about.st_gid) else 0o022)
-        if foreign or (others and (folder in inner or not about.st_mode & stat.S_ISVTX)):
-            return folder
+    if sys.platform != "win32":
+        inner = [Path(os.path.realpath(each)) for each in folders]
+        for folder in dict.fromkeys([*inner, *(each for own in inner for each in own.parents)]):
+            try:
+                about = folder.stat()
+            except OSError:
+                continue
+            foreign = folder in inner and about.st_uid not in (os.getuid(), 0)
+            others = about.st_mode & (stat.S_IWOTH if _is_own_group(about.st_gid) else 0o022)
+            if foreign or (others and (folder in inner or not about.st_mode & stat.S_ISVTX)):
+                return folder
     return None
 
 
 def _is_own_group(group: int) -> bool:
     """Tell whether a group is the user's private one, or the administrators'."""
-    import grp
-    import pwd
+    if sys.platform != "win32":
+        import grp
+        import pwd
 
-    try:
-        known, user = grp.getgrgid(group), pwd.getpwuid(os.getuid()).pw_name
-    except KeyError:
-        return False
-    return group == 0 or (known.gr_name == user and set(known.gr_mem) <= {user})
+        try:
+            known, user = grp.getgrgid(group), pwd.getpwuid(os.getuid()).pw_name
+        except KeyError:
+            return False
+        return group == 0 or (known.gr_name == user and set(known.gr_mem) <= {user})
+    return False
 
 
 def make_private(folder: Path) -> None:
