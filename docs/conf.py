@@ -22,7 +22,7 @@ html_show_copyright = False
 html_show_sourcelink = False
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx_gallery.gen_gallery", "site_hooks"]
-exclude_patterns = ["gallery/*", "images/*", "generated/*"]
+exclude_patterns = ["gallery/*", "images/*", "generated/*", "paper/*"]
 suppress_warnings = ["config.cache"]
 
 # A link that leads nowhere is a warning, and `make site` takes warnings for errors. Names of other

@@ -4,11 +4,14 @@ A message gives what went wrong and the remedy. Bad input is a :class:`DesignErr
 carries *all* faults found; everything else is the failure of one stage of the work.
 """
 
+import re
 import unicodedata
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
+_MOST_ROWS = 10  # A file of bad rows is one mistake: ten show which.
 MOST_TEXT = 400  # Characters of any one text of a stranger that are shown.
 # Control, format (direction marks among them), surrogates, private use, line and paragraph ends.
 _UNSEEN = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
@@ -87,14 +90,28 @@ class FingerDesignError(Exception):
     """Base of every error raised on purpose; its message is one readable sentence."""
 
 
+def _lines(faults: Sequence[Fault]) -> list[str]:
+    """Faults in words; of a key's rows, as increments_mm[0], no more than ``_MOST_ROWS``."""
+    rows = Counter[str]()
+    lines = []
+    for fault in faults:
+        key = re.sub(r"\[\d+\]", "[...]", fault.key)
+        rows[key] += 1
+        if rows[key] <= _MOST_ROWS or key == fault.key:
+            lines.append(str(fault))
+    more = [(key, n - _MOST_ROWS) for key, n in rows.items() if "[...]" in key and n > _MOST_ROWS]
+    return lines + [f"{key}: {number} more" for key, number in more]
+
+
 class DesignError(FingerDesignError):
-    """The input is wrong. ``faults`` holds every fault found, not only the first."""
+    """The input is wrong. ``faults`` holds every fault found; the message the first ten of the rows
+    of one key, and how many more there are."""
 
     def __init__(self, faults: list[Fault] | tuple[Fault, ...], source: str = "") -> None:
         self.faults = tuple(faults)
         self.source = source
         where = f"{source}: " if source else ""
-        super().__init__("\n".join(f"{where}{fault}" for fault in self.faults))
+        super().__init__("\n".join(f"{where}{line}" for line in _lines(self.faults)))
 
     def __reduce__(self) -> tuple[Any, ...]:  # pickled, it keeps its faults
         return DesignError, (self.faults, self.source)

@@ -13,7 +13,8 @@ from pathlib import Path
 
 import click
 
-from fingerdesign.studio.serve import HOST, new_token, serve
+from fingerdesign.studio.door import HOST, new_token
+from fingerdesign.studio.serve import serve
 from fingerdesign.studio.session import Session
 from fingerdesign_cli.terminal import quiet
 

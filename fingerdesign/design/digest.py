@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from fingerdesign.design.former import FIRST_NAMES
-from fingerdesign.design.mesh import mesh_file_digest
+from fingerdesign.design.mesh import MeshOptions, mesh_file_digest
 from fingerdesign.design.step import content_of
 from fingerdesign.runtime.registry import CONTROLLERS, is_reference
 
@@ -53,8 +53,10 @@ def content_digest(model: BaseModel) -> str:
     lie. How a finger is cast is left out: no analysis depends on it. DesignError where a STEP file
     cannot be read.
     """
-    values = _by_content(_plain(model.model_dump(mode="json", exclude=UNSEEN)))
-    content = {"kind": type(model).__name__, "values": values}
+    values = _plain(model.model_dump(mode="json", exclude=UNSEEN))
+    if isinstance(model, MeshOptions):  # by itself, as keys of cached work take it
+        values = _by_content({"mesh": values})["mesh"]
+    content = {"kind": type(model).__name__, "values": _by_content(values)}
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -12,6 +12,7 @@ from fingerdesign.design.base import Named, Table, bounded, refuse_key, table_fi
 from fingerdesign.errors import Fault
 from fingerdesign.runtime.registry import MESHERS
 
+_LOOK_BYTES = 4096  # of a mesh file: without anything in them it is empty
 MOST_BYTES = 1_000_000_000  # of a mesh that a user brings: ten million tetrahedra
 
 
@@ -86,8 +87,11 @@ def mesh_file_faults(options: MeshOptions) -> list[Fault]:
             if (size := path.stat().st_size) > MOST_BYTES:
                 read, bound = f"{size / 1e9:.1f} GB", f"at most {MOST_BYTES / 1e9:g} GB"
                 return [Fault("mesh.file", read, bound, "write a coarser mesh, or a binary file")]
-            with path.open("rb"):
-                return []
+            with path.open("rb") as file:
+                if file.read(_LOOK_BYTES).strip():
+                    return []
+            remedy = "write it again: it is empty"
+            return [Fault("mesh.file", options.file, "a mesh file with nodes and cells", remedy)]
         why = "it is no ordinary file" if path.exists() else "there is none"
     except (OSError, ValueError) as error:
         why = error.strerror or "it cannot be read" if isinstance(error, OSError) else "not a path"

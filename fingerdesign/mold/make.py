@@ -36,7 +36,6 @@ from fingerdesign.mold.profile import PROFILE_FILE, profile_text
 from fingerdesign.mold.record import RECORD_FILE, MoldData, Outcome, mold_record
 from fingerdesign.records.base import ResultError, json_text
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.runtime.files import sweep_abandoned
 from fingerdesign.runtime.isolate import ProcessError, Wait, call, concurrently
 
 Report = Callable[[str, float], None]
@@ -73,7 +72,6 @@ def write_mold(
     """
     target = Path(target).absolute()
     FOLDER.refuse_foreign(target)
-    sweep_abandoned(target)
     try:
         with FOLDER.written(target) as folder:
             return make_mold(design, folder, report)

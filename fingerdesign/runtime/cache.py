@@ -26,7 +26,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerdesign.runtime.files import sibling, write_whole
+from fingerdesign.errors import FingerDesignError
+from fingerdesign.runtime.files import make_private, sibling, writable_by_others, write_whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,17 +41,28 @@ GARBLED = (
 )
 
 
+class CacheError(FingerDesignError):
+    """Others can write into the cache's folder; the message names it and the remedy."""
+
+
 def cache_folder(kind: str) -> Path:
     """Return the cache folder of a kind; it need not exist.
 
     Below that of the environment variable FINGERDESIGN_CACHE, or the platform's cache folder.
+    Raises CacheError where others can write into it: what is read from there is believed, and
+    compiled files are run.
     """
-    given = os.environ.get("FINGERDESIGN_CACHE")
-    if given:
-        return Path(given) / kind
-    from platformdirs import user_cache_path
+    if given := os.environ.get("FINGERDESIGN_CACHE"):
+        base = Path(given)
+    else:
+        from platformdirs import user_cache_path
 
-    return user_cache_path("fingerdesign", appauthor=False) / kind
+        base = user_cache_path("fingerdesign", appauthor=False)
+    if open_folder := writable_by_others((base / kind, base)):
+        words = f"other users can write into {open_folder}, where caches and compiled files are"
+        remedy = "chmod go-w it, or set FINGERDESIGN_CACHE to a folder of yours"
+        raise CacheError(f"{words}; {remedy}")
+    return base / kind
 
 
 @cache
@@ -84,7 +96,7 @@ class Cache:
     def put(self, name: str, content: bytes, durable: bool = False) -> Path:
         """Keep an entry in the place of an older one; its path. OSError where that fails."""
         path = self.path(name)
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_private(path.parent)
         if path.exists() and not path.is_file():  # not ours: out of the way
             path.rename(sibling(path, "older"))
         write_whole(path, content, durable)

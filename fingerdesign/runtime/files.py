@@ -13,6 +13,7 @@ import os
 import re
 import secrets
 import shutil
+import stat
 import sys
 import tempfile
 import time
@@ -28,6 +29,7 @@ else:
     import fcntl
 
 DAY_S = 86400.0
+_FRESH_S = 2.0  # between the making of a folder and its lock: microseconds, on a busy machine more
 MOST_BYTES = 100_000_000  # of a text that is read whole: an hour's trace at 100 Hz takes 50 MB
 _FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))  # no space, or none for this user
 
@@ -117,15 +119,19 @@ def write_whole(path: Path | str, content: str | bytes, durable: bool = False) -
 @contextmanager
 def whole_folder(target: Path) -> Iterator[Path]:
     """An empty hidden folder next to ``target``, gone when the block ends; :func:`take_place` puts
-    it in place. OSError where it cannot be made."""
+    it in place. Those of killed runs go first. OSError where it cannot be made."""
+    sweep_abandoned(target)
     aside = sibling(target, "partial")
     target.parent.mkdir(parents=True, exist_ok=True)
     aside.mkdir()
-    try:
-        with _naming(target):
-            yield aside
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
+    with contextlib.ExitStack() as stack:
+        with contextlib.suppress(OSError):  # no locks here: the sweep goes by age
+            stack.enter_context(_in_use(aside))
+        try:
+            with _naming(target):
+                yield aside
+        finally:
+            shutil.rmtree(aside, ignore_errors=True)
 
 
 def whole_text(path: Path | str, encoding: str = "utf-8", most: int = MOST_BYTES) -> str:
@@ -251,20 +257,93 @@ def keep_request(kind: str, name: str, content: str | bytes) -> Path:
 
 
 def sweep_abandoned(target: Path) -> None:
-    """Remove this user's temporary folders next to ``target`` that killed processes left a day ago,
-    of kinds that are made in minutes. What cannot be looked into stays."""
-    pattern = re.compile(rf"\.{re.escape(target.name)}\.partial-[0-9a-f]{{8}}")
+    """Remove this user's folders next to ``target`` that killed runs of that name left: those that
+    no process locks, and older results where a newer one is in place.
+
+    Where a file system has no locks, after a day. What cannot be looked into stays.
+    """
+    name = re.escape(target.name)
+    pattern = re.compile(rf"\.{name}\.(partial|older)-[0-9a-f]{{8}}")
     try:
-        found = [
-            path for path in target.absolute().parent.iterdir() if pattern.fullmatch(path.name)
-        ]
+        neighbours = [*target.absolute().parent.iterdir()]
     except OSError:
         return
-    for path in found:
+    for path in neighbours:
+        found = pattern.fullmatch(path.name)
+        if found is None or (found[1] == "older" and not target.is_dir()):
+            continue
         with contextlib.suppress(OSError):
             mine = not hasattr(os, "getuid") or path.lstat().st_uid == os.getuid()
-            if not mine or path.is_symlink() or not path.is_dir():
-                continue
-            last = max(each.lstat().st_mtime for each in (path, *path.rglob("*")))
-            if time.time() - last > DAY_S:
+            if mine and not path.is_symlink() and path.is_dir() and _is_abandoned(path):
                 shutil.rmtree(path, ignore_errors=True)
+
+
+def _is_abandoned(folder: Path) -> bool:
+    """Tell whether no process is at work in a folder of :func:`whole_folder`."""
+    if time.time() - folder.stat().st_mtime < _FRESH_S:
+        return False
+    try:
+        with _in_use(folder):
+            return True
+    except BlockingIOError:
+        return False
+    except OSError:  # no locks here
+        last = max(each.lstat().st_mtime for each in (folder, *folder.rglob("*")))
+        return time.time() - last > DAY_S
+
+
+@contextmanager
+def _in_use(folder: Path) -> Iterator[None]:
+    """Lock a folder while the block lasts; the lock ends with the process. BlockingIOError where
+    another one has it, another OSError where there are no locks of folders, as on Windows."""
+    if sys.platform == "win32":
+        raise OSError(errno.ENOTSUP, "no locks of folders", str(folder))
+    stream = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    finally:
+        os.close(stream)
+
+
+def writable_by_others(folders: Iterable[Path]) -> Path | None:
+    """Return the first of these folders, or of those above them, into which another user can write
+    or put another folder in its place; None where there is none.
+
+    A user's own group, of the same name, is no other; nor is the system's administrator. Windows
+    keeps users apart by itself. A folder that does not exist is judged by those above it.
+    """
+    if sys.platform != "win32":
+        inner = [Path(os.path.realpath(each)) for each in folders]
+        for folder in dict.fromkeys([*inner, *(each for own in inner for each in own.parents)]):
+            try:
+                about = folder.stat()
+            except OSError:
+                continue
+            foreign = folder in inner and about.st_uid not in (os.getuid(), 0)
+            others = about.st_mode & (stat.S_IWOTH if _is_own_group(about.st_gid) else 0o022)
+            if foreign or (others and (folder in inner or not about.st_mode & stat.S_ISVTX)):
+                return folder
+    return None
+
+
+def _is_own_group(group: int) -> bool:
+    """Tell whether a group is the user's private one, or the administrators'."""
+    if sys.platform != "win32":
+        import grp
+        import pwd
+
+        try:
+            known, user = grp.getgrgid(group), pwd.getpwuid(os.getuid()).pw_name
+        except KeyError:
+            return False
+        return group == 0 or (known.gr_name == user and set(known.gr_mem) <= {user})
+    return False
+
+
+def make_private(folder: Path) -> None:
+    """Make a folder, and those above it that are absent, for this user alone."""
+    for each in (*reversed(folder.absolute().parents), folder):
+        if not each.exists():
+            each.mkdir(mode=0o700, exist_ok=True)
+    folder.mkdir(exist_ok=True)  # FileExistsError where a file is there

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import wraps
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +97,7 @@ class Page:
     def _changing(self, work: Callable[..., Shown]) -> Callable[..., Any]:
         """An action that changes the design; none while a search does."""
 
+        @wraps(work)  # The door checks a message against its arguments.
         async def act(*given: Any) -> None:
             if self._search is None:
                 self._changed()
@@ -106,7 +108,8 @@ class Page:
 
     async def pick(self, plate: int) -> None:
         """A gage was clicked."""
-        await self._do(self.session.pick, int(plate))
+        if isinstance(plate, int):
+            await self._do(self.session.pick, plate)
 
     async def pin(self) -> None:
         """Pin this state, or remove the pin."""

@@ -5,7 +5,7 @@ import pytest
 
 from fingerdesign.contact.history import FrictionHistory
 from fingerdesign.contact.increment import ACCEPT, solve_increment
-from fingerdesign.contact.laws import SLIP
+from fingerdesign.contact.laws import OPEN, SLIP
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.shapes.objects import Plane
@@ -100,6 +100,33 @@ def test_what_slides_all_at_once_drops_by_the_whole_difference():
     found, _ = path_of(problem, 0.9, motions)
     uses = [use_of(*each) for each in found]
     assert uses == pytest.approx([0.0, 0.6, 1.0, 0.9, 0.9], abs=1e-9)
+
+
+def test_the_way_a_node_slid_is_the_sum_of_its_slips_whatever_its_friction_became(strip):
+    motions = [*SHEARED, *(Motion(0.02, shear) for shear in (0.03, 0.04, 0.0396, 0.05))]
+    found, _ = path_of(strip, 0.8, motions)
+    way, shares = np.zeros(strip.shape[0]), set()
+    for now, increment in found:
+        share = np.ones(len(way)) if now.friction_share is None else now.friction_share
+        shares |= set(share.round(9).tolist())
+        slid = increment.status == SLIP
+        way += slid * np.linalg.norm(increment.slip_increment, axis=1) / share
+        way *= increment.status != OPEN
+        np.testing.assert_allclose(increment.state.travelled / share, way, atol=1e-12)
+    assert shares == {0.8, 1.0}
+
+
+def test_a_node_slips_on_its_limit_alone(strip):
+    """A little motion back takes nodes off their limit by less than a thousandth of the largest."""
+    back = [Motion(0.02, SHEARED[-1].shear - step) for step in (1e-7, 3e-7, 1e-6)]
+    found, _ = path_of(strip, 1.0, [*SHEARED, *back])
+    below = 0
+    for _, increment in found[len(SHEARED) :]:
+        normal, across = increment.multiplier[:, 0], np.abs(increment.multiplier[:, 1])
+        short = 0.5 * normal - across > 1e-8 * normal.max()
+        below += int(((0.5 * normal - across)[short] < 1e-3 * normal.max()).sum())
+        assert not (short & (increment.status == SLIP)).any()
+    assert below > 3
 
 
 @pytest.mark.parametrize("name", ["strip", "patch"])

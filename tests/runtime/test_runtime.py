@@ -13,7 +13,7 @@ import pytest
 
 from fingerdesign.errors import GeometryError
 from fingerdesign.runtime import files, machine
-from fingerdesign.runtime.cache import Cache
+from fingerdesign.runtime.cache import Cache, CacheError
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.journal import Journal, JournalError, held
 from fingerdesign.runtime.machine import (
@@ -73,6 +73,87 @@ def test_a_folder_takes_an_older_ones_place(tmp_path):
         files.take_place(tmp_path / "nothing", target)
     assert (target / "a.txt").read_text() == "two"  # put back
     assert [each.name for each in tmp_path.iterdir()] == ["out"]
+
+
+KILLED = """
+import os, pathlib, signal, sys
+from fingerdesign.runtime.files import whole_folder
+with whole_folder(pathlib.Path(sys.argv[1])) as aside:
+    (aside / "a.txt").write_text("half")
+    print("made", flush=True)
+    sys.stdin.read()
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def partial_folders(target):
+    return [each for each in target.parent.iterdir() if ".partial-" in each.name]
+
+
+def test_the_next_run_of_a_name_removes_what_a_killed_one_left_and_nothing_else(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr(files, "_FRESH_S", 0.0)
+    target = tmp_path / "out"
+    others = [tmp_path / ".out.partial-mine", tmp_path / ".other.partial-01234567"]
+    for each in others:
+        each.mkdir()
+    command = [sys.executable, "-c", KILLED, str(target)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout.readline() == b"made\n"
+        with files.whole_folder(target):  # the other one is still at work
+            assert len(partial_folders(target)) == 4
+        process.communicate()
+    assert process.returncode == -signal.SIGKILL
+    assert len(partial_folders(target)) == 3
+    older = tmp_path / ".out.older-01234567"
+    older.mkdir()
+    with files.whole_folder(target) as aside:
+        assert sorted(partial_folders(target)) == sorted([aside, *others])
+        assert older.exists()  # the only result that is left
+        files.take_place(aside, target)
+    files.sweep_abandoned(target)
+    assert not older.exists()
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o1777, 0o702])
+@pytest.mark.parametrize("place", ["", "trial", "native"])
+def test_a_cache_that_others_can_write_is_refused(mode, place, own_cache, tmp_path):
+    folder = tmp_path / place
+    folder.mkdir(exist_ok=True)
+    folder.chmod(mode)
+    try:
+        with pytest.raises(CacheError, match="FINGERDESIGN_CACHE to a folder of yours"):
+            Cache("native" if place == "native" else "trial")
+    finally:
+        folder.chmod(0o700)
+    assert Cache("trial").put("a.bin", b"x").is_file()
+
+
+def test_a_folder_below_one_that_others_can_write_is_refused_unless_they_cannot_rename_it(
+    tmp_path, cache_in
+):
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    cache_in(shared / "mine")
+    shared.chmod(0o777)
+    with pytest.raises(CacheError, match="shared"):
+        Cache("trial")
+    shared.chmod(0o1777)  # as /tmp
+    path = Cache("trial").put("a.bin", b"x")
+    assert {each.stat().st_mode & 0o777 for each in (path.parent, shared / "mine")} == {0o700}
+    path.parent.chmod(0o777)
+    with pytest.raises(CacheError, match="trial"):
+        Cache("trial")
+
+
+def test_anothers_folder_is_no_cache(own_cache, tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "getuid", lambda: tmp_path.stat().st_uid + 1)
+    if tmp_path.stat().st_uid:
+        with pytest.raises(CacheError):
+            Cache("trial")
+    else:  # the administrator's is everybody's
+        assert Cache("trial").folder == tmp_path / "trial"
 
 
 def test_a_lock_is_held_by_one_and_goes(tmp_path):

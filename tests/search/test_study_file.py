@@ -6,6 +6,7 @@ Variants: sampled as requested, the same every time, invalid ones with their rea
 import itertools
 import math
 import time
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -70,6 +71,9 @@ def test_a_whole_study():
 def test_ranges():
     even = Range(low=9, high=17, step=2)
     assert [even.at(share) for share in (0.0, 0.25, 0.5, 0.99)] == [9, 11, 13, 17]
+    for each in (even, Range(low=1, high=4), Range(low=0.7, high=1.2, step=0.25)):
+        counts = Counter(each.at((k + 0.5) / 120) for k in range(120))
+        assert set(counts.values()) == {120 // each.levels}  # the ends as often as the middle
     assert Range(low=0.7, high=1.2, step=0.25).levels == 3
     assert Range(low=1, high=4).levels == 4
     assert Range(low=1.0, high=4.0).levels is None

@@ -134,19 +134,59 @@ fingerdesign/mesh/cache.py | tests/mesh/test_io.py
 +         "sizes": asdict(sizes) | {"stretch": 1.0},
 
 training key: without the friction of the bench
-fingerdesign/sensing/train/result.py | tests/sensing/test_training_key.py
+fingerdesign/sensing/train/result.py | tests/sensing/test_cache_keys.py
 -         grip.bench_friction_coefficient,
 +         None,
 
 studio: one character of the token is enough
-fingerdesign/studio/serve.py | tests/studio/test_serve.py
+fingerdesign/studio/door.py | tests/studio/test_serve.py
 -     if not hmac.compare_digest(given.encode(errors="replace"), token.encode()):
 +     if not (given and token.startswith(given)):
 
 studio: an origin that ends with the host passes
-fingerdesign/studio/serve.py | tests/studio/test_serve.py
+fingerdesign/studio/door.py | tests/studio/test_serve.py
 -     if origin is not None and origin != f"{request.url.scheme}://{request.host}":
 +     if origin is not None and not origin.endswith(request.host):
+
+regulator: the smaller share of friction in use for the larger
+fingerdesign/control/controllers/regulator.py | tests/control/test_c_code.py tests/control
+- max(self._utilisation, believed)
++ min(self._utilisation, believed)
+
+C regulator: a friction that is hardly known has no floor
+fingerdesign/control/templates/regulator.c | tests/control/test_c_code.py
+- return friction * larger(1.0f - CAUTION / sqrtf(r->weight), 0.5f);
++ return friction * (1.0f - CAUTION / sqrtf(r->weight));
+
+sensitivities' key: without the moves of the bench
+fingerdesign/sensing/identify/sensitivities.py | tests/sensing/test_cache_keys.py
+- MESHED, MOST_LEAN_DEG, moves),
++ MESHED, MOST_LEAN_DEG),
+
+keys of cached work: of a mesh's file the path alone
+fingerdesign/design/digest.py | tests/sensing/test_cache_keys.py
+-     if isinstance(model, MeshOptions):
++     if False:
+
+sampling: a whole number by rounding, the ends half as often
+fingerdesign/search/study/values.py | tests/search/test_study_file.py
+- value = self.low + step * min(int(share * levels), levels - 1)
++ value = self.low + step * round(share * (levels - 1))
+
+status: on the limit within a thousandth
+fingerdesign/contact/outcome.py | tests/contact/test_history.py
+- _ON_LIMIT = 1e-9
++ _ON_LIMIT = 1e-3
+
+history: travelled slip is not rescaled
+fingerdesign/contact/history.py | tests/contact/test_history.py
+- scale * state.travelled,
++ state.travelled,
+
+statistics: clusters count for more than they are worth
+fingerdesign/records/statistics.py | tests/trials/test_control_page.py
+- spread = clusters / (clusters - 1) * float(
++ spread = float(
 """
 
 

@@ -224,6 +224,8 @@ def test_intervals_cover_what_they_say():
     none = clustered_share([0] * 16, [60] * 16)
     assert (none.rate, none.high) == (0.0, pytest.approx(share_of(0, 16).high / 60))
     assert clustered_share([0, 3], [0, 9]) == share_of(3, 9, 1.0)
+    # Clusters of one trial each: the sample variance, p (1 - p) / (k - 1).
+    assert clustered_share([1, 0, 0, 1, 0], [1] * 5).high == pytest.approx(share_of(2, 5, 4.0).high)
 
 
 def test_its_python_runs(capsys):

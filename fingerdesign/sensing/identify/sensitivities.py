@@ -51,7 +51,7 @@ def sensitivities(
     jobs: list[tuple[Latent | None, float]] = [(None, 0.0)]
     jobs += [(latent, side * latent.step) for latent in latents for side in (-1.0, 1.0)]
     cache = Cache("sensitivities", most=40)
-    name = f"{_key(model, latents, lean_deg)}.npz"
+    name = f"{sensitivities_key(model, latents, lean_deg)}.npz"
     found = _cached(cache, name)
     if len(found) != len(jobs):
         found = []
@@ -96,7 +96,8 @@ def _curves_at(
         return None
 
 
-def _key(model: BenchModel, latents: Sequence[Latent], lean_deg: float) -> str:
+def sensitivities_key(model: BenchModel, latents: Sequence[Latent], lean_deg: float) -> str:
+    """SHA-256 of all that the curves of :func:`sensitivities` depend on."""
     design, fidelity = model.design, model.fidelity
     moves = [
         (
