@@ -38,7 +38,7 @@ from fingerdesign.sensing.model import (
 )
 from fingerdesign.sensing.perturb.finger import refuse_faults
 from fingerdesign.sensing.train.result import estimator_faults, training_result_for
-from fingerdesign.trials.bench import Bench, GripBench, PerturbedBench
+from fingerdesign.trials.bench import GripBench, PerturbedBench
 from fingerdesign.trials.grid import (
     GOOD_AMPLIFIER,
     Cell,
@@ -116,19 +116,23 @@ def run_study(
     digest = _study_digest(design, grid, bench.estimator, options)
     noise = min(grid.noises, key=lambda noise: abs(noise - GOOD_AMPLIFIER))
     batches, tuning, traces = list(grid.batches(names)), None, tuple[GripTrace, ...]()
+
+    def judge(design: Design) -> GripBench | PerturbedBench:
+        if grid.perturbed is None:
+            return bench.with_grip(design.grip)
+        return PerturbedBench(design, grid, bench.estimator, options.fidelity)
+
     with one_thread(), Journal(journal, KIND, digest) as stored:
         with clock.stage("grips"):
             if (setting := options.tuning) is not None:
                 tuned = tune_controllers(
-                    design, bench, names, stored, setting, options.workers, report
+                    design, judge(design), names, stored, setting, options.workers, report
                 )
-                tuning = tuning_data(tuned, setting, grid.seed, design.digest())
+                tuning = tuning_data(tuned, setting, grid, design.digest())
                 design = tuned_design(design, tuned)
-                bench = bench.with_grip(design.grip)
-            judged: Bench = bench
-            if grid.perturbed is not None:
-                judged = PerturbedBench(design, grid, bench.estimator, options.fidelity)
+            judged = judge(design)
             found = run_batches(judged, batches, stored, options.workers, report, design.digest())
+            bench = bench.with_grip(design.grip)
         if grid.perturbed is None:
             report("drawing the paths", 1.0)
             with clock.stage("paths"):

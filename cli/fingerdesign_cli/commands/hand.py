@@ -214,6 +214,11 @@ def export() -> None:
 @click.option(
     "--seed", type=int, default=0, show_default=True, help="Of all noise, fingers and trials."
 )
+@click.option(
+    "--sealed",
+    is_flag=True,
+    help="Take the seed of published tables, on which nothing is developed: once for each table.",
+)
 @estimator_option(
     "For the regulator: what `fingerdesign train` wrote for DESIGN. Without it one is "
     "trained first (minutes), or taken from the cache."

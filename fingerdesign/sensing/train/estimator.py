@@ -19,6 +19,7 @@ from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.progress import Report
+from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.train.network import fit_band
 from fingerdesign.sensing.train.paths import RandomGripPath, Settings, random_grip_paths
 from fingerdesign.sensing.train.samples import finger_curves, sample, sample_grips
@@ -98,7 +99,7 @@ def _measure_errors(
     """Measure errors on held-out grips by noise, and give each band its standard deviations."""
     stick, utilisation = [], []
     for noise in NOISES:
-        rng = np.random.default_rng([settings.seed, 2])
+        rng = stream(settings.seed, "noise of held-out grips", f"{noise:g}")
         sampled = [sample(each, estimator.curves, settings, rng, noise) for each in grips]
         truths = np.concatenate([each[1] for each in sampled])
         band = estimator.at_noise(noise).band

@@ -12,8 +12,6 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 
-import numpy as np
-
 from fingerdesign.analysis.case import Case, gage_array
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.contact.problem import ContactProblem
@@ -27,6 +25,7 @@ from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
 from fingerdesign.runtime.registry import CONTROLLERS, own_values
+from fingerdesign.runtime.streams import seed_for
 from fingerdesign.sensing.model import (
     CONTACT_SIZE_MM,
     FIDELITIES,
@@ -42,7 +41,7 @@ from fingerdesign.sensing.train.policy import policy_grips
 from fingerdesign.sensing.train.samples import finger_curves
 from fingerdesign.version import __version__
 
-TRAINING = 9  # Raise it when the training data or the training itself changes.
+TRAINING = 10  # Raise it when the training data or the training itself changes.
 _FIRST_PART = 3  # One in so many fingers trains the behaviour policy.
 
 
@@ -132,14 +131,14 @@ def _grips_of_finger(
     """
     design, settings = family.design, family.settings
     faults, count = training_faults(design), -(-settings.grips // settings.fingers)
-    seed, *others = np.random.SeedSequence([settings.seed, number]).generate_state(1 + count)
+    seed, *others = finger_seeds(settings.seed, number, count)
     try:
-        finger = perturb(design, faults, int(seed)).design
+        finger = perturb(design, faults, seed).design
     except DesignError:
         return []
     kinds = OF_OBJECTS & set(faults)
     drawn = [
-        perturb(finger, kinds | {"patches"} if number % 2 else kinds, int(each))
+        perturb(finger, kinds | {"patches"} if number % 2 else kinds, each)
         for number, each in enumerate(others)
     ]
     bench = bench_problem(finger, [each.object for each in drawn], family.fidelity)
@@ -150,11 +149,17 @@ def _grips_of_finger(
 
     curves = finger_curves(bench, settings.face, settings.bounds)
     with one_thread():
-        grips = grip_paths_on(problems(drawn[own:]), settings, int(seed))
+        grips = grip_paths_on(problems(drawn[own:]), settings, seed)
         if policy is not None:
             mine = problems(drawn[:own])
-            grips += policy_grips(bench, mine, settings.face, design.grip, policy, int(seed))
+            grips += policy_grips(bench, mine, settings.face, design.grip, policy, seed)
         return [replace(each, curves=curves) for each in grips]
+
+
+def finger_seeds(seed: int, number: int, objects: int) -> list[int]:
+    """The seed of a training's finger, then those of its objects."""
+    others = [seed_for(seed, "trained object", number, each) for each in range(objects)]
+    return [seed_for(seed, "trained finger", number), *others]
 
 
 def training_key(design: Design, settings: Settings, fidelity: str = "plane-strain") -> str:
