@@ -100,16 +100,16 @@ def study(
     grid = axes.grid()
     refuse(grid, ())
     refuse_foreign(FOLDER, target)
+    names = hands.controllers or CONTROLLER_NAMES
     setting = TuningSetting(axes.noises) if axes.noises else TuningSetting()
     options = StudyOptions(
-        estimator=estimator_for(design, hands.estimator_file, fidelity),
+        estimator=estimator_for(design, hands.estimator_file, fidelity, names),
         workers=workers or usable_cores(),
         fidelity=fidelity,
         tuning=setting if hands.tune else None,
     )
     journal = journal_beside(target.absolute())
     with recorded(FOLDER, target, journal) as (folder, show):
-        names = hands.controllers or CONTROLLER_NAMES
         found = run_study(design, names, grid, journal, replace(options, report=show))
         show("writing", 1.0)
         write_study(found, folder)

@@ -37,7 +37,8 @@ from fingerdesign.sensing.model import (
     opposite_problem,
 )
 from fingerdesign.sensing.perturb.finger import refuse_faults
-from fingerdesign.sensing.train.result import estimator_faults, training_result_for
+from fingerdesign.sensing.train.ready import estimator_of
+from fingerdesign.sensing.train.result import estimator_faults
 from fingerdesign.trials.bench import GripBench, PerturbedBench
 from fingerdesign.trials.grid import (
     GOOD_AMPLIFIER,
@@ -191,9 +192,7 @@ def _grip_bench(
             opposite = opposite_problem(design, fidelity, report=say)
     with clock.stage("teaching"):
         if any(map(needs_training, names)) and estimator is None:
-            estimator = training_result_for(
-                design, problem, say, options.workers, fidelity
-            ).estimator
+            estimator = estimator_of(design, say, options.workers, fidelity)
     face, plates = design.gages.face, gage_array(design)
     return GripBench(problem, face, plates, design.grip, grid, estimator, opposite)
 

@@ -149,15 +149,15 @@ def test_training_is_cached_and_repeated_for_a_broken_file(problem, own_cache, t
     def stored():
         return {path: path.stat().st_mtime_ns for path in (tmp_path / "training").glob("*.txt")}
 
-    first = training.training_result_for(design, problem)
+    first = training.training_result_for(design)
     ((path, made),) = stored().items()
-    assert training.training_result_for(design, problem).stick_errors == first.stick_errors
+    assert training.training_result_for(design).stick_errors == first.stick_errors
     # Controllers' parameters need no other training; another finger does.
-    training.training_result_for(with_values(design, {"grip.regulator.target": 0.7}), problem)
+    training.training_result_for(with_values(design, {"grip.regulator.target": 0.7}))
     assert stored() == {path: made}
-    training.training_result_for(with_values(design, {"plates.count": 13}), problem)
+    training.training_result_for(with_values(design, {"plates.count": 13}))
     assert len(stored()) == 2
     path.write_text(path.read_text()[:1000])
-    again = training.training_result_for(design, problem)
+    again = training.training_result_for(design)
     assert again.stick_errors == first.stick_errors
     assert len(path.read_text()) > 1000
