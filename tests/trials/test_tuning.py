@@ -15,7 +15,8 @@ from fingerdesign.errors import DesignError
 from fingerdesign.records.base import json_schema
 from fingerdesign.runtime.journal import Journal, JournalError
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.grid import FRICTIONS, MASSES_G, Cell, ControlGrid
+from fingerdesign.sensing.perturb.finger import perturb
+from fingerdesign.trials.grid import FRICTIONS, MASSES_G, Cell, ControlGrid, Perturbed
 from fingerdesign.trials.stored import KIND, stored_grips
 from fingerdesign.trials.study import StudyOptions, run_study
 from fingerdesign.trials.tuning import (
@@ -29,6 +30,7 @@ from fingerdesign.trials.tuning import (
     ranges_of,
     tune,
     tuned_grip,
+    tuned_text,
     tuning_cells,
 )
 from tests.support.grips import trial
@@ -241,3 +243,27 @@ def test_a_real_tuning_improves_goes_on_and_has_other_noise_than_the_grid(bench,
     with Journal(tmp_path / "own", KIND, "d") as journal:
         ((apart,),) = bench_judge(bench, design, journal, 1)([(noisy,)], lambda *_: None)
     assert apart != bench.run_cell(noisy, Memory())
+
+
+def test_a_study_of_perturbed_fingers_tunes_on_others_with_its_faults(
+    coarse, tmp_path, monkeypatch
+):
+    seeds = []
+
+    def recorded(design, faults, seed):
+        seeds.append((tuple(faults), seed))
+        return perturb(design, faults, seed)
+
+    monkeypatch.setattr("fingerdesign.trials.bench.perturb", recorded)
+    grid = ControlGrid.of_perturbed(Perturbed(("gains", "tilt"), plants=1, lifts=2))
+    found = run_study(coarse, ("fixed_ratio",), grid, tmp_path / "journal", TUNED)
+    tuning = found.data["tuning"]
+    assert (tuning["fingers"], len(tuning["cells"])) == (3, 5)
+    judged = {(faults, grid.plant_seed(*faults, 0)) for faults in (("gains",), ("tilt",))}
+    assert judged == set(seeds[-2:])
+    assert {faults for faults, _ in seeds[:-2]} == {("gains",), ("tilt",)}
+    assert not judged & set(seeds[:-2])
+    assert "of 3 perturbed fingers" in tuned_text(found.tuned, tuning, 0)
+    # Values that are tried count: trials of one finger differ.
+    trials = tuning["controllers"]["fixed_ratio"]["trials"]
+    assert len({each["mean_peak_ratio"] for each in trials if each["mean_peak_ratio"]}) > 1
