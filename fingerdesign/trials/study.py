@@ -117,23 +117,18 @@ def run_study(
     digest = _study_digest(design, grid, bench.estimator, options)
     noise = min(grid.noises, key=lambda noise: abs(noise - GOOD_AMPLIFIER))
     batches, tuning, traces = list(grid.batches(names)), None, tuple[GripTrace, ...]()
-
-    def judge(design: Design) -> GripBench | PerturbedBench:
-        if grid.perturbed is None:
-            return bench.with_grip(design.grip)
-        return PerturbedBench(design, grid, bench.estimator, options.fidelity)
-
     with one_thread(), Journal(journal, KIND, digest) as stored:
         with clock.stage("grips"):
             if (setting := options.tuning) is not None:
+                own = _judging(bench, design, options.fidelity)
                 tuned = tune_controllers(
-                    design, judge(design), names, stored, setting, options.workers, report
+                    design, own, names, stored, setting, options.workers, report
                 )
                 tuning = tuning_data(tuned, setting, grid, design.digest())
                 design = tuned_design(design, tuned)
-            judged = judge(design)
+                bench = bench.with_grip(design.grip)
+            judged = _judging(bench, design, options.fidelity)
             found = run_batches(judged, batches, stored, options.workers, report, design.digest())
-            bench = bench.with_grip(design.grip)
         if grid.perturbed is None:
             report("drawing the paths", 1.0)
             with clock.stage("paths"):
@@ -195,6 +190,13 @@ def _grip_bench(
             estimator = estimator_of(design, say, options.workers, fidelity)
     face, plates = design.gages.face, gage_array(design)
     return GripBench(problem, face, plates, design.grip, grid, estimator, opposite)
+
+
+def _judging(bench: GripBench, design: Design, fidelity: Fidelity) -> GripBench | PerturbedBench:
+    """The bench that judges a design: the model's own, or those of the fingers that are drawn."""
+    if bench.grid.perturbed is None:
+        return bench
+    return PerturbedBench(design, bench.grid, bench.estimator, fidelity)
 
 
 def journal_beside(target: Path) -> Path:
