@@ -351,7 +351,7 @@ def _weight(record: dict[str, Any]) -> Array:
         return _array(record["weight"])
     scale = _array(record["weight_scale"])
     integers = np.frombuffer(b64decode(record["weight_base64"], validate=True), "<i2")
-    return scale * integers.reshape(-1, len(scale))
+    return np.asarray(scale * integers.reshape(-1, len(scale)))
 
 
 def outputs_of(layers: Sequence[Layer], rows: ArrayLike) -> Array:

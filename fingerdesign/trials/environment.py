@@ -119,9 +119,8 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
         low = -high
         low[[-3, -1]] = 0.0
         if self._estimator is not None:
-            low, high = (
-                np.append(ends, np.float32([end] * 3)) for ends, end in ((low, 0), (high, 1))
-            )
+            low = np.append(low, np.zeros(3, np.float32))
+            high = np.append(high, np.ones(3, np.float32))
         self.observation_space = Box(low, high)
         self.action_space = Box(np.array([0.0, -1.0], np.float32), np.ones(2, np.float32))
         self._plant: ImperfectPlant | None = None  # none before the first reset and after an end

@@ -84,8 +84,6 @@ def train() -> None:
     training.json reports its errors on held-out grips: of judged_fingers other fingers or, with
     grip.regulator.training_fingers = 1, of the same one. How long it takes is printed before it
     begins. The result is cached: changes of the controllers in the [grip] table need no other.
-
-    The estimator of the shipped film_tees was made by `train film_tees --fidelity 3d`.
     """
 
 
