@@ -293,10 +293,10 @@ def optimise_design(
     file = out / f"{name}.toml"
     refuse_foreign(RESULTS, target)
     study, store = study_of(space), Store()
-    most = most_trials(space.base) if trials is None else trials
+    most = most_trials(space) if trials is None else trials
     text = file_text(design_file)
     with (
-        Trials(study, space.base, journal.absolute(), space.starts) as trials_on_disk,
+        Trials(study, space.base, journal.absolute(), space.starts, space.near) as trials_on_disk,
         progress(design.design.name, not as_json()) as show,
         Cluster(setting.workers, setting.scheduler) as cluster,
     ):
@@ -360,6 +360,7 @@ def _say_found(found: Found, design: Design, target: Path, file: Path, page: Pat
                 "folder": str(target),
                 "page": str(page),
                 "conflict": found.conflict,
+                "note": found.note,
                 "changes": {key: new for key, (_, new) in changes.items()},
             }
         )
@@ -368,8 +369,9 @@ def _say_found(found: Found, design: Design, target: Path, file: Path, page: Pat
         return
     if best is not None and best.result is not None:
         say_block(verdict_view(best.result, str(file)), target)
-    if found.conflict:
-        say(found.conflict)
+    for words in (found.conflict, found.note):
+        if words:
+            say(words)
     for key, (old, new) in [*changes.items()][:_SHOWN]:
         say(f"  {key} = {new}" + ("" if old is None else f"   (was {old})"))
     if len(changes) > _SHOWN:

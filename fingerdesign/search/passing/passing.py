@@ -1,7 +1,7 @@
 """Search from one design for a finger that passes all verdicts.
 
     space = space_of(design, Freedom())
-    with Trials(study_of(space), space.base, journal, space.starts) as trials:
+    with Trials(study_of(space), space.base, journal, space.starts, space.near) as trials:
         found = find_passing(space, Freedom(), trials, evaluated, confirm, most)
 
 Trials judge the gages alone, on the swept model in 3-D: the hand does not change them. For a finger
@@ -10,7 +10,7 @@ tetrahedra, and judged as `analyse` judges it. The search ends with the first th
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
@@ -23,12 +23,12 @@ from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import Result
 from fingerdesign.search.optimise.optimise import Search, Tried, searched
 from fingerdesign.search.optimise.trials import Trials
-from fingerdesign.search.passing.hands import Hand, hand_of, with_travel
+from fingerdesign.search.passing.hands import STEP_FACTORS, Hand, hand_of, with_travel
 from fingerdesign.search.passing.space import Freedom, Space
-from fingerdesign.search.run.evaluate import Job
+from fingerdesign.search.run.evaluate import Job, Part
 from fingerdesign.search.run.run import FUNDAMENTAL, Planned
 from fingerdesign.search.study.file import Cost, Study
-from fingerdesign.search.study.values import set_keys
+from fingerdesign.search.study.values import Choice, set_keys
 from fingerdesign.sensing.model import meshed_for_grips
 
 BATCH = 4  # Trials between two looks at the best; the sampler learns after each.
@@ -44,6 +44,8 @@ _OWN_MESH = (
     "mesh.layer_growth",
     "mesh.mesher",
 )
+
+_SHARE = "gages.area_share"  # No parameter: the best is known from any analysis of the finger.
 
 Evaluated = Callable[[Sequence[Planned]], Sequence[Outcome]]
 Confirm = Callable[[Design], Result]
@@ -95,6 +97,17 @@ class Found:
         """True if a finger passes."""
         return self.best is not None and self.best.passes
 
+    @property
+    def note(self) -> str:
+        """What a user of the hand should know, in a sentence; "" where it is steady."""
+        if self.best is None or self.best.hand.steady or self.best.hand.shortfall:
+            return ""
+        most = 100.0 * (max(STEP_FACTORS) - 1.0)
+        return (
+            f"The hand is sensitive: with steps up to {most:.0f} % shorter or longer, some lift of "
+            "this model slips or presses too hard."
+        )
+
 
 def study_of(space: Space) -> Study:
     """The search as a study, whose only objective is the distance from passing."""
@@ -110,9 +123,9 @@ def study_of(space: Space) -> Study:
     )
 
 
-def most_trials(design: Design) -> int:
+def most_trials(space: Space) -> int:
     """Number of trials by default: fewer where a trial needs a tetrahedral mesh."""
-    mesher = mesher_of(meshed_for_grips(design, "3d"))
+    mesher = mesher_of(meshed_for_grips(space.on_arc(space.base), "3d"))
     return SWEPT_TRIALS if mesher.sections else TETRAHEDRA_TRIALS
 
 
@@ -147,6 +160,7 @@ class _Run:
     improved: Callable[[Design], None]
     tried: tuple[Tried, ...] = ()
     candidates: list[Candidate] = field(default_factory=list)
+    judged: set[str] = field(default_factory=set)
     best_sensed: float = math.inf
 
     def found(self, most: int) -> Found:
@@ -175,14 +189,39 @@ class _Run:
         return f", {good if self.candidates else f'gages short by {self.best_sensed:.2g}'}"
 
     def _sensed(self, plan: Sequence[Planned]) -> Sequence[Outcome]:
-        jobs = [replace(j, part="sensing") if isinstance(j, Job) else j for j in plan]
-        return self.evaluated(jobs)
+        """Outcomes of the gages alone, each with the share of the response that suits it best."""
+        jobs = [
+            replace(j, part="sensing", design=self.space.on_arc(j.design))
+            if isinstance(j, Job)
+            else j
+            for j in plan
+        ]
+        outcomes = [*self.evaluated(jobs)]
+        if not self.freedom.allows(_SHARE):
+            return outcomes
+        again = {
+            k: replace(
+                job,
+                design=with_values(job.design, {_SHARE: share}),
+                values={**job.values, _SHARE: share},
+            )
+            for k, job in enumerate(jobs)
+            if isinstance(job, Job)
+            and _shortfall(outcomes[k]) > 0.0
+            and (share := outcomes[k].metrics.get("best_area_share"))
+            and not math.isclose(share, job.design.gages.area_share)
+        }
+        for k, better in zip(again, self.evaluated([*again.values()]), strict=True):
+            if _shortfall(better) < _shortfall(outcomes[k]):
+                outcomes[k] = better
+        return outcomes
 
     def _promising(self, most: float) -> list[Outcome]:
         """Outcomes short by at most ``most`` for which no hand was searched, the best first."""
-        known = {each.sensed.digest for each in self.candidates}
         outcomes = [each.outcomes[0] for each in self.tried]
-        short = {o.digest: o for o in outcomes if _shortfall(o) <= most and o.digest not in known}
+        short = {
+            o.digest: o for o in outcomes if _shortfall(o) <= most and o.digest not in self.judged
+        }
         best = min(map(_shortfall, outcomes), default=math.inf)
         if best < self.best_sensed:
             self.best_sensed = best
@@ -198,7 +237,16 @@ class _Run:
 
         The last of ``candidates`` is the one that is returned. whole: analyse it in any case.
         """
-        design = with_travel(self._design(outcome), outcome, self.freedom.allows)
+        self.judged.add(outcome.digest)
+        design = self._design(outcome)
+        if self.space.flat_dome:
+            self.report("the gages of the dome, on tetrahedra")
+            [outcome] = self.evaluated([_job(design, "sensing", values=outcome.values)])
+        if _shortfall(outcome) > 0.0 and not whole:
+            found = Candidate(design, outcome, Hand({}, math.inf))
+            self.candidates.append(found)
+            return found
+        design = with_travel(design, outcome, self.freedom.allows)
         found = self._with_hand(design, outcome, own_mesh=False)
         self.candidates.append(found)
         whole = whole or found.hand.shortfall == 0.0
@@ -217,7 +265,7 @@ class _Run:
         words = "a hand on the finger's own mesh" if own_mesh else "a hand"
 
         def judged(designs: Sequence[Design]) -> Sequence[Outcome]:
-            return self.evaluated([_hand_job(each, own_mesh) for each in designs])
+            return self.evaluated([_job(each, "hand", own_mesh) for each in designs])
 
         def shown(count: int) -> None:
             self.report(f"{words} for a finger with good gages: {count} tried")
@@ -233,7 +281,7 @@ class _Run:
 
     def _ended(self) -> Found:
         known = [each for each in self.candidates if each.result is not None] or self.candidates
-        best = min(known, key=lambda each: (len(each.failing), each.hand.shortfall), default=None)
+        best = min(known, key=lambda each: (len(each.failing), each.hand.order), default=None)
         found = Found(self.space, self.tried, tuple(self.candidates), best)
         return found if found.passes else replace(found, conflict=" ".join(_conflicts(found)))
 
@@ -243,11 +291,12 @@ def _shortfall(outcome: Outcome) -> float:
     return math.inf if found is None else found
 
 
-def _hand_job(design: Design, own_mesh: bool) -> Job:
-    keys = _OWN_MESH if own_mesh else ()
-    return Job(
-        design.design.name, design, Cost(), {}, None, fidelity="3d", study_keys=keys, part="hand"
-    )
+def _job(
+    design: Design, part: Part, own_mesh: bool = False, values: Mapping[str, Choice] | None = None
+) -> Job:
+    keys, name = _OWN_MESH if own_mesh else (), design.design.name
+    made = Job(name, design, Cost(), dict(values or {}), None, fidelity="3d", study_keys=keys)
+    return replace(made, part=part)
 
 
 def _conflicts(found: Found) -> Iterator[str]:
