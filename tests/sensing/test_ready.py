@@ -72,6 +72,7 @@ def test_the_command_line_reports_it_where_a_hand_would_use_it(film_tees, capsys
     [
         {},
         {"design.name": "mine", "grip.regulator.target": 0.7, "grip.object_mass_g": 300.0},
+        {"gages.area_share": 0.6, "grip.approach_step_mm": 0.004, "grip.curve_per_N": 0.2},
         {"mesh.mesher": "sweep"},
     ],
 )
