@@ -48,6 +48,10 @@ SCHEMAS = {
         "fingerdesign.sensing.identify.trace_report:IdentificationData",
         "Rubber, friction and gages from one trace (fingerdesign identify)",
     ),
+    "gripbench": (
+        "fingerdesign.trials.gripbench:Scorecard",
+        "Controllers on a fixed set of fingers and objects (fingerdesign study gripbench)",
+    ),
     "mold": ("fingerdesign.mold.record:MoldData", "A finger's mold (fingerdesign mold)"),
 }
 closed = with_config(ConfigDict(extra="forbid"))  # all keys of the type, and no others

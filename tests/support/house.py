@@ -23,7 +23,7 @@ FLOORS = (
     ("report", "fem"),
     ("analysis",),
     ("sensing",),
-    ("pipeline", "trials", "validate", "mold"),
+    ("pipeline", "trials", "validate", "mold", "robots"),
     ("search", "studio"),
     ("fingerdesign_cli", "fingerdesign_bench"),
 )
