@@ -36,7 +36,7 @@ from fingerdesign.records.result import Result
 from fingerdesign.records.result_files import RESULTS
 from fingerdesign.report.style import load_matplotlib_ahead
 from fingerdesign.runtime.progress import Progress, Report, listening, silent
-from fingerdesign.sensing.train.result import with_estimator
+from fingerdesign.sensing.train.ready import with_estimator
 
 
 def analyse(

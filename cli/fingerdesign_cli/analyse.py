@@ -164,6 +164,8 @@ def _read(designs: tuple[Path, ...], run: Run, out: Path, fresh: bool) -> list[C
     for path in designs:
         with _collected(wrong):
             cases.append(run.case(load_design(path), scene))
+            if cases[-1].runs_grips:
+                estimator_for(cases[-1].design, None, hands=[cases[-1].design.grip.controller])
     for case in cases:
         with _collected(wrong):
             if fresh or not is_cached(case):
@@ -254,7 +256,7 @@ def grip(
         remedy = "add plates: without gages there is nothing to feel"
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
 
-    estimator = estimator_for(design, estimator_file, fidelity)
+    estimator = estimator_for(design, estimator_file, fidelity, [design.grip.controller])
     with progress(design.design.name) as show:
         case = Case(design, None, fidelity, go_on=go_on, estimator=estimator)
         result = answer_of(case, out, show, products)

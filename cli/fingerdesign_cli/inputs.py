@@ -1,12 +1,15 @@
 """Inputs of subcommands: files or shipped names, estimators, folders that are written whole."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
+
+import click
 
 from fingerdesign.checks.load import judge_design
 from fingerdesign.checks.scene import scene_faults
 from fingerdesign.control.estimator import EstimatorError, GripEstimator
+from fingerdesign.control.roster import needs_training
 from fingerdesign.design.io import Judged, judge_scene
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -17,7 +20,7 @@ from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import whole_text
 from fingerdesign.runtime.journal import held
 from fingerdesign.runtime.progress import Progress
-from fingerdesign_cli.terminal import progress
+from fingerdesign_cli.terminal import progress, quiet
 
 
 def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design, Scene | None]:
@@ -63,14 +66,25 @@ def judged_design(
 
 
 def estimator_for(
-    design: Design, path: Path | None, fidelity: str | None = None
+    design: Design,
+    path: Path | None,
+    fidelity: str | None = None,
+    hands: Iterable[str] = (),
 ) -> GripEstimator | None:
-    """The estimator in a file that ``fingerdesign train`` wrote.
+    """The estimator in a file that ``fingerdesign train`` wrote; None without a file.
 
-    DesignError for any other file, and for one that was trained on another design or at another
-    fidelity (None: any).
+    hands: controllers that will grip; a line on stderr reports where one of them could have had the
+    estimator that ships under the design's name, if the design were as it shipped. DesignError for
+    any other file, and for one that was trained on another design or at another fidelity (None:
+    any).
     """
     if path is None:
+        if any(map(needs_training, hands)):
+            from fingerdesign.sensing.train.ready import unused_estimator
+
+            note = unused_estimator(design)
+            if note and not quiet():
+                click.echo(note, err=True)
         return None
     from fingerdesign.sensing.train.result import estimator_faults
 

@@ -81,7 +81,7 @@ def train(
     kind = RecordFolder("training result", "training.json", ("training.json", "estimator.json"))
     with recorded(kind, out / name) as (folder, show):
         result = training_result_for(
-            design, None, lambda message: show(message, 0.0), workers or usable_cores(), fidelity
+            design, lambda message: show(message, 0.0), workers or usable_cores(), fidelity
         )
         result = replace(result, estimator=result.estimator.at_noise(noise))
         record = {k: v for k, v in json.loads(training_text(result)).items() if k != "estimator"}
@@ -194,11 +194,11 @@ def _export_regulator(design: Design, target: Path, estimator: GripEstimator) ->
 
 
 def _estimator_of(design: Design, path: Path | None) -> GripEstimator:
-    """The estimator in a file; without one it is trained on the design, or taken from the cache."""
+    """The estimator in a file; without one that shipped with the design, or one that is trained."""
     if path is None:
-        from fingerdesign.sensing.train.result import training_result_for
+        from fingerdesign.sensing.train.ready import estimator_of, shipped_estimator
 
-        return training_result_for(design).estimator
+        return shipped_estimator(design) or estimator_of(design)
     try:
         estimator = estimator_for(design, path)
     except DesignError as error:

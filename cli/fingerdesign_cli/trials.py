@@ -14,7 +14,7 @@ from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.runtime.registry import code_allowed
 from fingerdesign.trials import gripbench
 from fingerdesign.trials.findings import findings
-from fingerdesign.trials.grid import ControlGrid, Perturbed, refuse
+from fingerdesign.trials.grid import SEALED_SEED, ControlGrid, Perturbed, refuse
 from fingerdesign.trials.program import REFERENCE as PROGRAM
 from fingerdesign.trials.program import program
 from fingerdesign.trials.record import ControlStudy, Summary, TuningData
@@ -63,6 +63,7 @@ class Axes(Options):
     masses: tuple[float, ...]
     noises: tuple[float, ...]
     seed: int
+    sealed: bool
     quick: bool
     no_tug: bool
     perturbed: bool
@@ -71,14 +72,19 @@ class Axes(Options):
     lifts: int | None
 
     def grid(self) -> ControlGrid:
-        """The grid; DesignError where some options belong to perturbed fingers alone."""
+        """The grid; DesignError where some options belong to perturbed fingers alone, and for two
+        seeds."""
+        if self.sealed and self.seed:
+            remedy = "leave one of both out"
+            raise DesignError([Fault("--seed", self.seed, "given without --sealed", remedy)])
+        seed = SEALED_SEED if self.sealed else self.seed
         given = {"frictions": self.frictions, "masses_g": self.masses, "noises": self.noises}
         changes: dict[str, Any] = {key: values for key, values in given.items() if values}
         if self.perturbed:
             usual = Perturbed(plants=4) if self.quick else Perturbed()
             plants, lifts = self.plants or usual.plants, self.lifts or usual.lifts
             own = Perturbed(self.faults, plants, lifts)
-            return ControlGrid.of_perturbed(own, self.seed, **changes)
+            return ControlGrid.of_perturbed(own, seed, **changes)
         needs = {"--fault": self.faults, "--plants": self.plants, "--lifts": self.lifts}
         wrong = [
             Fault(key, value, "given with --perturbed alone", "add --perturbed, or leave it out")
@@ -89,7 +95,7 @@ class Axes(Options):
             raise DesignError(wrong)
         grid = ControlGrid.quick() if self.quick else ControlGrid()
         tug = None if self.no_tug else grid.tug
-        return replace(grid, **changes, seed=self.seed, tug=tug)
+        return replace(grid, **changes, seed=seed, tug=tug)
 
 
 def study(
@@ -160,7 +166,7 @@ def _study(
     refuse_foreign(FOLDER, target)
     setting = TuningSetting(axes.noises) if axes.noises else TuningSetting()
     options = StudyOptions(
-        estimator=estimator_for(design, hands.estimator_file, fidelity),
+        estimator=estimator_for(design, hands.estimator_file, fidelity, hands.names),
         workers=workers,
         fidelity=fidelity,
         tuning=setting if hands.tune else None,
@@ -220,7 +226,7 @@ def _show_faults(found: ControlStudy) -> None:
             margin = own.safety_margin
             cells.append(words if margin is None else f"{words}, {margin.median:.2f}")
         rows.append([label, *cells])
-    title = f"success in % (95 %), margin; {perturbed['plants']} fingers a row"
+    title = f"success in % (95 % over fingers), margin; {perturbed['plants']} fingers a row"
     print_table(title, ["fault", *(each["controller"] for each in every)], rows)
 
 

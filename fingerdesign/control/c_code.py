@@ -5,9 +5,7 @@
 
 Single precision, no libraries but C's own, no memory allocated. Templates are in templates/; what
 they name in capitals are the numbers here, in estimator.py and in the regulator's file. Weights
-are 16-bit integers, one scale an output:
-
-    w = scale q,   scale = max |w| / 32767,   |error| <= scale / 2
+are 16-bit integers as in the estimator's file.
 """
 
 from __future__ import annotations
@@ -18,12 +16,11 @@ from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from fingerdesign.arrays import Array
 from fingerdesign.control import estimator as features
 from fingerdesign.control.controllers import regulator
-from fingerdesign.control.estimator import LAGS, GripEstimator, feature_count
+from fingerdesign.control.estimator import LAGS, GripEstimator, feature_count, in_16_bits
 from fingerdesign.runtime.registry import CONTROLLERS, own_values
 
 if TYPE_CHECKING:
@@ -32,7 +29,6 @@ if TYPE_CHECKING:
 FILES = ("regulator.c", "regulator.h")
 _TEMPLATES = Path(__file__).parent / "templates"
 _MOST_DELAY = 120  # samples: more are refused as the hand is started
-_LARGEST = 32767  # of 16 bits with a sign
 
 
 def constants(estimator: GripEstimator, grip: Grip) -> dict[str, float]:
@@ -46,13 +42,6 @@ def constants(estimator: GripEstimator, grip: Grip) -> dict[str, float]:
     found["LOG_NOISE"] = math.log(estimator.noise + 0.1)
     found["NOTHING"] += found["LOUDEST"] * estimator.noise
     return {name: each for name, each in found.items() if isinstance(each, float)}
-
-
-def in_16_bits(weight: Array) -> tuple[NDArray[np.int16], NDArray[np.float32]]:
-    """Integers of a layer's shape, and what those of each output are to be multiplied by."""
-    largest = np.abs(weight).max(axis=0)
-    scale = np.where(largest > 0.0, largest / _LARGEST, 1.0).astype(np.float32)
-    return np.rint(weight / scale).clip(-_LARGEST, _LARGEST).astype(np.int16), scale
 
 
 def c_files(estimator: GripEstimator, grip: Grip) -> dict[str, str]:

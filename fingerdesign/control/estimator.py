@@ -19,6 +19,10 @@ has changed since the first pull, and the largest F_t / F_n so far, below which 
 take off another sixth. Last comes what the object does to the gages before it is pulled: it may
 lean, or be round.
 
+Its file holds weights as 16-bit integers, one scale an output:
+
+    w = scale q,   scale = max |w| / 32767,   |error| <= scale / 2
+
 A gage that has fallen silent, whose cable has come off, say, gives no information on its past
 either: its features are left out, and the network takes the mean of its training for them.
 """
@@ -27,12 +31,13 @@ from __future__ import annotations
 
 import json
 import math
+from base64 import b64decode, b64encode
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.control.signals import Sample
@@ -66,6 +71,7 @@ _HEARD = 3.0
 _MOST_NOISE = 1000.0  # microstrain; more than any amplifier has
 # The largest and least numbers of single precision, in which a microcontroller computes.
 _MOST_SINGLE, _LEAST_SINGLE = float(np.finfo(np.float32).max), float(np.finfo(np.float32).tiny)
+_LARGEST = 32767  # of 16 bits with a sign
 OUTLIER = 5.0  # standard deviations of the features: The network was never trained farther out.
 
 
@@ -225,9 +231,7 @@ class GripEstimator:
                     "most_noise_microstrain": band.most_noise,
                     "center": _plain(band.center),
                     "scale": _plain(band.scale),
-                    "layers": [
-                        {k: _plain(v) for k, v in vars(each).items()} for each in band.layers
-                    ],
+                    "layers": [_layer_data(each) for each in band.layers],
                     "spread": _plain(band.spread),
                 }
                 for band in self.bands
@@ -321,9 +325,33 @@ def _band(record: dict[str, Any]) -> Band:
         float(record["most_noise_microstrain"]),
         _array(record["center"]),
         _array(record["scale"]),
-        tuple(Layer(_array(each["weight"]), _array(each["bias"])) for each in record["layers"]),
+        tuple(Layer(_weight(each), _array(each["bias"])) for each in record["layers"]),
         _array(record["spread"]),
     )
+
+
+def in_16_bits(weight: Array) -> tuple[NDArray[np.int16], NDArray[np.float32]]:
+    """Integers of a layer's shape, and what those of each output are to be multiplied by."""
+    largest = np.abs(weight).max(axis=0)
+    scale = np.where(largest > 0.0, largest / _LARGEST, 1.0).astype(np.float32)
+    return np.rint(weight / scale).clip(-_LARGEST, _LARGEST).astype(np.int16), scale
+
+
+def _layer_data(layer: Layer) -> dict[str, Any]:
+    integers, scale = in_16_bits(layer.weight)
+    coded = b64encode(integers.astype("<i2").tobytes()).decode("ascii")
+    # Nine digits give a single back exactly.
+    scales = [float(f"{value:.9g}") for value in scale.tolist()]
+    return {"weight_base64": coded, "weight_scale": scales, "bias": _plain(layer.bias)}
+
+
+def _weight(record: dict[str, Any]) -> Array:
+    """A layer's weights (inputs, outputs); files of earlier versions hold them in full."""
+    if "weight" in record:
+        return _array(record["weight"])
+    scale = _array(record["weight_scale"])
+    integers = np.frombuffer(b64decode(record["weight_base64"], validate=True), "<i2")
+    return np.asarray(scale * integers.reshape(-1, len(scale)))
 
 
 def outputs_of(layers: Sequence[Layer], rows: ArrayLike) -> Array:

@@ -23,10 +23,10 @@ from fingerdesign.design.base import (
     table_fields,
 )
 from fingerdesign.runtime.registry import CONTROLLERS
+from fingerdesign.runtime.streams import stream
 
 GRAVITY = 9.80665  # m/s^2
 FORCE_NOISE_N = 0.005  # A good force cell's standard deviation of a sample.
-_FORCES = 2**32 - 1  # Number of the force cells' random stream; plates have their own.
 # A milligram, and a friction below that of ice on ice or of any rubber: lighter and slipperier
 # objects are errors of units, and forces divide by both.
 LEAST_MASS_G, LEAST_FRICTION = 1e-3, 1e-3
@@ -182,7 +182,7 @@ class HardwareTable(Table):
         """
         gains = np.ones(len(plates))
         if self.gain_spread > 0.0:  # a generator a plate takes as long as a step of a grip
-            draws = [np.random.default_rng([self.specimen, p]).standard_normal() for p in plates]
+            draws = [stream(self.specimen, "gage gain", p).standard_normal() for p in plates]
             gains += self.gain_spread * np.array(draws)
         dead = np.isin(plates, self.dead_gages)
         return np.where(dead, 0.0, gains)
@@ -191,7 +191,7 @@ class HardwareTable(Table):
         """Return measured per true force, normal and tangential, (2,)."""
         if self.force_gain_spread == 0.0:
             return np.ones(2)
-        draw = np.random.default_rng([self.specimen, _FORCES]).standard_normal(2)
+        draw = stream(self.specimen, "force gains").standard_normal(2)
         return np.asarray(1.0 + self.force_gain_spread * draw)
 
 

@@ -1,6 +1,7 @@
 """Shipped designs, scenes and studies by name, and files that come before them."""
 
 from difflib import get_close_matches
+from functools import lru_cache
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -10,6 +11,8 @@ from fingerdesign.design.scene import Scene
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.registry import unknown_name
 
+ESTIMATOR_SUFFIX = ".estimator.json"
+
 
 def _folder(kind: str) -> Traversable:
     """Return the folder of the shipped files of a kind: in the installed package, or in the
@@ -17,6 +20,13 @@ def _folder(kind: str) -> Traversable:
     installed = resources.files("fingerdesign") / "data" / "designs"
     designs = installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "designs"
     return designs if kind == "design" else designs / {"scene": "scenes", "study": "studies"}[kind]
+
+
+@lru_cache(maxsize=1)
+def estimator_texts() -> dict[str, str]:
+    """Texts of the estimators that ship with designs, by the design's name."""
+    files = [each for each in _folder("design").iterdir() if each.name.endswith(ESTIMATOR_SUFFIX)]
+    return {each.name.removesuffix(ESTIMATOR_SUFFIX): each.read_text("utf-8") for each in files}
 
 
 def shipped_names(kind: str = "design") -> tuple[str, ...]:

@@ -1,18 +1,20 @@
 """Numbers of many cases as records hold them: each with its count and a 95 % interval."""
 
 import math
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 from pydantic import Field
-from scipy.special import stdtrit
+from scipy.special import betaln, stdtrit
 
 from fingerdesign.records.base import Count, Size, closed
 
 _Z = 1.959964  # of the normal distribution, for 95 %
 _TAIL = 0.025  # outside either end of an interval
+_RATES, _CORRELATIONS = 400, 40  # Points of the integrals; twice as many move no end by 0.002.
 
 Rate = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -21,8 +23,8 @@ Rate = Annotated[float, Field(ge=0.0, le=1.0)]
 @dataclass(frozen=True)
 class Share:
     """``count`` of ``of``; low, high: Wilson's 95 % interval, as if trials were independent; null
-    of nothing. Where trials come in clusters (steps of grips) they count for as many independent
-    ones as they are worth, and the interval is that much wider.
+    of nothing. Where trials come in clusters (steps of grips, lifts of fingers) the interval is
+    that of the clusters: see clustered_share and beta_binomial_share.
 
     >>> share_of(99, 100).rate
     0.99
@@ -74,6 +76,30 @@ def clustered_share(counts: Iterable[int], of: Iterable[int]) -> Share:
         spread = clusters / (clusters - 1) * float(((y - p * n) ** 2).sum()) / total**2
         worth = min(p * (1.0 - p) / spread, total) if p < 1.0 and spread > 0.0 else total
     return share_of(int(y.sum()), int(total), worth)
+
+
+def beta_binomial_share(counts: Iterable[int], of: Iterable[int]) -> Share:
+    """Share of trials in clusters (k,), each with a rate of its own: lifts of fingers, say.
+
+    y_i ~ BetaBinomial(n_i, p s, (1 - p) s),   s = (1 - r) / r,
+
+    with the correlation r of two trials of a cluster. p and r are equally likely from 0 to 1
+    beforehand; low and high are the ends of the middle 95 % of what is then likely of p, and 0 or 1
+    where no trial or every one counts.
+    """
+    pairs = Counter(pair for pair in zip(counts, of, strict=True) if pair[1])
+    count, total = (sum(k * pair[j] for pair, k in pairs.items()) for j in (0, 1))
+    if not total:
+        return share_of(0, 0)
+    p = ((np.arange(_RATES) + 0.5) / _RATES)[:, None]
+    r = (np.arange(_CORRELATIONS) + 0.5) / _CORRELATIONS
+    a, b = p * (1.0 - r) / r, (1.0 - p) * (1.0 - r) / r
+    likely = sum(k * (betaln(y + a, n - y + b) - betaln(a, b)) for (y, n), k in pairs.items())
+    mass = np.exp(likely - np.max(likely)).sum(axis=1)
+    below = np.concatenate([[0.0], np.cumsum(mass) / mass.sum()])
+    low, high = np.interp([_TAIL, 1.0 - _TAIL], below, np.arange(_RATES + 1) / _RATES).tolist()
+    low, high = low if count else 0.0, high if count < total else 1.0
+    return Share(int(count), int(total), float(count / total), low, high)
 
 
 @closed

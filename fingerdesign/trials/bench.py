@@ -7,12 +7,10 @@ process.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
-
-import numpy as np
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.contact.problem import ContactProblem
@@ -26,14 +24,34 @@ from fingerdesign.control.plants.remembered import Memory, RememberedPlant
 from fingerdesign.control.plants.rig import calibrated
 from fingerdesign.control.roster import Controller, make_controller
 from fingerdesign.design.grip import Grip
+from fingerdesign.design.keys import set_value
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError, SolverError
 from fingerdesign.records.result import GripResult
+from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.perturb.finger import perturb, perturbed_problems
-from fingerdesign.trials.grid import Cell, ControlGrid, Tug, faults_by_label, seed_of, steps_in
+from fingerdesign.trials.grid import (
+    NONE,
+    Cell,
+    ControlGrid,
+    Tug,
+    faults_by_label,
+    seed_of,
+    steps_in,
+)
 
 # A hand that closes against a tug by more than this fraction of an approach step has answered it.
 _ANSWER = 0.5
+
+
+def tuned_grip(grip: Grip, values: Mapping[str, float]) -> Grip:
+    """A ``[grip]`` table with dotted keys of the design set, checked like a file."""
+    if not values:
+        return grip
+    data = {"grip": grip.model_dump(mode="json", exclude_none=True)}
+    for key, value in values.items():
+        set_value(data, key, value)
+    return Grip.model_validate(data["grip"])
 
 
 class Bench(Protocol):
@@ -51,7 +69,7 @@ class GripBench:
     problem: at the bench's friction. plates: numbers of those whose gages are read, in the order of
     the readings. grip: its hardware counts but for the gages' noise, which a cell sets. opposite:
     the other finger at any friction, None for a mirror image. gripping: the finger against what
-    it grips, None where that is the bench's plane.
+    it grips, None where that is the bench's plane. finger: fault and number of the one drawn.
     """
 
     problem: ContactProblem
@@ -62,6 +80,7 @@ class GripBench:
     estimator: GripEstimator | None = None
     opposite: ContactProblem | None = None
     gripping: ContactProblem | None = None
+    finger: tuple[str, int] = (NONE, 0)
 
     @cached_property
     def bounds(self) -> Bounds:
@@ -75,7 +94,7 @@ class GripBench:
     def calibration(self, noise: float) -> Calibration:
         """The bench moves with the same rig at rest, which takes the mean of many samples."""
         if noise not in self._calibrations:
-            rng = np.random.default_rng([self.grid.seed, round(1e6 * noise)])
+            rng = stream(self.grid.seed, "noise on a bench", *self.finger, round(1e6 * noise))
             own = (self._noisy(noise), rng, self.bounds, self.plates)
             self._calibrations[noise] = calibrated(self.problem, self.face, *own)
         return self._calibrations[noise]
@@ -134,7 +153,7 @@ class GripBench:
             lambda: LiftPlant(problem, self.face, cell.mass_g, other, pulls, *own),
             Memory() if memory is None else memory,
         )
-        rng = np.random.default_rng(seed_of(cell, self.grid.seed))
+        rng = stream(seed_of(cell, self.grid.seed), "samples")
         return run_episode(
             ImperfectPlant(remembered, self._noisy(cell.noise), rng, self.plates),
             self.controller(cell),
@@ -186,10 +205,12 @@ class PerturbedBench:
     fidelity: str
 
     def run_batch(self, cells: Sequence[Cell]) -> list[GripResult]:
-        """Run cells of one finger; one whose model or bench fails is a failure of each."""
-        faults = faults_by_label()[cells[0].fault]
+        """Run cells of one finger, each with the values that are tried on it; a finger whose model
+        or bench fails is a failure of each."""
+        label, plant = cells[0].fault, cells[0].plant
         try:
-            found = perturb(self.design, faults, self.grid.plant_seed(cells[0].plant))
+            seed = self.grid.plant_seed(label, plant)
+            found = perturb(self.design, faults_by_label()[label], seed)
             bench, gripping = perturbed_problems(found, self.fidelity)
         except FingerDesignError as error:
             return [failed_grip(each, str(error)) for each in cells]
@@ -202,5 +223,10 @@ class PerturbedBench:
             ControlGrid(seed=self.grid.seed, tug=tug),
             self.estimator,
             gripping=gripping,
+            finger=(label, plant),
         )
-        return [rig.run_cell(replace(each, tug=found.tug), Memory()) for each in cells]
+        tried = dict.fromkeys(each.values for each in cells)
+        rigs = {own: rig.with_grip(tuned_grip(rig.grip, dict(own))) for own in tried}
+        return [
+            rigs[each.values].run_cell(replace(each, tug=found.tug), Memory()) for each in cells
+        ]

@@ -6,7 +6,7 @@ Needs the extra ``gym`` (``pip install fingerdesign[gym]``).
 """
 
 from collections.abc import Sequence
-from math import isfinite, log
+from math import ceil, isfinite, log
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds
+from fingerdesign.control.estimator import GripEstimator, Moment
 from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import Truth, press, safety_margin
@@ -24,6 +25,8 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.records.result import MOST_FORCE
 from fingerdesign.sensing.model import grip_problem, model_data, opposite_problem
+from fingerdesign.sensing.train.ready import estimator_of
+from fingerdesign.sensing.train.result import estimator_faults
 
 try:
     from gymnasium import Env
@@ -45,8 +48,9 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
     Action (2,): dx and dy of one move in parts of ``grip.shear_step_mm`` (0 to 1, up) and
     ``grip.approach_step_mm`` (-1 to 1, closing). Observation (g + 5,): the gages' readings
     (microstrain), F_n and F_t (N), the last move in the action's parts, and whether the object has
-    left its support (0 or 1), as ``grip.hardware`` delivers them. The stage goes from touch to
-    ``grip.max_approach_mm``; a move beyond is cut.
+    left its support (0 or 1), as ``grip.hardware`` delivers them. With ``estimates`` three more, of
+    an estimator: stick ratio, friction utilisation and its standard deviation. The stage goes from
+    touch to ``grip.max_approach_mm``; a move beyond is cut.
 
     Reward: -:data:`STEP_COST` a step, and at the end
 
@@ -73,10 +77,12 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
         masses_g: Sequence[float] = (100.0, 1000.0),
         noise_microstrain: float = 0.5,
         problem: ContactProblem | None = None,
+        estimates: bool | GripEstimator = False,
     ) -> None:
         """frictions, masses_g: ends of what is drawn, evenly and evenly in the logarithm.
         noise_microstrain: of a gage's sample, instead of the design's. problem: the design's
         condensed model for environments that share one; without it it is made, at ``fidelity``.
+        estimates: True takes the estimator that ships with the design, or trains one.
 
         Raises DesignError for wrong input, ValueError where a tug lifts the lightest object out of
         the fingers, ImportError without gymnasium.
@@ -93,7 +99,17 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
         if gages != len(self._plates):
             bound = f"the design's {len(self._plates)}"
             raise DesignError([Fault("problem", f"{gages} gages", bound, "condense this design")])
-        self._opposite = opposite_problem(design, model_data(self._problem)["fidelity"])
+        fidelity = model_data(self._problem)["fidelity"]
+        self._opposite = opposite_problem(design, fidelity)
+        self._estimator: GripEstimator | None = None
+        if estimates:
+            given = None if estimates is True else estimates
+            if given is not None and (faults := estimator_faults(design, given, fidelity)):
+                raise DesignError(faults)
+            own = given or estimator_of(design, fidelity=fidelity)
+            self._estimator = own.at_noise(noise_microstrain)
+        self._history: list[Moment] = []
+        self._moves: list[tuple[float, float]] = []
         self._grip, self._bounds = design.grip, Bounds.of(design.grip)
         self._hardware = design.grip.hardware.model_copy(
             update={"gage_noise_microstrain": noise_microstrain, "gage_noise_microvolt_per_V": 0.0}
@@ -102,6 +118,9 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
         high = np.array([*[_STRAIN] * gages, _FORCE_N, _FORCE_N, 1.0, 1.0, 1.0], dtype=np.float32)
         low = -high
         low[[-3, -1]] = 0.0
+        if self._estimator is not None:
+            low = np.append(low, np.zeros(3, np.float32))
+            high = np.append(high, np.ones(3, np.float32))
         self.observation_space = Box(low, high)
         self.action_space = Box(np.array([0.0, -1.0], np.float32), np.ones(2, np.float32))
         self._plant: ImperfectPlant | None = None  # none before the first reset and after an end
@@ -115,8 +134,12 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
         self._mass = float(np.exp(self.np_random.uniform(*map(log, self._masses))))
         lift = self._lift(self._friction, self._mass)
         plant = ImperfectPlant(lift, self._hardware, self.np_random, self._plates)
-        for sample in press(plant, self._bounds.preload, self._bounds.approach_step):
-            self._observation = self._observed(sample, 0.0, 1.0)
+        # Each sample answers the move of so many samples before.
+        self._history, self._moves = [], [(0.0, 0.0)] * self._hardware.delay_samples
+        preload, step = self._bounds.preload, self._bounds.approach_step
+        part = preload / step / max(1, ceil(preload / step - 1e-9))
+        for sample in press(plant, preload, step):
+            self._observation = self._observed(sample, 0.0, part)
         self._plant = plant
         self._steps = self._held = 0
         return self._observation.copy(), self._info(plant.truth())
@@ -179,7 +202,13 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
 
     def _observed(self, sample: Sample, up: float, closing: float) -> Observation:
         forces = sample.normal_force, sample.tangential_force
-        every = np.array([*sample.readings, *forces, up, closing, sample.lifted])
+        every = [*sample.readings, *forces, up, closing, sample.lifted]
+        if self._estimator is not None:
+            dx, dy = up * self._grip.shear_step_mm, closing * self._bounds.approach_step
+            self._moves.append((dx, dy))
+            self._history.append(Moment(sample, *self._moves[len(self._history)]))
+            found = self._estimator.estimate(self._history)
+            every += [found.stick_ratio, found.friction_utilisation, found.std]
         space = self.observation_space
         return np.asarray(np.clip(every, space.low, space.high), dtype=np.float32)
 

@@ -121,14 +121,15 @@ def _regulator(data: ControlData, own: NoiseSummary, noise: float) -> Iterator[F
     else:
         certain = f"lies wholly {'above' if enough else 'below'} {aim}"
     frictions = _axis(axes["friction_coefficients"], "friction")
-    weights = _axis(axes["object_masses_g"], "weight", " g")
+    where = f"one each on {frictions} by {_axis(axes['object_masses_g'], 'weight', ' g')}"
+    if own.fingers:
+        where = f"by {own.fingers} drawn fingers, which the interval is over"
     yield Finding(
         Verdict("pass" if enough else "fail", "regulator lifts", percent(rate), f"target {aim}"),
         f"At {noise:g} microstrain, does the regulator lift {aim} of this grid without complete "
         "slip?",
-        f"Measured: {held.count} of {held.of} grips ({percent(rate)}), one each on {frictions} by "
-        f"{weights}. The 95 % interval of such a count, {100.0 * low:.1f} to {percent(high)}, "
-        f"{certain}.",
+        f"Measured: {held.count} of {held.of} grips ({percent(rate)}), {where}. The 95 % interval "
+        f"of such a count, {100.0 * low:.1f} to {percent(high)}, {certain}.",
     )
     if own.margin_at_lift is None or own.peak_ratio is None:
         return

@@ -16,13 +16,14 @@ from fingerdesign.records.statistics import (
     Rms,
     Share,
     Spread,
+    beta_binomial_share,
     clustered_share,
     rms_of,
     share_of,
     spread_of,
 )
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid, faults_by_label
+from fingerdesign.trials.grid import GOOD_AMPLIFIER, SEALED_SEED, Cell, ControlGrid, faults_by_label
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -162,16 +163,18 @@ def _with_warnings(found: Foreseen, grips: Sequence[GripResult]) -> Foreseen:
 class Summary:
     """Many grips: shares of all of them, spreads (null: no grip has the value).
 
-    held: lifted without complete slip. dropped, crushed, not_lifted, failed say why others did not
-    succeed; a grip may be in more than one. caught: of those dropped, where objects have inertia,
-    how many hung on after all. margin_at_lift, peaks, steps: of lifted ones;
-    slip_distance_mm: of held ones. reaction_steps: of those tugged that answered. unannounced:
-    dropped or crushed by a controller that had not reported to be unsure; null: it never
-    does. unsure: of those that succeeded, how often it was as they were lifted. foreseen: its
+    fingers: drawn for them, of which success and held have their intervals; 0: the model's own, and
+    the intervals are of grips. held: lifted without complete slip. dropped, crushed, not_lifted,
+    failed say why others did not succeed; a grip may be in more than one. caught: of those dropped,
+    where objects have inertia, how many hung on after all. margin_at_lift, peaks, steps: of lifted
+    ones; slip_distance_mm: of held ones. reaction_steps: of those tugged that answered.
+    unannounced: dropped or crushed by a controller that had not reported to be unsure; null: it
+    never does. unsure: of those that succeeded, how often it was as they were lifted. foreseen: its
     warnings of slip.
     """
 
     grips: Count
+    fingers: Count
     success: Share
     held: Share
     dropped: Count
@@ -192,16 +195,28 @@ class Summary:
     foreseen: Foreseen
 
 
-def summarise(trials: Sequence[Trial]) -> Summary:
-    """Sum up these grips; the caller chooses which belong together."""
+def summarise(trials: Sequence[Trial], drawn: bool = False) -> Summary:
+    """Sum up these grips; the caller chooses which belong together. drawn: of drawn fingers, so
+    that lifts of one finger do not count as independent."""
+    fingers: dict[tuple[str, int], list[GripResult]] = {}
+    for trial in trials if drawn else ():
+        fingers.setdefault((trial.cell.fault, trial.cell.plant), []).append(trial.result)
+
+    def share(name: str) -> Share:
+        if not drawn:
+            return share_of(sum(getattr(each, name) for each in every), count)
+        own = [[getattr(each, name) for each in lifts] for lifts in fingers.values()]
+        return beta_binomial_share(map(sum, own), map(len, own))
+
     every = [each.result for each in trials]
     lifted = [each for each in every if each.lifted]
     tugged = [each.result for each in trials if each.result.lifted and each.cell.tug > 0.0]
     count = len(every)
     return Summary(
         grips=count,
-        success=share_of(sum(each.success for each in every), count),
-        held=share_of(sum(each.holds_object for each in every), count),
+        fingers=len(fingers),
+        success=share("success"),
+        held=share("holds_object"),
         dropped=sum(each.gross_slip for each in every),
         caught=sum(each.caught is True for each in every),
         crushed=sum(each.crushed for each in every),
@@ -282,6 +297,7 @@ class ConditionsData(TypedDict):
     object_masses_g: list[Size]
     noises_microstrain: Annotated[list[Size], Field(description="standard deviation of a sample")]
     seed: Count
+    sealed: Annotated[bool, Field(description="the seed of published tables, run once for each")]
     hold_s: Annotated[Size, Field(description="held on after the lift")]
     tug: Annotated[dict[str, Size] | None, Field(description="null: no grip is tugged")]
     perturbed: Annotated[
@@ -348,6 +364,7 @@ class TuningData(TypedDict):
     """Tuning of the design before the study; cells: the grips that it was tuned on."""
 
     digest: Annotated[str, Field(description="of the design before it")]
+    fingers: Annotated[Count, Field(description="perturbed ones; 0: the model's own alone")]
     cells: list[dict[str, Size]]
     controllers: dict[str, ControllerTuningData]
 
@@ -403,7 +420,8 @@ class ControlStudy:
 
     def summary(self, controller: str, noise: float | None = None, tugged: bool = False) -> Summary:
         """A controller's grips, at one noise or at all; with or without the tug."""
-        return summarise(_chosen(self.trials, controller, noise, tugged))
+        drawn = self.data["conditions"]["perturbed"] is not None
+        return summarise(_chosen(self.trials, controller, noise, tugged), drawn)
 
 
 def control_data(
@@ -442,14 +460,16 @@ def control_data(
 
 
 def _controller_data(trials: Sequence[Trial], name: str, grid: ControlGrid) -> ControllerData:
-    own = _chosen(trials, name)
+    own, drawn = _chosen(trials, name), grid.perturbed is not None
     labels = () if grid.perturbed is None else grid.perturbed.labels
     return {
         "controller": name,
         "told": getattr(CONTROLLERS.get(name), "knows", None),
-        "whole_grid": summarise(own),
+        "whole_grid": summarise(own, drawn),
         "by_noise": [
-            NoiseSummary(**vars(summarise(_chosen(own, name, noise))), noise_microstrain=noise)
+            NoiseSummary(
+                **vars(summarise(_chosen(own, name, noise), drawn)), noise_microstrain=noise
+            )
             for noise in grid.noises
         ],
         "by_fault": [
@@ -462,7 +482,9 @@ def _controller_data(trials: Sequence[Trial], name: str, grid: ControlGrid) -> C
 
 def _fault_summary(trials: Sequence[Trial], label: str) -> FaultSummary:
     margins = (each.result.safety_margin for each in trials if each.result.success)
-    return FaultSummary(**vars(summarise(trials)), fault=label, safety_margin=spread_of(margins))
+    return FaultSummary(
+        **vars(summarise(trials, drawn=True)), fault=label, safety_margin=spread_of(margins)
+    )
 
 
 def _chosen(
@@ -494,6 +516,7 @@ def conditions_data(grid: ControlGrid, trained_on: str | None = None) -> Conditi
         "object_masses_g": list(grid.masses_g),
         "noises_microstrain": list(grid.noises),
         "seed": grid.seed,
+        "sealed": grid.seed == SEALED_SEED,
         "hold_s": grid.hold_s,
         "tug": tug,
         "perturbed": perturbed,

@@ -37,8 +37,9 @@ from fingerdesign.sensing.model import (
     opposite_problem,
 )
 from fingerdesign.sensing.perturb.finger import refuse_faults
-from fingerdesign.sensing.train.result import estimator_faults, training_result_for
-from fingerdesign.trials.bench import Bench, GripBench, PerturbedBench
+from fingerdesign.sensing.train.ready import estimator_of
+from fingerdesign.sensing.train.result import estimator_faults
+from fingerdesign.trials.bench import GripBench, PerturbedBench
 from fingerdesign.trials.grid import (
     GOOD_AMPLIFIER,
     Cell,
@@ -119,15 +120,14 @@ def run_study(
     with one_thread(), Journal(journal, KIND, digest) as stored:
         with clock.stage("grips"):
             if (setting := options.tuning) is not None:
+                own = _judging(bench, design, options.fidelity)
                 tuned = tune_controllers(
-                    design, bench, names, stored, setting, options.workers, report
+                    design, own, names, stored, setting, options.workers, report
                 )
-                tuning = tuning_data(tuned, setting, grid.seed, design.digest())
+                tuning = tuning_data(tuned, setting, grid, design.digest())
                 design = tuned_design(design, tuned)
                 bench = bench.with_grip(design.grip)
-            judged: Bench = bench
-            if grid.perturbed is not None:
-                judged = PerturbedBench(design, grid, bench.estimator, options.fidelity)
+            judged = _judging(bench, design, options.fidelity)
             found = run_batches(judged, batches, stored, options.workers, report, design.digest())
         if grid.perturbed is None:
             report("drawing the paths", 1.0)
@@ -187,11 +187,16 @@ def _grip_bench(
             opposite = opposite_problem(design, fidelity, report=say)
     with clock.stage("teaching"):
         if any(map(needs_training, names)) and estimator is None:
-            estimator = training_result_for(
-                design, problem, say, options.workers, fidelity
-            ).estimator
+            estimator = estimator_of(design, say, options.workers, fidelity)
     face, plates = design.gages.face, gage_array(design)
     return GripBench(problem, face, plates, design.grip, grid, estimator, opposite)
+
+
+def _judging(bench: GripBench, design: Design, fidelity: Fidelity) -> GripBench | PerturbedBench:
+    """The bench that judges a design: the model's own, or those of the fingers that are drawn."""
+    if bench.grid.perturbed is None:
+        return bench
+    return PerturbedBench(design, bench.grid, bench.estimator, fidelity)
 
 
 def journal_beside(target: Path) -> Path:

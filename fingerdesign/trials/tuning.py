@@ -13,7 +13,8 @@ score is the success rate; ties (and they are frequent) go to the lower mean of 
 the least force that would hold, of the grips that succeed. The best of the last round is taken.
 
 The same seed gives the same trials, whatever the number of processes. A controller without
-parameters of its own would still be given every round; an oracle has one.
+parameters of its own would still be given every round; an oracle has one. A study of perturbed
+fingers tunes on such fingers, with the same faults, but on none that it judges.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -26,22 +27,27 @@ from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.plants.remembered import Memory
 from fingerdesign.control.roster import ControllerKind, Range
-from fingerdesign.design.grip import Grip
 from fingerdesign.design.io import dump_design
-from fingerdesign.design.keys import set_value
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.result import GripResult
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.bench import GripBench
-from fingerdesign.trials.grid import FRICTIONS, GOOD_AMPLIFIER, MASSES_G, Cell
+from fingerdesign.runtime.streams import seed_for, stream
+from fingerdesign.trials.bench import Bench, GripBench, PerturbedBench, tuned_grip
+from fingerdesign.trials.grid import (
+    FRICTIONS,
+    GOOD_AMPLIFIER,
+    MASSES_G,
+    NONE,
+    Cell,
+    ControlGrid,
+    Perturbed,
+)
 from fingerdesign.trials.record import ControllerTuningData, TunedTrialData, TuningData
 from fingerdesign.trials.stored import Report, run_batches
 
 DESIGN_FILE = "tuned.toml"
-# This is added to the seed of all noise, so that tuning grips have another noise than the grid's.
-_APART = 1009
 
 Values = Mapping[str, float]
 # The results of batches of cells; the cells of a batch have the same values.
@@ -145,7 +151,8 @@ def tune(
             report(words, (begun + part) / len(budget))
 
         made = [Candidate(dict(default), 0)] if number == 0 else []
-        points = points_of(box, each.new - len(made), np.random.default_rng([seed, number]))
+        rng = stream(seed, "trials of a tuning", controller, number)
+        points = points_of(box, each.new - len(made), rng)
         made += [Candidate(values_at(own, point), number) for point in points]
         best = [k for k in going if k != 0][: each.best]
         # The default stays to the end: it is what the tuning improves on.
@@ -205,12 +212,15 @@ def tuning_cells(
     count: int,
     seed: int = 0,
     noises: Sequence[float] = (GOOD_AMPLIFIER,),
+    perturbed: Perturbed | None = None,
 ) -> list[Cell]:
     """``count`` grips, the same for every controller; masses evenly by their logarithm.
 
     Frictions and masses are Sobol points of the grid's own span, none of them a point of the grid:
-    a controller is not tuned to what it is judged on later.
+    a controller is not tuned to what it is judged on later. perturbed: each finger, of its faults
+    in turn, lifts as many objects as in the study.
     """
+    labels, lifts = ((NONE,), count) if perturbed is None else (perturbed.labels, perturbed.lifts)
     smooth, rough, light, heavy = FRICTIONS[0], FRICTIONS[-1], MASSES_G[0], MASSES_G[-1]
     return [
         Cell(
@@ -218,14 +228,16 @@ def tuning_cells(
             round(float(smooth + x * (rough - smooth)), 4),
             round(float(light * (heavy / light) ** y), 1),
             float(noises[k % len(noises)]),
+            fault=labels[k // lifts % len(labels)],
+            plant=k // lifts,
         )
-        for k, (x, y) in enumerate(_sobol(2, count, seed))
+        for k, (x, y) in enumerate(_sobol(2, count, seed_for(seed, "objects of a tuning")))
     ]
 
 
 def tune_controllers(
     design: Design,
-    bench: GripBench,
+    bench: GripBench | PerturbedBench,
     controllers: Sequence[str],
     journal: Journal,
     setting: TuningSetting,
@@ -246,7 +258,7 @@ def tune_controllers(
         found[name] = tune(
             name,
             default_values(design, name),
-            tuning_cells(name, budget[-1].grips, seed, setting.noises),
+            tuning_cells(name, budget[-1].grips, seed, setting.noises, bench.grid.perturbed),
             judge,
             budget=budget,
             seed=seed,
@@ -269,14 +281,6 @@ def tuned_design(design: Design, tuned: dict[str, Tuning]) -> Design:
     return with_values(design, {key: value for each in best for key, value in each.items()})
 
 
-def tuned_grip(grip: Grip, values: Values) -> Grip:
-    """A ``[grip]`` table with dotted keys of the design set, checked like a file."""
-    data = {"grip": grip.model_dump(mode="json", exclude_none=True)}
-    for key, value in values.items():
-        set_value(data, key, value)
-    return Grip.model_validate(data["grip"])
-
-
 @dataclass(frozen=True)
 class TriedBench:
     """A bench whose cells have values of their own, the same in a batch."""
@@ -289,29 +293,48 @@ class TriedBench:
         return [tuned.run_cell(cell, Memory()) for cell in cells]
 
 
-def bench_judge(bench: GripBench, design: Design, journal: Journal, workers: int) -> Judge:
+def bench_judge(
+    bench: GripBench | PerturbedBench, design: Design, journal: Journal, workers: int
+) -> Judge:
     """A judge of trials on a bench that stores their grips; ``workers``: see run_batches.
 
-    Both fingers are alike there, and the noise is not the grid's.
+    Both fingers are alike there, and noise and perturbed fingers are not the grid's.
     """
-    grid = replace(bench.grid, seed=bench.grid.seed + _APART, tug=None)
-    tried = TriedBench(replace(bench, grid=grid, opposite=None))
+    grid = replace(bench.grid, seed=seed_for(bench.grid.seed, "tuning"), tug=None)
+    tried: Bench
+    if isinstance(bench, PerturbedBench):
+        tried = replace(bench, grid=grid)
+    else:
+        tried = TriedBench(replace(bench, grid=grid, opposite=None))
 
     def judged(batches: Sequence[tuple[Cell, ...]], report: Report) -> list[list[GripResult]]:
-        once = dict.fromkeys(batches)  # Values may be tried twice.
+        once = list(dict.fromkeys(batches))  # Values may be tried twice.
+        if isinstance(bench, PerturbedBench):
+            once = _by_finger(once)
         found = run_batches(tried, once, journal, workers, report, design.digest())
         return [[found[cell] for cell in batch] for batch in batches]
 
     return judged
 
 
+def _by_finger(batches: Sequence[tuple[Cell, ...]]) -> list[tuple[Cell, ...]]:
+    """The cells of all batches, those of one finger together: its model is made once."""
+    fingers: dict[tuple[str, int], list[Cell]] = {}
+    for cell in (cell for batch in batches for cell in batch):
+        fingers.setdefault((cell.fault, cell.plant), []).append(cell)
+    return [tuple(cells) for cells in fingers.values()]
+
+
 def tuning_data(
-    tuned: dict[str, Tuning], setting: TuningSetting, seed: int, digest: str
+    tuned: dict[str, Tuning], setting: TuningSetting, grid: ControlGrid, digest: str
 ) -> TuningData:
     """The tunings as plain values; digest: of the design before them."""
-    cells = tuning_cells("", setting.budget[-1].grips, seed, setting.noises)
+    count = setting.budget[-1].grips
+    cells = tuning_cells("", count, grid.seed, setting.noises, grid.perturbed)
+    fingers = 0 if grid.perturbed is None else len({cell.plant for cell in cells})
     return {
         "digest": digest,
+        "fingers": fingers,
         "cells": [
             {
                 "friction_coefficient": each.friction,
@@ -359,10 +382,11 @@ def tuned_text(design: Design, tuning: TuningData, seed: int) -> str:
         for key in ("friction_coefficient", "object_mass_g", "noise_microstrain")
     )
     levels = ", ".join(f"{noise:g}" for noise in sorted(set(noises)))
+    own = f" of {tuning['fingers']} perturbed fingers" if tuning["fingers"] else ""
     head = [
         f"{design.design.name}, its controllers tuned by `fingerdesign study --tune` "
         f"(seed {seed}).",
-        f"On {len(cells)} grips: friction {min(frictions):.2g} to {max(frictions):.2g}, "
+        f"On {len(cells)} grips{own}: friction {min(frictions):.2g} to {max(frictions):.2g}, "
         f"{min(masses):.0f} to {max(masses):.0f} g, gage noise {levels} microstrain.",
         *(f"{name}: {_success(each)}" for name, each in tuning["controllers"].items()),
         "Other grips have other rates: see the study.",

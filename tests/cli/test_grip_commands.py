@@ -11,7 +11,7 @@ from fingerdesign import load_design
 from fingerdesign.control.c_code import c_files
 from fingerdesign.control.estimator import Band, FingerCurves, GripEstimator, Layer, feature_count
 from fingerdesign.sensing.model import grip_problem
-from fingerdesign.sensing.train.result import settings_of, training_key
+from fingerdesign.sensing.train.result import finger_key
 
 DESIGN = """
 [design]
@@ -65,7 +65,7 @@ def test_an_estimator_taught_on_another_is_refused(folder, tmp_path, estimator, 
         reported = terminal(*command, code=2).err
         assert re.search(r"on another: must be one \w+ on this design", reported)
     design = load_design(own)
-    estimator(training_key(design, settings_of(design)))
+    estimator(finger_key(design))
     solid = ["grip", own, "--controller", "regulator", "--fidelity", "3d"]
     refused = terminal(*solid, *given, code=2).err
     assert "in plane-strain: must be one trained in 3d" in refused
@@ -74,7 +74,7 @@ def test_an_estimator_taught_on_another_is_refused(folder, tmp_path, estimator, 
 
 def test_an_estimator_is_exported(folder, tmp_path, estimator, terminal):
     design = load_design(folder / "coarse.toml")
-    path = estimator(training_key(design, settings_of(design)))
+    path = estimator(finger_key(design))
     louder = GripEstimator.from_json(path.read_text()).at_noise(2.0)
     given = [path, folder / "coarse.toml", "--noise", 2.0, "--out"]
     weights = 3 * feature_count(15)
@@ -141,7 +141,7 @@ def test_every_decision_on_grips_can_be_taken_in_3d(tmp_path, terminal):
     flat, solid = peaks
     assert 0.6 * flat < solid != flat
     assert grip_problem(design, "3d").model.dimension == 3
-    keys = {training_key(design, settings_of(design), each) for each in ("plane-strain", "3d")}
+    keys = {finger_key(design, each) for each in ("plane-strain", "3d")}
     assert len(keys) == 2
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from fingerdesign import load_design, parse_design
 from fingerdesign.design.shipped import shipped_names, shipped_text
-from fingerdesign.sensing.train.result import settings_of, training_key
+from fingerdesign.sensing.train.result import finger_key
 from tests.cli.test_voice import FOLDERS
 from tests.control.test_estimator import estimator
 from tests.control.test_trace import text as trace_text
@@ -184,7 +184,7 @@ def benches(folder: Path, out: Path, chance: Chance) -> Lines:
 @cache
 def _taught() -> str:
     design = parse_design(SMALL)
-    return replace(estimator(), design=training_key(design, settings_of(design))).to_json()
+    return replace(estimator(), design=finger_key(design)).to_json()
 
 
 @kind(5)

@@ -34,7 +34,7 @@ from fingerdesign.sensing.identify import sensitivities
 from fingerdesign.sensing.identify.bench import phase_problems, protocol, simulated_bench
 from fingerdesign.sensing.identify.bench_fit import Measured, Noise, fit_latents
 from fingerdesign.sensing.identify.bench_report import write_measured
-from fingerdesign.sensing.train.result import settings_of, training_key
+from fingerdesign.sensing.train.result import finger_key
 from tests.sensing.conftest import FINGER
 from tests.support.pages import DOCS, blocks, run_python
 
@@ -75,7 +75,7 @@ def estimator_file(design, folder):
     count = feature_count(GAGES)
     layer = Layer(np.zeros((count, 3)), np.array([0.7, 0.4, 0.1]))
     band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))
-    key = training_key(design, settings_of(design))
+    key = finger_key(design)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "estimator.json").write_text(GripEstimator(key, curves, 0.5, (band,)).to_json())
     return folder / "estimator.json"
@@ -181,7 +181,7 @@ def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
     assert plate_frames(fitted)[2].x == pytest.approx(plate_frames(design)[2].x + off["value"])
     # The estimator is what was trained, with this finger's curves; a rig loads it.
     own = GripEstimator.from_json((tmp_path / "out/mine/estimator.json").read_text())
-    assert own.design == training_key(design, settings_of(design))
+    assert own.design == finger_key(design)
     curves = np.array(record["curves"]["pressed_microstrain"])
     assert own.curves.pressed == pytest.approx(curves, rel=1e-4, abs=1e-4)
     exported = (tmp_path / "out/mine/estimator.json", measured / "mine.toml", "--out", tmp_path)

@@ -8,7 +8,14 @@ from fingerdesign_cli.trials import _show
 from scipy.stats import binomtest
 
 from fingerdesign.control.metrics import reaction_steps
-from fingerdesign.records.statistics import Share, clustered_share, rms_of, share_of, spread_of
+from fingerdesign.records.statistics import (
+    Share,
+    beta_binomial_share,
+    clustered_share,
+    rms_of,
+    share_of,
+    spread_of,
+)
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.findings import findings
 from fingerdesign.trials.grid import Cell, ControlGrid
@@ -198,6 +205,27 @@ def test_warnings_of_slip_are_summed_up_over_grips():
     assert found.stick_error_of_grips.most == 0.2
     nothing = vars(summarise([trial(), trial(**DROPPED)]).foreseen)
     assert set(nothing.values()) == {None}
+
+
+def test_an_interval_over_fingers_covers_what_one_over_lifts_does_not():
+    """25 fingers of four lifts: rates of fingers are from a beta distribution with mean 0.85."""
+    rng, of, held = np.random.default_rng(0), [4] * 25, np.zeros(2)
+    for _ in range(200):
+        counts = rng.binomial(4, rng.beta(0.85, 0.15, 25)).tolist()
+        for k, each in enumerate((beta_binomial_share(counts, of), share_of(sum(counts), 100))):
+            held[k] += each.low <= 0.85 <= each.high
+    # Of 200 intervals with a probability of 95 % 182 or more hold but for once in a hundred times.
+    assert held[0] >= 182 > 170 > held[1]
+
+
+def test_an_interval_over_fingers_of_one_lift_each_is_that_of_lifts_and_ends_are_ends():
+    single = beta_binomial_share([1] * 92 + [0] * 8, [1] * 100)
+    assert (single.low, single.high) == pytest.approx((0.850, 0.959), abs=2e-3)  # Wilson's
+    every = beta_binomial_share([4] * 25, [4] * 25)
+    assert (every.rate, every.high) == (1.0, 1.0)
+    assert 0.88 < every.low < share_of(100, 100).low
+    assert beta_binomial_share([0, 0], [4, 4]).low == 0.0
+    assert beta_binomial_share([], []) == beta_binomial_share([0], [0]) == share_of(0, 0)
 
 
 def test_intervals_cover_what_they_say():

@@ -17,7 +17,7 @@ from fingerdesign.control.plants.remembered import Memory
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.runtime.journal import Journal
-from fingerdesign.sensing.train.result import settings_of, training_key
+from fingerdesign.sensing.train.result import finger_key
 from fingerdesign.trials.grid import Cell, ControlGrid, refuse, seed_of
 from fingerdesign.trials.record import COLUMNS, Trial, share_of, summarise, unannounced, unsure
 from fingerdesign.trials.stored import KIND, run_batches, stored_grips
@@ -144,7 +144,7 @@ def test_an_estimator_of_another_finger_or_fidelity_is_refused(design, tmp_path)
         with pytest.raises(DesignError, match=words):
             run_study(design, ("paper",), GRID, tmp_path / "j", options)
 
-    own = {each: training_key(design, settings_of(design), each) for each in ("plane-strain", "3d")}
+    own = {each: finger_key(design, each) for each in ("plane-strain", "3d")}
     refused("f" * 64, "ffffffffffff: must be one")
     refused(own["3d"], "in 3d: must be one")
     refused(own["plane-strain"], "in plane-strain: must be one", fidelity="3d")

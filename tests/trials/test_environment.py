@@ -1,9 +1,12 @@
 """The Gymnasium environment: its checker, seeds, endings and rewards, what fails, the docs."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from fingerdesign.checks.load import with_values
+from fingerdesign.control.estimator import Estimated
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import press
 from fingerdesign.errors import DesignError, SolverError
@@ -56,6 +59,43 @@ def test_gymnasiums_checker_passes(made):
     environment = made(frictions=(0.2, 0.8), noise_microstrain=0.5)
     check_env(environment, skip_render_check=True)
     assert environment.observation_space.low[-3:].tolist() == [0.0, -1.0, 0.0]
+
+
+def test_estimates_are_the_estimators_of_samples_and_the_moves_that_they_answer(made, monkeypatch):
+    """Two samples of delay: the first two samples answer no move."""
+    seen = []
+
+    class Reports:
+        gages = 11
+
+        def at_noise(self, noise):
+            return self
+
+        def estimate(self, history):
+            seen.append([(each.dx, each.dy) for each in history])
+            return Estimated(0.5, 0.25, 0.125)
+
+    monkeypatch.setattr(module, "estimator_faults", lambda *_: [])
+    own = made({"grip.hardware.delay_samples": 2}, estimates=Reports())
+    first, _ = own.reset(seed=0)
+    assert first[-3:].tolist() == [0.5, 0.25, 0.125]
+    assert own.observation_space.contains(first)
+    pressed = len(seen)
+    for action in ((0.1, 0.5), (0.05, 0.0)):
+        own.step(action)
+    found, *_ = own.step((0.0, 0.0))
+    assert found.shape == (11 + 8,)
+    (history,) = seen[-1:]
+    assert len(history) == pressed + 3
+    assert history[:2] == [(0.0, 0.0)] * 2
+    sheared, closed = 0.1 * own._grip.shear_step_mm, 0.5 * own._bounds.approach_step
+    assert history[-1] == pytest.approx((sheared, closed))
+    assert sum(dy for _, dy in history[:-1]) == pytest.approx(own._bounds.preload)
+
+
+def test_an_estimator_of_another_finger_is_refused(made):
+    with pytest.raises(DesignError, match="--estimator"):
+        made(estimates=SimpleNamespace(gages=11, design="f" * 64))
 
 
 def test_a_seed_is_an_episode(made):

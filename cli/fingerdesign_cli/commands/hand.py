@@ -88,9 +88,8 @@ def train() -> None:
 
     OUT/NAME/estimator.json runs on a rig with numpy alone (fingerdesign.control.estimator);
     training.json reports its errors on held-out grips: of judged_fingers other fingers or, with
-    grip.regulator.training_fingers = 1, of the same one. The first training takes a quarter of an
-    hour of one core, half an hour in 3-D. It is cached: changes of the controllers in the [grip]
-    table need no other.
+    grip.regulator.training_fingers = 1, of the same one. How long it takes is printed before it
+    begins. The result is cached: changes of the controllers in the [grip] table need no other.
     """
 
 
@@ -252,6 +251,11 @@ def export() -> None:
 @open_option
 @click.option(
     "--seed", type=int, default=0, show_default=True, help="Of all noise, fingers and trials."
+)
+@click.option(
+    "--sealed",
+    is_flag=True,
+    help="Take the seed of published tables, on which nothing is developed: once for each table.",
 )
 @estimator_option(
     "For the regulator: what `fingerdesign train` wrote for DESIGN. Without it one is "

@@ -17,8 +17,7 @@ from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Plant
 from fingerdesign.design.grip import Grip
-
-_BENCH, _GRIP = 0, 1  # streams of random numbers from one seed
+from fingerdesign.runtime.streams import stream
 
 
 def calibrated(
@@ -59,13 +58,13 @@ class Rig:
     def calibration(self) -> Calibration:
         """The bench moves, at rest at each point. Raises SolverError where nothing is measured."""
         bench = self.problem.with_friction(self.grip.bench_friction_coefficient)
-        rng = np.random.default_rng([self.grip.seed, _BENCH])
+        rng = stream(self.grip.seed, "noise on the bench")
         bounds = Bounds.of(self.grip)
         return calibrated(bench, self.face, self.grip.hardware, rng, bounds, self.plates)
 
     def plant(self, friction_coefficient: float, object_mass_g: float, number: int = 0) -> Plant:
         """A fresh plant; grips of the same ``number`` meet the same noise."""
-        rng = np.random.default_rng([self.grip.seed, _GRIP, number])
+        rng = stream(self.grip.seed, "noise of a grip", number)
         inner: Plant
         if self.grip.plant == "finger":
             problem = self.problem.with_friction(friction_coefficient)

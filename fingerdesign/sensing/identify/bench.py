@@ -26,6 +26,7 @@ from fingerdesign.control.plants.plant import CondensedPlant, Plant
 from fingerdesign.control.trace import trace_of
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.model import against, bench_problem
 from fingerdesign.sensing.perturb.faults import ALL
 from fingerdesign.sensing.perturb.finger import perturb
@@ -149,7 +150,7 @@ def simulated_bench(
         bound = f"one of {', '.join(known)}"
         raise DesignError([Fault("--fault", name, bound, "correct it") for name in wrong])
     drawn = perturb(design, chosen, seed)
-    own, rng = drawn.design, np.random.default_rng([seed, 7])
+    own, rng = drawn.design, stream(seed, "noise on a simulated bench")
     hardware, plates = own.rig.hardware, gage_array(own)
     plan = protocol(design)
     problems = phase_problems(own, plan, fidelity, drawn.object.tilt_deg)

@@ -15,6 +15,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.trace import Trace
 from fingerdesign.records.folder import RecordFolder
+from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.identify.trace_path import TracePath, played
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def simulated_trace(
     from fingerdesign.analysis.stages import one_thread
     from fingerdesign.sensing.model import grip_problem
 
-    rng = np.random.default_rng([seed, 11])
+    rng = stream(seed, "simulated trace")
     material = design.body.material
     modulus = design.materials[material].youngs_modulus_MPa
     modulus *= float(np.exp(rng.uniform(-_MODULUS, _MODULUS)))

@@ -25,6 +25,7 @@ from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.make import mesher_name
+from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.model import against, bench_problem, meshed_for_grips
 from fingerdesign.sensing.perturb.draws import Draw
 from fingerdesign.sensing.perturb.faults import FAULTS, TRAINING_FAULTS
@@ -60,7 +61,7 @@ class PerturbedFinger:
         along x and z and linear between. That patches move with the object is left out."""
         if self.patches is None:
             return None
-        values = np.random.default_rng(self.patches).uniform(-1.0, 1.0, (_PATCHES, _PATCHES))
+        values = stream(self.patches, "patches").uniform(-1.0, 1.0, (_PATCHES, _PATCHES))
         along = points[:, 2] if points.shape[1] == 3 else np.zeros(len(points))
         places = [points[:, 0] / PATCH_MM, along / PATCH_MM]
         field: Array = map_coordinates(values, places, order=1, mode="grid-wrap")
@@ -68,7 +69,7 @@ class PerturbedFinger:
 
 
 def perturb(design: Design, faults: Iterable[str], seed: int) -> PerturbedFinger:
-    """Draw one finger and object with the faults from the seed alone, each from its own part.
+    """Draw one finger and object with the faults from the seed alone, each from its own stream.
 
     A finger whose plates would overlap is drawn again. Raises DesignError for unknown names, for
     faults that cannot be drawn on this design, and where no draw is sound.
@@ -79,25 +80,32 @@ def perturb(design: Design, faults: Iterable[str], seed: int) -> PerturbedFinger
     chosen = tuple(name for name in FAULTS if name in names)
     for attempt in range(_ATTEMPTS):
         with suppress(DesignError):
-            return _drawn(design, chosen, (seed, attempt))
-    return _drawn(design, chosen, (seed, _ATTEMPTS))
+            return _drawn(design, chosen, seed, attempt)
+    return _drawn(design, chosen, seed, _ATTEMPTS)
 
 
-def _drawn(design: Design, faults: tuple[str, ...], seed: tuple[int, int]) -> PerturbedFinger:
+def _drawn(design: Design, faults: tuple[str, ...], seed: int, attempt: int) -> PerturbedFinger:
     frames = plate_frames(design)
     before = places_of(frames)
-    draw = Draw(before.copy(), grip_values(design), {}, {})  # The hand knows the model alone.
-    numbers = {name: number for number, name in enumerate(FAULTS)}
-    for name in faults:
-        again = [seed[1]] if seed[1] else []
-        FAULTS[name](design, np.random.default_rng([seed[0], numbers[name], *again]), draw)
+    draw = drawn_changes(design, before, faults, seed, attempt)
     if not np.array_equal(draw.plates, before):
         keys = placement_keys(frames, draw.plates)
         rows = keys["plates.placement"]
         keys["plates.placement"] = [[float(f"{v:.6f}") for v in row] for row in rows]
         draw.design.update(keys)
+    values = grip_values(design) | draw.design  # The hand knows the model alone.
     met = SceneObject(**draw.object)  # type: ignore[arg-type]
-    return PerturbedFinger(with_values(design, draw.design), met, **draw.own)
+    return PerturbedFinger(with_values(design, values), met, **draw.own)
+
+
+def drawn_changes(
+    design: Design, places: Array, faults: Iterable[str], seed: int, attempt: int = 0
+) -> Draw:
+    """Draw the faults' changes, which need not be sound together. places (p, 3): the design's."""
+    draw = Draw(places.copy(), {}, {}, {})
+    for name in faults:
+        FAULTS[name](design, stream(seed, "fault", name, attempt), draw)
+    return draw
 
 
 def places_of(frames: Sequence[PlateFrame]) -> Array:

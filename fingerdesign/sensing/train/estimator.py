@@ -9,7 +9,9 @@ perturbed fingers share the grips; other grips of the same finger, where there i
 """
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from itertools import starmap
 
 import numpy as np
 
@@ -18,7 +20,9 @@ from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.errors import SolverError
+from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
+from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.train.network import fit_band
 from fingerdesign.sensing.train.paths import RandomGripPath, Settings, random_grip_paths
 from fingerdesign.sensing.train.samples import finger_curves, sample, sample_grips
@@ -70,7 +74,7 @@ def train_estimator(
     count = max(1, round(_HELD_OUT * len(grips)))
     held_out, training = grips[:count], grips[count:]
     curves = finger_curves(problem, settings.face, settings.bounds)
-    networks, samples = [], 0
+    jobs = []
     for noises in bands:
         inputs, outputs = sample_grips(training, curves, settings, noises)
         if len(inputs) < _LEAST_SAMPLES * inputs.shape[1]:
@@ -79,9 +83,12 @@ def train_estimator(
                 "grips, or a longer travel of the stage (grip.max_approach_mm)"
             )
         report(f"training on {len(inputs)} samples with noise up to {noises[1]:g} microstrain")
-        networks.append(fit_band(inputs, outputs, noises[1], settings.seed, settings.fingers))
-        samples += len(inputs)
-    estimator = GripEstimator(design, curves, REFERENCE_NOISE, tuple(networks))
+        jobs.append((inputs, outputs, noises[1], settings.seed, settings.fingers))
+    count = min(workers, len(jobs))
+    with Pool(count) if count > 1 else nullcontext() as pool:
+        networks = tuple(pool.in_order(fit_band, jobs) if pool else starmap(fit_band, jobs))
+    samples = sum(len(job[0]) for job in jobs)
+    estimator = GripEstimator(design, curves, REFERENCE_NOISE, networks)
     known = {id(each.curves) for each in training}
     others = [each for each in held_out if id(each.curves) not in known]
     fingers = len({id(each.curves) for each in others})
@@ -98,7 +105,7 @@ def _measure_errors(
     """Measure errors on held-out grips by noise, and give each band its standard deviations."""
     stick, utilisation = [], []
     for noise in NOISES:
-        rng = np.random.default_rng([settings.seed, 2])
+        rng = stream(settings.seed, "noise of held-out grips", f"{noise:g}")
         sampled = [sample(each, estimator.curves, settings, rng, noise) for each in grips]
         truths = np.concatenate([each[1] for each in sampled])
         band = estimator.at_noise(noise).band

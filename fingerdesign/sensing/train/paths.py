@@ -18,6 +18,7 @@ from fingerdesign.control.plants.plant import CondensedPlant, Truth
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
+from fingerdesign.runtime.streams import stream
 
 # Friction coefficients are drawn evenly in their logarithm between these two.
 FRICTIONS = (0.15, 1.0)
@@ -100,7 +101,7 @@ def grip_paths_on(
 ) -> list[RandomGripPath]:
     """Make a random grip path on each problem, numbered from ``first``; each from its own seed."""
     return [
-        random_grip_path(each, settings, np.random.default_rng([seed, 0, number]))
+        random_grip_path(each, settings, stream(seed, "random grip path", number))
         for number, each in enumerate(problems, first)
     ]
 

@@ -26,6 +26,7 @@ from fingerdesign.control.roster import Object
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
+from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.train.estimator import BANDS
 from fingerdesign.sensing.train.paths import FRICTIONS, RandomGripPath
 
@@ -75,15 +76,14 @@ def policy_grips(
     """
     bounds = Bounds.of(grip)
     known = calibrate(lambda: CondensedPlant(bench, face), bench.model.gage_x, bounds)
-    rng, found = np.random.default_rng([seed, 3]), []
-
-    def drawn(low: float, high: float) -> float:
-        return float(np.exp(rng.uniform(*np.log((low, high)))))
-
-    for problem in objects:
-        friction, mass, noise = drawn(*FRICTIONS), drawn(*_MASSES_G), drawn(*BANDS[0])
+    found = []
+    for number, problem in enumerate(objects):
+        rng = stream(seed, "grip of the behaviour policy", number)
+        friction, mass, noise = (_drawn(rng, *each) for each in (FRICTIONS, _MASSES_G, BANDS[0]))
         table = RegulatorTable(
-            target=rng.uniform(*_TARGET), probe_force_N=drawn(*_PROBE_N), pull_share=drawn(*_PULL)
+            target=rng.uniform(*_TARGET),
+            probe_force_N=_drawn(rng, *_PROBE_N),
+            pull_share=_drawn(rng, *_PULL),
         )
         hand = Regulator(grip, table, Object(estimator=policy.at_noise(noise)))
         relaxes, slides = rng.uniform(0.0, (_RELAXATION, _KINETIC)) * rng.integers(0, 2, 2)
@@ -106,3 +106,8 @@ def policy_grips(
         if len(plant.moments) > _LEAST_MOMENTS:
             found.append(RandomGripPath(friction, tuple(plant.moments), tuple(plant.truths)))
     return found
+
+
+def _drawn(rng: np.random.Generator, low: float, high: float) -> float:
+    """Draw a number evenly in its logarithm."""
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))

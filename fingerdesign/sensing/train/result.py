@@ -3,60 +3,64 @@
     result = training_result_for(design, report=print)
     result.estimator, result.stick_errors
 
-The training model is the one that grips run on (sensing/model.py). The cache's key holds all that
-the estimator depends on: finger, gages, stage travel, fidelity, number of grips and seed.
+The training model is the one that grips run on (sensing/model.py). An estimator is for a finger:
+its body, gages, stage travel and fidelity. The cache's key also holds the number of grips, the seed
+and the training's version.
 """
 
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from time import perf_counter
 
-import numpy as np
-
-from fingerdesign.analysis.case import Case, gage_array
+from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
+from fingerdesign.checks.load import with_values
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.estimator import FORMAT, EstimatorError, GripEstimator
-from fingerdesign.control.roster import needs_training
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.mesh.make import mesher_name
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
 from fingerdesign.runtime.registry import CONTROLLERS, own_values
+from fingerdesign.runtime.streams import seed_for
 from fingerdesign.sensing.model import (
     CONTACT_SIZE_MM,
     FIDELITIES,
     MESHED,
     bench_problem,
     grip_problem,
+    meshed_for_grips,
 )
 from fingerdesign.sensing.perturb.faults import OF_OBJECTS
 from fingerdesign.sensing.perturb.finger import PerturbedFinger, facing, perturb, training_faults
 from fingerdesign.sensing.train.estimator import BANDS, TrainingResult, train_estimator
+from fingerdesign.sensing.train.forecast import forecast_words, training_seconds
 from fingerdesign.sensing.train.paths import RandomGripPath, Settings, grip_paths_on
 from fingerdesign.sensing.train.policy import policy_grips
 from fingerdesign.sensing.train.samples import finger_curves
 from fingerdesign.version import __version__
 
-TRAINING = 9  # Raise it when the training data or the training itself changes.
+TRAINING = 10  # Raise it when the training data or the training itself changes.
+_ANY_SHARE = 0.5  # An estimator reads gages, not their area.
 _FIRST_PART = 3  # One in so many fingers trains the behaviour policy.
 
 
 def training_result_for(
     design: Design,
-    problem: ContactProblem | None = None,
     report: Report = lambda message: None,
     workers: int = 1,
     fidelity: str = "plane-strain",
 ) -> TrainingResult:
-    """Train on a design, or take the result from the cache.
+    """Train on a design, or take the result from the cache. How long it will take is reported
+    before it begins.
 
-    problem: the design's grip_problem of this fidelity, where it exists already. Raises what
-    :func:`grip_problem` and :func:`train_estimator` raise.
+    Raises what :func:`grip_problem` and :func:`train_estimator` raise.
     """
     settings = settings_of(design)
     key = training_key(design, settings, fidelity)
@@ -64,14 +68,25 @@ def training_result_for(
     found = _read(cache.text(f"{key}.txt"))
     if found is not None:
         return found
-    problem = grip_problem(design, fidelity, report=report) if problem is None else problem
+    start = perf_counter()
+    problem = grip_problem(design, fidelity, report=report)
+    seconds = training_seconds(problem, settings, perf_counter() - start, workers)
+    whole = forecast_words(seconds)
+    report(f"training on {settings.grips} grips, {settings.fingers} fingers: {whole}")
     grips = None
     if settings.fingers > 1:
         family = _Family(design, settings, fidelity)
-        grips = _grips_of_family(family, problem, report, workers)
-    result = train_estimator(problem, key, settings, report, grips, workers=workers)
-    cache.put_text(f"{key}.txt", training_text(result))
-    return result
+
+        def shown(message: str) -> None:
+            report(f"{message}; {whole} in all")
+
+        grips = _grips_of_family(family, problem, shown, workers)
+    own = finger_key(design, fidelity)
+    result = train_estimator(problem, own, settings, report, grips, workers=workers)
+    text = training_text(result)
+    cache.put_text(f"{key}.txt", text)
+    # The file has fewer digits: who trains has the same numbers as who reads it.
+    return _read(text) or result
 
 
 def settings_of(design: Design) -> Settings:
@@ -132,14 +147,14 @@ def _grips_of_finger(
     """
     design, settings = family.design, family.settings
     faults, count = training_faults(design), -(-settings.grips // settings.fingers)
-    seed, *others = np.random.SeedSequence([settings.seed, number]).generate_state(1 + count)
+    seed, *others = finger_seeds(settings.seed, number, count)
     try:
-        finger = perturb(design, faults, int(seed)).design
+        finger = perturb(design, faults, seed).design
     except DesignError:
         return []
     kinds = OF_OBJECTS & set(faults)
     drawn = [
-        perturb(finger, kinds | {"patches"} if number % 2 else kinds, int(each))
+        perturb(finger, kinds | {"patches"} if number % 2 else kinds, each)
         for number, each in enumerate(others)
     ]
     bench = bench_problem(finger, [each.object for each in drawn], family.fidelity)
@@ -150,29 +165,41 @@ def _grips_of_finger(
 
     curves = finger_curves(bench, settings.face, settings.bounds)
     with one_thread():
-        grips = grip_paths_on(problems(drawn[own:]), settings, int(seed))
+        grips = grip_paths_on(problems(drawn[own:]), settings, seed)
         if policy is not None:
             mine = problems(drawn[:own])
-            grips += policy_grips(bench, mine, settings.face, design.grip, policy, int(seed))
+            grips += policy_grips(bench, mine, settings.face, design.grip, policy, seed)
         return [replace(each, curves=curves) for each in grips]
 
 
+def finger_seeds(seed: int, number: int, objects: int) -> list[int]:
+    """The seed of a training's finger, then those of its objects."""
+    others = [seed_for(seed, "trained object", number, each) for each in range(objects)]
+    return [seed_for(seed, "trained finger", number), *others]
+
+
 def training_key(design: Design, settings: Settings, fidelity: str = "plane-strain") -> str:
-    """SHA-256 of all that an estimator depends on; of the design without names and controllers."""
+    """SHA-256 of all that a training depends on: the finger, its amount, this version."""
+    content = [TRAINING, __version__, finger_key(design, fidelity), asdict(settings)]
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def finger_key(design: Design, fidelity: str = "plane-strain") -> str:
+    """SHA-256 of the finger that an estimator is for, its stage's travel and its model; without
+    names, controllers and what the paper's rule makes of the gages."""
     grip, solid = design.grip, fidelity == "3d"
-    # Estimators that are in use hold this key: the former name of the replicates stays in it.
-    amount = asdict(settings)
-    amount["hearings"] = amount.pop("replicates")
+    gages = design.gages.model_copy(update={"area_share": _ANY_SHARE})
+    meshed = meshed_for_grips(design, fidelity)
+    if solid:
+        meshed = with_values(meshed, {"mesh.mesher": mesher_name(meshed)})
     content = [
-        TRAINING,
         FORMAT,
-        __version__,
         content_digest(design.body),
         content_digest(design.plates),
-        content_digest(design.gages),
+        content_digest(gages),
         {name: content_digest(each) for name, each in sorted(design.materials.items())},
-        content_digest(design.mesh if solid else design.mesh.section),
-        amount,
+        content_digest(meshed.mesh if solid else meshed.mesh.section),
+        Bounds.of(grip).max_approach,
         grip.bench_friction_coefficient,
         *([fidelity, CONTACT_SIZE_MM[fidelity], MESHED] if solid else []),
     ]
@@ -185,14 +212,14 @@ def estimator_faults(
     """Faults of gripping with ``estimator`` on a design: it was trained on another finger.
 
     Empty where it was trained on this one, at this fidelity (None: at any), with the same stage
-    travel, number of grips and seed.
+    travel.
     """
     remedy = "train one on this design: fingerdesign train DESIGN"
     target, gages = len(gage_array(design)), estimator.gages
     if gages != target:
         value = f"one for {gages} gages"
         return [Fault("--estimator", value, f"one for the design's {target} gages", remedy)]
-    keys = [training_key(design, settings_of(design), each) for each in FIDELITIES]
+    keys = [finger_key(design, each) for each in FIDELITIES]
     known = dict(zip(keys, FIDELITIES, strict=True))
     own = known.get(estimator.design)
     if own is not None and fidelity in FIDELITIES and own != fidelity:
@@ -228,20 +255,3 @@ def _read(text: str | None) -> TrainingResult | None:
         return TrainingResult(known, tuple(noises), *errors, int(samples), *counts)
     except (ValueError, TypeError, AttributeError, EstimatorError):
         return None
-
-
-def with_estimator(case: Case, report: Report) -> Case:
-    """The case with the estimator of its regulator. Without one it is trained on the design: in 3-D
-    where the case is, for one of plane strain drops every second object there.
-
-    Raises DesignError for an estimator of another finger or another fidelity.
-    """
-    if not case.runs_grips or not needs_training(case.design.grip.controller):
-        return case
-    if case.estimator is None:
-        fidelity = "3d" if case.fidelity == "3d" else "plane-strain"
-        found = training_result_for(case.design, report=report, fidelity=fidelity)
-        return replace(case, estimator=found.estimator)
-    if faults := estimator_faults(case.design, case.estimator, case.fidelity):
-        raise DesignError(faults)
-    return case

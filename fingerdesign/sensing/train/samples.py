@@ -16,6 +16,7 @@ from fingerdesign.control.estimator import (
     features,
 )
 from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.train.paths import RandomGripPath, Settings
 
 GAIN_STD = 0.01  # The standard deviation of the gages' gains, drawn again for each replicate.
@@ -36,9 +37,10 @@ def sample_grips(
 ) -> tuple[Array, Array]:
     """Sample all grips, each with a noise drawn evenly in its logarithm between two; in some of
     them a gage fails."""
-    rng, found = np.random.default_rng([settings.seed, 1]), []
+    least, most = noises
+    rng, found = stream(settings.seed, "noise of a training", f"{least:g} to {most:g}"), []
     for each in [each for each in grips for _ in range(settings.replicates)]:
-        noise = float(np.exp(rng.uniform(*np.log(noises))))
+        noise = float(np.exp(rng.uniform(np.log(least), np.log(most))))
         grip = _with_failing_gage(each, rng) if rng.uniform() < _FAILURES else each
         found.append(sample(grip, curves, settings, rng, noise))
     return np.concatenate([each[0] for each in found]), np.concatenate([each[1] for each in found])

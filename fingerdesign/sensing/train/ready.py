@@ -1,0 +1,73 @@
+"""The estimator that a design is gripped with: the one given, one shipped with it, or one trained.
+
+A shipped design may have a file next to it, NAME.estimator.json: a copy of what `fingerdesign train
+NAME --fidelity 3d` writes. It is used for the finger and stage that it was trained on, also where
+other values of the design or its name differ.
+"""
+
+import json
+from dataclasses import replace
+
+from fingerdesign.analysis.case import Case
+from fingerdesign.control.estimator import GripEstimator
+from fingerdesign.control.roster import needs_training
+from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import ESTIMATOR_SUFFIX, estimator_texts
+from fingerdesign.errors import DesignError
+from fingerdesign.runtime.progress import Report
+from fingerdesign.sensing.model import FIDELITIES
+from fingerdesign.sensing.train.result import estimator_faults, finger_key, training_result_for
+
+
+def shipped_estimator(design: Design, fidelity: str | None = None) -> GripEstimator | None:
+    """The estimator that ships for a design's finger and stage, None without one.
+
+    fidelity: None takes the best one, of 3-D before plane strain.
+    """
+    wanted = reversed(FIDELITIES) if fidelity is None else [fidelity]
+    texts = {json.loads(text)["design"]: text for text in estimator_texts().values()}
+    keys = [finger_key(design, each) for each in wanted if each in FIDELITIES] if texts else []
+    return next((GripEstimator.from_json(texts[key]) for key in keys if key in texts), None)
+
+
+def unused_estimator(design: Design) -> str | None:
+    """A sentence where an estimator ships under the design's name and is not for this finger."""
+    name = design.design.name
+    if name not in estimator_texts() or shipped_estimator(design) is not None:
+        return None
+    return (
+        f"{name}{ESTIMATOR_SUFFIX} is not used: finger, gages or stage are not those of the "
+        f"shipped {name}"
+    )
+
+
+def estimator_of(
+    design: Design,
+    report: Report = lambda message: None,
+    workers: int = 1,
+    fidelity: str = "plane-strain",
+) -> GripEstimator:
+    """The estimator that ships for a design; without one it is trained or comes from the cache.
+
+    Raises as :func:`training_result_for`, which has these arguments too.
+    """
+    shipped = shipped_estimator(design, fidelity)
+    if shipped is not None:
+        return shipped
+    return training_result_for(design, report, workers, fidelity).estimator
+
+
+def with_estimator(case: Case, report: Report) -> Case:
+    """The case with the estimator of its regulator. Without one it ships with the design, or is
+    trained: in 3-D where the case is, for one of plane strain drops every second object there.
+
+    Raises DesignError for an estimator of another finger or another fidelity.
+    """
+    if not case.runs_grips or not needs_training(case.design.grip.controller):
+        return case
+    if case.estimator is None:
+        fidelity = "3d" if case.fidelity == "3d" else "plane-strain"
+        return replace(case, estimator=estimator_of(case.design, report, fidelity=fidelity))
+    if faults := estimator_faults(case.design, case.estimator, case.fidelity):
+        raise DesignError(faults)
+    return case

@@ -1,0 +1,107 @@
+"""The estimator that ships with a design: for its finger and stage, and for no other."""
+
+import numpy as np
+import pytest
+from fingerdesign_cli.inputs import estimator_for
+
+from fingerdesign.analysis.case import Case
+from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.control.estimator import (
+    Band,
+    FingerCurves,
+    GripEstimator,
+    Layer,
+    feature_count,
+)
+from fingerdesign.design.shipped import ESTIMATOR_SUFFIX, estimator_texts, shipped_path
+from fingerdesign.errors import DesignError
+from fingerdesign.sensing.train import ready
+from fingerdesign.sensing.train.result import estimator_faults, finger_key
+
+
+class TrainedAnew(Exception):
+    pass
+
+
+@pytest.fixture
+def film_tees(monkeypatch):
+    """The design with an estimator next to it whose numbers mean nothing; training is an error."""
+    design, gages = load_design("film_tees"), 11
+    forces, ones = np.array([0.0, 5.0]), np.ones((2, gages))
+    curves = FingerCurves(forces, np.zeros((2, gages)), ones, 0.01 * forces, np.full(2, 10.0))
+    count = feature_count(gages)
+    layer = Layer(np.ones((count, 3)), np.array([0.7, 0.4, 0.1]))
+    band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))
+    text = GripEstimator(finger_key(design, "3d"), curves, 0.5, (band,)).to_json()
+
+    def train(*_, **__):
+        raise TrainedAnew
+
+    monkeypatch.setattr(ready, "training_result_for", train)
+    monkeypatch.setattr(ready, "estimator_texts", lambda: {"film_tees": text})
+    return design
+
+
+def test_each_shipped_estimator_is_its_designs_and_small():
+    """It fails where a design or the meshes of grips changed: train it again, and copy the file."""
+    for name in estimator_texts():
+        design = load_design(name)
+        path = shipped_path(name).with_name(f"{name}{ESTIMATOR_SUFFIX}")
+        assert path.stat().st_size < 150_000
+        found = ready.shipped_estimator(design)
+        assert found is not None
+        assert estimator_faults(design, found, "3d") == []
+        assert ready.unused_estimator(design) is None
+
+
+def test_the_command_line_reports_it_where_a_hand_would_use_it(film_tees, capsys):
+    other = with_values(film_tees, {"plates.cover_mm": 0.61})
+    for design, hand, lines in (
+        (other, "regulator", 1),
+        (other, "paper", 0),
+        (film_tees, "regulator", 0),
+    ):
+        assert estimator_for(design, None, "3d", [hand]) is None
+        reported = capsys.readouterr().err.splitlines()
+        assert len(reported) == lines
+        assert all("is not used: finger, gages or stage" in line for line in reported)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {},
+        {"design.name": "mine", "grip.regulator.target": 0.7, "grip.object_mass_g": 300.0},
+        {"gages.area_share": 0.6, "grip.approach_step_mm": 0.004, "grip.curve_per_N": 0.2},
+        {"mesh.mesher": "sweep"},
+    ],
+)
+def test_it_is_used_without_a_training_for_the_same_finger(film_tees, values):
+    design = with_values(film_tees, {"grip.controller": "regulator"} | values)
+    found = ready.with_estimator(Case(design, None, "3d"), print)
+    assert found.estimator.design == finger_key(film_tees, "3d")
+    assert ready.unused_estimator(design) is None
+
+
+@pytest.mark.parametrize(
+    ("values", "fidelity"),
+    [
+        ({"plates.cover_mm": 0.61}, "3d"),
+        ({"grip.max_approach_mm": 0.3}, "3d"),
+        ({"materials.silicone.youngs_modulus_MPa": 4.9}, "3d"),
+        ({"gages.width_mm": 1.1}, "3d"),
+        ({}, "plane-strain"),
+    ],
+)
+def test_another_finger_stage_or_fidelity_is_trained(film_tees, values, fidelity):
+    design = with_values(film_tees, values)
+    with pytest.raises(TrainedAnew):
+        ready.estimator_of(design, fidelity=fidelity)
+    note = ready.unused_estimator(design)
+    assert (note is None) == (not values)
+    if values:
+        assert note.startswith("film_tees.estimator.json is not used")
+        shipped = ready.shipped_estimator(film_tees)
+        own = with_values(design, {"grip.controller": "regulator"})
+        with pytest.raises(DesignError, match="on this design"):
+            ready.with_estimator(Case(own, None, "3d", estimator=shipped), print)
