@@ -21,7 +21,7 @@ FLOORS = (
     ("contact", "checks", "cad"),
     ("mesh", "control"),
     ("report", "fem"),
-    ("analysis",),
+    ("analysis", "sensitivity"),
     ("sensing",),
     ("pipeline", "trials", "validate", "mold"),
     ("search", "studio"),
