@@ -5,7 +5,8 @@ Of a straight body every section point keeps its share of width and height,
     x -> x w' / w,     y -> y H'(x') / H(x),     z -> z d' / d        (H: height of the surface)
 
 so base, sides and surface go where the new body's are. Plates move as rigid bodies, or as their
-length and thickness grow, and carry the rubber along by ``mesh.moved.plate_weights``.
+length and thickness grow, and carry the rubber along by ``mesh.moved.plate_weights``. Gages end at
+nodes, and these go along with the gages' length: beyond an edge of a cell its strain is another.
 """
 
 import numpy as np
@@ -17,7 +18,7 @@ from fingerdesign.layout.bodies import surface_height
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.moved import plate_weights
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.sensitivity.variant import Parameter
+from fingerdesign.sensitivity.variant import Parameter, Variant
 
 _STILL = 1e-9  # mm (or degrees) per unit: a slower motion is rounding of the differences
 
@@ -51,7 +52,7 @@ def check_movable(parameter: Parameter, mesh: Mesh) -> None:
 
 def node_velocity(parameter: Parameter, mesh: Mesh) -> Array | None:
     """Velocity (n, dim) of the nodes per unit of the parameter; None where none moves."""
-    rates = parameter.rate(lambda t: _places(parameter.at(t).frames))
+    rates = parameter.rate(lambda t: _places(parameter.at(t)))
     body = parameter.kind == "body"
     if not body and np.abs(rates).max(initial=0.0) < _STILL:
         return None
@@ -60,27 +61,34 @@ def node_velocity(parameter: Parameter, mesh: Mesh) -> Array | None:
     if body:
         old = parameter.at(0.0).design.body
         velocity = parameter.rate(lambda t: _mapped(mesh.points, old, parameter.at(t).design.body))
-    frames = parameter.at(0.0).frames
+    here = parameter.at(0.0)
+    frames, gage = here.frames, here.design.gages.length_mm
     section, carried = mesh.points[:, :2], velocity[:, :2].copy()
     for frame, rate, weight in zip(frames, rates, plate_weights(mesh, frames), strict=True):
         if np.abs(rate).max() < _STILL and not body:
             continue
-        velocity[:, :2] += weight[:, None] * (_motion(frame, rate, section) - carried)
+        velocity[:, :2] += weight[:, None] * (_motion(frame, gage, rate, section) - carried)
     return _straightened(mesh, velocity)
 
 
-def _places(frames: tuple[PlateFrame, ...]) -> Array:
-    """Place, height, angle (rad), length and thickness (plates, 5)."""
-    rows = [[f.place, f.y, np.radians(f.angle_deg), f.length, f.thickness] for f in frames]
-    return np.array(rows).reshape(-1, 5)
+def _places(variant: Variant) -> Array:
+    """Place, height, angle (rad), length, thickness, and the gage's length (plates, 6)."""
+    gage = variant.design.gages.length_mm
+    rows = [
+        [f.place, f.y, np.radians(f.angle_deg), f.length, f.thickness, gage] for f in variant.frames
+    ]
+    return np.array(rows).reshape(-1, 6)
 
 
-def _motion(frame: PlateFrame, rate: Array, section: Array) -> Array:
+def _motion(frame: PlateFrame, gage: float, rate: Array, section: Array) -> Array:
     """Velocity (n, 2) of section points that go with a plate."""
     arm = section - frame.centre
     s, v = arm @ frame.axis, arm @ frame.normal
     spin = rate[2] * np.column_stack([-arm[:, 1], arm[:, 0]])
-    along = np.clip(s / frame.length, -0.5, 0.5) * rate[3]
+    ends, grown = (0.5 * np.array(pair) for pair in ((gage, frame.length), (rate[5], rate[3])))
+    first = int(not gage < frame.length)
+    knots, values = np.append(0.0, ends[first:]), np.append(0.0, grown[first:])
+    along = np.sign(s) * np.interp(np.abs(s), knots, values)
     off = np.clip(v / frame.thickness, -0.5, 0.5) * rate[4]
     return np.asarray(rate[:2] + spin + np.outer(along, frame.axis) + np.outer(off, frame.normal))
 
