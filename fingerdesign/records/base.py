@@ -48,6 +48,10 @@ SCHEMAS = {
         "fingerdesign.sensing.identify.trace_report:IdentificationData",
         "Rubber, friction and gages from one trace (fingerdesign identify)",
     ),
+    "tolerance": (
+        "fingerdesign.tolerance.record:ToleranceData",
+        "Spread of fingers as cast (fingerdesign tolerance)",
+    ),
     "mold": ("fingerdesign.mold.record:MoldData", "A finger's mold (fingerdesign mold)"),
 }
 closed = with_config(ConfigDict(extra="forbid"))  # all keys of the type, and no others

@@ -180,8 +180,7 @@ class _Model:
             if (facing := change.facing) is not None:
                 self.frames[..., p], modes[..., p] = facing.frames[nodes], facing.modes[:, nodes]
                 gap[:, p], areas[:, p] = facing.gap[nodes], facing.areas
-                own = facing.facet_areas
-                facets[:, p] = own if len(own) == len(facets) else 0.5 * np.tile(own, 2)
+                facets[:, p] = facing.facet_areas
         self.explicit = np.einsum("nab,pnbk->knap", frames, moved[..., :past])
         self.explicit[:, :, 0] += gap
         amplitudes = np.array([increment.motion.amplitudes for increment in increments])

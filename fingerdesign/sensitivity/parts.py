@@ -22,13 +22,15 @@ from fingerdesign.sensitivity.change import Change, Facing
 from fingerdesign.sensitivity.variant import Parameter
 from fingerdesign.sensitivity.velocity import node_velocity
 
+_SAME = 1e-9  # mm per unit: a slower growth of plates and gages is rounding of the differences
+
 
 def change_of(parameter: Parameter, model: FiniteElementModel, rows: sp.csr_matrix) -> Change:
     """The direct effect of a parameter; rows: of :func:`rows_of_plates`.
 
     DesignError where it is not known.
     """
-    design, scene, _ = parameter.at(0.0)
+    design = parameter.at(0.0).design
     body, mesh = model.condensed.body, model.mesh
     if body.element == "P1":
         bound, remedy = "known for quadratic elements", 'set mesh.element = "auto"'
@@ -110,9 +112,9 @@ def _gage_rates(
         gages = varied.design.gages
         return np.array([[gages.length_mm, gages.width_mm], [gages.z_mm, 0.0], *numbers])
 
-    if mesh.dimension == 2 or parameter.name != "body.depth_mm":
-        if np.abs(parameter.rate(sizes)).max() < 1e-9:
-            return _turned(parameter, mesh, design.gages, own_rows)
+    rigid = mesh.dimension == 2 or parameter.name != "body.depth_mm"
+    if rigid and np.abs(parameter.rate(sizes)).max() < _SAME:
+        return _turned(parameter, mesh, design.gages, own_rows)
 
     def rows(change: float) -> sp.csr_matrix:
         varied = parameter.at(change)
