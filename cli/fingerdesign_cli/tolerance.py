@@ -18,5 +18,5 @@ def tolerance(design_file: Path, out: Path, scene_file: Path | None, fidelity: s
         found = tolerance(design, scene, fidelity, lambda message: show(message), stem)
         write_tolerance(found, folder)
     say_result(found.data, lambda: say_block(view_of(found), out / name))
-    open_page(out / name / "tolerance.html")
+    open_page(out / name / "report.html")
     return 0

@@ -1,4 +1,4 @@
-"""tolerance.html: what to tighten first, and the spread of each row."""
+"""report.html: what to tighten first, and the spread of each row."""
 
 from pathlib import Path
 
@@ -18,9 +18,12 @@ _MODEL = (
 
 
 def view_of(found: ToleranceData) -> VerdictView:
-    """What the terminal and the first screen show of the last row and of the causes."""
-    last = found.rows[-1]
-    notes = [Verdict("note", name, number) for name, number in _spreads(last)]
+    """What the terminal and the first screen show: the row whose stick ratio scatters most (of
+    equal ones the last), and the causes."""
+    scatter = [row.stick_ratio_std[0] for row in found.rows]
+    row = max(range(len(scatter)), key=lambda k: (scatter[k], k))
+    notes = [Verdict("note", "row", f"{row + 1} of {len(scatter)}: the stick ratio scatters most")]
+    notes += [Verdict("note", name, number) for name, number in _spreads(found.rows[row])]
     for place, source in enumerate(found.sources[:4]):
         name = "tighten first" if not place else "then"
         notes.append(Verdict("note", name, _source(source)))

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from fingerdesign.records.base import Size, closed, json_text, plain
 
-RECORD_FILE, PAGE_FILE = "tolerance.json", "tolerance.html"
+RECORD_FILE, PAGE_FILE = "tolerance.json", "report.html"
 
 
 @closed

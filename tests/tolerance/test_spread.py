@@ -62,7 +62,7 @@ def record():
 
 def test_the_page_and_the_record_hold_the_numbers(tmp_path):
     write_tolerance(record(), tmp_path)
-    page = (tmp_path / "tolerance.html").read_text(encoding="utf-8")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "plates in height" in page
     assert "tolerance.json" in page
     data = json.loads((tmp_path / "tolerance.json").read_text(encoding="utf-8"))

@@ -226,7 +226,7 @@ def tolerance() -> None:
     """Report the spread of fingers that are cast as DESIGN, by one analysis and its derivatives.
 
     Plates are off by what holds them in the mold, the rubber by its batch, gages by their factors.
-    OUT/NAME then holds tolerance.html (what to tighten first, the spread) and tolerance.json.
+    OUT/NAME then holds report.html (what to tighten first, the spread) and tolerance.json.
     """
 
 
