@@ -86,7 +86,9 @@ def plate_weights(mesh: Mesh, frames: Sequence[PlateFrame]) -> Array:
     distance = [_distance(frame, section) for frame in frames]
     weights = np.empty((len(frames), len(section)))
     for k, away in enumerate(distance):
-        others = [away[near < 1e-9].min() for j, near in enumerate(distance) if j != k]
+        others = [
+            away[near < 1e-9].min(initial=np.inf) for j, near in enumerate(distance) if j != k
+        ]
         reach = _REACH * min(float(away[still].min()), *others)
         weights[k] = np.clip(1.0 - away / reach, 0.0, None)
     return weights

@@ -77,6 +77,9 @@ def sensitivity(
     (variant.py). Without a scene: the fundamental case. Raises DesignError for a wrong input or a
     parameter whose derivative is not known, SolverError where a row has no answer.
     """
+    if fidelity not in ("plane-strain", "3d"):
+        bound, remedy = "plane-strain or 3d", "derivatives are of one model at small strain"
+        raise DesignError([Fault("fidelity", f"'{fidelity}'", bound, remedy)])
     design = design if isinstance(design, Design) else load_design(design)
     scene = scene if isinstance(scene, Scene | None) else load_scene(scene)
     case = Case(design, scene, fidelity, grips=False, fields=False)

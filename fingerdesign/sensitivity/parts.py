@@ -1,6 +1,7 @@
 """From parameters to their direct effects on mesh, materials, gages and object."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -71,7 +72,7 @@ def _of_material(parameter: Parameter, model: FiniteElementModel) -> Change:
     for part, owner in (("elastomer", "body"), ("plates", "plates"), ("core", "core")):
         if part == "core" and design.body.core is None:
             continue
-        material = design.body.core if part == "core" else getattr(design, owner)
+        material: Any = design.body.core if part == "core" else getattr(design, owner)
         if material.material == name:
             mine[parts[part]] = 1.0
     if design.plates.model == "sheet" and design.plates.material == name and frames:
@@ -146,7 +147,7 @@ def _facing(parameter: Parameter, model: FiniteElementModel, velocity: Array | N
     body, mesh = condensed.body, model.mesh
     moves = velocity is not None
 
-    def parts(change: float) -> list[Array]:
+    def parts(change: float) -> list[Any]:
         design, scene, _ = parameter.at(change)
         points = mesh.points if velocity is None else mesh.points + change * velocity
         depth = design.body.depth_mm if mesh.dimension == 2 else 1.0

@@ -9,7 +9,7 @@ Rates of closed forms are five-point differences, good to some 1e-11: nothing is
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from fingerdesign.design.base import Table
 from fingerdesign.design.faults import shown
@@ -26,7 +26,6 @@ _OBJECT = ("friction_coefficient", "radius_mm", "tilt_deg")
 # Steps of five-point differences: errors of (step / length)^4 and of rounding / step balance.
 _STEP, _LEAST = 1e-3, 1.0
 _WEIGHTS = {-2: 1.0 / 12.0, -1: -8.0 / 12.0, 1: 8.0 / 12.0, 2: -1.0 / 12.0}
-Value = TypeVar("Value")
 
 
 class Variant(NamedTuple):
@@ -104,11 +103,11 @@ def _placement(design: Design, scene: Scene, name: str, one: str | None, axis: i
     def at(change: float) -> Variant:
         own = [k == int(one) if one is not None else True for k in range(len(frames))]
         names = ("place", "y", "angle_deg")
-        moved = tuple(
-            replace(frame, **{names[axis]: getattr(frame, names[axis]) + change}) if mine else frame
-            for frame, mine in zip(frames, own, strict=True)
-        )
-        return Variant(design, scene, moved)
+        moved = []
+        for frame, mine in zip(frames, own, strict=True):
+            there: dict[str, Any] = {names[axis]: getattr(frame, names[axis]) + change * mine}
+            moved.append(replace(frame, **there))
+        return Variant(design, scene, tuple(moved))
 
     first = frames[int(one or 0)]
     value = (first.place, first.y, first.angle_deg)[axis]
