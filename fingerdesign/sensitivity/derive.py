@@ -171,6 +171,8 @@ class _Model:
         left, sizes, right = svd(loads, full_matrices=False)
         rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
         basis = fields.change_of(changes, left[:, :rank])
+        free = ~problem.model.locked[nodes].reshape(-1)  # on the mirror plane z does not yield
+        basis[:, : fields.contact] *= free[:, None]
         rates = basis @ (sizes[:rank, None] * right[:rank])
         moved = rates[:, : fields.contact].reshape(size, count, dim, -1)
         past = len(increments)
@@ -188,7 +190,7 @@ class _Model:
         self.explicit[:, :, 0] += gap
         amplitudes = np.array([increment.motion.amplitudes for increment in increments])
         self.explicit += np.einsum("ka,anip->knip", amplitudes, modes)
-        compliance = fields.values[: fields.contact, : fields.contact]
+        compliance = free[:, None] * fields.values[: fields.contact, : fields.contact]
         yielded = (compliance @ force.reshape(past, -1).T).T.reshape(past, count, dim)
         self.explicit += np.einsum("nabp,knb->knap", self.frames, yielded)
         local = np.array([increment.multiplier[nodes] for increment in increments])

@@ -10,7 +10,7 @@ from fingerdesign.errors import DesignError
 from fingerdesign.sensitivity.areas import fraction_slopes
 from fingerdesign.sensitivity.derive import sensitivity
 from fingerdesign.sensitivity.variant import parameters_of
-from tests.support.any_fingers import Finger
+from tests.support.any_fingers import Finger, any_finger
 from tests.support.derivatives import errors_of, solved
 
 # Plates as soft as 50 MPa: of metal ones the condensation rounds to some 1e-10 of the stiffness of
@@ -123,3 +123,11 @@ def test_what_has_no_known_derivative_is_refused(finger):
     pulled["path"] = {"control": "force", "increments_N": [[2.0, 0.0]]}
     with pytest.raises(DesignError, match=r"path\.control"):
         sensitivity(finger.design, Scene.model_validate(pulled), [RUBBER], "plane-strain")
+
+
+@pytest.mark.slow
+def test_half_of_a_swept_finger_agrees():
+    """In space, on the half z >= 0, whose nodes on the mirror plane do not move along z."""
+    names = ["object.friction_coefficient", RUBBER, METAL]
+    errors, _, _ = errors_of(any_finger(0, "3d"), names)
+    assert max(error for _, _, error in errors) < 1e-6

@@ -214,7 +214,7 @@ def validate() -> None:
     """
 
 
-@command("tolerance", "Spread of fingers as cast; what to tighten first.")
+@command("mold", "Spread of fingers as cast; what to tighten first.")
 @design_and_out
 @scene_option(
     "In this scene (a file, or a shipped scene's name); without it, the fundamental case."
