@@ -107,7 +107,7 @@ class _Part:
 
     def _gradients(self, moved: Array) -> Array:
         own = moved[self.nodes]  # (c, n, i, k)
-        return np.einsum("cqnj,cnik->cqjik", self.slopes, own, optimize=True)
+        return np.asarray(np.einsum("cqnj,cnik->cqjik", self.slopes, own, optimize=True))
 
     def product(self, change: Change, own: BoolArray, left: Fields) -> Array:
         """This part's share (left, right) in the product of one change, of the cells ``own``."""

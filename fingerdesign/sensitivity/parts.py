@@ -41,8 +41,8 @@ def change_of(parameter: Parameter, model: FiniteElementModel, rows: sp.csr_matr
     if parameter.kind == "materials":
         return _of_material(parameter, model)
     if parameter.name == "body.depth_mm" and mesh.dimension == 2:
-        facing = _facing(parameter, model, None)
-        return Change(parameter.name, facing=facing, thickness=1.0 / design.body.depth_mm)
+        deep = 1.0 / design.body.depth_mm
+        return Change(parameter.name, facing=_facing(parameter, model, None), thickness=deep)
     velocity = node_velocity(parameter, mesh) if parameter.kind != "object" else None
     gages = None
     if parameter.kind in ("placement", "plates", "body", "gages"):
