@@ -35,6 +35,7 @@ KERNELS = {
     "distributed": {"search"},
     "gymnasium": {"trials"},
     "trame": {"studio"},
+    "mujoco": {"robots"},
 }
 NAMES_INSIDE_FUNCTIONS = 80  # each for a heavy library or a light start
 MOST_LINES, MOST_FILES = 600, 20

@@ -14,12 +14,9 @@ import click
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.verdicts import verdict_view
-from fingerdesign.checks.load import judge_design, load_design
-from fingerdesign.design.io import dump_design
-from fingerdesign.design.keys import leaves
+from fingerdesign.checks.load import load_design
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import file_text, kind_of
-from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import Result
 from fingerdesign.records.result_files import RESULTS
@@ -35,7 +32,14 @@ from fingerdesign.search.optimise.page import FOLDER as SEARCH_FOLDER
 from fingerdesign.search.optimise.page import journal_path, tables, verdict, write_optimised
 from fingerdesign.search.optimise.trials import Trials
 from fingerdesign.search.passing.page import write_page
-from fingerdesign.search.passing.passing import Found, find_passing, most_trials, study_of
+from fingerdesign.search.passing.passing import (
+    Candidate,
+    Found,
+    evaluated_by,
+    find_passing,
+    most_trials,
+    study_of,
+)
 from fingerdesign.search.passing.space import Freedom, changes_between, space_of
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.run import (
@@ -49,7 +53,7 @@ from fingerdesign.search.run.run import (
 )
 from fingerdesign.search.study.file import Study, parse_study
 from fingerdesign.search.study.variants import base_design, variants
-from fingerdesign.studio.document import with_keys
+from fingerdesign.studio.document import edited_text
 from fingerdesign_cli.analyse import Products, answer_of
 from fingerdesign_cli.inputs import refuse_foreign
 from fingerdesign_cli.options import Options
@@ -292,31 +296,29 @@ def optimise_design(
     target, page, journal = (out / each for each in (name, f"{name}.html", f"{name}.trials.jsonl"))
     file = out / f"{name}.toml"
     refuse_foreign(RESULTS, target)
-    study, store = study_of(space), Store()
-    most = most_trials(space.base) if trials is None else trials
+    study = study_of(space)
+    most = most_trials(space) if trials is None else trials
     text = file_text(design_file)
     with (
-        Trials(study, space.base, journal.absolute(), space.starts) as trials_on_disk,
+        Trials(study, space.base, journal.absolute(), space.starts, space.near) as trials_on_disk,
         progress(design.design.name, not as_json()) as show,
         Cluster(setting.workers, setting.scheduler) as cluster,
     ):
-
-        def evaluated(plan: Sequence[Planned]) -> tuple[Outcome, ...]:
-            return run_jobs(plan, store, cluster, study.limits, retry=setting.retry)
 
         def confirm(found: Design) -> Result:
             case = Case(_named(found, name), mesh_error=True)
             return answer_of(case, out, lambda *words: None, Products(False, False, False))
 
-        def improved(found: Design) -> None:
-            write_whole(file, _toml(text, design, _named(found, name), out))
+        def improved(found: Candidate) -> None:
+            write_whole(file, edited_text(text, design, _named(found.design, name), out))
 
+        evaluated = evaluated_by(cluster, study, setting.retry)
         found = find_passing(
             space, freedom, trials_on_disk, evaluated, confirm, most, show, improved
         )
         if found.best is not None:
             best = _named(found.best.design, name)
-            write_whole(file, _toml(text, design, best, out))
+            write_whole(file, edited_text(text, design, best, out))
             if found.best.result is not None:
                 show("writing the report")
                 answer_of(Case(best, mesh_error=True), out, show, Products(True, True, False))
@@ -332,22 +334,6 @@ def _named(design: Design, name: str) -> Design:
     return design.model_copy(update={"design": own})
 
 
-def _toml(text: str, before: Design, after: Design, folder: Path) -> str:
-    """The user's own text with the changed keys set, its comments unchanged; the whole design anew
-    where that does not read back as the same finger from its folder."""
-    values = {key: new for key, (_, new) in changes_between(before, after).items()}
-    values |= {"design.name": after.design.name}
-    known = dict(leaves(before.model_dump(mode="json", exclude_none=True)))
-    values = {key: v for key, v in values.items() if v is not None or key in known}
-    try:
-        edited = with_keys(text, values)
-        if judge_design(edited, folder=folder).sound("").digest() == after.digest():
-            return edited
-    except (DesignError, ValueError, KeyError):
-        pass  # What TOML's editor cannot set in place is written as a whole.
-    return dump_design(after)
-
-
 def _say_found(found: Found, design: Design, target: Path, file: Path, page: Path) -> None:
     best = found.best
     changes = {} if best is None else changes_between(design, best.design)
@@ -360,6 +346,7 @@ def _say_found(found: Found, design: Design, target: Path, file: Path, page: Pat
                 "folder": str(target),
                 "page": str(page),
                 "conflict": found.conflict,
+                "note": found.note,
                 "changes": {key: new for key, (_, new) in changes.items()},
             }
         )
@@ -368,8 +355,9 @@ def _say_found(found: Found, design: Design, target: Path, file: Path, page: Pat
         return
     if best is not None and best.result is not None:
         say_block(verdict_view(best.result, str(file)), target)
-    if found.conflict:
-        say(found.conflict)
+    for words in (found.conflict, found.note):
+        if words:
+            say(words)
     for key, (old, new) in [*changes.items()][:_SHOWN]:
         say(f"  {key} = {new}" + ("" if old is None else f"   (was {old})"))
     if len(changes) > _SHOWN:

@@ -1,4 +1,4 @@
-"""``train``, ``identify`` and ``export``: the estimator, hidden values, the regulator in C."""
+"""``train``, ``identify``, ``export``: the estimator, hidden values, files for other systems."""
 
 import json
 from dataclasses import dataclass, replace
@@ -11,6 +11,8 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.control.bench_table import TABLE
 from fingerdesign.control.c_code import c_files
 from fingerdesign.control.estimator import GripEstimator
+from fingerdesign.control.fmu import FILE as FMU
+from fingerdesign.control.fmu import fmu
 from fingerdesign.control.trace import read_trace
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
@@ -112,23 +114,80 @@ def _held_out(result: TrainingResult) -> str:
     return f"{grips} other grips of the same finger or fingers: it is not tested on another one"
 
 
-def export(files: tuple[Path, ...], out: Path, to: str, noise: float | None) -> int:
-    """Write the regulator of DESIGN, which grips by ESTIMATOR, as C99."""
+@dataclass(frozen=True)
+class Target(Options):
+    """The system to write for. noise: of the regulator's gages; densities: of the finger's
+    materials."""
+
+    to: str
+    noise: float | None
+    densities: tuple[tuple[str, float], ...]
+
+
+def export(files: tuple[Path, ...], out: Path, target: Target) -> int:
+    """Write DESIGN for another system: its regulator, or the finger."""
     if len(files) > 2:
         raise click.UsageError("give a design, or an estimator and its design")
     design, _ = read_case(files[-1])
+    if target.to in ("mjcf", "urdf"):
+        if len(files) == 2 or target.noise is not None:
+            raise click.UsageError(f"--to {target.to} takes a design alone, and no --noise")
+        return _export_finger(design, out / design.design.name, target)
+    if target.densities:
+        raise click.UsageError("--density is for mjcf and urdf alone")
     estimator = _estimator_of(design, files[0] if len(files) == 2 else None)
-    estimator = estimator if noise is None else estimator.at_noise(noise)
-    name, written = design.design.name, c_files(estimator, design.grip)
+    estimator = estimator if target.noise is None else estimator.at_noise(target.noise)
+    if target.to == "fmu":
+        return _export_unit(design, out / design.design.name, estimator)
+    return _export_regulator(design, out / design.design.name, estimator)
+
+
+def _export_unit(design: Design, target: Path, estimator: GripEstimator) -> int:
+    kind = RecordFolder("functional mock-up unit", FMU, (FMU,))
+    with recorded(kind, target) as (folder, _):
+        content = fmu(estimator, design.grip)
+        write_whole(folder / FMU, content)
+    kilobytes, about = 1e-3 * len(content), {"gages": estimator.gages, "files": [FMU]}
+    say_result(
+        lambda: {"design": design.design.name, **about, "kilobytes": kilobytes},
+        lambda: click.echo(f"{target / FMU}: {estimator.gages} gages, {kilobytes:.0f} kB"),
+    )
+    return 0
+
+
+def _export_finger(design: Design, folder: Path, target: Target) -> int:
+    from fingerdesign.robots.describe import FOLDERS, describe, mjcf, urdf
+
+    record = {"mjcf": "xml", "urdf": "urdf"}[target.to]
+    kind, write = FOLDERS[record], {"xml": mjcf, "urdf": urdf}[record]
+    with recorded(kind, folder) as (aside, show):
+        show("drawing the finger")
+        finger = describe(design, aside, dict(target.densities))
+        write_whole(aside / f"finger.{record}", write(finger))
+    meshes = sorted(path.name for path in finger.meshes.values())
+    grams, sites = 1e3 * finger.rigid.mass, len(finger.sites)
+    words = f"{folder / f'finger.{record}'}: {grams:.3g} g, {sites} gages, {len(meshes)} meshes"
+    about = {"design": finger.name, "mass_g": grams, "gages": sites}
+    say_result(lambda: {**about, "files": [f"finger.{record}", *meshes]}, lambda: click.echo(words))
+    return 0
+
+
+def _export_regulator(design: Design, target: Path, estimator: GripEstimator) -> int:
+    written = c_files(estimator, design.grip)
     kind = RecordFolder("regulator in C", next(iter(written)), tuple(written))
-    with recorded(kind, out / name) as (folder, _):
+    with recorded(kind, target) as (folder, _):
         for file, content in written.items():
             write_whole(folder / file, content)
     weights = sum(layer.weight.size for layer in estimator.band.layers)
     about = {"gages": estimator.gages, "noise_microstrain": estimator.noise}
-    names = f"{out / name}: {' and '.join(written)}"
+    names = f"{target}: {' and '.join(written)}"
     say_result(
-        lambda: {"design": name, **about, "weights": weights, "files": list(written)},
+        lambda: {
+            "design": design.design.name,
+            **about,
+            "weights": weights,
+            "files": list(written),
+        },
         lambda: click.echo(f"{names}, {estimator.gages} gages, {weights} weights"),
     )
     return 0

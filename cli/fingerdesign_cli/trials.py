@@ -1,5 +1,6 @@
 """``fingerdesign study``: controllers judged on one design, tuned before it on request."""
 
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,12 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import plain
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.machine import usable_cores
+from fingerdesign.runtime.registry import code_allowed
+from fingerdesign.trials import gripbench
 from fingerdesign.trials.findings import findings
 from fingerdesign.trials.grid import ControlGrid, Perturbed, refuse
+from fingerdesign.trials.program import REFERENCE as PROGRAM
+from fingerdesign.trials.program import program
 from fingerdesign.trials.record import ControlStudy, Summary, TuningData
 from fingerdesign.trials.study import (
     FOLDER,
@@ -36,11 +41,18 @@ from fingerdesign_cli.terminal import (
 @dataclass(frozen=True)
 class Hands(Options):
     """The controllers to judge, all without a name; tune: each is tuned first; estimator_file: the
-    regulator's."""
+    regulator's; program: a command line that is one more."""
 
     controllers: tuple[str, ...]
     estimator_file: Path | None
     tune: bool
+    program: str | None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Those given; without any all that are shipped."""
+        given = (*self.controllers, *([PROGRAM] if self.program is not None else []))
+        return given or CONTROLLER_NAMES
 
 
 @dataclass(frozen=True)
@@ -87,8 +99,60 @@ def study(
     workers: int | None,
     fidelity: Any,
     axes: Axes,
+    held_out: str | None,
 ) -> int:
     """Judge controllers on DESIGN over friction, weight and noise, or on perturbed fingers."""
+    with ExitStack() as stack:
+        if hands.program is not None:
+            stack.enter_context(program(hands.program))
+            stack.enter_context(code_allowed(PROGRAM))
+        if str(design_file) == gripbench.NAME:
+            _refuse_axes(axes, hands, fidelity)
+            return _gripbench(out / gripbench.NAME, hands, workers or usable_cores(), held_out)
+        if held_out is not None:
+            raise click.UsageError("--held-out is for `fingerdesign study gripbench` alone")
+        return _study(design_file, out, hands, workers or usable_cores(), fidelity, axes)
+
+
+def _refuse_axes(axes: Axes, hands: Hands, fidelity: str) -> None:
+    """UsageError for an option that would change the set."""
+    given = [key for key, value in vars(axes).items() if value]
+    given += ["tune"] * hands.tune + ["fidelity"] * (fidelity != "plane-strain")
+    if given:
+        raise click.UsageError(f"gripbench is a fixed set: leave out {', '.join(given)}")
+
+
+def _gripbench(target: Path, hands: Hands, workers: int, held_out: str | None) -> int:
+    grid, design = gripbench.benchmark_grid(held_out), gripbench.benchmark_design()
+    journal = journal_beside(target.absolute())
+    if hands.program is not None:
+        journal.unlink(missing_ok=True)  # Its file may have changed: nobody knows which it is.
+    options = StudyOptions(estimator_for(design, hands.estimator_file, "plane-strain"), workers)
+    with recorded(gripbench.FOLDER, target, journal) as (folder, show):
+        found = run_study(design, hands.names, grid, journal, replace(options, report=show))
+        card = gripbench.scorecard(found, hands.names, held_out is not None)
+        gripbench.write_scorecard(card, folder)
+    say_result(lambda: plain(card), lambda: _show_card(card, target))
+    return 0
+
+
+def _show_card(card: gripbench.Scorecard, folder: Path) -> None:
+    rows = []
+    for each in card["scores"]:
+        success, margin = each["success"], each["margin"]
+        low, high = success.low or 0.0, success.high or 1.0
+        words = number(success.rate, 1, 100.0, NONE), f"{100 * low:.1f}–{100 * high:.1f}"
+        median = NONE if margin is None else f"{margin.median:.2f}"
+        rows.append([each["controller"], *words, median, f"{each['dropped']}"])
+    grips = card["scores"][0]["grips"]
+    title = f"GripBench {card['version']}, {card['set']}: {grips} grips each; success in %"
+    print_table(title, ["controller", "success", "95 %", "margin", "dropped"], rows)
+    click.echo(f"{card['seconds']:.0f} s; scorecard: {folder / gripbench.RECORD}")
+
+
+def _study(
+    design_file: Path, out: Path, hands: Hands, workers: int, fidelity: Any, axes: Axes
+) -> int:
     design, _ = read_case(design_file)
     target = out / design.design.name
     grid = axes.grid()
@@ -97,14 +161,13 @@ def study(
     setting = TuningSetting(axes.noises) if axes.noises else TuningSetting()
     options = StudyOptions(
         estimator=estimator_for(design, hands.estimator_file, fidelity),
-        workers=workers or usable_cores(),
+        workers=workers,
         fidelity=fidelity,
         tuning=setting if hands.tune else None,
     )
     journal = journal_beside(target.absolute())
     with recorded(FOLDER, target, journal) as (folder, show):
-        names = hands.controllers or CONTROLLER_NAMES
-        found = run_study(design, names, grid, journal, replace(options, report=show))
+        found = run_study(design, hands.names, grid, journal, replace(options, report=show))
         show("writing", 1.0)
         write_study(found, folder)
     say_result(lambda: plain(found.data), lambda: _show(found, target))

@@ -305,6 +305,7 @@ def study_summary(study: SlipStudy) -> SlipStudySummary:
         gage_area_mm=_range(study.gage_area_mm[responding]),
         stick_length_mm=_range(study.stick_length_mm[touching]),
         points=len(study.stick_ratio),
+        rank_by_share=study.rank_by_share,
     )
 
 

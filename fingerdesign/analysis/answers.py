@@ -113,7 +113,7 @@ def _key(case: Case) -> str | None:
         case.grips,
         case.fields,
         case.studied,
-        case.remedies,
+        case.for_page,
         case.mesh_error,
     )
     parts = json.dumps(

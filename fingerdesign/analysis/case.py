@@ -29,8 +29,9 @@ class Case:
     recover displacement fields, for files and pictures. go_on: even where the forecast says that
     the machine's free memory will not do. estimator: what grip.controller = "regulator" grips by;
     None: trained on the design. studied: with the study, at several frictions, of the fundamental
-    case. remedies: find what helps gages that see too little; a comparison of many fingers has no
-    use for it. mesh_error: estimate the mesh's share in the errors, by a second model.
+    case. for_page: find what only a page shows, which are remedies for gages that see too little,
+    and each grip of the paper's rule with the rule off. mesh_error: estimate the mesh's share in
+    the errors, by a second model.
     """
 
     design: Design
@@ -43,7 +44,7 @@ class Case:
     tolerance: float = TOLERANCE
     estimator: GripEstimator | None = None
     studied: bool = True
-    remedies: bool = True
+    for_page: bool = True
     mesh_error: bool = False
 
     @property

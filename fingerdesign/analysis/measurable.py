@@ -51,7 +51,7 @@ def start_sections(case: Case) -> Sections | None:
         start_mesher()  # It loads while this process loads the rest.
     design = case.design
     no_gages = not case.gage_array or design.plates.model == "none"
-    if no_gages or case.scene is not None or not case.remedies or plane_strain_faults(design):
+    if no_gages or case.scene is not None or not case.for_page or plane_strain_faults(design):
         return None
     pool = ThreadPoolExecutor(1)
     sections = pool.submit(_sections, design)

@@ -8,7 +8,7 @@ tetrahedra. verdicts.py decides what passes; the limits here are its own, made s
 import math
 from collections.abc import Mapping, Sequence
 
-from fingerdesign.analysis.verdicts import CLEARLY, GOOD_CORRELATION, HUMAN_MARGIN, lifts
+from fingerdesign.analysis.verdicts import HUMAN_MARGIN, lifts, needed_correlation
 from fingerdesign.records.result import (
     MOST_FORCE,
     GripResult,
@@ -57,9 +57,7 @@ def area_correlation(studies: Sequence[SlipStudySummary]) -> float | None:
 def slip_shortfall(studies: Sequence[SlipStudySummary]) -> float:
     """Missing rank correlation, the largest over the friction coefficients."""
     missing = [
-        max(GOOD_CORRELATION, (each.step_correlation or 0.0) + CLEARLY)
-        + _SPARE_CORRELATION
-        - (each.rank_correlation or 0.0)
+        needed_correlation(each) + _SPARE_CORRELATION - (each.rank_correlation or 0.0)
         for each in studies
     ]
     return max(0.0, *missing)

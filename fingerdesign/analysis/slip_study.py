@@ -44,6 +44,9 @@ _SEEN = 3.0  # A change of F_t counts from so many standard deviations of the fo
 # bound: on maeno2000 in 3-D three such increments of 32 turned 0.97 into 0.48. Eight fingers, cut
 # by four and by eight: 0.05 lets one such increment in, 0.25 takes stick in some.
 _RESISTS = 0.1
+# Shares of the strongest response that a gage area can count from, tried beside a design's own: the
+# response to F_t is known, so that each costs no increment.
+_SHARES = tuple(k / 20.0 for k in range(6, 17))
 _CALIBRATION_REACH = 1.05  # of the rows' largest approach: friction changes F_n a little
 
 
@@ -74,12 +77,14 @@ class HandKnowledge:
     threshold    microstrain/N
     floor        N, the least change of F_t that the force cell shows
     stiffness    N/mm, of F_t to shear at full stick
+    share        of the largest response at full stick that the threshold is
     """
 
     calibration: NormalCalibration
     threshold: float
     floor: float
     stiffness: float = 0.0
+    share: float = AREA_SHARE
 
 
 def full_stick_response(problem: ContactProblem, face: str, approach: float) -> Array:
@@ -185,6 +190,7 @@ def slip_studies(
         threshold=full_stick_threshold(problem, face, most, share),
         floor=_SEEN * force_noise,
         stiffness=full_stick_stiffness(problem, most),
+        share=share,
     )
     studies = []
     for friction in friction_coefficients:
@@ -228,6 +234,7 @@ def slip_study(
     stick = np.array([step.stick_area for step in steps])
     reported = np.logical_or.accumulate([index is not None for index in first])
     used = reported & np.array([step.contact_area > 0.0 for step in steps])
+    others = [gage_areas(x, clean, each / known.share * known.threshold) for each in _SHARES]
     steady = rank_correlation(np.flatnonzero(used).astype(float), stick[used])
     ratio = [np.nan if step.stick_ratio is None else step.stick_ratio for step in steps]
     return SlipStudy(
@@ -246,6 +253,10 @@ def slip_study(
         normal_force=forces[:, 0],
         force_floor_N=known.floor,
         step_correlation=None if steady is None else abs(steady),
+        rank_by_share=tuple(
+            (share, rank_correlation(each[used], stick[used]))
+            for share, each in zip(_SHARES, others, strict=True)
+        ),
     )
 
 

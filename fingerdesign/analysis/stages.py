@@ -123,7 +123,14 @@ def run_grips(
     bare = _bare_opposite(case, zone, scene) if grip.opposite == "bare" else None
     frictions, mass = grip.friction_coefficients, grip.object_mass_g
     episodes = run_episodes(
-        array, case.design, frictions, mass, case.gage_array, bare, case.estimator
+        array,
+        case.design,
+        frictions,
+        mass,
+        case.gage_array,
+        bare,
+        case.estimator,
+        without_rule=case.for_page,
     )
     return [(episode.result, episode.trace) for episode in episodes]
 

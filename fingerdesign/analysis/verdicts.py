@@ -80,10 +80,27 @@ def _verdicts(result: Result) -> Iterator[Verdict]:
         yield _accuracy(result.ladder)
 
 
+def needed_correlation(study: SlipStudySummary) -> float:
+    """The rank correlation that passes: good, and clearly better than that of the step index."""
+    return max(GOOD_CORRELATION, (study.step_correlation or 0.0) + CLEARLY)
+
+
 def follows(study: SlipStudySummary) -> bool:
     """True if the gage area follows the stick area, and clearly better than the step index."""
-    least = max(GOOD_CORRELATION, (study.step_correlation or 0.0) + CLEARLY)
-    return study.rank_correlation is not None and study.rank_correlation >= least
+    found = study.rank_correlation
+    return found is not None and found >= needed_correlation(study)
+
+
+def best_area_share(studies: Sequence[SlipStudySummary]) -> tuple[float, float] | None:
+    """The gages.area_share with which least rank correlation is missing at the worst friction
+    coefficient, and how much is missing (0 or less: it passes); None without studies."""
+    shares = [share for share, _ in studies[0].rank_by_share] if studies else []
+
+    def missing(k: int) -> float:
+        return max(needed_correlation(each) - (each.rank_by_share[k][1] or 0.0) for each in studies)
+
+    found = min(((missing(k), share) for k, share in enumerate(shares)), default=None)
+    return None if found is None else (found[1], found[0])
 
 
 def slip_sensing(studies: Sequence[SlipStudySummary]) -> Verdict:
@@ -173,6 +190,10 @@ def _fixes(result: Result, failing: set[str], design_file: str) -> Iterator[Fix]
         yield from _lift_fixes(result)
     elif "grip force" in failing:
         yield from _force_fixes([each for each in result.grips if lifts(each)], design_file)
+    if "slip sensing" in failing:
+        share, missing = best_area_share(result.slip_studies) or (0.0, 1.0)
+        if missing <= 0.0:
+            yield Fix(f"gages.area_share = {share:g}", _passes("slip sensing"), "this model")
     if "gage signal" in failing and result.measurability is not None:
         yield from _gage_fixes(result.measurability, str(result.parameters.get("plates.material")))
     if failing:

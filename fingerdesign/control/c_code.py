@@ -67,14 +67,14 @@ def c_files(estimator: GripEstimator, grip: Grip) -> dict[str, str]:
     lines += [f"#define {name} {_single(each)}" for name, each in numbers.items()]
     for name, steps in {"LAGS": LAGS, "READINGS_AT": features.readings_at(gages)}.items():
         lines += [f"static const int {name}[] = {{{', '.join(map(str, steps))}}};"]
-    lines += [_array("CENTER[]", band.center), _array("SCALE[]", band.scale)]
-    lines += [_array("SPREAD[][2]", band.spread)]
+    lines += [array_text("CENTER[]", band.center), array_text("SCALE[]", band.scale)]
+    lines += [array_text("SPREAD[][2]", band.spread)]
     layers = []
     for k, each in enumerate(band.layers):
         weight, scale = in_16_bits(each.weight)
         values = ", ".join(map(str, weight.reshape(-1).tolist()))
         lines += [fill(f"static const int16_t WEIGHT_{k}[] = {{{values}}};", 99)]
-        lines += [_array(f"WEIGHT_SCALE_{k}[]", scale), _array(f"BIAS_{k}[]", each.bias)]
+        lines += [array_text(f"WEIGHT_SCALE_{k}[]", scale), array_text(f"BIAS_{k}[]", each.bias)]
         inputs, outputs = weight.shape
         layers.append(f"{{{inputs}, {outputs}, WEIGHT_{k}, WEIGHT_SCALE_{k}, BIAS_{k}}}")
     lines += [fill(f"static const layer LAYERS[] = {{{', '.join(layers)}}};", 99)]
@@ -83,10 +83,12 @@ def c_files(estimator: GripEstimator, grip: Grip) -> dict[str, str]:
         "@sizes@": "\n".join(f"#define REGULATOR_{name} {each}" for name, each in sizes.items()),
         "@numbers@": "\n".join(lines),
     }
-    return {name: _filled((_TEMPLATES / name).read_text("utf-8"), filled) for name in FILES}
+    return {name: filled_template(name, filled) for name in FILES}
 
 
-def _filled(text: str, places: dict[str, str]) -> str:
+def filled_template(name: str, places: dict[str, str]) -> str:
+    """A file of templates/ with each place's words."""
+    text = (_TEMPLATES / name).read_text("utf-8")
     for place, words in places.items():
         text = text.replace(place, words)
     return text
@@ -97,7 +99,7 @@ def _single(value: float | np.float32) -> str:
     return f"{value:.8e}f"
 
 
-def _array(name: str, values: ArrayLike) -> str:
+def array_text(name: str, values: ArrayLike) -> str:
     """A constant array; of two columns where it is a table."""
     rows = np.asarray(values, dtype=np.float32)
     if rows.ndim == 1:

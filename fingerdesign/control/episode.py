@@ -273,15 +273,16 @@ def run_episodes(
     plates: Sequence[int] | None = None,
     opposite: ContactProblem | None = None,
     estimator: GripEstimator | None = None,
+    without_rule: bool = True,
 ) -> list[Episode]:
     """One grip per friction coefficient by the design's ``[grip]`` table, one calibration for all.
 
     The table sets plant, hardware and controller; the oracles are given the friction and the mass.
-    A grip by the paper's rule is run a second time with the rule off: ``slips_without_rule`` and
-    ``trace.without_rule``. plates: numbers of those whose gages the problem's model has, None for
-    all; opposite: the other finger of a lift, None for a mirror image; estimator: the regulator's,
-    which is given the noise of the table's hardware. Raises SolverError where the calibration
-    itself fails.
+    A grip by the paper's rule is run a second time with the rule off, where ``without_rule`` asks
+    for it: ``slips_without_rule`` and ``trace.without_rule``. plates: numbers of those whose gages
+    the problem's model has, None for all; opposite: the other finger of a lift, None for a mirror
+    image; estimator: the regulator's, which is given the noise of the table's hardware. Raises
+    SolverError where the calibration itself fails.
     """
     grip = design.rig
     rig = Rig(problem, design.gages.face, grip, plates, opposite)
@@ -302,7 +303,7 @@ def run_episodes(
             grip.controller, grip, estimator=estimator, friction=friction, mass_g=object_mass_g
         )
         episode = run(number, friction, hand)
-        if grip.controller == "paper":
+        if without_rule and grip.controller == "paper":
             free = run(number, friction, PaperController(grip, rule=False))
             # A comparison that failed shows nothing either way.
             slips = None if free.result.outcome == "failed" else free.result.gross_slip

@@ -66,9 +66,10 @@ def set_value(data: dict[str, Any], key: str, value: object) -> None:
     else:
         if places[:1] == ["materials"] and last != "source":
             table.pop("source", None)  # no longer that source's values
-        table[last] = value
         if value is None:
-            del table[last]
+            table.pop(last, None)
+        else:
+            table[last] = value
 
 
 def _entered(table: Any, place: str | int, empty: Any, refused: Any) -> Any:

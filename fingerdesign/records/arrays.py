@@ -100,6 +100,7 @@ class SlipStudy:
                       rises or falls steadily would reach
     tangential_force, normal_force  (k,) N
     force_floor_N     the least change of F_t that a response is made from
+    rank_by_share     rank_correlation at other values of gages.area_share: (share, correlation)
     """
 
     friction_coefficient: float
@@ -117,6 +118,7 @@ class SlipStudy:
     normal_force: Array
     force_floor_N: float = 0.0
     step_correlation: float | None = None
+    rank_by_share: tuple[tuple[float, float | None], ...] = ()
 
     def __post_init__(self) -> None:
         k, g = len(self.stick_ratio), len(self.gage_x_mm)

@@ -52,6 +52,10 @@ SCHEMAS = {
         "fingerdesign.tolerance.record:ToleranceData",
         "Spread of fingers as cast (fingerdesign tolerance)",
     ),
+    "gripbench": (
+        "fingerdesign.trials.gripbench:Scorecard",
+        "Controllers on a fixed set of fingers and objects (fingerdesign study gripbench)",
+    ),
     "mold": ("fingerdesign.mold.record:MoldData", "A finger's mold (fingerdesign mold)"),
 }
 closed = with_config(ConfigDict(extra="forbid"))  # all keys of the type, and no others

@@ -209,7 +209,8 @@ class SlipStudySummary:
     normal force's part taken out; None where not defined. The area is held where F_t changes by
     less than force_floor_N. step_correlation: of the step's number alone, its size; what an area
     says beyond it is worth something. gage_area_mm: least and greatest with a response;
-    stick_length_mm: with contact; points: increments.
+    stick_length_mm: with contact; points: increments. rank_by_share: rank_correlation at other
+    values of gages.area_share: (share, correlation).
     """
 
     friction_coefficient: float
@@ -221,6 +222,7 @@ class SlipStudySummary:
     gage_area_mm: tuple[float, float] = (0.0, 0.0)
     stick_length_mm: tuple[float, float] = (0.0, 0.0)
     points: int = 0
+    rank_by_share: tuple[tuple[float, float | None], ...] = ()
 
 
 @strict

@@ -44,7 +44,7 @@ def _compiled(source: Path) -> ctypes.CDLL | None:
     try:
         path = cache.path(name)
         if not _is_whole(path, cache.text(f"{name}.sha256")):
-            content = _made(source)
+            content = made_library(source)
             if content is None:
                 return None
             path = cache.put(name, content)
@@ -62,8 +62,8 @@ def _is_whole(path: Path, digest: str | None) -> bool:
     return hashlib.sha256(path.read_bytes()).hexdigest() == digest
 
 
-def _made(source: Path) -> bytes | None:
-    """Compile it with the first compiler that is found."""
+def made_library(source: Path) -> bytes | None:
+    """Compile a C file with the first compiler that is found; None without one."""
     compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
     if compiler is None:
         return None

@@ -49,15 +49,17 @@ def grip_problem(
     fidelity: str = "plane-strain",
     contact_size_mm: float | None = None,
     report: Callable[[str], None] = lambda message: None,
+    whole: bool = False,
 ) -> ContactProblem:
     """Pose the design against a plane, for the stage travel of its ``[grip]`` table.
 
     Its gages are those of the array that the slip rule reads; the friction is the bench's. The
-    contact is no finer than ``contact_size_mm``, by default :data:`CONTACT_SIZE_MM`. Raises
-    DesignError where the design cannot be gripped with or, in plane strain, has no section.
+    contact is no finer than ``contact_size_mm``, by default :data:`CONTACT_SIZE_MM`. whole: not the
+    half alone where the finger mirrors in z = 0. Raises DesignError where the design cannot be
+    gripped with or, in plane strain, has no section.
     """
     case = gripped_case(design, fidelity, contact_size_mm)
-    return _condensed(case, case.gage_array, report)
+    return _condensed(case, case.gage_array, report, whole=whole)
 
 
 def gripped_case(
@@ -158,6 +160,7 @@ def _condensed(
     report: Callable[[str], None],
     objects: Iterable[SceneObject] = (),
     neighbour: Case | None = None,
+    whole: bool = False,
 ) -> ContactProblem:
     """Condense against the fundamental scene's plane; the zone covers each of ``objects`` too."""
     design, scene = case.design, fundamental_scene()
@@ -171,7 +174,7 @@ def _condensed(
         mesh = make_mesh(neighbour.design, neighbour.fidelity, zone, neighbour.symmetric)
         mesh = with_plates_moved(mesh, plate_frames(neighbour.design), plate_frames(design))
     if mesh is None:
-        mesh = make_mesh(design, case.fidelity, zone, case.symmetric)
+        mesh = make_mesh(design, case.fidelity, zone, case.symmetric and not whole)
     report(f"condensing {len(mesh.cells)} elements")
     model = condense(design, mesh, zone, scene).reduced.with_gages(gages)
     rigid = object_at_touch(scene.object, design.body)

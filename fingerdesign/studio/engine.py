@@ -20,17 +20,15 @@ from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import DesignError, SolverError
+from fingerdesign.errors import DesignError
 from fingerdesign.fem.model import build_model
 from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.layout.zone import Zone, candidate_zone
-from fingerdesign.runtime.isolate import ProcessError, Worker
 from fingerdesign.sensing.model import meshed_for_grips
 from fingerdesign.studio.numbers import Numbers, numbers_of
 from fingerdesign.studio.sliders import Press
 
 CACHED = 40  # condensed sections; each under a MB
-TIME_LIMIT_S = 900.0  # of a 3-D answer
 # Longer edges than the design's own section has, and how much faster they grow.
 COARSER = {
     "contact_size_mm": 2.0,
@@ -122,29 +120,3 @@ def numbers_in_3d(design: Design, press: Press, reach: float) -> Numbers:
             return numbers_of(design, problem, press)
 
     return in_wide_zone(design, zone_for(design, press, reach), work)
-
-
-class Refiner:
-    """3-D in a process of its own, which can be given up at any time."""
-
-    def __init__(self) -> None:
-        self._worker: Worker | None = None
-
-    def numbers(self, design: Design, press: Press, reach: float) -> Numbers:
-        """The answer in 3-D. Raises FingerDesignError where it fails or was given up."""
-        with Worker(threads=1) as worker:
-            self._worker = worker
-            try:
-                found = worker.call(numbers_in_3d, design, press, reach, time_s=TIME_LIMIT_S)
-            except ProcessError as error:
-                raise SolverError(f"3-D: {error}") from error
-            finally:
-                self._worker = None
-        assert isinstance(found, Numbers)
-        return found
-
-    def give_up(self) -> None:
-        """End the work that goes on, from any thread."""
-        worker = self._worker
-        if worker is not None:
-            worker.kill()

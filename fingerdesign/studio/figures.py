@@ -16,7 +16,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.report.figure import LOOKS, Figure, chart, finger_in_space, round_values
 from fingerdesign.search.compare.geometry import packed_geometry
 from fingerdesign.studio.numbers import PRESSES, Numbers
-from fingerdesign.studio.verdict import section_words
+from fingerdesign.studio.words import section_words
 
 
 def section(design: Design, now: Numbers | None, picked: int | None = None) -> str:

@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from fingerdesign.analysis.case import gage_array
-from fingerdesign.analysis.detection import amplifier_noise, measured_states
 from fingerdesign.analysis.page.contact import middle_tractions
 from fingerdesign.analysis.path import contact_history
-from fingerdesign.analysis.slip_study import rank_correlation, slip_studies
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.measures import COMPLETE_SLIP
-from fingerdesign.contact.path import Step, follow
+from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.signals import gage_readings
-from fingerdesign.design.grip import FORCE_NOISE_N
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import SolverError
-from fingerdesign.records.result import MeasuredState
 from fingerdesign.studio.sliders import Press
 
 PRESSES, SHEARS = 8, 12  # increments of each leg
-_PIECES = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +28,6 @@ class Numbers:
     x, pressure, shear  (l,) mm, MPa: tractions along the contact at the last increment
     status_x, status    (s,) open, stick, slip at the last increment
     readings            (k, gages) microstrain; gage_x (gages,) mm
-    correlation         of gage area and stick area over the shear; None where it has none
-    noise               of the design's amplifier, microstrain, one sample (0.5 where it says none)
-    measured            slip measured by such a sample under this normal force; None: nothing
     """
 
     dimension: int
@@ -55,9 +44,6 @@ class Numbers:
     status: IntArray
     readings: Array
     gage_x: Array
-    correlation: float | None
-    noise: float
-    measured: MeasuredState | None
 
     @property
     def slips(self) -> bool:
@@ -111,39 +97,4 @@ def numbers_of(design: Design, problem: ContactProblem, press: Press) -> Numbers
         status=contact.status[-1, line],
         readings=np.array([gage_readings(each.gages, face) for each in measures]),
         gage_x=problem.model.gage_x,
-        correlation=_correlation(design, problem, steps),
-        noise=amplifier_noise(design.rig.hardware, design.gage_factor),
-        measured=_measured(design, problem, measures[-1].normal_force),
     )
-
-
-def _measured(design: Design, problem: ContactProblem, normal: float) -> MeasuredState | None:
-    """Slip measured by one sample of the array's gages under ``normal`` N."""
-    array = gage_array(design)
-    if not array or not normal > 0.0:
-        return None
-    chosen = replace(problem, model=problem.model.with_gages(array))
-    loads = [(problem.friction_coefficient, normal)]
-    noise = amplifier_noise(design.rig.hardware, design.gage_factor)
-    states = measured_states(chosen, design.gages.face, loads, noise)
-    return states[0] if states else None
-
-
-def _correlation(design: Design, problem: ContactProblem, steps: Sequence[Step]) -> float | None:
-    """Rank correlation of gage area and stick area over the shear; None where it gives none."""
-    array = gage_array(design)
-    motion = [step.increment.motion for step in steps]
-    if len(array) < 2 or motion[-1].shear <= 0.0 or motion[-1].approach <= 0.0:
-        return None
-    rows = [(each.approach, each.shear) for each in motion]
-    chosen = replace(problem, model=problem.model.with_gages(array))
-    gages, friction = design.gages, problem.friction_coefficient
-    noise = design.grip.hardware.force_noise_N or FORCE_NOISE_N
-    try:
-        studies = slip_studies(
-            chosen, rows, gages.face, [friction], _PIECES, gages.area_share, noise
-        )
-    except SolverError:
-        return None
-    area, stick = studies[0].gage_area_mm[PRESSES:], studies[0].stick_length_mm[PRESSES:]
-    return rank_correlation(area, stick)

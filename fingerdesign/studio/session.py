@@ -5,10 +5,11 @@ A session is worked by one thread; what it shows is a dict of plain values, read
 
 from __future__ import annotations
 
-import math
 import time
+import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +17,21 @@ import numpy as np
 
 from fingerdesign.design.keys import leaves
 from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError, FingerDesignError
+from fingerdesign.records.verdict import VerdictView
 from fingerdesign.studio.document import Document
 from fingerdesign.studio.engine import Engine
 from fingerdesign.studio.figures import bars, section, shape, trace, tractions
+from fingerdesign.studio.history import History, State
+from fingerdesign.studio.judge import PLANE, SPACE
 from fingerdesign.studio.numbers import Numbers
-from fingerdesign.studio.sliders import Press, Slider, sliders_of
-from fingerdesign.studio.verdict import table, verdict
+from fingerdesign.studio.passing import Progress, default_trials
+from fingerdesign.studio.sliders import Press, Slider, Value, renewed, sliders_of
+from fingerdesign.studio.words import finding, table
 
 FLAT, DEEP = "plane strain, coarse section", "3-D"
+_COMMAND = "fingerdesign "  # A fix that begins so is a command, not a key.
 Shown = dict[str, Any]
 
 
@@ -33,7 +40,7 @@ class Pinned:
     """A state that is shown next to the present one."""
 
     design: Design
-    values: dict[str, float]
+    values: dict[str, Value]
     numbers: Numbers
     model: str
 
@@ -45,15 +52,18 @@ class Session:
         self.document = Document.of(name)
         self.design = self.document.design()
         self.sliders: tuple[Slider, ...] = sliders_of(self.design)
-        self.values = {each.key: each.value for each in self.sliders}
+        self.values: dict[str, Value] = {each.key: each.value for each in self.sliders}
         self.engine = Engine(reach=self.values_of("approach").high)
+        self.history = History()
         self.numbers: Numbers | None = None
         self.pinned: Pinned | None = None
         self.picked: int | None = None
         self.model = FLAT
         self.faults: list[str] = []
+        self.searching: Progress | None = None  # also the last one, once it has ended
         self._file_faults: list[str] = []
         self._shapes: dict[str, Shown | None] = {}
+        self._views: dict[tuple[str, str], VerdictView | str] = {}
 
     def values_of(self, key: str) -> Slider:
         """The slider of that key."""
@@ -66,32 +76,144 @@ class Session:
 
     def start(self) -> Shown:
         """Everything, for a page that opens."""
-        return {
-            "name": self.design.design.name,
-            "file": str(self.document.path),
-            "sliders": [each.data() for each in self.sliders],
-            "values": dict(self.values),
-            "note": "",
-            **self.answer(),
-        }
+        own = {"starts": list(shipped_names()), "trials": default_trials(self.design)}
+        return {**own, **self._replaced()}
 
     def move(self, values: Mapping[str, Any]) -> Shown:
-        """Sliders were moved: the new answer, in plane strain. Unknown keys are passed over."""
-        for key, value in values.items():
-            if not (key in self.values and isinstance(value, int | float)):
-                continue
-            if -math.inf < value < math.inf:  # an integer may be too large for a float
-                slider = self.values_of(key)
-                self.values[key] = float(min(max(value, slider.low), slider.high))
-        keys = {each.key: self.values[each.key] for each in self.sliders if each.of_design}
-        self.document.put(keys)
+        """Controls were moved: the new answer, in plane strain. Unknown keys are passed over."""
+        changed: dict[str, Value] = {}
+        for each in self.sliders:
+            found = each.allowed(values.get(each.key))
+            if found is not None and found != self.values[each.key]:
+                changed[each.key] = found
+        if changed:
+            self._record(frozenset(changed))
+            self.values |= changed
+            self._put({key: value for key, value in changed.items() if "." in key})
         return self.answer()
+
+    def _put(self, values: dict[str, Any]) -> None:
+        """Set keys of the design, and those that would misfit without."""
+        plates, gages = self.design.plates, self.design.gages
+        depth = values.get("body.depth_mm")
+        if depth is not None and plates.span_mm == self.design.body.depth_mm:
+            values["plates.span_mm"] = depth  # Plates of full span stay so.
+        if values.get("gages.grid", "tee") != "tee" and gages.transverse_weight is not None:
+            values["gages.transverse_weight"] = None
+        self.document.put(values)
+
+    def apply(self, change: str) -> Shown:
+        """Make a change that a shown verdict proposes: a key and its value."""
+        view = self.view()
+        if view is None or change not in (each.change for each in view.fixes):
+            return {}
+        self._record()
+        self._put(dict(leaves(tomllib.loads(change))))
+        return self._replaced()
+
+    def begin_from(self, name: str) -> Shown:
+        """Begin from a shipped finger."""
+        if name not in shipped_names():
+            return {}
+        self._record()
+        self.document = Document.of(Path(name))
+        self.numbers, self.picked = None, None
+        return self._replaced(fresh=True)
+
+    def undo(self) -> Shown:
+        """Take the last change back."""
+        return self._restored(self.history.undo(self._state()))
+
+    def redo(self) -> Shown:
+        """Make the change again that was taken back last."""
+        return self._restored(self.history.redo(self._state()))
+
+    def begin_search(self) -> Shown:
+        """A search for a passing finger begins."""
+        self._record()
+        self.searching = Progress()
+        return self.shown() | {"note": ""}
+
+    def follow(self, progress: Progress) -> Shown:
+        """Take the best finger of a search so far."""
+        before, self.searching = self.searching, progress
+        best, view = progress.best, progress.view
+        if best is None or view is None:
+            return self.shown()
+        if progress.confirmed:
+            self.store(best, SPACE, view)
+        if before is not None and before.best == best:
+            return self.shown()
+        self.document.take(best)
+        return self._replaced()
+
+    def store(self, design: Design, fidelity: str, view: VerdictView | str) -> Shown:
+        """A design was judged; a sentence where it could not be."""
+        self._views = dict(list(self._views.items())[-60:])
+        self._views[design.digest(), fidelity] = view
+        return self.shown()
+
+    def view(self) -> VerdictView | None:
+        """The verdicts on the present design: in 3-D where they are known."""
+        found = (self._views.get((self.design.digest(), each)) for each in (SPACE, PLANE))
+        return next((each for each in found if isinstance(each, VerdictView)), None)
+
+    def is_judged(self) -> bool:
+        """True if there is an answer for the present design, in either model."""
+        digest = self.design.digest()
+        return any((digest, each) in self._views for each in (SPACE, PLANE))
+
+    def _state(self) -> State:
+        return State.of(self.document, self.values)
+
+    def _record(self, keys: frozenset[str] = frozenset()) -> None:
+        self.searching = None
+        self.history.record(self._state(), keys)
+
+    def _restored(self, state: State | None) -> Shown:
+        if state is None:
+            return {}
+        self.searching = None
+        fresh = state.document is not self.document
+        with suppress(DesignError):  # else the present design stays
+            self.document = state.restored()
+        if fresh:
+            self.numbers, self.picked = None, None
+        self.values = dict(state.values)
+        return self._replaced(fresh)
+
+    def _replaced(self, fresh: bool = False) -> Shown:
+        """Controls and answer for the document's design; fresh: controls with their own ends."""
+        if fresh:
+            self.design = self.document.design()
+            self._renew(fresh)
+        found = self.answer()
+        return {
+            **found,
+            "name": self.design.design.name,
+            "file": str(self.document.path),
+            "values": dict(self.values),
+            "note": "",
+        }
+
+    def _renew(self, fresh: bool = False) -> None:
+        """Make the controls of the present design; values of the object stay between the ends."""
+        new = sliders_of(self.design)
+        self.sliders = new if fresh else renewed(self.sliders, new)
+        values = dict(leaves(self.design.model_dump(mode="json")))
+        before, self.values = self.values, {}
+        for each in self.sliders:
+            known = values[each.key] if each.of_design else before.get(each.key, each.value)
+            found = known if each.of_design else each.allowed(known)
+            self.values[each.key] = each.value if found is None else found
+        self.engine.reach = self.values_of("approach").high
 
     def answer(self) -> Shown:
         """Numbers in plane strain; where there are none, why, and the picture before stays."""
         begin = time.perf_counter()
         try:
             self.design = self.document.design()
+            self._renew()
             self.numbers = self.engine.numbers(self.design, self.press)
             self.model, self.faults = FLAT, []
         except DesignError as error:
@@ -132,6 +254,7 @@ class Session:
 
     def look(self) -> Shown:
         """Take over a change of the file; empty where it has not changed."""
+        before = self._state()
         try:
             changed = self.document.changed()
         except DesignError as error:
@@ -142,17 +265,9 @@ class Session:
             self._file_faults = []  # mended, and as it was before
             return self.answer()
         self._file_faults = []
-        self.design = self.document.design()
-        values = dict(leaves(self.design.model_dump(mode="json")))
-        object_part = [each for each in self.sliders if not each.of_design]
-        own = [each for each in sliders_of(self.document.saved_design()) if each.of_design]
-        self.sliders = (*object_part, *own)
-        self.values = {
-            each.key: float(values[each.key]) if each.of_design else self.values[each.key]
-            for each in self.sliders
-        }
+        self.history.record(before)
         self.numbers, self.picked = None, None
-        return self.start() | {"note": "the file has changed: taken over"}
+        return self._replaced() | {"note": "the file has changed: taken over"}
 
     def _refused(self, found: list[str]) -> Shown:
         """The file has faults: they are shown, once, and its former content stays."""
@@ -169,7 +284,12 @@ class Session:
         found: Shown = {
             "model": self.model,
             "faults": self.faults,
-            "unsaved": len(self.document.unsaved),
+            "unsaved": self.document.changes(),
+            "sliders": [each.data() for each in self.sliders],
+            "undo": len(self.history.back),
+            "redo": len(self.history.forward),
+            "search": _search_data(self.searching),
+            **self._judged(),
             "picked": self.picked,
             "pinned": self._pinned_words(),
             "sketch": section(self.design, now, self.picked),
@@ -182,7 +302,7 @@ class Session:
                 "tractions": tractions(now, before),
                 "bars": bars(now, self.picked, before),
                 "trace": trace(now, self.picked, before),
-                "verdict": verdict(now),
+                "finding": finding(now),
                 "table": table(now, before),
             }
         return found
@@ -200,9 +320,49 @@ class Session:
         if self.pinned is None:
             return ""
         was = self.pinned.values
+        now = self.values
         changed = [
-            f"{each.label} {was[each.key]:g} → {self.values[each.key]:g} {each.unit}".strip()
+            f"{each.label} {_short(was[key])} → {_short(now[key])} {each.unit}".strip()
             for each in self.sliders
-            if each.key in was and was[each.key] != self.values[each.key]
+            if (key := each.key) in was and was[key] != now[key]
         ]
         return f"pinned ({self.pinned.model}); since then: {', '.join(changed) or 'nothing'}"
+
+    def _judged(self) -> Shown:
+        """The verdicts on the present design, and changes that help."""
+        view, digest = self.view(), self.design.digest()
+        words = self._views.get((digest, PLANE), "")
+        found: Shown = {"verdicts": [], "fixes": [], "judged": "", "summary": ""}
+        if view is None:
+            return found | {"unjudged": words if isinstance(words, str) else ""}
+        return {
+            "verdicts": [{**asdict(each), "sign": each.sign} for each in view.verdicts],
+            "fixes": [
+                {"change": each.change, "effect": each.effect}
+                for each in view.fixes
+                if not each.change.startswith(_COMMAND)
+            ],
+            "judged": view.fidelity,
+            "summary": view.summary,
+            "unjudged": view.failure or "",
+        }
+
+
+def _search_data(progress: Progress | None) -> Shown | None:
+    """A search for the page."""
+    if progress is None:
+        return None
+    view = progress.view
+    return {
+        "message": progress.message,
+        "conflict": progress.conflict,
+        "model": "" if view is None else view.fidelity,
+        "summary": "" if view is None else view.summary,
+        "verdicts": []
+        if view is None
+        else [{**asdict(each), "sign": each.sign} for each in view.verdicts],
+    }
+
+
+def _short(value: Value) -> str:
+    return value if isinstance(value, str) else f"{value:g}"

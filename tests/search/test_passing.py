@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from fingerdesign.analysis.shortfall import (
@@ -20,7 +21,7 @@ from fingerdesign.records.outcome import Outcome, Traces
 from fingerdesign.records.result import GripResult, Measurability, MeasuredState, SlipStudySummary
 from fingerdesign.records.result_files import read_result
 from fingerdesign.search.optimise.trials import Trials
-from fingerdesign.search.passing.hands import hand_of, with_travel
+from fingerdesign.search.passing.hands import BATCH, MOST_HANDS, STEP_FACTORS, hand_of, with_travel
 from fingerdesign.search.passing.page import passing_page
 from fingerdesign.search.passing.passing import find_passing, most_trials, study_of
 from fingerdesign.search.passing.space import PASSING, Freedom, changes_between, space_of
@@ -79,6 +80,51 @@ def test_space_begins_inside_its_ranges(name):
     # The last start is a finger that can exist, at the design's own size.
     made = variant_of(study_of(space), space.base, 1, space.starts[-1])
     assert made.design is not None, made.faults
+
+
+@pytest.mark.parametrize("name", ["maeno2000", "domed", "block"])
+def test_trials_near_a_finger_can_exist_and_differ_in_some_keys(name):
+    space = space_of(load_design(name), Freedom())
+    start = space.starts[-1]
+    drawn = [space.near(start, np.random.default_rng(seed)) for seed in range(12)]
+    assert all(map(space.sound, drawn))
+    assert all(each != start for each in drawn)
+    unchanged = [sum(each[key] == start[key] for key in start) / len(start) for each in drawn]
+    assert 0.3 < np.mean(unchanged) < 0.8
+    assert drawn[3] == space.near(start, np.random.default_rng(3))
+
+
+def test_trials_after_the_starts_are_near_the_best(tmp_path):
+    """The best start is the last: later draws differ from it by less than from the first."""
+    space = space_of(load_design("maeno2000"), Freedom())
+    study, starts = study_of(space), space.starts
+    first, best = ({**starts[0], "plates.pitch_mm": pitch} for pitch in (0.4, 1.2))
+    with Trials(study, space.base, tmp_path / "trials.jsonl", (first, best), space.near) as trials:
+        trials.draw(2)
+        trials.report(1, [0.5], {})
+        trials.report(2, [0.1], {})
+        trials.draw(8)
+        pitches = [each.values["plates.pitch_mm"] for each in trials.drawn(waiting=True)]
+    assert sum(pitch > 0.8 for pitch in pitches) >= 7
+
+
+def test_share_of_the_gage_area_is_chosen_after_the_analysis(tmp_path):
+    """Gages are good at a share of 0.6 alone, which each analysis states."""
+    space, shares = space_of(load_design("maeno2000"), Freedom()), []
+
+    def evaluated(plan):
+        found = []
+        for job in plan:
+            share = job.design.gages.area_share
+            shares.append(share)
+            made = outcome(job.design, abs(share - 0.6), best_area_share=0.6)
+            found.append(replace(made, name=job.name, values=dict(job.values), digest=job.digest()))
+        return found
+
+    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
+        found = find_passing(space, Freedom(), trials, evaluated, lambda design: None, 2)
+    assert shares[-1] == 0.6
+    assert all(each.design.gages.area_share == 0.6 for each in found.candidates)
 
 
 def test_own_plates_stay_where_short_ones_do_not_fit():
@@ -154,6 +200,32 @@ def test_hand_is_found_and_its_search_ends_early():
     assert len(judged[0].grip.friction_coefficients) == 5  # Three of the design's, two between.
 
 
+def test_hand_that_passes_with_its_own_steps_alone_is_not_taken_where_another_is_steady():
+    """Hands with a small dead band fail with longer steps."""
+    design, counts = load_design("maeno2000"), []
+    own = design.grip.approach_step_mm
+
+    def judge(designs):
+        return [outcome(g, float(longer(g) and g.grip.dead_band_mm < 0.06)) for g in designs]
+
+    def longer(each):
+        return each.grip.approach_step_mm > own
+
+    hand = hand_of(design, judge, counts.append)
+    assert hand.steady
+    assert hand.values["grip.dead_band_mm"] >= 0.06
+    fails = hand_of(
+        design,
+        lambda designs: [
+            outcome(each, float(each.grip.approach_step_mm > own)) for each in designs
+        ],
+        counts.append,
+    )
+    assert fails.shortfall == 0.0
+    assert fails.stepped == 1.0
+    assert counts[-1] <= MOST_HANDS + BATCH
+
+
 @pytest.mark.parametrize("keep", ["grip", "grip.curve_per_N"])
 def test_keys_of_the_hand_that_are_to_stay_do_stay(keep):
     design, tried = load_design("maeno2000"), []
@@ -166,7 +238,8 @@ def test_keys_of_the_hand_that_are_to_stay_do_stay(keep):
     assert with_travel(design, outcome(design, 0.0), allows).grip.curve_per_N == 0.1
     hand_of(design, judge, lambda count: None, allows)
     assert {each.grip.curve_per_N for each in tried} == {design.grip.curve_per_N}
-    assert (len(tried) == 1) == (keep == "grip")
+    # A hand that is to stay is tried once, and with other steps.
+    assert (len(tried) == 1 + len(STEP_FACTORS)) == (keep == "grip")
 
 
 class Bench:
@@ -246,7 +319,12 @@ def test_conflicts_are_reported_where_none_passes(tmp_path, plane_strain):
 
 
 def test_trials_are_fewer_where_they_need_tetrahedra():
-    assert most_trials(load_design("domed")) < most_trials(load_design("maeno2000"))
+    kept = space_of(load_design("domed"), Freedom(keep=("body.dome_radius_mm",)))
+    assert kept.base.body.dome_radius_mm == load_design("domed").body.dome_radius_mm
+    flat = space_of(load_design("domed"), Freedom())
+    assert flat.base.body.dome_radius_mm == 10.0 * flat.base.body.depth_mm
+    assert flat.on_arc(flat.base).body.shape == "arc"
+    assert most_trials(kept) < most_trials(flat)
 
 
 @pytest.mark.slow

@@ -66,6 +66,59 @@ def test_pin_save_and_watch(studio):
     browser.wait("!document.querySelector('.pinned')")
 
 
+CHANGE = """(() => {
+  const control = document.querySelector('[data-key="%s"]');
+  control.value = '%s';
+  control.dispatchEvent(new Event('change'));
+})()"""
+MATERIAL = "document.querySelector('[data-key=\"plates.material\"]').value"
+
+
+def test_a_material_is_chosen_and_taken_back(studio):
+    _, browser, _ = studio
+    browser.evaluate(CHANGE % ("plates.material", "spring_steel"))
+    browser.wait("!document.getElementById('undo').disabled")
+    browser.wait("document.querySelector('.title').innerText.includes('unsaved')", 120)
+    browser.click("#undo")
+    browser.wait(f"{MATERIAL} === 'phosphor_bronze'", 120)
+    browser.click("#redo")
+    browser.wait(f"{MATERIAL} === 'spring_steel'", 120)
+    browser.click("#undo")
+    browser.wait(f"{MATERIAL} === 'phosphor_bronze'", 120)
+
+
+def test_verdicts_follow_when_the_sliders_rest(studio):
+    _, browser, _ = studio
+    browser.wait("document.querySelectorAll('#verdict li').length === 4", 400)
+    assert "plane strain" in browser.evaluate("document.querySelector('.answers').innerText")
+    assert "gage signal" in browser.evaluate("document.getElementById('verdict').innerText")
+
+
+def test_the_controls_follow_a_search_which_can_be_stopped(studio):
+    """The search begins with a trial like the design, of another plate material."""
+    _, browser, path = studio
+    before = path.read_text("utf-8")
+    browser.evaluate(
+        "(() => { const e = document.getElementById('trials'); e.value = 1;"
+        " e.dispatchEvent(new Event('change')); })()"
+    )
+    browser.click("#search")
+    browser.wait("document.getElementById('search').innerText === 'Stop'")
+    browser.wait(f"{MATERIAL} === 'polyimide'", 400)
+    assert "slip sensing" in browser.evaluate("document.getElementById('best').innerText")
+    assert browser.evaluate("document.getElementById('slider-0').disabled")
+    browser.click("#search")
+    browser.wait("document.getElementById('search').innerText !== 'Stop'", 120)
+    assert "stopped" in browser.evaluate("document.getElementById('progress').innerText")
+    assert browser.evaluate(MATERIAL) == "polyimide"
+    browser.click("#save")
+    browser.wait("document.querySelector('p.note')?.innerText.startsWith('saved')", 120)
+    assert 'material = "polyimide"' in path.read_text("utf-8")
+    assert path.read_text("utf-8").splitlines()[0] == before.splitlines()[0]
+    browser.click("#undo")
+    browser.wait(f"{MATERIAL} === 'phosphor_bronze'", 120)
+
+
 def test_sliders_stand_at_the_side_of_the_pictures_on_a_wide_screen(studio):
     _, browser, _ = studio
     screen = {"width": 1440, "height": 900, "deviceScaleFactor": 1, "mobile": False}

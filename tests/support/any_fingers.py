@@ -63,7 +63,7 @@ class Finger:
             grips=False,
             fields=False,
             studied=False,
-            remedies=False,
+            for_page=False,
         )
 
 

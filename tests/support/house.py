@@ -23,7 +23,7 @@ FLOORS = (
     ("report", "fem"),
     ("analysis", "sensitivity"),
     ("sensing",),
-    ("pipeline", "trials", "validate", "mold", "tolerance"),
+    ("pipeline", "trials", "validate", "mold", "tolerance", "robots"),
     ("search", "studio"),
     ("fingerdesign_cli", "fingerdesign_bench"),
 )

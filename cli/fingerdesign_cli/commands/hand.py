@@ -140,6 +140,12 @@ def identify() -> None:
     """
 
 
+TARGETS = {
+    "c": "C99 without dependencies",
+    "fmu": "a co-simulation unit of FMI 2.0",
+    "mjcf": "a MuJoCo model",
+    "urdf": "a robot description",
+}
 noise_of_the_rig = click.option(
     "--noise",
     type=click.FloatRange(0.0, 1e3),
@@ -148,21 +154,38 @@ noise_of_the_rig = click.option(
 )
 
 
-@command("sensing", "Write the regulator as C for a hand's microcontroller.")
+@command("sensing", "Write the regulator, or the finger, for another system.")
 @click.argument("files", metavar="[ESTIMATOR] DESIGN", type=DESIGN, nargs=-1, required=True)
 @out_option
-@click.option("--to", type=click.Choice(["c"]), required=True, help="c: C99 without dependencies.")
+@click.option(
+    "--to",
+    type=click.Choice(list(TARGETS)),
+    required=True,
+    help=f"{'; '.join(f'{each}: {about}' for each, about in TARGETS.items())}.",
+)
 @noise_of_the_rig
+@click.option(
+    "--density",
+    "densities",
+    type=(str, click.FloatRange(0.0, 30.0, min_open=True)),
+    metavar="MATERIAL G_CM3",
+    multiple=True,
+    help="For mjcf and urdf: instead of the material's usual one; may be given again.",
+)
 @output_options
 def export() -> None:
-    """Write the regulator of DESIGN, which grips by ESTIMATOR, for another system.
+    """Write DESIGN for another system: its regulator, which grips by ESTIMATOR, or the finger.
 
-    OUT/NAME then holds regulator.c and regulator.h.
+    c: OUT/NAME then holds regulator.c and regulator.h. ESTIMATOR is what `fingerdesign train` wrote
+    for DESIGN; without it one is trained first, or taken from the cache. The file computes in
+    single precision and holds the one network for the noise, with 16-bit weights: some 49 kB for 15
+    gages. How to compile and call it: docs/how_to/control.md.
 
-    ESTIMATOR is what `fingerdesign train` wrote for DESIGN; without it one is trained first, or
-    taken from the cache. The file computes in single precision and holds the one network for the
-    noise, with 16-bit weights: some 49 kB for 15 gages. How to compile and call it:
-    docs/how_to/control.md.
+    fmu: OUT/NAME then holds regulator.fmu, the same as a unit, its sources inside.
+
+    mjcf, urdf: OUT/NAME then holds finger.xml or finger.urdf and the STL files that it names: body,
+    plates and core to be seen, the convex hull to collide; mass and inertia; a site or frame at
+    each gage.
     """
 
 
@@ -210,6 +233,16 @@ def export() -> None:
     type=click.IntRange(1, 100),
     help="With --perturbed: objects a finger.  [default: 4]",
 )
+@click.option(
+    "--program",
+    metavar="COMMAND",
+    help="Judge a program of any language, asked by lines of JSON (docs/how_to/control.md).",
+)
+@click.option(
+    "--held-out",
+    metavar="PHRASE",
+    help="With gripbench: the phrase of the release's notes. Without it the public set.",
+)
 @open_option
 @click.option(
     "--seed", type=int, default=0, show_default=True, help="Of all noise, fingers and trials."
@@ -229,6 +262,9 @@ def study() -> None:
     radius), measures itself on its bench, and lifts objects between the least and greatest friction
     and mass. OUT/NAME then holds control.html (chart, findings, tables), control.json, grips.csv
     (every grip), control.png and path_*.csv (the grips that are drawn).
+
+    `fingerdesign study gripbench` judges them on a fixed set: 99 perturbed fingers, four objects
+    each. OUT/gripbench then holds gripbench.json (the scorecard), gripbench.csv, gripbench.png.
 
     --tune tunes the controllers first, each by the same procedure and the same number of grips, on
     other objects and noise than the study's; tuned.toml is DESIGN with the best values.

@@ -216,7 +216,8 @@ def _grips(counts: Counts, case: Case) -> float:
     grip = case.design.grip
     travel = (grip.max_approach_mm - grip.preload_mm) / grip.approach_step_mm
     steps = min(float(grip.max_steps), 0.6 * max(travel, 1.0))
-    return (2 * len(grip.friction_coefficients) + 1) * steps * _row(counts, followed=True)
+    runs = 2 if case.for_page else 1
+    return (runs * len(grip.friction_coefficients) + 1) * steps * _row(counts, followed=True)
 
 
 @dataclass(frozen=True, kw_only=True)

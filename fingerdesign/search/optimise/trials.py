@@ -8,11 +8,13 @@ journal; the work itself is done in parallel by the evaluator.
 import hashlib
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
+
+import numpy as np
 
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
@@ -36,10 +38,15 @@ class Trial:
     values: dict[str, Choice]
 
 
+# Values near to others, by a generator of random numbers.
+Near = Callable[[Mapping[str, Choice], np.random.Generator], Mapping[str, Choice]]
+
+
 class Trials(ExitStack):
     """The trials of one study in the file ``journal``. A context manager.
 
     starts: values of the first trials, in the ranges of the study; the sampler draws the others.
+    near: values near to those of the best trial of an only objective; draws instead of the sampler.
     Raises DesignError where the file holds the trials of another study, JournalError where it
     cannot be written or another process has it open.
     """
@@ -50,9 +57,10 @@ class Trials(ExitStack):
         base: Design,
         journal: Path,
         starts: Sequence[Mapping[str, Choice]] = (),
+        near: Near | None = None,
     ) -> None:
         super().__init__()
-        self._study, self._path, self._starts = study, journal, starts
+        self._study, self._path, self._starts, self._near = study, journal, starts, near
         self._identity = _identity(study, base)
         self._space = {key: _distribution(each) for key, each in study.parameters.items()}
         self._directions = [f"{each.direction}imize" for each in study.objectives]
@@ -103,14 +111,29 @@ class Trials(ExitStack):
             for _ in range(count):
                 index = len(copy.get_trials(deepcopy=False))
                 copy.sampler = self._sampler(index)
-                if index < len(self._starts):
-                    copy.enqueue_trial(dict(self._starts[index]))
+                if (known := self._known(index)) is not None:
+                    copy.enqueue_trial(dict(known))
                 drawn = copy.ask(self._space).params
                 self._trials.add_trial(
                     create_trial(state=TrialState.RUNNING, params=drawn, distributions=self._space)
                 )
         except OSError as error:
             raise self._failed(error) from error
+
+    def _known(self, index: int) -> Mapping[str, Choice] | None:
+        """Values of the trial of that index, from 0; None where the sampler draws it."""
+        if index < len(self._starts):
+            return self._starts[index]
+        if self._near is None:
+            return None
+        done = [each for each in self._every() if each.state.is_finished() and each.values]
+        values = self._starts[0] if self._starts else None
+        if done:
+            best = min(done, key=lambda each: each.values[0])
+            kinds = self._study.parameters.items()
+            values = {key: _value(kind, best.params[key]) for key, kind in kinds}
+        chance = np.random.default_rng(self._seed(index))
+        return None if values is None else self._near(values, chance)
 
     def report(self, number: int, values: Sequence[float], broken: dict[str, float]) -> None:
         """Store the results of a trial: its objectives, and its constraints (above 0: broken)."""
@@ -133,12 +156,15 @@ class Trials(ExitStack):
         """Sampler of the trial of that index, from 0; each trial has its own seed."""
         from optuna.samplers import TPESampler
 
-        seeds = f"{self._study.study.seed} {index}".encode()
         return TPESampler(
-            seed=int.from_bytes(hashlib.sha256(seeds).digest()[:4]),
+            seed=self._seed(index),
             n_startup_trials=RANDOM_TRIALS,
             multivariate=True,
         )
+
+    def _seed(self, index: int) -> int:
+        seeds = f"{self._study.study.seed} {index}".encode()
+        return int.from_bytes(hashlib.sha256(seeds).digest()[:4])
 
     def _storage(self) -> Any:
         import optuna

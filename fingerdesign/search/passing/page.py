@@ -1,5 +1,6 @@
 """The page of a search for a passing finger: where it began, where it ended, what was given up."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,8 @@ def passing_page(design: Design, found: Found) -> str:
         changed = _changed(changes_between(design, best.design))
         given_up = _given_up(found, best.sensed)
         sections.insert(0, Section("changes", "What changed", [changed, *given_up]))
+    if found.note:
+        sections.insert(0, Section("hand", "The hand", [Text(found.note)]))
     if found.conflict:
         sections.insert(0, Section("conflict", "Why none passes", [Text(found.conflict)]))
     return page_html(
@@ -135,7 +138,7 @@ def _given_up(found: Found, taken: Outcome) -> Sequence[Item]:
 
 
 def _number(value: float | None) -> str:
-    return "–" if value is None else f"{value:.4g}"
+    return "–" if value is None or math.isinf(value) else f"{value:.4g}"
 
 
 def _tables(found: Found) -> Sequence[Item]:
@@ -146,9 +149,17 @@ def _tables(found: Found) -> Sequence[Item]:
             _number(each.sensed.metrics.get("area_correlation")),
             _number(each.sensed.metrics.get("smallest_stick_change")),
             _number(each.hand.shortfall),
+            _number(each.hand.stepped),
             "not analysed" if each.result is None else ", ".join(each.failing) or "all pass",
         )
         for each in found.candidates
     )
-    columns = ("trial", "rank correlation", "stick change", "hand short by", "on its own mesh")
-    return [Table("hands", "Fingers with a hand", columns, rows, frozenset({0, 4}))] if rows else []
+    columns = (
+        "trial",
+        "rank correlation",
+        "stick change",
+        "hand short by",
+        "with other steps by",
+        "on its own mesh",
+    )
+    return [Table("hands", "Fingers with a hand", columns, rows, frozenset({0, 5}))] if rows else []

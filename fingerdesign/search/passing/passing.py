@@ -1,7 +1,8 @@
 """Search from one design for a finger that passes all verdicts.
 
     space = space_of(design, Freedom())
-    with Trials(study_of(space), space.base, journal, space.starts) as trials:
+    with Trials(study_of(space), space.base, journal, space.starts, space.near) as trials:
+        evaluated = evaluated_by(cluster, study_of(space))
         found = find_passing(space, Freedom(), trials, evaluated, confirm, most)
 
 Trials judge the gages alone, on the swept model in 3-D: the hand does not change them. For a finger
@@ -10,25 +11,33 @@ tetrahedra, and judged as `analyse` judges it. The search ends with the first th
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
-from fingerdesign.analysis.shortfall import GRIP_FORCE, LIFTS
-from fingerdesign.analysis.verdicts import GOOD_CORRELATION, verdict_view
+from fingerdesign.analysis.shortfall import GAGE_SIGNAL, GRIP_FORCE, LIFTS, SLIP_SENSING
+from fingerdesign.analysis.verdicts import GOOD_CORRELATION, two_digits, verdict_view
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.mesh.make import mesher_of
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import Result
+from fingerdesign.records.verdict import Status, Verdict, VerdictView
 from fingerdesign.search.optimise.optimise import Search, Tried, searched
 from fingerdesign.search.optimise.trials import Trials
-from fingerdesign.search.passing.hands import Hand, hand_of, with_travel
+from fingerdesign.search.passing.hands import (
+    NO_HAND,
+    STEP_FACTORS,
+    Hand,
+    hand_of,
+    with_travel,
+)
 from fingerdesign.search.passing.space import Freedom, Space
-from fingerdesign.search.run.evaluate import Job
-from fingerdesign.search.run.run import FUNDAMENTAL, Planned
+from fingerdesign.search.run.cluster import Cluster
+from fingerdesign.search.run.evaluate import Job, Part
+from fingerdesign.search.run.run import FUNDAMENTAL, Planned, Store, run_jobs
 from fingerdesign.search.study.file import Cost, Study
-from fingerdesign.search.study.values import set_keys
+from fingerdesign.search.study.values import Choice, set_keys
 from fingerdesign.sensing.model import meshed_for_grips
 
 BATCH = 4  # Trials between two looks at the best; the sampler learns after each.
@@ -45,6 +54,8 @@ _OWN_MESH = (
     "mesh.mesher",
 )
 
+_SHARE = "gages.area_share"  # No parameter: the best is known from any analysis of the finger.
+
 Evaluated = Callable[[Sequence[Planned]], Sequence[Outcome]]
 Confirm = Callable[[Design], Result]
 Report = Callable[[str], None]
@@ -52,20 +63,31 @@ Report = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Candidate:
-    """A finger whose gages pass, with its hand: the design, what its trial found, and what the
-    whole analysis found (None where the hand was not good enough for one)."""
+    """A finger with its hand: the design, what its trial found, and what the whole analysis found.
+
+    hand: NO_HAND before one was searched. result: None where the hand was not good enough for one.
+    """
 
     design: Design
     sensed: Outcome
-    hand: Hand
+    hand: Hand = NO_HAND
     result: Result | None = None
+
+    @property
+    def view(self) -> VerdictView:
+        """The verdicts of the whole analysis; before it, those on the gages by the trial."""
+        if self.result is not None:
+            return verdict_view(self.result)
+        verdicts = tuple(_of_trial(self.sensed))
+        name, seconds = self.design.design.name, self.sensed.seconds or 0.0
+        return VerdictView(name, "trial in 3-D", seconds, verdicts)
 
     @property
     def failing(self) -> tuple[str, ...]:
         """Names of the verdicts that do not pass in the whole analysis."""
         if self.result is None:
             return ()
-        view = verdict_view(self.result)
+        view = self.view
         if view.failure:
             return ("the analysis failed",)
         judged = [each for each in view.verdicts if each.status != "note"]
@@ -95,6 +117,17 @@ class Found:
         """True if a finger passes."""
         return self.best is not None and self.best.passes
 
+    @property
+    def note(self) -> str:
+        """What a user of the hand should know, in a sentence; "" where it is steady."""
+        if self.best is None or self.best.hand.steady or self.best.hand.shortfall:
+            return ""
+        most = 100.0 * (max(STEP_FACTORS) - 1.0)
+        return (
+            f"The hand is sensitive: with steps up to {most:.0f} % shorter or longer, some lift of "
+            "this model slips or presses too hard."
+        )
+
 
 def study_of(space: Space) -> Study:
     """The search as a study, whose only objective is the distance from passing."""
@@ -110,9 +143,15 @@ def study_of(space: Space) -> Study:
     )
 
 
-def most_trials(design: Design) -> int:
+def evaluated_by(cluster: Cluster, study: Study, retry: bool = False) -> Evaluated:
+    """Outcomes of jobs from the user's store or a cluster. retry: again what failed for time."""
+    store = Store()
+    return lambda plan: run_jobs(plan, store, cluster, study.limits, retry=retry)
+
+
+def most_trials(space: Space) -> int:
     """Number of trials by default: fewer where a trial needs a tetrahedral mesh."""
-    mesher = mesher_of(meshed_for_grips(design, "3d"))
+    mesher = mesher_of(meshed_for_grips(space.on_arc(space.base), "3d"))
     return SWEPT_TRIALS if mesher.sections else TETRAHEDRA_TRIALS
 
 
@@ -124,12 +163,12 @@ def find_passing(
     confirm: Confirm,
     most: int,
     report: Report = lambda message: None,
-    improved: Callable[[Design], None] = lambda design: None,
+    improved: Callable[[Candidate], None] = lambda best: None,
 ) -> Found:
     """Search until a finger passes, or ``most`` trials are done.
 
     evaluated: outcomes of jobs, in order. confirm: the whole analysis of a design. improved:
-    receives each new best design. Raises what these raise.
+    receives each new best finger. Raises what these raise.
     """
     return _Run(space, freedom, trials, evaluated, confirm, report, improved).found(most)
 
@@ -144,9 +183,10 @@ class _Run:
     evaluated: Evaluated
     confirm: Confirm
     report: Report
-    improved: Callable[[Design], None]
+    improved: Callable[[Candidate], None]
     tried: tuple[Tried, ...] = ()
     candidates: list[Candidate] = field(default_factory=list)
+    judged: set[str] = field(default_factory=set)
     best_sensed: float = math.inf
 
     def found(self, most: int) -> Found:
@@ -175,18 +215,44 @@ class _Run:
         return f", {good if self.candidates else f'gages short by {self.best_sensed:.2g}'}"
 
     def _sensed(self, plan: Sequence[Planned]) -> Sequence[Outcome]:
-        jobs = [replace(j, part="sensing") if isinstance(j, Job) else j for j in plan]
-        return self.evaluated(jobs)
+        """Outcomes of the gages alone, each with the share of the response that suits it best."""
+        jobs = [
+            replace(j, part="sensing", design=self.space.on_arc(j.design))
+            if isinstance(j, Job)
+            else j
+            for j in plan
+        ]
+        outcomes = [*self.evaluated(jobs)]
+        if not self.freedom.allows(_SHARE):
+            return outcomes
+        again = {
+            k: replace(
+                job,
+                design=with_values(job.design, {_SHARE: share}),
+                values={**job.values, _SHARE: share},
+            )
+            for k, job in enumerate(jobs)
+            if isinstance(job, Job)
+            and _shortfall(outcomes[k]) > 0.0
+            and (share := outcomes[k].metrics.get("best_area_share"))
+            and not math.isclose(share, job.design.gages.area_share)
+        }
+        for k, better in zip(again, self.evaluated([*again.values()]), strict=True):
+            if _shortfall(better) < _shortfall(outcomes[k]):
+                outcomes[k] = better
+        return outcomes
 
     def _promising(self, most: float) -> list[Outcome]:
         """Outcomes short by at most ``most`` for which no hand was searched, the best first."""
-        known = {each.sensed.digest for each in self.candidates}
         outcomes = [each.outcomes[0] for each in self.tried]
-        short = {o.digest: o for o in outcomes if _shortfall(o) <= most and o.digest not in known}
+        short = {
+            o.digest: o for o in outcomes if _shortfall(o) <= most and o.digest not in self.judged
+        }
         best = min(map(_shortfall, outcomes), default=math.inf)
         if best < self.best_sensed:
             self.best_sensed = best
-            self.improved(self._design(min(outcomes, key=_shortfall)))
+            nearest = min(outcomes, key=_shortfall)
+            self.improved(Candidate(self._design(nearest), nearest))
         return sorted(short.values(), key=_shortfall)
 
     def _design(self, outcome: Outcome) -> Design:
@@ -198,7 +264,16 @@ class _Run:
 
         The last of ``candidates`` is the one that is returned. whole: analyse it in any case.
         """
-        design = with_travel(self._design(outcome), outcome, self.freedom.allows)
+        self.judged.add(outcome.digest)
+        design = self._design(outcome)
+        if self.space.flat_dome:
+            self.report("the gages of the dome, on tetrahedra")
+            [outcome] = self.evaluated([_job(design, "sensing", values=outcome.values)])
+        if _shortfall(outcome) > 0.0 and not whole:
+            found = Candidate(design, outcome)
+            self.candidates.append(found)
+            return found
+        design = with_travel(design, outcome, self.freedom.allows)
         found = self._with_hand(design, outcome, own_mesh=False)
         self.candidates.append(found)
         whole = whole or found.hand.shortfall == 0.0
@@ -210,14 +285,14 @@ class _Run:
             # The gages hold on this mesh: only the hand was right for the other one alone.
             again = self._with_hand(design, outcome, own_mesh=True)
             found = self._confirmed(again)
-        self.improved(found.design)
+        self.improved(found)
         return found
 
     def _with_hand(self, design: Design, outcome: Outcome, own_mesh: bool) -> Candidate:
         words = "a hand on the finger's own mesh" if own_mesh else "a hand"
 
         def judged(designs: Sequence[Design]) -> Sequence[Outcome]:
-            return self.evaluated([_hand_job(each, own_mesh) for each in designs])
+            return self.evaluated([_job(each, "hand", own_mesh) for each in designs])
 
         def shown(count: int) -> None:
             self.report(f"{words} for a finger with good gages: {count} tried")
@@ -233,7 +308,7 @@ class _Run:
 
     def _ended(self) -> Found:
         known = [each for each in self.candidates if each.result is not None] or self.candidates
-        best = min(known, key=lambda each: (len(each.failing), each.hand.shortfall), default=None)
+        best = min(known, key=lambda each: (len(each.failing), each.hand.order), default=None)
         found = Found(self.space, self.tried, tuple(self.candidates), best)
         return found if found.passes else replace(found, conflict=" ".join(_conflicts(found)))
 
@@ -243,11 +318,28 @@ def _shortfall(outcome: Outcome) -> float:
     return math.inf if found is None else found
 
 
-def _hand_job(design: Design, own_mesh: bool) -> Job:
-    keys = _OWN_MESH if own_mesh else ()
-    return Job(
-        design.design.name, design, Cost(), {}, None, fidelity="3d", study_keys=keys, part="hand"
+def _of_trial(sensed: Outcome) -> Iterator[Verdict]:
+    """Verdicts on the gages by a trial's metrics; the hand is still to be searched."""
+    area, change = (
+        sensed.metrics.get(key) for key in ("area_correlation", "smallest_stick_change")
     )
+    if area is not None:
+        status: Status = "pass" if area >= GOOD_CORRELATION else "fail"
+        target = f"target {GOOD_CORRELATION:.2f}"
+        yield Verdict(status, SLIP_SENSING, f"rank correlation {area:.2f}", target)
+    if change is not None:
+        status = "pass" if change <= WANTED_STICK_CHANGE else "fail"
+        target, number = f"target ≤ {WANTED_STICK_CHANGE:.2f}", two_digits(change)
+        yield Verdict(status, GAGE_SIGNAL, f"smallest stick change seen {number}", target)
+    yield Verdict("note", LIFTS, "hand not searched yet")
+
+
+def _job(
+    design: Design, part: Part, own_mesh: bool = False, values: Mapping[str, Choice] | None = None
+) -> Job:
+    keys, name = _OWN_MESH if own_mesh else (), design.design.name
+    made = Job(name, design, Cost(), dict(values or {}), None, fidelity="3d", study_keys=keys)
+    return replace(made, part=part)
 
 
 def _conflicts(found: Found) -> Iterator[str]:

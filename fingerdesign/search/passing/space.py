@@ -8,8 +8,10 @@ that pass; the sampler goes on from there.
 import difflib
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from fingerdesign.checks.load import judge_data, load_design, with_values
 from fingerdesign.design.io import design_data
@@ -18,7 +20,14 @@ from fingerdesign.design.schema import Design
 from fingerdesign.design.stock import sheets_of
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.materials import MATERIALS
-from fingerdesign.search.study.values import Choice, Parameter, Range, split_share, value_of
+from fingerdesign.search.study.values import (
+    Choice,
+    Parameter,
+    Range,
+    set_keys,
+    split_share,
+    value_of,
+)
 
 PASSING = ("feeler", "film_tees")  # Shipped fingers that pass: the first trials are like them.
 # Plates of these give a signal: polyimide is the stiffest that is sold as thin film.
@@ -32,13 +41,17 @@ _RANGES: dict[str, tuple[float, float, float]] = {
     "plates.length_mm": (0.3, 0.9, 0.01),
     "plates.cover_mm": (0.25, 0.8, 0.01),
     "plates.angle_deg": (35.0, 55.0, 1.0),
-    "gages.area_share": (0.4, 0.7, 0.01),
 }
+# Trials near to the best one: so much of a range as standard deviation, one drawn for each trial,
+# and the share of keys that change. Of fingers drawn from the whole box three of four cannot exist.
+_NEAR = (0.05, 0.1, 0.2)
+_CHANGED = 0.5
+_TRIES = 100  # Draws of a trial until one can exist.
 _COUNTS = (7, 15)
 _FEWER = (9, 7, 5, 3)
 _ARC = (0.6, 5.0)  # Radius over width: a half circle, and nearly flat.
 _HEIGHT = (0.6, 1.25)  # Times the design's own.
-_DOME = (0.8, 10.0)  # Radius along z over depth.
+_FLAT_DOME = 10.0  # Radius along z over depth: plates lie as in an arc, which can be swept.
 _SPAN = 0.6  # Of a body's depth: plates below a dome end before it falls too far.
 _FREED = (0.7, 1.4)  # A key that the user frees varies between these times its own value.
 _GAGE_SHARE = 0.6  # Length of a gage over that of its plate; the ends of a plate carry no strain.
@@ -56,6 +69,10 @@ class Freedom:
     def allows(self, key: str) -> bool:
         """True if none of the keys and tables to keep contains the key."""
         return not any(key == each or key.startswith(f"{each}.") for each in self.keep)
+
+    def holds(self, key: str) -> bool:
+        """True if the user keeps the key or frees it: the search sets it by no rule of its own."""
+        return key in self.free or not self.allows(key)
 
     def faults(self, design: Design) -> list[Fault]:
         """Faults of keys that the design does not have, or that cannot vary."""
@@ -84,13 +101,58 @@ class Space:
     before it began.
 
     base: the design with the fixed changes. starts: values of all parameters, the design's own
-    first where they lie in the ranges.
+    first where they lie in the ranges. flat_dome: trials are made on an arc of the same section,
+    and those that are good again on the dome.
     """
 
     base: Design
     parameters: dict[str, Parameter]
     starts: tuple[dict[str, Choice], ...]
     replaced: tuple[str, ...] = ()
+    flat_dome: bool = False
+
+    def on_arc(self, design: Design) -> Design:
+        """The finger that a trial analyses: of a flat dome the arc of the same section."""
+        if not self.flat_dome:
+            return design
+        return with_values(design, {"body.shape": "arc", "body.dome_radius_mm": None})
+
+    def sound(self, values: Mapping[str, Choice]) -> bool:
+        """True if a finger with the values can exist."""
+        try:
+            with_values(self.base, set_keys(self.base, dict(values)))
+        except DesignError:
+            return False
+        return True
+
+    def near(self, values: Mapping[str, Choice], chance: np.random.Generator) -> dict[str, Choice]:
+        """A finger near to one with the values: some keys changed, the others as they are. The last
+        draw where none of many can exist."""
+        found = dict(values)
+        for _ in range(_TRIES):
+            spread = float(chance.choice(_NEAR))
+            found = {
+                key: _moved(each, values[key], spread, chance)
+                if chance.random() < _CHANGED
+                else values[key]
+                for key, each in self.parameters.items()
+            }
+            if found != values and self.sound(found):
+                break
+        return found
+
+
+def _moved(
+    parameter: Parameter, value: Choice, spread: float, chance: np.random.Generator
+) -> Choice:
+    """The value moved by ``spread`` of its range as standard deviation; a choice by one place."""
+    if isinstance(parameter, Range):
+        width = float(parameter.high) - float(parameter.low)
+        least = 1.0 if parameter.whole else parameter.step or 0.0
+        move = float(chance.normal()) * max(spread * width, least)
+        return _inside(parameter, float(value) + move)
+    place = parameter.index(value) + int(chance.choice((-1, 1)))
+    return parameter[min(max(place, 0), len(parameter) - 1)]
 
 
 def space_of(design: Design, freedom: Freedom) -> Space:
@@ -100,6 +162,10 @@ def space_of(design: Design, freedom: Freedom) -> Space:
         raise DesignError(faults, design.design.name)
     base, replaced = _plain_row(design, freedom)
     base = with_values(base, _fixed(base, freedom))
+    flat_dome = base.body.shape == "dome" and not freedom.holds("body.dome_radius_mm")
+    if flat_dome:
+        radius = "body.dome_radius_mm"
+        base = with_values(base, {radius: _flat(base, load_design(PASSING[0]))[radius]})
     parameters = dict(_parameters(base, freedom))
     if not parameters:
         fault = Fault("--keep", ", ".join(freedom.keep), "some key left to vary", "keep fewer keys")
@@ -108,7 +174,9 @@ def space_of(design: Design, freedom: Freedom) -> Space:
     for name in PASSING:
         starts += [_like(load_design(name), base, parameters)]
     unique = [each for k, each in enumerate(starts) if each and each not in starts[:k]]
-    return Space(base, parameters, tuple(unique), replaced)
+    space = Space(base, parameters, tuple(unique), replaced, flat_dome)
+    sound = tuple(each for each in unique if space.sound(each))
+    return replace(space, starts=sound) if sound else space
 
 
 def _plain_row(design: Design, freedom: Freedom) -> tuple[Design, tuple[str, ...]]:
@@ -144,7 +212,7 @@ def _flat(design: Design, known: Design) -> dict[str, object]:
         size = body.width_mm / known.body.width_mm
         found["body.arc_radius_mm"] = size * (known.body.arc_radius_mm or 0.0)
     if body.shape == "dome" and body.dome_radius_mm is not None:
-        found["body.dome_radius_mm"] = _DOME[1] * body.depth_mm
+        found["body.dome_radius_mm"] = max(_FLAT_DOME * body.depth_mm, body.dome_radius_mm)
     return found
 
 
@@ -207,8 +275,6 @@ def _of_body(design: Design) -> Iterator[tuple[str, Parameter]]:
     body = design.body
     if body.shape in ("arc", "dome") and body.arc_radius_mm is not None:
         yield "body.arc_radius_mm", _stepped(body.width_mm, _ARC, body.arc_radius_mm, 0.5)
-    if body.shape == "dome" and body.dome_radius_mm is not None:
-        yield "body.dome_radius_mm", _stepped(body.depth_mm, _DOME, body.dome_radius_mm, 0.5)
     if body.shape in ("arc", "dome", "block"):
         height = body.base_height_mm
         yield "body.base_height_mm", _stepped(height, _HEIGHT, height, 0.1)

@@ -96,7 +96,7 @@ class Job:
             fields=False,
             tolerance=self.tolerance,
             studied=self.part != "hand",
-            remedies=False,
+            for_page=False,
         )
 
     def digest(self) -> str:

@@ -12,6 +12,7 @@ from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.shortfall import area_correlation, shortfalls, total
 from fingerdesign.analysis.stages import one_thread
+from fingerdesign.analysis.verdicts import best_area_share
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
@@ -37,6 +38,7 @@ def metrics_of(design: Design, cost: Cost, analysis: Analysis) -> dict[str, floa
     deepest = max(rows, key=lambda row: row.approach_mm)
     pressed = deepest.approach_mm > 0.0
     measured = analysis.result.measurability
+    best = best_area_share(analysis.result.slip_studies)
     return {
         **grip_metrics(analysis.result.grips),
         "normal_force_N": rows[-1].normal_force_N,
@@ -47,6 +49,7 @@ def metrics_of(design: Design, cost: Cost, analysis: Analysis) -> dict[str, floa
         "gage_response": _gage_response(analysis),
         "smallest_stick_change": None if measured is None else measured.smallest_stick_change,
         "area_correlation": area_correlation(analysis.result.slip_studies),
+        "best_area_share": None if best is None else best[0],
         "shortfall": total(shortfalls(analysis.result)),
         **own_metrics(design, cost),
     }

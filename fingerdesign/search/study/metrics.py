@@ -10,7 +10,7 @@ from typing import Literal
 
 from fingerdesign.design.base import refuse
 
-METRICS_VERSION = 9
+METRICS_VERSION = 10
 Goal = Literal["min", "max"]
 
 
@@ -80,6 +80,12 @@ _ROWS: tuple[tuple[str, str, Goal | None, str], ...] = (  # name, unit, better, 
         "",
         "max",
         "least rank correlation of gage area and stick area, over five frictions",
+    ),
+    (
+        "best_area_share",
+        "",
+        None,
+        "value of gages.area_share with the greatest least rank correlation",
     ),
     ("shortfall", "", "min", "distance from passing all verdicts; 0: all pass with room to spare"),
     ("normal_force_N", "N", None, "F_n at the end of the scene's path"),

@@ -1,4 +1,4 @@
-"""The page's words on the numbers: three questions, a table, the section's text."""
+"""The page's words on the numbers of a press: a question, a table, the section's text."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.records.verdict import Status
@@ -14,51 +13,26 @@ from fingerdesign.report.page import texts_of
 from fingerdesign.studio.numbers import Numbers
 
 WORDS = Path(__file__).parent / "templates" / "words.toml"
-# The report has the same bound for "follows"; a warning is clearly above the correlation
-# of the step index alone (0.44 in 3-D).
-GOOD, FAIR = 0.9, 0.6
-# A change of the stick ratio by this much is measured before the grip is lost: there a hand that is
-# controlled by it starts to hold.
-ROUGH = 0.3
 _LITTLE = 0.2  # of a contact that sticks: it is about to slip
 
 
-def verdict(now: Numbers) -> list[dict[str, str]]:
-    """Questions, the status of each (a note where the path does not show it), the reasons."""
-    change = None if now.measured is None else -now.measured.smallest_stick_change
-    measurable = _graded(change, -WANTED_STICK_CHANGE, -ROUGH)
-    return [
-        _finding("holds", _holds(now), now),
-        _finding("follows", _graded(now.correlation, GOOD, FAIR), now),
-        _finding("measurable", measurable, now),
-    ]
+def finding(now: Numbers) -> dict[str, str]:
+    """Question, status (a note without contact) and reason: whether the contact of the press holds.
 
-
-def _holds(now: Numbers) -> Status:
-    if not now.touches:
-        return "note"
-    if now.slips:
-        return "fail"
-    return "pass" if now.ratio[-1] >= _LITTLE else "warning"
-
-
-def _graded(value: float | None, good: float, fair: float) -> Status:
-    if value is None:
-        return "note"
-    return "pass" if value >= good else "warning" if value >= fair else "fail"
-
-
-def _finding(name: str, status: Status, now: Numbers) -> dict[str, str]:
-    texts = texts_of(WORDS)[name]
+    The verdicts on the finger are of judge.py.
+    """
+    status: Status = "note"
+    if now.touches:
+        status = "pass" if now.ratio[-1] >= _LITTLE else "warning"
+        status = "fail" if now.slips else status
+    texts = texts_of(WORDS)["holds"]
     detail = texts.get(status, texts["other"]).format(
         now=now,
         normal=now.normal[-1],
         tangential=now.tangential[-1],
         percent=100.0 * (now.ratio[-1] or 0.0),
-        target=WANTED_STICK_CHANGE,
     )
-    detail = " ".join(detail.split())
-    return {"status": status, "question": texts["question"], "detail": detail}
+    return {"status": status, "question": texts["question"], "detail": " ".join(detail.split())}
 
 
 def table(now: Numbers, before: Numbers | None = None) -> list[list[str]]:
@@ -75,8 +49,6 @@ def table(now: Numbers, before: Numbers | None = None) -> list[list[str]]:
 def _cells(now: Numbers) -> list[tuple[str, str, str]]:
     ratio = f"{now.ratio[-1]:.2f}" if now.touches else "–"
     most = float(np.abs(now.signals).max(initial=0.0))
-    follows = "–" if now.correlation is None else f"{now.correlation:.2f}"
-    seen = "–" if now.measured is None else f"{now.measured.smallest_stick_change:.2g}"
     return [
         ("normal force", "N", f"{now.normal[-1]:.3g}"),
         ("tangential force", "N", f"{now.tangential[-1]:.3g}"),
@@ -84,8 +56,6 @@ def _cells(now: Numbers) -> list[tuple[str, str, str]]:
         ("stick ratio", "", ratio),
         ("peak pressure", "MPa", f"{now.peak:.3g}"),
         ("best gage, by shear", "µε", f"{most:.3g}"),
-        ("area follows stick", "", follows),
-        ("smallest change of stick seen", "", seen),
     ]
 
 

@@ -1,0 +1,1 @@
+"""The finger in a robot's world: descriptions for simulators, the contact inside MuJoCo."""

@@ -1,0 +1,172 @@
+"""A finger as MJCF or URDF: meshes, mass and inertia, a site or frame at each gage.
+
+The finger's base is fixed at y = 0 of its body's frame, which has the finger's axes: x tangential,
+y normal, z along the plates. Descriptions are in metres; the STL files in mm, scaled there.
+Simulators take the convex hull of a collision mesh, so the hull is what is written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree as xml
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from fingerdesign.arrays import Array
+from fingerdesign.cad.export import write_triangles
+from fingerdesign.cad.solid_process import write_finger_cad
+from fingerdesign.design.schema import Design
+from fingerdesign.layout.bodies import crest_height
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.rows import plate_frames
+from fingerdesign.records.folder import RecordFolder
+from fingerdesign.robots.rigid import RigidBody, densities, rigid_body, triangles_of
+
+COLLISION = "collision"
+COLOURS = {"body": "0.80 0.84 0.88 1", "plates": "0.72 0.45 0.20 1", "core": "0.93 0.90 0.80 1"}
+_SITE_M = 0.0002
+FOLDERS = {
+    "xml": RecordFolder("MuJoCo model", "finger.xml", ("finger.xml", "*.stl")),
+    "urdf": RecordFolder("robot description", "finger.urdf", ("finger.urdf", "*.stl")),
+}
+
+
+@dataclass(frozen=True)
+class GageSite:
+    """A gage's name, centre (3,) in m, and axes (3, 3): columns along the plate, normal to its
+    upper face, across."""
+
+    name: str
+    centre: Array
+    axes: Array
+
+
+@dataclass(frozen=True)
+class Description:
+    """A finger as a robot's description has it. meshes: STL file by part; crest: of y, m."""
+
+    name: str
+    rigid: RigidBody
+    meshes: Mapping[str, Path]
+    sites: tuple[GageSite, ...]
+    crest: float
+
+
+def describe(design: Design, folder: Path, given: Mapping[str, float] | None = None) -> Description:
+    """Write the meshes of a finger into ``folder``; given: densities, g/cm^3, by material.
+
+    Raises DesignError for a material without density, GeometryError where it cannot be built.
+    """
+    by_part = densities(design, given or {})
+    files = write_finger_cad(design, folder)
+    hull = _write_hull(files["finger.stl"], folder / f"{COLLISION}.stl")
+    for name in ("finger.step", "finger.stl"):
+        files[name].unlink()
+    meshes = {part: folder / f"{part}.stl" for part in by_part}
+    rigid = rigid_body((triangles_of(meshes[part]), rho) for part, rho in by_part.items())
+    frames = plate_frames(design) if design.plates.model != "none" else ()
+    sites = tuple(_site(frame, design.gages.z_mm) for frame in frames)
+    crest = 1e-3 * crest_height(design.body)
+    return Description(design.design.name, rigid, {**meshes, COLLISION: hull}, sites, crest)
+
+
+def _write_hull(outside: Path, path: Path) -> Path:
+    """Write the convex hull of an STL, wound outward."""
+    points = np.unique(triangles_of(outside).reshape(-1, 3), axis=0)
+    found = ConvexHull(points)
+    points, triangles = points[found.vertices], found.simplices
+    place = np.full(found.vertices.max() + 1, -1)
+    place[found.vertices] = np.arange(len(found.vertices))
+    triangles = place[triangles]
+    corners = points[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inward = np.einsum("ti,ti->t", normals, found.equations[:, :3]) < 0.0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return write_triangles(points, triangles, path, found.volume, 1e-6 * found.volume)
+
+
+def _site(frame: PlateFrame, across: float) -> GageSite:
+    centre = frame.to_space(frame.centre[None], frame.middle + across)[0]
+    axis, normal = frame.direction(frame.axis), frame.direction(frame.normal)
+    axes = np.column_stack([axis, normal, np.cross(axis, normal)])
+    return GageSite(f"gage_{frame.index}", 1e-3 * centre, axes)
+
+
+def mjcf(finger: Description) -> str:
+    """Write the finger as a MuJoCo model: a body without joints, to be attached to a hand's."""
+    root = xml.Element("mujoco", model=finger.name)
+    xml.SubElement(root, "compiler", angle="radian")
+    asset = xml.SubElement(root, "asset")
+    body = xml.SubElement(xml.SubElement(root, "worldbody"), "body", name=finger.name)
+    rigid, off = finger.rigid, ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    full = _numbers([rigid.inertia[pair] for pair in off])
+    about = {"pos": _numbers(rigid.centre), "mass": f"{rigid.mass:.9g}", "fullinertia": full}
+    xml.SubElement(body, "inertial", about)
+    for part, path in finger.meshes.items():
+        name = f"{finger.name}_{part}"
+        scaled = {"name": name, "file": path.name, "scale": "0.001 0.001 0.001"}
+        xml.SubElement(asset, "mesh", scaled)
+        geom = {"name": name, "type": "mesh", "mesh": name, "mass": "0"}
+        if part == COLLISION:
+            geom |= {"group": "3", "condim": "4"}
+        else:
+            geom |= {"group": "2", "rgba": COLOURS[part], "contype": "0", "conaffinity": "0"}
+        xml.SubElement(body, "geom", geom)
+    xml.SubElement(body, "site", name=f"{finger.name}_pad", size=f"{_SITE_M}")
+    crest = {"name": f"{finger.name}_crest", "pos": f"0 {finger.crest:.9g} 0"}
+    xml.SubElement(body, "site", crest, size=f"{_SITE_M}")
+    for site in finger.sites:
+        place = {"pos": _numbers(site.centre), "xyaxes": _numbers(site.axes.T[:2].ravel())}
+        name = f"{finger.name}_{site.name}"
+        xml.SubElement(body, "site", {"name": name, **place}, size=f"{_SITE_M}", group="4")
+    return _text(root)
+
+
+def urdf(finger: Description) -> str:
+    """Write the finger as a URDF robot: one link, and a fixed frame at each gage."""
+    root = xml.Element("robot", name=finger.name)
+    link = xml.SubElement(root, "link", name=finger.name)
+    inertial = xml.SubElement(link, "inertial")
+    rigid = finger.rigid
+    xml.SubElement(inertial, "origin", xyz=_numbers(rigid.centre), rpy="0 0 0")
+    xml.SubElement(inertial, "mass", value=f"{rigid.mass:.9g}")
+    names = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2)}
+    pairs = {**names, "iyz": (1, 2)}
+    xml.SubElement(inertial, "inertia", {k: f"{rigid.inertia[p]:.9g}" for k, p in pairs.items()})
+    for part, path in finger.meshes.items():
+        role = xml.SubElement(link, "collision" if part == COLLISION else "visual", name=part)
+        geometry = xml.SubElement(role, "geometry")
+        xml.SubElement(geometry, "mesh", filename=path.name, scale="0.001 0.001 0.001")
+        if part != COLLISION:
+            material = xml.SubElement(role, "material", name=part)
+            xml.SubElement(material, "color", rgba=COLOURS[part])
+    for site in finger.sites:
+        name = f"{finger.name}_{site.name}"
+        xml.SubElement(root, "link", name=name)
+        joint = xml.SubElement(root, "joint", name=f"{name}_joint", type="fixed")
+        xml.SubElement(joint, "parent", link=finger.name)
+        xml.SubElement(joint, "child", link=name)
+        turned = _roll_pitch_yaw(site.axes)
+        xml.SubElement(joint, "origin", xyz=_numbers(site.centre), rpy=_numbers(turned))
+    return _text(root)
+
+
+def _roll_pitch_yaw(axes: Array) -> Array:
+    """Angles (3,) of R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    pitch = np.arctan2(-axes[2, 0], np.hypot(axes[0, 0], axes[1, 0]))
+    if abs(np.cos(pitch)) < 1e-9:  # Only the difference of roll and yaw counts.
+        return np.array([np.arctan2(-axes[1, 2], axes[1, 1]), pitch, 0.0])
+    roll, yaw = np.arctan2(axes[2, 1], axes[2, 2]), np.arctan2(axes[1, 0], axes[0, 0])
+    return np.array([roll, pitch, yaw])
+
+
+def _numbers(values: Array | list[float]) -> str:
+    return " ".join(f"{value:.9g}" for value in values)
+
+
+def _text(root: xml.Element) -> str:
+    xml.indent(root)
+    return f'<?xml version="1.0"?>\n{xml.tostring(root, encoding="unicode")}\n'

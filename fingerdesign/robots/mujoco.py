@@ -1,0 +1,146 @@
+"""The finger inside MuJoCo: a rigid scene there, the contact of finger pads here.
+
+    pads = Coupling(model, [Mount(pad, "left_pad", "box_left"), Mount(...)])
+    touches = pads.step(data)     # one step of the model's; a Touch for each mount
+
+A mount names two sites: one with a finger's axes at its base (``NAME_pad`` of an exported finger),
+one on the object's face with the axes that the pad's have at touch. In each step the poses are
+read, each pad's wrench found, and applied to both bodies at the object's site, opposite and equal:
+momentum is MuJoCo's to conserve. Geoms of pad and object should not collide.
+
+Explicit coupling: the wrench is of the step's begin, velocities go first (the integrators Euler,
+implicit and implicitfast). With M the mass matrix in the joints and K = J' k J the stiffness of all
+pads there, k as all sticks, that is stable up to
+
+    h = 2 / sqrt(largest eigenvalue of M^-1 K)            one mass, one spring: 2 sqrt(m / k),
+
+so a step's least mass is k h^2 / 4. A step longer than SHARE of h is cut into equal parts.
+Needs the extra ``mujoco`` (``pip install fingerdesign[mujoco]``).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import eigh
+
+from fingerdesign.arrays import Array
+from fingerdesign.robots.pad import Pad, Touch, rotation_vector
+
+try:
+    import mujoco
+except ImportError:  # Reported where a coupling is made: the module can be imported without.
+    mujoco = None
+
+SHARE = 0.4  # A swing then takes eight steps, and its frequency is 3 % off.
+_AGAIN = 1.15  # The stable step is found again where a pad presses by so much more.
+_MM = 1e3
+
+
+@dataclass(frozen=True)
+class Mount:
+    """One pad in a scene: sites of the finger's base and of the face that it meets."""
+
+    pad: Pad
+    pad_site: str
+    object_site: str
+
+
+class Coupling:
+    """Pads in one MuJoCo model. ``touches``: of the last step, one for each mount; parts: of that
+    step; dissipated_mJ: work that friction has taken in all of them."""
+
+    def __init__(self, model: Any, mounts: Sequence[Mount]) -> None:
+        """Raises ImportError without MuJoCo, KeyError for an unknown site, ValueError for the
+        integrator RK4, which evaluates forces within a step."""
+        if mujoco is None:
+            raise ImportError(
+                "MuJoCo is not installed; get it by: pip install fingerdesign[mujoco]"
+            )
+        if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
+            raise ValueError('integrator = "RK4": must be Euler, implicit or implicitfast')
+        self._model, self._mounts = model, tuple(mounts)
+        pairs = ((each.pad_site, each.object_site) for each in self._mounts)
+        self._sites = [(model.site(pad).id, model.site(met).id) for pad, met in pairs]
+        self.touches: tuple[Touch, ...] = tuple(each.pad.touch for each in self._mounts)
+        self.parts, self.dissipated_mJ = 0, 0.0
+        self._pressed, self._stable = np.zeros(len(self._mounts)), math.inf
+
+    def step(self, data: Any) -> tuple[Touch, ...]:
+        """Advance ``data`` by the model's timestep; forces in qfrc_applied act as well.
+
+        Raises SolverError where a pad has no accepted answer; data is then as it was in that part.
+        """
+        model, own = self._model, data.qfrc_applied.copy()
+        whole, done = float(model.opt.timestep), 0.0
+        try:
+            self.parts = 0
+            while whole - done > 1e-9 * whole:
+                mujoco.mj_step1(model, data)
+                data.qfrc_applied[:] = own + self._forces(data)
+                left = math.ceil((whole - done) / self._longest(data) * (1.0 - 1e-9))
+                model.opt.timestep = (whole - done) / max(left, 1)
+                mujoco.mj_step2(model, data)
+                done += model.opt.timestep
+                self.parts += 1
+        finally:
+            model.opt.timestep = whole
+            data.qfrc_applied[:] = own
+        return self.touches
+
+    def stable_step(self, data: Any) -> float:
+        """Longest stable step, s, about the present state; infinite without contact."""
+        model = self._model
+        mass, whole = np.zeros((model.nv, model.nv)), np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, mass)
+        for mount, (pad, met) in zip(self._mounts, self._sites, strict=True):
+            axes = data.site_xmat[pad].reshape(3, 3)
+            moved = self._relative(data, pad, met)
+            local = np.vstack([_MM * axes.T @ moved[:3], axes.T @ moved[3:]])
+            # mJ in mm and rad: 1e-3 N m.
+            whole += 1e-3 * local.T @ mount.pad.stiffness() @ local
+        largest = float(eigh(whole, mass, eigvals_only=True)[-1]) if model.nv else 0.0
+        return 2.0 / math.sqrt(largest) if largest > 0.0 else math.inf
+
+    def _longest(self, data: Any) -> float:
+        """SHARE of the stable step, found again where a pad presses harder."""
+        pressed = np.array([touch.normal_force for touch in self.touches])
+        if (pressed > _AGAIN * self._pressed).any():
+            self._stable = self.stable_step(data)
+            self._pressed = pressed
+        elif not pressed.any():
+            self._pressed, self._stable = pressed, math.inf
+        return SHARE * self._stable
+
+    def _forces(self, data: Any) -> Array:
+        """Meet the poses; forces (nv,) of all wrenches in the joints."""
+        model, total = self._model, np.zeros(self._model.nv)
+        touches = []
+        for mount, (pad, met) in zip(self._mounts, self._sites, strict=True):
+            axes = data.site_xmat[pad].reshape(3, 3)
+            point = data.site_xpos[met]
+            place = _MM * axes.T @ (point - data.site_xpos[pad])
+            turned = rotation_vector(axes.T @ data.site_xmat[met].reshape(3, 3))
+            touch = mount.pad.meet(place, turned)
+            force, moment = axes @ touch.wrench[:3], axes @ touch.wrench[3:] / _MM
+            for sign, site in ((1.0, met), (-1.0, pad)):
+                body = model.site_bodyid[site]
+                mujoco.mj_applyFT(model, data, sign * force, sign * moment, point, body, total)
+            touches.append(touch)
+        self.touches = tuple(touches)
+        self.dissipated_mJ += sum(touch.dissipated_mJ for touch in touches)
+        return total
+
+    def _relative(self, data: Any, pad: int, met: int) -> Array:
+        """Velocity (6, nv) of the object's point and its rotation relative to the pad's body."""
+        found = np.zeros((6, self._model.nv))
+        for sign, site in ((1.0, met), (-1.0, pad)):
+            way, turn = np.zeros((3, self._model.nv)), np.zeros((3, self._model.nv))
+            body = self._model.site_bodyid[site]
+            mujoco.mj_jac(self._model, data, way, turn, data.site_xpos[met], body)
+            found += sign * np.vstack([way, turn])
+        return found

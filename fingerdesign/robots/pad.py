@@ -1,0 +1,278 @@
+"""A finger's pad against one face of a moving object: poses in, wrench and gages out (numpy only).
+
+Pose: place p (mm) of a point of the object's face in the pad's axes, and the object's rotation
+vector w (rad) in them. At first touch the point is at the crest, and the object's axes are the
+pad's. Each node X of the pad meets the motion
+
+    U(X) = p - a + w x (X - a),
+
+linear in p and w, about an anchor a. The wrench that acts on the object at its point,
+
+    F = - sum f,   M = - sum (X - a) x f,
+
+is conjugate to it: what sticks stores all work that is put in. The anchor is the crest; along the
+directions in which the face goes on (a plane's x, z and turn about y) it is where the object was
+last free, and it follows the object where the whole contact slides: what sticks moves with it.
+
+Motions are small: a rotation beyond MOST_DEG, or motions out of the plane of a model of half a
+finger, are reported as ``outside``. An object that outruns the candidate zone is a ZoneExhausted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.contact.history import FrictionHistory
+from fingerdesign.contact.increment import Increment, solve_increment
+from fingerdesign.contact.laws import STICK
+from fingerdesign.contact.measures import Measures, measure
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
+from fingerdesign.contact.tangent import force_response
+from fingerdesign.control.signals import gage_readings
+from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.layout.bodies import crest_height
+from fingerdesign.sensing.model import against, grip_problem
+
+MOST_DEG = 3.0  # What a rotation vector neglects at 5 mm from the anchor is then 7 micrometres.
+MOST_OUT_MM = 0.05  # Out of the plane of half a finger: a tenth of a usual approach.
+PLANE = (True, True, True)
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Contact at one instant. wrench (6,): force N and moment N mm on the object at its point, in
+    the pad's axes; readings (g,) microstrain; outside: motions that the model does not know."""
+
+    wrench: Array
+    readings: Array
+    outside: tuple[str, ...] = ()
+    problem: ContactProblem | None = None
+    increment: Increment | None = None
+
+    @property
+    def normal_force(self) -> float:
+        """Force that presses the pad, N."""
+        return float(self.wrench[1])
+
+    @property
+    def measures(self) -> Measures | None:
+        """Areas, stick ratio and slip distance; None without contact."""
+        if self.problem is None or self.increment is None:
+            return None
+        return measure(self.problem, self.increment)
+
+    @property
+    def stored_mJ(self) -> float:
+        """Elastic energy of the finger, N mm."""
+        if self.problem is None or self.increment is None:
+            return 0.0
+        force = self.increment.multiplier.reshape(-1)
+        work = 0.5 * float(force @ (self.problem.compliance @ force))
+        return self.problem.model.symmetry_factor * work
+
+    @property
+    def dissipated_mJ(self) -> float:
+        """Work that friction has taken in this step, N mm."""
+        if self.problem is None or self.increment is None:
+            return 0.0
+        work = np.vdot(self.increment.multiplier[:, 1:], self.increment.slip_increment)
+        return -self.problem.model.symmetry_factor * float(work)
+
+
+class Pad:
+    """The history of one finger's contact with one face; nothing of a simulator."""
+
+    def __init__(
+        self,
+        problem: ContactProblem,
+        face: str,
+        crest_mm: float,
+        goes_on: tuple[bool, bool, bool] = PLANE,
+        kinetic_share: float = 1.0,
+    ) -> None:
+        """problem: posed at first touch. face: of the gages. crest_mm: height of the touch.
+
+        goes_on: whether the face goes on along x, along z and about y, as a plane does. A finger
+        with loads of its own raises ValueError.
+        """
+        if problem.model.load_displacement is not None:
+            raise ValueError("a finger with loads of its own cannot meet a moving object")
+        self._history = FrictionHistory(problem, kinetic_share)
+        self._face, self._crest = face, crest_mm
+        self._goes_on = np.array(goes_on)
+        model, dim = problem.model, problem.model.dimension
+        self.planar = dim == 2 or model.symmetry_factor == 2
+        self._out = [2, 3, 4] if self.planar else []  # of a pose: what a half knows nothing of
+        points = np.zeros((model.nodes, 3))
+        points[:, :dim] = model.points
+        # Motions (6, m, dim) of the nodes with the axes, and about the origin, of an object.
+        rigid = np.concatenate(
+            [
+                np.broadcast_to(np.eye(3)[:, None], (3, *points.shape)),
+                np.cross(np.eye(3)[:, None], points),
+            ]
+        )[..., :dim]
+        rigid[self._out] = 0.0
+        self._rigid = rigid.reshape(6, -1)
+        self._local = np.einsum("mab,kmb->kma", problem.frames, rigid)
+        self._frames, self._width = problem.frames, float(np.ptp(points[:, 2])) or model.depth
+        self._anchor, self._turn = np.array([0.0, crest_mm, 0.0]), 0.0
+        self._carried = np.zeros(2)  # x and z of the anchor's own way, mm
+        self._blank = np.zeros(len(model.gage_x))
+        self.touch = Touch(np.zeros(6), self._blank)
+
+    def meet(self, place: Array, rotation: Array) -> Touch:
+        """Go on to a pose: ``place`` (3,) mm, ``rotation`` (3,) rad. Raises SolverError."""
+        history = self._history
+        if self.touch.increment is None:
+            self._rest(place, rotation)
+        motion = self._motion(place, rotation)
+        history.displace(self._tilt(rotation))
+        if self.touch.increment is None and self._is_free(motion):
+            return self._leave(place, rotation)
+        increment = solve_increment(history.problem, history.state, motion, history.workspace)
+        if not (increment.multiplier[:, 0] > 0.0).any():
+            return self._leave(place, rotation)
+        solved = history.problem
+        readings = gage_readings(solved.model.gage_strain(increment.force), self._face)
+        outside, wrench = self._outside(place, rotation), self._wrench(increment.force)
+        history.accept(increment)
+        self.touch = Touch(wrench, readings, outside, solved, increment)
+        if not (increment.status == STICK).any():
+            self._follow(increment, rotation)
+        return self.touch
+
+    def _leave(self, place: Array, rotation: Array) -> Touch:
+        """The object is free: its friction history is over, and the next one begins here."""
+        self._rest(place, rotation)
+        motion, history = self._motion(place, rotation), self._history
+        history.displace(self._tilt(rotation))
+        still = np.zeros(history.problem.shape)
+        slip = history.problem.offset(motion, still[:, 1:])[:, 1:]
+        history.state = ContactState(slip, still, motion, still[:, 0], still[:, 0])
+        self.touch = Touch(np.zeros(6), self._blank, self._outside(place, rotation))
+        return self.touch
+
+    def stiffness(self) -> Array:
+        """- d wrench / d (place, rotation) (6, 6) as if all that touches stuck; N, mm, rad."""
+        found = np.zeros((6, 6))
+        increment, problem = self.touch.increment, self.touch.problem
+        if increment is None or problem is None:
+            return found
+        modes = -np.einsum("jk,kma->jma", self._about_anchor().T, self._local)
+        changes = force_response(problem, increment, modes, self._history.workspace, True)
+        for column, change in enumerate(changes):
+            found[:, column] = -self._wrench(problem.to_global(change))
+        return 0.5 * (found + found.T)
+
+    def _about_anchor(self) -> Array:
+        """A motion about the origin (6,) of one about the anchor: w x (X - a) = w x X + a x w."""
+        x, y, z = self._anchor
+        found = np.eye(6)
+        found[:3, 3:] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+        return found
+
+    def _rest(self, place: Array, rotation: Array) -> None:
+        """The object is free: where the face goes on, contact begins where it now is."""
+        x, z, turn = self._goes_on
+        self._anchor = np.array([place[0] * x, self._crest, place[2] * z])
+        self._turn, self._carried = float(rotation[1]) * bool(turn), np.zeros(2)
+
+    def _motion(self, place: Array, rotation: Array) -> Motion:
+        way, anchor = place - self._anchor, self._anchor
+        if self.planar:
+            return Motion(-float(way[1]), float(way[0] + self._carried[0]), load=1.0)
+        turn = float(rotation[1]) - self._turn
+        shear = way[0] + self._carried[0] - turn * anchor[2]
+        shear_z = way[2] + self._carried[1] + turn * anchor[0]
+        return Motion(-float(way[1]), float(shear), float(shear_z), float(np.rad2deg(turn)), 1.0)
+
+    def _tilt(self, rotation: Array) -> Array:
+        """Motion (m, dim) mm, local, of the finger relative to an object tilted about x and z."""
+        about = self._about_anchor()[:, [3, 5]] @ rotation[[0, 2]]
+        return -np.asarray((about @ self._local.reshape(6, -1)).reshape(self._frames.shape[:2]))
+
+    def _is_free(self, motion: Motion) -> bool:
+        offset = self._history.problem.offset(motion, self._history.state.slip)
+        return bool(offset[:, 0].min() >= 0.0)
+
+    def _wrench(self, force: Array) -> Array:
+        """Force and moment (6,) on the object by the forces (m, dim) on the modelled part."""
+        total = self._about_anchor().T @ (self._rigid @ force.reshape(-1))
+        total[self._out] = 0.0
+        return np.asarray(-self._history.problem.model.symmetry_factor * total)
+
+    def _follow(self, increment: Increment, rotation: Array) -> None:
+        """All slides: the anchor goes with the object, by the mean slip, where the face goes on."""
+        pressed = increment.multiplier[:, 0]
+        slip = np.einsum("mab,ma->mb", self._frames[:, 1:], increment.slip_increment)
+        mean = -(pressed @ slip) / pressed.sum()
+        way = np.array([mean[0], 0.0 if self.planar else mean[2]]) * self._goes_on[:2]
+        self._anchor = self._anchor + np.array([way[0], 0.0, way[1]])
+        turn = 0.0 if self.planar else float(rotation[1]) - self._turn
+        self._carried = self._carried + way + turn * np.array([way[1], -way[0]])
+
+    def _outside(self, place: Array, rotation: Array) -> tuple[str, ...]:
+        found = []
+        turned = rotation - [0.0, self._turn, 0.0]
+        if np.abs(turned).max() > np.deg2rad(MOST_DEG):
+            most = float(np.rad2deg(np.abs(turned).max()))
+            found.append(f"turned by {most:.2g} degrees: at most {MOST_DEG:g}")
+        if self.planar:
+            out = max(abs(place[2] - self._anchor[2]), self._width * np.abs(turned[:2]).max())
+            if out > MOST_OUT_MM:
+                words = f"{out:.2g} mm out of the plane of half a finger: condense the whole one"
+                found.append(words)
+        return tuple(found)
+
+
+def pad_of(
+    design: Design,
+    friction_coefficient: float,
+    fidelity: str = "3d",
+    whole: bool = True,
+    met: SceneObject | None = None,
+) -> Pad:
+    """Condense a design's finger for a moving object; several seconds, less from the cache.
+
+    whole: both halves, for an object that is free in space; half a finger is a third of the work.
+    met: the object's shape, at touch; None: a plane. Raises DesignError where the design cannot be
+    gripped with, and for a face that is tilted or turned at touch.
+    """
+    met = SceneObject() if met is None else met
+    if met.tilt_deg or met.turn_deg:
+        given = (met.tilt_deg, met.turn_deg)
+        fault = Fault("object.tilt_deg, turn_deg", given, "0", "tilt the body in the simulator")
+        raise DesignError([fault])
+    problem = grip_problem(design, fidelity, whole=whole)
+    problem = against(problem, met, design).with_friction(friction_coefficient)
+    flat = met.shape == "plane"
+    round_bar = met.axis if met.shape == "cylinder" else ""
+    goes_on = (flat or round_bar == "x", flat or round_bar == "z", flat or met.shape == "sphere")
+    crest, share = crest_height(design.body), design.grip.kinetic_share
+    return Pad(problem, design.gages.face, crest, goes_on, share)
+
+
+def rotation_vector(matrix: Array) -> Array:
+    """Rotation vector (3,) rad of a rotation matrix (3, 3).
+
+    >>> turned = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    >>> rotation_vector(turned).round(6).tolist()
+    [0.0, 0.0, 1.570796]
+    """
+    skew = 0.5 * np.array(
+        [
+            matrix[2, 1] - matrix[1, 2],
+            matrix[0, 2] - matrix[2, 0],
+            matrix[1, 0] - matrix[0, 1],
+        ]
+    )
+    sine, cosine = float(np.linalg.norm(skew)), 0.5 * (float(np.trace(matrix)) - 1.0)
+    if sine < 1e-9 and cosine < 0.0:
+        raise ValueError("an object turned by 180 degrees has no small rotation")
+    return skew if sine < 1e-9 else skew * (np.arctan2(sine, cosine) / sine)

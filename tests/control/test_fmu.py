@@ -1,0 +1,120 @@
+"""The regulator as a functional mock-up unit: its content, fmpy's judgement, bits of numpy."""
+
+import zipfile
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from fingerdesign.control.estimator import FingerCurves
+from fingerdesign.control.fmu import FILE, fmu
+from tests.control.test_c_code import COMPILER, CROSS_TALK, GAGES, GRIP, estimator
+from tests.support.singles import SingleRegulator
+
+S = np.float32
+OUTPUTS = ("dx", "dy", "stick_ratio", "used", "friction")
+
+
+@pytest.fixture(scope="module")
+def unit(tmp_path_factory, bench):
+    """The file of a unit with so many weights as the shipped estimators have."""
+    if COMPILER is None:
+        pytest.skip("no C compiler here (cc, gcc or clang): the unit has no library to run")
+    path = tmp_path_factory.mktemp("fmu") / FILE
+    path.write_bytes(fmu(estimator(FingerCurves.of(bench), (128, 64)), GRIP))
+    return path
+
+
+def test_a_unit_holds_description_sources_and_library(unit):
+    with zipfile.ZipFile(unit) as archive:
+        names = set(archive.namelist())
+        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    sources = {f"sources/{name}" for name in ("fmu.c", "regulator.c", "regulator.h")}
+    assert sources | {"modelDescription.xml"} < names
+    assert len(root.findall("ModelVariables/ScalarVariable")) == GAGES + 13
+    # 23,000 weights of two bytes, in the library and once more, as text, in the sources.
+    assert unit.stat().st_size < 140_000
+
+
+def test_the_same_regulator_is_the_same_unit(unit, bench):
+    again = fmu(estimator(FingerCurves.of(bench), (128, 64)), GRIP)
+    assert again == unit.read_bytes()
+
+
+class Running:
+    """A unit in fmpy."""
+
+    def __init__(self, path, folder, **parameters):
+        fmpy = pytest.importorskip("fmpy", reason="pip install fmpy brings it")
+        from fmpy.fmi2 import FMU2Slave
+
+        model = fmpy.read_model_description(str(path))
+        place = {each.name: each.valueReference for each in model.modelVariables}
+        self.place, self.period = place, float(model.defaultExperiment.stepSize)
+        self.slave = FMU2Slave(
+            guid=model.guid,
+            unzipDirectory=fmpy.extract(str(path), unzipdir=str(folder)),
+            modelIdentifier=model.coSimulation.modelIdentifier,
+        )
+        self.slave.instantiate()
+        self.slave.setupExperiment(startTime=0.0)
+        self.slave.enterInitializationMode()
+        for name, value in parameters.items():
+            put = self.slave.setInteger if name == "delay" else self.slave.setReal
+            put([place[name]], [value])
+        self.slave.exitInitializationMode()
+        self.now = 0.0
+
+    def step(self, readings, normal, tangential, lifted):
+        slave, place = self.slave, self.place
+        at = [place[f"reading[{k + 1}]"] for k in range(GAGES)]
+        at += [place["normal_force"], place["tangential_force"]]
+        slave.setReal(at, [*readings, normal, tangential])
+        slave.setBoolean([place["lifted"]], [int(lifted)])
+        slave.doStep(self.now, self.period)
+        self.now += self.period
+        found = slave.getReal([place[name] for name in OUTPUTS])
+        return [*found, *slave.getBoolean([place["unsure"], place["missed"]])]
+
+
+def test_fmpy_finds_no_fault(unit, tmp_path):
+    pytest.importorskip("fmpy", reason="pip install fmpy brings it")
+    from fmpy.validation import validate_fmu
+
+    assert validate_fmu(str(unit)) == []
+    running = Running(unit, tmp_path)
+    with pytest.raises(Exception, match="fmi2DoStep"):
+        running.slave.doStep(0.0, 1.5 * running.period)
+    with pytest.raises(Exception, match="fmi2ExitInitializationMode"):
+        Running(unit, tmp_path / "late", delay=121)
+
+
+@pytest.mark.slow
+def test_ten_thousand_steps_have_the_bits_of_numpy(unit, tmp_path, bench):
+    """Grips of 200 samples from one state that is set back, a sample without a number in each."""
+    taught, calibration = (
+        estimator(FingerCurves.of(bench), (128, 64)),
+        replace(bench, delay=2, cross_talk=CROSS_TALK),
+    )
+    stiffness = float(S(bench.tangential_stiffness))
+    running = Running(unit, tmp_path, delay=2, stiffness=stiffness, cross_talk=CROSS_TALK)
+    start = running.slave.getFMUState()
+    rng, most, found = np.random.default_rng(0), bench.normal.normal_force[-1], []
+    for _ in range(50):
+        running.slave.setFMUState(start)
+        single, normal = SingleRegulator(taught, GRIP, calibration), 1.0
+        for step in range(200):
+            normal = abs(normal + 0.1 * most * rng.standard_normal()) % (1.5 * most)
+            readings = S(10.0 ** rng.uniform(-3, 3) * rng.standard_normal(GAGES)).astype(float)
+            given = float(S(normal)), float(S(normal * rng.uniform(-0.1, 0.8))), step > 160
+            if step == 100:
+                *_, missed = running.step(np.full(GAGES, np.nan), *given)
+                assert missed
+                single.miss()
+                continue
+            answer = running.step(readings, *given)
+            assert S(answer[:6]).tobytes() == S(single.step(readings, *given)).tobytes()
+            found.append(answer)
+    assert len(found) == 50 * 199
+    assert (np.ptp(np.array(found)[:, :6], axis=0) > 0.0).all()

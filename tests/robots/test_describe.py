@@ -1,0 +1,113 @@
+"""``export --to mjcf`` and ``--to urdf``: masses by hand, and what MuJoCo makes of them."""
+
+import json
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from fingerdesign import load_design
+from fingerdesign.design.shipped import shipped_names
+from fingerdesign.layout.rows import plate_frames
+from fingerdesign.layout.volume import outline_volume, plate_volume
+from fingerdesign.robots.describe import _roll_pitch_yaw, describe, mjcf, urdf
+from fingerdesign.robots.rigid import rigid_body, triangles_of
+
+WITHOUT = "pip install 'fingerdesign[mujoco]' brings it"
+
+
+@pytest.fixture(scope="module")
+def block(tmp_path_factory):
+    """A block with plates: its folder, its description, its design."""
+    folder, design = tmp_path_factory.mktemp("block"), load_design("block")
+    return folder, describe(design, folder), design
+
+
+def test_a_box_has_its_mass_centre_and_inertia():
+    corners = np.array([[x, y, z] for x in (0, 2) for y in (0, 3) for z in (0, 5)], float)
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
+    found = rigid_body([(corners[np.array(triangles)] + [1.0, 7.0, -2.0], 2.0)])
+    mass = 2.0 * 30e-6
+    assert found.mass == pytest.approx(mass, rel=1e-12)
+    assert found.centre == pytest.approx(np.array([2.0, 8.5, 0.5]) * 1e-3, rel=1e-12)
+    sides = np.array([2.0, 3.0, 5.0]) ** 2
+    exact = np.diag(mass / 12.0 * (sides.sum() - sides)) * 1e-6
+    assert np.abs(found.inertia - exact).max() < 1e-12 * np.abs(exact).max() + 1e-20
+
+
+def test_mass_is_rubber_and_plates_apart(block):
+    _, found, design = block
+    metal = sum(plate_volume(frame) for frame in plate_frames(design))
+    rubber = outline_volume(design.body) - metal
+    grams = 1e-3 * (rubber * 1.1 + metal * 8.86)
+    assert 1e3 * found.rigid.mass == pytest.approx(grams, rel=1e-3)  # chords of rounded edges
+
+
+def test_the_hull_holds_the_finger(block):
+    folder, found, _ = block
+    corners = triangles_of(folder / "collision.stl")
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    points = triangles_of(folder / "body.stl").reshape(-1, 3)
+    out = (points[:, None] - corners[None, :, 0]) * normals
+    assert out.sum(axis=2).max() < 1e-5  # single precision
+    assert found.crest == pytest.approx(1e-3 * points[:, 1].max(), abs=1e-8)
+
+
+def test_angles_of_urdf_give_the_axes_back():
+    for roll, pitch, yaw in ((0.3, -0.7, 2.0), (0.4, np.pi / 2, 0.0), (-1.0, 0.2, -3.0)):
+        (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+        x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+        y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+        z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+        assert _roll_pitch_yaw(z @ y @ x) == pytest.approx([roll, pitch, yaw], abs=1e-12)
+
+
+def test_a_urdf_names_files_that_are_there(block):
+    folder, found, _ = block
+    root = ElementTree.fromstring(urdf(found))
+    assert all((folder / mesh.get("filename")).is_file() for mesh in root.iter("mesh"))
+    assert len(root.findall("joint")) == len(found.sites) == 11
+
+
+def test_export_writes_the_finger_or_says_what_is_wrong(tmp_path, terminal):
+    given = ["export", "feeler", "--to", "urdf", "--out", tmp_path]
+    printed = json.loads(terminal(*given, "--json").out)
+    assert set(printed["files"]) == {path.name for path in (tmp_path / "feeler").iterdir()}
+    heavier = terminal(*given, "--density", "silicone", "2.2", "--json").out
+    assert json.loads(heavier)["mass_g"] > 1.7 * printed["mass_g"]
+    assert "--density = gold" in terminal(*given, "--density", "gold", "19", code=2).err
+    assert "design alone" in terminal(*given, "--noise", "1", code=2).err
+    other = terminal(*given[:3], "mjcf", *given[4:], code=2).err
+    assert "finger.urdf" in other  # another kind of folder is not replaced
+
+
+def test_mujoco_reads_masses_and_sites(block):
+    mujoco = pytest.importorskip("mujoco", reason=WITHOUT)
+    folder, found, _ = block
+    (folder / "finger.xml").write_text(mjcf(found))
+    model = mujoco.MjModel.from_xml_path(str(folder / "finger.xml"))
+    body = model.body("block")
+    assert body.mass[0] == pytest.approx(found.rigid.mass)
+    assert body.ipos == pytest.approx(found.rigid.centre)
+    principal = np.sort(np.linalg.eigvalsh(found.rigid.inertia))
+    assert np.sort(body.inertia) == pytest.approx(principal, rel=1e-6)
+    assert model.site("block_gage_3").pos == pytest.approx(found.sites[3].centre)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", shipped_names("design"))
+def test_shipped_fingers_load_in_mujoco_without_a_warning(name, tmp_path):
+    mujoco = pytest.importorskip("mujoco", reason=WITHOUT)
+    warned = []
+    mujoco.set_mju_user_warning(warned.append)
+    try:
+        found = describe(load_design(name), tmp_path)
+        for file, text in (("finger.xml", mjcf(found)), ("finger.urdf", urdf(found))):
+            (tmp_path / file).write_text(text)
+            model = mujoco.MjModel.from_xml_path(str(tmp_path / file))
+            mujoco.mj_step(model, mujoco.MjData(model))
+    finally:
+        mujoco.set_mju_user_warning(None)
+    assert warned == []

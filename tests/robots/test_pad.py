@@ -1,0 +1,147 @@
+"""A pad and a moving face: the engine's forces, work that is stored, slides, what is outside."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.contact.problem import Motion, contact_problem
+from fingerdesign.robots.pad import Pad, rotation_vector
+from fingerdesign.shapes.objects import Plane
+from tests.support.reduced import bump, followed
+
+STILL = np.zeros(3)
+
+
+def pad_on(friction, nodes=9, **more):
+    """A pad with its crest at y = 0, and its problem."""
+    problem = contact_problem(bump(nodes), Plane(0.0), friction)
+    return Pad(problem, "both", 0.0, **more), problem
+
+
+def pressed(pad, depth=0.008, steps=4):
+    """Press to a depth, mm."""
+    for k in range(1, steps + 1):
+        found = pad.meet(np.array([0.0, -depth * k / steps, 0.0]), STILL)
+    return found
+
+
+def test_the_wrench_is_the_engines():
+    """Approach, shear along x and z and twist, with partial slip: 1e-6 N, N mm, and no less."""
+    pad, problem = pad_on(0.4)
+    path = [Motion(0.002 * k, 0.0) for k in range(1, 5)]
+    path += [Motion(0.008, 2e-4 * k, -1e-4 * k, 0.01 * k) for k in range(1, 12)]
+    slid = 0
+    for motion, exact in zip(path, followed(problem, path), strict=True):
+        place = np.array([motion.shear, -motion.approach, motion.shear_z])
+        found = pad.meet(place, np.array([0.0, np.deg2rad(motion.twist_deg), 0.0]))
+        forces, points = exact.force, problem.model.points
+        moment = np.cross(points, forces).sum(axis=0)
+        assert found.wrench[:3] == pytest.approx(-forces.sum(axis=0), abs=1e-6)
+        assert found.wrench[3:] == pytest.approx(-moment, abs=1e-6)
+        slid += (exact.status == 2).any()
+    assert slid >= 5
+    assert found.measures.stick_ratio < 0.9
+
+
+def test_what_sticks_stores_the_work_in_all_six_directions():
+    """- wrench is the gradient of the stored energy: central differences from one state."""
+    step = 1e-6
+    poses = np.array([1e-4, -0.008, 2e-4, 2e-4, 3e-4, -1e-4])  # mm and rad
+
+    def stored(change):
+        pad, _ = pad_on(50.0)
+        pressed(pad)
+        found = pad.meet(poses[:3] + change[:3], poses[3:] + change[3:])
+        return found.stored_mJ, found.wrench
+
+    wrench = stored(np.zeros(6))[1]
+    for axis, unit in enumerate(np.eye(6)):
+        up, down = stored(step * unit)[0], stored(-step * unit)[0]
+        assert (up - down) / (2 * step) == pytest.approx(-wrench[axis], rel=2e-3, abs=2e-5)
+
+
+def test_the_stiffness_is_the_slope_of_the_wrench():
+    pad, _ = pad_on(50.0)
+    pressed(pad)
+    place, turned = np.array([1e-4, -0.0081, 0.0]), np.array([1e-4, 0.0, -1e-4])
+    pad.meet(place, turned)
+    stiffness = pad.stiffness()
+    scale = np.sqrt(np.outer(np.diag(stiffness), np.diag(stiffness)))
+    assert np.linalg.eigvalsh(stiffness / scale).min() > 0.0
+    for axis, unit in enumerate(np.eye(6)):
+        found = []
+        for side in (1e-7, -1e-7):
+            other, _ = pad_on(50.0)
+            pressed(other)
+            other.meet(place, turned)
+            change = side * unit
+            found.append(other.meet(place + change[:3], turned + change[3:]).wrench)
+        slope = (found[0] - found[1]) / 2e-7
+        assert np.abs((-slope - stiffness[:, axis]) / scale[:, axis]).max() < 1e-3
+
+
+def test_an_object_may_slide_for_ever_along_a_plane():
+    """The force stays mu F_n, and it acts where it did on the pad: the anchor goes on.
+
+    Without the anchor's way the pad's force would act at a place that goes with the object.
+    """
+    pad, _ = pad_on(0.3)
+    pressed(pad)
+    first = None
+    for x in np.linspace(0.0, 50.0, 200)[1:]:
+        place = np.array([x, -0.008, 0.0])
+        found = pad.meet(place, STILL)
+        on_pad = found.wrench.copy()
+        on_pad[3:] += np.cross(place, found.wrench[:3])
+        if x > 0.5:
+            first = on_pad if first is None else first
+            assert on_pad == pytest.approx(first, rel=1e-6, abs=1e-6)
+    assert found.wrench[0] == pytest.approx(-0.3 * found.normal_force, rel=1e-6)
+    assert found.dissipated_mJ == pytest.approx(0.3 * found.normal_force * 50.0 / 199, rel=1e-3)
+
+
+def test_a_free_object_begins_anew_where_it_is():
+    pad, _ = pad_on(0.5)
+    pressed(pad)
+    pad.meet(np.array([0.002, -0.008, 0.0]), STILL)
+    away = pad.meet(np.array([0.002, 0.1, 0.0]), STILL)
+    assert away.wrench == pytest.approx(np.zeros(6))
+    assert away.measures is None
+    turned = np.array([0.0, 1.0, 0.0])  # free: a turn about the normal is none
+    pad.meet(np.array([7.0, 0.1, -3.0]), turned)
+    again = pad.meet(np.array([7.0, -0.002, -3.0]), turned)
+    assert again.outside == ()
+    assert np.abs(again.wrench[[0, 2, 4]]).max() < 1e-6 * again.normal_force
+
+
+def test_motions_beyond_the_model_are_reported():
+    pad, _ = pad_on(0.5)
+    pressed(pad)
+    place = np.array([0.0, -0.008, 0.0])
+    assert pad.meet(place, np.deg2rad([0.0, 2.9, 0.0])).outside == ()
+    (words,) = pad.meet(place, np.deg2rad([0.0, 3.2, 0.0])).outside
+    assert "turned by 3.2 degrees" in words
+    with pytest.raises(ZoneExhausted):
+        pad.meet(np.array([0.0, -0.2, 0.0]), STILL)
+
+
+def test_half_a_finger_reports_what_it_cannot_know():
+    model = bump(9)
+    half = contact_problem(type(model)(**{**vars(model), "symmetry_factor": 2}), Plane(0.0), 0.5)
+    pad = Pad(half, "both", 0.0)
+    found = pressed(pad)
+    assert found.outside == ()
+    assert pad.planar
+    assert found.normal_force == pytest.approx(2 * pressed(pad_on(0.5)[0]).normal_force)
+    (words,) = pad.meet(np.array([0.0, -0.008, 0.2]), STILL).outside
+    assert "0.2 mm out of the plane" in words
+
+
+def test_a_rotation_vector_turns_as_its_matrix():
+    from scipy.spatial.transform import Rotation
+
+    for vector in ([0.3, -0.2, 0.5], [0.0, 0.0, 1e-12], [1.0, 2.0, -1.5]):
+        matrix = Rotation.from_rotvec(vector).as_matrix()
+        assert rotation_vector(matrix) == pytest.approx(np.array(vector), abs=1e-12)
+    with pytest.raises(ValueError, match="180"):
+        rotation_vector(np.diag([1.0, -1.0, -1.0]))
