@@ -70,7 +70,7 @@ cli.add_under("design", finger.new, finger.check, finger.view, finger.studio, fi
 cli.add_under("design", finger.mesh)
 cli.add_under("analyse", finger.analyse, hand.grip, finger.validate)
 cli.add_under("choose", finger.sweep, finger.optimise, finger.compare)
-cli.add_under("cast", finger.mold)
+cli.add_under("cast", finger.mold, finger.tolerance)
 cli.add_under("control", hand.train, hand.study, hand.identify, hand.export)
 cli.add_under("reference", finger.list_)
 if find_spec("fingerdesign_bench") is not None:  # benchmarks/ is in a checkout, not in the wheel

@@ -1,4 +1,5 @@
-"""``fingerdesign mold``: what a finger is cast in, as files that can be made, checked."""
+"""``fingerdesign mold``: what a finger is cast in, as files that can be made, checked;
+``fingerdesign tolerance``: the spread of fingers as they are cast."""
 
 import textwrap
 from collections.abc import Collection
@@ -13,7 +14,7 @@ from fingerdesign.mold.products.notes import cautions_of
 from fingerdesign.mold.profile import with_profile
 from fingerdesign.mold.record import MoldData, PartData
 from fingerdesign.records.verdict import SIGNS
-from fingerdesign_cli.inputs import read_case, refuse_foreign
+from fingerdesign_cli.inputs import read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import (
     WIDTH,
@@ -22,6 +23,7 @@ from fingerdesign_cli.terminal import (
     print_table,
     progress,
     say,
+    say_block,
     say_marked,
     say_result,
 )
@@ -59,6 +61,22 @@ def mold(design_file: Path, out: Path, profile: Path | None, instead: Instead) -
     if passed:
         click.echo(f"{name}: it replaces an older mold that had passed its checks", err=True)
     return 1
+
+
+def tolerance(design_file: Path, out: Path, scene_file: Path | None, fidelity: str) -> int:
+    """Report the spread of fingers that are cast as DESIGN."""
+    design, scene = read_case(design_file, scene_file)
+    from fingerdesign.tolerance.page import view_of
+    from fingerdesign.tolerance.spread import FOLDER, tolerance, write_tolerance
+
+    name = design.design.name
+    stem = scene_file.stem if scene_file is not None else ""
+    with recorded(FOLDER, out / name) as (folder, show):
+        found = tolerance(design, scene, fidelity, lambda message: show(message), stem)
+        write_tolerance(found, folder)
+    say_result(found.data, lambda: say_block(view_of(found), out / name))
+    open_page(out / name / "report.html")
+    return 0
 
 
 def _failed(report: MoldData) -> list[str]:

@@ -56,7 +56,7 @@ def measure(problem: ContactProblem, increment: Increment) -> Measures:
     # Plane strain: areas are lengths x depth already; in 3-D of the modelled half.
     fields = np.stack([contact, np.minimum(contact, stick)])
     corners = fields[:, model.facets]
-    shares = _positive_fraction(corners.reshape(-1, corners.shape[2])).reshape(2, -1)
+    shares = positive_fraction(corners.reshape(-1, corners.shape[2])).reshape(2, -1)
     contact_area, stick_area = (factor * float(model.facet_areas @ share) for share in shares)
     contact_width, stick_width = _widths(model, fields, shares)
     pressure = increment.multiplier[:, 0] / model.areas
@@ -103,7 +103,7 @@ def completely_slips(measures: Measures, dimension: int) -> bool:
 def level_sets(problem: ContactProblem, increment: Increment) -> tuple[Array, Array]:
     """Nodal fields (m,), MPa: > 0 in contact, > 0 sticking (where in contact)."""
     model = problem.model
-    opened, slipped = _border_compliances(problem)
+    opened, slipped = border_compliances(problem)
     contact = (increment.multiplier[:, 0] - increment.gap / opened) / model.areas
     # In pressure too, so that where nothing pulls sideways both borders are the same.
     size = lengths(increment.multiplier[:, 1:])
@@ -114,7 +114,7 @@ def level_sets(problem: ContactProblem, increment: Increment) -> tuple[Array, Ar
     return contact, stick
 
 
-def _border_compliances(problem: ContactProblem) -> tuple[Array, Array]:
+def border_compliances(problem: ContactProblem) -> tuple[Array, Array]:
     """Compliances (m,) mm/N that make forces of gaps, and of slips, next to a border.
 
     In plane strain a node's own compliance grows with the body's depth and puts the border too far
@@ -130,12 +130,12 @@ def _border_compliances(problem: ContactProblem) -> tuple[Array, Array]:
     return 4.0 * local, 5.0 * local * share**2
 
 
-def _positive_fraction(values: Array) -> Array:
+def positive_fraction(values: Array) -> Array:
     """Part of each line or triangle (f, k) where the linear field with these corner values is > 0.
 
-    >>> _positive_fraction(np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 0.0]])).tolist()
+    >>> positive_fraction(np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 0.0]])).tolist()
     [0.5, 1.0, 0.0]
-    >>> _positive_fraction(np.array([[1.0, -1.0, -1.0], [1.0, 1.0, -1.0]])).tolist()
+    >>> positive_fraction(np.array([[1.0, -1.0, -1.0], [1.0, 1.0, -1.0]])).tolist()
     [0.25, 0.75]
     """
     if values.shape[1] == 2:
@@ -165,7 +165,7 @@ def _widths(model: ReducedModel, fields: Array, shares: Array) -> tuple[float, f
         ends = _along(line, model.points[:, 0])
         along = np.abs(ends[:, 1] - ends[:, 0])
         values = np.concatenate([_along(line, field) for field in fields])
-        shares = _positive_fraction(values).reshape(2, -1)
+        shares = positive_fraction(values).reshape(2, -1)
     contact, stick = shares @ along
     return float(contact), float(stick)
 

@@ -30,7 +30,8 @@ class Step:
 
     areas (m,) mm^2 and displacement (n, dim) mm of the body's nodes: at finite strain, where areas
     are those of the deformed body and no displacement follows from the forces alone; else None.
-    before: the state that the increment starts from, at small strain.
+    before: the state that the increment starts from, and row: all increments of the row, the last
+    one being ``increment``; at small strain.
     """
 
     increment: Increment
@@ -38,6 +39,7 @@ class Step:
     areas: Array | None = None
     displacement: Array | None = None
     before: ContactState | None = None
+    row: tuple[Increment, ...] = ()
 
 
 def follow(
@@ -57,6 +59,7 @@ def follow(
     state, workspace = ContactState.untouched(problem), Workspace()
     for row in path:
         ends = row_ends(substeps, bool((state.multiplier[:, 0] > 0.0).any()), coarser)
+        solved: list[Increment] = []
         for number, target in enumerate(_pieces(problem, state, row, ends)):
             before = state
             if isinstance(target, Motion):
@@ -69,7 +72,8 @@ def follow(
                 increment = with_slip_of_row(increment, before.sliding)
                 workspace.record(before, increment.state)
             state = increment.state
-        yield Step(increment, measure(problem, increment), before=before)
+            solved.append(increment)
+        yield Step(increment, measure(problem, increment), before=before, row=tuple(solved))
 
 
 def row_ends(substeps: int | None, touching: bool = True, coarser: int = 1) -> Array:

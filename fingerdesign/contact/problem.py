@@ -167,7 +167,7 @@ def contact_problem(
     _check_friction(friction_coefficient)
     frames = local_frames(indenter.normal(model.points))
     gap0 = model.surface.mean(indenter.distance(model.surface.points), model.nodes)
-    modes = np.einsum("mab,kmb->kma", frames, _modes(model))
+    modes = np.einsum("mab,kmb->kma", frames, rigid_modes(model))
     if like is not None and np.array_equal(frames, like.frames):
         return replace(like, model=model, gap0=gap0, modes=modes)
     m, dim = model.points.shape
@@ -186,7 +186,7 @@ def _check_friction(friction_coefficient: float) -> None:
         raise ValueError(f"friction coefficient {friction_coefficient} must be finite and >= 0")
 
 
-def _modes(model: ReducedModel) -> Array:
+def rigid_modes(model: ReducedModel) -> Array:
     """Motion of the finger relative to the object (5, m, dim) mm per unit of each amplitude."""
     points, dim = model.points, model.dimension
     modes = np.zeros((5, *points.shape))

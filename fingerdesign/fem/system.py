@@ -114,7 +114,8 @@ class System:
 
     stiffness (d, d): upper triangle in CSR, sorted; lift (n dim, d): L; support (dim, d): sum of
     K q over held dofs, component by component; held (n dim, dim): how much of each node's
-    load goes into the supports at once; pressures: how many eigenvalues of K are below zero.
+    load goes into the supports at once; pressures: how many eigenvalues of K are below zero;
+    pressure_lift (pressures, d): the pressures, MPa, of q.
     """
 
     stiffness: sp.csr_matrix
@@ -122,6 +123,7 @@ class System:
     support: sp.csr_matrix
     held: sp.csr_matrix
     pressures: int = 0
+    pressure_lift: sp.csr_matrix | None = None
 
     @property
     def dofs(self) -> int:
@@ -274,7 +276,11 @@ def with_pressures(system: System, part: Pressures, ratio: float) -> System:
     back = np.argsort(place)
     lift = sp.hstack([system.lift, sp.csr_matrix((system.lift.shape[0], count))], format="csc")
     support = sp.hstack([system.support, system.held.T @ coupling], format="csc")
-    return System(stiffness, lift[:, back].tocsr(), support[:, back].tocsr(), system.held, count)
+    own = sp.csr_matrix(
+        (np.full(count, scale), (np.arange(count), place[before:])), shape=(count, len(place))
+    )
+    lifts = lift[:, back].tocsr(), support[:, back].tocsr(), system.held
+    return System(stiffness, *lifts, count, own)
 
 
 def _upper(blocks: list[tuple[sp.coo_matrix, int, int]], place: NDArray[np.int32]) -> sp.csr_matrix:

@@ -65,25 +65,33 @@ def with_plates_moved(
     """
     points = mesh.points.copy()
     section = mesh.points[:, :2]
-    outside = [mesh.facets[name].ravel() for name in ("base", "contact", "side")]
-    still = np.unique(np.concatenate(outside))
-    distance = {each.index: _distance(each, section) for each in before}
-    for old, new in zip(before, after, strict=True):
+    for old, new, weight in zip(before, after, plate_weights(mesh, before), strict=True):
         turned = np.radians(new.angle_deg - old.angle_deg)
         way = new.centre - old.centre
-        if not turned and not way.any():
-            continue
-        away = distance[old.index]
-        others = [away[near < 1e-9].min() for k, near in distance.items() if k != old.index]
-        reach = _REACH * min(float(away[still].min()), *others)
-        weight = np.clip(1.0 - away / reach, 0.0, None)[:, None]
         arm = section - old.centre
         turn = np.array([[np.cos(turned), np.sin(turned)], [-np.sin(turned), np.cos(turned)]])
-        points[:, :2] += weight * (way + arm @ turn - arm)
+        points[:, :2] += weight[:, None] * (way + arm @ turn - arm)
     try:
         return _checked(mesh, points)
     except MeshError:
         return None
+
+
+def plate_weights(mesh: Mesh, frames: Sequence[PlateFrame]) -> Array:
+    """Shares (plates, n) of flat level plates' motions that nodes have: 1 in a plate, falling with
+    the distance from it, 0 at other plates and at the finger's faces."""
+    section = mesh.points[:, :2]
+    outside = [mesh.facets[name].ravel() for name in ("base", "contact", "side")]
+    still = np.unique(np.concatenate(outside))
+    distance = [_distance(frame, section) for frame in frames]
+    weights = np.empty((len(frames), len(section)))
+    for k, away in enumerate(distance):
+        others = [
+            away[near < 1e-9].min(initial=np.inf) for j, near in enumerate(distance) if j != k
+        ]
+        reach = _REACH * min(float(away[still].min()), *others)
+        weights[k] = np.clip(1.0 - away / reach, 0.0, None)
+    return weights
 
 
 def _distance(plate: PlateFrame, section: Array) -> Array:

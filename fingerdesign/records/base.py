@@ -48,6 +48,10 @@ SCHEMAS = {
         "fingerdesign.sensing.identify.trace_report:IdentificationData",
         "Rubber, friction and gages from one trace (fingerdesign identify)",
     ),
+    "tolerance": (
+        "fingerdesign.tolerance.record:ToleranceData",
+        "Spread of fingers as cast (fingerdesign tolerance)",
+    ),
     "gripbench": (
         "fingerdesign.trials.gripbench:Scorecard",
         "Controllers on a fixed set of fingers and objects (fingerdesign study gripbench)",

@@ -21,9 +21,9 @@ FLOORS = (
     ("contact", "checks", "cad"),
     ("mesh", "control"),
     ("report", "fem"),
-    ("analysis",),
+    ("analysis", "sensitivity"),
     ("sensing",),
-    ("pipeline", "trials", "validate", "mold", "robots"),
+    ("pipeline", "trials", "validate", "mold", "tolerance", "robots"),
     ("search", "studio"),
     ("fingerdesign_cli", "fingerdesign_bench"),
 )

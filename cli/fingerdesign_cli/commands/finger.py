@@ -223,6 +223,22 @@ def validate() -> None:
     """
 
 
+@command("mold", "Spread of fingers as cast; what to tighten first.")
+@design_and_out
+@scene_option(
+    "In this scene (a file, or a shipped scene's name); without it, the fundamental case."
+)
+@fidelity_option("plane-strain")
+@open_option
+@output_options
+def tolerance() -> None:
+    """Report the spread of fingers that are cast as DESIGN, by one analysis and its derivatives.
+
+    Plates are off by what holds them in the mold, the rubber by its batch, gages by their factors.
+    OUT/NAME then holds report.html (what to tighten first, the spread) and tolerance.json.
+    """
+
+
 @command("mold", "Make the mold that a finger is cast in.")
 @design_and_out
 @click.option(

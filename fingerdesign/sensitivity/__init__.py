@@ -1,0 +1,1 @@
+"""Derivatives of forces, areas and readings, through the exact contact."""

@@ -1,0 +1,204 @@
+"""The derivatives of an analysed path with respect to any of its numbers.
+
+    found = sensitivity("maeno2000", "pull", ["placement[7].y_mm", "object.friction_coefficient"])
+    found.reading[3, 7]      # of gage 7 at row 3, microstrain per mm and per unit of friction
+
+One analysis, one field of each contact dof and gage, and no solve per parameter.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.linalg import svd
+
+from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.fidelity.readings import MICRO, Readings, readings_of
+from fingerdesign.analysis.path import follow_path, problem_at_touch
+from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, one_thread, zone_of
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.checks.load import load_design
+from fingerdesign.contact.increment import Increment
+from fingerdesign.contact.path import Step
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import load_scene
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.fem.model import FiniteElementModel
+from fingerdesign.layout.zone import Zone
+from fingerdesign.sensitivity.areas import OwnRates, area_rates
+from fingerdesign.sensitivity.change import Change
+from fingerdesign.sensitivity.model import ResponseFields, response_fields
+from fingerdesign.sensitivity.parts import change_of, rows_of_plates
+from fingerdesign.sensitivity.path import near_nodes, path_rates
+from fingerdesign.sensitivity.variant import Parameter, parameters_of
+
+_RANK = 1e-13  # Of the largest singular value: smaller parts of the forces are rounding.
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Derivatives of k rows with P parameters, per unit of each (mm, degrees, MPa, 1).
+
+    names (P,), values (P,); readings: the rows themselves; normal_force, tangential_force (k, P)
+    N; stick_ratio (k, P), NaN without contact; gages (k, plates, 2, P): upper and lower face,
+    microstrain. on_kink (k,): the greatest share of the normal force, up to each row, that stands
+    on nodes between two statuses, where the derivative has two sides and this is one.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    readings: Readings
+    normal_force: Array
+    tangential_force: Array
+    stick_ratio: Array
+    gages: Array
+    on_kink: Array
+
+    @property
+    def reading(self) -> Array:
+        """Derivatives (k, plates, P) of what ``gages.face`` reads, microstrain."""
+        face = {"upper": 0, "lower": 1}.get(self.readings.face)
+        mean = self.gages.mean(axis=2)
+        return np.asarray(mean if face is None else self.gages[:, :, face])
+
+
+def sensitivity(
+    design: Design | str | Path,
+    scene: Scene | str | Path | None,
+    parameters: Sequence[str],
+    fidelity: str = "3d",
+) -> Sensitivity:
+    """Analyse a path and give the derivatives of its forces, stick ratios and gages.
+
+    parameters: keys of body, plates, gages, materials and object, or places of plates
+    (variant.py). Without a scene: the fundamental case. Raises DesignError for a wrong input or a
+    parameter whose derivative is not known, SolverError where a row has no answer.
+    """
+    if fidelity not in ("plane-strain", "3d"):
+        bound, remedy = "plane-strain or 3d", "derivatives are of one model at small strain"
+        raise DesignError([Fault("fidelity", f"'{fidelity}'", bound, remedy)])
+    design = design if isinstance(design, Design) else load_design(design)
+    scene = scene if isinstance(scene, Scene | None) else load_scene(scene)
+    case = Case(design, scene, fidelity, grips=False, fields=False)
+    own = case.path_scene if scene is None else scene
+    wanted = parameters_of(design, own, tuple(parameters))
+
+    def work(zone: Zone) -> Sensitivity:
+        mesh = make_mesh(design, fidelity, zone, case.symmetric)
+        model = condense(design, mesh, zone, own)
+        problem = problem_at_touch(model.reduced, own.object, design.body)
+        with one_thread():
+            steps = follow_path(problem, own, design)
+        return derivatives(design, own, model, problem, steps, wanted)
+
+    return in_wide_zone(design, zone_of(case, own), work)
+
+
+def derivatives(
+    design: Design,
+    scene: Scene,
+    model: FiniteElementModel,
+    problem: ContactProblem,
+    steps: Sequence[Step],
+    parameters: Sequence[Parameter],
+) -> Sensitivity:
+    """The derivatives of a path that was followed on a model; errors as of :func:`sensitivity`."""
+    if scene.path.control == "force":
+        bound, remedy = "motion", "give the motions that the forces lead to"
+        raise DesignError([Fault("path.control", "'force'", bound, remedy)])
+    increments = [increment for step in steps for increment in step.row]
+    nodes = near_nodes(problem, increments)
+    single, rows = rows_of_plates(design, model.mesh)
+    changes = [change_of(parameter, model, single) for parameter in parameters]
+    fields = response_fields(model.condensed, nodes, rows)
+    found = _Model(problem, nodes, fields, changes, increments)
+    friction = np.array([change.friction for change in changes])
+    rates = path_rates(problem, increments, nodes, found.explicit, friction)
+    ends = np.cumsum([len(step.row) for step in steps]) - 1
+    force = np.einsum("nab,knap->knbp", problem.frames[nodes], rates.multiplier[ends])
+    for k, end in enumerate(ends):
+        force[k] += np.einsum("nabp,na->nbp", found.frames, increments[end].multiplier[nodes])
+    total = problem.model.symmetry_factor * force.sum(axis=1)
+    gages = found.readings[:, ends].transpose(1, 2, 0)
+    flat = force.reshape(len(ends), -1, len(changes))
+    gages = gages + np.einsum(
+        "gc,kcp->kgp", fields.values[fields.contact :, : fields.contact], flat
+    )
+    areas = area_rates(problem, steps, rates, found.own)
+    contact, stick = (
+        np.array([getattr(step.measures, name) for step in steps])[:, None]
+        for name in ("contact_area", "stick_area")
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = (areas[:, 1] - areas[:, 0] * (stick / contact)) / contact
+    return Sensitivity(
+        names=tuple(parameter.name for parameter in parameters),
+        values=np.array([parameter.value for parameter in parameters]),
+        readings=readings_of(steps, design.gages.face),
+        normal_force=-total[:, 1],
+        tangential_force=total[:, 0],
+        stick_ratio=ratio,
+        gages=MICRO * gages.reshape(len(ends), -1, 2, len(changes)),
+        on_kink=np.maximum.accumulate(rates.on_kink)[ends],
+    )
+
+
+class _Model:
+    """What all parameters cause under fixed forces.
+
+    explicit (K, n, dim, P): rates of local displacements; readings (P, K, 2 plates): of strains;
+    frames (n, dim, dim, P); own: for areas.
+    """
+
+    def __init__(
+        self,
+        problem: ContactProblem,
+        nodes: IntArray,
+        fields: ResponseFields,
+        changes: Sequence[Change],
+        increments: Sequence[Increment],
+    ) -> None:
+        count, dim, size = len(nodes), problem.shape[1], len(changes)
+        frames = problem.frames[nodes]
+        force = np.array([increment.force[nodes] for increment in increments])
+        loads = np.zeros((len(fields.values), len(increments) + count))
+        loads[: fields.contact, : len(increments)] = force.reshape(len(increments), -1).T
+        for i in range(count):  # unit forces along the normals: rates of normal compliances
+            loads[i * dim : (i + 1) * dim, len(increments) + i] = frames[i, 0]
+        left, sizes, right = svd(loads, full_matrices=False)
+        rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
+        basis = fields.change_of(changes, left[:, :rank])
+        free = ~problem.model.locked[nodes].reshape(-1)  # on the mirror plane z does not yield
+        basis[:, : fields.contact] *= free[:, None]
+        rates = basis @ (sizes[:rank, None] * right[:rank])
+        moved = rates[:, : fields.contact].reshape(size, count, dim, -1)
+        past = len(increments)
+        self.readings = rates[:, fields.contact :, :past].transpose(0, 2, 1)
+        self.frames = np.zeros((count, dim, dim, size))
+        modes, gap = np.zeros((5, count, dim, size)), np.zeros((count, size))
+        model = problem.model
+        areas, facets = np.zeros((model.nodes, size)), np.zeros((len(model.facets), size))
+        for p, change in enumerate(changes):
+            if (facing := change.facing) is not None:
+                self.frames[..., p], modes[..., p] = facing.frames[nodes], facing.modes[:, nodes]
+                gap[:, p], areas[:, p] = facing.gap[nodes], facing.areas
+                facets[:, p] = facing.facet_areas
+        self.explicit = np.einsum("nab,pnbk->knap", frames, moved[..., :past])
+        self.explicit[:, :, 0] += gap
+        amplitudes = np.array([increment.motion.amplitudes for increment in increments])
+        self.explicit += np.einsum("ka,anip->knip", amplitudes, modes)
+        compliance = free[:, None] * fields.values[: fields.contact, : fields.contact]
+        yielded = (compliance @ force.reshape(past, -1).T).T.reshape(past, count, dim)
+        self.explicit += np.einsum("nabp,knb->knap", self.frames, yielded)
+        local = np.array([increment.multiplier[nodes] for increment in increments])
+        turned = np.einsum("nabp,kna->knbp", self.frames, local).reshape(past, count * dim, size)
+        back = np.einsum("cd,kdp->kcp", compliance, turned).reshape(past, count, dim, size)
+        self.explicit += np.einsum("nab,knbp->knap", frames, back)
+        normals = np.einsum("nb,pnbi->nip", frames[:, 0], moved[..., past:])
+        crossed = compliance.reshape(count, dim, count, dim)
+        tilted = np.einsum("nbp,nbic,ic->nip", self.frames[:, 0], crossed, frames[:, 0])
+        normals = normals + tilted + tilted.transpose(1, 0, 2)
+        self.own = OwnRates(normals, areas, facets, np.array([c.friction for c in changes]))

@@ -1,0 +1,172 @@
+"""From parameters to their direct effects on mesh, materials, gages and object."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from fingerdesign.analysis.path import object_at_touch
+from fingerdesign.arrays import Array
+from fingerdesign.contact.problem import local_frames, rigid_modes
+from fingerdesign.design.gages import Gages
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.fem.model import FiniteElementModel
+from fingerdesign.fem.readout import gage_rows, pairing
+from fingerdesign.fem.trace import contact_trace
+from fingerdesign.layout.rows import plate_frames
+from fingerdesign.layout.surface import surface_of
+from fingerdesign.mesh.types import Mesh
+from fingerdesign.reduced import ReducedModel
+from fingerdesign.sensitivity.change import Change, Facing
+from fingerdesign.sensitivity.variant import Parameter
+from fingerdesign.sensitivity.velocity import node_velocity
+
+_SAME = 1e-9  # mm per unit: a slower growth of plates and gages is rounding of the differences
+
+
+def change_of(parameter: Parameter, model: FiniteElementModel, rows: sp.csr_matrix) -> Change:
+    """The direct effect of a parameter; rows: of :func:`rows_of_plates`.
+
+    DesignError where it is not known.
+    """
+    design = parameter.at(0.0).design
+    body, mesh = model.condensed.body, model.mesh
+    if body.element == "P1":
+        bound, remedy = "known for quadratic elements", 'set mesh.element = "auto"'
+        raise DesignError([Fault("mesh.element", "P1", bound, remedy)])
+    if parameter.name == "object.friction_coefficient":
+        return Change(parameter.name, friction=1.0)
+    if parameter.kind == "materials":
+        return _of_material(parameter, model)
+    if parameter.name == "body.depth_mm" and mesh.dimension == 2:
+        deep = 1.0 / design.body.depth_mm
+        return Change(parameter.name, facing=_facing(parameter, model, None), thickness=deep)
+    velocity = node_velocity(parameter, mesh) if parameter.kind != "object" else None
+    gages = None
+    if parameter.kind in ("placement", "plates", "body", "gages"):
+        gages = _gage_rates(parameter, mesh, velocity, rows)
+    facing = None
+    if parameter.kind in ("body", "object"):
+        facing = _facing(parameter, model, velocity)
+    return Change(parameter.name, velocity=velocity, gages=gages, facing=facing)
+
+
+def _of_material(parameter: Parameter, model: FiniteElementModel) -> Change:
+    """Rates of both Lame parameters, and of the gages' weights where these depend on them."""
+    design, _, frames = parameter.at(0.0)
+    _, name, key = parameter.name.split(".")
+    body, mesh = model.condensed.body, model.mesh
+    young, nu = body.youngs_modulus, body.poissons_ratio
+    if key == "youngs_modulus_MPa":
+        rates = [nu / ((1 + nu) * (1 - 2 * nu)), 1.0 / (2.0 * (1.0 + nu))]
+    elif key == "poissons_ratio":
+        volume = young * (1 + 2 * nu**2) / ((1 + nu) * (1 - 2 * nu)) ** 2
+        rates = [volume, -young / (2.0 * (1.0 + nu) ** 2)]
+    else:
+        bound, remedy = "youngs_modulus_MPa or poissons_ratio", "leave it out"
+        raise DesignError([Fault("parameters", f"'{parameter.name}'", bound, remedy)])
+    mine = np.zeros(len(mesh.cells))
+    parts = mesh.parts
+    for part, owner in (("elastomer", "body"), ("plates", "plates"), ("core", "core")):
+        if part == "core" and design.body.core is None:
+            continue
+        material: Any = design.body.core if part == "core" else getattr(design, owner)
+        if material.material == name:
+            mine[parts[part]] = 1.0
+    if design.plates.model == "sheet" and design.plates.material == name and frames:
+        bound, remedy = "a plate's material in solids", 'set plates.model = "solid"'
+        raise DesignError([Fault("parameters", f"'{parameter.name}'", bound, remedy)])
+    gages = None
+    if key == "poissons_ratio" and design.plates.material == name and frames:
+        weights = parameter.rate(lambda t: np.array(parameter.at(t).design.gage_weights))
+        gages = gage_rows(mesh, frames, design.gages, (float(weights[0]), float(weights[1])))
+    return Change(parameter.name, moduli=np.array(rates) * mine, gages=gages)
+
+
+def rows_of_plates(design: Design, mesh: Mesh) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+    """Gage rows (2 plates, n dim) plate by plate, and those of the bridges, where plates pair."""
+    frames, gages = plate_frames(design), design.gages
+    rows = gage_rows(
+        mesh, frames, gages.model_copy(update={"grid": _single(gages)}), design.gage_weights
+    )
+    pairs = pairing(frames, gages)
+    return rows, rows if pairs is None else sp.csr_matrix(pairs @ rows)
+
+
+def _single(gages: Gages) -> str:
+    return "axial" if gages.grid == "double_axial" else gages.grid
+
+
+def _gage_rates(
+    parameter: Parameter, mesh: Mesh, velocity: Array | None, own_rows: sp.csr_matrix
+) -> sp.csr_matrix | None:
+    """Rates of the gage rows: turned with plates that move as rigid bodies, else differences."""
+    design, _, frames = parameter.at(0.0)
+    if not frames:
+        return None
+
+    def sizes(change: float) -> Array:
+        varied = parameter.at(change)
+        numbers = [[frame.length, frame.thickness] for frame in varied.frames]
+        gages = varied.design.gages
+        return np.array([[gages.length_mm, gages.width_mm], [gages.z_mm, 0.0], *numbers])
+
+    rigid = mesh.dimension == 2 or parameter.name != "body.depth_mm"
+    if rigid and np.abs(parameter.rate(sizes)).max() < _SAME:
+        return _turned(parameter, mesh, design.gages, own_rows)
+
+    def rows(change: float) -> sp.csr_matrix:
+        varied = parameter.at(change)
+        points = mesh.points if velocity is None else mesh.points + change * velocity
+        own = varied.design
+        return gage_rows(replace(mesh, points=points), varied.frames, own.gages, own.gage_weights)
+
+    return sp.csr_matrix(parameter.rate(rows))
+
+
+def _turned(parameter: Parameter, mesh: Mesh, gages: Gages, rows: sp.csr_matrix) -> sp.csr_matrix:
+    """Rates of rows whose vectors turn with their plates, at the same places of the cells."""
+    _, _, frames = parameter.at(0.0)
+
+    def angles(change: float) -> Array:
+        return np.radians([frame.angle_deg for frame in parameter.at(change).frames])
+
+    spins = np.repeat(parameter.rate(angles), 2)
+    turn = np.zeros((mesh.dimension, mesh.dimension))
+    turn[0, 1], turn[1, 0] = 1.0, -1.0  # rows times this: vectors turned anticlockwise
+    found = sp.diags_array(spins) @ rows @ sp.kron(sp.identity(len(mesh.points)), turn)
+    pairs = pairing(frames, gages)
+    return sp.csr_matrix(found if pairs is None else pairs @ found)
+
+
+def _facing(parameter: Parameter, model: FiniteElementModel, velocity: Array | None) -> Facing:
+    """Rates of trace, gap and frames, by differences of their closed forms."""
+    reduced, condensed = model.reduced, model.condensed
+    body, mesh = condensed.body, model.mesh
+    moves = velocity is not None
+
+    def parts(change: float) -> list[Any]:
+        design, scene, _ = parameter.at(change)
+        points = mesh.points if velocity is None else mesh.points + change * velocity
+        depth = design.body.depth_mm if mesh.dimension == 2 else 1.0
+        trace = contact_trace(points, body.contact, depth)
+        surface = replace(
+            trace.surface, points=surface_of(design.body).project(trace.surface.points)
+        )
+        rigid = object_at_touch(scene.object, design.body)
+        gap = surface.mean(rigid.distance(surface.points), reduced.nodes)
+        moved = replace(reduced, points=points[trace.nodes])
+        frames = local_frames(rigid.normal(moved.points))
+        modes = _turned_modes(frames, moved)
+        own = [trace.operator] if moves else []
+        return [gap, frames, modes, trace.areas, trace.facet_areas, *own]
+
+    rates = parameter.rates(parts)
+    trace = sp.csr_matrix(rates[5]) if moves else None
+    return Facing(trace, *rates[:5])
+
+
+def _turned_modes(frames: Array, model: ReducedModel) -> Array:
+    return np.asarray(np.einsum("mab,kmb->kma", frames, rigid_modes(model)))

@@ -1,0 +1,120 @@
+"""Velocity of a mesh's nodes with a dimension: body and plates as they go, the rubber between.
+
+Of a straight body every section point keeps its share of width and height,
+
+    x -> x w' / w,     y -> y H'(x') / H(x),     z -> z d' / d        (H: height of the surface)
+
+so base, sides and surface go where the new body's are. Plates move as rigid bodies, or as their
+length and thickness grow, and carry the rubber along by ``mesh.moved.plate_weights``. Gages end at
+nodes, and these go along with the gages' length: beyond an edge of a cell its strain is another.
+"""
+
+import numpy as np
+
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.body import Body
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.layout.bodies import surface_height
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mesh.moved import plate_weights
+from fingerdesign.mesh.types import Mesh
+from fingerdesign.sensitivity.variant import Parameter, Variant
+
+_STILL = 1e-9  # mm (or degrees) per unit: a slower motion is rounding of the differences
+
+
+def check_movable(parameter: Parameter, mesh: Mesh) -> None:
+    """Refuse a dimension that no velocity is known for, with what to do instead."""
+    design, _, frames = parameter.at(0.0)
+    flat = all(frame.along == "x" and frame.bend_radius is None for frame in frames)
+    kind = design.body.kind
+    width = parameter.name in ("body.width_mm", "body.arc_radius_mm", "body.edge_radius_mm")
+    for wrong, bound, remedy in (
+        (design.plates.model != "solid", 'plates.model = "solid"', "model the plates as solids"),
+        (not flat, "flat plates along x", "leave this parameter out"),
+        (design.body.core is not None, "a body without a core", "leave this parameter out"),
+        (any(f.holes for f in frames), "plates without holes", "leave this parameter out"),
+        (
+            parameter.kind == "body"
+            and not (kind.straight and (design.body.edge_radius_mm is None or not width)),
+            "a straight body, of width and radius without an edge",
+            "leave this parameter out",
+        ),
+    ):
+        if wrong:
+            raise DesignError([Fault("parameters", f"'{parameter.name}'", bound, remedy)])
+    if mesh.dimension == 3:
+        ends = parameter.rate(lambda t: np.array([f.span for f in parameter.at(t).frames]))
+        if parameter.name != "body.depth_mm" and np.abs(ends).max(initial=0.0) > _STILL:
+            bound = "a key that leaves the plates' span in space as it is"
+            raise DesignError([Fault("parameters", f"'{parameter.name}'", bound, "leave it out")])
+
+
+def node_velocity(parameter: Parameter, mesh: Mesh) -> Array | None:
+    """Velocity (n, dim) of the nodes per unit of the parameter; None where none moves."""
+    rates = parameter.rate(lambda t: _places(parameter.at(t)))
+    body = parameter.kind == "body"
+    if not body and np.abs(rates).max(initial=0.0) < _STILL:
+        return None
+    check_movable(parameter, mesh)
+    velocity = np.zeros_like(mesh.points)
+    if body:
+        old = parameter.at(0.0).design.body
+        velocity = parameter.rate(lambda t: _mapped(mesh.points, old, parameter.at(t).design.body))
+    here = parameter.at(0.0)
+    frames, gage = here.frames, here.design.gages.length_mm
+    section, carried = mesh.points[:, :2], velocity[:, :2].copy()
+    for frame, rate, weight in zip(frames, rates, plate_weights(mesh, frames), strict=True):
+        if np.abs(rate).max() < _STILL and not body:
+            continue
+        velocity[:, :2] += weight[:, None] * (_motion(frame, gage, rate, section) - carried)
+    return _straightened(mesh, velocity)
+
+
+def _places(variant: Variant) -> Array:
+    """Place, height, angle (rad), length, thickness, and the gage's length (plates, 6)."""
+    gage = variant.design.gages.length_mm
+    rows = [
+        [f.place, f.y, np.radians(f.angle_deg), f.length, f.thickness, gage] for f in variant.frames
+    ]
+    return np.array(rows).reshape(-1, 6)
+
+
+def _motion(frame: PlateFrame, gage: float, rate: Array, section: Array) -> Array:
+    """Velocity (n, 2) of section points that go with a plate."""
+    arm = section - frame.centre
+    s, v = arm @ frame.axis, arm @ frame.normal
+    spin = rate[2] * np.column_stack([-arm[:, 1], arm[:, 0]])
+    ends, grown = (0.5 * np.array(pair) for pair in ((gage, frame.length), (rate[5], rate[3])))
+    first = int(not gage < frame.length)
+    knots, values = np.append(0.0, ends[first:]), np.append(0.0, grown[first:])
+    along = np.sign(s) * np.interp(np.abs(s), knots, values)
+    off = np.clip(v / frame.thickness, -0.5, 0.5) * rate[4]
+    return np.asarray(rate[:2] + spin + np.outer(along, frame.axis) + np.outer(off, frame.normal))
+
+
+def _mapped(points: Array, old: Body, new: Body) -> Array:
+    """Points (n, dim) of a straight body, in another one."""
+    half, wide = 0.5 * old.width_mm, 0.5 * new.width_mm
+    x = np.clip(points[:, 0], -half, half)
+    there = np.clip(x * (wide / half), -wide, wide)
+    moved = points.copy()
+    moved[:, 0] += there - x
+    moved[:, 1] *= surface_height(new, there) / surface_height(old, x)
+    if points.shape[1] == 3:
+        moved[:, 2] *= new.depth_mm / old.depth_mm
+    return moved
+
+
+def _straightened(mesh: Mesh, velocity: Array) -> Array:
+    """Velocities with added nodes in the middle of their ends, but on the contact surface."""
+    kind = mesh.kind
+    ends = [*kind.edges, *kind.squares]
+    own = np.isin(np.arange(len(mesh.points)), mesh.facets["contact"])
+    found = velocity.copy()
+    for place, corners in enumerate(ends, kind.corners):
+        nodes: IntArray = mesh.cells[:, place]
+        middle = np.mean([velocity[mesh.cells[:, corner]] for corner in corners], axis=0)
+        loose = ~own[nodes]
+        found[nodes[loose]] = middle[loose]
+    return found

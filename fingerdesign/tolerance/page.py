@@ -1,0 +1,141 @@
+"""report.html: what to tighten first, and the spread of each row."""
+
+from pathlib import Path
+
+from fingerdesign.records.verdict import Verdict, VerdictView
+from fingerdesign.report import style
+from fingerdesign.report.page import Page, Section, Text, caption_drawing, page_html
+from fingerdesign.report.table import Table
+from fingerdesign.tolerance.record import RowData, SourceData, ToleranceData
+
+_WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
+_KINK = 1e-3  # Share of the force on kinks that is worth a sentence.
+_MODEL = (
+    "By one analysis and its derivatives: spreads are standard deviations of a linear model, any "
+    "value within a tolerance being as likely. Where nodes change their status within a tolerance "
+    "it is an approximation."
+)
+
+
+def view_of(found: ToleranceData) -> VerdictView:
+    """What the terminal and the first screen show: the row whose stick ratio scatters most (of
+    equal ones the last), and the causes."""
+    scatter = [row.stick_ratio_std[0] for row in found.rows]
+    row = max(range(len(scatter)), key=lambda k: (scatter[k], k))
+    notes = [Verdict("note", "row", f"{row + 1} of {len(scatter)}: the stick ratio scatters most")]
+    notes += [Verdict("note", name, number) for name, number in _spreads(found.rows[row])]
+    for place, source in enumerate(found.sources[:4]):
+        name = "tighten first" if not place else "then"
+        notes.append(Verdict("note", name, _source(source)))
+    worst = max(row.on_kink for row in found.rows)
+    text = f"{100 * worst:.2g} % of the force stands between two statuses: one side's derivatives"
+    warnings = (text,) if worst > _KINK else ()
+    return VerdictView(found.design, found.fidelity, found.seconds, tuple(notes), warnings=warnings)
+
+
+def _spreads(row: RowData) -> list[tuple[str, str]]:
+    """Names and numbers of a row: as designed, spread as made, once calibrated."""
+
+    def words(value: float, pair: tuple[float, float], unit: str) -> str:
+        return f"{value:.3g}{unit} ± {pair[0]:.2g} as made, ± {pair[1]:.2g} calibrated"
+
+    return [
+        ("F_n", words(row.normal_force_N, row.normal_force_std_N, " N")),
+        ("F_t", words(row.tangential_force_N, row.tangential_force_std_N, " N")),
+        ("stick ratio", words(row.stick_ratio, row.stick_ratio_std, "")),
+        (
+            "readings",
+            words(row.largest_reading_microstrain, row.reading_std_microstrain, " µε at most"),
+        ),
+    ]
+
+
+def _source(source: SourceData) -> str:
+    """A cause in words: "plates in height, ± 0.05 mm: 61 % of the readings' variance"."""
+    return (
+        f"{source.words}, ± {source.tolerance:.2g} {source.unit}: "
+        f"{100 * source.share:.0f} % of the readings' variance"
+    )
+
+
+def _chart(found: ToleranceData) -> style.Canvas:
+    figure = style.canvas(7.2, 3.2)
+    axes = figure.subplots()
+    names = [source.words for source in found.sources][::-1]
+    shares = [100.0 * source.share for source in found.sources][::-1]
+    colour = style.SERIES[0][0]
+    bars = axes.barh(names, shares, color=colour, edgecolor=colour, height=0.6)
+    for bar, source in zip(bars, found.sources[::-1], strict=True):
+        if source.calibrated:
+            bar.set_facecolor(style.PAPER)
+    axes.set_xlabel("share of the readings' variance (%)")
+    axes.grid(visible=False, axis="y")
+    return figure
+
+
+def tolerance_html(found: ToleranceData) -> str:
+    """The page of a finger's tolerances."""
+    with style.house_style():
+        chart = caption_drawing(_chart(found), _WORDS, "shares", sources=found.sources)
+    versions = ", ".join(f"{name} {each}" for name, each in found.versions.items())
+    title = f"{found.design}: tolerances"
+    return page_html(
+        Page(
+            title=title,
+            heading=title,
+            lead=f"scene {found.scene} · {found.fidelity} · {found.seconds:.0f} s",
+            first=chart,
+            view=view_of(found),
+            sections=[
+                Section("spread", "Spread", [_rows(found.rows), Text(_MODEL)]),
+                Section("causes", "Causes", [_causes(found.sources), _gages(found)]),
+            ],
+            record=[Text("Next to this file: tolerance.json (all numbers)."), Text(versions)],
+        )
+    )
+
+
+def _rows(rows: tuple[RowData, ...]) -> Table:
+    columns = (
+        "row",
+        "F_n, N",
+        "±",
+        "F_t, N",
+        "±",
+        "stick ratio",
+        "±",
+        "reading, µε",
+        "±",
+        "kink %",
+    )
+    cells = []
+    for number, row in enumerate(rows, start=1):
+        pairs = (
+            (row.normal_force_N, row.normal_force_std_N),
+            (row.tangential_force_N, row.tangential_force_std_N),
+            (row.stick_ratio, row.stick_ratio_std),
+            (row.largest_reading_microstrain, row.reading_std_microstrain),
+        )
+        shown = [f"{value:.3g}" for pair in pairs for value in (pair[0], pair[1][0])]
+        cells.append((str(number), *shown, f"{100 * row.on_kink:.2g}"))
+    return Table("rows", "As made: standard deviations", columns, tuple(cells))
+
+
+def _causes(sources: tuple[SourceData, ...]) -> Table:
+    columns = ("cause", "tolerance ±", "share %", "most sensitive", "calibrated")
+    cells = [
+        (
+            each.words,
+            f"{each.tolerance:.3g} {each.unit}",
+            f"{100 * each.share:.1f}",
+            each.most_sensitive,
+            "drops out" if each.calibrated else "stays",
+        )
+        for each in sources
+    ]
+    return Table("causes", "Causes of scatter", columns, tuple(cells), frozenset({0, 1, 3, 4}))
+
+
+def _gages(found: ToleranceData) -> Table:
+    cells = [(str(k), f"{value:.3g}") for k, value in enumerate(found.gage_std_microstrain)]
+    return Table("gages", "Each gage: RMS over the rows", ("gage", "± µε"), tuple(cells))

@@ -1,0 +1,66 @@
+"""Record of tolerance.json. Spreads are standard deviations, of one or of the row's own."""
+
+from dataclasses import asdict, dataclass
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from fingerdesign.records.base import Size, closed, json_text, plain
+
+RECORD_FILE, PAGE_FILE = "tolerance.json", "report.html"
+
+
+@closed
+@dataclass(frozen=True)
+class SourceData:
+    """One cause of scatter; share: of the readings' variance; most_sensitive: its parameter."""
+
+    words: str
+    tolerance: Size
+    unit: str
+    share: Size
+    most_sensitive: str
+    calibrated: Annotated[bool, Field(description="a bench measures it, so that it drops out")]
+
+
+@closed
+@dataclass(frozen=True)
+class RowData:
+    """A row of the path: as designed, and standard deviations as made and once calibrated."""
+
+    normal_force_N: float
+    tangential_force_N: float
+    stick_ratio: float
+    largest_reading_microstrain: Size
+    normal_force_std_N: tuple[Size, Size]
+    tangential_force_std_N: tuple[Size, Size]
+    stick_ratio_std: tuple[Size, Size]
+    reading_std_microstrain: tuple[Size, Size]
+    on_kink: Annotated[Size, Field(description="share of the force on nodes between two statuses")]
+
+
+@closed
+@dataclass(frozen=True)
+class ToleranceData:
+    """The content of tolerance.json: one `fingerdesign tolerance`."""
+
+    schema_version: Literal[1]
+    design: str
+    scene: str
+    fidelity: str
+    rows: tuple[RowData, ...]
+    sources: tuple[SourceData, ...]
+    gage_std_microstrain: Annotated[
+        tuple[Size, ...], Field(description="of each gage as made, RMS over the rows")
+    ]
+    seconds: Size
+    versions: dict[str, str]
+
+    def data(self) -> dict[str, Any]:
+        """The content of the file."""
+        found: dict[str, Any] = plain(asdict(self))
+        return found
+
+    def to_json(self) -> str:
+        """The text of tolerance.json."""
+        return json_text(self.data())

@@ -1,0 +1,154 @@
+"""Spread of fingers as made, by one analysis and its derivatives.
+
+    variance = sum over parameters of (derivative x standard deviation)^2
+
+Readings also scatter by their gages' factors. Once calibrated on a bench, a finger's rubber and
+gages are known, and what is left is the plates' places.
+"""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from fingerdesign.analysis.case import fundamental_scene
+from fingerdesign.arrays import Array
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
+from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.records.folder import RecordFolder
+from fingerdesign.sensitivity.derive import Sensitivity, sensitivity
+from fingerdesign.tolerance.page import tolerance_html
+from fingerdesign.tolerance.record import (
+    PAGE_FILE,
+    RECORD_FILE,
+    RowData,
+    SourceData,
+    ToleranceData,
+)
+from fingerdesign.tolerance.sources import GAINS, UNIFORM, Source, sources_of
+from fingerdesign.version import versions
+
+FOLDER = RecordFolder("tolerance", RECORD_FILE, (RECORD_FILE, PAGE_FILE))
+_OUTPUTS = ("normal_force", "tangential_force", "stick_ratio", "reading")
+
+
+def tolerance(
+    design: Design,
+    scene: Scene | None = None,
+    fidelity: str = "plane-strain",
+    report: Callable[[str], None] = lambda message: None,
+    scene_name: str = "",
+) -> ToleranceData:
+    """Analyse a finger and the spread of those that are cast after it. ``scene`` None: the
+    fundamental case. Raises DesignError for a wrong input (MoldRefused where no mold is found),
+    SolverError where a row has no answer."""
+    start = time.perf_counter()
+    sources = sources_of(design, plan_mold(design))
+    report("analysing")
+    own = fundamental_scene(design) if scene is None else scene
+    names = [name for source in sources for name in source.parameters]
+    found = sensitivity(design, own, names, fidelity)
+    parts = variances(found, sources)
+    return ToleranceData(
+        schema_version=1,
+        design=design.design.name,
+        scene=scene_name or ("fundamental" if scene is None else "scene"),
+        fidelity=fidelity,
+        rows=tuple(_row(found, sources, parts, k) for k in range(found.readings.rows)),
+        sources=tuple(_sources(found, sources, parts)),
+        gage_std_microstrain=tuple(
+            float(value) for value in np.sqrt(_total(parts["reading"]).mean(axis=0))
+        ),
+        seconds=round(time.perf_counter() - start, 2),
+        versions=versions(),
+    )
+
+
+def variances(found: Sensitivity, sources: list[Source]) -> dict[str, list[Array]]:
+    """Variance (k,), of readings (k, plates), by each source, and last by the gages' gains."""
+    ends = np.cumsum([len(source.parameters) for source in sources])
+    parts: dict[str, list[Array]] = {}
+    for name in _OUTPUTS:
+        rates = np.nan_to_num(getattr(found, name))
+        each = [
+            (rates[..., end - len(source.parameters) : end] * source.stds) ** 2
+            for source, end in zip(sources, ends, strict=True)
+        ]
+        gains = np.zeros(rates.shape[:-1])
+        if name == "reading":
+            gains = (GAINS * UNIFORM * found.readings.reading) ** 2
+        parts[name] = [*(part.sum(axis=-1) for part in each), gains]
+    return parts
+
+
+def _total(parts: list[Array]) -> Array:
+    return np.asarray(np.sum(parts, axis=0))
+
+
+def _row(
+    found: Sensitivity, sources: list[Source], parts: dict[str, list[Array]], k: int
+) -> RowData:
+    readings = found.readings
+    left = [place for place, source in enumerate(sources) if not source.known]
+
+    def pair(name: str) -> tuple[float, float]:
+        every = np.array([part[k] for part in parts[name]]).reshape(len(sources) + 1, -1)
+        made, calibrated = every.sum(axis=0), every[left].sum(axis=0)
+        return (_rms(made), _rms(calibrated)) if every.size else (0.0, 0.0)
+
+    return RowData(
+        normal_force_N=float(readings.normal_force[k]),
+        tangential_force_N=float(readings.tangential_force[k]),
+        stick_ratio=float(readings.stick_ratio[k]),
+        largest_reading_microstrain=float(np.abs(readings.reading[k]).max(initial=0.0)),
+        normal_force_std_N=pair("normal_force"),
+        tangential_force_std_N=pair("tangential_force"),
+        stick_ratio_std=pair("stick_ratio"),
+        reading_std_microstrain=pair("reading"),
+        on_kink=float(found.on_kink[k]),
+    )
+
+
+def _rms(variance: Array) -> float:
+    """Root of the mean variance: over gages."""
+    return float(np.sqrt(variance.mean()))
+
+
+def _sources(
+    found: Sensitivity, sources: list[Source], parts: dict[str, list[Array]]
+) -> list[SourceData]:
+    """The causes, the one that adds most to the readings (relative to their row's) first."""
+    most = np.abs(found.readings.reading).max(axis=1, initial=0.0)
+    weight = np.divide(1.0, most**2, out=np.zeros_like(most), where=most > 0.0)
+    sizes = np.array([(part * weight[:, None]).sum() for part in parts["reading"]])
+    if not sizes.any():  # no gages: the forces decide
+        sizes = np.array([part.sum() for part in parts["normal_force"]])
+    shares = sizes / max(float(sizes.sum()), 1e-300)
+    ends = np.cumsum([len(source.parameters) for source in sources])
+    rows = []
+    for source, end, share in zip(sources, ends, shares, strict=False):
+        first = end - len(source.parameters)
+        rates = found.reading if found.reading.size else found.normal_force
+        flat = rates.reshape(-1, len(found.names))[:, first:end]
+        worst = int((np.abs(flat) * source.stds).max(axis=0).argmax())
+        rows.append(
+            SourceData(
+                source.words,
+                source.largest,
+                source.unit,
+                float(share),
+                source.parameters[worst],
+                source.known,
+            )
+        )
+    if found.reading.size:
+        rows.append(SourceData("gages' factors", GAINS, "of one", float(shares[-1]), "", True))
+    return sorted(rows, key=lambda row: -row.share)
+
+
+def write_tolerance(found: ToleranceData, folder: Path) -> None:
+    """Write tolerance.json and tolerance.html into a folder."""
+    (folder / RECORD_FILE).write_text(found.to_json(), encoding="utf-8")
+    (folder / PAGE_FILE).write_text(tolerance_html(found), encoding="utf-8")

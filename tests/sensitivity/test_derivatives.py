@@ -1,0 +1,133 @@
+"""Derivatives of a coarse plane-strain finger: exact relations, differences, kinks, refusals."""
+
+import numpy as np
+import pytest
+
+from fingerdesign import load_design, with_values
+from fingerdesign.contact.measures import positive_fraction
+from fingerdesign.design.scene import Scene
+from fingerdesign.errors import DesignError
+from fingerdesign.sensitivity.areas import fraction_slopes
+from fingerdesign.sensitivity.derive import sensitivity
+from fingerdesign.sensitivity.variant import parameters_of
+from tests.support.any_fingers import Finger, any_finger
+from tests.support.derivatives import errors_of, solved
+
+# Plates as soft as 50 MPa: of metal ones the condensation rounds to some 1e-10 of the stiffness of
+# steel, and differences over a thousandth show no more than six digits.
+COARSE = {
+    "mesh.section.contact_size_mm": 0.4,
+    "mesh.section.plate_size_mm": 0.8,
+    "mesh.section.plate_end_size_mm": 0.4,
+    "mesh.section.far_size_mm": 4.0,
+    "plates.count": 3,
+    "plates.pitch_mm": 2.5,
+    "plates.thickness_mm": 0.2,
+    "materials.phosphor_bronze.youngs_modulus_MPa": 50.0,
+}
+PATH = [[0.06, 0.0], [0.1, 0.0], [0.1, 0.03], [0.1, 0.06]]
+RUBBER, METAL = (f"materials.{name}.youngs_modulus_MPa" for name in ("silicone", "phosphor_bronze"))
+
+
+def scene_of(rows, **rigid):
+    path = {"increments_mm": rows, "substeps": 2}
+    return Scene.model_validate({"object": {"friction_coefficient": 0.5, **rigid}, "path": path})
+
+
+@pytest.fixture(scope="module")
+def finger():
+    return Finger(with_values(load_design("maeno2000"), COARSE), scene_of(PATH), "plane-strain")
+
+
+@pytest.fixture(scope="module")
+def scaled(finger):
+    return solved(finger, [RUBBER, METAL, "body.depth_mm"]).found
+
+
+def test_twice_the_moduli_are_twice_the_forces(scaled):
+    """Euler's theorem: sum of E dF/dE is F; readings and stick ratios do not change."""
+    for name in ("normal_force", "tangential_force"):
+        total = getattr(scaled, name)[:, :2] @ scaled.values[:2]
+        force = getattr(scaled.readings, name)
+        assert total == pytest.approx(force, rel=1e-9, abs=1e-9 * np.abs(force).max())
+    most = np.abs(scaled.gages[..., :2] * scaled.values[:2]).max()
+    assert np.abs(scaled.gages[..., :2] @ scaled.values[:2]).max() < 1e-8 * most
+    most = np.abs(scaled.stick_ratio[:, :2] * scaled.values[:2]).max()
+    assert np.abs(scaled.stick_ratio[:, :2] @ scaled.values[:2]).max() < 1e-8 * most
+
+
+def test_twice_the_depth_is_twice_the_force(scaled):
+    force = scaled.readings.normal_force
+    assert scaled.normal_force[:, 2] * scaled.values[2] == pytest.approx(force, rel=1e-9)
+    assert np.abs(scaled.stick_ratio[:, 2]).max() < 1e-10
+    assert np.abs(scaled.gages[..., 2]).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("object.friction_coefficient", "placement[1].y_mm", "placement[0].angle_deg"),
+        pytest.param(
+            ("materials.silicone.poissons_ratio", "placement[2].x_mm"), marks=pytest.mark.slow
+        ),
+        *(
+            pytest.param((name,), marks=pytest.mark.slow)
+            for name in (
+                *("body.base_height_mm", "body.width_mm", "body.arc_radius_mm"),
+                *("plates.length_mm", "plates.thickness_mm", "gages.length_mm"),
+            )
+        ),
+    ],
+)
+def test_differences_on_the_moved_mesh_agree(finger, names):
+    """Along coordinates, at random, and along the gradients; bound: the issue's 1e-6."""
+    errors, skipped, found = errors_of(finger, names)
+    assert errors
+    assert max(error for _, _, error in errors) < 1e-6
+    assert np.median([error for _, _, error in errors]) < 1e-8
+    assert skipped < 0.5 * (len(names) + 4)
+    assert not found.on_kink.any()
+
+
+def test_a_path_that_stands_still_is_on_a_kink(finger):
+    """Nodes on their friction limit that do not move: a little more would slip, less would not."""
+    still = Finger(finger.design, scene_of([*PATH, PATH[-1]]), "plane-strain")
+    found = solved(still, ["object.friction_coefficient"]).found
+    assert found.on_kink[-2] == 0.0
+    assert 0.02 < found.on_kink[-1] <= 1.0
+
+
+def test_slopes_of_a_share_are_its_differences():
+    values = np.random.default_rng(3).standard_normal((50, 3))
+    for width in (2, 3):
+        own, step = values[:, :width], 1e-6
+        for k in range(width):
+            way = step * np.eye(width)[k]
+            both = positive_fraction(own + way) - positive_fraction(own - way)
+            assert fraction_slopes(own)[:, k] == pytest.approx(both / (2 * step), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "name", ["body.material", "placement[99].x_mm", "object.axis", "mesh.layers", "body.widht_mm"]
+)
+def test_what_is_no_parameter_is_refused(finger, name):
+    with pytest.raises(DesignError, match="parameters"):
+        parameters_of(finger.design, finger.scene, (name,))
+
+
+def test_what_has_no_known_derivative_is_refused(finger):
+    sheets = with_values(finger.design, {"plates.model": "sheet"})
+    with pytest.raises(DesignError, match=r"plates\.model"):
+        sensitivity(sheets, finger.scene, ["plates.cover_mm"], "plane-strain")
+    pulled = finger.scene.model_dump(exclude_unset=True)
+    pulled["path"] = {"control": "force", "increments_N": [[2.0, 0.0]]}
+    with pytest.raises(DesignError, match=r"path\.control"):
+        sensitivity(finger.design, Scene.model_validate(pulled), [RUBBER], "plane-strain")
+
+
+@pytest.mark.slow
+def test_half_of_a_swept_finger_agrees():
+    """In space, on the half z >= 0, whose nodes on the mirror plane do not move along z."""
+    names = ["object.friction_coefficient", RUBBER, METAL]
+    errors, _, _ = errors_of(any_finger(0, "3d"), names)
+    assert max(error for _, _, error in errors) < 1e-6

@@ -1,0 +1,203 @@
+"""Derivatives against central differences on the same moved mesh, of random fingers.
+
+    errors_of(any_finger(3, "plane-strain"))
+
+python -m tests.support.derivatives --fidelity plane-strain --seeds 200       prints the table
+"""
+
+import argparse
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fingerdesign.analysis.fidelity.readings import readings_of
+from fingerdesign.analysis.path import follow_path, problem_at_touch
+from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, zone_of
+from fingerdesign.errors import FingerDesignError
+from fingerdesign.fem.body import condense_body
+from fingerdesign.fem.model import body_of
+from fingerdesign.fem.readout import gage_rows
+from fingerdesign.fem.reduction import reduced_model
+from fingerdesign.sensitivity.derive import derivatives
+from fingerdesign.sensitivity.variant import parameters_of
+from fingerdesign.sensitivity.velocity import node_velocity
+from tests.support.any_fingers import any_finger
+
+OUTPUTS = ("normal_force", "tangential_force", "stick_ratio", "gages")
+FIVE = {-2: 1 / 12, -1: -8 / 12, 1: 8 / 12, 2: -1 / 12}
+SHARES = (1.0, 0.2, 0.04)  # Of the step: the largest one that keeps all statuses has least noise.
+
+
+@dataclass
+class Solved:
+    """A finger with its model, path, parameters, and the derivatives to be checked."""
+
+    design: object
+    scene: object
+    model: object
+    steps: list
+    parameters: list
+    found: object
+    velocities: list
+    scales: np.ndarray
+
+
+def names_of(finger):
+    """Parameters whose joint change is a sum: friction, materials, and places of the plates."""
+    names = ["object.friction_coefficient", "materials.silicone.youngs_modulus_MPa"]
+    names += ["materials.silicone.poissons_ratio"]
+    plates = finger.design.plates
+    flat = plates.follow != "bent" and plates.model == "solid" and finger.design.body.core is None
+    if plates.number and plates.model == "solid":
+        names += [f"materials.{plates.material}.youngs_modulus_MPa"]
+    if plates.number and flat:
+        names += [f"placement[{k}].{key}" for k in (0, 1) for key in ("x_mm", "y_mm", "angle_deg")]
+        names = [name for name in names if "[1]" not in name or plates.number > 1]
+    return names
+
+
+def solved(finger, names):
+    """The finger's derivatives with parameters of these names."""
+    design, scene, case = finger.design, finger.scene, finger.case
+
+    def work(zone):
+        mesh = make_mesh(design, finger.fidelity, zone, case.symmetric)
+        model = condense(design, mesh, zone, scene)
+        problem = problem_at_touch(model.reduced, scene.object, design.body)
+        steps = follow_path(problem, scene, design)
+        wanted = parameters_of(design, scene, tuple(names))
+        found = derivatives(design, scene, model, problem, steps, wanted)
+        moves = [
+            node_velocity(each, mesh) if each.kind not in ("object", "materials") else None
+            for each in wanted
+        ]
+        scales = np.array([scale_of(each) for each in wanted])
+        return Solved(design, scene, model, steps, wanted, found, moves, scales)
+
+    return in_wide_zone(design, zone_of(case, scene), work)
+
+
+def scale_of(parameter):
+    """A change that is as usual of one parameter as of another."""
+    if parameter.name.endswith("poissons_ratio"):
+        return 0.5 - parameter.value
+    if parameter.name.endswith("_deg"):
+        return 3.0
+    return 0.1 if parameter.kind in ("placement", "body", "plates", "gages") else parameter.value
+
+
+def along(case, way):
+    """What the model answers after a joint change ``way`` (P,), and the path's statuses."""
+    mesh, design, scene = case.model.mesh, case.design, case.scene
+    base = frames = case.parameters[0].at(0.0).frames
+    points = mesh.points.copy()
+    for parameter, change, velocity in zip(case.parameters, way, case.velocities, strict=True):
+        at = parameter.at(change)
+        if velocity is not None:
+            points += change * velocity
+            frames = tuple(
+                replace(f, **{n: getattr(f, n) + getattr(new, n) - getattr(old, n) for n in MOVES})
+                for f, new, old in zip(frames, at.frames, base, strict=True)
+            )
+        if parameter.kind == "materials":
+            name, key = parameter.name.split(".")[1:]
+            own = design.materials[name]
+            other = own.model_copy(update={key: getattr(own, key) + change})
+            update = {"materials": {**design.materials, name: other}}
+            design = design.model_copy(update=update)
+        elif parameter.kind == "object":
+            scene = at.scene
+        elif parameter.kind != "placement":
+            design = at.design
+    body = body_of(design, replace(mesh, points=points), case.model.condensed.body.contact)
+    rows = gage_rows(body.mesh, frames, design.gages, design.gage_weights)
+    condensed = condense_body(body, [rows])
+    own = condensed.readouts[0]
+    reduced = reduced_model(condensed, gage_readout=own, depth=design.body.depth_mm)
+    steps = follow_path(problem_at_touch(reduced, scene.object, design.body), scene, design)
+    return steps, [increment.status for step in steps for increment in step.row]
+
+
+MOVES = ("place", "y", "angle_deg", "length", "thickness")
+
+
+def outputs(steps):
+    """All outputs (outputs,) of a path, each kind one after the other."""
+    found = readings_of(steps)
+    return {name: getattr(found, name).ravel() for name in OUTPUTS}
+
+
+def slopes(case, way):
+    """Derivatives along ``way`` (P,) by five points; None where statuses change at any step."""
+    kept = [increment.status for step in case.steps for increment in step.row]
+    for share in SHARES:
+        sides = {}
+        for k in FIVE:
+            steps, status = along(case, k * share * way)
+            if not all(np.array_equal(a, b) for a, b in zip(status, kept, strict=True)):
+                break
+            sides[k] = outputs(steps)
+        else:
+            return {name: sum(FIVE[k] * sides[k][name] for k in FIVE) / share for name in OUTPUTS}
+    return None
+
+
+def errors_of(finger, names=None, step=2e-3, chance=None):
+    """Errors by kind of direction: of each output, relative to its largest scaled derivative.
+
+    The scale of an output is the largest over all parameters and rows; coordinates, two random
+    directions, and the gradient of the last row's tangential force and of its largest reading.
+    """
+    case = solved(finger, names or names_of(finger))
+    chance = chance or np.random.default_rng(0)
+    exact = {name: np.nan_to_num(getattr(case.found, name)) * case.scales for name in OUTPUTS}
+    exact = {name: value.reshape(-1, len(case.scales)) for name, value in exact.items()}
+    most = {name: float(np.abs(value).max(initial=0.0)) for name, value in exact.items()}
+    ways = {"coordinate": list(np.eye(len(case.scales)))}
+    ways["random"] = [chance.standard_normal(len(case.scales)) for _ in range(2)]
+    rows = [exact["tangential_force"][-1]]
+    if exact["gages"].size:
+        rows += [exact["gages"][np.abs(exact["gages"]).max(axis=1).argmax()]]
+    ways["gradient"] = [row / max(np.linalg.norm(row), 1e-300) for row in rows]
+    errors, skipped = [], 0
+    for kind, each in ways.items():
+        for way in each:
+            found = slopes(case, step * way * case.scales)
+            if found is None:
+                skipped += 1
+                continue
+            for name in OUTPUTS:
+                if most[name] > 0.0:
+                    error = np.abs(found[name] / step - exact[name] @ way).max() / most[name]
+                    errors.append((kind, name, float(error)))
+    return errors, skipped, case.found
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--fidelity", default="plane-strain")
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0)
+    given = parser.parse_args()
+    every, skipped, fingers = [], 0, 0
+    for seed in range(given.first, given.first + given.seeds):
+        try:
+            errors, out, found = errors_of(any_finger(seed, given.fidelity))
+        except FingerDesignError as error:
+            print(seed, "refused:", error, flush=True)
+            continue
+        fingers, skipped = fingers + 1, skipped + out
+        every += errors
+        worst = max(errors, key=lambda each: each[2], default=("-", "-", 0.0))
+        print(seed, len(errors), out, *worst, f"kink {found.on_kink.max():.2g}", flush=True)
+    print(f"{fingers} fingers, {len(every)} derivatives, {skipped} ways over a change of status")
+    for kind in ("coordinate", "random", "gradient"):
+        for name in OUTPUTS:
+            own = np.array([e for k, n, e in every if (k, n) == (kind, name)])
+            if len(own):
+                low, high, most = np.quantile(own, [0.5, 0.95, 1.0])
+                print(f"{kind:10} {name:17} {low:.1e} {high:.1e} {most:.1e}")
+
+
+if __name__ == "__main__":
+    main()
