@@ -33,7 +33,7 @@ FLAGSHIP = "film_tees"  # Plain `new` copies it: it passes all verdicts, and its
 
 @dataclass(frozen=True)
 class Wish(Options):
-    """What the finger is for, as text; None: anything."""
+    """Purpose of the finger, as text; None: anything."""
 
     lift: str | None
     gages: str | None

@@ -71,7 +71,7 @@ def normal_calibration(
 
 @dataclass(frozen=True)
 class HandKnowledge:
-    """What a hand knows of its finger when it makes the gage area.
+    """Knowledge that a hand has of its finger when it makes the gage area.
 
     calibration  of the face that is read; the friction of the rows need not be the calibration's
     threshold    microstrain/N

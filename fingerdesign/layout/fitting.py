@@ -175,7 +175,7 @@ def gage_stiffness(design: Design, fit: GageFit | None) -> float:
 
 
 def stiffness_words(design: Design, fit: GageFit | None) -> str | None:
-    """What gages that stiffen their plates cost; None where it is little."""
+    """The cost of gages that stiffen their plates; None where it is little."""
     added = gage_stiffness(design, fit)
     if added <= _STIFFENS or fit is None or fit.found is None:
         return None

@@ -1,4 +1,4 @@
-"""A program in any language, asked by lines of JSON: one to its standard input, one back."""
+"""A program in any language that answers lines of JSON: one to its standard input, one back."""
 
 from __future__ import annotations
 

@@ -147,7 +147,7 @@ def derivatives(
 
 
 class _Model:
-    """What all parameters cause under fixed forces.
+    """Changes that all parameters cause under fixed forces.
 
     explicit (K, n, dim, P): rates of local displacements; readings (P, K, 2 plates): of strains;
     frames (n, dim, dim, P); own: for areas.

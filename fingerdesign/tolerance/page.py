@@ -18,7 +18,7 @@ _MODEL = (
 
 
 def view_of(found: ToleranceData) -> VerdictView:
-    """What the terminal and the first screen show: the row whose stick ratio scatters most (of
+    """Content of the terminal and of the first screen: the row whose stick ratio scatters most (of
     equal ones the last), and the causes."""
     scatter = [row.stick_ratio_std[0] for row in found.rows]
     row = max(range(len(scatter)), key=lambda k: (scatter[k], k))

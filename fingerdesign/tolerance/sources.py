@@ -1,4 +1,4 @@
-"""What differs from finger to finger: parameters, by how much, and who would tighten them.
+"""Differences from finger to finger: parameters, by how much, and who would tighten them.
 
 Tolerances are to either side, and any value within them is as likely: a standard deviation of the
 tolerance over the root of three. Plates go by what holds them in the mold, the rubber by its

@@ -1,4 +1,4 @@
-"""A controller that is a program in any language, asked by lines of JSON.
+"""A controller that is a program in any language and answers lines of JSON.
 
 At the begin of each grip it is given, and answers with any JSON:
 

@@ -117,7 +117,7 @@ def entry_of(
 
 
 def _shape(entry: Entry) -> str:
-    """What decides the mold: the design without its hand."""
+    """Everything that decides the mold: the design without its hand."""
     return entry.finger().model_copy(update={"grip": Grip()}).model_dump_json()
 
 
@@ -127,7 +127,7 @@ def _write(entries: Mapping[str, Entry], order: Iterable[str]) -> None:
 
 
 def verdicts_of(finger: Design) -> tuple[Verdict, ...]:
-    """What the analysis in 3-D on the design's own mesh finds."""
+    """Verdicts of the analysis in 3-D on the design's own mesh."""
     analysis = run(Case(finger, fields=False, for_page=False))
     return verdict_view(analysis.result).verdicts
 

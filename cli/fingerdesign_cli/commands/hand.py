@@ -241,7 +241,7 @@ def export() -> None:
 @click.option(
     "--program",
     metavar="COMMAND",
-    help="Judge a program of any language, asked by lines of JSON (docs/how_to/control.md).",
+    help="Judge a program of any language that answers lines of JSON (docs/how_to/control.md).",
 )
 @click.option(
     "--held-out",

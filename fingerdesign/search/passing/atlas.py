@@ -81,7 +81,7 @@ class Entry:
 
     @property
     def words(self) -> str:
-        """What the finger was verified for, in a line."""
+        """A line: the masses and frictions that the finger was verified for."""
         masses = "–".join(f"{each:g}" for each in self.masses_g)
         frictions = "–".join(f"{each:g}" for each in _ends(self.friction_coefficients))
         return f"lifts {masses} g at μ {frictions}, {self.gages} gages ({self.gage})"
@@ -98,7 +98,7 @@ class Atlas:
 
 @dataclass(frozen=True)
 class Request:
-    """What a user wants of a finger; None or empty: anything."""
+    """Wishes of a user for a finger; None or empty: anything."""
 
     masses_g: tuple[float, ...] = ()
     gages: str | None = None
@@ -128,7 +128,7 @@ def nearest(request: Request) -> Entry:
 
 
 def distance(entry: Entry, request: Request) -> float:
-    """What the entry lacks, in doublings of mass; 0 where all is met."""
+    """Lack of the entry, in doublings of mass; 0 where all is met."""
     found = _beyond(entry, request)
     if request.gages not in (None, entry.gages):
         found += _OTHER_GAGES
@@ -141,11 +141,11 @@ def distance(entry: Entry, request: Request) -> float:
 
 def unmet(entry: Entry, request: Request) -> Iterator[str]:
     """Sentences on what the entry does not meet."""
-    own, asked = entry.masses_g, request.masses_g
-    if asked and asked[0] < own[0]:
-        yield f"{asked[0]:g} g: verified from {own[0]:g} g on"
-    if asked and asked[-1] > own[-1]:
-        yield f"{asked[-1]:g} g: verified up to {own[-1]:g} g"
+    own, wish = entry.masses_g, request.masses_g
+    if wish and wish[0] < own[0]:
+        yield f"{wish[0]:g} g: verified from {own[0]:g} g on"
+    if wish and wish[-1] > own[-1]:
+        yield f"{wish[-1]:g} g: verified up to {own[-1]:g} g"
     if request.gages not in (None, entry.gages):
         yield f"{request.gages} gages: no such finger is verified; these are {entry.gages}"
     for verdict in entry.verdicts:

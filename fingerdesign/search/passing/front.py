@@ -44,7 +44,7 @@ class Front:
         return bool(self.follows and self.responds) and not both
 
     def sentence(self) -> str:
-        """What the front says: the goals exclude each other, or at least one trial has both."""
+        """Sentence on the front: the goals exclude each other, or at least one trial has both."""
         names = " and ".join(GOALS)
         if not self.excludes:
             both = len(set(self.follows) & set(self.responds))

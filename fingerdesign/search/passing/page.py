@@ -111,7 +111,7 @@ def _text(value: Any) -> str:
 
 
 def _given_up(found: Found, taken: Outcome) -> Sequence[Item]:
-    """What the first trial had and the one that was taken has not; replaced layouts of plates."""
+    """Quantities of the first trial and of the one that was taken; replaced layouts of plates."""
     start = found.tried[0].outcomes[0]
     rows = [
         (METRICS[name].words, *(_number(each.metrics.get(name)) for each in (start, taken)))

@@ -126,7 +126,7 @@ class Found:
 
     @property
     def note(self) -> str:
-        """What a user of the hand should know, in a sentence; "" where it is steady."""
+        """A sentence of warning on the hand; "" where it is steady."""
         if self.best is None or self.best.hand.steady or self.best.hand.shortfall:
             return ""
         most = 100.0 * (max(STEP_FACTORS) - 1.0)

@@ -97,7 +97,7 @@ class Freedom:
 
 @dataclass(frozen=True)
 class Space:
-    """What the search varies: the design it begins with, ranges, first trials, and what changed
+    """Freedom of the search: the design it begins with, ranges, first trials, and what changed
     before it began.
 
     base: the design with the fixed changes. starts: values of all parameters, the design's own
