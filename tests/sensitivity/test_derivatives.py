@@ -70,13 +70,6 @@ def test_twice_the_depth_is_twice_the_force(scaled):
         pytest.param(
             ("materials.silicone.poissons_ratio", "placement[2].x_mm"), marks=pytest.mark.slow
         ),
-        *(
-            pytest.param((name,), marks=pytest.mark.slow)
-            for name in (
-                *("body.base_height_mm", "body.width_mm", "body.arc_radius_mm"),
-                *("plates.length_mm", "plates.thickness_mm", "gages.length_mm"),
-            )
-        ),
     ],
 )
 def test_differences_on_the_moved_mesh_agree(finger, names):
@@ -86,6 +79,26 @@ def test_differences_on_the_moved_mesh_agree(finger, names):
     assert max(error for _, _, error in errors) < 1e-6
     assert np.median([error for _, _, error in errors]) < 1e-8
     assert skipped < 0.5 * (len(names) + 4)
+    assert not found.on_kink.any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("body.base_height_mm", "body.width_mm", "body.arc_radius_mm"),
+        *("plates.length_mm", "plates.thickness_mm", "gages.length_mm"),
+    ],
+)
+def test_differences_of_lengths_agree(finger, name):
+    """The same bounds, each with the step that shows it. The share of a facet that sticks has kinks
+    in its second derivative: a difference of it is off by the step's first power (1.8e-5 to 6e-7 of
+    the width's from 0.03 to 0.0005). Rounding grows as the step shrinks."""
+    largest, _, found = errors_of(finger, (name,), step=5e-4)
+    usual, skipped, _ = errors_of(finger, (name,), step=3e-2)
+    assert max(error for _, _, error in largest) < 1e-6
+    assert np.median([error for _, _, error in usual]) < 1e-8
+    assert skipped < 3
     assert not found.on_kink.any()
 
 
