@@ -66,17 +66,20 @@ class LineProgram:
 
 
 def _read(stream: IO[bytes], lines: queue.SimpleQueue[bytes]) -> None:
-    """Hand on lines; an empty one at the end, and for a line that does not end."""
-    while line := stream.readline(_MOST_BYTES):
-        if not line.endswith(b"\n"):
-            break
-        lines.put(line)
+    """Hand on lines; an empty one at the end, and for a line that does not end.
+
+    The stream is closed here alone: closed by another thread, a read of it may fail.
+    """
+    with stream:
+        while line := stream.readline(_MOST_BYTES):
+            if not line.endswith(b"\n"):
+                break
+            lines.put(line)
     lines.put(b"")
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
     process.kill()
-    for stream in (process.stdin, process.stdout):
-        if stream is not None:
-            stream.close()
+    if process.stdin is not None:
+        process.stdin.close()
     process.wait()

@@ -1,4 +1,4 @@
-"""Programs asked by lines of JSON: answers, and every way in which none comes."""
+"""Programs that answer lines of JSON: answers, and every way in which none comes."""
 
 import sys
 import time
