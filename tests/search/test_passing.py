@@ -310,6 +310,13 @@ def test_hand_that_fails_on_the_own_mesh_is_searched_there(tmp_path, plane_strai
     assert bench.own_mesh  # Its jobs keep the design's own sizes.
 
 
+def test_nearest_hand_is_judged_as_a_whole_where_none_has_room_to_spare(tmp_path, plane_strain):
+    """Hands are short of the room by a little; the verdict itself passes."""
+    found, _ = searched(tmp_path, lambda design: judged(plane_strain.result, 2.0), hand=0.05)
+    assert found.passes
+    assert found.best.hand.shortfall == 0.05
+
+
 def test_conflicts_are_reported_where_none_passes(tmp_path, plane_strain):
     found, _ = searched(tmp_path, lambda design: judged(plane_strain.result, 4.0), hand=1.0)
     assert not found.passes

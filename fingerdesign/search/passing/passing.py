@@ -206,8 +206,15 @@ class _Run:
                     return self._ended()
         if not any(each.result for each in self.candidates):
             # None passes with room to spare: the nearest may pass without.
-            for outcome in self._promising(math.inf)[:1]:
-                self._candidate(outcome, whole=True)
+            gripping = [each for each in self.candidates if math.isfinite(each.hand.shortfall)]
+            if gripping:
+                nearest = min(gripping, key=lambda each: each.hand.order)
+                self.candidates.remove(nearest)
+                self.candidates.append(nearest)
+                self._judge_whole(nearest)
+            else:
+                for outcome in self._promising(math.inf)[:1]:
+                    self._candidate(outcome, whole=True)
         return self._ended()
 
     def _given_up(self) -> bool:
@@ -284,13 +291,16 @@ class _Run:
         found = self._with_hand(design, outcome, own_mesh=False)
         self.candidates.append(found)
         whole = whole or found.hand.shortfall == 0.0
-        if not whole:
-            return found
+        return self._judge_whole(found) if whole else found
+
+    def _judge_whole(self, found: Candidate) -> Candidate:
+        """The last of the candidates with its whole analysis, and with another hand where only the
+        hand fails."""
         found = self._confirmed(found)
         by_hand = all(name.startswith((LIFTS, GRIP_FORCE)) for name in found.failing)
         if found.failing and by_hand:
             # The gages hold on this mesh: only the hand was right for the other one alone.
-            again = self._with_hand(design, outcome, own_mesh=True)
+            again = self._with_hand(found.design, found.sensed, own_mesh=True)
             found = self._confirmed(again)
         self.improved(found)
         return found
