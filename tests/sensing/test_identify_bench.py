@@ -153,6 +153,22 @@ def test_a_phase_played_on_another_plant_makes_the_same_moves_from_touch_on():
 
 
 @pytest.mark.slow
+def test_gains_are_as_certain_as_stated_where_plates_are_in_place(design):
+    """Errors in stated deviations, 4 gages of 6 fingers: if those are right, the root mean square
+    of 24 is under 1.4 but once in 500 times."""
+    x = np.array(phase_problems(design, protocol(design), "plane-strain")[0].model.gage_x)
+    errors = []
+    for seed in range(1, 7):
+        bench = simulated_bench(design, ["gains"], seed)
+        noise = Noise(0.5, 0.005)
+        fit = fit_latents(Measured(design, bench.phases, bench_curves(bench.phases, x), noise))
+        values, deviations = fit.of("gain")
+        true = np.array(bench.design.grip.hardware.gains(range(GAGES))) - 1.0
+        errors.append((values - true) / deviations)
+    assert np.sqrt(np.mean(np.square(errors))) < 1.4
+
+
+@pytest.mark.slow
 def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
     design, measured, tmp_path, terminal
 ):
@@ -170,15 +186,6 @@ def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
     assert off["value"] - np.mean(others) == pytest.approx(0.15, abs=0.015)
     assert np.ptp(others) < 0.03
     assert record["fit"]["after_microstrain"] < 0.2 * record["fit"]["before_microstrain"]
-    gains = simulated_bench(design, ["gains"], 1).design.grip.hardware.gains(range(GAGES))
-    found = [by_name[f"gage_{k + 1}.gain"] for k in range(GAGES)]
-    off_by = [
-        (each["value"] - gain + 1.0) / each["deviation"]
-        for each, gain in zip(found, gains, strict=True)
-    ]
-    # Gains at the row's ends are less certain than stated (finished studies): 3.3 was seen with
-    # today's draw before the bound was 4.
-    assert np.abs(off_by).max() < 4.0
     fitted = load_design(tmp_path / "out/mine/fitted.toml")
     assert plate_frames(fitted)[2].x == pytest.approx(plate_frames(design)[2].x + off["value"])
     # The estimator is what was trained, with this finger's curves; a rig loads it.
