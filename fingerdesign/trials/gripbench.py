@@ -20,7 +20,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import Count, Size, closed, csv_text, json_text
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.records.statistics import Share, Spread, clustered_share
+from fingerdesign.records.statistics import Share, Spread, beta_binomial_share
 from fingerdesign.report import style
 from fingerdesign.trials.figures import look_of
 from fingerdesign.trials.grid import EVERY, NONE, ControlGrid, Perturbed
@@ -155,7 +155,7 @@ def _over_fingers(trials: Sequence[Trial], what: str) -> Share:
         finger = each.cell.fault, each.cell.plant
         counts[finger] = counts.get(finger, 0) + bool(getattr(each.result, what))
         of[finger] = of.get(finger, 0) + 1
-    return clustered_share(counts.values(), of.values())
+    return beta_binomial_share(counts.values(), of.values())
 
 
 def write_scorecard(card: Scorecard, folder: Path) -> None:

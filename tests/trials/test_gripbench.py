@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from fingerdesign.errors import DesignError
-from fingerdesign.records.statistics import clustered_share
+from fingerdesign.records.statistics import beta_binomial_share
 from fingerdesign.sensing.perturb.faults import FAULTS
 from fingerdesign.trials import gripbench
 from fingerdesign.trials.grid import Perturbed
@@ -121,7 +121,7 @@ def test_a_class_and_programs_of_two_languages_score_alike(small, in_tmp_path, t
 
 def test_the_interval_is_over_fingers():
     """Grips of one finger stand or fall together: as 5 of 10 fingers, not as 20 of 40 grips."""
-    assert clustered_share([4, 0] * 5, [4] * 10).low < 0.27
+    assert beta_binomial_share([4, 0] * 5, [4] * 10).low < 0.27
 
 
 def test_what_would_change_the_set_is_refused(tmp_path, terminal):
