@@ -44,8 +44,8 @@ _SEEN = 3.0  # A change of F_t counts from so many standard deviations of the fo
 # bound: on maeno2000 in 3-D three such increments of 32 turned 0.97 into 0.48. Eight fingers, cut
 # by four and by eight: 0.05 lets one such increment in, 0.25 takes stick in some.
 _RESISTS = 0.1
-# Shares of the strongest response that a gage area can count from, tried next to a design's own: the
-# response to F_t is known, so that each costs no increment.
+# Shares of the strongest response that a gage area can count from, tried next to a design's own.
+# The response to F_t is known, so that each costs no increment.
 _SHARES = tuple(k / 20.0 for k in range(6, 17))
 _CALIBRATION_REACH = 1.05  # of the rows' largest approach: friction changes F_n a little
 
