@@ -78,5 +78,5 @@ class VerdictView:
         if warn:
             return f"{len(judged) - warn} pass, {warn} warning{'s' * (warn > 1)}"
         if len(judged) < 2:
-            return "passes" if judged else "nothing to judge"
+            return "passes" if judged else "numbers only"
         return f"all {len(judged)} pass"
