@@ -51,7 +51,7 @@ def test_the_kernel_judges_an_answer_as_numpy_does(shape, spoilt, request, libra
             return start
 
     tracker = Started(
-        library, problem.compliance, problem.self_compliance, problem.friction_coefficient
+        library, problem.compliance, problem.self_compliance, problem.friction
     )
     mine = tracker.outcome(problem, before.state, found)
     theirs = outcome(problem, before.state, found, start)

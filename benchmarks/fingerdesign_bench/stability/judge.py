@@ -140,7 +140,7 @@ class Judge:
         """The end of Gauss-Seidel sweeps from ``force``, if that obeys the laws sharply."""
         compliance, offset, frames = self._local(past, motion)
         start = np.einsum("mab,mb->ma", frames, force)
-        found = gauss_seidel(compliance, offset, self.friction, start, 20_000, 1e-11, _SECONDS)
+        found = gauss_seidel(compliance, offset, Coulomb(self.friction), start, 20_000, 1e-11, _SECONDS)
         near = np.asarray(np.einsum("mab,ma->mb", frames, found.multiplier))
         return near if self.violation(near, past, motion) <= SHARP else None
 
@@ -162,7 +162,7 @@ class Judge:
 def _swept(compliance: Array, offset: Array, friction: float) -> Array | None:
     """Gauss-Seidel from nothing to 1e-11; the production solver's last resort starts elsewhere."""
     start = np.zeros_like(offset)
-    found = gauss_seidel(compliance, offset, friction, start, 2000, 1e-11, _SECONDS)
+    found = gauss_seidel(compliance, offset, Coulomb(friction), start, 2000, 1e-11, _SECONDS)
     return found.multiplier if found.converged else None
 
 
