@@ -132,7 +132,7 @@ def _scene_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
     scene = found.value
     facts = {
         "object": scene.object.shape,
-        "friction": scene.object.friction_coefficient,
+        "friction": scene.object.law.shown,
         "rows": len(scene.path.increments_mm or scene.path.increments_N or ()),
     }
     return facts, None

@@ -65,10 +65,11 @@ def states_seen(
     """Changes of slip that the gages of the array measure.
 
     The load is that of the held object of the design's grips, or, with a scene of the user's, the
-    greatest of its path. Empty without gages, or where no load is reached at which they respond.
+    greatest of its path. Empty without gages, where no load is reached at which they respond, and
+    under another law than Coulomb's.
     """
     design = case.design
-    if not case.gage_array or design.plates.model == "none":
+    if not case.gage_array or design.plates.model == "none" or not array.law.is_coulomb:
         return ()
     if case.scene is None:
         loads = held_loads(design)

@@ -83,6 +83,13 @@ class ContactProblem:
         """The law at the nodes."""
         return friction_at(self.law, self.model.areas)
 
+    def mean_friction(self, normal: Array) -> float:
+        """What friction carries at normal forces (m,) N over their sum; 0 without contact."""
+        if self.law.is_coulomb:
+            return self.law.coefficient
+        pressed = np.maximum(normal, 0.0)
+        return float(self.friction.bound(pressed).sum() / max(pressed.sum(), 1e-300))
+
     @property
     def friction_coefficient(self) -> float:
         """Coulomb's coefficient. Raises SolverError under another law, which has none."""

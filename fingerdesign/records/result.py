@@ -140,6 +140,8 @@ class GripResult:
     Of an object with inertia: slid_mm through the fingers while it hung; caught: the last slide
     ended by sticking, None where nothing slid; catch_s: the longest that a catch took; swing_Hz:
     of the object on the fingers, as it was lifted. gross_slip is true of what was caught too.
+    friction_coefficient: under another law than Coulomb's half the weight over the least normal
+    force that holds it.
     """
 
     controller: str

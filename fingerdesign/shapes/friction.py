@@ -68,6 +68,11 @@ class FrictionLaw:
         """The largest slope, and the largest bound over pressure."""
         return self.coefficient if self.is_coulomb else STEEPEST
 
+    @property
+    def shown(self) -> float | str:
+        """Coulomb's coefficient, or the law as a text."""
+        return self.coefficient if self.is_coulomb else str(self)
+
     def scaled(self, share: float) -> FrictionLaw:
         """The law with ``share`` > 0 times the bound, but for its first touch."""
         mu, strength, cap = (share * each for each in (self.coefficient, self.strength, self.cap))

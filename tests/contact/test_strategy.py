@@ -109,7 +109,7 @@ def test_every_way_leads_to_an_answer(dim):
     """With Newton from the guess and the last forces taken away, what comes next still solves."""
     for seed in range(10):
         compliance, offset = random_problem(8, dim, seed)
-        task = Stalling(compliance, offset, np.ones((8, dim)), 0.6, *2 * [np.zeros((8, dim))])
+        task = Stalling(compliance, offset, np.ones((8, dim)), Coulomb(0.6), *2 * [np.zeros((8, dim))])
         result, name = solve_task(task)
         assert result.converged
         assert name == ("pivots" if dim == 2 else "newton, walked")

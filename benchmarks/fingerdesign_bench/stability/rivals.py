@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.friction import Coulomb
 from fingerdesign.contact.solver.gauss_seidel import gauss_seidel
 from fingerdesign.errors import SolverError
 

@@ -37,6 +37,7 @@ from fingerdesign.control.plants.plant import Truth, observe
 from fingerdesign.control.plants.slide import Inertia, frequency, slide
 from fingerdesign.control.signals import Sample, gage_readings
 from fingerdesign.design.grip import Grip, Tug, WeightChange, lifting_tugs, mass_at, pull_at
+from fingerdesign.shapes.friction import FrictionLaw
 
 _RELAXES_s = 0.1  # T
 _BEGUN = 1e-6  # mm: so far the last node has slid that begins to
@@ -194,16 +195,16 @@ class LiftPlant:
         grip: Grip,
         problem: ContactProblem,
         face: str,
-        friction_coefficient: float,
+        friction: float | FrictionLaw,
         object_mass_g: float,
         opposite: ContactProblem | None = None,
     ) -> LiftPlant:
         """Read a design's ``[grip]`` table, both fingers at one friction."""
         return LiftPlant(
-            problem.with_friction(friction_coefficient),
+            problem.with_friction(friction),
             face,
             object_mass_g,
-            None if opposite is None else opposite.with_friction(friction_coefficient),
+            None if opposite is None else opposite.with_friction(friction),
             [*grip.tugs, *grip.weight_changes],
             Timed.of(grip),
             grip.kinetic_share,
