@@ -121,7 +121,7 @@ class FrictionLaw:
             return f"{self.coefficient:g}"
         cap = "" if self.cap == inf else f", at most {self.cap:g} MPa"
         if self.coefficient == 0.0:
-            return f"of {self.strength:g} MPa{cap}"
+            return f"{self.strength:g} MPa{cap}"
         own = f"{self.coefficient:g}"
         if self.exponent:
             own += f" (p / {self.reference:g} MPa)^-{self.exponent:g}"
