@@ -66,6 +66,8 @@ def caveats(
     """Facts that a reader must know before believing the numbers, a sentence each."""
     case, ladder = chosen.case, chosen.summary
     found = _of_path(case, problem, steps) | of_choices(case, scene)
+    if not problem.law.is_coulomb:
+        found["other_law"] = {"law": str(problem.law)}
     if others := _other_answers(problem, steps):
         texts = (f"F_n {o.normal_force:.3g}, F_t {o.tangential_force:.3g} N" for o in others)
         found["other_answers"] = {
