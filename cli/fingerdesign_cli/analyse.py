@@ -274,9 +274,7 @@ def grip(
 
     estimator = estimator_for(design, estimator_file, fidelity, [design.grip.controller])
     with progress(design.design.name) as show:
-        case = Case(
-            design, None, fidelity, go_on=go_on, estimator=estimator, surface=surface
-        )
+        case = Case(design, None, fidelity, go_on=go_on, estimator=estimator, surface=surface)
         result = answer_of(case, out, show, products)
     if result.failure and not as_json():
         _say_failure(result)

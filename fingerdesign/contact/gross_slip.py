@@ -15,6 +15,7 @@ from fingerdesign.errors import SolverError
 
 _FAR = 10.0  # Shear, in approaches times the steepest bound (at least 1): every node slides.
 
+
 def sliding(problem: ContactProblem, approach: float) -> Increment:
     """The increment to an approach in which all of the contact slides toward +x.
 

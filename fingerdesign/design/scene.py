@@ -92,7 +92,10 @@ class SceneObject(Table):
     )
     shear_limit_MPa: float | None = positive(None, 1e3, "capped: no pressure carries more")
     friction_exponent: float | None = bounded(
-        None, 0, 0.9, "power: 1/3 of a smooth sphere; silicone on wood: 0.31"
+        None,
+        0,
+        0.9,
+        "power: n; friction falls with load^-n under a flat end, load^(-n/3) of a sphere",
     )
     reference_pressure_MPa: float | None = positive(
         None, 1e3, "power: the pressure at which the friction coefficient is mu"

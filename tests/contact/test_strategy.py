@@ -38,7 +38,9 @@ def random_problem(m, dim, seed):
 
 def worst(compliance, offset, friction, force):
     motion = (compliance @ force.ravel()).reshape(force.shape) + offset
-    residual = natural_residual(force, motion, np.diag(compliance)[:: force.shape[1]], Coulomb(friction))
+    residual = natural_residual(
+        force, motion, np.diag(compliance)[:: force.shape[1]], Coulomb(friction)
+    )
     return np.abs(residual).max() / np.abs(force).max()
 
 
@@ -109,7 +111,9 @@ def test_every_way_leads_to_an_answer(dim):
     """With Newton from the guess and the last forces taken away, what comes next still solves."""
     for seed in range(10):
         compliance, offset = random_problem(8, dim, seed)
-        task = Stalling(compliance, offset, np.ones((8, dim)), Coulomb(0.6), *2 * [np.zeros((8, dim))])
+        task = Stalling(
+            compliance, offset, np.ones((8, dim)), Coulomb(0.6), *2 * [np.zeros((8, dim))]
+        )
         result, name = solve_task(task)
         assert result.converged
         assert name == ("pivots" if dim == 2 else "newton, walked")
@@ -134,7 +138,9 @@ def test_gauss_seidel_stops_at_its_limits():
     start = np.zeros((10, 3))
     few = gauss_seidel(compliance, offset, Coulomb(0.5), start, sweeps=3, tolerance=1e-14)
     assert (few.iterations, few.converged) == (3, False)
-    short = gauss_seidel(compliance, offset, Coulomb(0.5), start, 10**6, tolerance=0.0, time_limit=0.05)
+    short = gauss_seidel(
+        compliance, offset, Coulomb(0.5), start, 10**6, tolerance=0.0, time_limit=0.05
+    )
     assert not short.converged
     assert short.iterations < 10**6
     full = gauss_seidel(compliance, offset, Coulomb(0.5), start, 5000, tolerance=1e-11)

@@ -17,9 +17,7 @@ from fingerdesign.contact.laws import project
 _STEPS = 12  # Newton corrects what is still wrong after so many steps.
 
 
-def active_set_guess(
-    compliance: Array, offset: Array, guess: Array, friction: Friction
-) -> Array:
+def active_set_guess(compliance: Array, offset: Array, guess: Array, friction: Friction) -> Array:
     """Guess admissible forces (m, dim): normal ones that close the gap under ``guess``'s pull.
 
     compliance (m dim, m dim), offset (m, dim) as in newton.newton. Never fails: a guess.

@@ -162,7 +162,10 @@ class Factors:
         """K (s, dim - 1, dim), D (s, dim - 1): rows change by K df, the last by D dv besides."""
         system, direction = self.system, point.direction
         weights = np.zeros((*direction.shape, system.dim))
-        normal, friction = point.force.take(point.sliding, 0)[:, 0], system.friction.at(point.sliding)
+        normal, friction = (
+            point.force.take(point.sliding, 0)[:, 0],
+            system.friction.at(point.sliding),
+        )
         weights[:, 0, 0] = -friction.slope(normal)
         weights[:, 0, 1:] = direction
         if system.dim == 2:
