@@ -83,8 +83,8 @@ class SceneObject(Table):
     )
     friction_law: Literal["coulomb", "capped", "shear_strength", "power"] = Field(
         default="coulomb",
-        description="largest shear traction at a pressure p: coulomb: mu p | capped: shear_strength "
-        "+ mu p, up to shear_limit | shear_strength: that alone, wherever there is contact | "
+        description="largest shear traction at a pressure p: coulomb: mu p | capped: shear_strength"
+        " + mu p, up to shear_limit | shear_strength: that alone, wherever there is contact | "
         "power: mu p (p / reference_pressure)^-friction_exponent; but coulomb all at most 10 p",
     )
     shear_strength_MPa: float | None = positive(

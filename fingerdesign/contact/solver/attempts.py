@@ -4,8 +4,8 @@ Small steps follow from the increment before (tracking.py). Of the others, Newto
 forces solves all but a few in a thousand. The rest mostly has a large friction coefficient: an
 answer always exists, but there may be several. In the plane, complementary pivots find one of
 Coulomb's law for certain; other laws are approached by it, each node with the coefficient that its
-last force gives. In 3-D the answer is approached along the motion, along the friction coefficient, and by
-Gauss-Seidel. Each attempt has a limit of iterations, so that nothing can hang.
+last force gives. In 3-D the answer is approached along the motion, along the friction coefficient,
+and by Gauss-Seidel. Each attempt has a limit of iterations, so that nothing can hang.
 """
 
 from __future__ import annotations

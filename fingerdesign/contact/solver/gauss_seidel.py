@@ -80,7 +80,7 @@ def _one_sweep(
                 flat -= force[i] @ rows[i]
                 force[i] = 0.0
             continue
-        change, bound = normal - old[0], float(friction[i].bound(np.float64(normal)))
+        change, bound = normal - old[0], float(friction[i].bound(np.asarray(normal)))
         dim = len(old)
         own = rows[i, 1:, i * dim].tolist()
         trial = [old[k] - (moved[k] + change * own[k - 1]) / tangential[i] for k in range(1, dim)]

@@ -6,7 +6,8 @@ Rows of a node's laws, with trial forces f - rho v, their direction e, and t acr
     sliding:  v_n = 0,      e.f_t - b(f_n) = 0,      t.f_t = 0.
 
 e turns with the trial force, so that the last row's derivative is (1 - q) t.df + rho q t.dv with
-q = b(f_n) / |trial|, b the friction bound. Sticking needs no unknown, sliding two (one in the plane), an open node all.
+q = b(f_n) / |trial|, b the friction bound. Sticking needs no unknown, sliding two (one in the
+plane), an open node all.
 """
 
 from __future__ import annotations
