@@ -11,6 +11,7 @@ from fingerdesign_bench.stability import stability
 from fingerdesign_bench.stability.bodies import distorted, hard_bodies
 from fingerdesign_bench.stability.cases import BEYOND, FRICTIONS, WITHIN, cases_of
 from fingerdesign_bench.stability.judge import SHARP, Judge, Past, same_total
+from fingerdesign_bench.stability.laws import sampled
 from fingerdesign_bench.stability.run import PRODUCTION, TimeIsUp, Verdict, time_limit
 from fingerdesign_bench.stability.stability import (
     counts_of,
@@ -156,6 +157,14 @@ def test_production_is_never_wrong_and_solves_all_but_forces_beyond_friction(qui
 def test_most_answers_are_confirmed_by_a_second_method(mine):
     right = [each for each in mine if each.verdict == Verdict.RIGHT]
     assert sum(each.confirmed for each in right) > 0.95 * sum(each.increments for each in right)
+
+
+def test_production_is_right_under_laws_of_pressure_too():
+    found = list(sampled(every=301))
+    assert len(found) >= 10
+    assert {law for law, _ in found} == {"capped", "shear strength", "power"}
+    assert max(each.verdict.rank for _, each in found) <= Verdict.REFUSED.rank
+    assert max(each.violation for _, each in found) <= SHARP
 
 
 def test_zone_exhausted_is_refused_never_clipped(mine):

@@ -85,14 +85,18 @@ def _guesses(
     offset = problem.offset(motion, state.slip)
     compliance, friction = problem.compliance, problem.friction
     rng = np.random.default_rng(0)
-    if dim == 2 and isinstance(friction, Coulomb):
+    # A bound that is never reached: everything sticks.
+    stuck = newton(compliance, offset, Coulomb(1e6), np.zeros((m, dim))).multiplier
+    if dim == 2:
+        # Of another law by Coulomb's, with the coefficients of the forces that stick.
+        near = friction
+        if not isinstance(near, Coulomb):
+            near = Coulomb(np.array(near.secant(stuck[:, 0])))
         for path in range(starts):
-            result = friction_pivots(compliance, offset, friction, path)
+            result = friction_pivots(compliance, offset, near, path)
             if result.converged:
                 yield result.multiplier
     yield np.zeros((m, dim))
-    # A bound that is never reached: everything sticks.
-    stuck = newton(compliance, offset, Coulomb(1e6), np.zeros((m, dim))).multiplier
     yield stuck
     free = newton(compliance, offset, Coulomb(0.0), np.zeros((m, dim))).multiplier
     yield free

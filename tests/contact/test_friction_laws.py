@@ -17,6 +17,7 @@ from fingerdesign.contact.solver import kernel
 from fingerdesign.contact.solver.attempts import Task, solve_task
 from fingerdesign.contact.solver.tracking import Tracker
 from fingerdesign.contact.tangent import stiffness
+from fingerdesign.contact.uniqueness import other_solutions
 from fingerdesign.shapes.friction import STEEPEST, FrictionLaw
 from fingerdesign.shapes.objects import Plane
 from tests.support.half_space import half_plane, quarter_sphere
@@ -362,11 +363,13 @@ def test_a_flat_end_slips_at_the_power_laws_own_exponent():
         assert coefficient_under(problem, tangential) == pytest.approx(known, rel=1e-6)
 
 
-def test_a_bound_too_steep_to_tell_jammed_from_free_is_found_out():
-    """One node whose friction wedges it has several answers; each one is certified."""
+@pytest.mark.parametrize(("coefficient", "others"), [(0.3, 0), (2.0, 2)])
+def test_a_wedged_node_has_other_answers_under_a_law_too(coefficient, others):
+    """C = [[1, k], [k, 1]], k = 0.9: several answers where the slope of the bound is over 1 / k."""
     compliance = np.array([[1.0, -0.9], [-0.9, 1.0]])
     model = reduced_model(np.zeros((1, 2)), compliance, facets=np.zeros((0, 2), dtype=int))
-    problem = contact_problem(model, Plane(0.0), FrictionLaw(2.0, 0.0, cap=50.0))
-    start = ContactState.untouched(problem)
-    found = solve_increment(problem, start, Motion(0.1, 0.1))
-    assert found.certificate.laws < 1e-8
+    problem = contact_problem(model, Plane(0.0), FrictionLaw(coefficient, cap=50.0))
+    start, motion = ContactState.untouched(problem), Motion(-0.05, -0.1)
+    found = other_solutions(problem, start, motion)
+    assert len(found) == others
+    assert all(each.certificate.laws < 1e-8 for each in found)

@@ -63,7 +63,9 @@ def main() -> None:
             for name, (spent, iterations) in found.items():
                 ratio = spent / found["coulomb"][0]
                 each = 1e3 * spent / _STEPS
-                print(f"{body.name:22} {name:15} {each:8.3f} {ratio:6.2f} {iterations / _STEPS:11.2f}")
+                print(
+                    f"{body.name:22} {name:15} {each:8.3f} {ratio:6.2f} {iterations / _STEPS:11.2f}"
+                )
 
 
 if __name__ == "__main__":
