@@ -56,7 +56,7 @@ def main() -> None:
             rows, pressure = walk(body.press), mean_pressure(body, model, crest)
             laws = {"coulomb": FrictionLaw(_FRICTION), **laws_of(_FRICTION, pressure)}
             base = contact_problem(model, Plane(crest), _FRICTION)
-            found = {name: (np.inf, 0) for name in laws}
+            found: dict[str, tuple[float, int]] = dict.fromkeys(laws, (np.inf, 0))
             for _ in range(_ROUNDS):
                 for name, law in laws.items():
                     found[name] = min(found[name], seconds(base.with_friction(law), rows))
