@@ -268,6 +268,7 @@ def grip(
     """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient."""
     design, _ = read_case(design_file)
     design, surface = _with_options(design, lift.given()), lift.surface()
+    _refuse_relaxing(design, surface)
     if design.plates.number < 2:
         remedy = "add plates: without gages there is nothing to feel"
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
@@ -282,6 +283,17 @@ def grip(
     say_result(lambda: _facts(result, out) | {"grips": grips}, lambda: _show_grips(result, out))
     open_page(out / result.design / PAGE)
     return 0 if result.status == "ok" else 1
+
+
+def _refuse_relaxing(design: Design, surface: SceneObject | None) -> None:
+    """DesignError where rubber relaxes under a law whose bounds do not scale with forces."""
+    if surface is None or surface.law.is_coulomb:
+        return
+    bound, remedy = f"left out for friction_law '{surface.friction_law}'", "remove it"
+    own = {name: getattr(design.grip, name) for name in ("relaxation_per_minute", "rubber_memory")}
+    faults = [Fault(f"grip.{name}", value, bound, remedy) for name, value in own.items() if value]
+    if faults:
+        raise DesignError(faults)
 
 
 def _with_options(design: Design, given: dict[str, tuple[str, object]]) -> Design:

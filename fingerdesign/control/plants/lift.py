@@ -146,7 +146,8 @@ class LiftPlant:
     support is where the object is first touched. kinetic_share: of either finger's friction, what
     is left where it slides (contact/history.py).
 
-    Raises ValueError where a tug upward exceeds the weight: nothing would hold the object then.
+    Raises ValueError where a tug upward exceeds the weight: nothing would hold the object then; and
+    for rubber that relaxes under another law than Coulomb's, whose bounds do not scale with forces.
     """
 
     def __init__(
@@ -161,6 +162,10 @@ class LiftPlant:
     ) -> None:
         if not (isfinite(object_mass_g) and object_mass_g > 0.0):
             raise ValueError(f"a mass of {object_mass_g} g must be over 0")
+        if not problem.law.is_coulomb and (timed.relaxation or timed.rubber):
+            raise ValueError(
+                f"forces of rubber that relaxes do not scale at friction {problem.law}"
+            )
         self._timed = timed
         self._face, kind = face, Kind(timed.rubber, kinetic_share, timed.warming)
         self._fingers: MirrorPair | DifferentPair = MirrorPair(problem, kind)
