@@ -19,7 +19,8 @@ So of one step the unknown f enters as of elastic rubber that was displaced befo
 
 and contact, stick and slip are those of the true forces: Signorini's and Coulomb's laws do not mind
 the factor A; other laws of friction, which have a pressure of their own, do. The contact need not
-grow: where it shrinks, the dent left behind recovers in time. What is approximate is the step: the laws hold at its end.
+grow: where it shrinks, the dent left behind recovers in time. What is approximate is the step: the
+laws hold at its end.
 """
 
 from dataclasses import dataclass
