@@ -7,6 +7,9 @@ from fingerdesign.analysis import stages
 from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.page.tables import ladder_table
 from fingerdesign.checks.meshing import plane_strain_faults
+from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
+from fingerdesign.contact.problem import ContactState
+from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.fem import factor
@@ -130,6 +133,28 @@ def test_a_lift_is_held_on_and_recorded_and_plates_carry_more_than_a_bare_finger
     else:
         assert 2.0 * grip.final_tangential_force_N == pytest.approx(WEIGHT, rel=1e-6)
         assert (trace.rise > 0.0).tolist() == [False] * (len(trace.rise) - 9) + [True] * 9
+
+
+def test_an_oracle_holds_a_multiple_of_the_least_force_under_a_law_of_pressure():
+    """Half the weight over the reported coefficient is the least force: a little less pull is
+    carried by it, a little more is not."""
+    keys = {"friction_exponent": 0.31, "reference_pressure_MPa": 0.05}
+    surface = SceneObject(friction_law="power", friction_coefficient=0.4, **keys)
+    case = Case(parse_design(LIFTED), None, "plane-strain", fields=False, surface=surface)
+    analysis = run(case)
+    (grip,) = analysis.result.grips
+    assert (grip.lifted, grip.gross_slip) == (True, False)
+    assert grip.safety_margin == pytest.approx(1.5, abs=0.02)  # moves have a length
+    assert grip.friction_law == str(surface.law)
+    assert any("not Coulomb's" in text for text in analysis.result.warnings)
+    assert (analysis.slip_studies, analysis.result.measurability) == ((), None)
+    start, normal = ContactState.untouched(analysis.problem), grip.least_force_N
+    pressed = solve_forces(analysis.problem, start, Forces(normal))
+    carried = Forces(normal, 0.98 * 0.5 * WEIGHT)
+    held = solve_forces(analysis.problem, pressed.state, carried)
+    assert held.certificate.laws < 1e-8
+    with pytest.raises(NoEquilibrium):
+        solve_forces(analysis.problem, pressed.state, Forces(normal, 1.02 * 0.5 * WEIGHT))
 
 
 @pytest.fixture

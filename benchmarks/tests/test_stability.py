@@ -11,6 +11,7 @@ from fingerdesign_bench.stability import stability
 from fingerdesign_bench.stability.bodies import distorted, hard_bodies
 from fingerdesign_bench.stability.cases import BEYOND, FRICTIONS, WITHIN, cases_of
 from fingerdesign_bench.stability.judge import SHARP, Judge, Past, same_total
+from fingerdesign_bench.stability.laws import sampled
 from fingerdesign_bench.stability.run import PRODUCTION, TimeIsUp, Verdict, time_limit
 from fingerdesign_bench.stability.stability import (
     counts_of,
@@ -21,6 +22,7 @@ from fingerdesign_bench.stability.stability import (
 
 from fingerdesign.contact.problem import Motion
 from fingerdesign.mesh.section.section import mesh_section
+from fingerdesign.shapes.friction import FrictionLaw
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import reduced_model
 
@@ -42,7 +44,7 @@ def springs(heights, stiffness=2.0, dim=2):
 
 @pytest.fixture
 def judge():
-    return Judge(springs(HEIGHTS), Plane(0.0), 0.4)
+    return Judge(springs(HEIGHTS), Plane(0.0), FrictionLaw(0.4))
 
 
 def broken(node, force):
@@ -91,7 +93,7 @@ def test_slip_is_counted_from_the_past(judge):
 
 def test_direction_of_slip_in_space():
     """In 3-D the force must oppose the slip: turned by a degree it is wrong."""
-    judge = Judge(springs([0.0, 0.0, 0.0], dim=3), Plane(0.0), 0.1)
+    judge = Judge(springs([0.0, 0.0, 0.0], dim=3), Plane(0.0), FrictionLaw(0.1))
     motion = Motion(0.5, 0.3, 0.4)
     force = np.tile([0.06, -1.0, 0.08], (3, 1))
     assert judge.violation(force, judge.untouched(), motion) < 1e-12
@@ -108,7 +110,8 @@ def test_no_contact(judge):
 def test_lost_force_is_found(judge):
     """A model whose base does not carry what the contact gives."""
     leaky = replace(judge.model, reaction_readout=0.9 * judge.model.reaction_readout)
-    assert Judge(leaky, judge.indenter, 0.4).violation(RIGHT, judge.untouched(), MOTION) > 1e-2
+    lost = replace(judge, model=leaky)
+    assert lost.violation(RIGHT, judge.untouched(), MOTION) > 1e-2
 
 
 def test_the_rim_and_the_forces_requested(judge):
@@ -127,7 +130,7 @@ def test_same_answers(judge):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_second_answer_is_found_and_right(dim):
-    judge = Judge(springs(HEIGHTS, dim=dim), Plane(0.0), 0.4)
+    judge = Judge(springs(HEIGHTS, dim=dim), Plane(0.0), FrictionLaw(0.4))
     answer = judge.second_answer(judge.untouched(), MOTION)
     assert np.allclose(answer[:, :2], RIGHT, atol=1e-9)
     assert judge.violation(answer, judge.untouched(), MOTION) < SHARP
@@ -154,6 +157,14 @@ def test_production_is_never_wrong_and_solves_all_but_forces_beyond_friction(qui
 def test_most_answers_are_confirmed_by_a_second_method(mine):
     right = [each for each in mine if each.verdict == Verdict.RIGHT]
     assert sum(each.confirmed for each in right) > 0.95 * sum(each.increments for each in right)
+
+
+def test_production_is_right_under_laws_of_pressure_too():
+    found = list(sampled(every=301))
+    assert len(found) >= 10
+    assert {law for law, _ in found} == {"capped", "shear strength", "power"}
+    assert max(each.verdict.rank for _, each in found) <= Verdict.REFUSED.rank
+    assert max(each.violation for _, each in found) <= SHARP
 
 
 def test_zone_exhausted_is_refused_never_clipped(mine):

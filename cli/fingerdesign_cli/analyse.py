@@ -21,7 +21,7 @@ from fingerdesign.analysis.page.tables import detail_tables
 from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.faults import undexed
-from fingerdesign.design.scene import Scene
+from fingerdesign.design.scene import Scene, SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import DesignError, Fault
@@ -106,6 +106,22 @@ class Lift(Options):
     controller: str | None
     frictions: tuple[float, ...]
     mass_g: float | list[float] | None
+    scene_file: Path | None
+
+    def surface(self) -> SceneObject | None:
+        """The object of the scene's file, whose friction the grips meet.
+
+        UsageError with --friction too, DesignError for an object that is no level plane.
+        """
+        if self.scene_file is None:
+            return None
+        if self.frictions:
+            raise click.UsageError("--friction and --scene both give the friction; leave one")
+        found = load_scene(self.scene_file).object
+        if found.shape != "plane" or found.tilt_deg:
+            bound, remedy = "a level plane, as grips lift it", "leave out shape, tilt and turn"
+            raise DesignError([Fault("object.shape", found.shape, bound, remedy)])
+        return found
 
     def given(self) -> dict[str, tuple[str, object]]:
         """Options that were given, with their values, by the key that each sets."""
@@ -251,14 +267,15 @@ def grip(
 ) -> int:
     """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient."""
     design, _ = read_case(design_file)
-    design = _with_options(design, lift.given())
+    design, surface = _with_options(design, lift.given()), lift.surface()
+    _refuse_relaxing(design, surface)
     if design.plates.number < 2:
         remedy = "add plates: without gages there is nothing to feel"
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
 
     estimator = estimator_for(design, estimator_file, fidelity, [design.grip.controller])
     with progress(design.design.name) as show:
-        case = Case(design, None, fidelity, go_on=go_on, estimator=estimator)
+        case = Case(design, None, fidelity, go_on=go_on, estimator=estimator, surface=surface)
         result = answer_of(case, out, show, products)
     if result.failure and not as_json():
         _say_failure(result)
@@ -266,6 +283,17 @@ def grip(
     say_result(lambda: _facts(result, out) | {"grips": grips}, lambda: _show_grips(result, out))
     open_page(out / result.design / PAGE)
     return 0 if result.status == "ok" else 1
+
+
+def _refuse_relaxing(design: Design, surface: SceneObject | None) -> None:
+    """DesignError where rubber relaxes under a law whose bounds do not scale with forces."""
+    if surface is None or surface.law.is_coulomb:
+        return
+    bound, remedy = f"left out for friction_law '{surface.friction_law}'", "remove it"
+    own = {name: getattr(design.grip, name) for name in ("relaxation_per_minute", "rubber_memory")}
+    faults = [Fault(f"grip.{name}", value, bound, remedy) for name, value in own.items() if value]
+    if faults:
+        raise DesignError(faults)
 
 
 def _with_options(design: Design, given: dict[str, tuple[str, object]]) -> Design:

@@ -130,9 +130,9 @@ def _scene_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
     if error is not None or found is None or found.value is None:
         return {}, error
     scene = found.value
-    facts = {
+    facts: dict[str, object] = {
         "object": scene.object.shape,
-        "friction": scene.object.friction_coefficient,
+        "friction": scene.object.law.shown,
         "rows": len(scene.path.increments_mm or scene.path.increments_N or ()),
     }
     return facts, None

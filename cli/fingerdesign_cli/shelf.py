@@ -60,7 +60,7 @@ def _scenes() -> Iterator[_Row]:
         yield {
             "name": name,
             "object": scene.object.shape,
-            "friction": scene.object.friction_coefficient,
+            "friction": scene.object.law.shown,
             "rows": len(rows),
             "why": _why(text),
         }

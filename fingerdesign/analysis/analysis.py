@@ -66,10 +66,12 @@ def caveats(
     """Facts that a reader must know before believing the numbers, a sentence each."""
     case, ladder = chosen.case, chosen.summary
     found = _of_path(case, problem, steps) | of_choices(case, scene)
+    if not problem.law.is_coulomb:
+        found["other_law"] = {"law": str(problem.law)}
     if others := _other_answers(problem, steps):
         texts = (f"F_n {o.normal_force:.3g}, F_t {o.tangential_force:.3g} N" for o in others)
         found["other_answers"] = {
-            "friction": problem.friction_coefficient,
+            "friction": problem.mean_friction(steps[-1].increment.multiplier[:, 0]),
             "others": "; ".join(texts),
         }
     if ladder is not None and not ladder.reached:
@@ -164,7 +166,7 @@ def _of_section(design: Design) -> Facts:
 def _other_answers(problem: ContactProblem, steps: list[Step]) -> list[Measures]:
     """Other solutions of the last increment, where friction is unusually high."""
     last, before = steps[-1].increment, steps[-1].before
-    if problem.friction_coefficient <= _UNUSUAL_FRICTION or before is None:
+    if problem.mean_friction(last.multiplier[:, 0]) <= _UNUSUAL_FRICTION or before is None:
         return []
     others = other_solutions(problem, before, last.motion, last, starts=2)
     return [measure(problem, other) for other in others]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.design.io import parse_scene
-from fingerdesign.design.scene import Scene
+from fingerdesign.design.scene import Scene, SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import shipped_text
 from fingerdesign.layout.row_keys import plate_rows
@@ -31,7 +31,8 @@ class Case:
     None: trained on the design. studied: with the study, at several frictions, of the fundamental
     case. for_page: find what only a page shows, which are remedies for gages that see too little,
     and each grip of the paper's rule with the rule off. mesh_error: estimate the mesh's share in
-    the errors, by a second model.
+    the errors, by a second model. surface: a level plane, whose friction that of the fundamental
+    case is, and of the grips instead of ``grip.friction_coefficients``.
     """
 
     design: Design
@@ -46,11 +47,15 @@ class Case:
     studied: bool = True
     for_page: bool = True
     mesh_error: bool = False
+    surface: SceneObject | None = None
 
     @property
     def path_scene(self) -> Scene:
         """The scene whose path is followed."""
-        return self.scene or fundamental_scene(self.design)
+        if self.scene is not None:
+            return self.scene
+        scene = fundamental_scene(self.design)
+        return scene if self.surface is None else scene.model_copy(update={"object": self.surface})
 
     @property
     def requested(self) -> str:

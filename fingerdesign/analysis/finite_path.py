@@ -109,6 +109,10 @@ def finite_steps(design: Design, at_rest: CondensedBody, scene: Scene) -> list[F
 def finite_faults(design: Design, scene: Scene) -> list[Fault]:
     """All that finite strain does not know of a design in a scene."""
     faults = []
+    if not scene.object.law.is_coulomb:
+        law, bound = scene.object.friction_law, "'coulomb' at finite strain"
+        remedy = "set object.friction_law = 'coulomb', or take a model of small strain"
+        faults.append(Fault("object.friction_law", f"'{law}'", bound, remedy))
     if design.plates.model == "sheet":
         bound = "'solid' or 'none' at finite strain"
         faults.append(Fault("plates.model", "sheet", bound, "set plates.model = 'solid'"))

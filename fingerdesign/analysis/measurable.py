@@ -50,8 +50,9 @@ def start_sections(case: Case) -> Sections | None:
     if case.fidelity in ("plane-strain", "auto") or mesher_of(case.design).sections:
         start_mesher()  # It loads while this process loads the rest.
     design = case.design
-    no_gages = not case.gage_array or design.plates.model == "none"
-    if no_gages or case.scene is not None or not case.for_page or plane_strain_faults(design):
+    no_states = not case.gage_array or design.plates.model == "none"
+    no_states = no_states or not case.path_scene.object.law.is_coulomb
+    if no_states or case.scene is not None or not case.for_page or plane_strain_faults(design):
         return None
     pool = ThreadPoolExecutor(1)
     sections = pool.submit(_sections, design)
@@ -65,10 +66,11 @@ def states_seen(
     """Changes of slip that the gages of the array measure.
 
     The load is that of the held object of the design's grips, or, with a scene of the user's, the
-    greatest of its path. Empty without gages, or where no load is reached at which they respond.
+    greatest of its path. Empty without gages, where no load is reached at which they respond, and
+    under another law than Coulomb's.
     """
     design = case.design
-    if not case.gage_array or design.plates.model == "none":
+    if not case.gage_array or design.plates.model == "none" or not array.law.is_coulomb:
         return ()
     if case.scene is None:
         loads = held_loads(design)

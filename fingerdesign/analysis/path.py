@@ -34,8 +34,8 @@ def object_at_touch(rigid: SceneObject, body: Body) -> RigidObject:
 
 
 def problem_at_touch(model: ReducedModel, rigid: SceneObject, body: Body) -> ContactProblem:
-    """The finger against the scene's object where it first touches, at the object's friction."""
-    return contact_problem(model, object_at_touch(rigid, body), rigid.friction_coefficient)
+    """The finger against the scene's object where it first touches, with the object's friction."""
+    return contact_problem(model, object_at_touch(rigid, body), rigid.law)
 
 
 def touch_point(rigid: SceneObject, body: Body) -> tuple[float, float]:

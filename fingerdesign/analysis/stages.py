@@ -1,6 +1,6 @@
 """The stages between a design and what was found: zone, mesh, condensed model, grips, fields."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from threading import Thread
@@ -14,13 +14,14 @@ from fingerdesign.analysis.path import problem_at_touch, touch_point
 from fingerdesign.analysis.slip_study import slip_studies as study
 from fingerdesign.analysis.verdicts import grip_verdicts
 from fingerdesign.checks.load import without_plates
+from fingerdesign.contact.gross_slip import coefficient_under
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.solver.kernel import kernel
 from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.control.episode import run_episodes
-from fingerdesign.design.grip import FORCE_NOISE_N
+from fingerdesign.design.grip import FORCE_NOISE_N, weight_per_finger
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.factor import load_solver
@@ -107,6 +108,8 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
     """
     if case.scene is not None or not case.studied or len(problem.model.gage_x) < LEAST_GAGES:
         return ()
+    if not problem.law.is_coulomb:
+        return ()  # the study scales its path by the friction coefficient
     frictions = sorted({*STUDY_FRICTION, scene.object.friction_coefficient})
     rows = [(row[0], row[1]) for row in scene.path.rows]
     gages = case.design.gages
@@ -131,7 +134,7 @@ def run_grips(
         episodes = run_episodes(
             array,
             case.design,
-            grip.friction_coefficients,
+            frictions_of(case, array, mass_g),
             mass_g,
             case.gage_array,
             bare,
@@ -145,6 +148,13 @@ def run_grips(
     if passing and grip.middle_g is not None:
         found += lift(grip.middle_g)
     return sorted(found, key=lambda each: each[0].object_mass_g)
+
+
+def frictions_of(case: Case, array: ContactProblem, mass_g: float) -> Sequence[float]:
+    """Friction coefficients of the grips of a mass: those of ``[grip]``, or that of the surface."""
+    if case.surface is None:
+        return case.design.grip.friction_coefficients
+    return (coefficient_under(array, weight_per_finger(mass_g)),)
 
 
 def _bare_opposite(case: Case, zone: Zone, scene: Scene) -> ContactProblem:

@@ -211,9 +211,10 @@ def _accuracy(ladder: LadderSummary) -> Verdict:
 
 def _fixes(result: Result, failing: set[str], design_file: str) -> Iterator[Fix]:
     """One fix or more for each verdict that fails, those of the design's keys first."""
-    if any(name.startswith("lifts") for name in failing):
+    coulomb = not any(grip.friction_law for grip in result.grips)  # which forces are scaled by
+    if coulomb and any(name.startswith("lifts") for name in failing):
         yield from _lift_fixes(result)
-    elif "grip force" in failing:
+    elif coulomb and "grip force" in failing:
         yield from _force_fixes(result, design_file)
     if "slip sensing" in failing:
         share, missing = best_area_share(result.slip_studies) or (0.0, 1.0)

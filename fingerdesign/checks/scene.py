@@ -49,9 +49,10 @@ def _motion_faults(scene: Scene, design: Design) -> list[Fault]:
 
 def _friction_faults(scene: Scene) -> list[Fault]:
     """Find forces that no friction carries on a plane: the worst row. Planes that slope along z are
-    left out: their force may have a part there that is not prescribed."""
+    left out: their force may have a part there that is not prescribed. So are laws other than
+    Coulomb's: the contact's area decides what they carry."""
     across, down, along = scene.object.made().normal(np.zeros((1, 3)))[0]
-    if not scene.object.flat or abs(along) > 1e-12:
+    if not (scene.object.flat and scene.object.law.is_coulomb) or abs(along) > 1e-12:
         return []
     slope, angle = np.arctan2(across, -down), np.arctan(scene.object.friction_coefficient)
     low, high = (float(np.tan(slope + sign * angle)) for sign in (-1.0, 1.0))

@@ -208,7 +208,7 @@ def solve_shear(
     except OutOfReach as reached:
         raise NoEquilibrium(
             f"no shear gives {tangential:g} N tangential at an approach of {approach:g} mm: "
-            f"complete slip. At friction {problem.friction_coefficient:g} the contact carries "
+            f"complete slip. At friction {problem.law} the contact carries "
             f"{reached.most:.4g} N there; ask for less or press harder"
         ) from None
     trials.workspace.record(state, trials.last.state)

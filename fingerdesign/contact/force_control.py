@@ -101,7 +101,7 @@ def _refuse_beyond_friction(problem: ContactProblem, forces: Forces) -> None:
     normals = problem.frames[:, 0]
     across, down = float(normals[0, 0]), float(normals[0, 1])
     flat = np.abs(normals - normals[0]).max() < 1e-12 and abs(np.hypot(across, down) - 1.0) < 1e-12
-    if forces.tangential is None or not flat:
+    if forces.tangential is None or not flat or not problem.law.is_coulomb:
         return  # sloping along z, its force may have a part there that is not prescribed
     pressed = across * forces.tangential - down * forces.normal
     pulled = -down * forces.tangential - across * forces.normal
@@ -115,7 +115,7 @@ def _refuse_beyond_friction(problem: ContactProblem, forces: Forces) -> None:
 def _beyond_friction(problem: ContactProblem, forces: Forces, carried: str) -> NoEquilibrium:
     return NoEquilibrium(
         f"no motion gives {forces}: complete slip. At friction "
-        f"{problem.friction_coefficient:g} the contact carries {carried} N tangential "
+        f"{problem.law} the contact carries {carried} N tangential "
         f"with {forces.normal:g} N normal; ask for less, press harder, or prescribe the motion"
     )
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.contact.friction import Friction
 from fingerdesign.contact.laws import Certificate, project
 from fingerdesign.contact.outcome import Answer, Outcome
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
@@ -65,7 +66,7 @@ class Workspace:
 
     def tracker(self, problem: ContactProblem) -> Tracker:
         """Get the tracker of the increments on this compliance, at this friction."""
-        tracker, friction = self._tracker, problem.friction_coefficient
+        tracker, friction = self._tracker, problem.friction
         if (
             tracker is None
             or tracker.compliance is not problem.compliance
@@ -79,7 +80,7 @@ class Workspace:
         """Note an accepted increment."""
         self._last = before, after
 
-    def predicted(self, state: ContactState, motion: Motion, friction_coefficient: float) -> Array:
+    def predicted(self, state: ContactState, motion: Motion, friction: Friction) -> Array:
         """Extrapolate the forces of the last increment along the motion; they are admissible.
 
         Nodes that were not in contact stay without force.
@@ -95,7 +96,7 @@ class Workspace:
             return state.multiplier
         guess = state.multiplier + share * (state.multiplier - before.multiplier)
         guess[state.multiplier[:, 0] <= 0.0] = 0.0
-        return project(guess, friction_coefficient)
+        return project(guess, friction)
 
     def inverse_on(self, index: IntArray, nodes: int, dim: int) -> ActiveInverse | None:
         """Renumber the inverse's nodes by their place in ``index``."""
@@ -130,7 +131,7 @@ def solve_increment(
     )
     if not _accepts(outcome.certificate):
         raise SolverError(
-            f"no accepted answer at {motion} (friction {problem.friction_coefficient:g}): "
+            f"no accepted answer at {motion} (friction {problem.law}): "
             f"{outcome.certificate} after {found.iterations} iterations; use smaller increments"
         )
     if outcome.at_rim:
@@ -166,7 +167,7 @@ def _answer(
 
     Returned with its outcome and the name of the method. change: of the motion's amplitudes (5,).
     """
-    tracker, friction = workspace.tracker(problem), problem.friction_coefficient
+    tracker, friction = workspace.tracker(problem), problem.friction
     ways = (TRACKED, STARTED) if tracker.starts else (TRACKED,)
     for method in ways if workspace.follows else ():
         base = tracker.base
@@ -221,7 +222,7 @@ def _solve(
             compliance,
             offset[index],
             before[index],
-            problem.friction_coefficient,
+            problem.friction if whole else problem.friction.at(index),
             state.multiplier[index],
             guess[index],
             workspace.inverse_on(index, m, dim),

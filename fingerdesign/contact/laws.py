@@ -1,8 +1,10 @@
-"""Signorini and Coulomb as residuals, and the certificate of an increment (numpy only).
+"""Signorini and friction as residuals, and the certificate of an increment (numpy only).
 
 lambda_n >= 0,  gap >= 0,  lambda_n gap = 0
-|lambda_t| <= mu lambda_n,   slip increment d = -alpha lambda_t, alpha >= 0,
-                             d = 0 where |lambda_t| < mu lambda_n
+|lambda_t| <= b(lambda_n),   slip increment d = -alpha lambda_t, alpha >= 0,
+                             d = 0 where |lambda_t| < b(lambda_n)
+
+b is the node's friction bound (friction.py), mu lambda_n of Coulomb's law.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.contact.friction import Friction
 
 OPEN, STICK, SLIP = 0, 1, 2
 
@@ -29,19 +32,19 @@ def lengths(vectors: Array) -> Array:
     return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
 
 
-def project(multiplier: Array, friction_coefficient: float) -> Array:
+def project(multiplier: Array, friction: Friction) -> Array:
     """Nearest admissible forces by parts: normal onto [0, inf), tangential onto its disc."""
     projected = multiplier.copy()
     projected[:, 0] = np.maximum(projected[:, 0], 0.0)
     size = lengths(projected[:, 1:])
-    bound = friction_coefficient * projected[:, 0]
+    bound = friction.bound(projected[:, 0])
     over = size > bound
     projected[over, 1:] *= (bound[over] / size[over])[:, None]
     return projected
 
 
 def natural_residual(
-    multiplier: Array, motion: Array, self_compliance: Array, friction_coefficient: float
+    multiplier: Array, motion: Array, self_compliance: Array, friction: Friction
 ) -> Array:
     """lambda - project(lambda - motion / C_ii) (m, dim) in N: zero exactly at a solution.
 
@@ -49,7 +52,7 @@ def natural_residual(
     force, so the residual vanishes only where both laws hold together.
     """
     step = multiplier - motion / self_compliance[:, None]
-    return multiplier - project(step, friction_coefficient)
+    return multiplier - project(step, friction)
 
 
 @dataclass(frozen=True)
@@ -69,7 +72,7 @@ class Certificate:
 
     @property
     def laws(self) -> float:
-        """Worst violation of Signorini's and Coulomb's laws."""
+        """Worst violation of Signorini's law and of friction's."""
         total = self.complementarity + self.coulomb + self.dissipation
         if total != total:
             return total  # not a number, which a maximum would hide
@@ -86,7 +89,7 @@ def certify(
     multiplier: Array,
     motion: Array,
     typical_compliance: float,
-    friction_coefficient: float,
+    friction: Friction,
     base_reaction: Array,
     contact_force: Array,
 ) -> Certificate:
@@ -108,7 +111,7 @@ def certify(
     force = max(pulled, float(normal.max()))
     length = force * typical_compliance
     product = float(np.abs(np.minimum(normal / force, gap / length)).max())
-    bound = friction_coefficient * (normal if pulled == 0.0 else np.maximum(normal, 0.0))
+    bound = friction.bound(normal if pulled == 0.0 else np.maximum(normal, 0.0))
     coulomb = max(0.0, float((lengths(tangential) - bound).max())) / force
     # Maximum dissipation: bound |d| + lambda_t . d = 0 in contact; open nodes carry nothing.
     travelled = lengths(slip)
@@ -130,9 +133,9 @@ def coded(slides: BoolArray, closed: BoolArray) -> IntArray:
 
 
 def status_of(
-    multiplier: Array, motion: Array, self_compliance: Array, friction_coefficient: float
+    multiplier: Array, motion: Array, self_compliance: Array, friction: Friction
 ) -> IntArray:
     """OPEN, STICK or SLIP per node (m,) from the trial forces of the laws."""
     trial = multiplier - motion / self_compliance[:, None]
-    bound = (friction_coefficient * (1.0 + 1e-9)) * trial[:, 0]
+    bound = friction.bound(trial[:, 0], 1.0 + 1e-9)
     return coded(lengths(trial[:, 1:]) > bound, trial[:, 0] > 0.0)

@@ -107,7 +107,7 @@ def level_sets(problem: ContactProblem, increment: Increment) -> tuple[Array, Ar
     contact = (increment.multiplier[:, 0] - increment.gap / opened) / model.areas
     # In pressure too, so that where nothing pulls sideways both borders are the same.
     size = lengths(increment.multiplier[:, 1:])
-    friction = max(problem.friction_coefficient, 1e-12)
+    friction = np.maximum(problem.friction.secant(increment.multiplier[:, 0]), 1e-12)
     stick = contact - (size + increment.state.sliding / slipped) / (friction * model.areas)
     sliding = increment.status == SLIP
     stick[sliding] = np.minimum(stick[sliding], 0.0)  # exactly on the cone, whatever the rounding

@@ -18,8 +18,9 @@ So of one step the unknown f enters as of elastic rubber that was displaced befo
     u = C f / A + lag,        lag = C (f_e - f_left / A),
 
 and contact, stick and slip are those of the true forces: Signorini's and Coulomb's laws do not mind
-the factor A. The contact need not grow: where it shrinks, the dent left behind recovers in
-time. What is approximate is the step: the laws hold at its end.
+the factor A; other laws of friction, which have a pressure of their own, do. The contact need not
+grow: where it shrinks, the dent left behind recovers in time. What is approximate is the step: the
+laws hold at its end.
 """
 
 from dataclasses import dataclass

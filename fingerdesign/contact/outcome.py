@@ -61,11 +61,11 @@ def outcome(problem: ContactProblem, past: ContactState, found: Answer, before: 
         multiplier,
         local,
         problem.typical_compliance,
-        problem.friction_coefficient,
+        problem.friction,
         (model.reaction_readout @ force.reshape(-1))[free],
         force.sum(axis=0)[free],
     )
-    status = status_of(multiplier, local, problem.self_compliance, problem.friction_coefficient)
+    status = status_of(multiplier, local, problem.self_compliance, problem.friction)
     moved = lengths(local[:, 1:])
     sliding = _sliding(problem, past, multiplier, moved)
     status[(sliding > 0.0) & (status == STICK)] = SLIP
@@ -94,7 +94,7 @@ def _sliding(problem: ContactProblem, past: ContactState, multiplier: Array, mov
     Without motion such nodes stay on the limit without a slip of their own: they are still those
     that slid.
     """
-    limit = problem.friction_coefficient * multiplier[:, 0]
+    limit = problem.friction.bound(multiplier[:, 0])
     near = limit - _ON_LIMIT * float(multiplier[:, 0].max(initial=0.0))
     on_limit = (multiplier[:, 0] > 0.0) & (lengths(multiplier[:, 1:]) >= near)
     still = moved <= _ON_LIMIT * problem.self_compliance * multiplier[:, 0]

@@ -18,7 +18,10 @@ from itertools import combinations
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.friction import ByPressure, Coulomb, friction_at
+from fingerdesign.errors import SolverError
 from fingerdesign.reduced import ReducedModel
+from fingerdesign.shapes.friction import FrictionLaw
 from fingerdesign.shapes.objects import Indenter
 
 
@@ -68,12 +71,31 @@ class ContactProblem:
     gap0: Array
     frames: Array
     modes: Array
-    friction_coefficient: float
+    law: FrictionLaw
     friction_share: Array | None = None
 
     @property
     def shape(self) -> tuple[int, int]:
         return self.model.points.shape[0], self.model.dimension
+
+    @cached_property
+    def friction(self) -> Coulomb | ByPressure:
+        """The law at the nodes."""
+        return friction_at(self.law, self.model.areas)
+
+    def mean_friction(self, normal: Array) -> float:
+        """What friction carries at normal forces (m,) N over their sum; 0 without contact."""
+        if self.law.is_coulomb:
+            return self.law.coefficient
+        pressed = np.maximum(normal, 0.0)
+        return float(self.friction.bound(pressed).sum() / max(pressed.sum(), 1e-300))
+
+    @property
+    def friction_coefficient(self) -> float:
+        """Coulomb's coefficient. Raises SolverError under another law, which has none."""
+        if not self.law.is_coulomb:
+            raise SolverError(f"this holds for Coulomb's law alone, not for friction {self.law}")
+        return self.law.coefficient
 
     @cached_property
     def self_compliance(self) -> Array:
@@ -107,20 +129,20 @@ class ContactProblem:
         """Nodal forces on the finger (m, dim) N in x, y(, z)."""
         return np.asarray(np.einsum("mab,ma->mb", self.frames, multiplier))
 
-    def with_friction(self, friction_coefficient: float) -> ContactProblem:
-        """The same finger and object with another friction coefficient: nothing is recomputed."""
-        _check_friction(friction_coefficient)
-        return replace(self, friction_coefficient=friction_coefficient)
+    def with_friction(self, friction: float | FrictionLaw) -> ContactProblem:
+        """The same finger and object with another friction coefficient, or law: nothing is
+        recomputed."""
+        return replace(self, law=_law(friction))
 
     def patchy(self, share: Array) -> ContactProblem:
-        """The same with ``share`` (m,) > 0 times the friction coefficient at each node, or times
+        """The same with ``share`` (m,) > 0 times the friction bound at each node, or times
         the share that it has already.
 
         In the tangent plane, forces are counted over the share and slips times it: their product
-        is as before, the compliance stays symmetric, and one coefficient bounds all of them.
+        is as before, the compliance stays symmetric, and one law bounds all of them.
         """
         if not (np.isfinite(share) & (share > 0.0)).all():
-            raise ValueError("shares of the friction coefficient must be finite and > 0")
+            raise ValueError("shares of the friction bound must be finite and > 0")
         scale = np.ones(self.shape)
         scale[:, 1:] = share[:, None]
         flat = scale.ravel()
@@ -154,7 +176,7 @@ class ContactState:
 def contact_problem(
     model: ReducedModel,
     indenter: Indenter,
-    friction_coefficient: float,
+    friction: float | FrictionLaw,
     object_compliance: Array | None = None,
     like: ContactProblem | None = None,
 ) -> ContactProblem:
@@ -164,7 +186,7 @@ def contact_problem(
     nodes. Both bodies yield to the same forces, so compliances add. like: a problem of the same
     compliance, whose turned one is taken over where the object's normals are the same.
     """
-    _check_friction(friction_coefficient)
+    law = _law(friction)
     frames = local_frames(indenter.normal(model.points))
     gap0 = model.surface.mean(indenter.distance(model.surface.points), model.nodes)
     modes = np.einsum("mab,kmb->kma", frames, rigid_modes(model))
@@ -178,12 +200,11 @@ def contact_problem(
     compliance = np.ascontiguousarray(turned.reshape(m * dim, m * dim))
     if not (np.isfinite(compliance).all() and np.isfinite(gap0).all()):
         raise ValueError("compliance or gap hold values that are not finite numbers")
-    return ContactProblem(model, compliance, gap0, frames, modes, float(friction_coefficient))
+    return ContactProblem(model, compliance, gap0, frames, modes, law)
 
 
-def _check_friction(friction_coefficient: float) -> None:
-    if not (np.isfinite(friction_coefficient) and friction_coefficient >= 0.0):
-        raise ValueError(f"friction coefficient {friction_coefficient} must be finite and >= 0")
+def _law(friction: float | FrictionLaw) -> FrictionLaw:
+    return friction if isinstance(friction, FrictionLaw) else FrictionLaw(float(friction))
 
 
 def rigid_modes(model: ReducedModel) -> Array:

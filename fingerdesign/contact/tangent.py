@@ -33,7 +33,7 @@ def force_response(
     m, dim = problem.shape
     motion = np.column_stack([increment.gap, increment.slip_increment])
     rho = 0.05 / problem.self_compliance
-    friction = problem.friction_coefficient
+    friction = problem.friction
     status, _ = classify(increment.multiplier, motion, rho[:, None], friction)
     closed = status != OPEN
     changes = np.zeros((len(modes), m, dim))
@@ -52,7 +52,7 @@ def force_response(
     forces = -(modes * closed[:, None])[:, nodes].reshape(len(modes), -1) @ base.inverse
     moving = np.flatnonzero(status[nodes] == OPEN if turning_back else status[nodes] != STICK)
     if len(moving):  # the others stick
-        system = System(base.inverse, moving, rho[nodes], friction)
+        system = System(base.inverse, moving, rho[nodes], friction.at(nodes))
         mine = nodes[moving]
         point = system.at(
             increment.multiplier[mine].reshape(-1), motion[mine].reshape(-1), status[mine]

@@ -20,6 +20,7 @@ from itertools import combinations, product
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.friction import Coulomb
 from fingerdesign.contact.increment import Increment, solve_increment
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.contact.solver.newton import newton
@@ -66,8 +67,7 @@ def other_solutions(
         for one, other in list(combinations(found, 2))[:starts]:
             for share, factor in product(_SHARES, _FACTORS):
                 between = share * one.multiplier + (1.0 - share) * other.multiplier
-                friction = problem.friction_coefficient
-                result = newton(problem.compliance, offset, friction, between, factor)
+                result = newton(problem.compliance, offset, problem.friction, between, factor)
                 if result.converged:
                     look(result.multiplier)
     return found[1:]
@@ -83,24 +83,29 @@ def _guesses(
 ) -> Iterator[Array]:
     m, dim = problem.shape
     offset = problem.offset(motion, state.slip)
-    compliance, friction = problem.compliance, problem.friction_coefficient
+    compliance, friction = problem.compliance, problem.friction
     rng = np.random.default_rng(0)
+    # A bound that is never reached: everything sticks.
+    stuck = newton(compliance, offset, Coulomb(1e6), np.zeros((m, dim))).multiplier
     if dim == 2:
+        # Of another law by Coulomb's, with the coefficients of the forces that stick.
+        near = friction
+        if not isinstance(near, Coulomb):
+            near = Coulomb(np.array(near.secant(stuck[:, 0])))
         for path in range(starts):
-            result = friction_pivots(compliance, offset, friction, path)
+            result = friction_pivots(compliance, offset, near, path)
             if result.converged:
                 yield result.multiplier
     yield np.zeros((m, dim))
-    # A bound that is never reached: everything sticks.
-    stuck = newton(compliance, offset, 1e6, np.zeros((m, dim))).multiplier
     yield stuck
-    free = newton(compliance, offset, 0.0, np.zeros((m, dim))).multiplier
+    free = newton(compliance, offset, Coulomb(0.0), np.zeros((m, dim))).multiplier
     yield free
     press = np.maximum(free[:, :1], 0.0)
+    bound = friction.bound(press[:, 0])[:, None]
     for start in range(starts):
         angle = 2.0 * np.pi * start / starts
         direction = np.array([np.cos(angle), np.sin(angle)])[: dim - 1]
-        yield np.hstack([press, friction * press * direction])
+        yield np.hstack([press, bound * direction])
         share = rng.uniform(0.0, 1.0, (m, 1))
         mixed = share * stuck + (1.0 - share) * free
         yield np.where(mixed[:, :1] > 0.0, mixed, 0.0)

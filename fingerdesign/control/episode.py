@@ -281,8 +281,9 @@ def run_episodes(
     A grip by the paper's rule is run a second time with the rule off, where ``without_rule`` asks
     for it: ``slips_without_rule`` and ``trace.without_rule``. plates: numbers of those whose gages
     the problem's model has, None for all; opposite: the other finger of a lift, None for a mirror
-    image; estimator: the regulator's, which is given the noise of the table's hardware. Raises
-    SolverError where the calibration itself fails.
+    image; estimator: the regulator's, which is given the noise of the table's hardware. A problem
+    of another law than Coulomb's keeps its law: the coefficient is then for oracle and judge alone
+    (contact/gross_slip.py). Raises SolverError where the calibration itself fails.
     """
     grip = design.rig
     rig = Rig(problem, design.gages.face, grip, plates, opposite)
@@ -291,11 +292,13 @@ def run_episodes(
     if estimator is not None and grip.hardware.gage_noise_microstrain > 0.0:
         estimator = estimator.at_noise(grip.hardware.gage_noise_microstrain)
 
+    law = "" if problem.law.is_coulomb else str(problem.law)
+
     def run(number: int, friction: float, hand: Controller) -> Episode:
         plant = rig.plant(friction, object_mass_g, number)
         after = grip.hold_steps
         episode = run_episode(plant, hand, calibration, bounds, friction, object_mass_g, after)
-        return replace(episode, result=judged_warnings(episode, grip))
+        return replace(episode, result=replace(judged_warnings(episode, grip), friction_law=law))
 
     episodes = []
     for number, friction in enumerate(friction_coefficients):

@@ -1,6 +1,7 @@
 """A scene: the object that touches the finger, the path it is moved along, what is read out."""
 
 from collections.abc import Iterator
+from math import inf
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -17,11 +18,13 @@ from fingerdesign.design.base import (
     holds,
     key_fields,
     own_keys,
+    positive,
     refuse,
     refuse_key,
 )
 from fingerdesign.design.digest import content_digest
 from fingerdesign.runtime.registry import SCENE_OBJECTS
+from fingerdesign.shapes.friction import FrictionLaw
 from fingerdesign.shapes.objects import RigidObject, SceneShape
 
 _BOTH_FORCES = (
@@ -29,6 +32,14 @@ _BOTH_FORCES = (
     "give both forces in N; shear_z and twist are held at 0",
 )
 LEAST_FORCE_N = 1e-6  # below it rounding of the model outweighs the force
+# Keys of [object] that a law of friction needs, and those that it takes besides.
+_LAWS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "coulomb": ((), ()),
+    "capped": ((), ("shear_strength_MPa", "shear_limit_MPa")),
+    "shear_strength": (("shear_strength_MPa",), ()),
+    "power": (("friction_exponent", "reference_pressure_MPa"), ()),
+}
+_LAW_KEYS = tuple(dict.fromkeys(key for law in _LAWS.values() for keys in law for key in keys))
 _COLUMNS = "[approach, shear], [approach, shear, shear_z] or [approach, shear, shear_z, twist_deg]"
 
 
@@ -67,13 +78,49 @@ class SceneObject(Table):
     turn_deg: float = bounded(
         0.0, -180, 180, "turned about y after the tilt: an edge, or a slope, of any direction"
     )
-    friction_coefficient: float = bounded(0.5, 0, 10, "Coulomb: tangential <= mu x normal")
+    friction_coefficient: float = bounded(
+        0.5, 0, 10, "Coulomb: tangential <= mu x normal; mu of the other laws"
+    )
+    friction_law: Literal["coulomb", "capped", "shear_strength", "power"] = Field(
+        default="coulomb",
+        description="largest shear traction at a pressure p: coulomb: mu p | capped: shear_strength"
+        " + mu p, up to shear_limit | shear_strength: that alone, wherever there is contact | "
+        "power: mu p (p / reference_pressure)^-friction_exponent; but coulomb all at most 10 p",
+    )
+    shear_strength_MPa: float | None = positive(
+        None, 1e3, "shear_strength, and capped: shear traction that needs no pressure"
+    )
+    shear_limit_MPa: float | None = positive(None, 1e3, "capped: no pressure carries more")
+    friction_exponent: float | None = bounded(
+        None,
+        0,
+        0.9,
+        "power: n; friction falls with load^-n under a flat end, load^(-n/3) of a sphere",
+    )
+    reference_pressure_MPa: float | None = positive(
+        None, 1e3, "power: the pressure at which the friction coefficient is mu"
+    )
+
+    @property
+    def law(self) -> FrictionLaw:
+        """The friction of the object's surface."""
+        if self.friction_law == "coulomb":
+            return FrictionLaw(self.friction_coefficient)
+        strength = self.shear_strength_MPa or 0.0
+        if self.friction_law == "shear_strength":
+            return FrictionLaw(0.0, strength)
+        if self.friction_law == "capped":
+            limit = inf if self.shear_limit_MPa is None else self.shear_limit_MPa
+            return FrictionLaw(self.friction_coefficient, strength, limit)
+        exponent, reference = self.friction_exponent or 0.0, self.reference_pressure_MPa or 1.0
+        return FrictionLaw(self.friction_coefficient, exponent=exponent, reference=reference)
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
-        """Keys that the shape lacks or has no use for."""
+        """Keys that the shape or the law lacks or has no use for."""
+        yield from self._law_misfits()
         shape, own = self._shape, own_keys(SCENE_OBJECTS, self.shape)
         for name, info in type(self).model_fields.items():
-            if info.default is not None or name in own:
+            if info.default is not None or name in own or name in _LAW_KEYS:
                 continue
             value = getattr(self, name)
             if name in shape.needs and value is None:
@@ -86,6 +133,31 @@ class SceneObject(Table):
             if getattr(self, name) != without:
                 bound = f"{without} for this {self.shape}: it would change nothing"
                 yield refuse_key(self, f"object.{name}", bound, "remove it")
+
+    def _law_misfits(self) -> Iterator[PydanticCustomError]:
+        """Keys of friction that the law lacks or has no use for."""
+        law, (needs, takes) = self.friction_law, _LAWS[self.friction_law]
+        for name in _LAW_KEYS:
+            value = getattr(self, name)
+            if name in needs and value is None:
+                bound, remedy = f"given for friction_law '{law}'", f"add {name} to [object]"
+                yield refuse("(absent)", bound, remedy, f"object.{name}")
+            if name not in (*needs, *takes) and value is not None:
+                bound, remedy = f"left out for friction_law '{law}'", "remove it, or set the law"
+                yield refuse(value, bound, remedy, f"object.{name}")
+        if law == "shear_strength" and "friction_coefficient" in self.model_fields_set:
+            bound = "left out for friction_law 'shear_strength': it would change nothing"
+            yield refuse_key(self, "object.friction_coefficient", bound, "remove it")
+        if law != "capped":
+            return
+        strength, limit = self.shear_strength_MPa, self.shear_limit_MPa
+        if strength is None and limit is None:
+            bound = "given, or shear_strength_MPa, for friction_law 'capped'"
+            remedy = "add one of them, or set friction_law = 'coulomb'"
+            yield refuse("(absent)", bound, remedy, "object.shear_limit_MPa")
+        elif limit is not None and limit <= (strength or 0.0):
+            remedy = "raise it, or set friction_law = 'shear_strength'"
+            yield refuse(limit, "over shear_strength_MPa", remedy, "object.shear_limit_MPa")
 
     @property
     def _shape(self) -> SceneShape:

@@ -140,6 +140,8 @@ class GripResult:
     Of an object with inertia: slid_mm through the fingers while it hung; caught: the last slide
     ended by sticking, None where nothing slid; catch_s: the longest that a catch took; swing_Hz:
     of the object on the fingers, as it was lifted. gross_slip is true of what was caught too.
+    friction_law: empty for Coulomb's; under another one, friction_coefficient is half the weight
+    over the least normal force that holds it.
     """
 
     controller: str
@@ -173,10 +175,11 @@ class GripResult:
     steps_to_lift: int | None = None
     unsure: bool | None = None
     reaction_steps: int | None = None
+    friction_law: str = ""
 
     @property
     def least_force_N(self) -> float:
-        """Least normal force that holds the object, m g / 2 mu."""
+        """Least normal force that holds the object, m g / 2 mu by the coefficient of its weight."""
         return weight_per_finger(self.object_mass_g) / self.friction_coefficient
 
     @property

@@ -84,6 +84,10 @@ def sensitivity(
     scene = scene if isinstance(scene, Scene | None) else load_scene(scene)
     case = Case(design, scene, fidelity, grips=False, fields=False)
     own = case.path_scene if scene is None else scene
+    if not own.object.law.is_coulomb:
+        law, bound = own.object.friction_law, "'coulomb': derivatives know no other law"
+        remedy = "set object.friction_law = 'coulomb'"
+        raise DesignError([Fault("object.friction_law", f"'{law}'", bound, remedy)])
     wanted = parameters_of(design, own, tuple(parameters))
 
     def work(zone: Zone) -> Sensitivity:

@@ -145,14 +145,14 @@ def usable_rows(truth: Answer, scene: Scene) -> tuple[int, int, str]:
 
     What comes after complete slip is left out too: it depends on how far the finger slid.
     """
-    found, friction = truth.readings, scene.object.friction_coefficient
+    found, law = truth.readings, scene.object.law
     least = max(LEAST_FORCE_N, _LEAST_PRESS * float(found.normal_force.max(initial=0.0)))
     presses = found.normal_force >= least
     first = int(np.argmax(presses)) if presses.any() else found.rows
     pulled = np.abs(found.tangential_force)
     slips = found.stick_ratio < COMPLETE_SLIP[truth.dimension]
-    if scene.object.tilt_deg == 0.0:
-        slips = slips | (pulled > FULL_SLIP * friction * found.normal_force)
+    if scene.object.tilt_deg == 0.0 and law.is_coulomb:
+        slips = slips | (pulled > FULL_SLIP * law.coefficient * found.normal_force)
     stops = np.flatnonzero((slips | ~presses)[first:])
     last = first + int(stops[0]) if len(stops) else found.rows
     notes = [f"{_rows(first)} before it presses"] if first else []

@@ -151,6 +151,24 @@ def test_a_finger_that_feels_nothing_cannot_grip(tmp_path, terminal):
     assert "plates.count" in terminal("grip", path, "--out", tmp_path / "out", code=2).err
 
 
+def test_grips_take_a_level_planes_friction_and_no_other(folder, tmp_path, terminal):
+    scene, out = tmp_path / "scene.toml", tmp_path / "out"
+    scene.write_text("object.tilt_deg = 3.0\npath.increments_mm = [[0.1, 0.0]]\n")
+    own = ["grip", folder / "fine.toml", "--out", out, "--scene", scene]
+    assert "level plane" in terminal(*own, code=2).err
+    scene.write_text(
+        "object = {friction_law = 'shear_strength', shear_strength_MPa = 0.1}\n"
+        "path.increments_mm = [[0.1, 0.0]]\n"
+    )
+    relaxing = tmp_path / "relaxing.toml"
+    text = (folder / "fine.toml").read_text()
+    relaxing.write_text(f'{text}plant = "lift"\nrelaxation_per_minute = 0.1\n')
+    given = ["grip", relaxing, "--out", out, "--scene", scene]
+    assert "grip.relaxation_per_minute = 0.1" in terminal(*given, code=2).err
+    assert "leave one" in terminal(*own, "--friction", "0.3", code=2).err
+    assert not out.exists()
+
+
 def test_a_faulty_option_is_one_fault_that_names_it(folder, tmp_path, terminal):
     options = ["--friction", "0", "--mass-g", "-3", "--controller", "magic"]
     out = tmp_path / "out"

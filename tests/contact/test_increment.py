@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fingerdesign.contact.friction import Coulomb
 from fingerdesign.contact.increment import ContactState, solve_increment
 from fingerdesign.contact.laws import OPEN, SLIP, Certificate, certify
 from fingerdesign.contact.measures import completely_slips
@@ -88,8 +89,10 @@ def test_what_cannot_be_solved_is_an_error_with_a_reason():
 
 def test_newton_counts_its_steps_from_one():
     offset, answer = np.array([[-1.0, 0.2]]), np.array([[1.0, -0.2]])  # it sticks
-    assert newton(np.eye(2), offset, 0.5, answer).iterations == 1
-    assert newton(np.eye(2), offset, 0.5, np.zeros((1, 2)), max_iterations=1).iterations == 1
+    assert newton(np.eye(2), offset, Coulomb(0.5), answer).iterations == 1
+    assert (
+        newton(np.eye(2), offset, Coulomb(0.5), np.zeros((1, 2)), max_iterations=1).iterations == 1
+    )
 
 
 def test_motions_and_frictions_that_cannot_be_are_refused():
@@ -144,12 +147,14 @@ def of(node, part, force=None, motion=None):
     if motion is not None:
         moved[node, part] = motion
     total = np.array([1.0, -6.0, 0.0])
-    return certify(forces, moved, COMPLIANCE, FRICTION, -total, total)
+    return certify(forces, moved, COMPLIANCE, Coulomb(FRICTION), -total, total)
 
 
 def test_the_laws_hold_or_forces_do_not_balance_or_there_is_no_number():
     assert of(0, 0, force=2.0).laws < 1e-12
-    found = certify(FORCES, MOTION, COMPLIANCE, FRICTION, np.zeros(3), np.array([0.0, -0.6, 0.0]))
+    found = certify(
+        FORCES, MOTION, COMPLIANCE, Coulomb(FRICTION), np.zeros(3), np.array([0.0, -0.6, 0.0])
+    )
     assert found.balance == pytest.approx(0.1)
     assert of(0, 0, force=np.nan) == Certificate(*4 * [np.inf])
 

@@ -50,9 +50,7 @@ def test_the_kernel_judges_an_answer_as_numpy_does(shape, spoilt, request, libra
         def _before(self, slip, answer):
             return start
 
-    tracker = Started(
-        library, problem.compliance, problem.self_compliance, problem.friction_coefficient
-    )
+    tracker = Started(library, problem.compliance, problem.self_compliance, problem.friction)
     mine = tracker.outcome(problem, before.state, found)
     theirs = outcome(problem, before.state, found, start)
     for law in fields(theirs.certificate):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from fingerdesign.contact.friction import Coulomb
 from fingerdesign.contact.increment import ContactState, solve_increment
 from fingerdesign.contact.laws import natural_residual
 from fingerdesign.contact.problem import Motion, contact_problem
@@ -37,7 +38,9 @@ def random_problem(m, dim, seed):
 
 def worst(compliance, offset, friction, force):
     motion = (compliance @ force.ravel()).reshape(force.shape) + offset
-    residual = natural_residual(force, motion, np.diag(compliance)[:: force.shape[1]], friction)
+    residual = natural_residual(
+        force, motion, np.diag(compliance)[:: force.shape[1]], Coulomb(friction)
+    )
     return np.abs(residual).max() / np.abs(force).max()
 
 
@@ -46,7 +49,7 @@ def test_pivots_always_find_an_answer(friction):
     """An answer exists for every friction coefficient, and the path leads to one."""
     for seed in range(40):
         compliance, offset = random_problem(10, 2, seed)
-        found = friction_pivots(compliance, offset, friction)
+        found = friction_pivots(compliance, offset, Coulomb(friction))
         assert found.converged
         assert worst(compliance, offset, friction, found.multiplier) < 1e-9
 
@@ -57,7 +60,7 @@ def test_pivots_on_ties():
     x = np.linspace(-1.0, 1.0, m)
     compliance = np.kron(np.exp(-np.abs(x[:, None] - x[None, :])), np.eye(2))
     for offset in (np.full((m, 2), -1.0), np.column_stack([x**2 - 0.5, np.zeros(m)])):
-        found = friction_pivots(compliance, offset, 1.0)
+        found = friction_pivots(compliance, offset, Coulomb(1.0))
         assert found.converged
         assert worst(compliance, offset, 1.0, found.multiplier) < 1e-9
 
@@ -65,7 +68,9 @@ def test_pivots_on_ties():
 @pytest.mark.parametrize("waiting", [1, 2, 7])
 def test_exchanges_that_wait_change_no_answer(monkeypatch, waiting):
     """With one waiting exchange each is made at once; others end in the middle of a path."""
-    problems = [(*random_problem(12, 2, seed), 10.0 ** (0.1 * seed - 1.0)) for seed in range(20)]
+    problems = [
+        (*random_problem(12, 2, seed), Coulomb(10.0 ** (0.1 * seed - 1.0))) for seed in range(20)
+    ]
     found = [friction_pivots(*each) for each in problems]
     monkeypatch.setattr(pivots, "_WAITING", waiting)
     for one, each in zip(found, problems, strict=True):
@@ -76,11 +81,11 @@ def test_exchanges_that_wait_change_no_answer(monkeypatch, waiting):
 
 def test_pivots_that_run_out_say_so_and_nothing_touched_needs_no_force():
     compliance, offset = random_problem(10, 2, 1)
-    found = friction_pivots(compliance, offset, 0.5, limit=3)
+    found = friction_pivots(compliance, offset, Coulomb(0.5), limit=3)
     assert not found.converged
     assert not found.multiplier.any()
     offset[:, 0] = np.abs(offset[:, 0]) + 0.1
-    found = friction_pivots(compliance, offset, 1.0)
+    found = friction_pivots(compliance, offset, Coulomb(1.0))
     assert found.converged
     assert not found.multiplier.any()
 
@@ -106,7 +111,9 @@ def test_every_way_leads_to_an_answer(dim):
     """With Newton from the guess and the last forces taken away, what comes next still solves."""
     for seed in range(10):
         compliance, offset = random_problem(8, dim, seed)
-        task = Stalling(compliance, offset, np.ones((8, dim)), 0.6, *2 * [np.zeros((8, dim))])
+        task = Stalling(
+            compliance, offset, np.ones((8, dim)), Coulomb(0.6), *2 * [np.zeros((8, dim))]
+        )
         result, name = solve_task(task)
         assert result.converged
         assert name == ("pivots" if dim == 2 else "newton, walked")
@@ -119,7 +126,7 @@ def test_last_ways_alone(name):
     for seed in range(10):
         compliance, offset = random_problem(8, 3, seed)
         start = np.zeros((8, 3))
-        task = Task(compliance, offset, np.ones((8, 3)), 0.5, start, start)
+        task = Task(compliance, offset, np.ones((8, 3)), Coulomb(0.5), start, start)
         result = way(task, start) if name == "_raise_friction" else way(task, 300, start)
         assert result.converged
         assert worst(compliance, offset, 0.5, result.multiplier) < 1e-9
@@ -129,12 +136,14 @@ def test_gauss_seidel_stops_at_its_limits():
     """Neither sweeps nor seconds are exceeded, and an unfinished answer is not called one."""
     compliance, offset = random_problem(10, 3, 4)
     start = np.zeros((10, 3))
-    few = gauss_seidel(compliance, offset, 0.5, start, sweeps=3, tolerance=1e-14)
+    few = gauss_seidel(compliance, offset, Coulomb(0.5), start, sweeps=3, tolerance=1e-14)
     assert (few.iterations, few.converged) == (3, False)
-    short = gauss_seidel(compliance, offset, 0.5, start, 10**6, tolerance=0.0, time_limit=0.05)
+    short = gauss_seidel(
+        compliance, offset, Coulomb(0.5), start, 10**6, tolerance=0.0, time_limit=0.05
+    )
     assert not short.converged
     assert short.iterations < 10**6
-    full = gauss_seidel(compliance, offset, 0.5, start, 5000, tolerance=1e-11)
+    full = gauss_seidel(compliance, offset, Coulomb(0.5), start, 5000, tolerance=1e-11)
     assert full.converged
     assert worst(compliance, offset, 0.5, full.multiplier) < 1e-10
 

@@ -17,7 +17,7 @@ class ByNumpy(Workspace):
     of = Tracker
 
     def tracker(self, problem):
-        friction = problem.friction_coefficient
+        friction = problem.friction
         if self._tracker is None or self._tracker.friction != friction:
             self._tracker = self.of(problem.compliance, problem.self_compliance, friction)
         return self._tracker

@@ -89,7 +89,12 @@ def lifted(monkeypatch, outcomes):
     monkeypatch.setattr(stages, "run_episodes", episodes)
     design = ranged([50.0, 500.0])
     case = SimpleNamespace(
-        design=design, runs_grips=True, gage_array=(0, 1), estimator=None, for_page=True
+        design=design,
+        runs_grips=True,
+        gage_array=(0, 1),
+        estimator=None,
+        for_page=True,
+        surface=None,
     )
     return [g.object_mass_g for g, _ in stages.run_grips(case, None, None, None)], tried
 

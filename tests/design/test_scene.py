@@ -5,6 +5,7 @@ import pytest
 from fingerdesign.checks.load import parse_design
 from fingerdesign.checks.scene import scene_faults
 from fingerdesign.design.io import judge_scene, parse_scene
+from fingerdesign.shapes.friction import FrictionLaw
 from tests.support.faults import faults_of
 
 PATH = "path.increments_mm = [[0.1, 0.0], [0.2, 0.05], [0.0, 0.05]]\n"
@@ -25,6 +26,33 @@ DESIGN = parse_design('design.name = "a"')
         ("path.increments_mm = 3", "path.increments_mm"),
         (PATH + "object.friction_coefficient = -0.1", "object.friction_coefficient"),
         (PATH + "object.friction = 0.1", "object.friction"),
+        (PATH + 'object.friction_law = "tresca"', "object.friction_law"),
+        (PATH + "object.shear_strength_MPa = 0.1", "object.shear_strength_MPa"),
+        (PATH + 'object.friction_law = "shear_strength"', "object.shear_strength_MPa"),
+        (
+            PATH + 'object = {friction_law = "shear_strength", shear_strength_MPa = -1}',
+            "object.shear_strength_MPa",
+        ),
+        (
+            PATH + "object = {friction_law = 'shear_strength', shear_strength_MPa = 0.1, "
+            "friction_coefficient = 0.3}",
+            "object.friction_coefficient",
+        ),
+        (PATH + 'object.friction_law = "capped"', "object.shear_limit_MPa"),
+        (
+            PATH + "object = {friction_law = 'capped', shear_strength_MPa = 0.2, "
+            "shear_limit_MPa = 0.1}",
+            "object.shear_limit_MPa",
+        ),
+        (
+            PATH + "object = {friction_law = 'power', friction_exponent = 0.3}",
+            "object.reference_pressure_MPa",
+        ),
+        (
+            PATH + "object = {friction_law = 'power', friction_exponent = 1.0, "
+            "reference_pressure_MPa = 0.1}",
+            "object.friction_exponent",
+        ),
         (PATH + "path.substeps = 0", "path.substeps"),
         (PATH + "readout.points_mm = [[0, 1]]", "readout.points_mm[0][2]"),
         (PATH + "design.name = 'a'", "design"),
@@ -54,9 +82,39 @@ def test_wrong_scenes_are_refused_by_key(text, key):
 
 
 @pytest.mark.parametrize(
+    ("line", "law"),
+    [
+        ("", FrictionLaw(0.5)),
+        ("friction_coefficient = 0.3", FrictionLaw(0.3)),
+        (
+            "friction_law = 'capped', shear_strength_MPa = 0.1, shear_limit_MPa = 0.4",
+            FrictionLaw(0.5, 0.1, 0.4),
+        ),
+        ("friction_law = 'capped', shear_limit_MPa = 0.4", FrictionLaw(0.5, 0.0, 0.4)),
+        ("friction_law = 'shear_strength', shear_strength_MPa = 0.1", FrictionLaw(0.0, 0.1)),
+        (
+            "friction_law = 'power', friction_exponent = 0.31, reference_pressure_MPa = 0.2",
+            FrictionLaw(0.5, exponent=0.31, reference=0.2),
+        ),
+    ],
+)
+def test_the_object_has_the_law_that_its_keys_say(line, law):
+    assert parse_scene(f"{PATH}object = {{{line}}}").object.law == law
+
+
+def test_forces_that_coulomb_would_refuse_are_left_to_a_law_of_pressure():
+    """What a contact carries depends on its area then: the path finds out."""
+    rows = PULL + "[[1.0, 0.0], [1.0, 0.9]]\n"
+    assert scene_faults(parse_scene(rows), DESIGN)
+    own = "object = {friction_law = 'shear_strength', shear_strength_MPa = 0.1}"
+    assert not scene_faults(parse_scene(rows + own), DESIGN)
+
+
+@pytest.mark.parametrize(
     "line",
     [
         "object.friction_coefficient = 0.31",
+        "object = {friction_law = 'shear_strength', shear_strength_MPa = 0.1}",
         "object.tilt_deg = 1.0",
         "path.substeps = 2",
         "readout.points_mm = [[0.0, 1.0, 0.0]]",

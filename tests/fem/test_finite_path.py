@@ -7,7 +7,7 @@ import pytest
 
 import fingerdesign.fem.finite.row as row_module
 from fingerdesign import parse_design, parse_scene
-from fingerdesign.analysis.finite_path import finite_readings
+from fingerdesign.analysis.finite_path import finite_faults, finite_readings
 from fingerdesign.analysis.path import object_at_touch, targets
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.path import follow
@@ -202,6 +202,14 @@ def test_half_a_finger_in_space_is_the_whole(rubber):
 def test_what_it_does_not_know_is_refused(design, mesh, values, rows, key):
     with pytest.raises(DesignError, match=key.replace(".", r"\.")):
         finite_readings(with_values(design, values), mesh, ZONE, scene_of(rows))
+
+
+def test_other_laws_than_coulombs_are_refused(design):
+    rough = scene_of(ROWS).object.model_copy(
+        update={"friction_law": "shear_strength", "shear_strength_MPa": 0.1}
+    )
+    scene = scene_of(ROWS).model_copy(update={"object": rough})
+    assert [fault.key for fault in finite_faults(design, scene)] == ["object.friction_law"]
 
 
 def test_what_cannot_be_held_is_refused(rubber, plain):

@@ -134,6 +134,9 @@ def test_what_has_no_known_derivative_is_refused(finger):
         sensitivity(sheets, finger.scene, ["plates.cover_mm"], "plane-strain")
     pulled = finger.scene.model_dump(exclude_unset=True)
     pulled["path"] = {"control": "force", "increments_N": [[2.0, 0.0]]}
+    strong = {"friction_law": "capped", "shear_strength_MPa": 0.1}
+    with pytest.raises(DesignError, match=r"object\.friction_law"):
+        sensitivity(finger.design, scene_of(PATH, **strong), [RUBBER], "plane-strain")
     with pytest.raises(DesignError, match=r"path\.control"):
         sensitivity(finger.design, Scene.model_validate(pulled), [RUBBER], "plane-strain")
 

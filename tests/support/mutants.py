@@ -35,8 +35,13 @@ class Mutant(NamedTuple):
 MUTANTS = """
 contact law: the friction disc is twice as wide
 fingerdesign/contact/laws.py | tests/contact
-- bound = friction_coefficient * projected[:, 0]
-+ bound = 2.0 * friction_coefficient * projected[:, 0]
+- bound = friction.bound(projected[:, 0])
++ bound = 2.0 * friction.bound(projected[:, 0])
+
+friction law: the cap is left out
+fingerdesign/shapes/friction.py | tests/contact/test_friction_laws.py
+- return np.asarray(np.minimum(np.minimum(STEEPEST * normal, free), self.cap * areas))
++ return np.asarray(np.minimum(STEEPEST * normal, free))
 
 contact law: the residual takes penetration for a gap
 fingerdesign/contact/laws.py | tests/contact

@@ -273,7 +273,7 @@ def _compared(
 
 def _status(problem: ContactProblem, offset: Array, forces: Array) -> IntArray:
     motion = (problem.compliance @ forces.reshape(-1)).reshape(offset.shape) + offset
-    return status_of(forces, motion, problem.self_compliance, problem.friction_coefficient)
+    return status_of(forces, motion, problem.self_compliance, problem.friction)
 
 
 def _full(fidelity: str, repeats: int, more: Mapping[str, object] | None = None) -> Row:

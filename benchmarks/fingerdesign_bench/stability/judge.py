@@ -4,8 +4,10 @@ Nothing here uses the production solver or its certificate. Frames, gaps and sli
 reduced model and the object alone; a node is right when it is open, sticks or slides as defined:
 
     open   f = 0,  gap >= 0
-    stick  gap = 0,  no slip,  f_n >= 0,  |f_t| <= mu f_n
-    slip   gap = 0,  f_n >= 0,  f_t = -mu f_n (slip / |slip|)
+    stick  gap = 0,  no slip,  f_n >= 0,  |f_t| <= b(f_n)
+    slip   gap = 0,  f_n >= 0,  f_t = -b(f_n) (slip / |slip|)
+
+with the bound b(f_n) = mu f_n, or that of another law of friction.
 
 Its violation is the least, over the three, of the worst term, with forces relative to the largest
 nodal force and lengths to what that force moves its own node by.
@@ -17,9 +19,11 @@ from functools import cached_property
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.friction import Friction, friction_at
 from fingerdesign.contact.problem import Motion
 from fingerdesign.contact.solver.gauss_seidel import gauss_seidel
 from fingerdesign.reduced import ReducedModel
+from fingerdesign.shapes.friction import FrictionLaw
 from fingerdesign.shapes.objects import Indenter
 
 SHARP = 1e-8  # violation of an answer that is exact but for rounding
@@ -39,11 +43,16 @@ class Past:
 
 @dataclass(frozen=True)
 class Judge:
-    """A body, an object and a friction coefficient, read from the model alone."""
+    """A body, an object and a friction law, read from the model alone."""
 
     model: ReducedModel
     indenter: Indenter
-    friction: float
+    law: FrictionLaw
+
+    @cached_property
+    def friction(self) -> Friction:
+        """The law at the nodes."""
+        return friction_at(self.law, self.model.areas)
 
     @cached_property
     def normals(self) -> Array:
@@ -94,7 +103,7 @@ class Judge:
         moved = np.sqrt(np.sum(slip**2, axis=1))
         direction = slip / np.maximum(moved, 1e-300)[:, None]
         sizes = np.sqrt(np.sum(drag**2, axis=1))
-        bound = self.friction * press
+        bound = self.law.bound(press, self.model.areas)
         touching = np.maximum(-press / newton, np.abs(gap) / length)
         opens = np.max([np.abs(press) / newton, sizes / newton, -gap / length], axis=0)
         sticks = np.max([touching, moved / length, (sizes - bound) / newton], axis=0)
@@ -159,7 +168,7 @@ class Judge:
         return turn @ self.model.compliance @ turn.T, offset, frames
 
 
-def _swept(compliance: Array, offset: Array, friction: float) -> Array | None:
+def _swept(compliance: Array, offset: Array, friction: Friction) -> Array | None:
     """Gauss-Seidel from nothing to 1e-11; the production solver's last resort starts elsewhere."""
     start = np.zeros_like(offset)
     found = gauss_seidel(compliance, offset, friction, start, 2000, 1e-11, _SECONDS)
@@ -188,11 +197,11 @@ def _frames(normals: Array) -> Array:
 def fixed_bound(
     compliance: Array,
     offset: Array,
-    friction: float,
+    friction: Friction,
     tolerance: float = 1e-10,
     budget: int = 4000,
 ) -> Array | None:
-    """Forces (m, dim): p from a bound mu p of the round before until it no longer changes.
+    """Forces (m, dim): p from a bound b(p) of the round before until it no longer changes.
 
     Each round minimises 1/2 f C f + w f over p >= 0, |t| <= bound: Haslinger's fixed point. None
     where the rounds do not settle (they need not for a large friction coefficient) within
@@ -209,7 +218,7 @@ def fixed_bound(
     while budget > 0:
         force, spent = _descend(matrix, load, step, bound, force, dim)
         budget -= spent
-        before, bound = bound, friction * force[::dim]
+        before, bound = bound, weight * friction.bound(force[::dim] / weight)
         change = float(np.abs(bound - before).max())
         if change <= tolerance * max(float(np.abs(force).max()), 1e-300):
             force, _ = _descend(matrix, load, step, bound, force, dim)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.friction import Coulomb
 from fingerdesign.contact.solver.gauss_seidel import gauss_seidel
 from fingerdesign.errors import SolverError
 
@@ -117,7 +118,7 @@ def sweeps(
     compliance: Array, offset: Array, friction: float, start: Array, seconds: float
 ) -> Array:
     """Projected Gauss-Seidel from the last forces (contact.sweeps)."""
-    found = gauss_seidel(compliance, offset, friction, start, _SWEEPS, _TOLERANCE, seconds)
+    found = gauss_seidel(compliance, offset, Coulomb(friction), start, _SWEEPS, _TOLERANCE, seconds)
     if not found.converged:
         raise SolverError(
             f"Gauss-Seidel: residual {found.residual:.0e} after {found.iterations} sweeps"

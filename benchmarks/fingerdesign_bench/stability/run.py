@@ -19,6 +19,7 @@ from fingerdesign.contact.increment import Workspace, ZoneExhausted, solve_incre
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion, contact_problem
 from fingerdesign.errors import SolverError
 from fingerdesign.reduced import ReducedModel
+from fingerdesign.shapes.friction import FrictionLaw
 from fingerdesign_bench.stability.cases import Case
 from fingerdesign_bench.stability.judge import LOOSE, SHARP, Judge, Past, same_total
 from fingerdesign_bench.stability.rivals import Rival, penalty, plain_newton, sweeps
@@ -87,7 +88,7 @@ class TimeIsUp(Exception):
 def run_case(case: Case, model: ReducedModel) -> list[CaseResult]:
     """The outcome of every method on one case."""
     problem = contact_problem(model, case.indenter, case.friction)
-    judge = Judge(model, case.indenter, case.friction)
+    judge = Judge(model, case.indenter, problem.law)
     stored: list[tuple[Past, Motion, Array | None]] = []
     steppers = [(PRODUCTION, _production(problem), _PRODUCTION_CLAIM)]
     if not case.under_force:
@@ -95,6 +96,13 @@ def run_case(case: Case, model: ReducedModel) -> list[CaseResult]:
     return [
         _follow(case, name, step, Trial(judge, claim, stored)) for name, step, claim in steppers
     ]
+
+
+def run_production(case: Case, model: ReducedModel, law: FrictionLaw) -> CaseResult:
+    """The outcome of the production solver on one case, under another law of friction."""
+    problem = contact_problem(model, case.indenter, law)
+    trial = Trial(Judge(model, case.indenter, law), _PRODUCTION_CLAIM, [])
+    return _follow(case, PRODUCTION, _production(problem), trial)
 
 
 def _production(problem: ContactProblem) -> Stepper:

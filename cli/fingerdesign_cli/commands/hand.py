@@ -21,6 +21,7 @@ from fingerdesign_cli.options import (
     out_option,
     output_options,
     result_options,
+    scene_option,
     workers_option,
 )
 
@@ -49,6 +50,10 @@ def _finite(
     metavar="G",
     type=MASSES,
     help="The object's mass, or a range: 500, 50..500. Instead of grip.object_mass_g.",
+)
+@scene_option(
+    "A scene whose object's friction, by whatever law, the grips meet, one lift each mass. "
+    "Instead of grip.friction_coefficients."
 )
 @model_option
 @estimator_option(

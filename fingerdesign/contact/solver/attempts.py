@@ -2,9 +2,10 @@
 
 Small steps follow from the increment before (tracking.py). Of the others, Newton from the last
 forces solves all but a few in a thousand. The rest mostly has a large friction coefficient: an
-answer always exists, but there may be several. In the plane, complementary pivots find one for
-certain. In 3-D the answer is approached along the motion, along the friction coefficient, and by
-Gauss-Seidel. Each attempt has a limit of iterations, so that nothing can hang.
+answer always exists, but there may be several. In the plane, complementary pivots find one of
+Coulomb's law for certain; other laws are approached by it, each node with the coefficient that its
+last force gives. In 3-D the answer is approached along the motion, along the friction coefficient,
+and by Gauss-Seidel. Each attempt has a limit of iterations, so that nothing can hang.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from functools import partial
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.friction import Coulomb, Friction
 from fingerdesign.contact.solver.active_inverse import ActiveInverse
 from fingerdesign.contact.solver.gauss_seidel import gauss_seidel
 from fingerdesign.contact.solver.guess import active_set_guess
@@ -26,9 +28,10 @@ Attempt = Callable[[Array], NewtonResult]
 
 _WARM = 16  # Iterations from the guess; after more, another start is faster.
 _CUTS = (2, 8)  # Pieces of the motion; they carry the iterate, not the friction history.
-_SHARES = (0.0, 0.25, 0.5, 0.7, 0.85, 1.0)  # Steps of the friction coefficient.
+_SHARES = (0.0, 0.25, 0.5, 0.7, 0.85, 1.0)  # Steps of the friction bound.
 _FACTORS = (0.01, 0.5)  # Other augmentations of Newton; 0.05 is the ordinary one.
 _PATHS = 3  # Paths of pivots; the first fails only by rounding.
+_COULOMB = 12  # Answers of Coulomb's law on the way to another law's.
 _SWEEPS = (100, 1000, 3000)  # Sweeps of Gauss-Seidel, each time followed by Newton.
 
 
@@ -44,15 +47,16 @@ class Task:
     compliance: Array
     offset: Array
     before: Array
-    friction_coefficient: float
+    friction: Friction
     start: Array
     guess: Array
     inverse: ActiveInverse | None = None
     try_slow_methods: bool = True
 
     def newton(self, start: Array, factor: float = 0.05, most: int = 40) -> NewtonResult:
-        friction = self.friction_coefficient
-        return newton(self.compliance, self.offset, friction, start, factor, self.inverse, most)
+        return newton(
+            self.compliance, self.offset, self.friction, start, factor, self.inverse, most
+        )
 
     def warm(self) -> NewtonResult:
         """Newton from the guess, its contact updated: mostly 3 to 6 steps.
@@ -61,7 +65,7 @@ class Task:
         """
         guess = self.guess
         if not np.array_equal(self.offset[:, 0], self.before[:, 0]) or not guess.any():
-            guess = active_set_guess(self.compliance, self.offset, guess, self.friction_coefficient)
+            guess = active_set_guess(self.compliance, self.offset, guess, self.friction)
         return self.newton(guess, most=_WARM)
 
 
@@ -87,9 +91,12 @@ def _attempts(task: Task) -> Iterator[tuple[str, Attempt]]:
     yield "newton, warm", lambda best: task.warm()
     yield "newton", lambda best: task.newton(task.start)
     yield "newton, other augmentation", lambda best: task.newton(task.start, _FACTORS[0])
-    if task.offset.shape[1] == 2:
-        for path in range(_PATHS):
-            yield "pivots", partial(_pivots, task, path)
+    if isinstance(task.friction, Coulomb):
+        if task.offset.shape[1] == 2:
+            for path in range(_PATHS):
+                yield "pivots", partial(_pivots, task, task.friction, path)
+    else:
+        yield "coulomb, newton", partial(_by_coulomb, task)
     for pieces in _CUTS:
         yield "newton, walked", partial(_walk, task, pieces)
     for factor in _FACTORS[1:]:
@@ -101,8 +108,28 @@ def _attempts(task: Task) -> Iterator[tuple[str, Attempt]]:
         yield "gauss-seidel, newton", partial(_sweep, task, sweeps)
 
 
-def _pivots(task: Task, path: int, best: Array) -> NewtonResult:
-    return friction_pivots(task.compliance, task.offset, task.friction_coefficient, path)
+def _pivots(task: Task, friction: Coulomb, path: int, best: Array) -> NewtonResult:
+    return friction_pivots(task.compliance, task.offset, friction, path)
+
+
+def _by_coulomb(task: Task, best: Array) -> NewtonResult:
+    """Newton from answers of Coulomb's law, with coefficients that the last answer's forces give.
+
+    The first are those of the mean force of the nodes in contact.
+    """
+    force, spent = best, 0
+    typical = np.mean(force[force[:, 0] > 0.0, 0]) if (force[:, 0] > 0.0).any() else 0.0
+    pressed = np.where(force[:, 0] > 0.0, force[:, 0], typical)
+    for _ in range(_COULOMB):
+        coulomb = Coulomb(np.array(task.friction.secant(pressed)))
+        found, _ = solve_task(replace(task, friction=coulomb, start=force, guess=force))
+        result = task.newton(found.multiplier)
+        spent += found.iterations + result.iterations
+        if result.converged:
+            break
+        force = found.multiplier
+        pressed = 0.5 * (pressed + np.maximum(force[:, 0], 0.0))
+    return replace(result, iterations=spent)
 
 
 def _walk(task: Task, pieces: int, best: Array) -> NewtonResult:
@@ -113,9 +140,8 @@ def _walk(task: Task, pieces: int, best: Array) -> NewtonResult:
 
 
 def _raise_friction(task: Task, best: Array) -> NewtonResult:
-    """Newton from the frictionless answer, the friction coefficient growing to its own."""
-    whole = task.friction_coefficient
-    parts = [replace(task, friction_coefficient=share * whole) for share in _SHARES]
+    """Newton from the frictionless answer, the friction bound growing to its own."""
+    parts = [replace(task, friction=task.friction.scaled(share)) for share in _SHARES]
     return _along(parts, np.zeros_like(task.start))
 
 
@@ -131,7 +157,7 @@ def _along(parts: Sequence[Task], guess: Array) -> NewtonResult:
 
 def _sweep(task: Task, sweeps: int, best: Array) -> NewtonResult:
     """Gauss-Seidel, then Newton from its result; the better of both."""
-    swept = gauss_seidel(task.compliance, task.offset, task.friction_coefficient, best, sweeps)
+    swept = gauss_seidel(task.compliance, task.offset, task.friction, best, sweeps)
     result = task.newton(swept.multiplier)
     spent = swept.iterations + result.iterations
     if not result.converged and swept.residual < result.residual:

@@ -13,6 +13,7 @@ import time
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.friction import Friction
 from fingerdesign.contact.solver.newton import NewtonResult, relative_residual
 
 _LOOK = 10  # Sweeps between two checks of the residual and the clock.
@@ -21,7 +22,7 @@ _LOOK = 10  # Sweeps between two checks of the residual and the clock.
 def gauss_seidel(
     compliance: Array,
     offset: Array,
-    friction_coefficient: float,
+    friction: Friction,
     start: Array,
     sweeps: int = 500,
     tolerance: float = 1e-8,
@@ -40,6 +41,7 @@ def gauss_seidel(
     tangential = (diagonal[:, 1] if dim == 2 else _largest(compliance, m, dim)).tolist()
     force = start.copy()
     rows = compliance.reshape(m, dim, m * dim)
+    own = [friction.at(node) for node in range(m)]
     best, best_residual = force.copy(), np.inf
     until = time.process_time() + time_limit
     sweep = 0
@@ -47,10 +49,10 @@ def gauss_seidel(
         # Computed again at each look, so that rounding of the updates does not add up.
         motion = (compliance @ force.reshape(-1)).reshape(m, dim) + offset
         for _ in range(min(_LOOK, sweeps - sweep)):
-            _one_sweep(force, motion, rows, normal_diagonal, tangential, friction_coefficient)
+            _one_sweep(force, motion, rows, normal_diagonal, tangential, own)
             sweep += 1
         motion = (compliance @ force.reshape(-1)).reshape(m, dim) + offset
-        residual = relative_residual(force, motion, diagonal[:, 0], friction_coefficient)
+        residual = relative_residual(force, motion, diagonal[:, 0], friction)
         if residual < best_residual:
             best, best_residual = force.copy(), residual
         if residual <= tolerance:
@@ -66,7 +68,7 @@ def _one_sweep(
     rows: Array,
     normal_diagonal: list[float],
     tangential: list[float],
-    friction_coefficient: float,
+    friction: list[Friction],
 ) -> None:
     """Visit each node once; ``force`` and ``motion`` (m, dim) are changed in place."""
     flat = motion.reshape(-1)
@@ -78,7 +80,7 @@ def _one_sweep(
                 flat -= force[i] @ rows[i]
                 force[i] = 0.0
             continue
-        change, bound = normal - old[0], friction_coefficient * normal
+        change, bound = normal - old[0], float(friction[i].bound(np.asarray(normal)))
         dim = len(old)
         own = rows[i, 1:, i * dim].tolist()
         trial = [old[k] - (moved[k] + change * own[k - 1]) / tangential[i] for k in range(1, dim)]

@@ -11,14 +11,13 @@ import numpy as np
 from scipy.linalg.lapack import dposv
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.friction import Friction
 from fingerdesign.contact.laws import project
 
 _STEPS = 12  # Newton corrects what is still wrong after so many steps.
 
 
-def active_set_guess(
-    compliance: Array, offset: Array, guess: Array, friction_coefficient: float
-) -> Array:
+def active_set_guess(compliance: Array, offset: Array, guess: Array, friction: Friction) -> Array:
     """Guess admissible forces (m, dim): normal ones that close the gap under ``guess``'s pull.
 
     compliance (m dim, m dim), offset (m, dim) as in newton.newton. Never fails: a guess.
@@ -45,4 +44,4 @@ def active_set_guess(
             break
         closed = now
     pull[:, 0] = np.maximum(normal, 0.0)
-    return project(pull, friction_coefficient)
+    return project(pull, friction)

@@ -92,11 +92,48 @@ static double length_of(const double *vector, int size)
     return size == 1 ? fabs(vector[0]) : sqrt(vector[0] * vector[0] + vector[1] * vector[1]);
 }
 
+/* Friction as in shapes/friction.py, laid out as in kernel.py: bounds of forces, areas (m,) mm^2; a
+   law without areas is Coulomb's. */
+typedef struct {
+    double coefficient, strength, cap, exponent, reference, steepest;
+    const double *areas;
+} Law;
+
+/* mu p0^n p^(1 - n) of a node, as a force. */
+static double rising(const Law *law, double area, double pressed)
+{
+    if (law->exponent == 0.0)
+        return law->coefficient * pressed;
+    double scale = law->coefficient * pow(law->reference * area, law->exponent);
+    return scale * pow(pressed, 1.0 - law->exponent);
+}
+
+static double bound_of(const Law *law, int64_t node, double normal)
+{
+    if (!law->areas)
+        return law->coefficient * normal;
+    double area = law->areas[node];
+    double free = law->strength * area + rising(law, area, fmax(normal, 0.0));
+    return fmin(fmin(law->steepest * normal, free), law->cap * area);
+}
+
+static double slope_of(const Law *law, int64_t node, double normal)
+{
+    if (!law->areas)
+        return law->coefficient;
+    double area = law->areas[node], pressed = fmax(normal, 0.0), top = law->cap * area;
+    double rise = rising(law, area, pressed), free = law->strength * area + rise;
+    if (law->steepest * normal <= free && law->steepest * normal <= top)
+        return law->steepest;
+    return free < top ? (1.0 - law->exponent) * rise / pressed : 0.0;
+}
+
 /* One path's increments on one compliance and friction. Of m nodes: compliance, rho. Of the base's
    k nodes, size = k dim: the rest. */
 typedef struct {
     int m, dim, n;
-    double friction, length;
+    double length;
+    Law law;
     const double *compliance, *rho;
 
     int k, size;
@@ -138,8 +175,8 @@ void follower_free(Follower *f)
     free(f);
 }
 
-/* NULL where memory is short. ``compliance`` and ``rho`` must outlive it. */
-Follower *follower_new(int m, int dim, double friction, double length, const double *compliance,
+/* NULL where memory is short. ``compliance``, ``rho`` and the law's areas must outlive it. */
+Follower *follower_new(int m, int dim, const Law *law, double length, const double *compliance,
                        const double *rho)
 {
     Follower *f = calloc(1, sizeof *f);
@@ -155,7 +192,7 @@ Follower *follower_new(int m, int dim, double friction, double length, const dou
         return NULL;
     }
     f->m = m, f->dim = dim, f->n = (int)n;
-    f->friction = friction, f->length = length;
+    f->law = *law, f->length = length;
     f->compliance = compliance, f->rho = rho;
     double **each[] = {&f->own_rho, &f->force, &f->rest,  &f->u,       &f->rows, &f->direction,
                        &f->trial,   &f->step,  &f->moved, &f->turn,    &f->right, &f->here,
@@ -259,7 +296,7 @@ static double evaluate(Follower *f, const unsigned char *given)
             tried[a] = force[a] - f->own_rho[i] * motion[a];
         }
         double size = length_of(tried + 1, dim - 1);
-        int status = tried[0] > 0.0 ? (size > f->friction * tried[0] ? SLIP : STICK) : OPEN;
+        int status = tried[0] > 0.0 ? (size > bound_of(&f->law, f->nodes[i], tried[0]) ? SLIP : STICK) : OPEN;
         if (given)
             status = given[i];
         f->status[i] = (unsigned char)status;
@@ -271,7 +308,7 @@ static double evaluate(Follower *f, const unsigned char *given)
             f->trial[f->slides] = size;
             f->sliding[f->slides++] = i;
             e[0] = tried[1] / size;
-            rows[1] = e[0] * force[1] - f->friction * force[0];
+            rows[1] = e[0] * force[1] - bound_of(&f->law, f->nodes[i], force[0]);
             if (dim == 3) {
                 e[1] = tried[2] / size;
                 rows[1] += e[1] * force[2];
@@ -290,14 +327,15 @@ static double evaluate(Follower *f, const unsigned char *given)
 static void weigh(Follower *f, int s)
 {
     int i = f->sliding[s];
-    const double *force = f->force + 3 * i, *e = f->direction + 2 * s;
+    const double *force = f->force + f->dim * i, *e = f->direction + 2 * s;
     double *weights = f->weights + 6 * s, *turn = f->turn + 2 * s;
     memset(weights, 0, 6 * sizeof *weights);
-    weights[0] = -f->friction, weights[1] = e[0];
+    weights[0] = -slope_of(&f->law, f->nodes[i], force[0]), weights[1] = e[0];
     if (f->dim == 2)
         return;
     weights[2] = e[1];
-    double bound = f->friction * fmax(force[0], 0.0), along = e[0] * force[1] + e[1] * force[2];
+    double bound = bound_of(&f->law, f->nodes[i], fmax(force[0], 0.0));
+    double along = e[0] * force[1] + e[1] * force[2];
     /* Near the answer 1 - q is small, and right only with the force itself. */
     if (!(fabs(along - bound) < CLOSE * bound))
         along = bound;
@@ -444,8 +482,9 @@ static int opposed(const Follower *f, double scale)
         const double *force = f->force + i;
         double slip[2] = {f->rest[i + 1] + f->u[i + 1], f->rest[i + 2] + f->u[i + 2]}, off[2];
         double length = length_of(slip, 2);
+        double bound = bound_of(&f->law, f->nodes[f->sliding[s]], force[0]);
         for (int a = 0; a < 2; a++)
-            off[a] = force[1 + a] + f->friction * force[0] * slip[a] / fmax(length, 1e-300);
+            off[a] = force[1 + a] + bound * slip[a] / fmax(length, 1e-300);
         if (!(fmin(length_of(off, 2), length / f->length) <= OPPOSED * scale))
             return 0;
     }
@@ -613,7 +652,8 @@ int follower_runs_short(Follower *f)
 /* What a certificate and a state are made of, of m nodes and one object: as in laws.py, problem.py. */
 typedef struct {
     int m, dim;
-    double friction, typical;          /* mm/N: a node's normal compliance, the median */
+    double typical;                    /* mm/N: a node's normal compliance, the median */
+    Law law;
     const double *self_compliance;     /* (m,) */
     const double *frames;              /* (m, dim, dim): rows n, t1(, t2) */
     const double *readout;             /* (dim, m dim): the base's reaction to contact forces */
@@ -684,7 +724,7 @@ static void certify(const Judged *p, const Account *a)
     for (int i = 0; i < m; i++) {
         const double *force = a->multiplier + i * dim, *motion = a->motion + i * dim;
         product = fmax(product, fabs(fmin(force[0] / scale, motion[0] / length)));
-        double bound = p->friction * fmax(force[0], 0.0), moved = length_of(motion + 1, dim - 1);
+        double bound = bound_of(&p->law, i, fmax(force[0], 0.0)), moved = length_of(motion + 1, dim - 1);
         outside = fmax(outside, length_of(force + 1, dim - 1) - bound);
         double power = bound * moved; /* maximum dissipation: bound |d| + lambda_t . d = 0 */
         for (int b = 1; b < dim; b++)
@@ -703,10 +743,12 @@ static int leave(const Judged *p, const Account *a)
     int dim = p->dim, at_rim = 0;
     for (int i = 0; i < p->m; i++) {
         const double *force = a->multiplier + i * dim, *motion = a->motion + i * dim;
-        double own = p->self_compliance[i], tried[3], limit = p->friction * force[0];
+        double own = p->self_compliance[i], tried[3], limit = bound_of(&p->law, i, force[0]);
         for (int b = 0; b < dim; b++)
             tried[b] = force[b] - motion[b] / own;
-        int slides = length_of(tried + 1, dim - 1) > p->friction * (1.0 + ON_LIMIT) * tried[0];
+        double over = p->law.areas ? (1.0 + ON_LIMIT) * bound_of(&p->law, i, tried[0])
+                                   : p->law.coefficient * (1.0 + ON_LIMIT) * tried[0];
+        int slides = length_of(tried + 1, dim - 1) > over;
         int status = tried[0] > 0.0 ? STICK + slides : OPEN;
         double moved = length_of(motion + 1, dim - 1);
         int limited = length_of(force + 1, dim - 1) >= limit - ON_LIMIT * a->certificate[4];

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cython_blas, cython_lapack
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.contact.friction import ByPressure, Coulomb, Friction
 from fingerdesign.contact.laws import Certificate, coded, lengths
 from fingerdesign.contact.outcome import Answer, Outcome
 from fingerdesign.contact.problem import ContactProblem, ContactState
@@ -34,7 +35,7 @@ _AT, _REAL, _INT = ctypes.c_void_p, ctypes.c_double, ctypes.c_int
 _AT_ONCE = 3  # Open nodes that join the working set at a time.
 _SIGNATURES = {
     "bind_blas": (None, _AT),
-    "follower_new": (_AT, _INT, _INT, _REAL, _REAL, _AT, _AT),
+    "follower_new": (_AT, _INT, _INT, _AT, _REAL, _AT, _AT),
     "follower_free": (None, _AT),
     "follower_base": (None, _AT, _INT, _AT, _AT),
     "follower_begin": (_INT, *6 * [_AT], _REAL, _INT, _INT, _REAL, *3 * [_AT]),
@@ -73,12 +74,33 @@ def _routine(module: Any, name: str) -> int | None:
     return pointer(capsule, types) if b"int *" in types.replace(b"_int *", b"") else None
 
 
+class _Law(ctypes.Structure):
+    """Friction in the layout of kernel.c; no areas: Coulomb's law."""
+
+    _fields_ = [
+        *((name, _REAL) for name in ("coefficient", "strength", "cap", "exponent", "reference")),
+        ("steepest", _REAL),
+        ("areas", _AT),
+    ]
+
+    @staticmethod
+    def of(friction: Friction) -> tuple[_Law, Array | None]:
+        """The law, and the areas that must outlive it."""
+        if isinstance(friction, Coulomb):
+            return _Law(friction.coefficient, 0.0, np.inf, 0.0, 1.0, np.inf, None), None
+        assert isinstance(friction, ByPressure)
+        law, areas = friction.law, np.ascontiguousarray(friction.areas, dtype=np.float64)
+        own = law.coefficient, law.strength, law.cap, law.exponent, law.reference, law.steepest
+        return _Law(*own, address(areas)), areas
+
+
 class _Judged(ctypes.Structure):
     """The problem's data in the layout of kernel.c."""
 
     _fields_ = [
         *((name, _INT) for name in ("m", "dim")),
-        *((name, _REAL) for name in ("friction", "typical")),
+        ("typical", _REAL),
+        ("law", _Law),
         *((name, _AT) for name in ("self_compliance", "frames", "readout", "balanced", "rim")),
     ]
 
@@ -89,27 +111,29 @@ class CompiledTracker(Tracker):
     starts = True
 
     def __init__(
-        self, library: ctypes.CDLL, compliance: Array, self_compliance: Array, friction: float
+        self, library: ctypes.CDLL, compliance: Array, self_compliance: Array, friction: Friction
     ) -> None:
         super().__init__(compliance, self_compliance, friction)
         self._library = library
         m = len(self_compliance)
+        law, self._areas = _Law.of(friction)
         self._follower = library.follower_new(
-            m, len(compliance) // m, friction, self._length, address(compliance), address(self._rho)
+            *(m, len(compliance) // m, ctypes.addressof(law), self._length),
+            *(address(compliance), address(self._rho)),
         )
         if not self._follower:
             raise MemoryError(f"no memory to follow {m} contact nodes")
         self._end = weakref.finalize(self, library.follower_free, self._follower)
         self._bound: WorkingSet | None = None
         self._problem: ContactProblem | None = None
-        self._about: tuple[_Judged, list[Array]]
+        self._about: tuple[_Judged, list[Array | None]]
 
     def start(self, offset: Array, guess: Array) -> Answer | None:
         largest = float(guess[:, 0].max(initial=0.0))
         if not largest > 0.0:
             return None
         yielded = (self.compliance @ guess.reshape(-1)).reshape(guess.shape)
-        limit = (1.0 - 1e-9) * self.friction * guess[:, 0]
+        limit = self.friction.bound(guess[:, 0], 1.0 - 1e-9)
         status = coded(lengths(guess[:, 1:]) >= limit, guess[:, 0] > 0.0)
         none = np.zeros(0)
         ahead = np.zeros_like(guess)
@@ -206,13 +230,14 @@ class CompiledTracker(Tracker):
             sources = [own, problem.frames, model.reaction_readout, model.balanced, model.rim]
             kinds = [np.float64, np.float64, np.float64, np.bool_, np.bool_]
             arrays = [np.ascontiguousarray(*each) for each in zip(sources, kinds, strict=True)]
+            law, areas = _Law.of(problem.friction)
             judged = _Judged(
                 *problem.shape,
-                problem.friction_coefficient,
                 problem.typical_compliance,
+                law,
                 *map(address, arrays),
             )
-            self._problem, self._about = problem, (judged, arrays)
+            self._problem, self._about = problem, (judged, [*arrays, areas])
         return ctypes.addressof(self._about[0])
 
     def _bind(self, base: WorkingSet | None) -> None:
@@ -236,7 +261,7 @@ def address(array: NDArray[Any]) -> int:
         return int(array.ctypes.data)
 
 
-def tracker_of(compliance: Array, self_compliance: Array, friction: float) -> Tracker:
+def tracker_of(compliance: Array, self_compliance: Array, friction: Friction) -> Tracker:
     """Build the compiled tracker, or the numpy one where there is no compiler."""
     library = kernel()
     if library is None:

@@ -3,10 +3,11 @@
 Rows of a node's laws, with trial forces f - rho v, their direction e, and t across it:
 
     sticking: v = 0;        open: f = 0;
-    sliding:  v_n = 0,      e.f_t - mu f_n = 0,      t.f_t = 0.
+    sliding:  v_n = 0,      e.f_t - b(f_n) = 0,      t.f_t = 0.
 
 e turns with the trial force, so that the last row's derivative is (1 - q) t.df + rho q t.dv with
-q = mu f_n / |trial|. Sticking needs no unknown, sliding two (one in the plane), an open node all.
+q = b(f_n) / |trial|, b the friction bound. Sticking needs no unknown, sliding two (one in the
+plane), an open node all.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs, sgetrf, sgetrs
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.contact.friction import Friction
 from fingerdesign.contact.laws import OPEN, SLIP, coded, lengths
 from fingerdesign.contact.solver.active_inverse import Scratch, dofs_of
 
@@ -51,7 +53,7 @@ class System:
     """The laws of c candidates, ``nodes`` (c,) of the base whose inverse compliance is given.
 
     Unknown are their motions x (c dim,), which make forces start + response @ x. rho (k,): of the
-    base's nodes.
+    base's nodes, as is friction.
     """
 
     def __init__(
@@ -59,10 +61,10 @@ class System:
         inverse: Array,
         nodes: IntArray,
         rho: Array,
-        friction: float,
+        friction: Friction,
         scratch: Scratch = np.empty,
     ) -> None:
-        self.nodes, self.friction, self.rho = nodes, friction, rho[nodes]
+        self.nodes, self.friction, self.rho = nodes, friction.at(nodes), rho[nodes]
         self.dim = len(inverse) // len(rho)
         self.stiffness = float(rho.mean())  # N/mm: makes forces of motions
         self.dofs = dofs_of(nodes, self.dim)
@@ -104,7 +106,7 @@ class System:
         size = lengths(tangential)
         if status is None:
             pressed = tried[:, 0]
-            status = coded(size > friction * pressed, pressed > 0.0)
+            status = coded(size > friction.bound(pressed), pressed > 0.0)
         # By the status: the force of open nodes, the motion of sticking ones, of sliding ones the
         # normal part of it.
         fixed = _FIXED[dim].take(status, 0).reshape(-1)
@@ -113,11 +115,12 @@ class System:
         s = (status == SLIP).nonzero()[0]
         size = np.maximum(size.take(s), 1e-300)
         direction, slid = tangential.take(s, 0) / size[:, None], force.take(s, 0)
+        bound = friction.at(s).bound(slid[:, 0])
         if dim == 2:
-            rows[s, 1] = direction[:, 0] * slid[:, 1] - friction * slid[:, 0]
+            rows[s, 1] = direction[:, 0] * slid[:, 1] - bound
         else:
-            (one, two), (normal, first, second) = direction.T, slid.T
-            rows[s, 1] = one * first + two * second - friction * normal
+            (one, two), (_, first, second) = direction.T, slid.T
+            rows[s, 1] = one * first + two * second - bound
             rows[s, 2] = one * second - two * first
         return Point(rows, force, motion, status, s, direction, size)
 
@@ -160,13 +163,17 @@ class Factors:
         """K (s, dim - 1, dim), D (s, dim - 1): rows change by K df, the last by D dv besides."""
         system, direction = self.system, point.direction
         weights = np.zeros((*direction.shape, system.dim))
-        weights[:, 0, 0] = -system.friction
+        normal, friction = (
+            point.force.take(point.sliding, 0)[:, 0],
+            system.friction.at(point.sliding),
+        )
+        weights[:, 0, 0] = -friction.slope(normal)
         weights[:, 0, 1:] = direction
         if system.dim == 2:
             return weights, direction
-        normal, first, second = point.force.take(point.sliding, 0).T
+        _, first, second = point.force.take(point.sliding, 0).T
         one, two = direction.T
-        bound = system.friction * np.maximum(normal, 0.0)
+        bound = friction.bound(np.maximum(normal, 0.0))
         along = one * first + two * second
         # Near the answer 1 - q is small, and right only with the force itself.
         along = np.where(np.abs(along - bound) < _CLOSE * bound, along, bound)

@@ -4,7 +4,7 @@ Unknown: nodal forces lambda (m, dim), local. With gap and slip increment v = C 
 natural map with an augmentation rho_i = factor / C_ii,
 
     F_n = lambda_n - max(0, lambda_n - rho gap)
-    F_t = lambda_t - disc(mu lambda_n)(lambda_t - rho slip)
+    F_t = lambda_t - disc(b(lambda_n))(lambda_t - rho slip)
 
 is linearised at each node by its status. Open nodes drop out, closed ones have no gap, sticking
 ones no slip: the unknowns left are the slips of sliding nodes. In 2-D a small factor
@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.contact.friction import Friction
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths, natural_residual
 from fingerdesign.contact.solver.active_inverse import ActiveInverse, block, dofs_of
 
@@ -41,7 +42,7 @@ class NewtonResult:
 def newton(
     compliance: Array,
     offset: Array,
-    friction_coefficient: float,
+    friction: Friction,
     start: Array,
     factor: float = 0.05,
     inverse: ActiveInverse | None = None,
@@ -60,18 +61,18 @@ def newton(
     best, best_residual = multiplier, np.inf
     rounding = 1e-12 * float(np.abs(offset).max())
     for iteration in range(1, max_iterations + 1):
-        status, trial = classify(multiplier, motion, rho, friction_coefficient)
+        status, trial = classify(multiplier, motion, rho, friction)
         closed = np.flatnonzero(status != OPEN)
         try:
             if inverse is None or not len(inverse.nodes):
                 inverse = ActiveInverse.of(compliance, closed, dim)
             inverse = inverse.moved_to(compliance, closed, dim)
-            here = _Iterate(friction_coefficient, rho, multiplier, motion, status, trial)
+            here = _Iterate(friction, rho, multiplier, motion, status, trial)
             multiplier = _linear_step(compliance, here, inverse)
         except np.linalg.LinAlgError:
             return NewtonResult(best, best_residual, iteration, False)
         was, motion = motion, (compliance @ multiplier.reshape(-1)).reshape(m, dim) + offset
-        residual = relative_residual(multiplier, motion, self_compliance, friction_coefficient)
+        residual = relative_residual(multiplier, motion, self_compliance, friction)
         if not np.isfinite(residual):
             return NewtonResult(best, best_residual, iteration, False)
         if residual < best_residual:
@@ -90,10 +91,10 @@ def _left(motion: Array, status: IntArray) -> float:
 
 
 def relative_residual(
-    multiplier: Array, motion: Array, self_compliance: Array, friction_coefficient: float
+    multiplier: Array, motion: Array, self_compliance: Array, friction: Friction
 ) -> float:
     """Largest natural residual over the largest normal force (or over gap / C_ii if none)."""
-    residual = natural_residual(multiplier, motion, self_compliance, friction_coefficient)
+    residual = natural_residual(multiplier, motion, self_compliance, friction)
     scale = float(np.abs(multiplier[:, 0]).max())
     if scale == 0.0:
         scale = float(np.abs(motion[:, 0] / self_compliance).max())
@@ -101,12 +102,12 @@ def relative_residual(
 
 
 def classify(
-    multiplier: Array, motion: Array, rho: Array, friction_coefficient: float
+    multiplier: Array, motion: Array, rho: Array, friction: Friction
 ) -> tuple[IntArray, Array]:
     """Status (m,) by the projections, and the trial forces lambda - rho v (m, dim)."""
     trial = multiplier - rho * motion
     status = np.full(len(multiplier), STICK, dtype=np.int64)
-    bound = friction_coefficient * np.maximum(trial[:, 0], 0.0)
+    bound = friction.bound(np.maximum(trial[:, 0], 0.0))
     status[lengths(trial[:, 1:]) > bound] = SLIP
     status[trial[:, 0] <= 0.0] = OPEN
     return status, trial
@@ -116,7 +117,7 @@ def classify(
 class _Iterate:
     """Forces, gaps and slips (m, dim) of an iteration, statuses (m,), trial forces (m, dim)."""
 
-    friction_coefficient: float
+    friction: Friction
     rho: Array
     multiplier: Array
     motion: Array
@@ -151,7 +152,7 @@ def _slips(here: _Iterate, active: ActiveInverse, sliding: IntArray, forces: Arr
 
     With e a node's trial direction, q = bound / |trial| and Q = q (I - e e^T), the linearised law
 
-        (I - Q) f_t - mu e f_n + rho Q d,       f = forces + G_d d,
+        (I - Q) f_t - b' e f_n + rho Q d,       f = forces + G_d d,
 
     equals that of the iterate less its residual F_t.
     """
@@ -159,12 +160,13 @@ def _slips(here: _Iterate, active: ActiveInverse, sliding: IntArray, forces: Arr
     count, dim = len(nodes), here.multiplier.shape[1]
     size = lengths(here.trial[nodes, 1:])
     direction = here.trial[nodes, 1:] / size[:, None]
-    bound = here.friction_coefficient * np.maximum(here.multiplier[nodes, 0], 0.0)
+    friction, pressed = here.friction.at(nodes), np.maximum(here.multiplier[nodes, 0], 0.0)
+    bound = friction.bound(pressed)
     ratio = np.minimum(bound / size, 1.0)[:, None, None]
     # In plane strain there is no direction to turn to: turn is zero.
     turn = ratio * (np.eye(dim - 1) - direction[:, :, None] * direction[:, None, :])
     stay = np.eye(dim - 1) - turn
-    pull = here.friction_coefficient * direction
+    pull = friction.slope(pressed)[:, None] * direction
 
     columns = tangential_dofs(sliding, dim)
     tangential = block(active.inverse, columns, columns).reshape(count, dim - 1, -1)

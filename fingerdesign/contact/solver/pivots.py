@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.friction import Coulomb
 from fingerdesign.contact.solver.newton import NewtonResult, relative_residual
 
 _SEED = 1990
@@ -29,7 +30,7 @@ _ACCEPTED = 1e-10  # natural residual; the caller's certificate is the judge
 
 
 def friction_pivots(
-    compliance: Array, offset: Array, friction_coefficient: float, seed: int = 0, limit: int = 4000
+    compliance: Array, offset: Array, friction: Coulomb, seed: int = 0, limit: int = 4000
 ) -> NewtonResult:
     """Forces (m, 2) of an increment in the plane; ``iterations`` are pivots.
 
@@ -38,20 +39,21 @@ def friction_pivots(
     ``limit`` pivots or the precision of doubles did not suffice.
     """
     m = len(offset)
+    friction_of = np.broadcast_to(np.asarray(friction.coefficient, dtype=float), m)
     nothing = NewtonResult(np.zeros((m, 2)), np.inf, limit, False)
     unit = float(np.median(np.diag(compliance)))
     length = max(float(np.abs(offset).max()), 1e-300)
-    table = _Table(compliance / unit, offset / length, friction_coefficient, seed)
+    table = _Table(compliance / unit, offset / length, friction_of, seed)
     try:
         ended = table.stick() and table.release(limit)
         if not ended:
             return nothing
-        force = _on_status(compliance, offset, friction_coefficient, *table.status())
+        force = _on_status(compliance, offset, friction_of, *table.status())
     except (np.linalg.LinAlgError, FloatingPointError):
         return nothing
     motion = (compliance @ force.reshape(-1)).reshape(m, 2) + offset
     own = np.diag(compliance)[::2]
-    residual = relative_residual(force, motion, own, friction_coefficient)
+    residual = relative_residual(force, motion, own, friction)
     return NewtonResult(force, residual, table.pivots, residual <= _ACCEPTED)
 
 
@@ -63,7 +65,7 @@ class _Table:
     An exchange adds a product of a column and a row; the table is ``body`` + ``left @ right``.
     """
 
-    def __init__(self, compliance: Array, offset: Array, friction: float, seed: int) -> None:
+    def __init__(self, compliance: Array, offset: Array, friction: Array, seed: int) -> None:
         m = self.m = len(offset)
         nn, nt = compliance[::2, ::2], compliance[::2, 1::2]
         tn, tt = compliance[1::2, ::2], compliance[1::2, 1::2]
@@ -72,9 +74,9 @@ class _Table:
         eye, none, one, zero = np.eye(m), np.zeros((m, m)), np.ones((m, 1)), np.zeros((m, 1))
         self.body = np.block(
             [
-                [nn - friction * nt, nt, none, -(nt @ beta)[:, None], offset[:, :1], one],
-                [tn - friction * tt, tt, eye, -(tt @ beta)[:, None], offset[:, 1:], zero],
-                [2.0 * friction * eye, -eye, none, 2.0 * beta[:, None], zero, zero],
+                [nn - nt * friction, nt, none, -(nt @ beta)[:, None], offset[:, :1], one],
+                [tn - tt * friction, tt, eye, -(tt @ beta)[:, None], offset[:, 1:], zero],
+                [2.0 * np.diag(friction), -eye, none, 2.0 * beta[:, None], zero, zero],
             ]
         )
         self.left = np.empty((3 * m, _WAITING))
@@ -174,7 +176,7 @@ class _Table:
 def _on_status(
     compliance: Array,
     offset: Array,
-    friction: float,
+    friction: Array,
     closed: NDArray[np.bool_],
     direction: NDArray[np.int64],
 ) -> Array:
@@ -185,7 +187,7 @@ def _on_status(
     # f = shape @ x: normal forces of closed nodes, then tangential ones of stuck nodes.
     shape = np.zeros((2 * m, len(nodes) + len(stuck)))
     shape[2 * nodes, np.arange(len(nodes))] = 1.0
-    shape[2 * nodes + 1, np.arange(len(nodes))] = -friction * direction[nodes]
+    shape[2 * nodes + 1, np.arange(len(nodes))] = -friction[nodes] * direction[nodes]
     shape[2 * stuck + 1, len(nodes) + np.arange(len(stuck))] = 1.0
     rows = np.concatenate([2 * nodes, 2 * stuck + 1])
     found = np.linalg.solve(compliance[rows] @ shape, -offset.reshape(-1)[rows])

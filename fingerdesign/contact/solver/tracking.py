@@ -25,6 +25,7 @@ import numpy as np
 from scipy.linalg.blas import dsymv
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.contact.friction import Friction
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
 from fingerdesign.contact.outcome import Answer, Outcome, outcome
 from fingerdesign.contact.problem import ContactProblem, ContactState
@@ -114,7 +115,7 @@ class Tracker:
 
     starts = False
 
-    def __init__(self, compliance: Array, self_compliance: Array, friction: float) -> None:
+    def __init__(self, compliance: Array, self_compliance: Array, friction: Friction) -> None:
         self.compliance, self.friction = compliance, friction
         self._half = compliance.T
         self._rho = _FACTOR / self_compliance
@@ -282,12 +283,13 @@ class Tracker:
             if not beyond.any() and np.count_nonzero(needed) > _LOOSE * len(held.nodes):
                 return held
         force, rho = known.multiplier[base.nodes], self._rho[base.nodes]
-        needed |= lengths(force[:, 1:]) > _NEAR * self.friction * force[:, 0]
+        friction = self.friction.at(base.nodes)
+        needed |= lengths(force[:, 1:]) > friction.bound(force[:, 0], _NEAR)
         most = np.count_nonzero(needed) > _BULK * len(status)
         if small or most or np.count_nonzero(astray) > _STRAY:
             needed[:] = True
         nodes = needed.nonzero()[0]
-        self._system = System(base.inverse, nodes, rho, self.friction, self._systems)
+        self._system = System(base.inverse, nodes, rho, friction, self._systems)
         return self._system
 
     def _whole(
@@ -299,7 +301,7 @@ class Tracker:
         moved = np.zeros(len(start))
         moved[system.dofs] = x
         force = (start + dsymv(1.0, base.half, moved)).reshape(-1, system.dim)
-        lost = lengths(force[:, 1:]) > self.friction * force[:, 0]
+        lost = lengths(force[:, 1:]) > self.friction.at(base.nodes).bound(force[:, 0])
         lost[system.nodes] = False
         return force, np.asarray(lost)
 
@@ -322,7 +324,7 @@ class Tracker:
         for iteration in range(_MOST):
             point = system.at(begin + system.response @ x, rest + x, status)
             residual = float(np.abs(point.rows).max(initial=0.0)) / scale
-            if residual <= TOLERANCE and iteration and self._opposed(point, scale):
+            if residual <= TOLERANCE and iteration and self._opposed(system, point, scale):
                 return x, point, residual, iteration
             if not np.isfinite(residual):
                 return None
@@ -336,13 +338,13 @@ class Tracker:
             status, last = None, max(residual, 1e-30)
         return None
 
-    def _opposed(self, point: Point, scale: float) -> bool:
+    def _opposed(self, system: System, point: Point, scale: float) -> bool:
         """True if friction opposes each slip that is not negligible."""
         if point.force.shape[1] == 2:
             return True
         slip, force = point.motion[point.sliding, 1:], point.force[point.sliding]
         length = lengths(slip)
-        bound = self.friction * force[:, :1]
+        bound = system.friction.at(point.sliding).bound(force[:, 0])[:, None]
         astray = lengths(force[:, 1:] + bound * slip / np.maximum(length, 1e-300)[:, None])
         off = np.minimum(astray, length / self._length)
         return bool(off.max(initial=0.0) <= _OPPOSED * scale)

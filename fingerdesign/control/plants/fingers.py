@@ -198,7 +198,7 @@ class MirrorPair:
                 raise OutOfReach(0.0)
             return ForceSlope(carried, float(trials.stiffness()[1, 1]), normal, trials.limit())
 
-        here, friction = trials.state.motion.shear, trials.problem.friction_coefficient
+        here, friction = trials.state.motion.shear, trials.problem.law.steepest
         _until_sliding(evaluate, here, trials.softest, friction)
         return self._held(trials.last)
 
@@ -257,7 +257,7 @@ class DifferentPair:
 
     def slide(self, closing: float) -> PairState:
         between = self._between(closing)
-        friction = self.problem.friction_coefficient
+        friction = self.problem.law.steepest
         _until_sliding(between.carried_at, self._shear, between.softest, friction)
         return self._held(between.held())
 
@@ -330,13 +330,16 @@ def _until_sliding(
     evaluate: Callable[[float], ForceSlope | None],
     here: float,
     softest: float,
-    friction_coefficient: float,
+    friction: float,
 ) -> None:
-    """Shear on from ``here`` until all slides toward +x, or nothing is touched: the last trial."""
+    """Shear on from ``here`` until all slides toward +x, or nothing is touched: the last trial.
+
+    friction: the most that a node carries over its normal force.
+    """
     with suppress(OutOfReach):
         first = evaluate(here)
         if first is None:
             raise SolverError("the fingers' answer to a closing was not found: close less a step")
-        most = _REACH * (1.0 + friction_coefficient) * first.scale
+        most = _REACH * (1.0 + friction) * first.scale
         rising_root(evaluate, most, here, here, softest)
         raise SolverError(f"friction carries {most:.4g} N and more: no slide can be followed")

@@ -37,6 +37,7 @@ from fingerdesign.control.plants.plant import Truth, observe
 from fingerdesign.control.plants.slide import Inertia, frequency, slide
 from fingerdesign.control.signals import Sample, gage_readings
 from fingerdesign.design.grip import Grip, Tug, WeightChange, lifting_tugs, mass_at, pull_at
+from fingerdesign.shapes.friction import FrictionLaw
 
 _RELAXES_s = 0.1  # T
 _BEGUN = 1e-6  # mm: so far the last node has slid that begins to
@@ -145,7 +146,8 @@ class LiftPlant:
     support is where the object is first touched. kinetic_share: of either finger's friction, what
     is left where it slides (contact/history.py).
 
-    Raises ValueError where a tug upward exceeds the weight: nothing would hold the object then.
+    Raises ValueError where a tug upward exceeds the weight: nothing would hold the object then; and
+    for rubber that relaxes under another law than Coulomb's, whose bounds do not scale with forces.
     """
 
     def __init__(
@@ -160,6 +162,10 @@ class LiftPlant:
     ) -> None:
         if not (isfinite(object_mass_g) and object_mass_g > 0.0):
             raise ValueError(f"a mass of {object_mass_g} g must be over 0")
+        if not problem.law.is_coulomb and (timed.relaxation or timed.rubber):
+            raise ValueError(
+                f"forces of rubber that relaxes do not scale at friction {problem.law}"
+            )
         self._timed = timed
         self._face, kind = face, Kind(timed.rubber, kinetic_share, timed.warming)
         self._fingers: MirrorPair | DifferentPair = MirrorPair(problem, kind)
@@ -194,16 +200,16 @@ class LiftPlant:
         grip: Grip,
         problem: ContactProblem,
         face: str,
-        friction_coefficient: float,
+        friction: float | FrictionLaw,
         object_mass_g: float,
         opposite: ContactProblem | None = None,
     ) -> LiftPlant:
         """Read a design's ``[grip]`` table, both fingers at one friction."""
         return LiftPlant(
-            problem.with_friction(friction_coefficient),
+            problem.with_friction(friction),
             face,
             object_mass_g,
-            None if opposite is None else opposite.with_friction(friction_coefficient),
+            None if opposite is None else opposite.with_friction(friction),
             [*grip.tugs, *grip.weight_changes],
             Timed.of(grip),
             grip.kinetic_share,

@@ -63,18 +63,23 @@ class Rig:
         return calibrated(bench, self.face, self.grip.hardware, rng, bounds, self.plates)
 
     def plant(self, friction_coefficient: float, object_mass_g: float, number: int = 0) -> Plant:
-        """A fresh plant; grips of the same ``number`` meet the same noise."""
+        """A fresh plant; grips of the same ``number`` meet the same noise.
+
+        Where the problem's law is not Coulomb's it stays, and the coefficient sets nothing.
+        """
+        own = self.problem.law
+        friction = friction_coefficient if own.is_coulomb else own
         rng = stream(self.grip.seed, "noise of a grip", number)
         inner: Plant
         if self.grip.plant == "finger":
-            problem = self.problem.with_friction(friction_coefficient)
+            problem = self.problem.with_friction(friction)
             inner = CondensedPlant(problem, self.face, self.grip.kinetic_share)
         else:
             inner = LiftPlant.of(
                 self.grip,
                 self.problem,
                 self.face,
-                friction_coefficient,
+                friction,
                 object_mass_g,
                 self.opposite,
             )
