@@ -108,7 +108,11 @@ def _show(report: MoldData, folder: Path, general: Collection[str]) -> None:
     for warning in report["warnings"]:
         if details() or warning not in general:
             say_marked(SIGNS["warning"], warning)
+    if report["leads"] is not None and report["leads"]["reason"] is None:
+        say_marked("", report["leads"]["sentences"][0])
     say(_summary(report), bold=True)
+    for line in report["sensor"]["fix"]:
+        say(f"  fix  {line}")
     click.echo(f"{report['seconds']:.0f} s; report: {folder / 'report.html'}")
 
 

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 from fingerdesign.mold import tables
 from fingerdesign.mold.base_plan import plan_svg, plan_words
-from fingerdesign.mold.record import MOST_ERROR, MoldData
-from fingerdesign.records.verdict import Status, Verdict, VerdictView
+from fingerdesign.mold.leads import MOST
+from fingerdesign.mold.ready import MOST_ERROR
+from fingerdesign.mold.record import MoldData
+from fingerdesign.records.verdict import Fix, Status, Verdict, VerdictView
 from fingerdesign.report.page import (
     Bullets,
     Fold,
@@ -53,7 +55,7 @@ def mold_html(data: MoldData, pictures: Pictures | None, missing: str = "") -> s
         sections=[each for each in sections if each.items],
         record=list(_record(data)),
         first=first,
-        view=VerdictView(data["design"], "", data["seconds"], tuple(_verdicts(data))),
+        view=VerdictView(data["design"], "", data["seconds"], tuple(_verdicts(data)), _fixes(data)),
         style=(TEMPLATES / "mold.css").read_text(encoding="utf-8"),
     )
     return page_html(page)
@@ -92,10 +94,18 @@ def _verdicts(data: MoldData) -> Iterator[Verdict]:
         status: Status = "fail" if error > MOST_ERROR else "pass"
         number = f"a reading changes by up to {100 * error:.0f} %"
         yield Verdict(status, "plates' places", number, f"target ≤ {100 * MOST_ERROR:.0f} %")
+    if (price := data["sensor"]["lead_error"]) is not None:
+        status = "fail" if price > MOST else "pass"
+        number = f"a reading changes by up to {100 * price:.2g} %"
+        yield Verdict(status, "leads", number, f"target ≤ {100 * MOST:.0f} %")
     if data["plates"]:
         yield Verdict("pass" if gage else "fail", "gage on sale", gage or "none fits the plates")
     if data["parts"]:
         yield Verdict("note", "parts", f"{len(data['parts'])} parts and {_bolts(data)} bolts")
+
+
+def _fixes(data: MoldData) -> tuple[Fix, ...]:
+    return tuple(Fix(line, "ready as a sensor, with the others") for line in data["sensor"]["fix"])
 
 
 def _bolts(data: MoldData) -> int:

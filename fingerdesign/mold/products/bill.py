@@ -158,13 +158,13 @@ def _gages(casting: Casting, gages: int) -> Iterator[ItemData]:
         size += f": {found.name}, {long:g} mm x {wide:g} mm in all"
     yield _item("strain gage", gages, "bought", material, size)
     plates = gages // own.faces
-    metres = math.ceil(own.leads * plates * WIRE_MM / 1000.0)
-    wire = casting.design.mold.wire_mm / _BUNDLE[own.leads]
+    metres = math.ceil(own.lead_count * plates * WIRE_MM / 1000.0)
+    wire = casting.design.mold.wire_mm / _BUNDLE[own.lead_count]
     thin = f", {wire:.2g} mm or thinner over its enamel" if wire else ""
     yield _item("gage wire", 1, "bought", "enamelled copper", f"{metres} m{thin}")
     adhesive = "cyanoacrylate or epoxy for gages"
     yield _item("gage adhesive", 1, "bought", adhesive, "a few drops")
-    yield _item("solder and flux", 1, "bought", "thin, rosin", f"{own.leads * gages} joints")
+    yield _item("solder and flux", 1, "bought", "thin, rosin", f"{own.lead_count * gages} joints")
     yield _item("metal primer", 1, "bought", "for this elastomer on metal", "a few ml")
 
 

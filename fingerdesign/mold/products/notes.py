@@ -17,7 +17,7 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.fitting import GageFit, gage_words, sheet_words
+from fingerdesign.layout.fitting import sheet_words
 from fingerdesign.layout.gaps import PlateGap, least_gap
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
@@ -113,12 +113,10 @@ def legs_share(plan: MoldPlan) -> float:
     return plan.legs_volume / (plan.scale**3 * outline_volume(plan.design.body))
 
 
-def warnings_of(plan: MoldPlan, fit: GageFit | None, placement: Mapping[str, Any]) -> list[str]:
+def warnings_of(plan: MoldPlan, placement: Mapping[str, Any]) -> list[str]:
     """Warnings to the caster, found from the design: a sentence each."""
     design, share, worst = plan.design, legs_share(plan), placement_worst(placement)
     stock = sheet_words(design)
-    if fit is not None and fit.found is not None and fit.differs_from(design):
-        stock.append(gage_words(design, fit) or "")
     given = design, plan, share, worst, WORDS, bridged_gap(plan)
     own = _items(macros(TEMPLATES / "notes.j2").warnings(*given))
     return stock + cautions_of(design) + own
