@@ -44,7 +44,7 @@ REPORT_FILE, PICTURE_FILE = "report.html", "exploded.png"
 PRINT_FILE, COUPON_FILE, BILL_FILE = "mold.3mf", "coupon.3mf", "bill_of_materials.csv"
 _STEMS = (
     *("contact_insert", "frame_*", "end_wall_*", "side_wall_*", "comb_*"),
-    *("base_plate", "base_frame", "core", "plate_*", "coupon*", "rubber"),
+    *("base_plate", "base_frame", "core", "plate_*", "coupon*", "finger", "mount"),
 )
 FOLDER = RecordFolder(
     "mold",
@@ -52,7 +52,7 @@ FOLDER = RecordFolder(
     (
         *(RECORD_FILE, REPORT_FILE, PICTURE_FILE, "assembly.step"),
         *(BILL_FILE, PRINT_FILE, COUPON_FILE, PROFILE_FILE, "plates.dxf", "nested_*.dxf"),
-        *("comb_*.dxf", "coupon_comb_*.dxf"),
+        *("comb_*.dxf", "coupon_comb_*.dxf", "mount.dxf"),
         *(f"{stem}.{kind}" for stem in _STEMS for kind in ("stl", "step")),
     ),
 )

@@ -26,7 +26,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.gaps import flat_corners
 from fingerdesign.mold.part import OUTER
-from fingerdesign.mold.plan.limits import Limits, limits_of
+from fingerdesign.mold.plan.limits import SPARE_MM, Limits, limits_of
 
 Box = tuple[Array, Array]  # low and high corners (3,)
 Side = Literal["+z", "-z", "+x", "-x"]
@@ -37,6 +37,10 @@ WORDS: Mapping[Side, str] = {"+z": "front", "-z": "back", "+x": "right", "-x": "
 Holding = Literal["wall", "comb", "slots"]
 Pour = Literal["open", "closed"]
 HoleKind = Literal["gate", "riser", "vent", "lock", "screw", "wires"]
+
+
+GROOVE_MM = (1.0, 1.2)  # of the mount: deep, high
+LEAST_GROOVE_MM = 0.4
 
 
 def wall_name(side: Side) -> str:
@@ -360,6 +364,21 @@ class MoldPlan(Extent):
     def limits(self) -> Limits:
         """Sizes that the process can make."""
         return limits_of(self.design.mold)
+
+    @cached_property
+    def groove(self) -> tuple[float, float, float] | None:
+        """Depth, y low and y high, mm, of the grooves along z in the base plate's flanks, by which
+        a hand holds the finger: outside of it, with a wall all round; None without room."""
+        wall = self.limits.wall_mm + SPARE_MM
+        ends = (h.x for h in self.base_holes)
+        radii = (0.5 * max(h.diameter, h.outer_diameter) for h in self.base_holes)
+        far = max((abs(x) + r for x, r in zip(ends, radii, strict=True)), default=0.0)
+        ledge = self.mount_x - self.half_width - SPARE_MM
+        depth = min(GROOVE_MM[0], ledge, self.mount_x - far - wall)
+        high = min(GROOVE_MM[1], self.base - 2.0 * wall)
+        if depth < LEAST_GROOVE_MM or high < LEAST_GROOVE_MM:
+            return None
+        return depth, wall - self.base, wall - self.base + high
 
     @property
     def core(self) -> Box | None:

@@ -16,10 +16,10 @@ from fingerdesign.arrays import Array
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.part import PartMesh, axis_name
 from fingerdesign.mold.plan.patterns import FlatPattern
-from fingerdesign.mold.plan.plan import SIDES, Side, across, direction
+from fingerdesign.mold.plan.plan import SIDES, Side, direction
 from fingerdesign.mold.products.casting import Casting
 from fingerdesign.mold.products.three_mf import in_rows
-from fingerdesign.mold.solids import solid_of
+from fingerdesign.mold.solids import section_loops, solid_of
 
 # layer -> AutoCAD colour number (7: black on white): each also differs by its name
 LAYERS = {"CUT": 7, "HOLES": 1, "GAGES": 5, "BEND": 3, "TEXT": 8}
@@ -28,7 +28,6 @@ MILLIMETRES = 4  # $INSUNITS
 MICRON = 3  # decimals
 ROUND = 12  # corners of a polygon that may stand for a circle
 ROUNDING_MM = 2e-5  # of a corner off its circle: twice single precision's step within 100 mm
-STRAIGHT = 1e-7  # mm; a point this near the line between its neighbours adds nothing
 UNDER_MM = 1e-6  # a sheet's outer face, where its section is drawn
 PLATES_FILE = "plates.dxf"
 
@@ -115,10 +114,9 @@ def comb_sheet(part: PartMesh, side: Side) -> Sheet:
     GeometryError where there is none, or where outline times thickness is not the sheet's volume.
     """
     out = part.vertices @ direction(side)
-    turn = [[*across(side), 0.0], [0.0, 1.0, 0.0, 0.0], [*direction(side), 0.0]]
-    solid = solid_of(part.vertices, part.triangles).transform(np.array(turn))
-    section = solid.slice(float(out.max()) - UNDER_MM).simplify(STRAIGHT)
-    loops = sorted(map(np.asarray, section.to_polygons()), key=polygon_area, reverse=True)
+    solid = solid_of(part.vertices, part.triangles)
+    loops = section_loops(solid, side, float(out.max()) - UNDER_MM)
+    loops = sorted(loops, key=polygon_area, reverse=True)
     if not loops:
         raise GeometryError(f"{part.name} has no flat face across {side}")
     outline, openings = loops[0], tuple(loops[1:])
