@@ -22,7 +22,7 @@ from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.page import mold_html
 from fingerdesign.mold.part import MoldMeshes
-from fingerdesign.mold.picture import Pictures, pictures_job, pictures_of
+from fingerdesign.mold.picture import Pictures, bonded, pictures_job, pictures_of
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.plan.refusals import MoldRefused
@@ -44,7 +44,7 @@ REPORT_FILE, PICTURE_FILE = "report.html", "exploded.png"
 PRINT_FILE, COUPON_FILE, BILL_FILE = "mold.3mf", "coupon.3mf", "bill_of_materials.csv"
 _STEMS = (
     *("contact_insert", "frame_*", "end_wall_*", "side_wall_*", "comb_*"),
-    *("base_plate", "base_frame", "core", "plate_*", "coupon*", "finger", "mount"),
+    *("base_plate", "base_frame", "core", "plate_*", "coupon*", "finger", "mount", "spacer"),
 )
 FOLDER = RecordFolder(
     "mold",
@@ -150,7 +150,7 @@ def _make(
         meshes = mold_meshes(plan, folder)
     casting = casting_of(plan, meshes, outcome.fit)
     notes, views = casting_notes(casting)
-    with pictures_job(meshes, views) as drawing:
+    with pictures_job(meshes, views, bonded(plan)) as drawing:
         report("checking the parts", 0.45)
         with clock.stage("checks"):
             outcome.checks = run_checks(plan, meshes)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from fingerdesign.mold import tables
 from fingerdesign.mold.base_plan import plan_svg, plan_words
 from fingerdesign.mold.leads import MOST
+from fingerdesign.mold.products.hours import hours_words
 from fingerdesign.mold.ready import MOST_ERROR
 from fingerdesign.mold.record import MoldData
 from fingerdesign.records.verdict import Fix, Status, Verdict, VerdictView
@@ -44,7 +45,7 @@ def mold_html(data: MoldData, pictures: Pictures | None, missing: str = "") -> s
         Section("parts", "Parts", list(_parts(data))),
         Section("notes", "Casting notes", list(_notes(data, pictures)), "notes"),
         Section("fixture", "Plates", list(_plates(data))),
-        Section("bill", "Bill of materials", [tables.bill_table(data)] if data["bill"] else []),
+        Section("bill", "Bill of materials", list(_bill(data))),
         Section("checks", "Checks", list(_checks(data))),
         Section("files", "Files", [Bullets(data["files"], "files"), _text("files", "words")]),
     )
@@ -102,6 +103,8 @@ def _verdicts(data: MoldData) -> Iterator[Verdict]:
         yield Verdict("pass" if gage else "fail", "gage on sale", gage or "none fits the plates")
     if data["parts"]:
         yield Verdict("note", "parts", f"{len(data['parts'])} parts and {_bolts(data)} bolts")
+    if data["hours"]:
+        yield Verdict("note", "hands-on", hours_words(data["hours"]))
 
 
 def _fixes(data: MoldData) -> tuple[Fix, ...]:
@@ -155,7 +158,7 @@ def _notes(data: MoldData, pictures: Pictures | None) -> Iterator[Item]:
     yield _text("notes", "first")
     drawn = {} if pictures is None else pictures.steps
     images = {place: png_element(each.png, each.alternative) for place, each in drawn.items()}
-    first, *others = (
+    before, first, *others = (
         Steps(
             section["title"],
             [(step, images.get((section["title"], k), "")) for k, step in enumerate(steps, 1)],
@@ -163,6 +166,7 @@ def _notes(data: MoldData, pictures: Pictures | None) -> Iterator[Item]:
         for section in data["notes"]
         for steps in [section["steps"]]
     )
+    yield before
     yield first
     yield tables.coupon_table(data)
     yield from others
@@ -180,6 +184,16 @@ def _plates(data: MoldData) -> Iterator[Item]:
         sentences = Bullets(data["placement"]["sentences"])
         yield Fold("What a plate off its place changes", [sentences, *found])
     yield tables.plates_table(data)
+
+
+def _bill(data: MoldData) -> Iterator[Item]:
+    """What to order, with its texts, the rest, and the hours that it takes."""
+    if not data["bill"]:
+        return
+    yield tables.bill_table(data)
+    texts = [item["words"] for item in data["bill"] if item["words"]]
+    yield Fold("Texts to send with the drawings", [Bullets(texts)])
+    yield tables.hours_table(data)
 
 
 def _checks(data: MoldData) -> Iterator[Item]:

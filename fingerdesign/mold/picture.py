@@ -12,11 +12,16 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.errors import PictureError
+from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, OUTER, RUBBER, MoldMeshes, PartMesh
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.notes import PLATES, View
 from fingerdesign.mold.render import Shown, camera_axes, draw_pictures
 from fingerdesign.runtime.isolate import ProcessError, Wait, concurrently
 
+PATCH_MM = 0.06  # thickness of a gage in a picture
+_QUADS = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+BOX = np.array([(a, *two) for a, b, c, d in _QUADS for two in ((b, c), (c, d))])  # its triangles
 TIME_LIMIT_S = 90.0  # it takes 4 to 8 s; a software renderer on a busy machine far longer
 COLOURS = {  # by the first word of a part's name
     "contact": "#5b8fc7",
@@ -28,6 +33,9 @@ COLOURS = {  # by the first word of a part's name
     "core": "#5f8f4e",
     "rubber": "#8fb4cf",
     "plate": "#b5652a",
+    "gage": "#1f7a4d",
+    "lead": "#b3261e",
+    "mount": "#6f6a8c",
 }
 
 
@@ -63,7 +71,7 @@ def numbered(meshes: MoldMeshes) -> dict[str, int]:
     return {part.name: number for number, part in enumerate(meshes.parts, start=1)}
 
 
-def exploded_parts(meshes: MoldMeshes) -> tuple[Shown, ...]:
+def exploded_parts(meshes: MoldMeshes, more: Sequence[PartMesh] = ()) -> tuple[Shown, ...]:
     """All that is drawn. The finger (rubber, plates, a core that is inside) stays in its place."""
     size = np.array(meshes.high) - np.array(meshes.low)
     return (
@@ -71,17 +79,47 @@ def exploded_parts(meshes: MoldMeshes) -> tuple[Shown, ...]:
             Shown(part.name, part, COLOURS[part.name.split("_")[0]], _moved(part, size))
             for part in meshes.parts
         ),
-        *(Shown(plate.name, plate, COLOURS["plate"]) for plate in meshes.plates),
+        *(Shown(e.name, e, COLOURS[e.name.split("_")[0]]) for e in (*meshes.plates, *more)),
         Shown("rubber", meshes.rubber, COLOURS["rubber"], opacity=0.3),
     )
 
 
-def step_parts(meshes: MoldMeshes, views: Sequence[View]) -> list[tuple[Shown, ...]]:
+def bonded(plan: MoldPlan) -> tuple[PartMesh, ...]:
+    """Gages on their plates' faces, and their leads to the plates' front ends, or out on the front
+    legs, as thin plates: drawn larger than they are thick."""
+    gages, found = plan.design.gages, []
+    leg = plan.design.mold.leads == "leg"
+    for frame in plan.frames:
+        tips = [each.tip for each in plan.legs_by_plate.get(frame.index, ()) if each.side[0] == "+"]
+        end = max(tips) if leg and tips else frame.high
+        edge = frame.middle + gages.z_mm + 0.5 * gages.width_mm
+        low = edge - gages.width_mm
+        for side in gages.sides:
+            wide = 0.25 * min(gages.length_mm, frame.length)
+            found.append(_patch(frame, f"gage_{frame.index}", side, 2.0 * wide, (low, edge)))
+            found.append(_patch(frame, f"lead_{frame.index}", side, 0.5 * wide, (edge, end)))
+    return tuple(found)
+
+
+def _patch(
+    frame: PlateFrame, name: str, side: float, half: float, ends: tuple[float, float]
+) -> PartMesh:
+    """A thin box on a plate's face, +-``half`` about its middle, between two places across."""
+    near, far = 0.5 * frame.thickness, 0.5 * frame.thickness + PATCH_MM
+    section = np.array([[-half, near], [half, near], [half, far], [-half, far]])
+    points = [frame.from_local(s, side * v) for s, v in section]
+    corners = np.vstack([frame.to_space(np.atleast_2d(p), w) for w in ends for p in points])
+    return PartMesh(name, corners, BOX, None, 9, "metal", 0.0, 0.0, 0.0)
+
+
+def step_parts(
+    meshes: MoldMeshes, views: Sequence[View], more: Sequence[PartMesh] = ()
+) -> list[tuple[Shown, ...]]:
     """Choose what is drawn of each view: what is there already is pale; what the step puts in its
     place, or takes away, is in its colour, on its way."""
     size = np.array(meshes.high) - np.array(meshes.low)
-    alike = {PLATES: meshes.plates}
-    alike |= {part.name: (part,) for part in (*meshes.parts, meshes.rubber)}
+    alike = {PLATES: (*meshes.plates, *more)}
+    alike |= {part.name: (part,) for part in (*meshes.parts, *meshes.coupon, meshes.rubber)}
     there: list[str] = []
     found = []
     for view in views:
@@ -94,22 +132,25 @@ def step_parts(meshes: MoldMeshes, views: Sequence[View]) -> list[tuple[Shown, .
                 for mesh in alike[name]
             )
         )
-        if not view.taken:
+        if view.verb != "take":
             there += names
     return found
 
 
 def _in_view(mesh: PartMesh, name: str, view: View, size: Array) -> Shown:
     """A thing as a view has it; name: its own, or PLATES."""
-    colour = COLOURS[mesh.name.split("_")[0]]
+    colour = COLOURS[mesh.name.partition("_")[0]]
     if name not in view.names:
         opacity = 0.35 if name == RUBBER else 1.0
         return Shown(mesh.name, mesh, _pale(colour), opacity=opacity)
     away = _moved(mesh, size)
-    if name == PLATES:  # from above, along their slots
+    if view.way is not None:  # from where it comes
+        x, y, z = (-0.2 * float(size.max()) * np.array([*view.way, 0.0])).tolist()
+        away = x, y, z
+    elif name == PLATES:  # from above, along their slots
         x, y, z = (0.9 * size * camera_axes((0.0, 0.0, 1.0), view.up)[1]).tolist()
         away = x, y, z
-    return Shown(mesh.name, mesh, colour, away)
+    return Shown(mesh.name, mesh, colour, away, arrow=1 if view.verb == "take" else -1)
 
 
 def _pale(colour: str) -> str:
@@ -123,13 +164,17 @@ def _pale(colour: str) -> str:
 
 
 def pictures_job(
-    meshes: MoldMeshes, views: Sequence[View], time_limit_s: float = TIME_LIMIT_S
+    meshes: MoldMeshes,
+    views: Sequence[View],
+    more: Sequence[PartMesh] = (),
+    time_limit_s: float = TIME_LIMIT_S,
 ) -> AbstractContextManager[Wait]:
     """The drawing process; enter it to start, and give it to :func:`pictures_of`."""
     steps = [
-        (things, view.up) for things, view in zip(step_parts(meshes, views), views, strict=True)
+        (things, view.up)
+        for things, view in zip(step_parts(meshes, views, more), views, strict=True)
     ]
-    return concurrently(draw_pictures, exploded_parts(meshes), steps, time_s=time_limit_s)
+    return concurrently(draw_pictures, exploded_parts(meshes, more), steps, time_s=time_limit_s)
 
 
 def pictures_of(wait: Wait, meshes: MoldMeshes, views: Sequence[View]) -> Pictures:

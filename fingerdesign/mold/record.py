@@ -21,6 +21,7 @@ from fingerdesign.mold.plan.patterns import FlatPattern
 from fingerdesign.mold.plan.plan import MoldPlan, Side, SidePlan
 from fingerdesign.mold.products.bill import ItemData
 from fingerdesign.mold.products.casting import Casting, SiliconeData
+from fingerdesign.mold.products.hours import HoursData, hours_of
 from fingerdesign.mold.products.notes import warnings_of
 from fingerdesign.mold.products.three_mf import Posed
 from fingerdesign.mold.profile import ladders_of
@@ -242,6 +243,7 @@ class MoldData(TypedDict):
     notes: list[NotesData]
     coupon: list[LadderData]
     bill: list[ItemData]
+    hours: list[HoursData]
     files: Annotated[list[str], Field(description="names next to the record")]
     timings_s: dict[str, Size]
     seconds: Size
@@ -316,6 +318,7 @@ def mold_record(
             "notes": outcome.notes,
             "coupon": [values_of(LadderData, each) for each in ladders_of(plan.limits)],
             "bill": outcome.items,
+            "hours": () if outcome.casting is None else hours_of(outcome.casting),
             "files": files,
             "timings_s": dict(timings_s),
             "seconds": seconds,

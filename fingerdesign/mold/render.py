@@ -14,7 +14,7 @@ from fingerdesign.mold.products.notes import Up
 
 SIZE, STEP_SIZE = (1200, 940), (560, 420)
 VIEW_ANGLE, FILLED = 25.0, 0.94  # degrees, vertical; the part of the frame that may be used
-EDGE, TRAIL = "#2f3a44", "#8a8f96"
+EDGE, TRAIL, ARROW = "#2f3a44", "#8a8f96", "#c2410c"
 STEEP_VIEW = (-0.72, 0.95, 1.0)  # of steps: into what is open above
 FRONT_VIEW = (-0.72, 0.52, 1.0)  # the camera is in front, to the left, above
 
@@ -28,6 +28,7 @@ class Shown:
     colour: str
     move: tuple[float, float, float] = (0.0, 0.0, 0.0)
     opacity: float = 1.0
+    arrow: int = 0  # 1: it is taken along its move; -1: put back along it
 
     @property
     def points(self) -> Array:
@@ -111,12 +112,30 @@ def _drawn(things: Sequence[Shown], camera: Array, axes: Array, size: tuple[int,
         if np.linalg.norm(move) > 0.0:  # from its place to where it is drawn
             middle = 0.5 * (thing.points.min(axis=0) + thing.points.max(axis=0))
             plotter.add_mesh(pyvista.Line(middle - move, middle), color=TRAIL, line_width=1.5)
+    _arrow(plotter, things, axes)
     aim(plotter, camera, axes)
     plotter.add_axes(color=TRAIL, line_width=3, viewport=(0.0, 0.0, 0.12, 0.16))
     png = io.BytesIO()
     plotter.screenshot(png, transparent_background=True)
     plotter.close()
     return png.getvalue()
+
+
+def _arrow(plotter: Any, things: Sequence[Shown], axes: Array) -> None:
+    """An arrow next to what is moved, along its way, to the right of it as it is seen."""
+    import pyvista
+
+    moved = [each for each in things if each.arrow and np.linalg.norm(each.move) > 0.0]
+    if not moved:
+        return
+    points = np.vstack([each.points for each in moved])
+    middle, first = 0.5 * (points.min(axis=0) + points.max(axis=0)), moved[0]
+    beside = float((points @ axes[0]).max() - middle @ axes[0])
+    way = first.arrow * np.array(first.move)
+    long = float(np.linalg.norm(way))
+    start = middle + 1.05 * beside * axes[0] - 0.5 * way
+    sizes = {"tip_length": 0.3, "tip_radius": 0.09, "shaft_radius": 0.03}
+    plotter.add_mesh(pyvista.Arrow(start, way, scale=long, **sizes), color=ARROW, lighting=False)
 
 
 def _seen(things: tuple[Shown, ...], camera: Array) -> dict[str, tuple[float, float]]:

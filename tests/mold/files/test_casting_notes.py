@@ -20,7 +20,13 @@ from tests.support.molds import shipped
 SILENT = {"reason": "no gages", "sentences": ["Not known."]}
 CLOSE, OPEN = "Close the mold", "Cure and open"
 TITLES = (
-    *("Try machine and cutter first", "Make the parts", "Clean, cure, test", "Plates and gages"),
+    *(
+        "Before anything is cut",
+        "Try machine and cutter first",
+        "Make the parts",
+        "Clean, cure, test",
+        "Plates and gages",
+    ),
     *(CLOSE, "Mix and pour", OPEN, "Finish and measure"),
 )
 
@@ -120,7 +126,8 @@ def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
     assert {part.name for part in meshes.parts} <= set(counts)
     assert counts["plate_A"] == 3
     assert counts["plate_A, for the coupon"] == 2
-    assert counts["strain gage"] == 6  # both faces of three plates
+    assert counts["strain gage"] == 8  # both faces of three plates and one to spare
+    assert counts["plate_A, to spare"] == 1
     assert counts["bolt"] == counts["nut"] == len(plan.bolts)
     assert counts["washer"] == 2 * len(plan.bolts)
     assert counts["dowel pin"] == (len(plan.pins) if holding == "slots" else 0)
