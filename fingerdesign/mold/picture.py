@@ -6,15 +6,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.errors import PictureError
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, OUTER, RUBBER, MoldMeshes, PartMesh
-from fingerdesign.mold.plan.plan import MoldPlan
+from fingerdesign.mold.part import (
+    BASE,
+    BASE_FRAME,
+    CORE,
+    MOUNT,
+    OUTER,
+    RUBBER,
+    MoldMeshes,
+    PartMesh,
+)
+from fingerdesign.mold.plan.plan import Bolt, MoldPlan
 from fingerdesign.mold.products.notes import PLATES, View
 from fingerdesign.mold.render import Shown, camera_axes, draw_pictures
 from fingerdesign.runtime.isolate import ProcessError, Wait, concurrently
@@ -36,6 +45,7 @@ COLOURS = {  # by the first word of a part's name
     "gage": "#1f7a4d",
     "lead": "#b3261e",
     "mount": "#6f6a8c",
+    "bolts": "#4b5563",
 }
 
 
@@ -79,7 +89,11 @@ def exploded_parts(meshes: MoldMeshes, more: Sequence[PartMesh] = ()) -> tuple[S
             Shown(part.name, part, COLOURS[part.name.split("_")[0]], _moved(part, size))
             for part in meshes.parts
         ),
-        *(Shown(e.name, e, COLOURS[e.name.split("_")[0]]) for e in (*meshes.plates, *more)),
+        *(
+            Shown(e.name, e, COLOURS[e.name.split("_")[0]])
+            for e in (*meshes.plates, *more)
+            if e.draw is None
+        ),
         Shown("rubber", meshes.rubber, COLOURS["rubber"], opacity=0.3),
     )
 
@@ -98,7 +112,21 @@ def bonded(plan: MoldPlan) -> tuple[PartMesh, ...]:
             wide = 0.25 * min(gages.length_mm, frame.length)
             found.append(_patch(frame, f"gage_{frame.index}", side, 2.0 * wide, (low, edge)))
             found.append(_patch(frame, f"lead_{frame.index}", side, 0.5 * wide, (edge, end)))
-    return tuple(found)
+    return (*found, *map(_bolt, plan.bolts))
+
+
+def _bolt(bolt: Bolt) -> PartMesh:
+    """A bolt as a bar along its axis."""
+    along = {"y": 1, "z": 2}[bolt.axis]
+    half = np.full(3, 0.45 * bolt.diameter)
+    half[along] = 0.0
+    square = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+    ends = []
+    for place in (bolt.low - bolt.diameter, bolt.high + bolt.diameter):
+        signs = np.insert(np.array(square, dtype=float), along, 0.0, axis=1)
+        ends.append(bolt.at(place) + signs * half)
+    draw = (0.0, 1.0, 0.0) if bolt.axis == "y" else (0.0, 0.0, 1.0)
+    return PartMesh(f"bolts_{bolt.axis}", np.vstack(ends), BOX, draw, 9, "metal", 0.0, 0.0, 0.0)
 
 
 def _patch(
@@ -118,39 +146,49 @@ def step_parts(
     """Choose what is drawn of each view: what is there already is pale; what the step puts in its
     place, or takes away, is in its colour, on its way."""
     size = np.array(meshes.high) - np.array(meshes.low)
-    alike = {PLATES: (*meshes.plates, *more)}
+    bolts = {axis: [b for b in more if b.name == f"bolts_{axis}"] for axis in "yz"}
+    more = [each for each in more if not each.name.startswith("bolts")]
+    alike: dict[str, tuple[PartMesh, ...]] = {PLATES: (*meshes.plates, *more)}
+    alike |= {f"bolts_{axis}": tuple(each) for axis, each in bolts.items()}
     alike |= {part.name: (part,) for part in (*meshes.parts, *meshes.coupon, meshes.rubber)}
     there: list[str] = []
     found = []
     for view in views:
         names = [name for name in view.names if name in alike]
+        stays = [name for name in names if name in there]
         there = [name for name in there if name not in names]
-        found.append(
-            tuple(
-                _in_view(mesh, name, view, size)
-                for name in (*there, *names)
-                for mesh in alike[name]
-            )
+        shown = tuple(
+            _in_view(mesh, name, view, size) for name in (*there, *names) for mesh in alike[name]
         )
-        if view.verb != "take":
+        # What is laid on the bench first has nowhere to go.
+        found.append(shown if there else tuple(replace(e, way=(0.0, 0.0, 0.0)) for e in shown))
+        if view.verb == "put":
             there += names
+        elif view.verb == "move":
+            there += stays
     return found
 
 
 def _in_view(mesh: PartMesh, name: str, view: View, size: Array) -> Shown:
     """A thing as a view has it; name: its own, or PLATES."""
     colour = COLOURS[mesh.name.partition("_")[0]]
+    if name not in view.names and mesh.name.startswith(("gage", "lead")):
+        return Shown(mesh.name, mesh, colour)
     if name not in view.names:
         opacity = 0.35 if name == RUBBER else 1.0
         return Shown(mesh.name, mesh, _pale(colour), opacity=opacity)
     away = _moved(mesh, size)
     if view.way is not None:  # from where it comes
         x, y, z = (-0.2 * float(size.max()) * np.array([*view.way, 0.0])).tolist()
+        if name == PLATES:  # they stay, and their legs are bent
+            return Shown(mesh.name, mesh, colour, way=(-x, -y, -z))
         away = x, y, z
     elif name == PLATES:  # from above, along their slots
         x, y, z = (0.9 * size * camera_axes((0.0, 0.0, 1.0), view.up)[1]).tolist()
         away = x, y, z
-    return Shown(mesh.name, mesh, colour, away, arrow=1 if view.verb == "take" else -1)
+    sign = 1.0 if view.verb == "take" else -1.0
+    x, y, z = (sign * np.array(away)).tolist()
+    return Shown(mesh.name, mesh, colour, away, way=(x, y, z))
 
 
 def _pale(colour: str) -> str:
@@ -204,6 +242,8 @@ def pictures_of(wait: Wait, meshes: MoldMeshes, views: Sequence[View]) -> Pictur
 
 def _moved(part: PartMesh, size: Array) -> tuple[float, float, float]:
     """Distance by which a part is moved: sheets less than what is behind them."""
+    if part.name == MOUNT:  # the base plate slides into it from its front
+        return 0.0, 0.0, -1.1 * float(size[2])
     if part.draw is None and part.name not in (BASE, CORE):
         return 0.0, 0.0, 0.0
     if part.draw is None:  # a core that is inside stays

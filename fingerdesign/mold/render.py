@@ -28,7 +28,7 @@ class Shown:
     colour: str
     move: tuple[float, float, float] = (0.0, 0.0, 0.0)
     opacity: float = 1.0
-    arrow: int = 0  # 1: it is taken along its move; -1: put back along it
+    way: tuple[float, float, float] = (0.0, 0.0, 0.0)  # along which it goes: an arrow
 
     @property
     def points(self) -> Array:
@@ -92,7 +92,10 @@ def draw_pictures(
     pngs = []
     for things, up in steps:
         axes = camera_axes(STEEP_VIEW, up)
-        place = camera_at(np.vstack([thing.points for thing in things]), axes, STEP_SIZE)
+        points, arrow = [thing.points for thing in things], arrow_of(things, axes)
+        if arrow is not None:
+            points.append(np.vstack([arrow[0], arrow[0] + arrow[1]]))
+        place = camera_at(np.vstack(points), axes, STEP_SIZE)
         pngs.append(_drawn(things, place, axes, STEP_SIZE))
     return png, places, pngs
 
@@ -112,7 +115,11 @@ def _drawn(things: Sequence[Shown], camera: Array, axes: Array, size: tuple[int,
         if np.linalg.norm(move) > 0.0:  # from its place to where it is drawn
             middle = 0.5 * (thing.points.min(axis=0) + thing.points.max(axis=0))
             plotter.add_mesh(pyvista.Line(middle - move, middle), color=TRAIL, line_width=1.5)
-    _arrow(plotter, things, axes)
+    if (arrow := arrow_of(things, axes)) is not None:
+        start, way = arrow
+        sizes = {"tip_length": 0.3, "tip_radius": 0.09, "shaft_radius": 0.03}
+        shape = pyvista.Arrow(start, way, scale=float(np.linalg.norm(way)), **sizes)
+        plotter.add_mesh(shape, color=ARROW, lighting=False)
     aim(plotter, camera, axes)
     plotter.add_axes(color=TRAIL, line_width=3, viewport=(0.0, 0.0, 0.12, 0.16))
     png = io.BytesIO()
@@ -121,21 +128,16 @@ def _drawn(things: Sequence[Shown], camera: Array, axes: Array, size: tuple[int,
     return png.getvalue()
 
 
-def _arrow(plotter: Any, things: Sequence[Shown], axes: Array) -> None:
-    """An arrow next to what is moved, along its way, to the right of it as it is seen."""
-    import pyvista
-
-    moved = [each for each in things if each.arrow and np.linalg.norm(each.move) > 0.0]
+def arrow_of(things: Sequence[Shown], axes: Array) -> tuple[Array, Array] | None:
+    """Start and way (3,) of the arrow next to what is moved, to the right of it as it is seen; None
+    where nothing goes anywhere."""
+    moved = [each for each in things if np.linalg.norm(each.way) > 0.0]
     if not moved:
-        return
+        return None
     points = np.vstack([each.points for each in moved])
-    middle, first = 0.5 * (points.min(axis=0) + points.max(axis=0)), moved[0]
+    middle, way = 0.5 * (points.min(axis=0) + points.max(axis=0)), np.array(moved[0].way)
     beside = float((points @ axes[0]).max() - middle @ axes[0])
-    way = first.arrow * np.array(first.move)
-    long = float(np.linalg.norm(way))
-    start = middle + 1.05 * beside * axes[0] - 0.5 * way
-    sizes = {"tip_length": 0.3, "tip_radius": 0.09, "shaft_radius": 0.03}
-    plotter.add_mesh(pyvista.Arrow(start, way, scale=long, **sizes), color=ARROW, lighting=False)
+    return middle + 1.05 * beside * axes[0] - 0.5 * way, way
 
 
 def _seen(things: tuple[Shown, ...], camera: Array) -> dict[str, tuple[float, float]]:

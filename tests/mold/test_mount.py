@@ -7,8 +7,9 @@ import pytest
 from fingerdesign.cad.kernel import box
 from fingerdesign.checks.load import with_values
 from fingerdesign.mold.cad.features import features_of
-from fingerdesign.mold.cad.mount import build_mount, flange_holes
+from fingerdesign.mold.cad.mount import build_mount
 from fingerdesign.mold.part import BASE
+from fingerdesign.mold.plan.mount import flange_holes
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.solids import least_distance
 from tests.support.molds import shipped

@@ -7,29 +7,21 @@ pattern of ISO 9409-1-50-4-M6. In front of the base plate a trough takes legs th
 their connector. Importing this module loads the CAD kernel.
 """
 
-import math
-
 import cadquery as cq
 
 from fingerdesign.cad.kernel import box, one_solid
 from fingerdesign.mold.cad.build import INSERT_ORDER, BuiltPart
 from fingerdesign.mold.part import MOUNT
+from fingerdesign.mold.plan.mount import (
+    FLOOR_MM,
+    INSERT_DEEP_MM,
+    ISO_DISC_MM,
+    SIDE_MM,
+    STOP_SCREW_MM,
+    TROUGH_MM,
+    flange_holes,
+)
 from fingerdesign.mold.plan.plan import MoldPlan
-
-FLOOR_MM, SIDE_MM = 6.0, 3.0
-TROUGH_MM = (1.6, 4.0)  # wide along z and deep: a leg with its connector's contacts
-INSERT_HOLE_MM, INSERT_DEEP_MM = 4.0, 5.0  # of a heat-set insert M3
-STOP_SCREW_MM = 2.5  # tapped M3
-ISO_CIRCLE_MM, ISO_HOLE_MM, ISO_DISC_MM = 50.0, 6.6, 63.0  # ISO 9409-1-50-4-M6
-
-
-def flange_holes(plan: MoldPlan) -> list[tuple[float, float, float]]:
-    """(x, z, diameter) of the holes in the receiver's back."""
-    if plan.design.mold.mount == "iso9409":
-        at = 0.5 * ISO_CIRCLE_MM * math.sqrt(0.5)
-        return [(sx * at, sz * at, ISO_HOLE_MM) for sx in (-1.0, 1.0) for sz in (-1.0, 1.0)]
-    at = 0.6 * plan.mount_x
-    return [(sx * at, 0.0, INSERT_HOLE_MM) for sx in (-1.0, 1.0)]
 
 
 def build_mount(plan: MoldPlan) -> tuple[BuiltPart, ...]:

@@ -259,7 +259,8 @@ def _order_words(casting: Casting, gages: int) -> str:
         return (
             f"Please quote {_words(found.name)} on {casting.design.plates.thickness_mm:g} mm "
             f"{material} sheet by plates.dxf (layer GAGES), {own.lead_count} traces a plate to the "
-            f"front leg, {own.face} face: {grid}, {gages} gages; some {found.lead_weeks:g} weeks"
+            f"front leg, on {own.faces} face{'s' * (own.faces > 1)}: {grid}, {gages} gages; some "
+            f"{found.lead_weeks:g} weeks"
         )
     packs = math.ceil(gages / found.least_order) * found.least_order
     return (

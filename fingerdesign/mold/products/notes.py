@@ -127,7 +127,7 @@ def windows_volume(plan: MoldPlan) -> float:
     for side in plan.sides:
         if side.window is not None:
             low, high, bottom = side.window
-            sizes.append((high - low) * (plan.rim - bottom) * (plan.wall(side.side) - side.sheet))
+            sizes.append((high - low) * (plan.crest - bottom) * (plan.wall(side.side) - side.sheet))
     return max(sizes)
 
 

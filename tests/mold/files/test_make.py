@@ -31,7 +31,7 @@ FILES = [
     *("assembly.step", "base_plate.step", "base_plate.stl", "bill_of_materials.csv"),
     *("comb_back.dxf", "comb_front.dxf", "exploded.png", "mold.3mf", "mold_report.json"),
     *("plates.dxf", "profile.toml", "report.html", "coupon.3mf"),
-    *("nested_combs_0.3mm.dxf", "nested_phosphor_bronze_0.1mm.dxf"),
+    *("mount.dxf", "nested_combs_0.3mm.dxf", "nested_phosphor_bronze_0.1mm.dxf"),
 ]
 CHANGE = {"rms": 0.01, "worst": 0.03, "worst_plate": 1}
 EFFECT = {
