@@ -21,6 +21,7 @@ from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.fixture.outer import ROOMS_MM
 from fingerdesign.mold.plan.limits import SPARE_MM
 from fingerdesign.mold.plan.plan import (
+    PRY_MM,
     BaseHole,
     CorePin,
     Leg,
@@ -39,7 +40,6 @@ BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
 ROOT_MM = 0.2  # how deep a pin or lug reaches into its part
 PILOT = 0.72  # of a clearance hole: the core hole of the same screw's thread
 STEEP = 0.5  # fall of a wall's top, mm per mm, from which its edge at a window is cut level
-PRY_MM = (2.5, 2.0, 3.0)  # a notch's depth and height, and half its length
 RELIEF_MM = 0.3  # of the insert's ends under outer combs
 _UP = np.array([0.0, 1.0, 0.0])
 
@@ -189,9 +189,9 @@ def _hold(found: Features, plan: MoldPlan) -> None:
             x = sorted((sign * (plan.mount_x - depth), sign * (plan.mount_x + BEYOND_MM)))
             far = plan.mount_z + BEYOND_MM
             found.take(box((x[0], low, -far), (x[1], high, far)), BASE)
-    deep, high, half = PRY_MM
-    reach, foot = plan.reach_x, seam_height(plan, plan.reach_x, 0.0)
-    if plan.top - foot > high + 2.0 * plan.limits.wall_mm and _pry_room(plan):
+    if plan.pry:
+        deep, high, half = PRY_MM
+        reach, foot = plan.reach_x, seam_height(plan, plan.reach_x, 0.0)
         for sign in (-1.0, 1.0):
             x = sorted((sign * (reach - deep), sign * (reach + BEYOND_MM)))
             notch = box((x[0], foot - BEYOND_MM, -half), (x[1], foot + high, half))
@@ -202,18 +202,6 @@ def _hold(found: Features, plan: MoldPlan) -> None:
             near = plan.reach_z - RELIEF_MM
             tool = slab(side.side, (-wide, 0.0, near), (wide, top, plan.reach_z + BEYOND_MM))
             found.take(tool, INSERT)
-
-
-def _pry_room(plan: MoldPlan) -> bool:
-    """True where no bolt or pin of the insert is near its notches."""
-    deep, _, half = PRY_MM
-    wall, places = plan.limits.wall_mm, list[tuple[float, float, float]]()
-    places += [(b.first, b.second, b.diameter) for b in plan.bolts if b.axis == "y"]
-    places += [(p.root[0], p.root[2], p.diameter) for p in plan.pins if p.on == INSERT]
-    return all(
-        abs(x) + 0.5 * wide + wall < plan.reach_x - deep or abs(z) - 0.5 * wide - wall > half
-        for x, z, wide in places
-    )
 
 
 def _open_side(found: Features, plan: MoldPlan, planned: SidePlan) -> None:

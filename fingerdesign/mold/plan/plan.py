@@ -25,7 +25,7 @@ from fingerdesign.design.body import Core
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.gaps import flat_corners
-from fingerdesign.mold.part import OUTER
+from fingerdesign.mold.part import INSERT, OUTER
 from fingerdesign.mold.plan.limits import SPARE_MM, Limits, limits_of
 
 Box = tuple[Array, Array]  # low and high corners (3,)
@@ -41,6 +41,7 @@ HoleKind = Literal["gate", "riser", "vent", "lock", "screw", "wires"]
 
 GROOVE_MM = (1.0, 1.2)  # of the mount: deep, high
 LEAST_GROOVE_MM = 0.4
+PRY_MM = (2.5, 2.0, 3.0)  # a notch's depth and height, and half its length
 
 
 def wall_name(side: Side) -> str:
@@ -386,6 +387,18 @@ class MoldPlan(Extent):
         if depth < LEAST_GROOVE_MM or high < LEAST_GROOVE_MM:
             return None
         return depth, wall - self.base, wall - self.base + high
+
+    @cached_property
+    def pry(self) -> bool:
+        """True where the insert has notches to pry it off: no bolt or pin of it is near them."""
+        deep, high, half = PRY_MM
+        wall = self.limits.wall_mm
+        places = [(b.first, b.second, b.diameter) for b in self.bolts if b.axis == "y"]
+        places += [(p.root[0], p.root[2], p.diameter) for p in self.pins if p.on == INSERT]
+        return self.top - self.crest > high + wall and all(
+            abs(x) + 0.5 * wide + wall < self.reach_x - deep or abs(z) - 0.5 * wide - wall > half
+            for x, z, wide in places
+        )
 
     @property
     def core(self) -> Box | None:

@@ -100,6 +100,7 @@ def casting_notes(casting: Casting) -> tuple[list[dict[str, Any]], list[View]]:
         mounted=plan.groove is not None,
         windows=len([side for side in plan.sides if side.window]),
         window_mm3=windows_volume(plan),
+        inside=round(plan.reach("-z") - plan.tips.get("-z", plan.reach("-z")), 2),
         bend=max((each.bend_mm for each in own), default=3.0),
     )
     return _sections(text)
