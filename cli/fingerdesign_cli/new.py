@@ -79,33 +79,41 @@ class Kind(Options):
     whole: bool
     short: bool
 
+    @property
+    def word(self) -> str:
+        """The kind of file: scene, study or design."""
+        return "scene" if self.scene else "study" if self.study else "design"
+
+    def refuse(self, source: str | None, wish: Wish) -> None:
+        """Raise a usage error where options exclude each other."""
+        given = (self.scene, self.study, self.whole, self.short)
+        if sum(given) > 1 or (source is not None and (self.whole or self.short)):
+            words = "give one of --scene, --study, --all, --short; the last two go without --from"
+            raise click.UsageError(words)
+        if wish.given and (sum(given) or source is not None):
+            words = "--lift, --gages and --process write a design: give no other kind"
+            raise click.UsageError(words)
+
 
 def new(file: Path, source: str | None, form: Kind, wish: Wish, force: bool) -> None:
     """Write a commented starter design to FILE.toml, its name taken from FILE; or another file."""
-    given = (form.scene, form.study, form.whole, form.short)
-    if sum(given) > 1 or (source is not None and (form.whole or form.short)):
-        words = "give one of --scene, --study, --all, --short; the last two go without --from"
-        raise click.UsageError(words)
-    if wish.given and (sum(given) or source is not None):
-        raise click.UsageError("--lift, --gages and --process write a design: give no other kind")
-    request = wish.request() if wish.given else None
+    form.refuse(source, wish)
+    entry, request = None, None
+    if wish.given:
+        request = wish.request()
+        entry = nearest(request)
     _refuse(file, force)
     name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
-    scene, study = form.scene, form.study
-    kind = "scene" if scene else "study" if study else "design"
     file.parent.mkdir(parents=True, exist_ok=True)
-    entry = None if request is None else nearest(request)
-    if entry is None:
-        write_whole(file, _text(kind, name, source, form))
-    else:
-        write_whole(file, _entry_text(entry, name, wish.process))
-    schema = file.parent / f"{kind}.schema.json"
-    if not study and (force or not schema.exists()):
-        write_whole(schema, schema_text(kind))
+    text = _text(name, source, form) if entry is None else _entry_text(entry, name, wish.process)
+    write_whole(file, text)
+    schema = file.parent / f"{form.word}.schema.json"
+    if not form.study and (force or not schema.exists()):
+        write_whole(schema, schema_text(form.word))
     if entry is not None and request is not None:
         _say(entry, request, file)
     elif not quiet():
-        design = "DESIGN --scene " if scene else ""
+        design = "DESIGN --scene " if form.scene else ""
         click.echo(f"{file} written; next: fingerdesign check {design}{shlex.quote(str(file))}")
 
 
@@ -156,12 +164,12 @@ def _say(entry: Entry, request: Request, file: Path) -> None:
     click.echo(f"next: fingerdesign check {shlex.quote(str(file))}")
 
 
-def _text(kind: str, name: str, source: str | None, flags: Kind) -> str:
+def _text(name: str, source: str | None, form: Kind) -> str:
     """Return the starter's text."""
-    if kind == "scene":
+    if form.scene:
         return starter.starter_scene_text(source)
-    if kind == "study":
+    if form.study:
         return starter.starter_study_text(name, source)
-    if flags.short:
+    if form.short:
         return starter.starter_short_text(name)
-    return starter.starter_text(name, None if flags.whole else source or FLAGSHIP)
+    return starter.starter_text(name, None if form.whole else source or FLAGSHIP)

@@ -85,17 +85,17 @@ class Axes(Options):
             plants, lifts = self.plants or usual.plants, self.lifts or usual.lifts
             own = Perturbed(self.faults, plants, lifts)
             return ControlGrid.of_perturbed(own, seed, **changes)
-        needs = {"--fault": self.faults, "--plants": self.plants, "--lifts": self.lifts}
-        wrong = [
-            Fault(key, value, "given with --perturbed alone", "add --perturbed, or leave it out")
-            for key, value in needs.items()
-            if value
-        ]
-        if wrong:
-            raise DesignError(wrong)
+        self._refuse_perturbed()
         grid = ControlGrid.quick() if self.quick else ControlGrid()
         tug = None if self.no_tug else grid.tug
         return replace(grid, **changes, seed=seed, tug=tug)
+
+    def _refuse_perturbed(self) -> None:
+        """Raise DesignError for options that belong to perturbed fingers."""
+        needs = {"--fault": self.faults, "--plants": self.plants, "--lifts": self.lifts}
+        bound, remedy = "given with --perturbed alone", "add --perturbed, or leave it out"
+        if wrong := [Fault(key, value, bound, remedy) for key, value in needs.items() if value]:
+            raise DesignError(wrong)
 
 
 def study(

@@ -131,19 +131,22 @@ def grip_verdicts(grips: Sequence[GripResult]) -> Iterator[Verdict]:
         yield Verdict("note", "lifts", "no grip was run")
         return
     good = [each for each in grips if lifts(each)]
-    masses = _span({grip.object_mass_g for grip in grips}, "g").replace(" ... ", "–")
-    found = f"μ {_listed({each.friction_coefficient for each in good})}" if good else "at no μ"
-    status: Status = "pass" if len(good) == len(grips) else "fail"
-    target, count = "no gross slip", f"{len(good)} of {len(grips)}"
-    ranged = len({grip.object_mass_g for grip in grips}) > 1
-    if ranged and good and status == "fail":
-        first, *more = [each for each in grips if not lifts(each)]
-        found = f"not {first.object_mass_g:g} g at μ {first.friction_coefficient:g}"
-        found += f" and {len(more)} more" if more else ""
-    unit = "lifts" if ranged else "μ"
-    yield Verdict(status, f"lifts {masses} g", found, target, f"{count} {unit}")
+    yield _lift(grips, good)
     if good:
         yield _grip_force(good)
+
+
+def _lift(grips: Sequence[GripResult], good: Sequence[GripResult]) -> Verdict:
+    masses = _span({grip.object_mass_g for grip in grips}, "g").replace(" ... ", "–")
+    found = f"μ {_listed({each.friction_coefficient for each in good})}" if good else "at no μ"
+    ranged = len({grip.object_mass_g for grip in grips}) > 1
+    bad = [each for each in grips if not lifts(each)]
+    if ranged and good and bad:
+        found = f"not {bad[0].object_mass_g:g} g at μ {bad[0].friction_coefficient:g}"
+        found += f" and {len(bad) - 1} more" if bad[1:] else ""
+    count = f"{len(good)} of {len(grips)} {'lifts' if ranged else 'μ'}"
+    status: Status = "fail" if bad else "pass"
+    return Verdict(status, f"lifts {masses} g", found, "no gross slip", count)
 
 
 def _grip_force(good: Sequence[GripResult]) -> Verdict:

@@ -148,8 +148,11 @@ class SceneObject(Table):
         if law == "shear_strength" and "friction_coefficient" in self.model_fields_set:
             bound = "left out for friction_law 'shear_strength': it would change nothing"
             yield refuse_key(self, "object.friction_coefficient", bound, "remove it")
-        if law != "capped":
-            return
+        if law == "capped":
+            yield from self._cap_misfits()
+
+    def _cap_misfits(self) -> Iterator[PydanticCustomError]:
+        """A capped law without a bound, or with a limit that the strength alone reaches."""
         strength, limit = self.shear_strength_MPa, self.shear_limit_MPa
         if strength is None and limit is None:
             bound = "given, or shear_strength_MPa, for friction_law 'capped'"

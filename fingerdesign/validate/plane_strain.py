@@ -197,17 +197,13 @@ def plane_strain_error(
     unsure = _uncertainty(chart, errors, 1.0 if inside else _OUTSIDE)
     notes = []
     if design.plates.number and not gaged:
-        notes.append(
-            f"what it does to {design.gages.grid} gages is not known: the study's are axial"
-        )
+        grid = design.gages.grid
+        notes.append(f"what it does to {grid} gages is not known: the study's are axial")
     if place[1] > 0.0 and _shortest_plate(design) < (1.0 - 1e-9) * _STUDY_LENGTH * height:
         notes.append(_widen_to_bare(errors, unsure, chart, place))
     if scene is not None and _pulls_further(scene):
         notes.append(_widen_to_slip(errors, unsure))
-    kind = "both" if design.gages.face == "both" else "face"
-    for found in (errors, unsure):
-        own = {"gage": f"gage_{kind}", "force_gage": f"force_gage_{kind}"}
-        found |= {name: found[source] for name, source in own.items() if source in found}
+    errors, unsure = (_with_own_gages(design, each) for each in (errors, unsure))
     ratios = {
         "poissons_ratio": poisson,
         "span_over_depth": place[1],
@@ -215,6 +211,13 @@ def plane_strain_error(
         "half_width_over_height": width,
     }
     return PlaneStrainEstimate(errors, unsure, ratios, inside, tuple(notes))
+
+
+def _with_own_gages(design: Design, values: dict[str, float]) -> dict[str, float]:
+    """The values and those of the design's own gages, which read one face or the mean of both."""
+    kind = "both" if design.gages.face == "both" else "face"
+    own = {"gage": f"gage_{kind}", "force_gage": f"force_gage_{kind}"}
+    return values | {name: values[source] for name, source in own.items() if source in values}
 
 
 def _refuse_curved(design: Design) -> None:
