@@ -16,7 +16,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from fingerdesign.control import estimator as features
 from fingerdesign.control.controllers import regulator
@@ -44,8 +44,11 @@ def constants(estimator: GripEstimator, grip: Grip) -> dict[str, float]:
     return {name: each for name, each in found.items() if isinstance(each, float)}
 
 
-def c_files(estimator: GripEstimator, grip: Grip) -> dict[str, str]:
-    """Texts by file name, for the estimator's noise and a design's ``[grip]`` table."""
+def c_files(estimator: GripEstimator, grip: Grip, with_weights: bool = True) -> dict[str, str]:
+    """Texts by file name, for the estimator's noise and a design's ``[grip]`` table.
+
+    with_weights: else WEIGHTS is an array without values, to be filled by :func:`weights_of`.
+    """
     band, gages = estimator.band, estimator.gages
     count = feature_count(gages)
     sizes = {"GAGES": gages, "LOOKS_BACK": max(LAGS), "MOST_DELAY": _MOST_DELAY}
@@ -58,14 +61,18 @@ def c_files(estimator: GripEstimator, grip: Grip) -> dict[str, str]:
         lines += [f"static const int {name}[] = {{{', '.join(map(str, steps))}}};"]
     lines += [array_text("CENTER[]", band.center), array_text("SCALE[]", band.scale)]
     lines += [array_text("SPREAD[][2]", band.spread)]
-    layers = []
+    weights, layers, first = weights_of(estimator), [], 0
+    values = (
+        f"] = {{{', '.join(map(str, weights.tolist()))}}}" if with_weights else f"{len(weights)}]"
+    )
+    const = "const " if with_weights else ""
+    lines += [fill(f"static {const}int16_t WEIGHTS[{values};", 99)]
     for k, each in enumerate(band.layers):
-        weight, scale = in_16_bits(each.weight)
-        values = ", ".join(map(str, weight.reshape(-1).tolist()))
-        lines += [fill(f"static const int16_t WEIGHT_{k}[] = {{{values}}};", 99)]
+        inputs, outputs = each.weight.shape
+        scale = in_16_bits(each.weight)[1]
         lines += [array_text(f"WEIGHT_SCALE_{k}[]", scale), array_text(f"BIAS_{k}[]", each.bias)]
-        inputs, outputs = weight.shape
-        layers.append(f"{{{inputs}, {outputs}, WEIGHT_{k}, WEIGHT_SCALE_{k}, BIAS_{k}}}")
+        layers.append(f"{{{inputs}, {outputs}, WEIGHTS + {first}, WEIGHT_SCALE_{k}, BIAS_{k}}}")
+        first += inputs * outputs
     lines += [fill(f"static const layer LAYERS[] = {{{', '.join(layers)}}};", 99)]
     filled = {
         "@origin@": f"For the finger\n   {estimator.design}, {estimator.noise:g} microstrain.",
@@ -73,6 +80,11 @@ def c_files(estimator: GripEstimator, grip: Grip) -> dict[str, str]:
         "@numbers@": "\n".join(lines),
     }
     return {name: filled_template(name, filled) for name in FILES}
+
+
+def weights_of(estimator: GripEstimator) -> NDArray[np.int16]:
+    """Weights of all layers in turn, a row of all outputs for each input."""
+    return np.concatenate([in_16_bits(each.weight)[0].ravel() for each in estimator.band.layers])
 
 
 def filled_template(name: str, places: dict[str, str]) -> str:
@@ -84,8 +96,8 @@ def filled_template(name: str, places: dict[str, str]) -> str:
 
 
 def _single(value: float | np.float32) -> str:
-    """A literal that reads back as the same single."""
-    return f"{value:.8e}f"
+    """The shortest literal that reads back as the same single."""
+    return f"{np.float32(value)!s}f"
 
 
 def array_text(name: str, values: ArrayLike) -> str:

@@ -2,9 +2,10 @@
 
     (folder / "regulator.fmu").write_bytes(fmu(estimator, design.grip))
 
-A zip of a description, the sources (fmu.c, regulator.c, regulator.h), and on Linux with a compiler
-the library, for x86-64 or AArch64. One step of the unit is one sample of the hand. The finger's
-curves are constants; the delay, the stiffness and the cross-talk are parameters.
+A zip of a description, the sources (fmu.c, regulator.c, regulator.h), the weights in resources/,
+and on Linux with a compiler the library, for x86-64 or AArch64. Weights do not compress: library
+and sources share the one file. One step of the unit is one sample of the hand. The finger's curves
+are constants; the delay, the stiffness and the cross-talk are parameters.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from xml.etree import ElementTree as xml
 
 import numpy as np
 
-from fingerdesign.control.c_code import array_text, c_files, filled_template
+from fingerdesign.control.c_code import array_text, c_files, filled_template, weights_of
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.runtime.native import made_library
 
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.grip import Grip
 
 MODEL = "regulator"
-FILE = f"{MODEL}.fmu"
+FILE, WEIGHTS = f"{MODEL}.fmu", "weights.bin"
 _PLATFORMS = {"x86_64": "linux64", "aarch64": "aarch64-linux"}
 _OUTPUTS = {
     "dx": ("mm", "next move of the hand, away from the support"),
@@ -58,13 +59,17 @@ def fmu(estimator: GripEstimator, grip: Grip) -> bytes:
         "@stiffness@": repr(stiffness),
         "@curves@": "\n".join(array_text(f"CURVE_{k}[]", v) for k, v in tables.items()),
     }
-    sources = c_files(estimator, grip) | {"fmu.c": filled_template("fmu.c", places)}
-    digest = hashlib.sha256("".join(sources.values()).encode()).hexdigest()
+    # High bytes, then low ones: together they compress worse.
+    weights = weights_of(estimator).astype(">i2").view(np.uint8).reshape(-1, 2).T.tobytes()
+    sources = c_files(estimator, grip, with_weights=False)
+    sources |= {"fmu.c": filled_template("fmu.c", places)}
+    digest = hashlib.sha256("".join(sources.values()).encode() + weights).hexdigest()
     guid = (
         f"{{{'-'.join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32]))}}}"
     )
     sources["fmu.c"] = sources["fmu.c"].replace("@guid@", guid)
     content = {f"sources/{name}": text.encode() for name, text in sources.items()}
+    content[f"resources/{WEIGHTS}"] = weights
     described = description(estimator, guid, 1.0 / grip.hardware.sample_rate_Hz, stiffness)
     content["modelDescription.xml"] = described.encode()
     system = _PLATFORMS.get(platform.machine()) if sys.platform == "linux" else None
@@ -73,7 +78,8 @@ def fmu(estimator: GripEstimator, grip: Grip) -> bytes:
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(content):
-            archive.writestr(zipfile.ZipInfo(name, _EPOCH), content[name], zipfile.ZIP_DEFLATED)
+            about = zipfile.ZipInfo(name, _EPOCH)
+            archive.writestr(about, content[name], zipfile.ZIP_DEFLATED, compresslevel=9)
     return stream.getvalue()
 
 
@@ -81,7 +87,7 @@ def _compiled(sources: dict[str, str]) -> bytes | None:
     with tempfile.TemporaryDirectory() as folder:
         for name, text in sources.items():
             (Path(folder) / name).write_text(text, encoding="utf-8")
-        return made_library(Path(folder) / "fmu.c")
+        return made_library(Path(folder) / "fmu.c", ("-Os", "-s"))
 
 
 def description(estimator: GripEstimator, guid: str, period: float, stiffness: float) -> str:

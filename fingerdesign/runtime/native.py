@@ -62,14 +62,17 @@ def _is_whole(path: Path, digest: str | None) -> bool:
     return hashlib.sha256(path.read_bytes()).hexdigest() == digest
 
 
-def made_library(source: Path) -> bytes | None:
-    """Compile a C file with the first compiler that is found; None without one."""
+def made_library(source: Path, flags: tuple[str, ...] = ()) -> bytes | None:
+    """Compile a C file with the first compiler that is found; None without one.
+
+    flags: added to, and after, the usual ones.
+    """
     compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
     if compiler is None:
         return None
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "library.so"
-        command = [compiler, *_FLAGS, str(source), "-o", str(target), "-lm"]
+        command = [compiler, *_FLAGS, *flags, str(source), "-o", str(target), "-lm"]
         try:
             subprocess.run(command, check=True, capture_output=True, timeout=_SECONDS)
         except (OSError, subprocess.SubprocessError):

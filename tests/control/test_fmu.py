@@ -31,10 +31,20 @@ def test_a_unit_holds_description_sources_and_library(unit):
         names = set(archive.namelist())
         root = ElementTree.fromstring(archive.read("modelDescription.xml"))
     sources = {f"sources/{name}" for name in ("fmu.c", "regulator.c", "regulator.h")}
-    assert sources | {"modelDescription.xml"} < names
+    assert sources | {"modelDescription.xml", "resources/weights.bin"} < names
     assert len(root.findall("ModelVariables/ScalarVariable")) == GAGES + 13
-    # 23,000 weights of two bytes, in the library and once more, as text, in the sources.
-    assert unit.stat().st_size < 140_000
+    assert unit.stat().st_size < 100_000  # 23,000 weights of two bytes in it
+
+
+def test_weights_that_were_cut_are_no_unit(unit, tmp_path):
+    """A folder's name may need escapes in its address; a file of weights must be whole."""
+    Running(unit, tmp_path / "a folder")
+    cut = tmp_path / FILE
+    with zipfile.ZipFile(unit) as whole, zipfile.ZipFile(cut, "w") as archive:
+        for name in whole.namelist():
+            archive.writestr(name, whole.read(name)[: -1 if name.endswith(".bin") else None])
+    with pytest.raises(Exception, match="instantiate"):
+        Running(cut, tmp_path / "cut")
 
 
 def test_the_same_regulator_is_the_same_unit(unit, bench):

@@ -17,6 +17,7 @@ from fingerdesign.design.shipped import ESTIMATOR_SUFFIX, estimator_texts, shipp
 from fingerdesign.errors import DesignError
 from fingerdesign.sensing.train import ready
 from fingerdesign.sensing.train.result import estimator_faults, finger_key
+from fingerdesign.trials import gripbench
 
 
 class TrainedAnew(Exception):
@@ -47,10 +48,12 @@ def test_each_shipped_estimator_is_its_designs_and_small():
     for name in estimator_texts():
         design = load_design(name)
         path = shipped_path(name).with_name(f"{name}{ESTIMATOR_SUFFIX}")
-        assert path.stat().st_size < 150_000
+        assert path.stat().st_size < 180_000
         found = ready.shipped_estimator(design)
         assert found is not None
-        assert estimator_faults(design, found, "3d") == []
+        # GripBench's finger is gripped in plane strain.
+        fidelity = "plane-strain" if name == gripbench.DESIGN else "3d"
+        assert estimator_faults(design, found, fidelity) == []
         assert ready.unused_estimator(design) is None
 
 

@@ -167,6 +167,27 @@ def speed(folder: Path, report: Report, quick: bool) -> Shown:
     return measure_speed(folder, report, quick)
 
 
+@subcommand(
+    "The exported regulator on a Cortex-M4F and M7 (2 min).",
+    click.option(
+        "--design",
+        default="film_tees",
+        show_default=True,
+        metavar="NAME",
+        help="A shipped design with an estimator.",
+    ),
+)
+def microcontroller(folder: Path, report: Report, design: str) -> Shown:
+    """Flash and RAM by the linker, instructions of a step in qemu, cycles as an upper estimate.
+
+    Needs gcc-arm-none-eabi, libnewlib-arm-none-eabi and qemu-system-arm. Exit code 1 where 64 kB of
+    flash, 16 kB of RAM or 1 ms at 168 MHz is passed.
+    """
+    from fingerdesign_bench.microcontroller.run import measure_microcontroller
+
+    return measure_microcontroller(report, design)
+
+
 @subcommand("A whole `analyse` from cold caches (1.5 min).", fidelity_option(None, unset="both"))
 def whole(folder: Path, report: Report, fidelity: str | None) -> Shown:
     """Seconds, memory and dofs of `analyse`, from cold caches."""

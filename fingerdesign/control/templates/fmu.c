@@ -1,11 +1,13 @@
 /* The regulator as a functional mock-up unit, FMI 2.0 for co-simulation: one step of the unit is one
    sample of the hand. Compile this file alone (-std=c99 -shared -fPIC -lm); it includes regulator.c.
+   Its network's weights are in resources/weights.bin: all high bytes, then all low ones.
 
    Reals: the readings, F_n, F_t (inputs); dx, dy, stick_ratio, used, friction (outputs); stiffness,
    cross_talk (parameters). Integers: delay. Booleans: lifted (input); unsure, missed (outputs). */
 
 #include "regulator.c"
 
+#include <stdio.h>
 #include <stdlib.h>
 
 #define GUID "@guid@"
@@ -46,14 +48,40 @@ static void reset(unit *u) {
     u->real[STIFFNESS] = @stiffness@;
 }
 
+/* Fills WEIGHTS from the folder that a file URI names; 0 where it holds none. */
+static int reads_weights(const char *uri) {
+    char path[4096];
+    static unsigned char bytes[2 * COUNT(WEIGHTS)];
+    size_t n = 0, k;
+    unsigned int code;
+    FILE *file;
+    if (uri == NULL || strncmp(uri, "file:", 5) != 0)
+        return 0;
+    for (uri += strncmp(uri, "file://", 7) ? 5 : 7; *uri && n + 16 < sizeof path; uri++)
+        if (*uri == '%' && sscanf(uri + 1, "%2x", &code) == 1) {
+            path[n++] = (char)code;
+            uri += 2;
+        } else
+            path[n++] = *uri;
+    strcpy(path + n, "/weights.bin");
+    file = fopen(path + (path[0] == '/' && path[2] == ':'), "rb"); /* /C:/... */
+    if (file == NULL)
+        return 0;
+    n = fread(bytes, 1, sizeof bytes, file);
+    fclose(file);
+    for (k = 0; k < COUNT(WEIGHTS); k++)
+        WEIGHTS[k] = (int16_t)(bytes[k] << 8 | bytes[COUNT(WEIGHTS) + k]);
+    return n == sizeof bytes;
+}
+
 EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
 EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
 
 EXPORT void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources,
                              const void *callbacks, int visible, int logging) {
     unit *u;
-    (void)name, (void)resources, (void)callbacks, (void)visible, (void)logging;
-    if (type != 1 || guid == NULL || strcmp(guid, GUID) != 0)
+    (void)name, (void)callbacks, (void)visible, (void)logging;
+    if (type != 1 || guid == NULL || strcmp(guid, GUID) != 0 || !reads_weights(resources))
         return NULL; /* 1: co-simulation */
     u = malloc(sizeof *u);
     if (u != NULL)
