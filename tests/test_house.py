@@ -36,6 +36,7 @@ KERNELS = {
     "gymnasium": {"trials"},
     "trame": {"studio"},
     "mujoco": {"robots"},
+    "pyarrow": {"trials"},
 }
 NAMES_INSIDE_FUNCTIONS = 80  # each for a heavy library or a light start
 MOST_LINES, MOST_FILES = 600, 20

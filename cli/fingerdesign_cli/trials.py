@@ -12,7 +12,7 @@ from fingerdesign.records.base import plain
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.runtime.registry import code_allowed
-from fingerdesign.trials import gripbench
+from fingerdesign.trials import gripbench, lerobot
 from fingerdesign.trials.findings import findings
 from fingerdesign.trials.grid import SEALED_SEED, ControlGrid, Perturbed, refuse
 from fingerdesign.trials.program import REFERENCE as PROGRAM
@@ -22,6 +22,7 @@ from fingerdesign.trials.study import (
     FOLDER,
     StudyOptions,
     journal_beside,
+    run_lifts,
     run_study,
     write_study,
 )
@@ -106,6 +107,7 @@ def study(
     fidelity: Any,
     axes: Axes,
     held_out: str | None,
+    to: tuple[str, Path] | None,
 ) -> int:
     """Judge controllers on DESIGN over friction, weight and noise, or on perturbed fingers."""
     with ExitStack() as stack:
@@ -114,9 +116,13 @@ def study(
             stack.enter_context(code_allowed(PROGRAM))
         if str(design_file) == gripbench.NAME:
             _refuse_axes(axes, hands, fidelity)
+            if to is not None:
+                raise click.UsageError("gripbench only judges: --to needs a design")
             return _gripbench(out / gripbench.NAME, hands, workers or usable_cores(), held_out)
         if held_out is not None:
             raise click.UsageError("--held-out is for `fingerdesign study gripbench` alone")
+        if to is not None:
+            return _lifts(design_file, to[1], hands, workers or usable_cores(), fidelity, axes)
         return _study(design_file, out, hands, workers or usable_cores(), fidelity, axes)
 
 
@@ -154,6 +160,22 @@ def _show_card(card: gripbench.Scorecard, folder: Path) -> None:
     title = f"GripBench {card['version']}, {card['set']}: {grips} grips each; success in %"
     print_table(title, ["controller", "success", "95 %", "margin", "dropped"], rows)
     click.echo(f"{card['seconds']:.0f} s; scorecard: {folder / gripbench.RECORD}")
+
+
+def _lifts(
+    design_file: Path, target: Path, hands: Hands, workers: int, fidelity: Any, axes: Axes
+) -> int:
+    if hands.tune:
+        raise click.UsageError("--to lerobot takes the controllers as they are: leave out --tune")
+    design, _ = read_case(design_file)
+    estimator = estimator_for(design, hands.estimator_file, fidelity, hands.names)
+    options = StudyOptions(estimator, workers, fidelity)
+    with recorded(lerobot.FOLDER, target) as (folder, show):
+        info = run_lifts(design, hands.names, axes.grid(), folder, replace(options, report=show))
+    about = {name: info[f"total_{name}"] for name in ("episodes", "frames")}
+    words = f"{target}: {about['episodes']} lifts, {about['frames']} frames"
+    say_result(lambda: {"design": design.design.name, **about}, lambda: click.echo(words))
+    return 0
 
 
 def _study(

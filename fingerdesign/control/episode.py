@@ -43,12 +43,13 @@ _RAISE = 0.03
 
 @dataclass(frozen=True)
 class Episode:
-    """One grip and its trace. slip_step: the first of the trace in which the whole contact has
-    slipped, None where none is."""
+    """One grip, its trace, and what its hand measured. slip_step: the first of the trace in which
+    the whole contact has slipped, None where none is."""
 
     result: GripResult
     trace: GripTrace
     slip_step: int | None = None
+    samples: tuple[Sample, ...] = ()
 
     @property
     def to_slip(self) -> GripTrace:
@@ -179,7 +180,7 @@ def run_episode(
         outcome, reason = "failed", str(error)
     result = _result(run, friction_coefficient, outcome, reason)
     trace = _trace(run, result, len(calibration.gage_x))
-    episode = Episode(result, trace, run.slip)
+    episode = Episode(result, trace, run.slip, tuple(run.samples))
     unsure = unsure_at_the_end(
         episode.to_slip, result.gross_slip, MOST_FORCE * result.least_force_N
     )

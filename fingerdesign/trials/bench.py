@@ -7,7 +7,8 @@ process.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
@@ -125,6 +126,13 @@ class GripBench:
         memory = Memory()
         return [self.run_cell(cell, memory) for cell in cells]
 
+    def episodes(self, cells: Iterable[Cell]) -> Iterator[tuple[Cell, Episode]]:
+        """Cells of one object with their grips, step by step; without those whose bench fails."""
+        memory = Memory()
+        for cell in cells:
+            with suppress(SolverError):
+                yield cell, self.episode(cell, memory)
+
     def run_cell(self, cell: Cell, memory: Memory) -> GripResult:
         """Run one grip; ``memory`` is shared by cells of one object alone."""
         try:
@@ -207,26 +215,35 @@ class PerturbedBench:
     def run_batch(self, cells: Sequence[Cell]) -> list[GripResult]:
         """Run cells of one finger, each with the values that are tried on it; a finger whose model
         or bench fails is a failure of each."""
-        label, plant = cells[0].fault, cells[0].plant
         try:
-            seed = self.grid.plant_seed(label, plant)
-            found = perturb(self.design, faults_by_label()[label], seed)
-            bench, gripping = perturbed_problems(found, self.fidelity)
+            rig = self._rig(cells[0])
         except FingerDesignError as error:
             return [failed_grip(each, str(error)) for each in cells]
-        tug = Tug(found.tug) if found.tug else None
-        rig = GripBench(
+        tug = rig.grid.tug.share if rig.grid.tug else 0.0
+        tried = dict.fromkeys(each.values for each in cells)
+        rigs = {own: rig.with_grip(tuned_grip(rig.grip, dict(own))) for own in tried}
+        return [rigs[each.values].run_cell(replace(each, tug=tug), Memory()) for each in cells]
+
+    def episodes(self, cells: Sequence[Cell]) -> Iterator[tuple[Cell, Episode]]:
+        """As :meth:`GripBench.episodes`, of one finger."""
+        with suppress(FingerDesignError):
+            rig = self._rig(cells[0])
+            tug = rig.grid.tug.share if rig.grid.tug else 0.0
+            for cell in cells:
+                yield from rig.episodes([replace(cell, tug=tug)])
+
+    def _rig(self, cell: Cell) -> GripBench:
+        """The bench of the finger that is drawn for a cell. Raises FingerDesignError."""
+        seed = self.grid.plant_seed(cell.fault, cell.plant)
+        found = perturb(self.design, faults_by_label()[cell.fault], seed)
+        bench, gripping = perturbed_problems(found, self.fidelity)
+        return GripBench(
             bench,
             found.design.gages.face,
             gage_array(found.design),
             found.design.grip,
-            ControlGrid(seed=self.grid.seed, tug=tug),
+            ControlGrid(seed=self.grid.seed, tug=Tug(found.tug) if found.tug else None),
             self.estimator,
             gripping=gripping,
-            finger=(label, plant),
+            finger=(cell.fault, cell.plant),
         )
-        tried = dict.fromkeys(each.values for each in cells)
-        rigs = {own: rig.with_grip(tuned_grip(rig.grip, dict(own))) for own in tried}
-        return [
-            rigs[each.values].run_cell(replace(each, tug=found.tug), Memory()) for each in cells
-        ]

@@ -5,8 +5,9 @@ controllers than before.
 """
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
+from typing import TypeVar
 
 from pydantic import TypeAdapter
 
@@ -23,6 +24,7 @@ KIND = "a control study"  # The kind of a study's journal.
 # A journal whose grips have other fields than these is another version's.
 FIELDS = [field.name for field in fields(GripResult)]
 
+Found = TypeVar("Found")
 Report = Callable[[str, float], None]  # It is given a message and the fraction that is done.
 
 
@@ -67,7 +69,7 @@ def run_batches(
                 (found[cell],) = stored[key_of(cell, design)]
         if rest := [cell for cell in cells if cell not in found]:
             left.append(rest)
-    for cells, results in _in_processes(bench, left, workers):
+    for cells, results in in_processes(_run, bench, left, workers):
         new = dict(zip(cells, results, strict=True))
         journal.add({key_of(cell, design): [asdict(each)] for cell, each in new.items()})
         found |= new
@@ -77,24 +79,26 @@ def run_batches(
     return found
 
 
-Batch = tuple[Sequence[Cell], list[GripResult]]
+def _run(bench: Bench, cells: Sequence[Cell]) -> list[GripResult]:
+    return bench.run_batch(cells)
 
 
-def _run(bench: Bench, cells: Sequence[Cell]) -> Batch:
-    return cells, bench.run_batch(cells)
-
-
-def _in_processes(bench: Bench, batches: Sequence[Sequence[Cell]], workers: int) -> Iterable[Batch]:
-    """Batches with their results as they come, in processes; workers 1: here, in order.
+def in_processes(
+    function: Callable[[Bench, Sequence[Cell]], Found],
+    bench: Bench,
+    batches: Sequence[Sequence[Cell]],
+    workers: int,
+) -> Iterator[tuple[Sequence[Cell], Found]]:
+    """Batches with what a function makes of each, as they come, in processes; workers 1: here.
 
     Raises SolverError where a process died.
     """
     if workers <= 1 or len(batches) <= 1:
-        yield from (_run(bench, cells) for cells in batches)
+        yield from ((cells, function(bench, cells)) for cells in batches)
         return
     with Pool(min(workers, len(batches)), shared=(bench,)) as pool:
         try:
-            yield from pool.as_done(lambda cells: pool.call(_run, cells), batches)
+            yield from pool.as_done(lambda cells: (cells, pool.call(function, cells)), batches)
         except ProcessError as error:
             words = f"a process of the study ended ({error}); was there memory enough? Run it again"
             raise SolverError(f"{words}: it continues where it stopped") from error

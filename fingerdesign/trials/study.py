@@ -19,7 +19,7 @@ from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.roster import needs_training
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import DesignError
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
@@ -48,6 +48,7 @@ from fingerdesign.trials.grid import (
     refuse,
     seed_of,
 )
+from fingerdesign.trials.lerobot import write_lifts
 from fingerdesign.trials.page import chart_png, control_html
 from fingerdesign.trials.record import (
     CSV_FILE,
@@ -155,6 +156,30 @@ def run_study(
         peak_memory_MB=largest_memory_MB(),
     )
     return ControlStudy(data, trials, traces, noise, design if tuning else None)
+
+
+def run_lifts(
+    design: Design,
+    controllers: Sequence[str],
+    grid: ControlGrid,
+    folder: Path,
+    options: StudyOptions = StudyOptions(),
+) -> dict[str, Any]:
+    """Run every grip, and write what its hand measured and did as a LeRobot data set.
+
+    Raises as :func:`run_study`; ImportError without pyarrow; DesignError for a rate that is not
+    whole, which the format does not know.
+    """
+    names, rate = tuple(dict.fromkeys(controllers)), design.grip.hardware.sample_rate_Hz
+    if rate != round(rate):
+        remedy = "round it"
+        raise DesignError([Fault("grip.hardware.sample_rate_Hz", rate, "a whole number", remedy)])
+    refuse(grid, names)
+    _refuse_perturbed(design, grid, options.fidelity)
+    bench = _grip_bench(design, names, grid, options, Clock())
+    judged, batches = _judging(bench, design, options.fidelity), list(grid.batches(names))
+    with one_thread():
+        return write_lifts(judged, rate, batches, folder, options.workers, options.report)
 
 
 def _refuse_perturbed(design: Design, grid: ControlGrid, fidelity: Fidelity) -> None:

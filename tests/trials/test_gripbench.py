@@ -4,8 +4,11 @@ import hashlib
 import json
 import shutil
 import sys
+from pathlib import Path
 
 import pytest
+from fingerdesign_cli.options import CONTROLLER_NAMES
+from pydantic import TypeAdapter
 
 from fingerdesign.errors import DesignError
 from fingerdesign.records.statistics import beta_binomial_share
@@ -13,6 +16,7 @@ from fingerdesign.sensing.perturb.faults import FAULTS
 from fingerdesign.trials import gripbench
 from fingerdesign.trials.grid import Perturbed
 
+ROOT = Path(__file__).parents[2]
 # The move of control/controllers/rivals.py's simplest hand, in two other languages.
 IN_PYTHON = """
 import json, sys
@@ -80,6 +84,18 @@ def test_version_1_is_what_it_was():
     cells = list(gripbench.benchmark_grid(None).batches(["paper"]))
     assert len(cells) == 99
     assert all(len(batch) == 4 for batch in cells)
+
+
+def test_the_published_scorecard_is_of_this_set():
+    text = (ROOT / "docs/images/gripbench.json").read_text()
+    card = TypeAdapter(gripbench.Scorecard).validate_json(text)
+    assert (card["version"], card["set"]) == (gripbench.VERSION, "public")
+    assert card["design_digest"] == gripbench.benchmark_design().digest()
+    assert {each["controller"] for each in card["scores"]} == set(CONTROLLER_NAMES)
+    assert {(each["grips"], each["fingers"]) for each in card["scores"]} == {(396, 99)}
+    assert card["seconds"] < 600.0
+    text = (ROOT / "docs/images/gripbench.csv").read_text()
+    assert gripbench.scorecard_csv(card).splitlines() == text.splitlines()
 
 
 def test_the_held_out_seed_needs_its_phrase(monkeypatch):

@@ -1,6 +1,7 @@
 """Commands about the hand: grips, gages and controllers."""
 
 import math
+from pathlib import Path
 
 import click
 
@@ -252,6 +253,12 @@ def export() -> None:
     "--held-out",
     metavar="PHRASE",
     help="With gripbench: the phrase of the release's notes. Without it the public set.",
+)
+@click.option(
+    "--to",
+    type=(click.Choice(["lerobot"]), click.Path(file_okay=False, path_type=Path)),
+    metavar="lerobot DIR",
+    help="Write the lifts, sample by sample, as a LeRobot data set into a new DIR; judge nothing.",
 )
 @open_option
 @click.option(
