@@ -22,6 +22,7 @@ from fingerdesign.mold.plan.fixture.outer import ROOMS_MM
 from fingerdesign.mold.plan.limits import SPARE_MM
 from fingerdesign.mold.plan.plan import (
     PRY_MM,
+    RELIEF_MM,
     BaseHole,
     CorePin,
     Leg,
@@ -40,7 +41,6 @@ BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
 ROOT_MM = 0.2  # how deep a pin or lug reaches into its part
 PILOT = 0.72  # of a clearance hole: the core hole of the same screw's thread
 STEEP = 0.5  # fall of a wall's top, mm per mm, from which its edge at a window is cut level
-RELIEF_MM = 0.3  # of the insert's ends under outer combs
 _UP = np.array([0.0, 1.0, 0.0])
 
 

@@ -41,6 +41,7 @@ HoleKind = Literal["gate", "riser", "vent", "lock", "screw", "wires"]
 
 GROOVE_MM = (1.0, 1.2)  # of the mount: deep, high
 LEAST_GROOVE_MM = 0.4
+RELIEF_MM = 0.3  # of the insert's ends under outer combs, which would clamp it
 PRY_MM = (2.5, 2.0, 3.0)  # a notch's depth and height, and half its length
 
 
