@@ -102,6 +102,15 @@ def _show(report: MoldData, folder: Path, general: Collection[str]) -> None:
             f"{plate['material'].replace('_', ' ')}, {plate['width_mm']:.3f} x "
             f"{plate['length_mm']:.3f} mm with legs"
         )
+    _show_facts(report, general)
+    say(_summary(report), bold=True)
+    for line in report["sensor"]["fix"]:
+        say(f"  fix  {line}")
+    click.echo(f"{report['seconds']:.0f} s; report: {folder / 'report.html'}")
+
+
+def _show_facts(report: MoldData, general: Collection[str]) -> None:
+    """Print silicone, placement, warnings, leads and hours."""
     if report["silicone"] is not None:
         say_marked("", report["silicone"]["sentence"])
     if report["placement"] is not None:
@@ -113,10 +122,6 @@ def _show(report: MoldData, folder: Path, general: Collection[str]) -> None:
         say_marked("", report["leads"]["sentences"][0])
     if report["hours"]:
         say_marked("", f"hands-on: {hours_words(report['hours'])}")
-    say(_summary(report), bold=True)
-    for line in report["sensor"]["fix"]:
-        say(f"  fix  {line}")
-    click.echo(f"{report['seconds']:.0f} s; report: {folder / 'report.html'}")
 
 
 def _summary(report: MoldData) -> str:

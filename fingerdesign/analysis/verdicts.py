@@ -138,15 +138,19 @@ def grip_verdicts(grips: Sequence[GripResult]) -> Iterator[Verdict]:
 
 def _lift(grips: Sequence[GripResult], good: Sequence[GripResult]) -> Verdict:
     masses = _span({grip.object_mass_g for grip in grips}, "g").replace(" ... ", "–")
-    found = f"μ {_listed({each.friction_coefficient for each in good})}" if good else "at no μ"
     ranged = len({grip.object_mass_g for grip in grips}) > 1
     bad = [each for each in grips if not lifts(each)]
+    found = f"μ {_listed({each.friction_coefficient for each in good})}" if good else "at no μ"
     if ranged and good and bad:
-        found = f"not {bad[0].object_mass_g:g} g at μ {bad[0].friction_coefficient:g}"
-        found += f" and {len(bad) - 1} more" if bad[1:] else ""
+        found = _not_lifted(bad)
     count = f"{len(good)} of {len(grips)} {'lifts' if ranged else 'μ'}"
     status: Status = "fail" if bad else "pass"
     return Verdict(status, f"lifts {masses} g", found, "no gross slip", count)
+
+
+def _not_lifted(bad: Sequence[GripResult]) -> str:
+    first = f"not {bad[0].object_mass_g:g} g at μ {bad[0].friction_coefficient:g}"
+    return first + (f" and {len(bad) - 1} more" if bad[1:] else "")
 
 
 def _grip_force(good: Sequence[GripResult]) -> Verdict:
@@ -220,13 +224,17 @@ def _fixes(result: Result, failing: set[str], design_file: str) -> Iterator[Fix]
     elif coulomb and "grip force" in failing:
         yield from _force_fixes(result, design_file)
     if "slip sensing" in failing:
-        share, missing = best_area_share(result.slip_studies) or (0.0, 1.0)
-        if missing <= 0.0:
-            yield Fix(f"gages.area_share = {share:g}", _passes("slip sensing"), "this model")
+        yield from _share_fixes(result)
     if "gage signal" in failing and result.measurability is not None:
         yield from _gage_fixes(result.measurability, str(result.parameters.get("plates.material")))
     if failing:
         yield Fix(f"fingerdesign optimise {design_file}", "searches one that passes")
+
+
+def _share_fixes(result: Result) -> Iterator[Fix]:
+    share, missing = best_area_share(result.slip_studies) or (0.0, 1.0)
+    if missing <= 0.0:
+        yield Fix(f"gages.area_share = {share:g}", _passes("slip sensing"), "this model")
 
 
 def _lift_fixes(result: Result) -> Iterator[Fix]:

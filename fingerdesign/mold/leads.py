@@ -1,4 +1,4 @@
-"""What the leads of a finger's gages do to its readings, as it is wired when it is cast.
+"""Effect of the leads of a finger's gages on its readings, as it is wired when it is cast.
 
 The finger is pressed and sheared in 3-D (placement's scene) without leads and with them, as bars
 along its plates (fem/bars.py). Changes are shares of the largest reading of their row. Where they

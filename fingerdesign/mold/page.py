@@ -90,21 +90,23 @@ def _verdicts(data: MoldData) -> Iterator[Verdict]:
     else:
         number = f"{failing} of {checked} checks failed"
         yield Verdict("fail", "not ready", number, "see findings before anything is printed")
-    error, gage = data["sensor"]["reading_error"], data["sensor"]["gage"]
-    if error is not None:
-        status: Status = "fail" if error > MOST_ERROR else "pass"
-        number = f"a reading changes by up to {100 * error:.0f} %"
-        yield Verdict(status, "plates' places", number, f"target ≤ {100 * MOST_ERROR:.0f} %")
-    if (price := data["sensor"]["lead_error"]) is not None:
-        status = "fail" if price > MOST else "pass"
-        number = f"a reading changes by up to {100 * price:.2g} %"
-        yield Verdict(status, "leads", number, f"target ≤ {100 * MOST:.0f} %")
+    gage = data["sensor"]["gage"]
+    yield from _effect("plates' places", data["sensor"]["reading_error"], MOST_ERROR)
+    yield from _effect("leads", data["sensor"]["lead_error"], MOST)
     if data["plates"]:
         yield Verdict("pass" if gage else "fail", "gage on sale", gage or "none fits the plates")
     if data["parts"]:
         yield Verdict("note", "parts", f"{len(data['parts'])} parts and {_bolts(data)} bolts")
     if data["hours"]:
         yield Verdict("note", "hands-on", hours_words(data["hours"]))
+
+
+def _effect(name: str, error: float | None, most: float) -> Iterator[Verdict]:
+    """The change of a reading by a cause, where it is known."""
+    if error is not None:
+        status: Status = "fail" if error > most else "pass"
+        number = f"a reading changes by up to {100 * error:.2g} %"
+        yield Verdict(status, name, number, f"target ≤ {100 * most:.0f} %")
 
 
 def _fixes(data: MoldData) -> tuple[Fix, ...]:
@@ -187,7 +189,7 @@ def _plates(data: MoldData) -> Iterator[Item]:
 
 
 def _bill(data: MoldData) -> Iterator[Item]:
-    """What to order, with its texts, the rest, and the hours that it takes."""
+    """The order, with its texts, the rest, and the hours that it takes."""
     if not data["bill"]:
         return
     yield tables.bill_table(data)

@@ -140,17 +140,20 @@ def _patch(
     return PartMesh(name, corners, BOX, None, 9, "metal", 0.0, 0.0, 0.0)
 
 
+def _by_name(meshes: MoldMeshes, more: Sequence[PartMesh]) -> dict[str, tuple[PartMesh, ...]]:
+    """What a view's name stands for: a part, all plates with what is on them, or bolts."""
+    alike = {f"bolts_{axis}": tuple(b for b in more if b.name == f"bolts_{axis}") for axis in "yz"}
+    alike[PLATES] = (*meshes.plates, *(b for b in more if not b.name.startswith("bolts")))
+    return alike | {part.name: (part,) for part in (*meshes.parts, *meshes.coupon, meshes.rubber)}
+
+
 def step_parts(
     meshes: MoldMeshes, views: Sequence[View], more: Sequence[PartMesh] = ()
 ) -> list[tuple[Shown, ...]]:
     """Choose what is drawn of each view: what is there already is pale; what the step puts in its
     place, or takes away, is in its colour, on its way."""
     size = np.array(meshes.high) - np.array(meshes.low)
-    bolts = {axis: [b for b in more if b.name == f"bolts_{axis}"] for axis in "yz"}
-    more = [each for each in more if not each.name.startswith("bolts")]
-    alike: dict[str, tuple[PartMesh, ...]] = {PLATES: (*meshes.plates, *more)}
-    alike |= {f"bolts_{axis}": tuple(each) for axis, each in bolts.items()}
-    alike |= {part.name: (part,) for part in (*meshes.parts, *meshes.coupon, meshes.rubber)}
+    alike = _by_name(meshes, more)
     there: list[str] = []
     found = []
     for view in views:

@@ -31,21 +31,23 @@ def sensor_of(
     leads: Mapping[str, Any] | None,
 ) -> dict[str, Any]:
     """Judge if a finger's gages can be had and read what the model computes, as cast."""
-    found = [
-        *(() if fit is None else _placed(design, placement)),
-        *_gage(design, fit),
-        *(() if fit is None else _led(design, fit.found, leads)),
-    ]
-    known = placement is not None and placement.get("reason") is None and fit is not None
-    wired = leads is not None and leads.get("reason") is None and fit is not None
+    found, type_ = list(_gage(design, fit)), None
+    if fit is not None:
+        type_ = fit.found
+        found = [*_placed(design, placement), *found, *_led(design, type_, leads)]
     return {
         "ready": not found,
-        "reading_error": placement_worst(placement) if known else None,
-        "lead_error": leads["reading_error"] if wired and leads is not None else None,
-        "gage": None if fit is None or fit.found is None else fit.found.name,
+        "reading_error": placement_worst(placement) if fit and _is_known(placement) else None,
+        "lead_error": leads["reading_error"] if fit and leads and _is_known(leads) else None,
+        "gage": None if type_ is None else type_.name,
         "reasons": [reason for reason, _ in found],
         "fix": list(dict.fromkeys(line for _, lines in found for line in lines)),
     }
+
+
+def _is_known(effect: Mapping[str, Any] | None) -> bool:
+    """True where an effect on the readings was computed."""
+    return effect is not None and effect.get("reason") is None
 
 
 def _gage(design: Design, fit: GageFit | None) -> Iterator[Reason]:
@@ -66,7 +68,7 @@ def _gage(design: Design, fit: GageFit | None) -> Iterator[Reason]:
 
 
 def not_offered(type_: GageType) -> str:
-    """What a type's entry lacks to be ordered; "": nothing."""
+    """Name what a type's entry lacks to be ordered; "": nothing."""
     lacking = {"source": type_.source, "price": type_.price, "lead_weeks": type_.lead_weeks}
     return ", ".join(f"no {key}" for key, value in lacking.items() if not value)
 
@@ -119,7 +121,13 @@ def _led(
             "it: lead it out on its legs",
             _LEG,
         )
-    elif leads is None or leads["reason"] is not None:
+    else:
+        yield from _priced(leads)
+
+
+def _priced(leads: Mapping[str, Any] | None) -> Iterator[Reason]:
+    """Leads whose price is not known, or is too high."""
+    if leads is None or leads["reason"] is not None:
         unknown = "what the leads do to the readings is not known"
         yield (leads["sentences"][0].rstrip(".") if leads and leads["sentences"] else unknown), []
     elif leads["reading_error"] > MOST:

@@ -25,11 +25,23 @@ _STILL = 1e-9  # mm (or degrees) per unit: a slower motion is rounding of the di
 
 def check_movable(parameter: Parameter, mesh: Mesh) -> None:
     """Refuse a dimension that no velocity is known for, with what to do instead."""
+    for wrong, bound, remedy in _immovable(parameter):
+        if wrong:
+            raise DesignError([Fault("parameters", f"'{parameter.name}'", bound, remedy)])
+    if mesh.dimension == 3:
+        ends = parameter.rate(lambda t: np.array([f.span for f in parameter.at(t).frames]))
+        if parameter.name != "body.depth_mm" and np.abs(ends).max(initial=0.0) > _STILL:
+            bound = "a key that leaves the plates' span in space as it is"
+            raise DesignError([Fault("parameters", f"'{parameter.name}'", bound, "leave it out")])
+
+
+def _immovable(parameter: Parameter) -> tuple[tuple[bool, str, str], ...]:
+    """Cases that no velocity is known for: if it is so, what is needed, what to do instead."""
     design, _, frames = parameter.at(0.0)
     flat = all(frame.along == "x" and frame.bend_radius is None for frame in frames)
     kind = design.body.kind
     width = parameter.name in ("body.width_mm", "body.arc_radius_mm", "body.edge_radius_mm")
-    for wrong, bound, remedy in (
+    return (
         (design.plates.model != "solid", 'plates.model = "solid"', "model the plates as solids"),
         (
             design.gages.leads is not None or design.gages.kind is not None,
@@ -45,14 +57,7 @@ def check_movable(parameter: Parameter, mesh: Mesh) -> None:
             "a straight body, of width and radius without an edge",
             "leave this parameter out",
         ),
-    ):
-        if wrong:
-            raise DesignError([Fault("parameters", f"'{parameter.name}'", bound, remedy)])
-    if mesh.dimension == 3:
-        ends = parameter.rate(lambda t: np.array([f.span for f in parameter.at(t).frames]))
-        if parameter.name != "body.depth_mm" and np.abs(ends).max(initial=0.0) > _STILL:
-            bound = "a key that leaves the plates' span in space as it is"
-            raise DesignError([Fault("parameters", f"'{parameter.name}'", bound, "leave it out")])
+    )
 
 
 def node_velocity(parameter: Parameter, mesh: Mesh) -> Array | None:

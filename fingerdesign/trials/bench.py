@@ -225,7 +225,7 @@ class PerturbedBench:
         return [rigs[each.values].run_cell(replace(each, tug=tug), Memory()) for each in cells]
 
     def episodes(self, cells: Sequence[Cell]) -> Iterator[tuple[Cell, Episode]]:
-        """As :meth:`GripBench.episodes`, of one finger."""
+        """Yield the episodes of one finger, for :meth:`GripBench.episodes`."""
         with suppress(FingerDesignError):
             rig = self._rig(cells[0])
             tug = rig.grid.tug.share if rig.grid.tug else 0.0

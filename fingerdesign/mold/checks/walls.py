@@ -97,17 +97,7 @@ def _least_web(assembly: Assembly, part: PartMesh, side: SidePlan, slack: float)
     for share in (0.5,) if sheet else (0.02, 0.5, 0.98):
         level = low + share * (high - low)
         loops = section_loops(assembly.solids[part.name], side.side, level)
-        around = (
-            [loops]
-            if sheet
-            else [
-                [each, other]
-                for k, each in enumerate(loops)
-                for j, other in enumerate(loops)
-                if j != k and _is_slot(side, each, level)
-            ]
-        )
-        for group in around:
+        for group in [loops] if sheet else _next_to_slots(side, loops, level):
             distance, where = least_distance(group)
             if distance < least:
                 least, place = distance, where
@@ -119,6 +109,12 @@ def _least_web(assembly: Assembly, part: PartMesh, side: SidePlan, slack: float)
         f"{part.name}: least web {least:.3f} mm, at {at} of its outline; {bound:g} mm can be made"
     )
     return Check.least("least web", part.name, least, bound, text, slack)
+
+
+def _next_to_slots(side: SidePlan, loops: list[Array], level: float) -> list[list[Array]]:
+    """Pairs of outlines in a wall's section, the first of them that of a slot."""
+    slots = [each for each in loops if _is_slot(side, each, level)]
+    return [[each, other] for each in slots for other in loops if other is not each]
 
 
 def _is_slot(side: SidePlan, loop: Array, level: float) -> bool:

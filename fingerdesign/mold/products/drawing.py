@@ -172,8 +172,7 @@ def write_drawings(casting: Casting, folder: Path) -> None:
         alike = replace(sheet, text=(pattern.name,))
         nested.setdefault(name, []).extend([alike] * (pattern.count + more))
     for comb in (*meshes.parts, *meshes.coupon):
-        side = next((each for each in SIDES if comb.draw and axis_name(comb.draw) == each), None)
-        if comb.made == "sheet" and side is not None:
+        if (side := _sheet_side(comb)) is not None:
             sheet = comb_sheet(comb, side)
             write_dxf([sheet], folder / f"{comb.name}.dxf")
             name = f"combs_{np.ptp(comb.vertices @ direction(side)):.3g}mm"
@@ -182,6 +181,13 @@ def write_drawings(casting: Casting, folder: Path) -> None:
         write_dxf(sheets, folder / f"nested_{name}.dxf")
     if casting.plan.groove is not None:
         write_dxf(mount_sheets(casting.plan), folder / MOUNT_FILE)
+
+
+def _sheet_side(part: PartMesh) -> Side | None:
+    """The side that a part of sheet is drawn to; None for other parts."""
+    if part.made != "sheet" or not part.draw:
+        return None
+    return next((each for each in SIDES if axis_name(part.draw) == each), None)
 
 
 def mount_sheets(plan: MoldPlan) -> list[Sheet]:

@@ -74,7 +74,6 @@ def casting_notes(casting: Casting) -> tuple[list[dict[str, Any]], list[View]]:
     design, plan, meshes, trial = casting.design, casting.plan, casting.meshes, casting.trial
     bolts = sorted(plan.bolts, key=lambda bolt: str((bolt.size, bolt_length(bolt))))
     apart = least_gap(trial)
-    own = [each for each in design.gage_types if each.name == design.mold.gage]
     bar = next(part for part in meshes.coupon if part.name == COUPON)
     text = macros(TEMPLATES / "notes.j2").notes(
         design=design,
@@ -101,9 +100,15 @@ def casting_notes(casting: Casting) -> tuple[list[dict[str, Any]], list[View]]:
         windows=len([side for side in plan.sides if side.window]),
         window_mm3=windows_volume(plan),
         inside=round(plan.reach("-z") - plan.tips.get("-z", plan.reach("-z")), 2),
-        bend=max((each.bend_mm for each in own), default=3.0),
+        bend=_bend(design),
     )
     return _sections(text)
+
+
+def _bend(design: Design) -> float:
+    """Least radius, mm, that the own gage's film is bent to."""
+    own = [each for each in design.gage_types if each.name == design.mold.gage]
+    return max((each.bend_mm for each in own), default=3.0)
 
 
 def _sections(text: str) -> tuple[list[dict[str, Any]], list[View]]:
