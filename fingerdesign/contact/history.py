@@ -75,10 +75,14 @@ class FrictionHistory:
     def displace(self, lag: Array) -> None:
         """Solve the next increments on a surface displaced by ``lag`` (m, dim) mm, in the first
         problem's components, instead of the body's own loads (contact/memory.py)."""
-        scale = np.ones(lag.shape)
-        scale[:, 1:] = self._shares(self._slid)[:, None]
+        alike = self.problem is self._at_rest
         self._at_rest = _displaced(self._at_rest, lag)
-        self.problem = _displaced(self.problem, scale * lag)
+        if alike:
+            self.problem = self._at_rest
+        else:
+            scale = np.ones(lag.shape)
+            scale[:, 1:] = self._shares(self._slid)[:, None]
+            self.problem = _displaced(self.problem, scale * lag)
         if self.state.motion.load != 1.0:
             self.state = replace(self.state, motion=replace(self.state.motion, load=1.0))
 

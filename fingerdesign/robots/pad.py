@@ -21,6 +21,7 @@ finger, are reported as ``outside``. An object that outruns the candidate zone i
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 
@@ -122,6 +123,7 @@ class Pad:
         self._local = np.einsum("mab,kmb->kma", problem.frames, rigid)
         self._frames, self._width = problem.frames, float(np.ptp(points[:, 2])) or model.depth
         self._anchor, self._turn = np.array([0.0, crest_mm, 0.0]), 0.0
+        self._about = np.eye(6)
         self._carried = np.zeros(2)  # x and z of the anchor's own way, mm
         self._blank = np.zeros(len(model.gage_x))
         self.touch = Touch(np.zeros(6), self._blank)
@@ -172,9 +174,10 @@ class Pad:
 
     def _about_anchor(self) -> Array:
         """A motion about the origin (6,) of one about the anchor: w x (X - a) = w x X + a x w."""
-        x, y, z = self._anchor
-        found = np.eye(6)
-        found[:3, 3:] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+        x, y, z = self._anchor.tolist()
+        found = self._about
+        found[0, 4], found[0, 5], found[1, 3] = -z, y, z
+        found[1, 5], found[2, 3], found[2, 4] = -x, -y, x
         return found
 
     def _rest(self, place: Array, rotation: Array) -> None:
@@ -265,14 +268,9 @@ def rotation_vector(matrix: Array) -> Array:
     >>> rotation_vector(turned).round(6).tolist()
     [0.0, 0.0, 1.570796]
     """
-    skew = 0.5 * np.array(
-        [
-            matrix[2, 1] - matrix[1, 2],
-            matrix[0, 2] - matrix[2, 0],
-            matrix[1, 0] - matrix[0, 1],
-        ]
-    )
-    sine, cosine = float(np.linalg.norm(skew)), 0.5 * (float(np.trace(matrix)) - 1.0)
+    (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
+    skew = 0.5 * np.array([h - f, c - g, d - b])
+    sine, cosine = 0.5 * hypot(h - f, c - g, d - b), 0.5 * (a + e + i - 1.0)
     if sine < 1e-9 and cosine < 0.0:
         raise ValueError("an object turned by 180 degrees has no small rotation")
     return skew if sine < 1e-9 else skew * (np.arctan2(sine, cosine) / sine)
