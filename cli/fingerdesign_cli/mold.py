@@ -10,6 +10,7 @@ import click
 
 from fingerdesign.mold.make import FOLDER, older_passed, write_mold
 from fingerdesign.mold.part import axis_name
+from fingerdesign.mold.products.hours import hours_words
 from fingerdesign.mold.products.notes import cautions_of
 from fingerdesign.mold.profile import with_profile
 from fingerdesign.mold.record import MoldData, PartData
@@ -108,7 +109,13 @@ def _show(report: MoldData, folder: Path, general: Collection[str]) -> None:
     for warning in report["warnings"]:
         if details() or warning not in general:
             say_marked(SIGNS["warning"], warning)
+    if report["leads"] is not None and report["leads"]["reason"] is None:
+        say_marked("", report["leads"]["sentences"][0])
+    if report["hours"]:
+        say_marked("", f"hands-on: {hours_words(report['hours'])}")
     say(_summary(report), bold=True)
+    for line in report["sensor"]["fix"]:
+        say(f"  fix  {line}")
     click.echo(f"{report['seconds']:.0f} s; report: {folder / 'report.html'}")
 
 

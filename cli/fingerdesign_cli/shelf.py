@@ -129,6 +129,7 @@ def _gages() -> Iterator[_Row]:
             "with_tabs_mm": f"{each.carrier_length_mm:g} x {each.carrier_width_mm:g}",
             "ohm": each.resistance_ohm,
             "factor": each.gage_factor,
+            "microstrain_per_uV_V": round(4.0 / each.gage_factor, 3),
             "Et_N_per_mm": each.stiffness,
             "order": each.least_order,
             "weeks": each.lead_weeks,

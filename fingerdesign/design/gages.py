@@ -19,6 +19,7 @@ from pydantic import Field
 from pydantic_core import PydanticCustomError
 
 from fingerdesign.design.base import Table, bounded, positive, refuse_key
+from fingerdesign.design.leads import Leads
 
 MAKERS_NU = 0.285  # of the bar on which gage factors are measured
 # Half of the design's own largest response at full stick: one rule for every design and friction
@@ -81,6 +82,11 @@ class Gages(Table):
         "share of the strongest gage's at full stick",
     )
 
+    leads: Leads | None = Field(
+        default=None,
+        description="bars along the plates in the model; absent: left out, as before they are cast",
+    )
+
     def _misfits(self) -> Iterator[PydanticCustomError]:
         if self.transverse_weight is not None and self.grid != "tee":
             remedy = 'remove it or set gages.grid = "tee"'
@@ -97,8 +103,10 @@ class Gages(Table):
         return {"upper": (1.0,), "lower": (-1.0,), "both": (1.0, -1.0)}[self.face]
 
     @property
-    def leads(self) -> int:
-        """Number of leads of a plate: two a grid; tees on both faces have a common tab each."""
+    def lead_count(self) -> int:
+        """Number of leads of a plate: given, or two a grid; tees have a common tab each."""
+        if self.leads is not None and self.leads.number is not None:
+            return self.leads.number
         return 2 * self.faces + (2 if self.grid == "tee" else 0)
 
     def transverse(self, poissons_ratio: float) -> float:

@@ -119,6 +119,16 @@ class Mold(Table):
         "diameter of a plate's bundle of leads (four enamelled wires of 0.1 mm "
         "copper), all of which leave through the base plate; 0: no hole for them",
     )
+    leads: Literal["wires", "leg"] = Field(
+        default="wires",
+        description="wires (along their plate, out through the base plate) | leg (traces of film "
+        "and flex plates, on front legs that are bent down into a groove of the mount)",
+    )
+    mount: Literal["inserts", "iso9409"] = Field(
+        default="inserts",
+        description="back of the receiver that the finger slides into: inserts (two, M3) | iso9409 "
+        "(the holes of ISO 9409-1-50-4-M6)",
+    )
     gate_mm: float = bounded(4.0, 0.2, 50, "diameter of gate and riser; shrunk to what fits")
     vent_mm: float | None = bounded(
         None, 0.05, 10, "diameter of a vent; absent: 1 mm, or the process's least hole", example=1.0

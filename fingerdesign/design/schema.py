@@ -219,10 +219,17 @@ class Design(Whole):
     def digest(self) -> str:
         """SHA-256 of what analyses see, in hexadecimal; not of formatting, comments or ``mold``.
 
-        A gage counts by its factor, whatever name it has.
+        A gage counts by its factor and by what it stiffens its plate, whatever name it has.
         """
-        factor = None if self.gage_factor == METAL_FACTOR else self.gage_factor
-        own = {"kind": None, "gage_factor": factor}
+        factor, type_ = (
+            None if self.gage_factor == METAL_FACTOR else self.gage_factor,
+            self.gage_type,
+        )
+        stiff = None
+        if type_ is not None and type_.stiffness:
+            size = type_.carrier(self.gages.length_mm, self.gages.width_mm)
+            stiff = f"{type_.stiffness:.6g} N/mm, {size[0]:.6g} x {size[1]:.6g} mm"
+        own = {"kind": stiff, "gage_factor": factor}
         gages = self.gages.model_copy(update=own)
         return content_digest(self.model_copy(update={"gages": gages}))
 

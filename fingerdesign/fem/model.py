@@ -13,6 +13,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.design.body import Body as FingerBody
 from fingerdesign.design.gages import Gages
 from fingerdesign.design.schema import Design
+from fingerdesign.fem.bars import bar_stiffness
 from fingerdesign.fem.body import CondensedBody, condense_body
 from fingerdesign.fem.readout import gage_rows, plate_at, plate_strain_rows, strain_rows
 from fingerdesign.fem.reduction import reduced_model
@@ -123,11 +124,13 @@ def build_model(
 def body_of(design: Design, mesh: Mesh, contact: NDArray[np.int64]) -> Body:
     """The finger as an elastic body fixed at its base, with ``contact`` (f, nodes) candidates."""
     young, poisson = materials_of(design, mesh)
-    thickness, sheets = design.body.depth_mm if mesh.dimension == 2 else 1.0, None
+    thickness, frames = design.body.depth_mm if mesh.dimension == 2 else 1.0, plate_frames(design)
+    attached = bar_stiffness(design, mesh, frames)
     if design.plates.model == "sheet":
-        plate, frames = design.material_of("plates"), plate_frames(design)
+        plate = design.material_of("plates")
         moduli = plate.youngs_modulus_MPa, plate.poissons_ratio
         sheets = sheet_stiffness(mesh, frames, *moduli, thickness)
+        attached = sheets if attached is None else (sheets + attached).tocsr()
     return Body(
         mesh=mesh,
         youngs_modulus=young,
@@ -138,7 +141,7 @@ def body_of(design: Design, mesh: Mesh, contact: NDArray[np.int64]) -> Body:
         project=surface_of(design.body).project,
         element=element_of(design),
         pressure_cells=mesh.regions == 0,
-        attached=sheets,
+        attached=attached,
     )
 
 

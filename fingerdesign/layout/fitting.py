@@ -100,10 +100,12 @@ def _across(design: Design, frame: PlateFrame) -> float:
 
 
 def _needed(design: Design, type_: GageType) -> tuple[float, float]:
-    """Length and width of what lies on a plate; of bars for a tee two, side by side."""
+    """Length and width of what lies on a plate; of bars and film for a tee two, side by side."""
     length, width = type_.carrier(design.gages.length_mm, design.gages.width_mm)
     if type_.kind == "bar" and design.gages.grid == "tee":
         return length, length + width
+    if type_.to_measure and design.gages.grid == "tee":
+        return length, 2.0 * width
     return length, width
 
 
@@ -181,8 +183,8 @@ def stiffness_words(design: Design, fit: GageFit | None) -> str | None:
         return None
     return (
         f"gages: {fit.found.name} adds up to {added:.0%} to a plate's stiffness where it lies, and "
-        f"its readings are up to {added / (1.0 + added):.0%} lower than the model's, which leaves "
-        "gages out: take stiffer plates, or a gage on one face"
+        f"its readings are up to {added / (1.0 + added):.0%} lower than those of plane strain, "
+        "which leaves gages out: take stiffer plates, or a gage on one face"
     )
 
 

@@ -22,7 +22,7 @@ from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.page import mold_html
 from fingerdesign.mold.part import MoldMeshes
-from fingerdesign.mold.picture import Pictures, pictures_job, pictures_of
+from fingerdesign.mold.picture import Pictures, bonded, pictures_job, pictures_of
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.plan.refusals import MoldRefused
@@ -44,7 +44,7 @@ REPORT_FILE, PICTURE_FILE = "report.html", "exploded.png"
 PRINT_FILE, COUPON_FILE, BILL_FILE = "mold.3mf", "coupon.3mf", "bill_of_materials.csv"
 _STEMS = (
     *("contact_insert", "frame_*", "end_wall_*", "side_wall_*", "comb_*"),
-    *("base_plate", "base_frame", "core", "plate_*", "coupon*", "rubber"),
+    *("base_plate", "base_frame", "core", "plate_*", "coupon*", "finger", "mount", "spacer"),
 )
 FOLDER = RecordFolder(
     "mold",
@@ -52,11 +52,11 @@ FOLDER = RecordFolder(
     (
         *(RECORD_FILE, REPORT_FILE, PICTURE_FILE, "assembly.step"),
         *(BILL_FILE, PRINT_FILE, COUPON_FILE, PROFILE_FILE, "plates.dxf", "nested_*.dxf"),
-        *("comb_*.dxf", "coupon_comb_*.dxf"),
+        *("comb_*.dxf", "coupon_comb_*.dxf", "mount.dxf"),
         *(f"{stem}.{kind}" for stem in _STEMS for kind in ("stl", "step")),
     ),
 )
-PLACEMENT_LIMIT_S = 60.0  # it takes 1 to 4 s; a busy machine far longer
+EFFECT_LIMIT_S = 120.0  # plates' places take 1 to 4 s, leads 10; a busy machine far longer
 CAD_LIMIT_S = 300.0  # ten times what a mold of many plates takes on a busy machine
 
 _PROBE_BYTES = 2**22  # what a disk must still take for a file to have failed for another reason
@@ -115,16 +115,22 @@ def make_mold(
     report("planning", 0.0)
     with clock.stage("plan"):
         outcome = Outcome(plan_mold(design), gage_fit(design))
-    effect = "fingerdesign.mold.placement:placement_effect"
+    effect, leads = (
+        f"fingerdesign.mold.{each}" for each in ("placement:placement_effect", "leads:leads_effect")
+    )
+    type_ = None if outcome.fit is None else outcome.fit.found
     pictures, missing = None, "There are no parts to draw."
-    with concurrently(effect, design, outcome.plan, time_s=PLACEMENT_LIMIT_S) as placing:
+    with (
+        concurrently(effect, design, outcome.plan, time_s=EFFECT_LIMIT_S) as placing,
+        concurrently(leads, design, type_, time_s=EFFECT_LIMIT_S) as leading,
+    ):
         try:
-            pictures, missing = _make(outcome, folder, placing, clock, report)
+            pictures, missing = _make(outcome, folder, (placing, leading), clock, report)
         except GeometryError as error:
             _refuse_full(folder, error)
             for path in folder.iterdir():
                 path.unlink()
-            outcome.placement, outcome.casting = None, None
+            outcome.placement, outcome.leads, outcome.casting = None, None, None
             outcome.items, outcome.notes = (), ()
             outcome.broken = " ".join(str(error).split())
     files = sorted({path.name for path in folder.iterdir()} | {RECORD_FILE, REPORT_FILE})
@@ -135,7 +141,7 @@ def make_mold(
 
 
 def _make(
-    outcome: Outcome, folder: Path, placing: Wait, clock: Clock, report: Report
+    outcome: Outcome, folder: Path, effects: tuple[Wait, Wait], clock: Clock, report: Report
 ) -> tuple[Pictures | None, str]:
     """Make all files but report and record; the pictures, or why there are none."""
     plan, design = outcome.plan, outcome.plan.design
@@ -144,7 +150,7 @@ def _make(
         meshes = mold_meshes(plan, folder)
     casting = casting_of(plan, meshes, outcome.fit)
     notes, views = casting_notes(casting)
-    with pictures_job(meshes, views) as drawing:
+    with pictures_job(meshes, views, bonded(plan)) as drawing:
         report("checking the parts", 0.45)
         with clock.stage("checks"):
             outcome.checks = run_checks(plan, meshes)
@@ -158,7 +164,9 @@ def _make(
             write_drawings(casting, folder)
             (folder / PROFILE_FILE).write_text(profile_text(design), encoding="utf-8")
         with clock.stage("placement"):
-            outcome.placement = placement_of(placing)
+            outcome.placement = placement_of(effects[0])
+        with clock.stage("leads"):
+            outcome.leads = leads_of(effects[1])
         report("writing the report", 0.9)
         with clock.stage("picture"):
             try:
@@ -199,6 +207,16 @@ def placement_of(wait: Wait) -> dict[str, Any]:
         found: dict[str, Any] = wait()
     except FingerDesignError as error:
         return unknown_effect(f"its analysis failed: {error}")
+    return found
+
+
+def leads_of(wait: Wait) -> dict[str, Any]:
+    """Wait for the effect of the leads; where its process failed, a record says how."""
+    try:
+        found: dict[str, Any] = wait()
+    except FingerDesignError as error:
+        words = f"What the leads do to the readings is not known: its analysis failed: {error}."
+        return {"reason": str(error), "sentences": [words]}
     return found
 
 

@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING
 
 from fingerdesign.mold import tables
 from fingerdesign.mold.base_plan import plan_svg, plan_words
-from fingerdesign.mold.record import MOST_ERROR, MoldData
-from fingerdesign.records.verdict import Status, Verdict, VerdictView
+from fingerdesign.mold.leads import MOST
+from fingerdesign.mold.products.hours import hours_words
+from fingerdesign.mold.ready import MOST_ERROR
+from fingerdesign.mold.record import MoldData
+from fingerdesign.records.verdict import Fix, Status, Verdict, VerdictView
 from fingerdesign.report.page import (
     Bullets,
     Fold,
@@ -42,7 +45,7 @@ def mold_html(data: MoldData, pictures: Pictures | None, missing: str = "") -> s
         Section("parts", "Parts", list(_parts(data))),
         Section("notes", "Casting notes", list(_notes(data, pictures)), "notes"),
         Section("fixture", "Plates", list(_plates(data))),
-        Section("bill", "Bill of materials", [tables.bill_table(data)] if data["bill"] else []),
+        Section("bill", "Bill of materials", list(_bill(data))),
         Section("checks", "Checks", list(_checks(data))),
         Section("files", "Files", [Bullets(data["files"], "files"), _text("files", "words")]),
     )
@@ -53,7 +56,7 @@ def mold_html(data: MoldData, pictures: Pictures | None, missing: str = "") -> s
         sections=[each for each in sections if each.items],
         record=list(_record(data)),
         first=first,
-        view=VerdictView(data["design"], "", data["seconds"], tuple(_verdicts(data))),
+        view=VerdictView(data["design"], "", data["seconds"], tuple(_verdicts(data)), _fixes(data)),
         style=(TEMPLATES / "mold.css").read_text(encoding="utf-8"),
     )
     return page_html(page)
@@ -92,10 +95,20 @@ def _verdicts(data: MoldData) -> Iterator[Verdict]:
         status: Status = "fail" if error > MOST_ERROR else "pass"
         number = f"a reading changes by up to {100 * error:.0f} %"
         yield Verdict(status, "plates' places", number, f"target ≤ {100 * MOST_ERROR:.0f} %")
+    if (price := data["sensor"]["lead_error"]) is not None:
+        status = "fail" if price > MOST else "pass"
+        number = f"a reading changes by up to {100 * price:.2g} %"
+        yield Verdict(status, "leads", number, f"target ≤ {100 * MOST:.0f} %")
     if data["plates"]:
         yield Verdict("pass" if gage else "fail", "gage on sale", gage or "none fits the plates")
     if data["parts"]:
         yield Verdict("note", "parts", f"{len(data['parts'])} parts and {_bolts(data)} bolts")
+    if data["hours"]:
+        yield Verdict("note", "hands-on", hours_words(data["hours"]))
+
+
+def _fixes(data: MoldData) -> tuple[Fix, ...]:
+    return tuple(Fix(line, "ready as a sensor, with the others") for line in data["sensor"]["fix"])
 
 
 def _bolts(data: MoldData) -> int:
@@ -145,7 +158,7 @@ def _notes(data: MoldData, pictures: Pictures | None) -> Iterator[Item]:
     yield _text("notes", "first")
     drawn = {} if pictures is None else pictures.steps
     images = {place: png_element(each.png, each.alternative) for place, each in drawn.items()}
-    first, *others = (
+    before, first, *others = (
         Steps(
             section["title"],
             [(step, images.get((section["title"], k), "")) for k, step in enumerate(steps, 1)],
@@ -153,6 +166,7 @@ def _notes(data: MoldData, pictures: Pictures | None) -> Iterator[Item]:
         for section in data["notes"]
         for steps in [section["steps"]]
     )
+    yield before
     yield first
     yield tables.coupon_table(data)
     yield from others
@@ -170,6 +184,16 @@ def _plates(data: MoldData) -> Iterator[Item]:
         sentences = Bullets(data["placement"]["sentences"])
         yield Fold("What a plate off its place changes", [sentences, *found])
     yield tables.plates_table(data)
+
+
+def _bill(data: MoldData) -> Iterator[Item]:
+    """What to order, with its texts, the rest, and the hours that it takes."""
+    if not data["bill"]:
+        return
+    yield tables.bill_table(data)
+    texts = [item["words"] for item in data["bill"] if item["words"]]
+    yield Fold("Texts to send with the drawings", [Bullets(texts)])
+    yield tables.hours_table(data)
 
 
 def _checks(data: MoldData) -> Iterator[Item]:

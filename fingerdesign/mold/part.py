@@ -13,6 +13,7 @@ Made = Literal["process", "sheet", "metal", "silicone"]
 EDGE_DEG = 30.0  # the sharpest edge of a wall
 INSERT, BASE, CORE, RUBBER = "contact_insert", "base_plate", "core", "rubber"
 BASE_FRAME = "base_frame"  # of a closed mold: it holds the base plate to the walls
+FINGER, MOUNT, SPACER = "finger", "mount", "spacer"  # as cast; its receiver; under the mold
 COUPON, COUPON_PIN, CELL, COUPON_COMB = "coupon", "coupon_pin", "coupon_cell", "coupon_comb"
 OUTER = "_outer"  # ends the names of combs on the outside: no part of the filled block
 

@@ -14,16 +14,18 @@ from pydantic import ConfigDict, Field, with_config
 from typing_extensions import TypedDict
 
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.fitting import GageFit, gage_words
+from fingerdesign.layout.fitting import GageFit
 from fingerdesign.mold.part import Check, PartMesh
 from fingerdesign.mold.plan.limits import comb_tolerance
 from fingerdesign.mold.plan.patterns import FlatPattern
 from fingerdesign.mold.plan.plan import MoldPlan, Side, SidePlan
 from fingerdesign.mold.products.bill import ItemData
 from fingerdesign.mold.products.casting import Casting, SiliconeData
-from fingerdesign.mold.products.notes import placement_worst, warnings_of
+from fingerdesign.mold.products.hours import HoursData, hours_of
+from fingerdesign.mold.products.notes import warnings_of
 from fingerdesign.mold.products.three_mf import Posed
 from fingerdesign.mold.profile import ladders_of
+from fingerdesign.mold.ready import sensor_of
 from fingerdesign.records.base import Count, Size, closed, plain
 from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.version import __version__, versions
@@ -31,9 +33,6 @@ from fingerdesign.version import __version__, versions
 RECORD_FILE = "mold_report.json"
 _PACKAGES = ("manifold3d", "lib3mf", "ezdxf", "pyvista")
 MICRO = 9  # decimals of mm that a record keeps
-# Of the largest reading: beyond it a gage's reading says less than a fifth more about the object
-# than about where its plate came to stand, and no calibration of one gage mends its neighbours.
-MOST_ERROR = 0.2
 
 
 Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
@@ -201,8 +200,12 @@ class SensorData(TypedDict):
     reading_error: Annotated[
         Size | None, Field(description="worst change of a reading by placement, share; null: n/a")
     ]
+    lead_error: Annotated[
+        Size | None, Field(description="worst change of a reading by leads, share; null: n/a")
+    ]
     gage: Annotated[str | None, Field(description="the type that fits the plates; null: none")]
     reasons: Annotated[list[str], Field(description="why it is not ready")]
+    fix: Annotated[list[str], Field(description="lines for the design that make it ready")]
 
 
 @closed
@@ -234,11 +237,13 @@ class MoldData(TypedDict):
     checks: list[CheckData]
     silicone: SiliconeData | None
     placement: EffectData | None
+    leads: EffectData | None
     sensor: SensorData
     warnings: list[str]
     notes: list[NotesData]
     coupon: list[LadderData]
     bill: list[ItemData]
+    hours: list[HoursData]
     files: Annotated[list[str], Field(description="names next to the record")]
     timings_s: dict[str, Size]
     seconds: Size
@@ -262,6 +267,7 @@ class Outcome:
     items: tuple[ItemData, ...] = ()
     notes: Sequence[Mapping[str, Any]] = ()
     placement: dict[str, Any] | None = None
+    leads: dict[str, Any] | None = None
     broken: str | None = None
 
 
@@ -306,11 +312,13 @@ def mold_record(
                 for check in outcome.checks
             ],
             "placement": placement,
-            "sensor": sensor_of(design, outcome.fit, placement),
-            "warnings": warnings_of(plan, outcome.fit, placement) if placement else [],
+            "leads": outcome.leads,
+            "sensor": sensor_of(design, outcome.fit, placement, outcome.leads),
+            "warnings": warnings_of(plan, placement) if placement else [],
             "notes": outcome.notes,
             "coupon": [values_of(LadderData, each) for each in ladders_of(plan.limits)],
             "bill": outcome.items,
+            "hours": () if outcome.casting is None else hours_of(outcome.casting),
             "files": files,
             "timings_s": dict(timings_s),
             "seconds": seconds,
@@ -349,35 +357,6 @@ def _process(plan: MoldPlan) -> dict[str, Any]:
         limits=values_of(LimitsData, plan.limits),
         comb=mold.comb.model_dump(mode="json") | {"tolerance_mm": comb_tolerance(mold)},
     )
-
-
-def sensor_of(
-    design: Design, fit: GageFit | None, placement: Mapping[str, Any] | None
-) -> dict[str, Any]:
-    """Judge if a finger's gages exist for its plates and read what the model computes, as cast.
-
-    A finger without plates is no sensor, and ready. Where placement has no numbers, the reason is
-    that these are unknown.
-    """
-    if fit is None:
-        return {"ready": True, "reading_error": None, "gage": None, "reasons": []}
-    reasons: list[str] = []
-    error: float | None = None
-    if placement is None or placement.get("reason") is not None:
-        reasons += ["what placement does to the gages is not known"] if placement is None else []
-        reasons += placement["sentences"][:1] if placement is not None else []
-    else:
-        error = placement_worst(placement)
-        if error > MOST_ERROR:
-            reasons.append(
-                f"plates off their places change a reading by up to {100.0 * error:.0f} % of the "
-                f"largest; {100.0 * MOST_ERROR:.0f} % are allowed: a finer process or comb, wider "
-                "legs or longer plates place them closer"
-            )
-    if fit.found is None:
-        reasons.append(gage_words(design, fit) or "")
-    name = None if fit.found is None else fit.found.name
-    return {"ready": not reasons, "reading_error": error, "gage": name, "reasons": reasons}
 
 
 def mold_digest(design: Design) -> str:

@@ -14,7 +14,7 @@ from fingerdesign.mold.products.notes import Up
 
 SIZE, STEP_SIZE = (1200, 940), (560, 420)
 VIEW_ANGLE, FILLED = 25.0, 0.94  # degrees, vertical; the part of the frame that may be used
-EDGE, TRAIL = "#2f3a44", "#8a8f96"
+EDGE, TRAIL, ARROW = "#2f3a44", "#8a8f96", "#c2410c"
 STEEP_VIEW = (-0.72, 0.95, 1.0)  # of steps: into what is open above
 FRONT_VIEW = (-0.72, 0.52, 1.0)  # the camera is in front, to the left, above
 
@@ -28,6 +28,7 @@ class Shown:
     colour: str
     move: tuple[float, float, float] = (0.0, 0.0, 0.0)
     opacity: float = 1.0
+    way: tuple[float, float, float] = (0.0, 0.0, 0.0)  # along which it goes: an arrow
 
     @property
     def points(self) -> Array:
@@ -91,7 +92,10 @@ def draw_pictures(
     pngs = []
     for things, up in steps:
         axes = camera_axes(STEEP_VIEW, up)
-        place = camera_at(np.vstack([thing.points for thing in things]), axes, STEP_SIZE)
+        points, arrow = [thing.points for thing in things], arrow_of(things, axes)
+        if arrow is not None:
+            points.append(np.vstack([arrow[0], arrow[0] + arrow[1]]))
+        place = camera_at(np.vstack(points), axes, STEP_SIZE)
         pngs.append(_drawn(things, place, axes, STEP_SIZE))
     return png, places, pngs
 
@@ -111,12 +115,29 @@ def _drawn(things: Sequence[Shown], camera: Array, axes: Array, size: tuple[int,
         if np.linalg.norm(move) > 0.0:  # from its place to where it is drawn
             middle = 0.5 * (thing.points.min(axis=0) + thing.points.max(axis=0))
             plotter.add_mesh(pyvista.Line(middle - move, middle), color=TRAIL, line_width=1.5)
+    if (arrow := arrow_of(things, axes)) is not None:
+        start, way = arrow
+        sizes = {"tip_length": 0.3, "tip_radius": 0.09, "shaft_radius": 0.03}
+        shape = pyvista.Arrow(start, way, scale=float(np.linalg.norm(way)), **sizes)
+        plotter.add_mesh(shape, color=ARROW, lighting=False)
     aim(plotter, camera, axes)
     plotter.add_axes(color=TRAIL, line_width=3, viewport=(0.0, 0.0, 0.12, 0.16))
     png = io.BytesIO()
     plotter.screenshot(png, transparent_background=True)
     plotter.close()
     return png.getvalue()
+
+
+def arrow_of(things: Sequence[Shown], axes: Array) -> tuple[Array, Array] | None:
+    """Start and way (3,) of the arrow next to what is moved, to the right of it as it is seen; None
+    where nothing goes anywhere."""
+    moved = [each for each in things if np.linalg.norm(each.way) > 0.0]
+    if not moved:
+        return None
+    points = np.vstack([each.points for each in moved])
+    middle, way = 0.5 * (points.min(axis=0) + points.max(axis=0)), np.array(moved[0].way)
+    beside = float((points @ axes[0]).max() - middle @ axes[0])
+    return middle + 1.05 * beside * axes[0] - 0.5 * way, way
 
 
 def _seen(things: tuple[Shown, ...], camera: Array) -> dict[str, tuple[float, float]]:

@@ -10,12 +10,14 @@ from manifold3d import Error, Manifold, Mesh64
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.mold.part import EDGE_DEG
+from fingerdesign.mold.plan.plan import Side, across, direction
 
 # Flat faces differ by rounding only; the CAD kernel turns curved ones by up to 0.3 rad a triangle.
 _FLAT_RAD, _SMOOTH_RAD = 1e-5, 0.4
 # Rays run nearly along axes, where the library finds what they pass quickest, but not so near
 # that they would run within a face.
 _ASKEW = np.array([0.0131, 0.0071, 0.0097])
+STRAIGHT = 1e-7  # mm; a point this near the line between its neighbours adds nothing
 START_MM = 1e-6  # distance from the surface at which a ray into it starts
 # A ray that ends on a face turned by more than the sharpest edge has crossed an edge, no wall.
 OPPOSITE = np.cos(np.radians(EDGE_DEG))
@@ -57,6 +59,33 @@ def oriented(vertices: Array, triangles: IntArray) -> tuple[Array, Array]:
     sizes = np.linalg.norm(normals, axis=1)
     units = np.asarray(normals / np.maximum(sizes, np.finfo(float).tiny)[:, None])
     return units, np.asarray(0.5 * sizes)
+
+
+def section_loops(solid: Manifold, side: Side, out: float) -> list[Array]:
+    """Closed polygons (n, 2), (place, y), of a solid's section at a distance from the mid-plane."""
+    turn = [[*across(side), 0.0], [0.0, 1.0, 0.0, 0.0], [*direction(side), 0.0]]
+    section = solid.transform(np.array(turn)).slice(out).simplify(STRAIGHT)
+    return [np.asarray(loop) for loop in section.to_polygons()]
+
+
+def least_distance(loops: Sequence[Array]) -> tuple[float, Array]:
+    """Least distance between closed polygons (n, 2) that do not meet, mm, and a corner where it is:
+    exact, since one end of it is a corner; infinite of less than two."""
+    least, place = np.inf, np.zeros(2)
+    for k, loop in enumerate(loops):
+        others = [each for j, each in enumerate(loops) if j != k]
+        if not others or not len(loop):
+            continue
+        starts = np.vstack(others)
+        ways = np.vstack([np.roll(each, -1, axis=0) - each for each in others])
+        sizes = np.maximum((ways**2).sum(axis=1), np.finfo(float).tiny)
+        away = loop[:, None] - starts
+        share = np.clip((away * ways).sum(axis=2) / sizes, 0.0, 1.0)
+        distance = np.linalg.norm(away - share[..., None] * ways, axis=2)
+        if distance.min() < least:
+            least = float(distance.min())
+            place = loop[int(distance.min(axis=1).argmin())]
+    return least, place
 
 
 def areas(vertices: Array, triangles: IntArray) -> Array:

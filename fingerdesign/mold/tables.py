@@ -202,6 +202,7 @@ def bill_table(data: MoldData) -> Table:
     """The bill of materials."""
     rows = [
         (
+            item["when"],
             words(item["item"]),
             item["count"],
             item["made"],
@@ -211,8 +212,18 @@ def bill_table(data: MoldData) -> Table:
         )
         for item in data["bill"]
     ]
-    columns = ("item", "count", "made", "material", "size", "mass (g)")
-    return table("bill", "What has to lie on the bench", columns, (0, 2, 3, 4), rows)
+    columns = ("when", "item", "count", "made", "material", "size", "mass (g)")
+    return table("bill", "What has to lie on the bench", columns, (0, 1, 3, 4, 5), rows)
+
+
+def hours_table(data: MoldData) -> Table:
+    """Hands-on hours by step."""
+    rows = [(e["step"], e["counts"], e["bare_h"], e["wired_h"]) for e in data["hours"]]
+    sums = (sum(each["bare_h"] for each in data["hours"]), sum(e["wired_h"] for e in data["hours"]))
+    rows.append(("all", DASH, round(sums[0], 1), round(sums[1], 1)))
+    columns = ("step", "counts", "bare finger (h)", "wired, beyond it (h)")
+    caption = "Hands-on hours (minutes for each thing are assumed; waiting is left out)"
+    return table("hours", caption, columns, (0, 1), rows)
 
 
 def checks_table(key: str, caption: str, checks: Sequence[CheckData]) -> Table:

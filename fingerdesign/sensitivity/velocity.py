@@ -31,6 +31,11 @@ def check_movable(parameter: Parameter, mesh: Mesh) -> None:
     width = parameter.name in ("body.width_mm", "body.arc_radius_mm", "body.edge_radius_mm")
     for wrong, bound, remedy in (
         (design.plates.model != "solid", 'plates.model = "solid"', "model the plates as solids"),
+        (
+            design.gages.leads is not None or design.gages.kind is not None,
+            "plates without [gages.leads] and gages.kind, which are stiff",
+            "leave them out",
+        ),
         (not flat, "flat plates along x", "leave this parameter out"),
         (design.body.core is not None, "a body without a core", "leave this parameter out"),
         (any(f.holes for f in frames), "plates without holes", "leave this parameter out"),

@@ -7,13 +7,17 @@ NotTestable with the reason why this design and scene cannot tell.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.models import Plates, Solved
 from fingerdesign.analysis.fidelity.rungs import can_be_sheets, can_extrude
 from fingerdesign.analysis.path import steps_sideways
+from fingerdesign.analysis.stages import one_thread, slip_studies
 from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, Part
 from fingerdesign.errors import FingerDesignError
+from fingerdesign.layout.fitting import gage_fit
+from fingerdesign.layout.leads import leads_as_cast
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.section.section import sheet_room_faults
 from fingerdesign.validate.comparison import Answer, answer_of, compare, compare_gages
@@ -220,6 +224,41 @@ def gage_point(solves: Solves, deep: bool) -> Pairs:
     small = {"length_mm": POINT * gages.length_mm, "width_mm": POINT * gages.width_mm}
     found = replace(truth, name="a point", readings=reader.read(gages.model_copy(update=small)))
     return [compare_gages("a point for the gage's face", found, truth)]
+
+
+@_assumption("model")
+def leads(solves: Solves, deep: bool) -> Pairs:
+    """The finger without leads against itself with them as it is wired when it is cast; and without
+    its gages' own stiffness, where ``gages.kind`` has one."""
+    design = solves.design
+    _needs_plates(design, ", so no leads")
+    if design.plates.model == "none":
+        raise NotTestable("plates.model = none: the plates are left out of the model")
+    fit = gage_fit(design)
+    wired, bare = (
+        leads_as_cast(design, fit.found if fit else None).model_dump(),
+        {"gages.leads.kind": "none"},
+    )
+    own = solves.space(values={f"gages.leads.{key}": value for key, value in wired.items()})
+    without = solves.space(values=bare)
+    ranks = " and ".join(_rank_words(each) for each in (without, own))
+    label = f"leads left out (rank correlation {ranks} with them)"
+    found = [_solved_pair(label, without, own, solves)]
+    if design.gage_type is not None and design.gage_type.stiffness:
+        gone = {"gages.kind": None, "gages.gage_factor": design.gage_factor}
+        found.append(
+            _solved_pair("gages left out", solves.space(values=gone), solves.space(), solves)
+        )
+    return found
+
+
+def _rank_words(solved: Solved) -> str:
+    """Least rank correlation of the gage area with the stick area over the frictions studied."""
+    case = Case(solved.design, grips=False, fields=False)
+    with one_thread():
+        studies = slip_studies(case, solved.scene, solved.problem)
+    ranks = [each.rank_correlation for each in studies if each.rank_correlation is not None]
+    return f"{min(ranks):.2f}" if ranks else "unknown"
 
 
 @_assumption("model")

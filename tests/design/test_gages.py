@@ -63,12 +63,15 @@ def test_outputs_are_those_of_the_circuit(weight):
         assert wheatstone(*arms) == pytest.approx(per_microstrain * reading, rel=1e-5), text
 
 
+SIZES = ("grid_length", "grid_width", "carrier_length", "carrier_width")
+
+
 def test_a_difference_fills_the_bridge_of_two_tees_and_a_pair_goes_by_its_first_plate():
     """At a negative weight neighbouring arms subtract: four arms, as for two grids of a tee."""
     design = parse_design(NAME + 'gages.grid = "tee"\ngages.transverse_weight = -1.0')
     assert design.bridge == ("full", 1.0)
     assert design.gage_weights == (1.0, -1.0)
-    assert design.gages.leads == 6
+    assert design.gages.lead_count == 6
     assert gage_array(parse_design(NAME + PAIRS + "count = 6\nalternate = true")) == (0, 2, 4)
 
 
@@ -112,8 +115,12 @@ def test_a_kind_gives_its_factor_and_counts_by_it_alone():
     plain, bar = parse_design(text), parse_design(text + 'kind = "silicon_bar_05"\n')
     assert (plain.gage_factor, bar.gage_factor) == (2.0, 120.0)
     assert bar.bridge[1] == pytest.approx(60.0 * plain.bridge[1])
-    assert parse_design(text + "gage_factor = 120.0\n").digest() == bar.digest()
+    soft = 'gages.kind = "soft"\n[[mold.gage_types]]\nname = "soft"\ngage_factor = 120.0\n'
+    soft += "".join(f"{grid}_mm = 0.2\n" for grid in SIZES)
+    own = parse_design('design.name = "kinds"\n' + soft)
+    assert parse_design(text + "gage_factor = 120.0\n").digest() == own.digest()
+    assert own.digest() != bar.digest()  # which is stiff
     assert parse_design(text + "gage_factor = 2.0\n").digest() == plain.digest() != bar.digest()
-    assert parse_design(text + 'kind = "foil_1"\n').digest() == plain.digest()
+    assert parse_design(text + 'kind = "foil_1"\n').digest() != plain.digest()  # stiff, too
     measured = parse_design(text + 'kind = "silicon_bar_05"\ngage_factor = 131.0\n')
     assert measured.gage_factor == 131.0

@@ -186,6 +186,9 @@ def test_the_base_plate_s_holes_have_their_sizes(usual):
             volume -= hole.pocket * (d * (plan.mount_z - hole.z) - within)
             continue
         volume -= np.pi * plan.base * (d**2 + d * outer + outer**2) / 12.0
+    if plan.groove is not None:  # in both flanks
+        depth, low, high = plan.groove
+        volume -= 4.0 * depth * (high - low) * plan.mount_z
     assert volume_of(solid(built, BASE)) == pytest.approx(volume, rel=1e-9)
 
 

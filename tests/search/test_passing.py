@@ -128,9 +128,20 @@ def test_share_of_the_gage_area_is_chosen_after_the_analysis(tmp_path):
     assert all(each.design.gages.area_share == 0.6 for each in found.candidates)
 
 
-def test_own_plates_stay_where_short_ones_do_not_fit():
-    design = load_design("pin")  # Its spherical end is as round as it is wide.
-    assert space_of(design, Freedom()).base.plates.count == design.plates.count
+@pytest.mark.parametrize("name", ["pin", "block", "boned"])
+def test_search_begins_with_film_plates_that_fit_any_body(name):
+    space = space_of(load_design(name), Freedom())
+    assert space.starts[-1]["plates.length_mm"] < 1.0
+    assert space.base.body.shape == {"pin": "revolved"}.get(name, "arc")
+    assert all(map(space.sound, space.starts))
+
+
+def test_a_kept_body_keeps_its_top_and_own_plates_where_short_ones_do_not_fit():
+    block, pin = (space_of(load_design(name), Freedom(keep=("body",))) for name in ("block", "pin"))
+    assert block.base.body == load_design("block").body
+    assert "body.shape" not in block.replaced
+    assert pin.base.body == load_design("pin").body  # Its spherical end is as round as it is wide.
+    assert pin.base.plates.count == load_design("pin").plates.count
 
 
 def test_kept_keys_stay_and_freed_ones_vary():

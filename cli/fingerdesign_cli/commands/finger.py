@@ -33,7 +33,7 @@ ANY = ShippedOrFile("design", "scene", "study")
 _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
     *("plane_strain", "gage_depth_average", "plate_span", "small_strain", "poissons_ratio"),
     *("youngs_modulus", "relaxation", "temperature", "sheets", "gage_point"),
-    *("plates_left_out", "discretisation"),
+    *("leads", "plates_left_out", "discretisation"),
 )
 
 

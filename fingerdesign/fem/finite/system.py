@@ -106,7 +106,7 @@ def finite_system(body: Body) -> FiniteSystem:
             'mesh.element = "P1": finite strain takes "P2" or "mixed"; linear elements lock'
         )
     if body.attached is not None:
-        raise SolverError("finite strain has no model for sheets")
+        raise SolverError("finite strain has no model for sheets, leads and gages on plates")
     own = body.pressed
     numbers, nodes = np.empty((0, 0), dtype=np.int64), np.empty(0, dtype=np.int64)
     if own.any():

@@ -13,8 +13,8 @@ from fingerdesign.cad.kernel import box, one_solid
 from fingerdesign.mold.cad.build import INSERT_ORDER, BuiltPart, Direction
 from fingerdesign.mold.cad.features import slot_tools
 from fingerdesign.mold.cad.parting import prism_of, slab
-from fingerdesign.mold.part import CELL, COUPON, COUPON_COMB, COUPON_PIN
-from fingerdesign.mold.plan.plan import WORDS, MoldPlan, direction
+from fingerdesign.mold.part import CELL, COUPON, COUPON_COMB, COUPON_PIN, SPACER
+from fingerdesign.mold.plan.plan import WORDS, MoldPlan, direction, spacer_height
 from fingerdesign.mold.plan.slots import sides_of_plate
 from fingerdesign.mold.profile import Ladder, cell_plates, ladders_of
 
@@ -25,6 +25,7 @@ GAP_MM = 2.0  # between features, and to the border
 PIN_MM = 6.0  # length of a pin beyond the bar
 CORNER_MM = 2.0  # that marks the fine end of the first row
 AROUND_MM = 2.0  # rubber around the cell's plates; how far a comb lies in its groove
+SPACER_MM = 12.0  # wide, under the mold on the bench
 WALL_MM = 2.0  # of the cell, at least
 
 
@@ -38,6 +39,8 @@ def build_coupon(plan: MoldPlan) -> tuple[BuiltPart, ...]:
         foot = 2.0 * limits.pin_mm
         pin = cq.Solid.makeCylinder(0.5 * limits.pin_mm, LOW_MM + PIN_MM, cq.Vector(foot, foot, 0))
         found.append(_piece(COUPON_PIN, one_solid(head.fuse(pin), COUPON_PIN)))
+    if high := spacer_height(plan):
+        found.append(_piece(SPACER, box((0.0, 0.0, 0.0), (SPACER_MM, SPACER_MM, high))))
     return (*found, *_cell(plan))
 
 

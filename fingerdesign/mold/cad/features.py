@@ -21,6 +21,8 @@ from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.fixture.outer import ROOMS_MM
 from fingerdesign.mold.plan.limits import SPARE_MM
 from fingerdesign.mold.plan.plan import (
+    PRY_MM,
+    RELIEF_MM,
     BaseHole,
     CorePin,
     Leg,
@@ -151,6 +153,7 @@ def features_of(plan: MoldPlan) -> Features:
     for core_pin in plan.core_pins:
         names = {plan.by_side[core_pin.side].wall, plan.by_side[core_pin.side].holder, CORE}
         found.take(_core_pin(plan, core_pin, plan.limits.clearance_mm), *names)
+    _hold(found, plan)
     for planned in plan.sides:
         _open_side(found, plan, planned)
         for opening in window_tools(plan, planned):
@@ -175,6 +178,30 @@ def _fasten(found: Features, plan: MoldPlan) -> None:
         found.take(_socket(pin), pin.into, *combs)
     for lug in plan.lugs:
         found.added[lug.on].append(_lug(lug, plan.seam + ROOT_MM))
+
+
+def _hold(found: Features, plan: MoldPlan) -> None:
+    """Cut the grooves of the mount, notches to pry the insert off, and its relief under the outer
+    combs, which would clamp it."""
+    if plan.groove is not None:
+        depth, low, high = plan.groove
+        for sign in (-1.0, 1.0):
+            x = sorted((sign * (plan.mount_x - depth), sign * (plan.mount_x + BEYOND_MM)))
+            far = plan.mount_z + BEYOND_MM
+            found.take(box((x[0], low, -far), (x[1], high, far)), BASE)
+    if plan.pry:
+        deep, high, half = PRY_MM
+        reach, foot = plan.reach_x, seam_height(plan, plan.reach_x, 0.0)
+        for sign in (-1.0, 1.0):
+            x = sorted((sign * (reach - deep), sign * (reach + BEYOND_MM)))
+            notch = box((x[0], foot - BEYOND_MM, -half), (x[1], foot + high, half))
+            found.take(notch, INSERT)
+    for side in plan.sides:
+        if side.outer is not None:
+            wide, top = plan.reach_x + BEYOND_MM, side.outer.high + BEYOND_MM
+            near = plan.reach_z - RELIEF_MM
+            tool = slab(side.side, (-wide, 0.0, near), (wide, top, plan.reach_z + BEYOND_MM))
+            found.take(tool, INSERT)
 
 
 def _open_side(found: Features, plan: MoldPlan, planned: SidePlan) -> None:

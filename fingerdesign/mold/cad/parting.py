@@ -39,6 +39,7 @@ from fingerdesign.mold.plan.plan import (
     wall_name,
 )
 
+TAB_MM = (6.0, 4.0)  # at both ends of an outer comb: its reach, and its height
 NEAR = 1e-6  # mm: that close, a face lies in a plane of the outline's box
 
 
@@ -301,7 +302,12 @@ def _framed(
     if planned.outer and planned.outer_comb:
         outer = planned.outer
         far = (outer.half, outer.high, deep + planned.sheet)
-        found[planned.outer_comb] = slab(end, (-outer.half, outer.low, deep), far)
+        sheet = slab(end, (-outer.half, outer.low, deep), far)
+        middle = 0.5 * (outer.low + outer.high)
+        low, high = middle - 0.5 * TAB_MM[1], middle + 0.5 * TAB_MM[1]
+        reach = outer.half + TAB_MM[0]
+        tabs = slab(end, (-reach, low, deep), (reach, high, deep + planned.sheet))
+        found[planned.outer_comb] = one_solid(sheet.fuse(tabs).clean(), planned.outer_comb)
     return {**found, name: one_solid(whole.fuse(*flanks).clean(), name)}
 
 

@@ -26,7 +26,8 @@ from fingerdesign.cad.kernel import volume_of
 from fingerdesign.cad.triangles import merge_vertices, triangulate_measured
 from fingerdesign.mold.cad.build import Built, BuiltPart, build_mold
 from fingerdesign.mold.cad.coupon import build_coupon
-from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, MoldMeshes, PartMesh
+from fingerdesign.mold.cad.mount import build_mount
+from fingerdesign.mold.part import BASE, CORE, FINGER, INSERT, RUBBER, MoldMeshes, PartMesh
 from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.plan import MoldPlan
 
@@ -80,18 +81,19 @@ def part_volume(solid: cq.Shape) -> float:
 
 
 def write_files(plan: MoldPlan, built: Built, meshes: MoldMeshes, folder: Path) -> None:
-    """Write NAME.stl and NAME.step of each part and of each different plate ("plate_A", ... as of
-    ``flat_patterns``), and assembly.step.
+    """Write NAME.stl and NAME.step of each part, of each different plate ("plate_A", ... as of
+    ``flat_patterns``) and of the finger's rubber, and assembly.step.
 
     GeometryError where triangles are not watertight or enclose another volume than their solid.
     """
-    solids = {part.name: part.solid for part in (*built.parts, *built.coupon, *built.plates)}
-    laid = {mesh.name: mesh for mesh in (*meshes.parts, *meshes.coupon, *meshes.plates)}
+    solids = {p.name: p.solid for p in (*built.parts, *built.coupon, *built.plates, built.rubber)}
+    laid = (*meshes.parts, *meshes.coupon, *meshes.plates, meshes.rubber)
     sources = {part.name: part.name for part in (*built.parts, *built.coupon)}
+    sources[FINGER] = RUBBER
     for pattern in flat_patterns(plan):
         sources[pattern.name] = f"plate_{pattern.plates[0]}"
     for name, source in sources.items():
-        solid, mesh = solids[source], laid[source]
+        solid, mesh = solids[source], next(each for each in laid if each.name == source)
         slack = (mesh.chord + ROUNDING_MM) * float(solid.Area())
         write_triangles(mesh.vertices, mesh.triangles, folder / f"{name}.stl", mesh.volume, slack)
         solid.exportStep(str(folder / f"{name}.step"))
@@ -111,7 +113,7 @@ def _triangles(solid: cq.Solid, chord_mm: float) -> tuple[Array, IntArray, float
 
 def build_and_write(plan: MoldPlan, folder: Path) -> MoldMeshes:
     """Build a planned mold, write its files into ``folder``; its triangles."""
-    built = replace(build_mold(plan), coupon=build_coupon(plan))
+    built = replace(build_mold(plan), coupon=(*build_coupon(plan), *build_mount(plan)))
     meshes = built.each(lambda part: meshed(part, plan.design.mold.chord_mm))
     write_files(plan, built, meshes, folder)
     return meshes

@@ -9,7 +9,7 @@ from fingerdesign.mold.checks.cavity import cavity_checks
 from fingerdesign.mold.checks.demolding import demolding_checks
 from fingerdesign.mold.checks.shells import part_checks
 from fingerdesign.mold.checks.venting import vent_checks
-from fingerdesign.mold.checks.walls import wall_checks
+from fingerdesign.mold.checks.walls import clearance_checks, wall_checks
 from fingerdesign.mold.part import Check, MoldMeshes
 from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.plan import MoldPlan
@@ -22,6 +22,7 @@ CHECKS: tuple[Callable[[Assembly, np.random.Generator], list[Check]], ...] = (
     wall_checks,
     demolding_checks,
     vent_checks,
+    clearance_checks,
 )
 
 

@@ -1,6 +1,7 @@
 """Check how thin the parts are, by rays inward from seeded points of their surfaces.
 
-A ray that ends on a face which looks the other way within 30 degrees has crossed a wall; one that
+Webs between slots are measured exactly, on sections: the least distance of their outlines. A ray
+that ends on a face which looks the other way within 30 degrees has crossed a wall; one that
 ends on another face has crossed an edge, which making it blunts. Sharper edges count as thin walls.
 """
 
@@ -8,13 +9,33 @@ import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.mold.checks.assembly import Assembly, from_slot, place_text, seen_from
-from fingerdesign.mold.part import Check, PartMesh
-from fingerdesign.mold.plan.plan import MoldPlan, SidePlan, direction
-from fingerdesign.mold.solids import OPPOSITE, START_MM, surface_points, thicknesses
+from fingerdesign.mold.part import INSERT, Check, PartMesh
+from fingerdesign.mold.plan.plan import MoldPlan, SidePlan, across, direction, in_space
+from fingerdesign.mold.solids import (
+    OPPOSITE,
+    START_MM,
+    least_distance,
+    section_loops,
+    surface_points,
+    thicknesses,
+)
 
 WALL_POINTS = 2500  # and as many centroids: on 2500 mm^2 two in a square millimetre
+CLEAR_MM = 0.3  # of an outer comb from the insert, which it would clamp
 _NEAR_SLOT_MM = 0.05
 _NEAR_PIN_MM = 0.02
+
+
+def clearance_checks(assembly: Assembly, _rng: np.random.Generator) -> list[Check]:
+    """Check that outer combs, which are slid on the frames, are clear of the insert."""
+    found, insert = [], assembly.solids[INSERT]
+    for side in assembly.plan.sides:
+        if side.outer_comb is not None:
+            gap = insert.min_gap(assembly.solids[side.outer_comb], 2.0 * CLEAR_MM)
+            words = f"{side.outer_comb}: {gap:.3f} mm from the contact insert"
+            check = Check.least("clear of insert", side.outer_comb, gap, CLEAR_MM, words, 1e-3)
+            found.append(check)
+    return found
 
 
 def wall_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check]:
@@ -40,11 +61,10 @@ def _of_part(
         kinds = [("wall", ~pins, limits.wall_mm)]
     elif part.made == "sheet":
         flat = np.abs(normals @ direction(side.side)) > OPPOSITE
-        kinds = [("sheet", flat, side.sheet), ("web", ~flat, assembly.plan.design.mold.comb.web_mm)]
+        kinds = [("sheet", flat, side.sheet)]
     else:
         slotted = _at_slots(side, points, normals, thick)
         kinds = [("wall", ~pins & ~slotted, limits.wall_mm)]
-        kinds += [("web", ~pins & slotted, limits.feature_mm)]
     if pins.any():
         kinds.append(("pin", pins, limits.feature_mm))
     slack, found = 2.0 * part.chord + 1e-3, []  # a round hole's chords, and rounding
@@ -59,7 +79,53 @@ def _of_part(
         text = f"{part.name}: {name} {least:.3f} mm, at {place_text(points[row])}; "
         text += f"{bound:g} mm can be made"
         found.append(Check.least(name, part.name, least, bound, text, slack))
-    return found
+    return found if side is None else [*found, _least_web(assembly, part, side, slack)]
+
+
+def _least_web(assembly: Assembly, part: PartMesh, side: SidePlan, slack: float) -> Check:
+    """The least distance between outlines in the sections of a part that holds plates: just below
+    both faces, and between them. Of a wall those count that are slots."""
+    sheet, plan = part.made == "sheet", assembly.plan
+    bound = plan.design.mold.comb.web_mm if sheet else plan.limits.feature_mm
+    out = part.vertices @ direction(side.side)
+    low, high = (
+        (float(out.min()), float(out.max()))
+        if sheet
+        else (plan.half(side.side), plan.reach(side.side))
+    )
+    least, place = np.inf, np.zeros(2)
+    for share in (0.5,) if sheet else (0.02, 0.5, 0.98):
+        level = low + share * (high - low)
+        loops = section_loops(assembly.solids[part.name], side.side, level)
+        around = (
+            [loops]
+            if sheet
+            else [
+                [each, other]
+                for k, each in enumerate(loops)
+                for j, other in enumerate(loops)
+                if j != k and _is_slot(side, each, level)
+            ]
+        )
+        for group in around:
+            distance, where = least_distance(group)
+            if distance < least:
+                least, place = distance, where
+    if not np.isfinite(least):
+        text = f"{part.name}: has no web"
+        return Check("least web", part.name, True, None, bound, "mm", text)
+    at = f"({place[0]:.2f}, {place[1]:.2f})"
+    text = (
+        f"{part.name}: least web {least:.3f} mm, at {at} of its outline; {bound:g} mm can be made"
+    )
+    return Check.least("least web", part.name, least, bound, text, slack)
+
+
+def _is_slot(side: SidePlan, loop: Array, level: float) -> bool:
+    """True where an outline in a wall's section is that of a planned slot, or of its mouth."""
+    points = in_space(side.side, 0.0, 0.0, level) + np.outer(loop[:, 0], across(side.side))
+    points[:, 1] = loop[:, 1]
+    return any(bool((np.abs(from_slot(each, points)) < _NEAR_SLOT_MM).all()) for each in side.slots)
 
 
 def _on_pins(plan: MoldPlan, name: str, points: Array) -> BoolArray:

@@ -140,7 +140,7 @@ def _wires(plan: MoldPlan, base: _Base, holes: list[BaseHole]) -> list[BaseHole]
     one, or several smaller ones where that has no room, or without pockets where these have none.
     None: there is no room."""
     bundles, wire, limits = len(plan.frames), plan.design.mold.wire_mm, plan.limits
-    if not bundles or wire <= 0.0:
+    if not bundles or wire <= 0.0 or plan.design.mold.leads == "leg":
         return []
     deep = plan.base - limits.wall_mm - _EDGE_MM
     counts = range(1, min(bundles, 4) + 1)

@@ -29,7 +29,15 @@ from fingerdesign.mold.plan.fasteners.fasteners import (
 from fingerdesign.mold.plan.fixture.fixture import Fixture
 from fingerdesign.mold.plan.fixture.outer import with_outer_combs
 from fingerdesign.mold.plan.limits import SLENDER, SPARE_MM
-from fingerdesign.mold.plan.plan import Bolt, Lug, MoldPlan, Pin, SidePlan, frame_name
+from fingerdesign.mold.plan.plan import (
+    RELIEF_MM,
+    Bolt,
+    Lug,
+    MoldPlan,
+    Pin,
+    SidePlan,
+    frame_name,
+)
 from fingerdesign.mold.plan.refusals import Refusal
 
 # The end of a frame behind its comb, over the process's least wall: the frame is drawn by it.
@@ -115,14 +123,15 @@ def _widened(plan: MoldPlan, columns: Columns) -> Columns:
     sheets = max(side.sheet for side in plan.sides)
     x3 = columns.x2
     reach_x = x3 + max(columns.radius, columns.socket) + gap
-    least = 2.0 * (columns.socket + gap)  # the insert's pins, in each frame
+    relief = RELIEF_MM if sheets else 0.0  # the insert's pins keep their wall under outer combs
+    least = 2.0 * (columns.socket + gap) + relief  # the insert's pins, in each frame
     wall_z = max(sheets + _END_WALLS * limits.wall_mm, least - plan.half_depth)
     reach_z = plan.half_depth + _wall(plan.design.mold.wall_mm, wall_z, sheets)
     return replace(
         columns,
         reach=SLENDER * columns.small,
         x3=x3,
-        deep=reach_z - gap - columns.socket,
+        deep=reach_z - relief - gap - columns.socket,
         wall_x=reach_x - plan.half_width,
         ear=0.0,
         wall_z=wall_z,

@@ -25,8 +25,8 @@ from fingerdesign.design.body import Core
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.gaps import flat_corners
-from fingerdesign.mold.part import OUTER
-from fingerdesign.mold.plan.limits import Limits, limits_of
+from fingerdesign.mold.part import INSERT, OUTER
+from fingerdesign.mold.plan.limits import SPARE_MM, Limits, limits_of
 
 Box = tuple[Array, Array]  # low and high corners (3,)
 Side = Literal["+z", "-z", "+x", "-x"]
@@ -37,6 +37,12 @@ WORDS: Mapping[Side, str] = {"+z": "front", "-z": "back", "+x": "right", "-x": "
 Holding = Literal["wall", "comb", "slots"]
 Pour = Literal["open", "closed"]
 HoleKind = Literal["gate", "riser", "vent", "lock", "screw", "wires"]
+
+
+GROOVE_MM = (1.0, 1.2)  # of the mount: deep, high
+LEAST_GROOVE_MM = 0.4
+RELIEF_MM = 0.3  # of the insert's ends under outer combs, which would clamp it
+PRY_MM = (2.5, 2.0, 3.0)  # a notch's depth and height, and half its length
 
 
 def wall_name(side: Side) -> str:
@@ -71,6 +77,13 @@ def in_space(side: Side, place: float, y: float, out: float = 0.0) -> Array:
     """The point (3,) at a place along a side and a height, ``out`` from the mid-plane."""
     out = out if side[0] == "+" else -out
     return np.array([place, y, out] if side.endswith("z") else [out, y, place])
+
+
+def spacer_height(plan: "MoldPlan") -> float:
+    """Height of the spacers under a frame or wall on the bench, mm: legs reach so far out of it,
+    without the outer comb; 0 where none do."""
+    out = [plan.tips[side] - plan.reach(side) for side in plan.tips if side == "-z"]
+    return round(max(max(out, default=0.0), 0.0), 2)
 
 
 def core_in_mold(core: Core, scale: float) -> Core:
@@ -360,6 +373,33 @@ class MoldPlan(Extent):
     def limits(self) -> Limits:
         """Sizes that the process can make."""
         return limits_of(self.design.mold)
+
+    @cached_property
+    def groove(self) -> tuple[float, float, float] | None:
+        """Depth, y low and y high, mm, of the grooves along z in the base plate's flanks, by which
+        a hand holds the finger: outside of it, with a wall all round; None without room."""
+        wall = self.limits.wall_mm + SPARE_MM
+        ends = (h.x for h in self.base_holes)
+        radii = (0.5 * max(h.diameter, h.outer_diameter) for h in self.base_holes)
+        far = max((abs(x) + r for x, r in zip(ends, radii, strict=True)), default=0.0)
+        ledge = self.mount_x - self.half_width - SPARE_MM
+        depth = min(GROOVE_MM[0], ledge, self.mount_x - far - wall)
+        high = min(GROOVE_MM[1], self.base - 2.0 * wall)
+        if depth < LEAST_GROOVE_MM or high < LEAST_GROOVE_MM:
+            return None
+        return depth, wall - self.base, wall - self.base + high
+
+    @cached_property
+    def pry(self) -> bool:
+        """True where the insert has notches to pry it off: no bolt or pin of it is near them."""
+        deep, high, half = PRY_MM
+        wall = self.limits.wall_mm
+        places = [(b.first, b.second, b.diameter) for b in self.bolts if b.axis == "y"]
+        places += [(p.root[0], p.root[2], p.diameter) for p in self.pins if p.on == INSERT]
+        return self.top - self.crest > high + wall and all(
+            abs(x) + 0.5 * wide + wall < self.reach_x - deep or abs(z) - 0.5 * wide - wall > half
+            for x, z, wide in places
+        )
 
     @property
     def core(self) -> Box | None:

@@ -4,15 +4,20 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 from typing_extensions import TypedDict
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.part import CORE, PartMesh
+from fingerdesign.layout.leads import bundle
+from fingerdesign.mold.part import BASE, CORE, SPACER, PartMesh
+from fingerdesign.mold.plan.limits import comb_tolerance
 from fingerdesign.mold.plan.plan import Bolt, MoldPlan
 from fingerdesign.mold.products.casting import Casting, rubber_words
+from fingerdesign.mold.products.hours import joints_of
 from fingerdesign.records.base import Count, Size, closed, write_csv
 
 PROCESSES = {  # How a part is made, and of what.
@@ -48,9 +53,25 @@ LENGTHS_MM = (
     *(5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70),
     *(80, 90, 100, 110, 120, 130, 140, 150),
 )
-# So many round wires in a round bundle take so many of their diameters.
-_BUNDLE = {2: 2.0, 4: 1.0 + math.sqrt(2.0), 6: 3.0}
+SPARE = 0.2  # of the plates
+# What a workshop has: item, count, made, material, size.
+TOOLS = tuple(
+    (item, 1, "tool", kind, size)
+    for item, kind, size in (
+        ("stereo microscope", "10 to 40 times", "or a strong lens"),
+        ("scale", "0.01 g", "to 200 g"),
+        ("vacuum chamber and pump", "1 kPa or less", "four times the mixed volume"),
+        ("feeler gages", "steel", "0.03 to 0.5 mm"),
+        ("flat plate", "glass or granite", "200 mm"),
+        ("hex keys, tweezers, fine cutters", "steel", "a set"),
+        ("soldering iron", "fine tip", "where wires are soldered"),
+        ("ohmmeter", "four wires", "0.1 ohm"),
+    )
+)
 WIRE_MM = 200.0  # of thin wire a gage lead, to where it can be handled
+
+
+When = Literal["order today", "make", "buy", "have"]
 
 
 @closed
@@ -64,19 +85,42 @@ class ItemData(TypedDict):
     size: str
     mass_g: Size | None
     files: str
+    when: Annotated[When, Field(description="order today: weeks | make | buy: days | have")]
+    words: Annotated[str, Field(description="to send with the drawings of what is ordered")]
 
 
 def bill_of_materials(casting: Casting) -> tuple[ItemData, ...]:
-    """Write all lines, parts first, then plates, hardware and what is consumed."""
-    gages = casting.design.gages.faces * sum(pattern.count for pattern in casting.patterns)
-    return (
+    """Write all lines: what is ordered today first, then what is made, bought, and what a
+    workshop has."""
+    plates = sum(pattern.count + spare_of(pattern.count) for pattern in casting.patterns)
+    gages = casting.design.gages.faces * plates
+    items = (
         *(_part(casting.design, part) for part in (*casting.meshes.parts, *casting.meshes.coupon)),
         *_plates(casting),
         *hardware(casting.plan),
         *_elastomer(casting),
         *(_gages(casting, gages) if gages else ()),
         *_supplies(casting),
+        *(_item(*tool, when="have") for tool in TOOLS),
     )
+    order = ("order today", "make", "buy", "have")
+    return tuple(sorted(items, key=lambda each: order.index(each["when"])))
+
+
+def spare_of(count: int) -> int:
+    """Plates to spare of a kind: a fifth, one at least.
+
+    >>> spare_of(11), spare_of(3)
+    (3, 1)
+    """
+    return math.ceil(SPARE * count)
+
+
+def primer_words(design: Design) -> str:
+    """The primer for plates of their material."""
+    if "polyimide" in design.plates.material:
+        return "primer for this elastomer on plastic film (polyimide, roughened or plasma-treated)"
+    return "primer for this elastomer on metal"
 
 
 def _item(
@@ -87,9 +131,20 @@ def _item(
     size: str,
     mass_g: float | None = None,
     files: str = "",
+    when: When | None = None,
+    words: str = "",
 ) -> ItemData:
+    usual: dict[str, When] = {"bought": "buy", "cut or etched": "order today"}
     return ItemData(
-        item=item, count=count, made=made, material=material, size=size, mass_g=mass_g, files=files
+        item=item,
+        count=count,
+        made=made,
+        material=material,
+        size=size,
+        mass_g=mass_g,
+        files=files,
+        when=when or usual.get(made, "make"),
+        words=words,
     )
 
 
@@ -105,12 +160,19 @@ def _part(design: Design, part: PartMesh) -> ItemData:
         size = f"{max(x, z):.1f} x {y:.1f} mm, {min(x, z):g} mm thick"
         material = "sheet, brass or steel"
         files = f"{part.name}.dxf, {files}"
-        return _item(part.name, 1, "cut or etched", material, size, files=files)
+        words = (
+            f"{part.name}.dxf: 1 of {size}, {material}; edges to {comb_tolerance(design.mold):g} mm"
+        )
+        return _item(part.name, 1, "cut or etched", material, size, files=files, words=words)
     made, material = PROCESSES[design.mold.process]
     if part.name == CORE and design.body.core is not None:
         made, material = "made", _words(design.body.core.material)
+    if part.name == BASE:  # the second one is the bare finger's
+        material += "; aluminium or polycarbonate for the real finger"
     size = f"{x:.1f} x {y:.1f} x {z:.1f} mm, {part.volume / 1000:.2f} cm³"
-    return _item(part.name, 1, made, material, size, files=files)
+    count = {BASE: 2, SPACER: 4}.get(part.name, 1)
+    when: When = "order today" if design.mold.process == "machined" else "make"
+    return _item(part.name, count, made, material, size, files=files, when=when)
 
 
 def _plates(casting: Casting) -> Iterator[ItemData]:
@@ -124,7 +186,14 @@ def _plates(casting: Casting) -> Iterator[ItemData]:
         size = f"{wide:.2f} x {long:.2f} mm, {pattern.thickness:g} mm thick{bent}"
         files = f"plates.dxf, {pattern.name}.stl, {pattern.name}.step"
         metal = "cut or etched", _words(name)
-        yield _item(pattern.name, pattern.count, *metal, size, files=files)
+        spare, bare = spare_of(pattern.count), f"{pattern.name}, for the bare finger"
+        words = (
+            f"plates.dxf, {pattern.name}: {2 * pattern.count + spare} of {pattern.thickness:g} mm "
+            f"{_words(name)}, cut to {comb_tolerance(casting.design.mold):g} mm, no burr, flat"
+        )
+        yield _item(pattern.name, pattern.count, *metal, size, files=files, words=words)
+        yield _item(f"{pattern.name}, to spare", spare, *metal, "the same, 20 %")
+        yield _item(bare, pattern.count, *metal, "the same, without gages")
         if more := trial.intersection(pattern.plates):
             files = f"nested_{name}_{pattern.thickness:g}mm.dxf"
             item = f"{pattern.name}, for the coupon"
@@ -149,6 +218,11 @@ def _gages(casting: Casting, gages: int) -> Iterator[ItemData]:
     """The gages with what bonds and connects them."""
     own = casting.design.gages
     material = "tee rosette: two grids across each other" if own.grid == "tee" else "foil gage"
+    if casting.fit is not None and casting.fit.found is not None:
+        kind = casting.fit.found.kind
+        material = {"bar": "bare silicon bar", "film": "film made on the sheet"}.get(kind, material)
+        if kind in ("bar", "film") and own.grid == "tee":
+            material += ", two grids across each other"
     found = None if casting.fit is None else casting.fit.found
     size = f"{own.length_mm:g} mm x {own.width_mm:g} mm grid"
     if found is None:
@@ -156,16 +230,42 @@ def _gages(casting: Casting, gages: int) -> Iterator[ItemData]:
     else:
         long, wide = found.carrier(own.length_mm, own.width_mm)
         size += f": {found.name}, {long:g} mm x {wide:g} mm in all"
-    yield _item("strain gage", gages, "bought", material, size)
-    plates = gages // own.faces
-    metres = math.ceil(own.leads * plates * WIRE_MM / 1000.0)
-    wire = casting.design.mold.wire_mm / _BUNDLE[own.leads]
+    words = _order_words(casting, gages)
+    yield _item("strain gage", gages, "bought", material, size, when="order today", words=words)
+    if not joints_of(casting):
+        legs = "of the front legs' pitch: elastomeric strip, or flex bonded by anisotropic film"
+        yield _item("leg connector", 1, "bought", legs, f"{own.lead_count} contacts a leg")
+        yield _item("primer", 1, "bought", primer_words(casting.design), "a few ml")
+        return
+    plates = sum(pattern.count for pattern in casting.patterns)
+    metres = math.ceil(own.lead_count * plates * WIRE_MM / 1000.0)
+    wire = casting.design.mold.wire_mm / bundle(own.lead_count)
     thin = f", {wire:.2g} mm or thinner over its enamel" if wire else ""
     yield _item("gage wire", 1, "bought", "enamelled copper", f"{metres} m{thin}")
     adhesive = "cyanoacrylate or epoxy for gages"
     yield _item("gage adhesive", 1, "bought", adhesive, "a few drops")
-    yield _item("solder and flux", 1, "bought", "thin, rosin", f"{own.leads * gages} joints")
-    yield _item("metal primer", 1, "bought", "for this elastomer on metal", "a few ml")
+    yield _item("solder and flux", 1, "bought", "thin, rosin", f"{joints_of(casting)} joints")
+    yield _item("primer", 1, "bought", primer_words(casting.design), "a few ml")
+
+
+def _order_words(casting: Casting, gages: int) -> str:
+    """The text that orders the gages."""
+    own, found = casting.design.gages, None if casting.fit is None else casting.fit.found
+    if found is None:
+        return ""
+    grid = f"grid {own.length_mm:g} x {own.width_mm:g} mm, {found.resistance_ohm:g} ohm"
+    if found.to_measure:
+        material = casting.design.plates.material.replace("_", " ")
+        return (
+            f"Please quote {_words(found.name)} on {casting.design.plates.thickness_mm:g} mm "
+            f"{material} sheet by plates.dxf (layer GAGES), {own.lead_count} traces a plate to the "
+            f"front leg, on {own.faces} face{'s' * (own.faces > 1)}: {grid}, {gages} gages; some "
+            f"{found.lead_weeks:g} weeks"
+        )
+    packs = math.ceil(gages / found.least_order) * found.least_order
+    return (
+        f"{packs} of {found.name.replace('_', ' ')} ({grid}), at least {found.least_order} a pack"
+    )
 
 
 def _supplies(casting: Casting) -> Iterator[ItemData]:

@@ -12,7 +12,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.fitting import GageFit
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.materials import MATERIALS, gent_shore_a
-from fingerdesign.mold.part import MoldMeshes
+from fingerdesign.mold.part import MOUNT, SPACER, MoldMeshes
 from fingerdesign.mold.plan.patterns import FlatPattern, flat_patterns
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.three_mf import Posed, laid_out
@@ -190,9 +190,11 @@ class Casting:
 
 def casting_of(plan: MoldPlan, meshes: MoldMeshes, fit: GageFit | None) -> Casting:
     """Find the facts of a built mold; ``fit``: of a gage type to its plates."""
+    more = [piece for piece in meshes.coupon if piece.name in (MOUNT, SPACER)]
+    pieces = [piece for piece in meshes.coupon if piece not in more]
     parts, coupon = (
         laid_out(tuple(part for part in some if part.made == "process"))
-        for some in (meshes.parts, meshes.coupon)
+        for some in ((*meshes.parts, *more), pieces)
     )
     design = plan.design
     return Casting(

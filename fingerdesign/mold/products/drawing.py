@@ -15,11 +15,12 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.part import PartMesh, axis_name
+from fingerdesign.mold.plan.mount import SIDE_MM, STOP_SCREW_MM, flange_holes, rail_profile
 from fingerdesign.mold.plan.patterns import FlatPattern
-from fingerdesign.mold.plan.plan import SIDES, Side, across, direction
+from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side, direction
 from fingerdesign.mold.products.casting import Casting
 from fingerdesign.mold.products.three_mf import in_rows
-from fingerdesign.mold.solids import solid_of
+from fingerdesign.mold.solids import section_loops, solid_of
 
 # layer -> AutoCAD colour number (7: black on white): each also differs by its name
 LAYERS = {"CUT": 7, "HOLES": 1, "GAGES": 5, "BEND": 3, "TEXT": 8}
@@ -28,9 +29,8 @@ MILLIMETRES = 4  # $INSUNITS
 MICRON = 3  # decimals
 ROUND = 12  # corners of a polygon that may stand for a circle
 ROUNDING_MM = 2e-5  # of a corner off its circle: twice single precision's step within 100 mm
-STRAIGHT = 1e-7  # mm; a point this near the line between its neighbours adds nothing
 UNDER_MM = 1e-6  # a sheet's outer face, where its section is drawn
-PLATES_FILE = "plates.dxf"
+PLATES_FILE, MOUNT_FILE = "plates.dxf", "mount.dxf"
 
 
 @dataclass(frozen=True)
@@ -115,10 +115,9 @@ def comb_sheet(part: PartMesh, side: Side) -> Sheet:
     GeometryError where there is none, or where outline times thickness is not the sheet's volume.
     """
     out = part.vertices @ direction(side)
-    turn = [[*across(side), 0.0], [0.0, 1.0, 0.0, 0.0], [*direction(side), 0.0]]
-    solid = solid_of(part.vertices, part.triangles).transform(np.array(turn))
-    section = solid.slice(float(out.max()) - UNDER_MM).simplify(STRAIGHT)
-    loops = sorted(map(np.asarray, section.to_polygons()), key=polygon_area, reverse=True)
+    solid = solid_of(part.vertices, part.triangles)
+    loops = section_loops(solid, side, float(out.max()) - UNDER_MM)
+    loops = sorted(loops, key=polygon_area, reverse=True)
     if not loops:
         raise GeometryError(f"{part.name} has no flat face across {side}")
     outline, openings = loops[0], tuple(loops[1:])
@@ -181,6 +180,31 @@ def write_drawings(casting: Casting, folder: Path) -> None:
             nested.setdefault(name, []).append(replace(sheet, text=(comb.name,)))
     for name, sheets in nested.items():
         write_dxf(sheets, folder / f"nested_{name}.dxf")
+    if casting.plan.groove is not None:
+        write_dxf(mount_sheets(casting.plan), folder / MOUNT_FILE)
+
+
+def mount_sheets(plan: MoldPlan) -> list[Sheet]:
+    """The interface of the finger to a hand: the base plate's profile, and the receiver's back."""
+    assert plan.groove is not None
+    (depth, low, high), play = plan.groove, plan.limits.clearance_mm
+    rail = (
+        f"base plate across z: {2.0 * plan.mount_x:.2f} wide, {plan.base:g} thick",
+        f"grooves {depth:.2f} deep, {high - low:.2f} high, {low + plan.base:.2f} from the back",
+        f"receiver: {play:g} larger all round; slides along z over {2.0 * plan.mount_z:.2f}",
+    )
+    x, z = plan.mount_x + play + SIDE_MM, plan.mount_z + play + SIDE_MM
+    back = np.array([[-x, -z], [x, -z], [x, z], [-x, z]])
+    kind = {"inserts": "two heat-set inserts M3", "iso9409": "ISO 9409-1-50-4-M6, disc of 63"}
+    circles = tuple((x, z, 0.5 * wide) for x, z, wide in flange_holes(plan))
+    text = ("receiver's back, x to the right, z up", kind[plan.design.mold.mount])
+    screw = (0.0, -0.5 * plan.mount_z, 0.5 * STOP_SCREW_MM)
+    return [
+        Sheet("base_plate", rail_profile(plan), text=rail),
+        Sheet(
+            "mount", back, circles=(*circles, screw), text=(*text, "the small hole is tapped M3")
+        ),
+    ]
 
 
 def plate_sheet(pattern: FlatPattern) -> Sheet:

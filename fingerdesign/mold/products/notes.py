@@ -17,14 +17,14 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.fitting import GageFit, gage_words, sheet_words
+from fingerdesign.layout.fitting import sheet_words
 from fingerdesign.layout.gaps import PlateGap, least_gap
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.mold.part import COUPON, axis_name
 from fingerdesign.mold.plan.base import TILT_DEG
-from fingerdesign.mold.plan.plan import WORDS, MoldPlan
-from fingerdesign.mold.products.bill import bolt_length, bolt_words
+from fingerdesign.mold.plan.plan import WORDS, MoldPlan, spacer_height
+from fingerdesign.mold.products.bill import bolt_length, bolt_words, primer_words, spare_of
 from fingerdesign.mold.products.casting import Casting, density_of
 from fingerdesign.mold.products.drawing import numbers_text
 from fingerdesign.report.page import macros
@@ -37,31 +37,34 @@ SURFACE_TENSION_N_M = 0.021  # of silicone oils; cured and uncured rubber differ
 
 Up = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 PLATES = "plates"  # all of them, among the names of a view
-_VIEW = re.compile(r"\[(put|take) ([+-][xyz]): ([\w ]+)\] *")
+_VIEW = re.compile(r"\[(put|take|move) ([+-][xyz])(?: ([-.\d]+),([-.\d]+))?: ([\w ]+)\] *")
+Verb = Literal["put", "take", "move"]
 
 
 @dataclass(frozen=True)
 class View:
     """The subject of a step's picture: parts (and PLATES, and the rubber) that it puts in their
-    places, or that are ``taken`` away, and the axis of mold space that is up on the bench."""
+    places, takes away or moves there, and the axis of mold space that is up on the bench; ``way``:
+    (x, y) along which they are moved, None as they are drawn."""
 
     section: str
     step: int
     up: Up
-    taken: bool
+    verb: Verb
     names: tuple[str, ...]
+    way: tuple[float, float] | None = None
 
     @property
     def words(self) -> str:
         """Describe what is seen, as a sentence.
 
-        >>> View("Cure and open", 3, "+y", True, ("contact_insert",)).words
+        >>> View("Cure and open", 3, "+y", "take", ("contact_insert",)).words
         'Step 3 of "Cure and open": contact insert is taken off.'
         """
         names = [name.replace("_", " ") for name in self.names]
         listed = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
         verb = "are" if len(names) > 1 or PLATES in names else "is"
-        done = "taken off" if self.taken else "put in place"
+        done = {"take": "taken off", "put": "put in place", "move": "moved"}[self.verb]
         return f'Step {self.step} of "{self.section}": {listed} {verb} {done}.'
 
 
@@ -71,6 +74,7 @@ def casting_notes(casting: Casting) -> tuple[list[dict[str, Any]], list[View]]:
     design, plan, meshes, trial = casting.design, casting.plan, casting.meshes, casting.trial
     bolts = sorted(plan.bolts, key=lambda bolt: str((bolt.size, bolt_length(bolt))))
     apart = least_gap(trial)
+    own = [each for each in design.gage_types if each.name == design.mold.gage]
     bar = next(part for part in meshes.coupon if part.name == COUPON)
     text = macros(TEMPLATES / "notes.j2").notes(
         design=design,
@@ -89,6 +93,15 @@ def casting_notes(casting: Casting) -> tuple[list[dict[str, Any]], list[View]]:
         trial=trial,
         gap=None if apart is None else apart.distance,
         bar=round(float(np.ptp(bar.vertices[:, 0])), 3),
+        gage=None if casting.fit is None else casting.fit.found,
+        spare=spare_of,
+        primer=primer_words(design),
+        spacer=spacer_height(plan),
+        mounted=plan.groove is not None,
+        windows=len([side for side in plan.sides if side.window]),
+        window_mm3=windows_volume(plan),
+        inside=round(plan.reach("-z") - plan.tips.get("-z", plan.reach("-z")), 2),
+        bend=max((each.bend_mm for each in own), default=3.0),
     )
     return _sections(text)
 
@@ -101,11 +114,22 @@ def _sections(text: str) -> tuple[list[dict[str, Any]], list[View]]:
     for title, _, lines in sections:
         steps = _items(lines)
         for number, step in enumerate(steps, start=1):
-            for verb, up, names in _VIEW.findall(step):
-                views.append(View(title, number, up, verb == "take", tuple(names.split())))
+            for verb, up, x, y, names in _VIEW.findall(step):
+                way = (float(x), float(y)) if x else None
+                views.append(View(title, number, up, verb, tuple(names.split()), way))
         if steps:
             made.append({"title": title, "steps": [_VIEW.sub("", step) for step in steps]})
     return made, views
+
+
+def windows_volume(plan: MoldPlan) -> float:
+    """Volume of the largest window behind a comb, mm^3: of the air that clay displaces."""
+    sizes = [0.0]
+    for side in plan.sides:
+        if side.window is not None:
+            low, high, bottom = side.window
+            sizes.append((high - low) * (plan.crest - bottom) * (plan.wall(side.side) - side.sheet))
+    return max(sizes)
 
 
 def legs_share(plan: MoldPlan) -> float:
@@ -113,12 +137,10 @@ def legs_share(plan: MoldPlan) -> float:
     return plan.legs_volume / (plan.scale**3 * outline_volume(plan.design.body))
 
 
-def warnings_of(plan: MoldPlan, fit: GageFit | None, placement: Mapping[str, Any]) -> list[str]:
+def warnings_of(plan: MoldPlan, placement: Mapping[str, Any]) -> list[str]:
     """Warnings to the caster, found from the design: a sentence each."""
     design, share, worst = plan.design, legs_share(plan), placement_worst(placement)
     stock = sheet_words(design)
-    if fit is not None and fit.found is not None and fit.differs_from(design):
-        stock.append(gage_words(design, fit) or "")
     given = design, plan, share, worst, WORDS, bridged_gap(plan)
     own = _items(macros(TEMPLATES / "notes.j2").warnings(*given))
     return stock + cautions_of(design) + own

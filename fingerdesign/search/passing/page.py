@@ -111,7 +111,7 @@ def _text(value: Any) -> str:
 
 
 def _given_up(found: Found, taken: Outcome) -> Sequence[Item]:
-    """Quantities of the first trial and of the one that was taken; replaced layouts of plates."""
+    """Quantities of the first trial and of the one that was taken; replaced layouts and tops."""
     start = found.tried[0].outcomes[0]
     rows = [
         (METRICS[name].words, *(_number(each.metrics.get(name)) for each in (start, taken)))
@@ -127,7 +127,10 @@ def _given_up(found: Found, taken: Outcome) -> Sequence[Item]:
     if not found.space.replaced:
         return [table]
     lost = ", ".join(found.space.replaced)
-    return [Text(f"Given up, since one plain row of plates was searched: {lost}."), table]
+    return [
+        Text(f"Given up, since one plain row of plates below a crown was searched: {lost}."),
+        table,
+    ]
 
 
 def _number(value: float | None) -> str:

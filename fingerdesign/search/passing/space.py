@@ -6,6 +6,7 @@ that pass; the sampler goes on from there.
 """
 
 import difflib
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -50,9 +51,11 @@ _TRIES = 100  # Draws of a trial until one can exist.
 _COUNTS = (7, 15)
 _FEWER = (9, 7, 5, 3)
 _ARC = (0.6, 5.0)  # Radius over width: a half circle, and nearly flat.
+_ROUND = ("arc", "dome", "revolved")  # Shapes with a radius.
 _HEIGHT = (0.6, 1.25)  # Times the design's own.
 _FLAT_DOME = 10.0  # Radius along z over depth: plates lie as in an arc, which can be swept.
-_SPAN = 0.6  # Of a body's depth: plates below a dome end before it falls too far.
+# Of a body's depth: plates below a dome end before it falls too far. The longest that fits.
+_SPANS = (0.6, 0.45, 0.3)
 _FREED = (0.7, 1.4)  # A key that the user frees varies between these times its own value.
 _GAGE_SHARE = 0.6  # Length of a gage over that of its plate; the ends of a plate carry no strain.
 # All of [plates] that a plain row of full span needs; other layouts are replaced by such a row.
@@ -160,7 +163,9 @@ def space_of(design: Design, freedom: Freedom) -> Space:
     is left to vary."""
     if faults := freedom.faults(design):
         raise DesignError(faults, design.design.name)
-    base, replaced = _plain_row(design, freedom)
+    crowned, flat = _crowned(design, freedom)
+    base, replaced = _plain_row(crowned, freedom)
+    replaced = (*flat, *replaced)
     base = with_values(base, _fixed(base, freedom))
     flat_dome = base.body.shape == "dome" and not freedom.holds("body.dome_radius_mm")
     if flat_dome:
@@ -179,6 +184,24 @@ def space_of(design: Design, freedom: Freedom) -> Space:
     return replace(space, starts=sound) if sound else space
 
 
+def _crowned(design: Design, freedom: Freedom) -> tuple[Design, tuple[str, ...]]:
+    """The design with a slight crown in place of a flat top, and the key that changed.
+
+    A flat pad touches at once, and the area that responds never changes: of 48 trials from a
+    random block each had a rank correlation of 0.
+    """
+    if not design.body.kind.flat or not freedom.allows("body.shape"):
+        return design, ()
+    known = load_design(PASSING[0]).body
+    radius = design.body.width_mm / known.width_mm * (known.arc_radius_mm or 0.0)
+    try:
+        return with_values(design, {"body.shape": "arc", "body.arc_radius_mm": radius}), (
+            "body.shape",
+        )
+    except DesignError:
+        return design, ()  # Its plates or its core do not fit below a crown.
+
+
 def _plain_row(design: Design, freedom: Freedom) -> tuple[Design, tuple[str, ...]]:
     """The design with one row of solid plates of full span, and sentences on what that replaced."""
     own = design_data(design)["plates"]
@@ -189,10 +212,13 @@ def _plain_row(design: Design, freedom: Freedom) -> tuple[Design, tuple[str, ...
     values: dict[str, object] = {f"plates.{key}": getattr(known.plates, key) for key in _PLAIN}
     values["gages.length_mm"] = _GAGE_SHARE * known.plates.length_mm
     values |= _flat(design, known)
-    if not design.body.straight:
-        values["plates.span_mm"] = float(f"{_SPAN * design.body.depth_mm:.2g}")
+    depth = design.body.depth_mm
+    spans = [None] if design.body.straight else [float(f"{by * depth:.2g}") for by in _SPANS]
     words = tuple(f"plates.{key}" for key in lost) or ("plates.count = 0",)
-    for count in _FEWER:  # A row that is too wide for the body does not fit below its surface.
+    # A row that is too wide or too deep for the body does not fit below its surface.
+    for count, span in itertools.product(_FEWER, spans):
+        if span is not None:
+            values["plates.span_mm"] = span
         data = design_data(design)
         data["plates"] = {key: value for key, value in own.items() if key in _PLAIN}
         data.pop("assumed", None)
@@ -208,7 +234,7 @@ def _plain_row(design: Design, freedom: Freedom) -> tuple[Design, tuple[str, ...
 def _flat(design: Design, known: Design) -> dict[str, object]:
     """The known finger's radius at the design's own size; a dome as flat along z as it may be."""
     body, found = design.body, dict[str, object]()
-    if body.shape in ("arc", "dome") and body.arc_radius_mm is not None:
+    if body.shape in _ROUND and body.arc_radius_mm is not None:
         size = body.width_mm / known.body.width_mm
         found["body.arc_radius_mm"] = size * (known.body.arc_radius_mm or 0.0)
     if body.shape == "dome" and body.dome_radius_mm is not None:
@@ -273,9 +299,9 @@ def _parameters(design: Design, freedom: Freedom) -> Iterator[tuple[str, Paramet
 def _of_body(design: Design) -> Iterator[tuple[str, Parameter]]:
     """The section's radius and height; the shape itself stays."""
     body = design.body
-    if body.shape in ("arc", "dome") and body.arc_radius_mm is not None:
+    if body.shape in _ROUND and body.arc_radius_mm is not None:
         yield "body.arc_radius_mm", _stepped(body.width_mm, _ARC, body.arc_radius_mm, 0.5)
-    if body.shape in ("arc", "dome", "block"):
+    if body.shape in (*_ROUND, "block"):
         height = body.base_height_mm
         yield "body.base_height_mm", _stepped(height, _HEIGHT, height, 0.1)
 

@@ -20,7 +20,13 @@ from tests.support.molds import shipped
 SILENT = {"reason": "no gages", "sentences": ["Not known."]}
 CLOSE, OPEN = "Close the mold", "Cure and open"
 TITLES = (
-    *("Try machine and cutter first", "Make the parts", "Clean, cure, test", "Plates and gages"),
+    *(
+        "Before anything is cut",
+        "Try machine and cutter first",
+        "Make the parts",
+        "Clean, cure, test",
+        "Plates and gages",
+    ),
     *(CLOSE, "Mix and pour", OPEN, "Finish and measure"),
 )
 
@@ -69,14 +75,14 @@ def test_large_effects_and_another_fixture_are_warned_of(hand_made):
     design, plan, _ = hand_made()
     effect = {"reason": None, "together": {"worst": 0.31}}
     longer = replace(plan, legs=tuple(replace(leg, exit=12.0) for leg in plan.legs))
-    reported = " ".join(warnings_of(longer, gage_fit(design), effect))
+    reported = " ".join(warnings_of(longer, effect))
     assert "31 %" in reported
     assert f"{100 * legs_share(longer):.2f} %" in reported
-    silent = " ".join(warnings_of(plan, gage_fit(design), {**effect, **SILENT}))
+    silent = " ".join(warnings_of(plan, {**effect, **SILENT}))
     assert "31" not in silent
     assert "Legs of the plates" not in silent
     slotted = replace(hand_made("slots")[1], design=design)
-    other = " ".join(warnings_of(slotted, gage_fit(design), SILENT))
+    other = " ".join(warnings_of(slotted, SILENT))
     assert "mold.plate_fixture = 'comb'" in other
 
 
@@ -91,9 +97,9 @@ def test_a_gap_that_rubber_bridges_asks_for_a_vacuum(hand_made):
     assert gap.distance == pytest.approx(0.378, abs=1e-3)
     assert wetting == pytest.approx(0.042 / (1e-3 * gap.distance))
     assert buoyancy == pytest.approx(1.1 * 9.80665 * (0.9 + 0.1) * np.sqrt(0.5))
-    warned = warnings_of(plan_mold(narrow), gage_fit(narrow), SILENT)
+    warned = warnings_of(plan_mold(narrow), SILENT)
     assert "no pitch fits 15" in " ".join(warned)
-    assert "under vacuum" in " ".join(warnings_of(plan, gage_fit(design), SILENT))
+    assert "under vacuum" in " ".join(warnings_of(plan, SILENT))
     _, apart, _ = hand_made()  # level plates next to each other are no channel
     assert bridged_gap(apart) is None
 
@@ -120,7 +126,8 @@ def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
     assert {part.name for part in meshes.parts} <= set(counts)
     assert counts["plate_A"] == 3
     assert counts["plate_A, for the coupon"] == 2
-    assert counts["strain gage"] == 6  # both faces of three plates
+    assert counts["strain gage"] == 8  # both faces of three plates and one to spare
+    assert counts["plate_A, to spare"] == 1
     assert counts["bolt"] == counts["nut"] == len(plan.bolts)
     assert counts["washer"] == 2 * len(plan.bolts)
     assert counts["dowel pin"] == (len(plan.pins) if holding == "slots" else 0)

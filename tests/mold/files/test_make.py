@@ -31,7 +31,7 @@ FILES = [
     *("assembly.step", "base_plate.step", "base_plate.stl", "bill_of_materials.csv"),
     *("comb_back.dxf", "comb_front.dxf", "exploded.png", "mold.3mf", "mold_report.json"),
     *("plates.dxf", "profile.toml", "report.html", "coupon.3mf"),
-    *("nested_combs_0.3mm.dxf", "nested_phosphor_bronze_0.1mm.dxf"),
+    *("mount.dxf", "nested_combs_0.3mm.dxf", "nested_phosphor_bronze_0.1mm.dxf"),
 ]
 CHANGE = {"rms": 0.01, "worst": 0.03, "worst_plate": 1}
 EFFECT = {
@@ -40,6 +40,9 @@ EFFECT = {
     "changes": [{"name": "along_x", "largest": 0.04, "unit": "mm", **CHANGE}],
     "together": CHANGE,
 }
+
+
+LEADS = {"reason": None, "words": "4 wires", "reading_error": 0.01, "sentences": ["They are thin."]}
 
 
 def names_in(folder):
@@ -81,6 +84,7 @@ def stages(hand_made, monkeypatch):
             "run_checks": lambda *given: tuple(checks),
             "concurrently": lambda *given, **limits: nullcontext(),
             "placement_of": lambda job: dict(EFFECT),
+            "leads_of": lambda job: dict(LEADS),
         }
         if not drawn:
             picture = Picture(b"PNG", (Badge(1, "contact_insert", 0.5, 0.2),), "The mold opened.")
@@ -124,12 +128,16 @@ def test_the_folder_holds_everything_its_record_fits_its_schema_and_its_page_sho
     assert f"G gate at x {gate['x_mm']:.1f}, z {gate['z_mm']:.1f} mm" in page
 
 
+FILM = {"mold.gage": "sputtered_film", "mold.leads": "leg"}
+
+
 @pytest.mark.parametrize(
     ("keys", "worst", "reasons"),
     [
         ({}, 0.03, ["no gage that is sold fits"]),
-        ({"mold.gage": "sputtered_film"}, 0.03, []),
-        ({"mold.gage": "sputtered_film"}, 0.21, ["up to 21 % of the largest"]),
+        (FILM, 0.03, []),
+        ({"mold.gage": "sputtered_film"}, 0.03, ["wires cannot be soldered to it"]),
+        (FILM, 0.21, ["up to 21 % of the largest"]),
         ({}, 0.7, ["up to 70 % of the largest", "no gage that is sold fits"]),
     ],
 )
@@ -303,7 +311,7 @@ def test_a_shipped_finger_can_be_cast(tmp_path):
     assert named <= set(data["files"])
     printed = {part["name"]: part for part in data["parts"] if part["print"]}
     held = read_3mf(folder / "mold.3mf")
-    assert set(held) == set(printed)
+    assert set(held) == {*printed, "mount"}  # which is printed too, but is no part of the mold
     for name, part in printed.items():
         _, triangles, volume = held[name]
         assert triangles == part["triangles"]

@@ -1,0 +1,69 @@
+"""Ready as a sensor: each reason with its fix lines, and none where all holds."""
+
+import pytest
+
+from fingerdesign.checks.load import with_values
+from fingerdesign.layout.fitting import gage_fit
+from fingerdesign.layout.leads import bundle, leads_as_cast, thin_bundle
+from fingerdesign.mold.leads import MOST, leads_effect
+from fingerdesign.mold.ready import MOST_ERROR, sensor_of
+from tests.support.molds import shipped
+
+PLACED = {"reason": None, "together": {"worst": 0.05}, "row": {"together": {"worst": 0.05}}}
+LED = {"reason": None, "words": "6 wires", "reading_error": 0.01, "sentences": [""], "fixes": []}
+FAR = {**PLACED, "together": {"worst": 2.0 * MOST_ERROR}}
+STIFF = {**LED, "reading_error": 2.0 * MOST, "fixes": [{"lines": ["mold.wire_mm = 0.1"]}]}
+UNKNOWN = {"reason": "no mesh", "sentences": ["The leads are not known."]}
+
+
+@pytest.mark.parametrize(
+    ("keys", "placement", "leads", "words", "fix"),
+    [
+        ({}, PLACED, LED, [], []),
+        ({"mold.gage": "auto"}, PLACED, LED, ["no tee"], ["mold.gage = ", "mold.leads = "]),
+        ({"mold.leads": "wires"}, PLACED, LED, ["wires cannot"], ['mold.leads = "leg"']),
+        ({}, FAR, LED, ["plates off"], ['mold.process = "machined"']),
+        ({}, PLACED, STIFF, ["6 wires change"], ["mold.wire_mm = 0.1"]),
+        ({}, PLACED, UNKNOWN, ["not known"], []),
+        ({"plates.count": 0}, PLACED, LED, ["no plates"], ["plates.count = "]),
+    ],
+)
+def test_each_reason_names_the_lines_that_mend_it(keys, placement, leads, words, fix):
+    design = with_values(shipped("film_tees"), keys)
+    found = sensor_of(design, gage_fit(design), placement, leads)
+    assert found["ready"] is (not words)
+    for some, expected in ((found["reasons"], words), (found["fix"], fix)):
+        assert len(some) == len(expected)
+        assert all(each in got for each, got in zip(expected, some, strict=True))
+
+
+def test_a_type_without_source_price_and_weeks_is_not_offered():
+    design = shipped("film_tees")
+    own = gage_fit(design).found.model_dump() | {"name": "mine", "price": "", "lead_weeks": 0.0}
+    mine = with_values(design, {"mold.gage": "mine", "mold.gage_types": [own]})
+    (reason,) = sensor_of(mine, gage_fit(mine), PLACED, LED)["reasons"]
+    assert "neither sold nor quoted: no price, no lead_weeks" in reason
+
+
+def test_leads_are_those_that_the_mold_wires():
+    design = with_values(shipped("film_tees"), {"mold.leads": "wires"})
+    wires = leads_as_cast(design, None)
+    assert wires.diameter_mm == pytest.approx(0.3 / bundle(6) / 1.25)  # over their enamel
+    thin = leads_as_cast(with_values(design, {"mold.wire_mm": thin_bundle(design)}), None)
+    assert thin.diameter_mm == pytest.approx(0.03, abs=0.003)
+    film = leads_as_cast(shipped("film_tees"), gage_fit(design).found)
+    assert (film.kind, film.course, film.thickness_mm) == ("traces", "leg", 0.0002)
+
+
+@pytest.mark.slow
+def test_wires_price_a_finger_and_traces_do_not():
+    """film_tees: 8.5 % at 0.03 mm, 0.5 % by traces of the film (mesh of 2.8 and 2.0 alike)."""
+    design = shipped("film_tees")
+    type_ = gage_fit(design).found
+    assert leads_effect(design, type_)["reading_error"] == pytest.approx(0.005, rel=0.2)
+    wired = with_values(design, {"mold.leads": "wires", "mold.wire_mm": 0.11})
+    found = leads_effect(wired, type_)
+    assert found["reading_error"] > MOST
+    assert [each["lines"] for each in found["fixes"]] == [['mold.leads = "leg"']]
+    bare = with_values(design, {"plates.count": 0})
+    assert "no plates" in leads_effect(bare, type_)["reason"]
