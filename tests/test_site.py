@@ -17,7 +17,8 @@ PUBLIC = {"fingerdesign"} | {
     for page in DOCS.glob("api/*.md")
     for name in re.findall(r"automodule:: (\S+)", page.read_text("utf-8"))
 }
-OTHERS = {"numpy", "matplotlib", "pyvista", "cadquery", "mujoco"} | set(sys.stdlib_module_names)
+OTHERS = {"numpy", "scipy", "matplotlib", "pyvista", "cadquery", "mujoco"}
+OTHERS |= set(sys.stdlib_module_names)
 PICTURES = ("pyplot.show()", "plotter.show()", "draw_sketch(")
 
 
