@@ -3,8 +3,8 @@ Train a hand, judge it by GripBench
 ===================================
 
 SciPy's differential evolution trains eight weights on the Gymnasium environment, from forces alone.
-``python 07_trained_hand.py hand.txt`` takes minutes and writes the weights; this page trains for
-seconds. ``fingerdesign study gripbench --controller 07_trained_hand:Hand`` judges the class below.
+``python 07_trained_hand.py 07_trained_hand.py.txt`` takes minutes; this page trains for seconds.
+``fingerdesign study gripbench --controller 07_trained_hand:Hand`` judges the class below.
 """
 
 import sys
@@ -13,19 +13,19 @@ import numpy as np
 from matplotlib import pyplot
 from scipy.optimize import differential_evolution
 
-from fingerdesign.checks.load import load_design
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.control.roster import Command
-from fingerdesign.control.signals import Sample
 from fingerdesign.trials.environment import GripEnvironment
 
 
 class Hand:
-    def __init__(self, grip, own=None, held=None, weights=None):
-        self.weights = np.loadtxt("hand.txt") if weights is None else weights
-        self.grip, self.name = grip, "trained"
+    name = "trained"
+
+    def __init__(self, grip, own=None, held=None, given=None):
+        self.grip, self.weights = grip, np.loadtxt(__file__ + ".txt") if given is None else given
 
     def start(self, calibration, sample):
-        self.most, self.last, self.softening, self.up = 1e-9, sample.tangential_force, 0.0, 0.0
+        self.most, self.softening, self.up = 1e-9, 0.0, 0.0
 
     def parts(self, normal, tangential, lifted):
         if self.up > 0.05:
@@ -42,11 +42,11 @@ class Hand:
 
 
 def loss(weights, env, lifts):
-    total = 0.0  # reward
+    total = 0.0
     for seed in range(lifts):
         (*_, normal, tangential, _, _, lifted), _ = env.reset(seed=seed)
-        hand, over = Hand(None, weights=weights), False
-        hand.start(None, Sample(np.zeros(0), normal, tangential))
+        hand, over = Hand(None, given=weights), False
+        hand.start(None, None)
         while not over:
             action = hand.parts(normal, tangential, lifted > 0.5)
             (*_, normal, tangential, _, _, lifted), reward, ended, cut, _ = env.step(action)
@@ -55,11 +55,11 @@ def loss(weights, env, lifts):
 
 
 if __name__ == "__main__":
-    env = GripEnvironment(load_design("sensitive"), "plane-strain")
-    lifts, rounds = (30, 20) if sys.argv[1:] else (4, 4)
-    about = {"popsize": 3, "maxiter": rounds, "polish": False, "seed": 0}
-    found = differential_evolution(loss, [(-1.0, 1.0)] * 8, (env, lifts), **about)
-    np.savetxt(sys.argv[1] if sys.argv[1:] else sys.stdout, found.x)
-    pyplot.plot(np.sort(-found.population_energies), "o")
-    pyplot.ylabel("reward of the last hands")
+    held = {"grip.plant": "lift", "grip.hold_steps": 20}  # 0.2 s after the lift, as GripBench
+    env = GripEnvironment(with_values(load_design("sensitive"), held), "plane-strain")
+    size = 12 if sys.argv[1:] else 4  # lifts, and generations
+    about = {"popsize": 3, "maxiter": size, "polish": False, "seed": 0}
+    found = differential_evolution(loss, [(-1.0, 1.0)] * 8, (env, size), **about)
+    np.savetxt(*[*sys.argv[1:], sys.stdout][:1], found.x)
+    pyplot.plot(np.sort(-found.population_energies), "o")  # mean reward of the last hands
     pyplot.show()
