@@ -173,7 +173,9 @@ def _lifts(
     with recorded(lerobot.FOLDER, target) as (folder, show):
         info = run_lifts(design, hands.names, axes.grid(), folder, replace(options, report=show))
     about = {name: info[f"total_{name}"] for name in ("episodes", "frames")}
+    about["left_out"] = info["left_out"]
     words = f"{target}: {about['episodes']} lifts, {about['frames']} frames"
+    words += f"; {info['left_out']} lifts failed and are left out" if info["left_out"] else ""
     say_result(lambda: {"design": design.design.name, **about}, lambda: click.echo(words))
     return 0
 

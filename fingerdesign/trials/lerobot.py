@@ -111,7 +111,8 @@ def write_lifts(
     workers: int,
     report: Report = lambda message, fraction: None,
 ) -> dict[str, Any]:
-    """Run all cells and write their lifts; return what info.json holds.
+    """Run all cells and write their lifts; return what info.json holds, and ``left_out``: the
+    number of lifts that came to no end (a bench or a solver failed).
 
     Raises ImportError without pyarrow, SolverError where a process died or no lift came to its end.
     """
@@ -123,7 +124,7 @@ def write_lifts(
         for lift in lifts:
             writer.add(lift)
         report(f"lifting: {len(writer.rows)} lifts", done / len(batches))
-    return writer.close()
+    return writer.close() | {"left_out": sum(map(len, batches)) - len(writer.rows)}
 
 
 class _Writer:

@@ -22,6 +22,7 @@ from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.make import mold_meshes
 from fingerdesign.mold.part import BASE, INSERT
 from fingerdesign.mold.plan.limits import limits_of
+from fingerdesign.mold.plan.plan import RELIEF_MM
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.bill import hardware
 from tests.support.as_planned import as_planned
@@ -169,7 +170,9 @@ def test_its_step_files_touch_but_do_not_overlap_and_enclose_the_finger(made):
     for one, other in combinations(names, 2):
         assert solids[one].intersect(solids[other]).Volume() < 1e-4
     for name in names:
-        assert solids[INSERT].distance(solids[name]) < 1e-6 or name == BASE or "outer" in name
+        gap = RELIEF_MM if "outer" in name else 0.0
+        away = solids[INSERT].distance(solids[name])
+        assert away == pytest.approx(gap, abs=1e-6) or name == BASE
     reach = (2 * plan.reach_x, plan.top, 2 * plan.reach_z)
     inside = cq.Workplane("XY").box(*reach).translate((0, 0.5 * plan.top, 0)).val()
     whole = inside.cut(*(solids[name] for name in names))

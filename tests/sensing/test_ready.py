@@ -48,7 +48,7 @@ def test_each_shipped_estimator_is_its_designs_and_small():
     for name in estimator_texts():
         design = load_design(name)
         path = shipped_path(name).with_name(f"{name}{ESTIMATOR_SUFFIX}")
-        assert path.stat().st_size < 180_000
+        assert path.stat().st_size < 180_000  # 15 gages; 11 have 145 kB
         found = ready.shipped_estimator(design)
         assert found is not None
         # GripBench's finger is gripped in plane strain.

@@ -66,7 +66,7 @@ def test_it_is_what_the_format_says(data_set):
     read = Read(data_set[0])
     info, frames = read.info, read.data.num_rows
     assert (info["codebase_version"], info["fps"], info["total_tasks"]) == ("v3.0", 100, 1)
-    assert data_set[1] == {"design": "film_tees", "episodes": 4, "frames": frames}
+    assert data_set[1] == {"design": "film_tees", "episodes": 4, "frames": frames, "left_out": 0}
     assert info["splits"] == {"train": "0:4"}
     assert list(info["features"])[-5:] == DEFAULT
     assert set(info["features"]) == set(read.data.column_names) == set(read.stats)

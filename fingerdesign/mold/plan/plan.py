@@ -82,8 +82,7 @@ def in_space(side: Side, place: float, y: float, out: float = 0.0) -> Array:
 def spacer_height(plan: "MoldPlan") -> float:
     """Height of the spacers under a frame or wall on the bench, mm: legs reach so far out of it,
     without the outer comb; 0 where none do."""
-    out = [plan.tips[side] - plan.reach(side) for side in plan.tips if side == "-z"]
-    return round(max(max(out, default=0.0), 0.0), 2)
+    return round(max(plan.tips.get("-z", 0.0) - plan.reach("-z"), 0.0), 2)
 
 
 def core_in_mold(core: Core, scale: float) -> Core:
