@@ -9,8 +9,9 @@ import pytest
 from fingerdesign_cli.search import shard_of
 
 from fingerdesign.errors import DesignError
-from fingerdesign.records.columns import ColumnWriter, outcomes_at, read_columns
+from fingerdesign.records.columns import FACTS, metrics_at, outcomes_at, row_of
 from fingerdesign.records.outcome import Failure, Traces
+from fingerdesign.runtime.columns import ColumnWriter
 from fingerdesign.search.compare import large
 from fingerdesign.search.compare.folder import FOLDER, write_large_study
 from fingerdesign.search.compare.read import read_comparison
@@ -64,12 +65,12 @@ def written(folder, outcomes):
 
 def test_a_row_is_what_it_was_and_small(tmp_path):
     path, outcomes = tmp_path / "outcomes.sqlite", many(500)
-    with ColumnWriter(path) as columns:
+    with ColumnWriter(path, FACTS) as columns:
         for each in outcomes:
-            columns.add(replace(each, values=each.values | {"grip.controller": "maeno"}))
-    assert columns.kinds == {"ok": 502, "timeout": 1}
+            columns.add(row_of(replace(each, values=each.values | {"grip.controller": "maeno"})))
+    assert columns.count == 503
     assert path.stat().st_size < 2000 * len(outcomes)
-    table, good = read_columns(path, ["cost", "no_such"])
+    table, good = metrics_at(path, ["cost", "no_such"])
     assert (table.shape, int(good.sum())) == ((503, 2), 502)
     assert np.isnan(table[:, 1]).all()
     assert table[7, 0] == outcomes[7].metrics["cost"]
@@ -133,7 +134,7 @@ def test_jobs_are_held_a_part_at_a_time(tmp_path, monkeypatch):
             drawn.append(each)
             yield each
 
-    cluster = SimpleNamespace(threads=1)
+    cluster = SimpleNamespace(threads=1, outcomes=lambda *given: ())
     found = run.run_in_parts(
         plan(), 25, run.Store(tmp_path), cluster, STUDY.limits, lambda now: seen.append(now)
     )

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from fingerdesign.records.base import json_text
-from fingerdesign.records.columns import ColumnWriter
+from fingerdesign.records.columns import FACTS, row_of
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.outcome import Outcome, cells_csv, designs_csv
+from fingerdesign.runtime.columns import ColumnWriter
 from fingerdesign.search.compare.large import COLUMNS_FILE
 from fingerdesign.search.compare.page import SearchFindings, compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, Comparison, read_comparison
@@ -59,13 +60,15 @@ def write_large_study(
 ) -> tuple[Comparison, dict[str, int]]:
     """Write the files of a study of many outcomes into ``folder``, as they come; what its page
     compares, and how many outcomes there are of each kind."""
-    with ColumnWriter(folder / COLUMNS_FILE) as columns:
+    kinds = Counter[str]()
+    with ColumnWriter(folder / COLUMNS_FILE, FACTS) as columns:
         for outcome in outcomes:
-            columns.add(outcome)
-    record = json_text(study_record(study, columns.kinds))
+            columns.add(row_of(outcome))
+            kinds.update(kinds_of([outcome]))
+    record = json_text(study_record(study, kinds))
     for name, text in ((STUDY_FILE, record), ("study.toml", source)):
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    return _with_page(folder), columns.kinds
+    return _with_page(folder), kinds
 
 
 def _with_page(folder: Path, search: SearchFindings | None = None) -> Comparison:

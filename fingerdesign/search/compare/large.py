@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.records.columns import outcomes_at, read_columns
+from fingerdesign.records.columns import metrics_at, outcomes_at
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.compare.recommend import USUAL_OBJECTIVES, Bound, Objective
 from fingerdesign.search.run.run import Store, StoreError
@@ -29,13 +29,13 @@ def best_of(
 ) -> tuple[tuple[Outcome, ...], ...]:
     """The outcomes to show of files of columns, of all together, file by file.
 
-    Without objectives the usual ones count that a row has. Raises ResultError.
+    Without objectives the usual ones count that a row has. Raises ColumnError.
     """
     chosen = tuple(objectives) or tuple(
         Objective(name, METRICS[name].better or "min") for name in USUAL_OBJECTIVES
     )
     names = [each.metric for each in chosen] + [each.metric for each in bounds]
-    tables = [read_columns(path, names) for path in paths]
+    tables = [metrics_at(path, names) for path in paths]
     table, good = (np.concatenate(parts) for parts in zip(*tables, strict=True))
     losses = table[:, : len(chosen)] * [1.0 if each.goal == "min" else -1.0 for each in chosen]
     if not objectives:

@@ -32,6 +32,7 @@ from fingerdesign.records.outcome import (
 )
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.records.result_files import RESULT_FILE, read_result
+from fingerdesign.runtime.columns import ColumnError
 from fingerdesign.runtime.files import whole_text
 from fingerdesign.search.compare.large import COLUMNS_FILE, best_of
 from fingerdesign.search.compare.recommend import (
@@ -245,7 +246,7 @@ def _with_best(sources: Sequence[_Source], objectives: Sequence[Objective]) -> l
         bounds |= {each.metric: each for each in found}
     try:
         best = best_of(list(large.values()), objectives, list(bounds.values()))
-    except ResultError as error:
+    except ColumnError as error:
         fault = Fault("RESULT", sources[next(iter(large))].place, "a study in columns", str(error))
         raise DesignError([fault]) from error
     filled = dict(zip(large, best, strict=True))

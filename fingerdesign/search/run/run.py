@@ -179,8 +179,7 @@ def run_jobs(
     bare: bool = False,
 ) -> tuple[Outcome, ...]:
     """The outcomes of jobs, in their order, of one digest computed once; an outcome among them is
-    returned unchanged. bare: without designs, traces and grips, which the store has. Raises
-    StoreError and ClusterError."""
+    returned unchanged. bare: see :func:`bared`. Raises StoreError and ClusterError."""
     found: dict[int, Outcome] = {}  # by place in the plan
     missing: dict[str, list[int]] = {}  # places by digest
     start = first = time.monotonic()
@@ -204,10 +203,8 @@ def run_jobs(
         report(now)
 
     def add(place: int, outcome: Outcome, threads: int | None, stored: bool = False) -> None:
-        job = plan[place]
-        found[place] = relabelled(outcome, job) if isinstance(job, Job) else outcome
-        if bare:
-            found[place] = replace(found[place], design={}, traces=Traces(), grips=(), warnings=())
+        own = relabelled(outcome, job) if isinstance(job := plan[place], Job) else outcome
+        found[place] = bared(own) if bare else own
         tell(threads, found[place], stored)
 
     jobs: list[tuple[str, Job]] = []
@@ -224,13 +221,18 @@ def run_jobs(
             jobs.append((digest, each))
         missing.setdefault(digest, []).append(place)
     first = time.monotonic()
-    look = lambda: tell(cluster.threads)  # noqa: E731
-    for digest, outcome in cluster.outcomes(jobs, limits, look) if jobs else ():
+    came = cluster.outcomes(jobs, limits, lambda: tell(cluster.threads))
+    for digest, outcome in came if jobs else ():
         store.put(outcome)
         now = replace(now, computed=now.computed + 1)
         for place in missing.pop(digest):
             add(place, outcome, cluster.threads)
     return tuple(found[place] for place in range(len(plan)))
+
+
+def bared(outcome: Outcome) -> Outcome:
+    """The outcome without what the store alone holds of a large study."""
+    return replace(outcome, design={}, traces=Traces(), grips=(), warnings=())
 
 
 def run_in_parts(
