@@ -2,8 +2,8 @@
 
 References: another program on other elements, ``references/gages.py``, whose docstring has block,
 plates and tractions; its values and their uncertainty stand in ``references/gages.json``. A row's
-tolerance is five times that uncertainty, at least 0.5 % and at most 2 %: set before this program's
-value was seen.
+tolerance is five times that uncertainty, at least 0.5 % and at most 2 %, or the
+uncertainty where that is more: set before this program's value was seen.
 """
 
 from functools import lru_cache
@@ -15,6 +15,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.checks.load import parse_design
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.model import build_model
+from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.layout.zone import Zone
 from fingerdesign_bench.known.case import Solution
 
@@ -79,7 +80,7 @@ def bonded(
     design = design_of(angle, count, grid, span, along, plane)
     body = design.body
     reach = 0.5 * body.width_mm
-    mesh = make_mesh(design, "plane-strain" if plane else "3d", Zone(reach))
+    mesh = make_mesh(design, "plane-strain" if plane else "3d", Zone(reach), mirrors_in_z(design))
     model = build_model(design, mesh, reach).reduced
     first, second = (0, 2) if along == "x" else (2, 0)
     half = 0.5 * np.array([body.width_mm, 0.0, body.depth_mm])
@@ -114,5 +115,6 @@ def known(values: dict[str, list[float]], plate: int, face: str, grid: str) -> t
 
 
 def tolerance(value: float, uncertainty: float) -> float:
-    """The tolerance of a row, as a part of its reference."""
-    return min(max(5.0 * uncertainty / abs(value), 0.005), 0.02)
+    """The tolerance of a row, as a part of its reference; see the module."""
+    own = uncertainty / abs(value)
+    return max(min(max(5.0 * own, 0.005), 0.02), own)
