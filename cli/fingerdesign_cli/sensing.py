@@ -11,8 +11,8 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.control.bench_table import TABLE
 from fingerdesign.control.c_code import c_files
 from fingerdesign.control.estimator import GripEstimator
-from fingerdesign.control.fmu import FILE as FMU
-from fingerdesign.control.fmu import fmu
+from fingerdesign.control.fmi.regulator import FILE as FMU
+from fingerdesign.control.fmi.regulator import fmu
 from fingerdesign.control.trace import read_trace
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError

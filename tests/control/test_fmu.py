@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.control.estimator import FingerCurves
-from fingerdesign.control.fmu import FILE, fmu
+from fingerdesign.control.fmi.regulator import FILE, fmu
 from tests.control.test_c_code import COMPILER, CROSS_TALK, GAGES, GRIP, estimator
 from tests.support.singles import SingleRegulator
 
