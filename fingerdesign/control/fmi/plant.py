@@ -52,7 +52,7 @@ def plant_fmu(problem: ContactProblem, design: Design) -> bytes:
         "@friction@": repr(float(grip.friction_coefficients[0])),
         "@mass@": repr(float(grip.heaviest_g)),
     }
-    sources = {name: filled_template(f"{name}", places) for name in ("plant.c", "dense.c", "fmi2.c")}
+    sources = {name: filled_template(name, places) for name in ("plant.c", "dense.c", "fmi2.c")}
     sources["kernel.c"] = (Path(solver.__file__).parent / "kernel.c").read_text("utf-8")
     numbers = _numbers(problem, design.gages.face)
     # High bytes first: exponents compress, the rest of a double does not.
@@ -60,14 +60,13 @@ def plant_fmu(problem: ContactProblem, design: Design) -> bytes:
     period = 1.0 / grip.hardware.sample_rate_Hz
     words = f"the finger {design.design.name} against a plane, {m} contact nodes"
     unit = Unit(MODEL, words, _variables(len(model.gage_x), places), period)
-    packed = unit.packed(
-        sources, {"model.bin": planes}, ("-O3", "-s", "-fvisibility=hidden")
-    )
+    packed = unit.packed(sources, {"model.bin": planes}, ("-O3", "-s", "-fvisibility=hidden"))
     if len(packed) > MOST_BYTES:
         given = f"{1e-3 * len(packed):.0f} kB with {m} contact nodes in {dim}-D"
-        remedy = "take --fidelity plane-strain" + ", or set mesh.layers = 2" * (dim == 3)
-        if dim == 2:
-            remedy = "set a larger mesh.section.contact_size_mm, or a smaller grip.max_approach_mm"
+        remedy = "set a larger mesh.section.contact_size_mm, or a smaller grip.max_approach_mm"
+        if dim == 3:
+            remedy = "take --fidelity plane-strain, or set mesh.layers = 2, and if that is not "
+            remedy += "enough a larger mesh.contact_size_mm: some 180 nodes fit"
         raise DesignError([Fault("plant.fmu", given, f"{1e-3 * MOST_BYTES:.0f} kB", remedy)])
     return packed
 

@@ -50,10 +50,7 @@ def _variables(gages: int, stiffness: str) -> list[Variable]:
     """In the order of fmu.c."""
     friction = "coefficient of friction; 0 before anything is known"
     return [
-        *(
-            Variable(f"reading[{k + 1}]", "input", "of a gage", "microstrain")
-            for k in range(gages)
-        ),
+        *(Variable(f"reading[{k + 1}]", "input", "of a gage", "microstrain") for k in range(gages)),
         Variable("normal_force", "input", "F_n", "N"),
         Variable("tangential_force", "input", "F_t", "N"),
         Variable("dx", "output", "next move of the hand, away from the support", "mm"),

@@ -79,11 +79,10 @@ static void dense_dtrtri(const char *u, const char *d, const int *n, double *a, 
     (void)u, (void)d, *info = 0;
     for (int j = *n - 1; j >= 0; j--) {
         double *column = a + (size_t)j * *lda, own = 1.0 / column[j];
-        for (int i = *n - 1; i > j; i--) { /* rows below: minus their inverse times the column */
-            double sum = 0.0;
-            for (int k = j + 1; k <= i; k++)
-                sum += a[i + (size_t)k * *lda] * column[k];
-            column[i] = -own * sum;
+        for (int k = *n - 1; k > j; k--) { /* the inverse below, at hand, times the rest of the column */
+            double by = -own * column[k];
+            column[k] = 0.0;
+            add_scaled(by, a + (size_t)k * *lda + k, column + k, *n - k);
         }
         column[j] = own;
     }

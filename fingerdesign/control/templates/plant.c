@@ -126,59 +126,49 @@ static int unit_starts(unit *u) {
     return OK;
 }
 
-/* The inverse of the compliance on ``count`` nodes, by Cholesky's factor; 0 where it has none. */
-static int inverts(const int64_t *nodes, int count, double *root, double *out) {
-    int size = count * DIM, info;
-    for (int i = 0; i < size; i++)
-        for (int j = 0; j < size; j++)
-            root[j + i * size] = compliance[(nodes[i / DIM] * DIM + i % DIM) * N +
-                                            nodes[j / DIM] * DIM + j % DIM];
-    dense_dpotrf("L", &size, root, &size, &info);
-    if (info)
-        return 0;
-    dense_dtrtri("L", "N", &size, root, &size, &info);
-    for (int i = 0; i < size; i++)
-        for (int j = 0; j <= i; j++) {
-            double sum = 0.0;
-            for (int k = i; k < size; k++)
-                sum += root[k + i * size] * root[k + j * size];
-            out[i * size + j] = out[j * size + i] = sum;
-        }
+/* Takes nodes into the base, as many at a time as the follower's memory can border; 0: it is singular. */
+static int takes_in(scratch *w, const int64_t *joins, int count) {
+    Follower *f = w->follower;
+    for (int done = 0, part; done < count; done += part) {
+        int64_t *nodes = w->nodes[!w->half];
+        part = count - done < NODES / 4 + 1 ? count - done : NODES / 4 + 1;
+        if (!follower_border(f, joins + done, part, w->inverse[!w->half]))
+            return 0;
+        for (int i = 0; i < f->k; i++)
+            nodes[i] = f->nodes[i];
+        memcpy(nodes + f->k, joins + done, part * sizeof *joins);
+        w->half = !w->half;
+        follower_base(f, f->k + part, nodes, w->inverse[w->half]);
+    }
     return 1;
 }
 
 /* Brings the base to the nodes needed and the nearest open ones, as tracking.py; 0: it cannot. */
 static int brings_base(scratch *w) {
     Follower *f = w->follower;
-    unsigned char chosen[NODES];
-    int needed = 0, count = 0, joins = 0;
-    int64_t *nodes = w->nodes[!w->half], joined[NODES];
-    double *inverse = w->inverse[!w->half];
+    int64_t joins[NODES];
+    int needed = 0, count = 0;
     for (int i = 0; i < NODES; i++)
-        needed += chosen[i] = f->needed[i];
+        needed += f->needed[i];
     int ring = (int)(RING * needed) > LEAST ? (int)(RING * needed) : LEAST;
-    int widens = f->k > 0 && f->k - needed <= WIDEST * ring;
-    for (int i = 0; i < NODES && widens; i++)
-        chosen[i] |= f->inside[i];
-    for (int k = 0; k < (widens ? JOIN : ring); k++) {
+    if (f->k > 0 && f->k - needed <= WIDEST * ring)
+        ring = JOIN;
+    else
+        follower_base(f, 0, NULL, NULL);
+    for (int i = 0; i < NODES; i++)
+        if (f->needed[i] && !f->inside[i])
+            joins[count++] = i;
+    for (int k = 0; k < ring; k++) {
         int nearest = -1;
         for (int i = 0; i < NODES; i++)
-            if (!chosen[i] && (nearest < 0 || f->gap[i] < f->gap[nearest]))
+            if (!f->needed[i] && !f->inside[i] && (nearest < 0 || f->gap[i] < f->gap[nearest]))
                 nearest = i;
-        if (nearest >= 0)
-            chosen[nearest] = 1;
+        if (nearest < 0)
+            break;
+        f->needed[nearest] = 1;
+        joins[count++] = nearest;
     }
-    for (int i = 0; i < f->k && widens; i++)
-        nodes[count++] = f->nodes[i];
-    for (int i = 0; i < NODES; i++)
-        if (chosen[i] && !(widens && f->inside[i]))
-            nodes[count++] = joined[joins++] = i;
-    if (!(widens && follower_border(f, joined, joins, inverse)) &&
-        !inverts(nodes, count, f->work, inverse))
-        return 0;
-    w->half = !w->half;
-    follower_base(f, count, nodes, inverse);
-    return 1;
+    return takes_in(w, joins, count);
 }
 
 /* Follows an increment to ``offset``, the answer into work; turned and share: as in kernel.c. */
@@ -212,29 +202,10 @@ static void begins(history *to, double friction) {
     add_product(1.0, compliance, N, to->force, to->yielded);
 }
 
-/* Forces (count,) at the listed nodes that give these normal motions; 0: they have no factor. */
-static int normal_forces(const int *list, int count, double *root, double *right) {
-    int info;
-    for (int a = 0; a < count; a++)
-        for (int b = 0; b < count; b++)
-            root[b + a * count] = compliance[list[a] * DIM * N + list[b] * DIM];
-    dense_dpotrf("L", &count, root, &count, &info);
-    for (int j = 0; j < count && !info; j++) {
-        right[j] /= root[j + j * count];
-        add_scaled(-right[j], root + j + 1 + j * count, right + j + 1, count - j - 1);
-    }
-    for (int j = count - 1; j >= 0 && !info; j--) {
-        for (int i = j + 1; i < count; i++)
-            right[j] -= root[i + j * count] * right[i];
-        right[j] /= root[j + j * count];
-    }
-    return !info;
-}
-
 /* Normal forces that close the gap under the tangential ones at hand, by an active set (guess.py). */
 static void presses(scratch *w, const double *offset, history *to) {
-    double *gap = w->reals, *right = gap + NODES, *pulled = w->answer;
-    int closed[NODES], next[NODES], list[NODES], any = 0, count = 0, changes = 1;
+    double *gap = w->reals, *right = gap + NODES, *pulled = w->answer, *matrix = w->follower->work;
+    int closed[NODES], next[NODES], list[NODES], any = 0, count = 0, changes = 1, info;
     for (int i = 0; i < NODES; i++) {
         any |= closed[i] = to->force[i * DIM] > 0.0;
         to->force[i * DIM] = 0.0;
@@ -250,8 +221,13 @@ static void presses(scratch *w, const double *offset, history *to) {
         for (int i = 0; i < NODES; i++)
             if (closed[i])
                 right[count] = -gap[i], list[count++] = i;
-        if (!normal_forces(list, count, w->follower->work, right))
+        for (int a = 0; a < count; a++)
+            for (int b = 0; b < count; b++)
+                matrix[b + a * count] = compliance[list[a] * DIM * N + list[b] * DIM];
+        dense_dgetrf(&count, &count, matrix, &count, w->follower->pivots, &info);
+        if (info)
             return;
+        dense_dgetrs("T", &count, NULL, matrix, &count, w->follower->pivots, right, NULL, &info);
         for (int i = 0, a = 0; i < NODES; i++) {
             double left = gap[i];
             for (int b = 0; b < count && !closed[i]; b++)
