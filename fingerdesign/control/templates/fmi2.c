@@ -29,11 +29,11 @@ static void unit_resets(unit *u);             /* values as described */
 static int unit_starts(unit *u);              /* with the parameters given: OK or ERROR */
 static int unit_steps(unit *u, double step);  /* s: OK or ERROR */
 
-/* Hands a reason to the simulator; ERROR. */
+/* Hands a reason, without a %, to the simulator; ERROR. */
 static int says(const unit *u, const char *message) {
     const callback_functions *given = u->callbacks;
     if (given != NULL && given->log != NULL)
-        given->log(given->environment, "unit", ERROR, "logStatusError", "%s", message);
+        given->log(given->environment, "unit", ERROR, "logStatusError", message);
     return ERROR;
 }
 
