@@ -120,12 +120,14 @@ def _held_out(result: TrainingResult) -> str:
 @dataclass(frozen=True)
 class Target(Options):
     """The system to write for. noise: of the regulator's gages; densities: of the finger's
-    materials; fidelity: of the plant."""
+    materials; fidelity: of the plant; flex_mm: size of
+    the rubber's tetrahedra, None where it is rigid."""
 
     to: str
     noise: float | None
     densities: tuple[tuple[str, float], ...]
     fidelity: str | None
+    flex_mm: float | None
 
 
 def export(files: tuple[Path, ...], out: Path, target: Target) -> int:
@@ -136,6 +138,8 @@ def export(files: tuple[Path, ...], out: Path, target: Target) -> int:
     folder = out / design.design.name
     if target.fidelity is not None and target.to != "fmu-plant":
         raise click.UsageError("--fidelity is for fmu-plant alone")
+    if target.flex_mm is not None and target.to != "mjcf":
+        raise click.UsageError("--flex is for mjcf alone")
     if target.to in ("mjcf", "urdf", "fmu-plant") and (len(files) == 2 or target.noise is not None):
         raise click.UsageError(f"--to {target.to} takes a design alone, and no --noise")
     if target.to in ("mjcf", "urdf"):
@@ -185,10 +189,10 @@ def _export_finger(design: Design, folder: Path, target: Target) -> int:
     kind, write = FOLDERS[record], {"xml": mjcf, "urdf": urdf}[record]
     with recorded(kind, folder) as (aside, show):
         show("drawing the finger")
-        finger = describe(design, aside, dict(target.densities))
+        finger = describe(design, aside, dict(target.densities), target.flex_mm)
         write_whole(aside / f"finger.{record}", write(finger))
     meshes = sorted(path.name for path in finger.meshes.values())
-    grams, sites = 1e3 * finger.rigid.mass, len(finger.sites)
+    grams, sites = 1e3 * finger.mass, len(finger.sites)
     words = f"{folder / f'finger.{record}'}: {grams:.3g} g, {sites} gages, {len(meshes)} meshes"
     about = {"design": finger.name, "mass_g": grams, "gages": sites}
     say_result(lambda: {**about, "files": [f"finger.{record}", *meshes]}, lambda: click.echo(words))

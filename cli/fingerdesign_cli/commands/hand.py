@@ -186,6 +186,13 @@ noise_of_the_rig = click.option(
     help="For mjcf and urdf: instead of the material's usual one; may be given again.",
 )
 @fidelity_option(None, unset="plane-strain")
+@click.option(
+    "--flex",
+    "flex_mm",
+    type=click.FloatRange(0.2, 20.0),
+    metavar="MM",
+    help="For mjcf: the rubber as a flex of tetrahedra of this size, which has no plates in it.",
+)
 @output_options
 def export() -> None:
     """Write DESIGN for another system: its regulator, which grips by ESTIMATOR, or the finger.
@@ -200,7 +207,7 @@ def export() -> None:
 
     mjcf, urdf: OUT/NAME then holds finger.xml or finger.urdf and the STL files that it names: body,
     plates and core to be seen, the convex hull to collide; mass and inertia; a site or frame at
-    each gage.
+    each gage. A flex shows a soft finger; for forces and gages see docs/how_to/control.md.
     """
 
 
