@@ -25,7 +25,7 @@ from math import hypot
 
 import numpy as np
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.history import FrictionHistory
 from fingerdesign.contact.increment import Increment, solve_increment
 from fingerdesign.contact.laws import STICK
@@ -42,6 +42,7 @@ from fingerdesign.sensing.model import against, grip_problem
 MOST_DEG = 3.0  # What a rotation vector neglects at 5 mm from the anchor is then 7 micrometres.
 MOST_OUT_MM = 0.05  # Out of the plane of half a finger: a tenth of a usual approach.
 PLANE = (True, True, True)
+_LEAST, _NEAR_MM = 60, 0.02  # Nodes to begin with; a gap at which a node joins with others.
 
 
 @dataclass(frozen=True)
@@ -103,8 +104,7 @@ class Pad:
         """
         if problem.model.load_displacement is not None:
             raise ValueError("a finger with loads of its own cannot meet a moving object")
-        self._history = FrictionHistory(problem, kinetic_share)
-        self._face, self._crest = face, crest_mm
+        self._face, self._crest, self._share = face, crest_mm, kinetic_share
         self._goes_on = np.array(goes_on)
         model, dim = problem.model, problem.model.dimension
         self.planar = dim == 2 or model.symmetry_factor == 2
@@ -119,25 +119,53 @@ class Pad:
             ]
         )[..., :dim]
         rigid[self._out] = 0.0
-        self._rigid = rigid.reshape(6, -1)
-        self._local = np.einsum("mab,kmb->kma", problem.frames, rigid)
-        self._frames, self._width = problem.frames, float(np.ptp(points[:, 2])) or model.depth
+        self._all, self._all_rigid = problem, rigid
+        self._all_local = np.einsum("mab,kmb->kma", problem.frames, rigid)
+        self._width = float(np.ptp(points[:, 2])) or model.depth
+        self._reach = 3.0 * float(np.abs(points).max()) + abs(crest_mm)
         self._anchor, self._turn = np.array([0.0, crest_mm, 0.0]), 0.0
         self._about = np.eye(6)
         self._carried = np.zeros(2)  # x and z of the anchor's own way, mm
-        self._blank = np.zeros(len(model.gage_x))
+        self._blank, self._rotation = np.zeros(len(model.gage_x)), np.zeros(3)
         self.touch = Touch(np.zeros(6), self._blank)
+        # Friction that falls in motion has a history at each node: all are kept in it.
+        count = (
+            model.nodes if kinetic_share != 1.0 else min(model.nodes, max(_LEAST, model.nodes // 4))
+        )
+        self._take(np.sort(np.argsort(problem.gap0, kind="stable")[:count]))
+
+    def _take(self, nodes: IntArray) -> None:
+        """Solve on these nodes (k,), rising, from now on."""
+        left = np.ones(self._all.shape[0], dtype=bool)
+        left[nodes] = False
+        self._nodes, self._far, dim = nodes, np.flatnonzero(left), self._all.shape[1]
+        part = self._all.restricted(nodes) if len(self._far) else self._all
+        self._history = FrictionHistory(part, self._share)
+        self._frames = part.frames
+        self._rigid = self._all_rigid[:, nodes].reshape(6, -1)
+        self._local = self._all_local[:, nodes]
+        dofs = (nodes[:, None] * dim + np.arange(dim)).reshape(-1)
+        self._far_rows = self._all.compliance[dim * self._far][:, dofs]
+        self._far_normal = self._all_local[:, self._far, 0]
+        self._most = float(np.abs(self._far_rows).max(initial=0.0))  # mm/N
+        self._slack, self._checked = 0.0, (np.zeros(3), np.zeros(3), np.zeros(part.shape))
 
     def meet(self, place: Array, rotation: Array) -> Touch:
         """Go on to a pose: ``place`` (3,) mm, ``rotation`` (3,) rad. Raises SolverError."""
-        history = self._history
         if self.touch.increment is None:
             self._rest(place, rotation)
         motion = self._motion(place, rotation)
-        history.displace(self._tilt(rotation))
-        if self.touch.increment is None and self._is_free(motion):
-            return self._leave(place, rotation)
-        increment = solve_increment(history.problem, history.state, motion, history.workspace)
+        while True:
+            history = self._history
+            history.displace(self._tilt(rotation))
+            if self.touch.increment is None and self._is_free(motion):
+                force = self._checked[2]
+                if not self._widen(motion, place, rotation, np.zeros_like(force)):
+                    return self._leave(place, rotation)
+                continue
+            increment = solve_increment(history.problem, history.state, motion, history.workspace)
+            if not self._widen(motion, place, rotation, increment.multiplier):
+                break
         if not (increment.multiplier[:, 0] > 0.0).any():
             return self._leave(place, rotation)
         solved = history.problem
@@ -145,9 +173,50 @@ class Pad:
         outside, wrench = self._outside(place, rotation), self._wrench(increment.force)
         history.accept(increment)
         self.touch = Touch(wrench, readings, outside, solved, increment)
+        self._rotation = rotation
         if not (increment.status == STICK).any():
             self._follow(increment, rotation)
         return self.touch
+
+    def _widen(self, motion: Motion, place: Array, rotation: Array, force: Array) -> bool:
+        """Take in nodes that were left out, where forces (k, dim) would let the object reach one.
+
+        A bound by the way since the last look spares most looks: no gap falls by more than the
+        object moves, and the largest compliance times all change of force.
+        """
+        if not len(self._far):
+            return False
+        was, turned, pressed = self._checked
+        way = float(np.abs(place - was).sum() + self._reach * np.abs(rotation - turned).sum())
+        way += self._most * float(np.abs(force - pressed).sum())
+        if way < self._slack:
+            return False
+        gap = self._all.gap0[self._far] + motion.amplitudes[:4] @ self._all.modes[:4, self._far, 0]
+        gap -= (self._about_anchor()[:, [3, 5]] @ rotation[[0, 2]]) @ self._far_normal
+        gap += self._far_rows @ force.reshape(-1)
+        if gap.min() > 0.0:
+            self._slack, self._checked = float(gap.min()), (place, rotation, force)
+            return False
+        before, nodes = self._history.state, self._nodes
+        more = self._far[np.argsort(gap, kind="stable")[: max(len(nodes), (gap < _NEAR_MM).sum())]]
+        slip = self._slip_of(more, before)
+        self._take(np.sort(np.concatenate([nodes, more])))
+        self._history.state = before.widened(
+            np.searchsorted(self._nodes, nodes), np.searchsorted(self._nodes, more), slip
+        )
+        return True
+
+    def _slip_of(self, nodes: IntArray, state: ContactState) -> Array:
+        """Place (k, dim - 1) mm in their tangent planes of open nodes that were left out."""
+        dim = self._all.shape[1]
+        dofs = (nodes[:, None] * dim + np.arange(dim)).reshape(-1)
+        near = (self._nodes[:, None] * dim + np.arange(dim)).reshape(-1)
+        yielded = self._all.compliance[dofs][:, near] @ state.multiplier.reshape(-1)
+        tilt = (self._about_anchor()[:, [3, 5]] @ self._rotation[[0, 2]]) @ self._all_local[
+            :, nodes
+        ].reshape(6, -1)
+        moved = state.motion.amplitudes[:4] @ self._all.modes[:4, nodes].reshape(4, -1)
+        return np.asarray((moved - tilt + yielded).reshape(-1, dim)[:, 1:])
 
     def _leave(self, place: Array, rotation: Array) -> Touch:
         """The object is free: its friction history is over, and the next one begins here."""
@@ -185,6 +254,7 @@ class Pad:
         x, z, turn = self._goes_on
         self._anchor = np.array([place[0] * x, self._crest, place[2] * z])
         self._turn, self._carried = float(rotation[1]) * bool(turn), np.zeros(2)
+        self._slack = 0.0
 
     def _motion(self, place: Array, rotation: Array) -> Motion:
         way, anchor = place - self._anchor, self._anchor
@@ -219,6 +289,7 @@ class Pad:
         self._anchor = self._anchor + np.array([way[0], 0.0, way[1]])
         turn = 0.0 if self.planar else float(rotation[1]) - self._turn
         self._carried = self._carried + way + turn * np.array([way[1], -way[0]])
+        self._slack = 0.0
 
     def _outside(self, place: Array, rotation: Array) -> tuple[str, ...]:
         found = []
