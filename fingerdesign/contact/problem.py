@@ -135,13 +135,13 @@ class ContactProblem:
         return replace(self, law=_law(friction))
 
     def restricted(self, nodes: IntArray) -> ContactProblem:
-        """The same on some of the nodes (k,), rising: its answers hold while no other is reached."""
+        """The same on some nodes (k,), rising: its answers hold while no other is reached."""
         dim = self.shape[1]
         dofs = (nodes[:, None] * dim + np.arange(dim)).reshape(-1)
         return replace(
             self,
             model=self.model.restricted(nodes),
-            compliance=self.compliance[dofs][:, dofs],
+            compliance=np.ascontiguousarray(self.compliance[dofs][:, dofs]),
             gap0=self.gap0[nodes],
             frames=self.frames[nodes],
             modes=self.modes[:, nodes],

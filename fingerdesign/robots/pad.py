@@ -21,7 +21,7 @@ finger, are reported as ``outside``. An object that outruns the candidate zone i
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot
+from math import degrees, hypot, radians
 
 import numpy as np
 
@@ -40,9 +40,10 @@ from fingerdesign.layout.bodies import crest_height
 from fingerdesign.sensing.model import against, grip_problem
 
 MOST_DEG = 3.0  # What a rotation vector neglects at 5 mm from the anchor is then 7 micrometres.
+_MOST_RAD = radians(MOST_DEG)
 MOST_OUT_MM = 0.05  # Out of the plane of half a finger: a tenth of a usual approach.
 PLANE = (True, True, True)
-_LEAST, _NEAR_MM = 60, 0.02  # Nodes to begin with; a gap at which a node joins with others.
+_LEAST, _NEAR_MM = 60, 0.01  # Nodes to begin with; the gap at which one of the others joins.
 
 
 @dataclass(frozen=True)
@@ -142,12 +143,12 @@ class Pad:
         part = self._all.restricted(nodes) if len(self._far) else self._all
         self._history = FrictionHistory(part, self._share)
         self._frames = part.frames
-        self._rigid = self._all_rigid[:, nodes].reshape(6, -1)
-        self._local = self._all_local[:, nodes]
+        self._rigid = np.ascontiguousarray(self._all_rigid[:, nodes]).reshape(6, -1)
+        self._local = np.ascontiguousarray(self._all_local[:, nodes])
         dofs = (nodes[:, None] * dim + np.arange(dim)).reshape(-1)
         self._far_rows = self._all.compliance[dim * self._far][:, dofs]
         self._far_normal = self._all_local[:, self._far, 0]
-        self._most = float(np.abs(self._far_rows).max(initial=0.0))  # mm/N
+        self._most = np.abs(self._far_rows).max(axis=0, initial=0.0)  # mm/N, of each force
         self._slack, self._checked = 0.0, (np.zeros(3), np.zeros(3), np.zeros(part.shape))
 
     def meet(self, place: Array, rotation: Array) -> Touch:
@@ -182,23 +183,24 @@ class Pad:
         """Take in nodes that were left out, where forces (k, dim) would let the object reach one.
 
         A bound by the way since the last look spares most looks: no gap falls by more than the
-        object moves, and the largest compliance times all change of force.
+        object moves, and each change of force times its largest compliance there.
         """
         if not len(self._far):
             return False
         was, turned, pressed = self._checked
         way = float(np.abs(place - was).sum() + self._reach * np.abs(rotation - turned).sum())
-        way += self._most * float(np.abs(force - pressed).sum())
+        way += float(self._most @ np.abs(force - pressed).reshape(-1))
         if way < self._slack:
             return False
         gap = self._all.gap0[self._far] + motion.amplitudes[:4] @ self._all.modes[:4, self._far, 0]
         gap -= (self._about_anchor()[:, [3, 5]] @ rotation[[0, 2]]) @ self._far_normal
         gap += self._far_rows @ force.reshape(-1)
-        if gap.min() > 0.0:
+        if gap.min() > _NEAR_MM:
             self._slack, self._checked = float(gap.min()), (place, rotation, force)
             return False
         before, nodes = self._history.state, self._nodes
-        more = self._far[np.argsort(gap, kind="stable")[: max(len(nodes), (gap < _NEAR_MM).sum())]]
+        count = max(len(nodes), int((gap < 2.0 * _NEAR_MM).sum()))
+        more = self._far[np.argsort(gap, kind="stable")[:count]]
         slip = self._slip_of(more, before)
         self._take(np.sort(np.concatenate([nodes, more])))
         self._history.state = before.widened(
@@ -292,13 +294,15 @@ class Pad:
         self._slack = 0.0
 
     def _outside(self, place: Array, rotation: Array) -> tuple[str, ...]:
-        found = []
-        turned = rotation - [0.0, self._turn, 0.0]
-        if np.abs(turned).max() > np.deg2rad(MOST_DEG):
-            most = float(np.rad2deg(np.abs(turned).max()))
-            found.append(f"turned by {most:.2g} degrees: at most {MOST_DEG:g}")
+        x, y, z = rotation.tolist()
+        most, found = max(abs(x), abs(y - self._turn), abs(z)), []
+        if most > _MOST_RAD:
+            words = f"turned by {degrees(most):.2g} degrees: at most {MOST_DEG:g}"
+            found.append(words)
         if self.planar:
-            out = max(abs(place[2] - self._anchor[2]), self._width * np.abs(turned[:2]).max())
+            out = max(
+                abs(place[2] - self._anchor[2]), self._width * max(abs(x), abs(y - self._turn))
+            )
             if out > MOST_OUT_MM:
                 words = f"{out:.2g} mm out of the plane of half a finger: condense the whole one"
                 found.append(words)
