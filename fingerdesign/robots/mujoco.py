@@ -53,7 +53,7 @@ class Mount:
 
 class Coupling:
     """Pads in one MuJoCo model. ``touches``: of the last step, one for each mount; parts: of that
-    step; dissipated_mJ: work that friction has taken in all of them."""
+    step; dissipated_mJ: work that friction has taken in all of them; cuts: long steps are cut."""
 
     def __init__(self, model: Any, mounts: Sequence[Mount], share: float = SHARE) -> None:
         """share: of the stable step, see :data:`SHARE`.
@@ -66,7 +66,8 @@ class Coupling:
             )
         if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
             raise ValueError('integrator = "RK4": must be Euler, implicit or implicitfast')
-        self._model, self._mounts, self._share = model, tuple(mounts), share
+        self.model, self._mounts, self._share = model, tuple(mounts), share
+        self.cuts = True
         pairs = ((each.pad_site, each.object_site) for each in self._mounts)
         self._sites = [(model.site(pad).id, model.site(met).id) for pad, met in pairs]
         self.touches: tuple[Touch, ...] = tuple(each.pad.touch for each in self._mounts)
@@ -78,7 +79,7 @@ class Coupling:
 
         Raises SolverError where a pad has no accepted answer; data is then as it was in that part.
         """
-        model, own = self._model, data.qfrc_applied.copy()
+        model, own = self.model, data.qfrc_applied.copy()
         whole, done = float(model.opt.timestep), 0.0
         try:
             self.parts = 0
@@ -97,7 +98,7 @@ class Coupling:
 
     def stable_step(self, data: Any) -> float:
         """Longest stable step, s, about the present state; infinite without contact."""
-        model = self._model
+        model = self.model
         mass, whole = np.zeros((model.nv, model.nv)), np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, mass)
         for mount, (pad, met) in zip(self._mounts, self._sites, strict=True):
@@ -116,11 +117,11 @@ class Coupling:
             self._stable, self._pressed = self.stable_step(data), pressed
         elif not any(pressed):
             self._pressed, self._stable = pressed, math.inf
-        return self._share * self._stable
+        return self._share * self._stable if self.cuts else math.inf
 
     def _forces(self, data: Any) -> Array:
         """Meet the poses; forces (nv,) of all wrenches in the joints."""
-        model, total = self._model, np.zeros(self._model.nv)
+        model, total = self.model, np.zeros(self.model.nv)
         touches = []
         for mount, (pad, met) in zip(self._mounts, self._sites, strict=True):
             axes = data.site_xmat[pad].reshape(3, 3)
@@ -139,10 +140,10 @@ class Coupling:
 
     def _relative(self, data: Any, pad: int, met: int) -> Array:
         """Velocity (6, nv) of the object's point and its rotation relative to the pad's body."""
-        found = np.zeros((6, self._model.nv))
+        found = np.zeros((6, self.model.nv))
         for sign, site in ((1.0, met), (-1.0, pad)):
-            way, turn = np.zeros((3, self._model.nv)), np.zeros((3, self._model.nv))
-            body = self._model.site_bodyid[site]
-            mujoco.mj_jac(self._model, data, way, turn, data.site_xpos[met], body)
+            way, turn = np.zeros((3, self.model.nv)), np.zeros((3, self.model.nv))
+            body = self.model.site_bodyid[site]
+            mujoco.mj_jac(self.model, data, way, turn, data.site_xpos[met], body)
             found += sign * np.vstack([way, turn])
         return found
