@@ -32,7 +32,7 @@ from fingerdesign.contact.laws import STICK
 from fingerdesign.contact.measures import Measures, measure
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.contact.tangent import force_response
-from fingerdesign.control.signals import gage_readings
+from fingerdesign.control.signals import reading_readout
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
@@ -143,13 +143,14 @@ class Pad:
         part = self._all.restricted(nodes) if len(self._far) else self._all
         self._history = FrictionHistory(part, self._share)
         self._frames = part.frames
-        self._rigid = np.ascontiguousarray(self._all_rigid[:, nodes]).reshape(6, -1)
+        rows = reading_readout(part.model.gage_readout, self._face)
+        self._sums = np.vstack([self._all_rigid[:, nodes].reshape(6, -1), rows])
         self._local = np.ascontiguousarray(self._all_local[:, nodes])
         dofs = (nodes[:, None] * dim + np.arange(dim)).reshape(-1)
         self._far_rows = self._all.compliance[dim * self._far][:, dofs]
         self._far_normal = self._all_local[:, self._far, 0]
         self._most = np.abs(self._far_rows).max(axis=0, initial=0.0)  # mm/N, of each force
-        self._slack, self._checked = 0.0, (np.zeros(3), np.zeros(3), np.zeros(part.shape))
+        self._slack, self._checked = 0.0, ([0.0] * 3, [0.0] * 3, np.zeros(part.shape))
 
     def meet(self, place: Array, rotation: Array) -> Touch:
         """Go on to a pose: ``place`` (3,) mm, ``rotation`` (3,) rad. Raises SolverError."""
@@ -170,10 +171,10 @@ class Pad:
         if not (increment.multiplier[:, 0] > 0.0).any():
             return self._leave(place, rotation)
         solved = history.problem
-        readings = gage_readings(solved.model.gage_strain(increment.force), self._face)
-        outside, wrench = self._outside(place, rotation), self._wrench(increment.force)
+        sums = self._sums @ increment.force.reshape(-1)
+        outside, wrench = self._outside(place, rotation), self._wrench(sums[:6])
         history.accept(increment)
-        self.touch = Touch(wrench, readings, outside, solved, increment)
+        self.touch = Touch(wrench, sums[6:], outside, solved, increment)
         self._rotation = rotation
         if not (increment.status == STICK).any():
             self._follow(increment, rotation)
@@ -187,16 +188,26 @@ class Pad:
         """
         if not len(self._far):
             return False
-        was, turned, pressed = self._checked
-        way = float(np.abs(place - was).sum() + self._reach * np.abs(rotation - turned).sum())
-        way += float(self._most @ np.abs(force - pressed).reshape(-1))
+        (u, v, w), (a, b, c), pressed = self._checked
+        (x, y, z), (p, q, r) = place.tolist(), rotation.tolist()
+        way = abs(x - u) + abs(y - v) + abs(z - w)
+        way += self._reach * (abs(p - a) + abs(q - b) + abs(r - c))
+        if way < self._slack:
+            way += float(self._most @ np.abs(force - pressed).reshape(-1))
         if way < self._slack:
             return False
         gap = self._all.gap0[self._far] + motion.amplitudes[:4] @ self._all.modes[:4, self._far, 0]
-        gap -= (self._about_anchor()[:, [3, 5]] @ rotation[[0, 2]]) @ self._far_normal
+        gap -= self._tilted(rotation) @ self._far_normal
         gap += self._far_rows @ force.reshape(-1)
         if gap.min() > _NEAR_MM:
-            self._slack, self._checked = float(gap.min()), (place, rotation, force)
+            self._slack, self._checked = (
+                float(gap.min()),
+                (
+                    place.tolist(),
+                    rotation.tolist(),
+                    force,
+                ),
+            )
             return False
         before, nodes = self._history.state, self._nodes
         count = max(len(nodes), int((gap < 2.0 * _NEAR_MM).sum()))
@@ -214,9 +225,7 @@ class Pad:
         dofs = (nodes[:, None] * dim + np.arange(dim)).reshape(-1)
         near = (self._nodes[:, None] * dim + np.arange(dim)).reshape(-1)
         yielded = self._all.compliance[dofs][:, near] @ state.multiplier.reshape(-1)
-        tilt = (self._about_anchor()[:, [3, 5]] @ self._rotation[[0, 2]]) @ self._all_local[
-            :, nodes
-        ].reshape(6, -1)
+        tilt = self._tilted(self._rotation) @ self._all_local[:, nodes].reshape(6, -1)
         moved = state.motion.amplitudes[:4] @ self._all.modes[:4, nodes].reshape(4, -1)
         return np.asarray((moved - tilt + yielded).reshape(-1, dim)[:, 1:])
 
@@ -240,7 +249,8 @@ class Pad:
         modes = -np.einsum("jk,kma->jma", self._about_anchor().T, self._local)
         changes = force_response(problem, increment, modes, self._history.workspace, True)
         for column, change in enumerate(changes):
-            found[:, column] = -self._wrench(problem.to_global(change))
+            force = problem.to_global(change).reshape(-1)
+            found[:, column] = -self._wrench(self._sums[:6] @ force)
         return 0.5 * (found + found.T)
 
     def _about_anchor(self) -> Array:
@@ -269,16 +279,23 @@ class Pad:
 
     def _tilt(self, rotation: Array) -> Array:
         """Motion (m, dim) mm, local, of the finger relative to an object tilted about x and z."""
-        about = self._about_anchor()[:, [3, 5]] @ rotation[[0, 2]]
-        return -np.asarray((about @ self._local.reshape(6, -1)).reshape(self._frames.shape[:2]))
+        turned = -self._tilted(rotation) @ self._local.reshape(6, -1)
+        return np.asarray(turned.reshape(self._frames.shape[:2]))
+
+    def _tilted(self, rotation: Array) -> Array:
+        """Motion about the origin (6,) of an object that is tilted about x and z at the anchor."""
+        x, y, z = self._anchor.tolist()
+        a, _, c = rotation.tolist()
+        return np.array([y * c, z * a - x * c, -y * a, a, 0.0, c])
 
     def _is_free(self, motion: Motion) -> bool:
         offset = self._history.problem.offset(motion, self._history.state.slip)
         return bool(offset[:, 0].min() >= 0.0)
 
-    def _wrench(self, force: Array) -> Array:
-        """Force and moment (6,) on the object by the forces (m, dim) on the modelled part."""
-        total = self._about_anchor().T @ (self._rigid @ force.reshape(-1))
+    def _wrench(self, sums: Array) -> Array:
+        """Force and moment (6,) on the object at its point; sums (6,): of the modelled part's
+        forces and their moments about the origin."""
+        total = self._about_anchor().T @ sums
         total[self._out] = 0.0
         return np.asarray(-self._history.problem.model.symmetry_factor * total)
 

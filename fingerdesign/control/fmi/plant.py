@@ -23,7 +23,7 @@ from fingerdesign.contact import solver
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.c_code import filled_template
 from fingerdesign.control.fmi.pack import Unit, Variable
-from fingerdesign.control.signals import FACES
+from fingerdesign.control.signals import reading_readout
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 
@@ -74,15 +74,13 @@ def plant_fmu(problem: ContactProblem, design: Design) -> bytes:
 def _numbers(problem: ContactProblem, face: str) -> Array:
     """The resource, in the order of plant.c."""
     model, (m, dim) = problem.model, problem.shape
-    faces = np.array(FACES[face])
-    readout = 1e6 * np.einsum("gfn,f->gn", model.gage_readout.reshape(-1, 2, m * dim), faces)
     parts = [
         problem.compliance[np.tril_indices(m * dim)],
         problem.gap0,
         problem.modes[:2],
         problem.frames,
         model.reaction_readout,
-        readout,
+        reading_readout(model.gage_readout, face),
         model.rim,
     ]
     return np.concatenate([np.ravel(part).astype(float) for part in parts])
