@@ -16,6 +16,10 @@ last free, and it follows the object where the whole contact slides: what sticks
 
 Motions are small: a rotation beyond MOST_DEG, or motions out of the plane of a model of half a
 finger, are reported as ``outside``. An object that outruns the candidate zone is a ZoneExhausted.
+
+Solved for are the nodes that the object is near to. Gaps of the others are bounded in each step;
+where the bound fails they are computed, and below _NEAR_MM more nodes join: answers are those of
+all nodes.
 """
 
 from __future__ import annotations
@@ -43,13 +47,14 @@ MOST_DEG = 3.0  # What a rotation vector neglects at 5 mm from the anchor is the
 _MOST_RAD = radians(MOST_DEG)
 MOST_OUT_MM = 0.05  # Out of the plane of half a finger: a tenth of a usual approach.
 PLANE = (True, True, True)
-_LEAST, _NEAR_MM = 60, 0.01  # Nodes to begin with; the gap at which one of the others joins.
+_LEAST, _NEAR_MM = 60, 0.01  # Nodes to begin with; at such a gap one of the others joins.
 
 
 @dataclass(frozen=True)
 class Touch:
     """Contact at one instant. wrench (6,): force N and moment N mm on the object at its point, in
-    the pad's axes; readings (g,) microstrain; outside: motions that the model does not know."""
+    the pad's axes; readings (g,) microstrain; outside: motions that the model does not know;
+    problem, increment: on the nodes near the object, None without contact."""
 
     wrench: Array
     readings: Array
