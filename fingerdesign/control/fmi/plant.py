@@ -30,6 +30,7 @@ from fingerdesign.errors import DesignError, Fault
 MODEL = "plant"
 FILE = f"{MODEL}.fmu"
 MOST_BYTES = 1_000_000
+_LEAST_PACKED = 0.75  # Of a finger's doubles 0.82 is left: beyond this nothing need be compressed.
 
 
 def plant_fmu(problem: ContactProblem, design: Design) -> bytes:
@@ -60,9 +61,13 @@ def plant_fmu(problem: ContactProblem, design: Design) -> bytes:
     period = 1.0 / grip.hardware.sample_rate_Hz
     words = f"the finger {design.design.name} against a plane, {m} contact nodes"
     unit = Unit(MODEL, words, _variables(len(model.gage_x), places), period)
-    packed = unit.packed(sources, {"model.bin": planes}, ("-O3", "-s", "-fvisibility=hidden"))
-    if len(packed) > MOST_BYTES:
-        given = f"{1e-3 * len(packed):.0f} kB with {m} contact nodes in {dim}-D"
+    flags = ("-O3", "-s", "-fvisibility=hidden")
+    size = int(_LEAST_PACKED * len(planes))
+    if size <= MOST_BYTES:
+        packed = unit.packed(sources, {"model.bin": planes}, flags)
+        size = len(packed)
+    if size > MOST_BYTES:
+        given = f"{1e-3 * size:.0f} kB with {m} contact nodes in {dim}-D"
         remedy = "set a larger mesh.section.contact_size_mm, or a smaller grip.max_approach_mm"
         if dim == 3:
             remedy = "take --fidelity plane-strain, or set mesh.layers = 2, and if that is not "
