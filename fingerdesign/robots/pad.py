@@ -215,7 +215,7 @@ class Pad:
             )
             return False
         before, nodes = self._history.state, self._nodes
-        count = max(len(nodes), int((gap < 2.0 * _NEAR_MM).sum()))
+        count = max(len(nodes) // 2, int((gap < 2.0 * _NEAR_MM).sum()))
         more = self._far[np.argsort(gap, kind="stable")[:count]]
         slip = self._slip_of(more, before)
         self._take(np.sort(np.concatenate([nodes, more])))
