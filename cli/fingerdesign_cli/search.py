@@ -4,8 +4,8 @@ import json
 import re
 import sys
 import time
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,8 @@ from fingerdesign.records.result import Result
 from fingerdesign.records.result_files import RESULTS
 from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.progress import Progress
-from fingerdesign.search.compare.folder import FOLDER, write_study
+from fingerdesign.search.compare.folder import FOLDER, kinds_of, write_large_study, write_study
+from fingerdesign.search.compare.large import COLUMNS_FILE, MANY
 from fingerdesign.search.compare.read import Comparison
 from fingerdesign.search.compare.recommend import recommend
 from fingerdesign.search.compare.words import Summary, summary
@@ -49,11 +50,12 @@ from fingerdesign.search.run.run import (
     Standing,
     Store,
     planned,
+    run_in_parts,
     run_jobs,
     study_scenes,
 )
 from fingerdesign.search.study.file import Study, parse_study
-from fingerdesign.search.study.variants import base_design, variants
+from fingerdesign.search.study.variants import base_design, number_of_points, variants
 from fingerdesign.studio.document import edited_text
 from fingerdesign_cli.analyse import Products, answer_of
 from fingerdesign_cli.inputs import refuse_foreign
@@ -181,17 +183,23 @@ def variant_number(name: str) -> int | None:
     return None if found is None else int(found[1])
 
 
-def _say_end(outcomes: Sequence[Outcome], target: Path) -> None:
+def _say_end(kinds: Mapping[str, int], target: Path) -> None:
     """Say where the report is or, with --quiet, how many variants failed; open the report."""
-    page, failures = target / "report.html", sum(each.failure is not None for each in outcomes)
+    page, every = target / "report.html", sum(kinds.values())
+    failures = every - kinds.get("ok", 0)
     if as_json():
         pass
     elif not quiet():
         click.echo(f"report: {page}")
     elif failures:
-        causes = target / "failures.csv"
-        click.echo(f"{failures} of {len(outcomes)} failed: causes in {causes}", err=True)
+        click.echo(f"{failures} of {every} failed: causes in {_causes(target)}", err=True)
     open_page(page)
+
+
+def _causes(target: Path) -> Path:
+    """The file that holds the causes of failures."""
+    table = target / "failures.csv"
+    return table if table.is_file() else target / COLUMNS_FILE
 
 
 def say_recommended(found: Summary) -> None:
@@ -283,7 +291,7 @@ def optimise(
             click.echo(sentence)
         for table in tables(found):
             print_table(table.caption, table.columns, table.rows)
-    _say_end([*outcomes, *found.again], target)
+    _say_end(kinds_of([*outcomes, *found.again]), target)
     return 0 if any(outcome.status == "ok" for outcome in outcomes) else 1
 
 
@@ -404,54 +412,76 @@ class _SearchProgress:
         self._show(replace(now, **shown, left=left, seconds=seconds))
 
 
-def sweep(study_file: Path, out: Path, setting: Setting) -> int:
+def sweep(study_file: Path, out: Path, shard: str | None, setting: Setting) -> int:
     """Analyse every variant of STUDY, a TOML file or a shipped study, and compare them."""
     (text, study), folder = setting.read(study_file), study_file.parent
-    target = out / study.name
+    part = (1, 1) if shard is None else shard_of(shard)
+    target = out / (study.name if shard is None else f"{study.name}.{part[0]}-of-{part[1]}")
     refuse_foreign(FOLDER, target)
     scenes = study_scenes(study, folder)
-    plan = list(planned(study, variants(study, base_design(study, folder)), scenes))
+    plan = planned(study, variants(study, base_design(study, folder), part), scenes)
+    most = len(range(part[0], number_of_points(study) + 1, part[1])) * len(scenes)
     with progress(study.name, not as_json()) as show:
-        with Cluster(setting.workers, setting.scheduler) as cluster:
-            look = StudyProgress(show, cluster)
-            outcomes = run_jobs(plan, Store(), cluster, study.limits, look, retry=setting.retry)
-        show("writing the report", 1.0)
-        with FOLDER.written(target) as aside:
-            compared = write_study(aside, study, outcomes, text)
+        with ExitStack() as stack:
+            cluster = stack.enter_context(Cluster(setting.workers, setting.scheduler))
+            look, store = StudyProgress(show, cluster), Store()
+            limits, retry = study.limits, setting.retry
+            if most > MANY:
+                aside = stack.enter_context(FOLDER.written(target))
+                found = run_in_parts(plan, most, store, cluster, limits, look, retry=retry)
+                compared, kinds = write_large_study(aside, study, found, text)
+            else:
+                outcomes = run_jobs(list(plan), store, cluster, limits, look, retry=retry)
+        if most <= MANY:
+            show("writing the report", 1.0)
+            with FOLDER.written(target) as aside:
+                compared = write_study(aside, study, outcomes, text)
+            kinds = kinds_of(outcomes)
     if as_json():
-        line({"folder": str(target), **_counts(outcomes, look.last)})
+        line({"folder": str(target), **_counts(kinds, look.last)})
     elif not quiet():
-        _show(compared, outcomes, look.last, target)
-    _say_end(outcomes, target)
-    return 0 if any(outcome.status == "ok" for outcome in outcomes) else 1
+        _show(compared, kinds, look.last, target)
+    _say_end(kinds, target)
+    return 0 if kinds.get("ok") else 1
 
 
-def _counts(outcomes: Sequence[Outcome], last: Standing | None) -> dict[str, object]:
+def shard_of(text: str) -> tuple[int, int]:
+    """The shard "I/N" as (I, N), 1 <= I <= N. Raises UsageError for anything else.
+
+    >>> shard_of("2/8")
+    (2, 8)
+    """
+    found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text)
+    part = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not 1 <= part[0] <= part[1]:
+        raise click.UsageError(f"--shard {text}: must be I/N with I from 1 to N, as 1/8")
+    return part
+
+
+def _counts(kinds: Mapping[str, int], last: Standing | None) -> dict[str, object]:
     """Counts of a study's outcomes, for scripts."""
-    kinds = Counter(outcome.failure.kind for outcome in outcomes if outcome.failure is not None)
+    failed = {kind: number for kind, number in sorted(kinds.items()) if kind != "ok"}
     return {
-        "variants": len(outcomes),
-        "failures": sum(kinds.values()),
-        "failures_by_kind": dict(sorted(kinds.items())),
+        "variants": sum(kinds.values()),
+        "failures": sum(failed.values()),
+        "failures_by_kind": failed,
         "from_store": 0 if last is None else last.stored,
         "computed": 0 if last is None else last.computed,
         "seconds": 0.0 if last is None else round(last.seconds, 3),
     }
 
 
-def _show(
-    found: Comparison, outcomes: Sequence[Outcome], last: Standing | None, target: Path
-) -> None:
+def _show(found: Comparison, every: Mapping[str, int], last: Standing | None, target: Path) -> None:
     facts = found.facts
     best = recommend(found.outcomes, facts.objectives, facts.constraints)
     head = summary(found.outcomes, facts, best)
     click.echo(head.counts)
-    counts = _counts(outcomes, last)
+    counts = _counts(every, last)
     kinds = counts["failures_by_kind"]
     assert isinstance(kinds, dict)
     if kinds:
         reported = ", ".join(f"{number} {_KINDS[kind]}" for kind, number in kinds.items())
-        click.echo(f"failed: {reported}; causes in {target / 'failures.csv'}")
+        click.echo(f"failed: {reported}; causes in {_causes(target)}")
     if set(kinds) & set(TRANSIENT):
         click.echo("--retry runs these again, with the limits that the study has now")
     if counts["computed"] == 0 and counts["from_store"]:

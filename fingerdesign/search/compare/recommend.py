@@ -89,7 +89,8 @@ class StudyFacts:
     """A study: its name, objectives, constraints and metrics, and the facts that repeat it.
 
     assumed_objectives: the user named none. record: further facts, name -> text (sampling, seed,
-    digest of the study, ...). sources: where the outcomes were read.
+    digest of the study, ...). sources: where the outcomes were read. best_of: how many outcomes
+    large studies have, of which only the best are compared.
     """
 
     name: str
@@ -99,6 +100,7 @@ class StudyFacts:
     assumed_objectives: bool = False
     record: dict[str, str] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
+    best_of: int = 0
 
 
 def known_metrics(outcomes: Iterable[Outcome]) -> tuple[Metric, ...]:

@@ -55,7 +55,11 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
     """The page's head, from what is recommended."""
     of = _counted(outcomes, facts, found)
     counts = " ".join(sentences(WORDS, "counts", of))
+    if facts.best_of:
+        counts = f"{facts.best_of} outcomes, of which the best are compared. {counts}"
     lead = f"{of['all'] - of['failed']} of {of['all']} designs analysed"
+    if facts.best_of:
+        lead += f" · the best of {facts.best_of}"
     if found.group:
         lead += f" · scene {of['scene']} · {of['where']}"
     failed = [Verdict("warning", "failures", f"{of['failed']} of {of['all']} designs failed")]

@@ -13,12 +13,13 @@ import re
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.records.outcome import Failure, Outcome, OutcomeError
+from fingerdesign.records.outcome import Failure, Outcome, OutcomeError, Traces
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.evaluate import Job, relabelled
@@ -30,6 +31,7 @@ from fingerdesign.version import versions
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 # Another machine, or another day, may fare better; "failed": as where a mesher ran out of time.
 TRANSIENT = ("crashed", "timeout", "memory", "failed")
+PART = 1000  # jobs of a large study that are planned at a time: 100 MB of designs
 Planned = Job | Outcome  # an outcome: of a variant that is no finger
 FUNDAMENTAL = "fundamental"
 
@@ -174,9 +176,10 @@ def run_jobs(
     report: Report = lambda standing: None,
     *,
     retry: bool = False,
+    bare: bool = False,
 ) -> tuple[Outcome, ...]:
     """The outcomes of jobs, in their order, of one digest computed once; an outcome among them is
-    returned unchanged. Raises StoreError and ClusterError."""
+    returned unchanged. bare: see :func:`bared`. Raises StoreError and ClusterError."""
     found: dict[int, Outcome] = {}  # by place in the plan
     missing: dict[str, list[int]] = {}  # places by digest
     start = first = time.monotonic()
@@ -200,8 +203,8 @@ def run_jobs(
         report(now)
 
     def add(place: int, outcome: Outcome, threads: int | None, stored: bool = False) -> None:
-        job = plan[place]
-        found[place] = relabelled(outcome, job) if isinstance(job, Job) else outcome
+        own = relabelled(outcome, job) if isinstance(job := plan[place], Job) else outcome
+        found[place] = bared(own) if bare else own
         tell(threads, found[place], stored)
 
     jobs: list[tuple[str, Job]] = []
@@ -218,10 +221,48 @@ def run_jobs(
             jobs.append((digest, each))
         missing.setdefault(digest, []).append(place)
     first = time.monotonic()
-    look = lambda: tell(cluster.threads)  # noqa: E731
-    for digest, outcome in cluster.outcomes(jobs, limits, look) if jobs else ():
+    came = cluster.outcomes(jobs, limits, lambda: tell(cluster.threads))
+    for digest, outcome in came if jobs else ():
         store.put(outcome)
         now = replace(now, computed=now.computed + 1)
         for place in missing.pop(digest):
             add(place, outcome, cluster.threads)
     return tuple(found[place] for place in range(len(plan)))
+
+
+def bared(outcome: Outcome) -> Outcome:
+    """The outcome without what the store alone holds of a large study."""
+    return replace(outcome, design={}, traces=Traces(), grips=(), warnings=())
+
+
+def run_in_parts(
+    plan: Iterable[Planned],
+    of: int,
+    store: Store,
+    cluster: Cluster,
+    limits: Limits,
+    report: Report = lambda standing: None,
+    *,
+    retry: bool = False,
+) -> Iterator[Outcome]:
+    """Bare outcomes of so many jobs that they are planned and held ``PART`` at a time, in order.
+
+    of: how many there are. Raises StoreError and ClusterError.
+    """
+    source = iter(plan)
+    last = before = Standing(0, of, 0, 0, 0, 0.0)
+
+    def shown(now: Standing) -> None:
+        nonlocal last
+        sums = {
+            name: getattr(before, name) + getattr(now, name)
+            for name in ("number", "failures", "stored", "computed", "seconds")
+        }
+        number = sums["number"]
+        left = sums["seconds"] / number * (of - number) if number and sums["computed"] else None
+        last = replace(now, of=of, left=left, **sums)
+        report(last)
+
+    while part := list(islice(source, PART)):
+        yield from run_jobs(part, store, cluster, limits, shown, retry=retry, bare=True)
+        before = last

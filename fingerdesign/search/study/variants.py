@@ -316,10 +316,10 @@ def _bare(base: Design, values: Mapping[str, Any]) -> Design | None:
         return None
 
 
-def variants(study: Study, base: Design) -> Iterator[Variant]:
-    """Every variant of the study, invalid ones too, in order."""
+def variants(study: Study, base: Design, shard: tuple[int, int] = (1, 1)) -> Iterator[Variant]:
+    """Every variant of the study, invalid ones too, in order; of shard (i, n) each n-th from i."""
     digits = max(4, len(str(number_of_points(study))))
-    for number, values in enumerate(points(study), start=1):
+    for number, values in islice(enumerate(points(study), start=1), shard[0] - 1, None, shard[1]):
         yield variant_of(study, base, number, values, digits)
 
 

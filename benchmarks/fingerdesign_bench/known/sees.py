@@ -1,0 +1,102 @@
+"""Which rows of the suite would see a fault: a gage's sign, a modulus 2 %, a friction 1 % off.
+
+    python -m fingerdesign_bench.known.sees [--all]
+
+The quick rows, or all, are computed with each fault put into the program. A row sees it where its
+verdict is neither "met" nor "known miss". Caches are off: faults must not be stored.
+"""
+
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from importlib import import_module
+from typing import Any
+
+from fingerdesign_bench.known.case import Case, load_cases
+from fingerdesign_bench.known.run import run_cases
+
+_MODULES = ("bodies", "gages", "histories", "measured", "patches", "rounds")
+
+
+@contextmanager
+def _changed(places: list[str], change: Callable[[Any], Any]) -> Iterator[None]:
+    """Replace a function at every place where it is looked up; caches of the cases are emptied."""
+    before: list[tuple[Any, str, Any]] = []
+    for place in places:
+        module, _, name = place.rpartition(".")
+        owner = import_module(f"fingerdesign.{module}")
+        before.append((owner, name, getattr(owner, name)))
+        setattr(owner, name, change(getattr(owner, name)))
+    _forget()
+    try:
+        yield
+    finally:
+        for owner, name, own in before:
+            setattr(owner, name, own)
+        _forget()
+
+
+def _forget() -> None:
+    for name in _MODULES:
+        for each in vars(import_module(f"fingerdesign_bench.known.{name}")).values():
+            if isinstance(each, lru_cache(lambda: None).__class__):
+                each.cache_clear()
+
+
+def _signed(own: Any) -> Any:
+    return lambda *given, **more: -own(*given, **more)
+
+
+def _stiffer(own: Any) -> Any:
+    return lambda young, poisson: own(1.02 * young, poisson)
+
+
+def _rougher(own: Any) -> Any:
+    from dataclasses import replace
+
+    def changed(law: Any, areas: Any) -> Any:
+        steeper = {"coefficient": 1.01 * law.coefficient} if law.is_coulomb else {}
+        return own(replace(law, **steeper), areas)
+
+    return changed
+
+
+FAULTS: dict[str, tuple[list[str], Callable[[Any], Any]]] = {
+    "a gage's sign": (["fem.model.gage_rows"], _signed),
+    "a modulus 2 % off": (
+        ["fem.stiffness.lame_parameters", "fem.system.lame_parameters"],
+        _stiffer,
+    ),
+    "a friction 1 % off": (["contact.problem.friction_at"], _rougher),
+}
+
+
+def sees(cases: list[Case]) -> dict[str, list[str]]:
+    """The rows that see each fault, in words."""
+    found = {}
+    for what, (places, change) in FAULTS.items():
+        with tempfile.TemporaryDirectory() as folder, _changed(places, change):
+            own = os.environ.get("FINGERDESIGN_CACHE")
+            os.environ["FINGERDESIGN_CACHE"] = folder
+            try:
+                found[what] = [each.case.words for each in run_cases(cases).outcomes if each.fails]
+            finally:
+                if own is None:
+                    del os.environ["FINGERDESIGN_CACHE"]
+                else:
+                    os.environ["FINGERDESIGN_CACHE"] = own
+    return found
+
+
+def main(every: bool) -> None:
+    """Print how many rows see each fault, and how many there are."""
+    cases = [case for case in load_cases() if case.quick or every]
+    for what, rows in sees(cases).items():
+        print(f"{what}: {len(rows)} of {len(cases)}")
+
+
+if __name__ == "__main__":
+    main("--all" in sys.argv[1:])
