@@ -15,6 +15,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.checks.load import parse_design
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.model import build_model
+from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.layout.zone import Zone
 from fingerdesign_bench.known.case import Solution
 
@@ -79,7 +80,7 @@ def bonded(
     design = design_of(angle, count, grid, span, along, plane)
     body = design.body
     reach = 0.5 * body.width_mm
-    mesh = make_mesh(design, "plane-strain" if plane else "3d", Zone(reach))
+    mesh = make_mesh(design, "plane-strain" if plane else "3d", Zone(reach), mirrors_in_z(design))
     model = build_model(design, mesh, reach).reduced
     first, second = (0, 2) if along == "x" else (2, 0)
     half = 0.5 * np.array([body.width_mm, 0.0, body.depth_mm])
