@@ -117,6 +117,32 @@ class ReducedModel:
             load_gage_strain=None if alone is None else alone[chosen],
         )
 
+    def restricted(self, nodes: IntArray) -> Self:
+        """The same finger with some of the candidates alone (k,), rising, and facets among them."""
+        place = np.full(self.nodes, -1)
+        place[nodes] = np.arange(len(nodes))
+        inside, seen = (place[self.facets] >= 0).all(axis=1), place[self.surface.node] >= 0
+        dofs = (nodes[:, None] * self.dimension + np.arange(self.dimension)).reshape(-1)
+        mean, load = self.surface, self.load_displacement
+        return replace(
+            self,
+            points=self.points[nodes],
+            facets=place[self.facets[inside]],
+            facet_areas=self.facet_areas[inside],
+            areas=self.areas[nodes],
+            compliance=self.compliance[dofs][:, dofs],
+            gage_readout=self.gage_readout[:, dofs],
+            point_readout=self.point_readout[:, dofs],
+            reaction_readout=self.reaction_readout[:, dofs],
+            surface=SurfaceQuadrature(
+                mean.points, place[mean.node[seen]], mean.point[seen], mean.weight[seen]
+            ),
+            rim=self.rim[nodes],
+            free_end=self.free_end[nodes],
+            locked=self.locked[nodes],
+            load_displacement=None if load is None else load[nodes],
+        )
+
     def displacement(self, force: Array) -> Array:
         """Contact displacements (m, dim) mm for nodal forces (m, dim) N."""
         return (self.compliance @ force.reshape(-1)).reshape(force.shape)

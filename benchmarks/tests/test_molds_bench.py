@@ -73,7 +73,7 @@ def test_three_of_a_hundred_may_be_refused_with_a_remedy_and_no_more():
 
 
 def test_what_a_refusal_tells_to_set_is_tried_until_a_plan_is_found():
-    design, _ = design_of("46")  # a core too thin for the pins that hold it
+    design, _ = design_of("69")  # a core that no pins can hold
     with pytest.raises(DesignError) as error:
         plan_mold(design)
     changes = [change for fault in error.value.faults for change in remedies_of(fault)]

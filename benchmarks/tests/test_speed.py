@@ -1,12 +1,14 @@
 """bench speed and the frame of all benches: records, power laws, targets, what is written."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from fingerdesign_bench.check import Check, Shown
 from fingerdesign_bench.cli.bench import run_parts
 from fingerdesign_bench.machine import busy, caption, machine
 from fingerdesign_bench.speed import speed as bench
+from fingerdesign_bench.speed.coupling import QUICK, Coupled
 from fingerdesign_bench.speed.growth import Size, fit
 from fingerdesign_bench.speed.speed import PLANE, SPACE, measure_speed, run_case, target_checks
 
@@ -45,6 +47,22 @@ def test_a_grip_has_200_moves_or_more():
     assert run["per_200"] == pytest.approx(run["seconds"] * 200 / run["moves"])
 
 
+def test_pads_in_mujoco_are_measured_against_their_targets():
+    pytest.importorskip("mujoco", reason="pip install 'fingerdesign[mujoco]' brings it")
+    found = Coupled(**run_case({"mujoco": True, **QUICK, "seconds": 0.2}))
+    step, wrench, _, mass = found.checks()
+    assert found.contact_nodes > 100
+    assert step.measured == found.step_ms > 0.0
+    assert found.parts >= 1.0
+    assert wrench.holds
+    assert mass.holds
+    title, headings, (row,) = found.table()
+    assert str(found.contact_nodes) in title
+    assert len(headings) == len(row)
+    missed = replace(found, drift=0.02, mass=1.3).checks()
+    assert [check.holds for check in missed][2:] == [False, False]
+
+
 def test_power_laws():
     laws = fit(PLANE, [size(dofs=n, nodes=n // 100) for n in (1000, 3000, 9000)])
     exponents = {law.quantity: law.exponent for law in laws}
@@ -65,7 +83,8 @@ def test_measurements_against_their_targets():
 def test_what_is_written(tmp_path, monkeypatch):
     sizes = iter([*planes, *spaces[:2]])
     monkeypatch.setattr(bench, "_size", lambda *given: next(sizes))
-    monkeypatch.setattr(bench, "run_case", lambda case: grips[PLANE])
+    pads = {"contact_nodes": 9, "step_ms": 1.0, "parts": 1.0, "wrench_N": 0, "drift": 0, "mass": 1}
+    monkeypatch.setattr(bench, "run_case", lambda case: pads if "mujoco" in case else grips[PLANE])
     paths = measure_speed(tmp_path, lambda message: None, quick=True).write(tmp_path, "speed")
     assert [path.name for path in paths] == ["speed.csv", "speed.json", "speed.png"]
     record = json.loads(paths[1].read_text("utf-8"))

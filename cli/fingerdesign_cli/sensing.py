@@ -11,8 +11,7 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.control.bench_table import TABLE
 from fingerdesign.control.c_code import c_files
 from fingerdesign.control.estimator import GripEstimator
-from fingerdesign.control.fmu import FILE as FMU
-from fingerdesign.control.fmu import fmu
+from fingerdesign.control.fmi import plant, regulator
 from fingerdesign.control.trace import read_trace
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
@@ -46,7 +45,7 @@ from fingerdesign.sensing.identify.trace_report import (
     PAGE_FILE,
     IdentificationData,
 )
-from fingerdesign.sensing.model import gripped_case
+from fingerdesign.sensing.model import grip_problem, gripped_case
 from fingerdesign.sensing.train.estimator import TrainingResult
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded
 from fingerdesign_cli.options import Options
@@ -62,6 +61,10 @@ _WORDS = {
     "lean": "lean of the bench",
     "touch": "touch",
     "gain": "gages' gains",
+}
+UNITS = {
+    file: RecordFolder("functional mock-up unit", file, (file,))
+    for file in (regulator.FILE, plant.FILE)
 }
 _DRAWN = ("plates", "modulus", "gains")  # A simulated finger has these faults, if none is given.
 
@@ -117,11 +120,14 @@ def _held_out(result: TrainingResult) -> str:
 @dataclass(frozen=True)
 class Target(Options):
     """The system to write for. noise: of the regulator's gages; densities: of the finger's
-    materials."""
+    materials; fidelity: of the plant; flex_mm: size of
+    the rubber's tetrahedra, None where it is rigid."""
 
     to: str
     noise: float | None
     densities: tuple[tuple[str, float], ...]
+    fidelity: str | None
+    flex_mm: float | None
 
 
 def export(files: tuple[Path, ...], out: Path, target: Target) -> int:
@@ -129,28 +135,49 @@ def export(files: tuple[Path, ...], out: Path, target: Target) -> int:
     if len(files) > 2:
         raise click.UsageError("give a design, or an estimator and its design")
     design, _ = read_case(files[-1])
+    folder = out / design.design.name
+    if target.fidelity is not None and target.to != "fmu-plant":
+        raise click.UsageError("--fidelity is for fmu-plant alone")
+    if target.flex_mm is not None and target.to != "mjcf":
+        raise click.UsageError("--flex is for mjcf alone")
+    if target.to in ("mjcf", "urdf", "fmu-plant") and (len(files) == 2 or target.noise is not None):
+        raise click.UsageError(f"--to {target.to} takes a design alone, and no --noise")
     if target.to in ("mjcf", "urdf"):
-        if len(files) == 2 or target.noise is not None:
-            raise click.UsageError(f"--to {target.to} takes a design alone, and no --noise")
-        return _export_finger(design, out / design.design.name, target)
+        return _export_finger(design, folder, target)
     if target.densities:
         raise click.UsageError("--density is for mjcf and urdf alone")
+    if target.to == "fmu-plant":
+        return _export_plant(design, folder, target.fidelity or "plane-strain")
     estimator = _estimator_of(design, files[0] if len(files) == 2 else None)
     estimator = estimator if target.noise is None else estimator.at_noise(target.noise)
     if target.to == "fmu":
-        return _export_unit(design, out / design.design.name, estimator)
-    return _export_regulator(design, out / design.design.name, estimator)
+        with recorded(UNITS[regulator.FILE], folder) as (aside, _):
+            content = regulator.fmu(estimator, design.grip)
+            write_whole(aside / regulator.FILE, content)
+        return _show_unit(folder / regulator.FILE, content, {"gages": estimator.gages})
+    return _export_regulator(design, folder, estimator)
 
 
-def _export_unit(design: Design, target: Path, estimator: GripEstimator) -> int:
-    kind = RecordFolder("functional mock-up unit", FMU, (FMU,))
-    with recorded(kind, target) as (folder, _):
-        content = fmu(estimator, design.grip)
-        write_whole(folder / FMU, content)
-    kilobytes, about = 1e-3 * len(content), {"gages": estimator.gages, "files": [FMU]}
+def _export_plant(design: Design, folder: Path, fidelity: str) -> int:
+    with recorded(UNITS[plant.FILE], folder) as (aside, show):
+        model = grip_problem(design, fidelity, report=show)
+        content = plant.plant_fmu(model, design)
+        write_whole(aside / plant.FILE, content)
+    about = {"gages": len(model.model.gage_x), "contact_nodes": model.model.nodes}
+    return _show_unit(folder / plant.FILE, content, about)
+
+
+def _show_unit(path: Path, content: bytes, about: dict[str, int]) -> int:
+    kilobytes = 1e-3 * len(content)
+    named = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in about.items())
     say_result(
-        lambda: {"design": design.design.name, **about, "kilobytes": kilobytes},
-        lambda: click.echo(f"{target / FMU}: {estimator.gages} gages, {kilobytes:.0f} kB"),
+        lambda: {
+            "design": path.parent.name,
+            **about,
+            "files": [path.name],
+            "kilobytes": kilobytes,
+        },
+        lambda: click.echo(f"{path}: {named}, {kilobytes:.0f} kB"),
     )
     return 0
 
@@ -162,10 +189,10 @@ def _export_finger(design: Design, folder: Path, target: Target) -> int:
     kind, write = FOLDERS[record], {"xml": mjcf, "urdf": urdf}[record]
     with recorded(kind, folder) as (aside, show):
         show("drawing the finger")
-        finger = describe(design, aside, dict(target.densities))
+        finger = describe(design, aside, dict(target.densities), target.flex_mm)
         write_whole(aside / f"finger.{record}", write(finger))
     meshes = sorted(path.name for path in finger.meshes.values())
-    grams, sites = 1e3 * finger.rigid.mass, len(finger.sites)
+    grams, sites = 1e3 * finger.mass, len(finger.sites)
     words = f"{folder / f'finger.{record}'}: {grams:.3g} g, {sites} gages, {len(meshes)} meshes"
     about = {"design": finger.name, "mass_g": grams, "gages": sites}
     say_result(lambda: {**about, "files": [f"finger.{record}", *meshes]}, lambda: click.echo(words))

@@ -17,7 +17,7 @@ from itertools import combinations
 
 import numpy as np
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.friction import ByPressure, Coulomb, friction_at
 from fingerdesign.errors import SolverError
 from fingerdesign.reduced import ReducedModel
@@ -134,6 +134,20 @@ class ContactProblem:
         recomputed."""
         return replace(self, law=_law(friction))
 
+    def restricted(self, nodes: IntArray) -> ContactProblem:
+        """The same on some nodes (k,), rising: its answers hold while no other is reached."""
+        dim = self.shape[1]
+        dofs = (nodes[:, None] * dim + np.arange(dim)).reshape(-1)
+        return replace(
+            self,
+            model=self.model.restricted(nodes),
+            compliance=np.ascontiguousarray(self.compliance[dofs][:, dofs]),
+            gap0=self.gap0[nodes],
+            frames=self.frames[nodes],
+            modes=self.modes[:, nodes],
+            friction_share=None if self.friction_share is None else self.friction_share[nodes],
+        )
+
     def patchy(self, share: Array) -> ContactProblem:
         """The same with ``share`` (m,) > 0 times the friction bound at each node, or times
         the share that it has already.
@@ -171,6 +185,17 @@ class ContactState:
         return ContactState(
             np.zeros((m, dim - 1)), np.zeros((m, dim)), Motion(0.0, 0.0), np.zeros(m), np.zeros(m)
         )
+
+    def widened(self, own: IntArray, joins: IntArray, slip: Array) -> ContactState:
+        """The state on more nodes: its own at the places ``own``, open ones at ``joins`` with their
+        ``slip``."""
+        m = len(own) + len(joins)
+        rows = [self.slip, self.multiplier, self.travelled, self.sliding]
+        found = [np.zeros((m, *row.shape[1:])) for row in rows]
+        for wide, row in zip(found, rows, strict=True):
+            wide[own] = row
+        found[0][joins] = slip
+        return ContactState(found[0], found[1], self.motion, found[2], found[3])
 
 
 def contact_problem(

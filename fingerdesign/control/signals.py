@@ -28,6 +28,12 @@ def gage_readings(gages: Array, face: str) -> Array:
     return np.asarray(1e6 * gages @ np.array(FACES[face]))
 
 
+def reading_readout(gage_readout: Array, face: str) -> Array:
+    """Readings (g, n), microstrain, per contact force, of strains (2 g, n) at both faces."""
+    pairs = gage_readout.reshape(-1, 2, gage_readout.shape[1])
+    return gage_readings(pairs.transpose(0, 2, 1), face)
+
+
 @dataclass(frozen=True)
 class NormalCalibration:
     """Readings under normal load alone: normal_force (c,) N rising, readings (c, g) microstrain."""

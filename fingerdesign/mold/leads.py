@@ -14,7 +14,7 @@ import numpy as np
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.models import Solved, solve
 from fingerdesign.analysis.fidelity.readings import errors
-from fingerdesign.analysis.fidelity.rungs import can_extrude, rung
+from fingerdesign.analysis.fidelity.rungs import rung
 from fingerdesign.analysis.stages import zone_of
 from fingerdesign.design.leads import Leads
 from fingerdesign.design.schema import Design
@@ -25,7 +25,8 @@ from fingerdesign.mold.placement import scene_for
 
 MOST = 0.05  # of the largest reading: as much as is left of a calibration from day to day
 # Of element sizes: film_tees' changes are within a hundredth of those at 2.0; at 4.0, with two
-# layers in half the depth instead of three, they are a third less.
+# layers in half the depth instead of three, they are a third less. In tetrahedra of film_dome they
+# are 1.6, 1.3, 1.7 % at 5.6, 4.0, 2.8, within 70 s, of which meshing takes 25.
 SCALE = 2.8
 _READS = 1e-6  # microstrain
 
@@ -59,9 +60,7 @@ def _untold(design: Design, type_: GageType | None) -> str | None:
         return "the finger has no plates"
     if type_ is None:
         return "no gage fits its plates"
-    if design.plates.model == "none":
-        return "its plates are left out of the model"
-    return None if can_extrude(design) else "this body is not swept, and takes minutes to mesh"
+    return "its plates are left out of the model" if design.plates.model == "none" else None
 
 
 def _sizes(design: Design, leads: Leads) -> Effect:

@@ -19,10 +19,11 @@ from fingerdesign.analysis.case import Clock
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError, GeometryError, PictureError
 from fingerdesign.layout.fitting import gage_fit
+from fingerdesign.mold.aids import aids_of
 from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.page import mold_html
 from fingerdesign.mold.part import MoldMeshes
-from fingerdesign.mold.picture import Pictures, bonded, pictures_job, pictures_of
+from fingerdesign.mold.picture import Pictures, pictures_job, pictures_of
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.plan.refusals import MoldRefused
@@ -56,7 +57,8 @@ FOLDER = RecordFolder(
         *(f"{stem}.{kind}" for stem in _STEMS for kind in ("stl", "step")),
     ),
 )
-EFFECT_LIMIT_S = 120.0  # plates' places take 1 to 4 s, leads 10; a busy machine far longer
+# Plates' places take 1 to 4 s, leads 10, in tetrahedra 70 to 150; a busy machine far longer.
+EFFECT_LIMIT_S = 600.0
 CAD_LIMIT_S = 300.0  # ten times what a mold of many plates takes on a busy machine
 
 _PROBE_BYTES = 2**22  # what a disk must still take for a file to have failed for another reason
@@ -150,7 +152,7 @@ def _make(
         meshes = mold_meshes(plan, folder)
     casting = casting_of(plan, meshes, outcome.fit)
     notes, views = casting_notes(casting)
-    with pictures_job(meshes, views, bonded(plan)) as drawing:
+    with pictures_job(meshes, views, aids_of(casting)) as drawing:
         report("checking the parts", 0.45)
         with clock.stage("checks"):
             outcome.checks = run_checks(plan, meshes)

@@ -7,12 +7,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.errors import PictureError
-from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mold.aids import GAGES, Aids
 from fingerdesign.mold.part import (
     BASE,
     BASE_FRAME,
@@ -23,15 +24,18 @@ from fingerdesign.mold.part import (
     MoldMeshes,
     PartMesh,
 )
-from fingerdesign.mold.plan.plan import Bolt, MoldPlan
 from fingerdesign.mold.products.notes import PLATES, View
 from fingerdesign.mold.render import Shown, camera_axes, draw_pictures
 from fingerdesign.runtime.isolate import ProcessError, Wait, concurrently
 
-PATCH_MM = 0.06  # thickness of a gage in a picture
-_QUADS = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
-BOX = np.array([(a, *two) for a, b, c, d in _QUADS for two in ((b, c), (c, d))])  # its triangles
 TIME_LIMIT_S = 90.0  # it takes 4 to 8 s; a software renderer on a busy machine far longer
+NONE: Aids = MappingProxyType({})
+ELSEWHERE = (
+    "coupon",
+    "trial",
+    "clay_cell",
+    "one_",
+)  # things of one section, not of the mold on the bench
 COLOURS = {  # by the first word of a part's name
     "contact": "#5b8fc7",
     "end": "#7fae8c",
@@ -46,6 +50,11 @@ COLOURS = {  # by the first word of a part's name
     "lead": "#b3261e",
     "mount": "#6f6a8c",
     "bolts": "#4b5563",
+    "pins": "#4b5563",
+    "cell": "#7fae8c",
+    "band": "#8c2f5b",
+    "clay": "#9a7b4f",
+    "tape": "#d9b44a",
 }
 
 
@@ -81,82 +90,35 @@ def numbered(meshes: MoldMeshes) -> dict[str, int]:
     return {part.name: number for number, part in enumerate(meshes.parts, start=1)}
 
 
-def exploded_parts(meshes: MoldMeshes, more: Sequence[PartMesh] = ()) -> tuple[Shown, ...]:
+def exploded_parts(meshes: MoldMeshes, aids: Aids = NONE) -> tuple[Shown, ...]:
     """All that is drawn. The finger (rubber, plates, a core that is inside) stays in its place."""
     size = np.array(meshes.high) - np.array(meshes.low)
     return (
-        *(
-            Shown(part.name, part, COLOURS[part.name.split("_")[0]], _moved(part, size))
-            for part in meshes.parts
-        ),
-        *(
-            Shown(e.name, e, COLOURS[e.name.split("_")[0]])
-            for e in (*meshes.plates, *more)
-            if e.draw is None
-        ),
+        *(Shown(part.name, part, _colour(part.name), _moved(part, size)) for part in meshes.parts),
+        *(Shown(e.name, e, _colour(e.name)) for e in (*meshes.plates, *aids.get(GAGES, ()))),
         Shown("rubber", meshes.rubber, COLOURS["rubber"], opacity=0.3),
     )
 
 
-def bonded(plan: MoldPlan) -> tuple[PartMesh, ...]:
-    """Gages on their plates' faces, and their leads to the plates' front ends, or out on the front
-    legs, as thin plates: drawn larger than they are thick."""
-    gages, found = plan.design.gages, []
-    leg = plan.design.mold.leads == "leg"
-    for frame in plan.frames:
-        tips = [each.tip for each in plan.legs_by_plate.get(frame.index, ()) if each.side[0] == "+"]
-        end = max(tips) if leg and tips else frame.high
-        edge = frame.middle + gages.z_mm + 0.5 * gages.width_mm
-        low = edge - gages.width_mm
-        for side in gages.sides:
-            wide = 0.25 * min(gages.length_mm, frame.length)
-            found.append(_patch(frame, f"gage_{frame.index}", side, 2.0 * wide, (low, edge)))
-            found.append(_patch(frame, f"lead_{frame.index}", side, 0.5 * wide, (edge, end)))
-    return (*found, *map(_bolt, plan.bolts))
-
-
-def _bolt(bolt: Bolt) -> PartMesh:
-    """A bolt as a bar along its axis."""
-    along = {"y": 1, "z": 2}[bolt.axis]
-    half = np.full(3, 0.45 * bolt.diameter)
-    half[along] = 0.0
-    square = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
-    ends = []
-    for place in (bolt.low - bolt.diameter, bolt.high + bolt.diameter):
-        signs = np.insert(np.array(square, dtype=float), along, 0.0, axis=1)
-        ends.append(bolt.at(place) + signs * half)
-    draw = (0.0, 1.0, 0.0) if bolt.axis == "y" else (0.0, 0.0, 1.0)
-    return PartMesh(f"bolts_{bolt.axis}", np.vstack(ends), BOX, draw, 9, "metal", 0.0, 0.0, 0.0)
-
-
-def _patch(
-    frame: PlateFrame, name: str, side: float, half: float, ends: tuple[float, float]
-) -> PartMesh:
-    """A thin box on a plate's face, +-``half`` about its middle, between two places across."""
-    near, far = 0.5 * frame.thickness, 0.5 * frame.thickness + PATCH_MM
-    section = np.array([[-half, near], [half, near], [half, far], [-half, far]])
-    points = [frame.from_local(s, side * v) for s, v in section]
-    corners = np.vstack([frame.to_space(np.atleast_2d(p), w) for w in ends for p in points])
-    return PartMesh(name, corners, BOX, None, 9, "metal", 0.0, 0.0, 0.0)
-
-
-def _by_name(meshes: MoldMeshes, more: Sequence[PartMesh]) -> dict[str, tuple[PartMesh, ...]]:
-    """What a view's name stands for: a part, all plates with what is on them, or bolts."""
-    alike = {f"bolts_{axis}": tuple(b for b in more if b.name == f"bolts_{axis}") for axis in "yz"}
-    alike[PLATES] = (*meshes.plates, *(b for b in more if not b.name.startswith("bolts")))
-    return alike | {part.name: (part,) for part in (*meshes.parts, *meshes.coupon, meshes.rubber)}
+def _by_name(meshes: MoldMeshes, aids: Aids) -> dict[str, tuple[PartMesh, ...]]:
+    """What a view's name stands for: a part, all plates with what is on them, or an aid."""
+    plates = {PLATES: (*meshes.plates, *aids.get(GAGES, ()))}
+    parts = {part.name: (part,) for part in (*meshes.parts, *meshes.coupon, meshes.rubber)}
+    return plates | dict(aids) | parts
 
 
 def step_parts(
-    meshes: MoldMeshes, views: Sequence[View], more: Sequence[PartMesh] = ()
+    meshes: MoldMeshes, views: Sequence[View], aids: Aids = NONE
 ) -> list[tuple[Shown, ...]]:
     """Choose what is drawn of each view: what is there already is pale; what the step puts in its
     place, or takes away, is in its colour, on its way."""
     size = np.array(meshes.high) - np.array(meshes.low)
-    alike = _by_name(meshes, more)
+    alike = _by_name(meshes, aids)
     there: list[str] = []
-    found = []
+    section, found = "", []
     for view in views:
+        if view.section != section:
+            section, there = view.section, [n for n in there if not n.startswith(ELSEWHERE)]
         names = [name for name in view.names if name in alike]
         stays = [name for name in names if name in there]
         there = [name for name in there if name not in names]
@@ -174,7 +136,7 @@ def step_parts(
 
 def _in_view(mesh: PartMesh, name: str, view: View, size: Array) -> Shown:
     """A thing as a view has it; name: its own, or PLATES."""
-    colour = COLOURS[mesh.name.partition("_")[0]]
+    colour = _colour(mesh.name)
     if name not in view.names and mesh.name.startswith(("gage", "lead")):
         return Shown(mesh.name, mesh, colour)
     if name not in view.names:
@@ -186,12 +148,19 @@ def _in_view(mesh: PartMesh, name: str, view: View, size: Array) -> Shown:
         if name == PLATES:  # they stay, and their legs are bent
             return Shown(mesh.name, mesh, colour, way=(-x, -y, -z))
         away = x, y, z
-    elif name == PLATES:  # from above, along their slots
+    elif name == PLATES or (name.startswith("side_wall") and view.up == "+z"):  # from above
         x, y, z = (0.9 * size * camera_axes((0.0, 0.0, 1.0), view.up)[1]).tolist()
         away = x, y, z
+    elif name == f"bolts_{view.up[1]}" and view.up[0] == "-":
+        away = -away[0], -away[1], -away[2]  # a bolt comes from above
     sign = 1.0 if view.verb == "take" else -1.0
     x, y, z = (sign * np.array(away)).tolist()
     return Shown(mesh.name, mesh, colour, away, way=(x, y, z))
+
+
+def _colour(name: str) -> str:
+    """The colour of a part, or of an aid, by its name."""
+    return COLOURS[name.removeprefix("coupon_").partition("_")[0]]
 
 
 def _pale(colour: str) -> str:
@@ -207,15 +176,15 @@ def _pale(colour: str) -> str:
 def pictures_job(
     meshes: MoldMeshes,
     views: Sequence[View],
-    more: Sequence[PartMesh] = (),
+    aids: Aids = NONE,
     time_limit_s: float = TIME_LIMIT_S,
 ) -> AbstractContextManager[Wait]:
     """The drawing process; enter it to start, and give it to :func:`pictures_of`."""
     steps = [
         (things, view.up)
-        for things, view in zip(step_parts(meshes, views, more), views, strict=True)
+        for things, view in zip(step_parts(meshes, views, aids), views, strict=True)
     ]
-    return concurrently(draw_pictures, exploded_parts(meshes, more), steps, time_s=time_limit_s)
+    return concurrently(draw_pictures, exploded_parts(meshes, aids), steps, time_s=time_limit_s)
 
 
 def pictures_of(wait: Wait, meshes: MoldMeshes, views: Sequence[View]) -> Pictures:

@@ -54,7 +54,7 @@ def camera_axes(toward: Sequence[float], up: Up = "+y") -> Array:
     right /= np.linalg.norm(right)
     axes = np.array([right, np.cross(out, right), out])
     turns = {"+y": ("x", 0), "-y": ("z", 180), "+z": ("x", 90), "-z": ("x", -90)}
-    turns |= {"+x": ("z", -90), "-x": ("z", 90)}
+    turns |= {"+x": ("z", -90), "-x": ("z", 90), "+Y": ("y", 180)}
     axis, angle = turns[up]
     return np.asarray(Rotation.from_euler(axis, angle, degrees=True).apply(axes))
 
@@ -92,9 +92,8 @@ def draw_pictures(
     pngs = []
     for things, up in steps:
         axes = camera_axes(STEEP_VIEW, up)
-        points, arrow = [thing.points for thing in things], arrow_of(things, axes)
-        if arrow is not None:
-            points.append(np.vstack([arrow[0], arrow[0] + arrow[1]]))
+        points = [thing.points for thing in things]
+        points += [np.vstack([start, start + way]) for start, way in arrows_of(things, axes)]
         place = camera_at(np.vstack(points), axes, STEP_SIZE)
         pngs.append(_drawn(things, place, axes, STEP_SIZE))
     return png, places, pngs
@@ -115,8 +114,7 @@ def _drawn(things: Sequence[Shown], camera: Array, axes: Array, size: tuple[int,
         if np.linalg.norm(move) > 0.0:  # from its place to where it is drawn
             middle = 0.5 * (thing.points.min(axis=0) + thing.points.max(axis=0))
             plotter.add_mesh(pyvista.Line(middle - move, middle), color=TRAIL, line_width=1.5)
-    if (arrow := arrow_of(things, axes)) is not None:
-        start, way = arrow
+    for start, way in arrows_of(things, axes):
         sizes = {"tip_length": 0.3, "tip_radius": 0.09, "shaft_radius": 0.03}
         shape = pyvista.Arrow(start, way, scale=float(np.linalg.norm(way)), **sizes)
         plotter.add_mesh(shape, color=ARROW, lighting=False)
@@ -128,16 +126,22 @@ def _drawn(things: Sequence[Shown], camera: Array, axes: Array, size: tuple[int,
     return png.getvalue()
 
 
-def arrow_of(things: Sequence[Shown], axes: Array) -> tuple[Array, Array] | None:
-    """Start and way (3,) of the arrow next to what is moved, to the right of it as it is seen; None
-    where nothing goes anywhere."""
-    moved = [each for each in things if np.linalg.norm(each.way) > 0.0]
-    if not moved:
-        return None
-    points = np.vstack([each.points for each in moved])
-    middle, way = 0.5 * (points.min(axis=0) + points.max(axis=0)), np.array(moved[0].way)
-    beside = float((points @ axes[0]).max() - middle @ axes[0])
-    return middle + 1.05 * beside * axes[0] - 0.5 * way, way
+def arrows_of(things: Sequence[Shown], axes: Array) -> list[tuple[Array, Array]]:
+    """Start and way (3,) of an arrow next to what is moved, to the right of it as it is seen: one a
+    direction, none where nothing goes anywhere."""
+    moved: dict[tuple[float, ...], list[Shown]] = {}
+    for each in things:
+        if (size := float(np.linalg.norm(each.way))) > 0.0:
+            moved.setdefault(tuple(np.round(np.array(each.way) / size, 6).tolist()), []).append(
+                each
+            )
+    found = []
+    for alike in moved.values():
+        points = np.vstack([each.points for each in alike])
+        middle, way = 0.5 * (points.min(axis=0) + points.max(axis=0)), np.array(alike[0].way)
+        beside = float((points @ axes[0]).max() - middle @ axes[0])
+        found.append((middle + 1.05 * beside * axes[0] - 0.5 * way, way))
+    return found
 
 
 def _seen(things: tuple[Shown, ...], camera: Array) -> dict[str, tuple[float, float]]:

@@ -15,7 +15,7 @@ from xml.etree import ElementTree as xml
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.export import write_triangles
 from fingerdesign.cad.solid_process import write_finger_cad
 from fingerdesign.design.schema import Design
@@ -23,11 +23,13 @@ from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.records.folder import RecordFolder
+from fingerdesign.robots.flex import PINNED, Flex, flex_of
 from fingerdesign.robots.rigid import RigidBody, densities, rigid_body, triangles_of
 
 COLLISION = "collision"
 COLOURS = {"body": "0.80 0.84 0.88 1", "plates": "0.72 0.45 0.20 1", "core": "0.93 0.90 0.80 1"}
 _SITE_M = 0.0002
+_DAMPING_s = 0.0005  # Of the flex, Rayleigh's: it damps a swing of 100 Hz by a sixth.
 FOLDERS = {
     "xml": RecordFolder("MuJoCo model", "finger.xml", ("finger.xml", "*.stl")),
     "urdf": RecordFolder("robot description", "finger.urdf", ("finger.urdf", "*.stl")),
@@ -46,18 +48,33 @@ class GageSite:
 
 @dataclass(frozen=True)
 class Description:
-    """A finger as a robot's description has it. meshes: STL file by part; crest: of y, m."""
+    """A finger as a robot's description has it. meshes: STL file by part; crest: of y, m.
+
+    flex: the rubber, where it is not rigid; ``rigid`` is then the rest, None without any.
+    """
 
     name: str
-    rigid: RigidBody
+    rigid: RigidBody | None
     meshes: Mapping[str, Path]
     sites: tuple[GageSite, ...]
     crest: float
+    flex: Flex | None = None
+
+    @property
+    def mass(self) -> float:
+        """Of all parts, kg."""
+        return sum(each.mass for each in (self.rigid, self.flex) if each is not None)
 
 
-def describe(design: Design, folder: Path, given: Mapping[str, float] | None = None) -> Description:
+def describe(
+    design: Design,
+    folder: Path,
+    given: Mapping[str, float] | None = None,
+    flex_mm: float | None = None,
+) -> Description:
     """Write the meshes of a finger into ``folder``; given: densities, g/cm^3, by material.
 
+    flex_mm: the size of tetrahedra that replace the rubber's mesh and hull; None: it is rigid.
     Raises DesignError for a material without density, GeometryError where it cannot be built.
     """
     by_part = densities(design, given or {})
@@ -66,11 +83,17 @@ def describe(design: Design, folder: Path, given: Mapping[str, float] | None = N
     for name in ("finger.step", "finger.stl"):
         files[name].unlink()
     meshes = {part: folder / f"{part}.stl" for part in by_part}
-    rigid = rigid_body((triangles_of(meshes[part]), rho) for part, rho in by_part.items())
+    solids = {part: (triangles_of(meshes[part]), rho) for part, rho in by_part.items()}
+    meshes[COLLISION], flex = hull, None
+    if flex_mm is not None:
+        flex = flex_of(design, flex_mm, rigid_body([solids.pop("body")]).mass)
+        for part in ("body", COLLISION):
+            meshes.pop(part).unlink()
+    rigid = rigid_body(solids.values()) if solids else None
     frames = plate_frames(design) if design.plates.model != "none" else ()
     sites = tuple(_site(frame, design.gages.z_mm) for frame in frames)
     crest = 1e-3 * crest_height(design.body)
-    return Description(design.design.name, rigid, {**meshes, COLLISION: hull}, sites, crest)
+    return Description(design.design.name, rigid, meshes, sites, crest, flex)
 
 
 def _write_hull(outside: Path, path: Path) -> Path:
@@ -99,12 +122,17 @@ def mjcf(finger: Description) -> str:
     """Write the finger as a MuJoCo model: a body without joints, to be attached to a hand's."""
     root = xml.Element("mujoco", model=finger.name)
     xml.SubElement(root, "compiler", angle="radian")
+    if finger.flex is not None:
+        xml.SubElement(root, "option", integrator="discrete")
     asset = xml.SubElement(root, "asset")
     body = xml.SubElement(xml.SubElement(root, "worldbody"), "body", name=finger.name)
     rigid, off = finger.rigid, ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    full = _numbers([rigid.inertia[pair] for pair in off])
-    about = {"pos": _numbers(rigid.centre), "mass": f"{rigid.mass:.9g}", "fullinertia": full}
-    xml.SubElement(body, "inertial", about)
+    if rigid is not None:
+        full = _numbers([rigid.inertia[pair] for pair in off])
+        about = {"pos": _numbers(rigid.centre), "mass": f"{rigid.mass:.9g}", "fullinertia": full}
+        xml.SubElement(body, "inertial", about)
+    if finger.flex is not None:
+        _add_flex(body, finger.name, finger.flex)
     for part, path in finger.meshes.items():
         name = f"{finger.name}_{part}"
         scaled = {"name": name, "file": path.name, "scale": "0.001 0.001 0.001"}
@@ -125,12 +153,24 @@ def mjcf(finger: Description) -> str:
     return _text(root)
 
 
+def _add_flex(body: xml.Element, name: str, flex: Flex) -> None:
+    sizes = {"radius": f"{_SITE_M}", "mass": f"{flex.mass:.9g}"}
+    about = {"name": f"{name}_rubber", "type": "direct", "dim": "3", "dof": "quadratic"}
+    points = {"point": _numbers(flex.points.ravel()), "element": _numbers(flex.cells.ravel())}
+    comp = xml.SubElement(body, "flexcomp", {**about, "rgba": COLOURS["body"], **sizes, **points})
+    xml.SubElement(comp, "contact", selfcollide="none", condim="4")
+    modulus = {"young": f"{flex.youngs_modulus:.9g}", "poisson": f"{flex.poissons_ratio:.9g}"}
+    xml.SubElement(comp, "elasticity", {**modulus, "damping": f"{_DAMPING_s}"})
+    xml.SubElement(comp, "pin", id=PINNED)
+
+
 def urdf(finger: Description) -> str:
     """Write the finger as a URDF robot: one link, and a fixed frame at each gage."""
     root = xml.Element("robot", name=finger.name)
     link = xml.SubElement(root, "link", name=finger.name)
     inertial = xml.SubElement(link, "inertial")
     rigid = finger.rigid
+    assert rigid is not None  # it has no flex: URDF knows none
     xml.SubElement(inertial, "origin", xyz=_numbers(rigid.centre), rpy="0 0 0")
     xml.SubElement(inertial, "mass", value=f"{rigid.mass:.9g}")
     names = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2)}
@@ -163,7 +203,7 @@ def _roll_pitch_yaw(axes: Array) -> Array:
     return np.array([roll, pitch, yaw])
 
 
-def _numbers(values: Array | list[float]) -> str:
+def _numbers(values: Array | IntArray | list[float]) -> str:
     return " ".join(f"{value:.9g}" for value in values)
 
 

@@ -16,23 +16,27 @@ last free, and it follows the object where the whole contact slides: what sticks
 
 Motions are small: a rotation beyond MOST_DEG, or motions out of the plane of a model of half a
 finger, are reported as ``outside``. An object that outruns the candidate zone is a ZoneExhausted.
+
+Solved for are the nodes that the object is near to. Gaps of the others are bounded in each step;
+where the bound fails they are computed, and below _NEAR_MM more nodes join: answers are those of
+all nodes.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot
+from math import degrees, hypot, radians
 
 import numpy as np
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.history import FrictionHistory
 from fingerdesign.contact.increment import Increment, solve_increment
 from fingerdesign.contact.laws import STICK
 from fingerdesign.contact.measures import Measures, measure
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.contact.tangent import force_response
-from fingerdesign.control.signals import gage_readings
+from fingerdesign.control.signals import reading_readout
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
@@ -40,14 +44,17 @@ from fingerdesign.layout.bodies import crest_height
 from fingerdesign.sensing.model import against, grip_problem
 
 MOST_DEG = 3.0  # What a rotation vector neglects at 5 mm from the anchor is then 7 micrometres.
+_MOST_RAD = radians(MOST_DEG)
 MOST_OUT_MM = 0.05  # Out of the plane of half a finger: a tenth of a usual approach.
 PLANE = (True, True, True)
+_LEAST, _NEAR_MM = 60, 0.01  # Nodes to begin with; at such a gap one of the others joins.
 
 
 @dataclass(frozen=True)
 class Touch:
     """Contact at one instant. wrench (6,): force N and moment N mm on the object at its point, in
-    the pad's axes; readings (g,) microstrain; outside: motions that the model does not know."""
+    the pad's axes; readings (g,) microstrain; outside: motions that the model does not know;
+    problem, increment: on the nodes near the object, None without contact."""
 
     wrench: Array
     readings: Array
@@ -103,8 +110,7 @@ class Pad:
         """
         if problem.model.load_displacement is not None:
             raise ValueError("a finger with loads of its own cannot meet a moving object")
-        self._history = FrictionHistory(problem, kinetic_share)
-        self._face, self._crest = face, crest_mm
+        self._face, self._crest, self._share = face, crest_mm, kinetic_share
         self._goes_on = np.array(goes_on)
         model, dim = problem.model, problem.model.dimension
         self.planar = dim == 2 or model.symmetry_factor == 2
@@ -119,35 +125,114 @@ class Pad:
             ]
         )[..., :dim]
         rigid[self._out] = 0.0
-        self._rigid = rigid.reshape(6, -1)
-        self._local = np.einsum("mab,kmb->kma", problem.frames, rigid)
-        self._frames, self._width = problem.frames, float(np.ptp(points[:, 2])) or model.depth
+        self._all, self._all_rigid = problem, rigid
+        self._all_local = np.einsum("mab,kmb->kma", problem.frames, rigid)
+        self._width = float(np.ptp(points[:, 2])) or model.depth
+        self._reach = 3.0 * float(np.abs(points).max()) + abs(crest_mm)
         self._anchor, self._turn = np.array([0.0, crest_mm, 0.0]), 0.0
         self._about = np.eye(6)
         self._carried = np.zeros(2)  # x and z of the anchor's own way, mm
-        self._blank = np.zeros(len(model.gage_x))
+        self._blank, self._rotation = np.zeros(len(model.gage_x)), np.zeros(3)
         self.touch = Touch(np.zeros(6), self._blank)
+        # Friction that falls in motion has a history at each node: all are kept in it.
+        count = (
+            model.nodes if kinetic_share != 1.0 else min(model.nodes, max(_LEAST, model.nodes // 4))
+        )
+        self._take(np.sort(np.argsort(problem.gap0, kind="stable")[:count]))
+
+    def _take(self, nodes: IntArray) -> None:
+        """Solve on these nodes (k,), rising, from now on."""
+        left = np.ones(self._all.shape[0], dtype=bool)
+        left[nodes] = False
+        self._nodes, self._far, dim = nodes, np.flatnonzero(left), self._all.shape[1]
+        part = self._all.restricted(nodes) if len(self._far) else self._all
+        self._history = FrictionHistory(part, self._share)
+        self._frames = part.frames
+        rows = reading_readout(part.model.gage_readout, self._face)
+        self._sums = np.vstack([self._all_rigid[:, nodes].reshape(6, -1), rows])
+        self._local = np.ascontiguousarray(self._all_local[:, nodes])
+        dofs = (nodes[:, None] * dim + np.arange(dim)).reshape(-1)
+        self._far_rows = self._all.compliance[dim * self._far][:, dofs]
+        self._far_normal = self._all_local[:, self._far, 0]
+        self._most = np.abs(self._far_rows).max(axis=0, initial=0.0)  # mm/N, of each force
+        self._slack, self._checked = 0.0, ([0.0] * 3, [0.0] * 3, np.zeros(part.shape))
 
     def meet(self, place: Array, rotation: Array) -> Touch:
         """Go on to a pose: ``place`` (3,) mm, ``rotation`` (3,) rad. Raises SolverError."""
-        history = self._history
         if self.touch.increment is None:
             self._rest(place, rotation)
         motion = self._motion(place, rotation)
-        history.displace(self._tilt(rotation))
-        if self.touch.increment is None and self._is_free(motion):
-            return self._leave(place, rotation)
-        increment = solve_increment(history.problem, history.state, motion, history.workspace)
+        while True:
+            history = self._history
+            history.displace(self._tilt(rotation))
+            if self.touch.increment is None and self._is_free(motion):
+                force = self._checked[2]
+                if not self._widen(motion, place, rotation, np.zeros_like(force)):
+                    return self._leave(place, rotation)
+                continue
+            increment = solve_increment(history.problem, history.state, motion, history.workspace)
+            if not self._widen(motion, place, rotation, increment.multiplier):
+                break
         if not (increment.multiplier[:, 0] > 0.0).any():
             return self._leave(place, rotation)
         solved = history.problem
-        readings = gage_readings(solved.model.gage_strain(increment.force), self._face)
-        outside, wrench = self._outside(place, rotation), self._wrench(increment.force)
+        sums = self._sums @ increment.force.reshape(-1)
+        outside, wrench = self._outside(place, rotation), self._wrench(sums[:6])
         history.accept(increment)
-        self.touch = Touch(wrench, readings, outside, solved, increment)
+        self.touch = Touch(wrench, sums[6:], outside, solved, increment)
+        self._rotation = rotation
         if not (increment.status == STICK).any():
             self._follow(increment, rotation)
         return self.touch
+
+    def _widen(self, motion: Motion, place: Array, rotation: Array, force: Array) -> bool:
+        """Take in nodes that were left out, where forces (k, dim) would let the object reach one.
+
+        A bound by the way since the last look spares most looks: no gap falls by more than the
+        object moves, and each change of force times its largest compliance there.
+        """
+        if not len(self._far):
+            return False
+        (u, v, w), (a, b, c), pressed = self._checked
+        (x, y, z), (p, q, r) = place.tolist(), rotation.tolist()
+        way = abs(x - u) + abs(y - v) + abs(z - w)
+        way += self._reach * (abs(p - a) + abs(q - b) + abs(r - c))
+        if way < self._slack:
+            way += float(self._most @ np.abs(force - pressed).reshape(-1))
+        if way < self._slack:
+            return False
+        gap = self._all.gap0[self._far] + motion.amplitudes[:4] @ self._all.modes[:4, self._far, 0]
+        gap -= self._tilted(rotation) @ self._far_normal
+        gap += self._far_rows @ force.reshape(-1)
+        if gap.min() > _NEAR_MM:
+            self._slack, self._checked = (
+                float(gap.min()),
+                (
+                    place.tolist(),
+                    rotation.tolist(),
+                    force,
+                ),
+            )
+            return False
+        before, nodes = self._history.state, self._nodes
+        count = max(len(nodes) // 2, int((gap < 2.0 * _NEAR_MM).sum()))
+        more = self._far[np.argsort(gap, kind="stable")[:count]]
+        slip = self._slip_of(more, before)
+        self._take(np.sort(np.concatenate([nodes, more])))
+        self._history.state = before.widened(
+            np.searchsorted(self._nodes, nodes), np.searchsorted(self._nodes, more), slip
+        )
+        return True
+
+    def _slip_of(self, nodes: IntArray, state: ContactState) -> Array:
+        """Place (k, dim - 1) mm in their tangent planes of open nodes that were left out."""
+        dim = self._all.shape[1]
+        dofs = (nodes[:, None] * dim + np.arange(dim)).reshape(-1)
+        near = (self._nodes[:, None] * dim + np.arange(dim)).reshape(-1)
+        yielded = self._all.compliance[dofs][:, near] @ state.multiplier.reshape(-1)
+        tilt = self._tilted(self._rotation) @ self._all_local[:, nodes].reshape(6, -1)
+        moved = state.motion.amplitudes[:4] @ self._all.modes[:4, nodes].reshape(4, -1)
+        return np.asarray((moved - tilt + yielded).reshape(-1, dim)[:, 1:])
 
     def _leave(self, place: Array, rotation: Array) -> Touch:
         """The object is free: its friction history is over, and the next one begins here."""
@@ -169,7 +254,8 @@ class Pad:
         modes = -np.einsum("jk,kma->jma", self._about_anchor().T, self._local)
         changes = force_response(problem, increment, modes, self._history.workspace, True)
         for column, change in enumerate(changes):
-            found[:, column] = -self._wrench(problem.to_global(change))
+            force = problem.to_global(change).reshape(-1)
+            found[:, column] = -self._wrench(self._sums[:6] @ force)
         return 0.5 * (found + found.T)
 
     def _about_anchor(self) -> Array:
@@ -185,6 +271,7 @@ class Pad:
         x, z, turn = self._goes_on
         self._anchor = np.array([place[0] * x, self._crest, place[2] * z])
         self._turn, self._carried = float(rotation[1]) * bool(turn), np.zeros(2)
+        self._slack = 0.0
 
     def _motion(self, place: Array, rotation: Array) -> Motion:
         way, anchor = place - self._anchor, self._anchor
@@ -197,16 +284,23 @@ class Pad:
 
     def _tilt(self, rotation: Array) -> Array:
         """Motion (m, dim) mm, local, of the finger relative to an object tilted about x and z."""
-        about = self._about_anchor()[:, [3, 5]] @ rotation[[0, 2]]
-        return -np.asarray((about @ self._local.reshape(6, -1)).reshape(self._frames.shape[:2]))
+        turned = -self._tilted(rotation) @ self._local.reshape(6, -1)
+        return np.asarray(turned.reshape(self._frames.shape[:2]))
+
+    def _tilted(self, rotation: Array) -> Array:
+        """Motion about the origin (6,) of an object that is tilted about x and z at the anchor."""
+        x, y, z = self._anchor.tolist()
+        a, _, c = rotation.tolist()
+        return np.array([y * c, z * a - x * c, -y * a, a, 0.0, c])
 
     def _is_free(self, motion: Motion) -> bool:
         offset = self._history.problem.offset(motion, self._history.state.slip)
         return bool(offset[:, 0].min() >= 0.0)
 
-    def _wrench(self, force: Array) -> Array:
-        """Force and moment (6,) on the object by the forces (m, dim) on the modelled part."""
-        total = self._about_anchor().T @ (self._rigid @ force.reshape(-1))
+    def _wrench(self, sums: Array) -> Array:
+        """Force and moment (6,) on the object at its point; sums (6,): of the modelled part's
+        forces and their moments about the origin."""
+        total = self._about_anchor().T @ sums
         total[self._out] = 0.0
         return np.asarray(-self._history.problem.model.symmetry_factor * total)
 
@@ -219,15 +313,18 @@ class Pad:
         self._anchor = self._anchor + np.array([way[0], 0.0, way[1]])
         turn = 0.0 if self.planar else float(rotation[1]) - self._turn
         self._carried = self._carried + way + turn * np.array([way[1], -way[0]])
+        self._slack = 0.0
 
     def _outside(self, place: Array, rotation: Array) -> tuple[str, ...]:
-        found = []
-        turned = rotation - [0.0, self._turn, 0.0]
-        if np.abs(turned).max() > np.deg2rad(MOST_DEG):
-            most = float(np.rad2deg(np.abs(turned).max()))
-            found.append(f"turned by {most:.2g} degrees: at most {MOST_DEG:g}")
+        x, y, z = rotation.tolist()
+        most, found = max(abs(x), abs(y - self._turn), abs(z)), []
+        if most > _MOST_RAD:
+            words = f"turned by {degrees(most):.2g} degrees: at most {MOST_DEG:g}"
+            found.append(words)
         if self.planar:
-            out = max(abs(place[2] - self._anchor[2]), self._width * np.abs(turned[:2]).max())
+            out = max(
+                abs(place[2] - self._anchor[2]), self._width * max(abs(x), abs(y - self._turn))
+            )
             if out > MOST_OUT_MM:
                 words = f"{out:.2g} mm out of the plane of half a finger: condense the whole one"
                 found.append(words)

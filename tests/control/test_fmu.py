@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from fingerdesign.control.estimator import FingerCurves
-from fingerdesign.control.fmu import FILE, fmu
+from fingerdesign.control.fmi.regulator import FILE, fmu
 from tests.control.test_c_code import COMPILER, CROSS_TALK, GAGES, GRIP, estimator
 from tests.support.singles import SingleRegulator
+from tests.support.units import Running
 
 S = np.float32
 OUTPUTS = ("dx", "dy", "stick_ratio", "used", "friction")
@@ -52,40 +53,13 @@ def test_the_same_regulator_is_the_same_unit(unit, bench):
     assert again == unit.read_bytes()
 
 
-class Running:
-    """A unit in fmpy."""
-
-    def __init__(self, path, folder, **parameters):
-        fmpy = pytest.importorskip("fmpy", reason="pip install fmpy brings it")
-        from fmpy.fmi2 import FMU2Slave
-
-        model = fmpy.read_model_description(str(path))
-        place = {each.name: each.valueReference for each in model.modelVariables}
-        self.place, self.period = place, float(model.defaultExperiment.stepSize)
-        self.slave = FMU2Slave(
-            guid=model.guid,
-            unzipDirectory=fmpy.extract(str(path), unzipdir=str(folder)),
-            modelIdentifier=model.coSimulation.modelIdentifier,
-        )
-        self.slave.instantiate()
-        self.slave.setupExperiment(startTime=0.0)
-        self.slave.enterInitializationMode()
-        for name, value in parameters.items():
-            put = self.slave.setInteger if name == "delay" else self.slave.setReal
-            put([place[name]], [value])
-        self.slave.exitInitializationMode()
-        self.now = 0.0
-
-    def step(self, readings, normal, tangential, lifted):
-        slave, place = self.slave, self.place
-        at = [place[f"reading[{k + 1}]"] for k in range(GAGES)]
-        at += [place["normal_force"], place["tangential_force"]]
-        slave.setReal(at, [*readings, normal, tangential])
-        slave.setBoolean([place["lifted"]], [int(lifted)])
-        slave.doStep(self.now, self.period)
-        self.now += self.period
-        found = slave.getReal([place[name] for name in OUTPUTS])
-        return [*found, *slave.getBoolean([place["unsure"], place["missed"]])]
+def sampled(running, readings, normal, tangential, lifted):
+    """Outputs of one step."""
+    slave, place = running.slave, running.place
+    at = [place[f"reading[{k + 1}]"] for k in range(GAGES)]
+    slave.setReal(at, list(readings))
+    running.step(normal_force=normal, tangential_force=tangential, lifted=int(lifted))
+    return running.get(*OUTPUTS, "unsure", "missed")
 
 
 def test_fmpy_finds_no_fault(unit, tmp_path):
@@ -119,11 +93,11 @@ def test_ten_thousand_steps_have_the_bits_of_numpy(unit, tmp_path, bench):
             readings = S(10.0 ** rng.uniform(-3, 3) * rng.standard_normal(GAGES)).astype(float)
             given = float(S(normal)), float(S(normal * rng.uniform(-0.1, 0.8))), step > 160
             if step == 100:
-                *_, missed = running.step(np.full(GAGES, np.nan), *given)
+                *_, missed = sampled(running, np.full(GAGES, np.nan), *given)
                 assert missed
                 single.miss()
                 continue
-            answer = running.step(readings, *given)
+            answer = sampled(running, readings, *given)
             assert S(answer[:6]).tobytes() == S(single.step(readings, *given)).tobytes()
             found.append(answer)
     assert len(found) == 50 * 199

@@ -229,10 +229,30 @@ def test_a_backing_is_screwed_and_a_bone_is_pinned_unless_it_is_too_thin():
     for pin in boned.core_pins:
         assert 1.0 < pin.y < 5.0
         assert pin.tip + pin.depth == pytest.approx(4.5)
-    (fault,) = mold_faults(shipped("boned", body__core__height_mm=1.2))
+    (fault,) = mold_faults(shipped("boned", body__core__height_mm=1.0))
     assert fault.key == "body.core.height_mm"
     least = float(fault.bound.split()[2])
     assert not mold_faults(shipped("boned", body__core__height_mm=least))
+
+
+def test_a_low_core_s_pins_are_raised_until_a_wall_is_below_them():
+    plan = plan_mold(drawn(125))  # pinned in its core's middle, 0.89 mm of wall are left
+    low, high = plan.core
+    for pin in plan.core_pins:
+        assert pin.y > 0.5 * (low[1] + high[1]) + 0.01
+        below = pin.y - 0.5 * pin.diameter - pin.clearance
+        assert below >= plan.limits.wall_mm
+        assert 2.0 * (high[1] - pin.y) > pin.diameter
+
+
+def test_pins_are_thinner_where_the_process_s_own_have_no_room():
+    design = drawn(149)
+    plan = plan_mold(design)
+    assert {pin.diameter for pin in plan.pins} == {1.5, 2.0}
+    assert plan.design.mold.leg_mm is None
+    limits = design.mold.limits.model_copy(update={"pin_mm": 2.0})
+    given = design.model_copy(update={"mold": design.mold.model_copy(update={"limits": limits})})
+    assert "mold.limits.pin_mm" in {fault.key for fault in mold_faults(given)}
 
 
 @pytest.mark.parametrize("design", ["narrow", "block", 48], ids=str)

@@ -79,6 +79,7 @@ def test_export_writes_the_finger_or_says_what_is_wrong(tmp_path, terminal):
     assert json.loads(heavier)["mass_g"] > 1.7 * printed["mass_g"]
     assert "--density = gold" in terminal(*given, "--density", "gold", "19", code=2).err
     assert "design alone" in terminal(*given, "--noise", "1", code=2).err
+    assert "mjcf alone" in terminal(*given, "--flex", "2", code=2).err
     other = terminal(*given[:3], "mjcf", *given[4:], code=2).err
     assert "finger.urdf" in other  # another kind of folder is not replaced
 
@@ -96,15 +97,41 @@ def test_mujoco_reads_masses_and_sites(block):
     assert model.site("block_gage_3").pos == pytest.approx(found.sites[3].centre)
 
 
+def test_a_flex_sags_as_the_rubber_does(tmp_path):
+    """Of a column on its base: rho g h^2 / 2 E, less what the glued base holds back; no mass is
+    lost, and MuJoCo says nothing in 500 steps."""
+    mujoco = pytest.importorskip("mujoco", reason=WITHOUT)
+    design, warned = load_design("block"), []
+    found = describe(design, tmp_path, None, 2.0)
+    (tmp_path / "finger.xml").write_text(mjcf(found))
+    assert not (tmp_path / "body.stl").exists()
+    mujoco.set_mju_user_warning(warned.append)
+    try:
+        model = mujoco.MjModel.from_xml_path(str(tmp_path / "finger.xml"))
+        assert sum(model.body_mass) == pytest.approx(found.mass)
+        model.opt.gravity[:] = 0.0, -9.81, 0.0
+        data = mujoco.MjData(model)
+        for _ in range(500):
+            mujoco.mj_step(model, data)
+    finally:
+        mujoco.set_mju_user_warning(None)
+    assert warned == []
+    column = 1100.0 * 9.81 * found.crest**2 / 2.0 / found.flex.youngs_modulus
+    assert 0.5 * column < -data.qpos.min() < column
+
+
 @pytest.mark.slow
+@pytest.mark.parametrize("flex_mm", [None, 2.0])
 @pytest.mark.parametrize("name", shipped_names("design"))
-def test_shipped_fingers_load_in_mujoco_without_a_warning(name, tmp_path):
+def test_shipped_fingers_load_in_mujoco_without_a_warning(name, flex_mm, tmp_path):
     mujoco = pytest.importorskip("mujoco", reason=WITHOUT)
     warned = []
     mujoco.set_mju_user_warning(warned.append)
     try:
-        found = describe(load_design(name), tmp_path)
-        for file, text in (("finger.xml", mjcf(found)), ("finger.urdf", urdf(found))):
+        found = describe(load_design(name), tmp_path, None, flex_mm)
+        texts = {"finger.xml": mjcf(found)}
+        texts |= {"finger.urdf": urdf(found)} if flex_mm is None else {}
+        for file, text in texts.items():
             (tmp_path / file).write_text(text)
             model = mujoco.MjModel.from_xml_path(str(tmp_path / file))
             mujoco.mj_step(model, mujoco.MjData(model))

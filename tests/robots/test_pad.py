@@ -43,6 +43,22 @@ def test_the_wrench_is_the_engines():
     assert found.measures.stick_ratio < 0.9
 
 
+def test_nodes_left_out_change_nothing(monkeypatch):
+    """Deeper, sheared and tilted past the nodes at hand: the wrench of all nodes, to 1e-8."""
+    alone, problem = pad_on(0.4, 13)
+    monkeypatch.setattr("fingerdesign.robots.pad._LEAST", 1000)
+    whole, _ = pad_on(0.4, 13)
+    counts = []
+    for k in range(1, 41):
+        place = np.array([1e-4 * k, -4e-4 * min(k, 30), 5e-5 * max(0, k - 20)])
+        turned = np.array([2e-4 * max(0, k - 15), 0.0, -3e-4 * max(0, k - 10)])
+        found, exact = alone.meet(place, turned), whole.meet(place, turned)
+        assert found.wrench == pytest.approx(exact.wrench, abs=1e-8 * exact.normal_force)
+        assert found.measures.stick_ratio == pytest.approx(exact.measures.stick_ratio, abs=1e-6)
+        counts.append(found.problem.shape[0])
+    assert counts[0] < counts[-1] <= exact.problem.shape[0] == problem.shape[0]
+
+
 def test_what_sticks_stores_the_work_in_all_six_directions():
     """- wrench is the gradient of the stored energy: central differences from one state."""
     step = 1e-6

@@ -7,6 +7,7 @@ condensed compliance (mesh, assembly, condensation).
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,9 @@ import numpy as np
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Report
-from fingerdesign_bench.check import Check, Shown
+from fingerdesign_bench.check import Check, Shown, Table
 from fingerdesign_bench.machine import machine
+from fingerdesign_bench.speed.coupling import FULL, QUICK, Coupled
 from fingerdesign_bench.speed.growth import Size, draw_growth, fit
 from fingerdesign_bench.speed.speed_worker import GRIP_SPACE
 
@@ -59,7 +61,8 @@ def measure_speed(folder: Path, report: Report, quick: bool = False) -> Shown:
     """Measure all cases, and draw their growth.
 
     quick: the series up to the target size in plane strain and up to 50k dofs in 3-D, and the grip
-    in plane strain. Raises SolverError where a case's process fails.
+    and the pads inside MuJoCo in plane strain. The pads are left out where there is no MuJoCo.
+    Raises SolverError where a case's process fails.
     """
     from fingerdesign_bench.speed.condensation import condensation_checks
 
@@ -75,7 +78,11 @@ def measure_speed(folder: Path, report: Report, quick: bool = False) -> Shown:
     for kind, fidelity, runs, values in _GRIPS[: 1 if quick else None]:
         report(f"a grip, {kind}")
         grips[kind] = run_case({"grip": True, "fidelity": fidelity, "runs": runs, "values": values})
-    checks = target_checks(sizes, grips)
+    checks, tables = target_checks(sizes, grips), list[Table]()
+    if find_spec("mujoco") is not None:
+        report("two pads inside MuJoCo")
+        found = Coupled(**run_case({"mujoco": True, **(QUICK if quick else FULL)}))
+        checks, tables = checks + found.checks(), [found.table()]
     if not quick:
         report("condensing against its limits")
         checks += condensation_checks()
@@ -86,6 +93,7 @@ def measure_speed(folder: Path, report: Report, quick: bool = False) -> Shown:
         checks,
         begun,
         {"quick": quick, "growth": growth, "grips": grips, "other_codes": OTHER_CODES},
+        tables=tables,
         rows=[asdict(each) for each in sizes],
         paths=[draw_growth(sizes, laws, begun, folder / "speed.png", [OTHER_CODES])],
         after=[

@@ -181,5 +181,9 @@ def _memory_MB() -> float:
 
 
 def timed(case: dict[str, Any]) -> dict[str, Any]:
-    """Measurements of a case: a grip's, or a path's."""
+    """Measurements of a case: of two pads in MuJoCo, of a grip, or of a path."""
+    if case.get("mujoco"):
+        from fingerdesign_bench.speed.coupling import coupled
+
+        return coupled(case)
     return timed_grip(case) if case.get("grip") else timed_path(case)

@@ -15,6 +15,7 @@ from fingerdesign_cli.options import (
     design_and_out,
     details_option,
     estimator_option,
+    fidelity_option,
     go_on_option,
     model_option,
     numbers_option,
@@ -154,6 +155,7 @@ def identify() -> None:
 TARGETS = {
     "c": "C99 without dependencies",
     "fmu": "a co-simulation unit of FMI 2.0",
+    "fmu-plant": "the finger as such a unit",
     "mjcf": "a MuJoCo model",
     "urdf": "a robot description",
 }
@@ -183,6 +185,14 @@ noise_of_the_rig = click.option(
     multiple=True,
     help="For mjcf and urdf: instead of the material's usual one; may be given again.",
 )
+@fidelity_option(None, unset="plane-strain")
+@click.option(
+    "--flex",
+    "flex_mm",
+    type=click.FloatRange(0.2, 20.0),
+    metavar="MM",
+    help="For mjcf: the rubber as a flex of tetrahedra of this size, which has no plates in it.",
+)
 @output_options
 def export() -> None:
     """Write DESIGN for another system: its regulator, which grips by ESTIMATOR, or the finger.
@@ -192,11 +202,12 @@ def export() -> None:
     single precision and holds the one network for the noise, with 16-bit weights: some 49 kB for 15
     gages. How to compile and call it: docs/how_to/control.md.
 
-    fmu: OUT/NAME then holds regulator.fmu, the same as a unit, its sources inside.
+    fmu: OUT/NAME then holds regulator.fmu, the same as a unit, its sources inside. fmu-plant: its
+    plant.fmu, the finger's contact with a plane, of at most 1 MB; in 3-D that needs a coarse mesh.
 
     mjcf, urdf: OUT/NAME then holds finger.xml or finger.urdf and the STL files that it names: body,
     plates and core to be seen, the convex hull to collide; mass and inertia; a site or frame at
-    each gage.
+    each gage. A flex shows a soft finger; for forces and gages see docs/how_to/control.md.
     """
 
 

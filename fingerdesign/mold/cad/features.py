@@ -18,6 +18,7 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.cad.parting import prism_of, slab
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT
 from fingerdesign.mold.plan.extent import seam_height
+from fingerdesign.mold.plan.fasteners.core_pins import CORE_CLEARANCE_MM
 from fingerdesign.mold.plan.fixture.outer import ROOMS_MM
 from fingerdesign.mold.plan.limits import SPARE_MM
 from fingerdesign.mold.plan.plan import (
@@ -151,8 +152,9 @@ def features_of(plan: MoldPlan) -> Features:
         if hole.kind == "screw" and core is not None:
             found.take(_pilot(hole, core.height_mm), CORE)
     for core_pin in plan.core_pins:
-        names = {plan.by_side[core_pin.side].wall, plan.by_side[core_pin.side].holder, CORE}
-        found.take(_core_pin(plan, core_pin, plan.limits.clearance_mm), *names)
+        names = {plan.by_side[core_pin.side].wall, plan.by_side[core_pin.side].holder}
+        found.take(_core_pin(plan, core_pin, core_pin.clearance), *names)
+        found.take(_core_pin(plan, core_pin, CORE_CLEARANCE_MM), CORE)
     _hold(found, plan)
     for planned in plan.sides:
         _open_side(found, plan, planned)

@@ -39,15 +39,14 @@ def from_slot(slot: Slot, points: Array) -> Array:
 
 
 def from_pin(pin: CorePin, points: Array) -> Array:
-    """Distance by which points (n, 3) lie beyond a core pin's hole, mm; NaN for the other half."""
+    """Distance by which points (n, 3) lie beyond a core pin, mm; NaN for the other half."""
     place, out = seen_from(pin.side, points)
     beyond = np.hypot(place - pin.place, points[:, 1] - pin.y) - 0.5 * pin.diameter
     return np.asarray(np.where(out > 0.0, beyond, np.nan))
 
 
-def planned(plan: MoldPlan, points: Array, clearance_mm: float, slack_mm: float) -> BoolArray:
-    """Test if points (n, 3) lie in an opening of the plan, or within ``slack_mm`` of one; core pins
-    have a clearance all round."""
+def planned(plan: MoldPlan, points: Array, slack_mm: float) -> BoolArray:
+    """Test if points (n, 3) lie in an opening of the plan, or within ``slack_mm`` of one."""
     below = points[:, 1] < slack_mm
     open_ = (points[:, 1] > 0.0) & (points[:, 1] < plan.seam + slack_mm) & (plan.seam > 0.0)
     for hole in plan.base_holes:
@@ -57,7 +56,7 @@ def planned(plan: MoldPlan, points: Array, clearance_mm: float, slack_mm: float)
         for slot in side.slots:  # NaN compares false
             open_ |= from_slot(slot, points) <= slack_mm
     for pin in plan.core_pins:
-        open_ |= from_pin(pin, points) <= clearance_mm + slack_mm
+        open_ |= from_pin(pin, points) <= pin.clearance + slack_mm
     return open_
 
 

@@ -49,7 +49,7 @@ def backing_check(assembly: Assembly, rng: np.random.Generator) -> Check:
     outline = assembly.meshes.outline
     points, normals = surface_points(outline.vertices, outline.triangles, BACKED, rng)
     points = points[:BACKED] + 2.0 * assembly.chord * normals[:BACKED]
-    left = ~planned(assembly.plan, points, assembly.plan.limits.clearance_mm, SLACK_MM)
+    left = ~planned(assembly.plan, points, SLACK_MM)
     solid = int(left.sum())
     left[left] = ~_backed(assembly, points[left])
     # Triangles of two parts that meet along a curve leave slivers as thin as their chords.

@@ -298,7 +298,7 @@ class CorePin:
     """A straight pin through a wall that holds the core while the rubber cures; drawn with it.
 
     At (place, y) on ``side``; ``diameter``; from the wall's outside to ``tip`` (distance from the
-    mid-plane), ``depth`` of it inside the core."""
+    mid-plane), ``depth`` of it inside the core; ``clearance`` all round in the wall."""
 
     side: Side
     place: float
@@ -306,6 +306,7 @@ class CorePin:
     diameter: float
     tip: float
     depth: float
+    clearance: float
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """Design -> MoldPlan: extent, legs, sides, fasteners, base; each step gives its part or refuses."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 from fingerdesign.design.schema import Design
@@ -9,14 +10,15 @@ from fingerdesign.mold.plan.fasteners.core_pins import core_pins_of
 from fingerdesign.mold.plan.fasteners.fasteners import fastened, fastener_refusals, with_mount
 from fingerdesign.mold.plan.fixture.legs import LEAST_WIDTH_MM, fixture_of
 from fingerdesign.mold.plan.fixture.refusals import leg_refusals
-from fingerdesign.mold.plan.limits import limit_refusals
+from fingerdesign.mold.plan.limits import limit_refusals, limits_of
 from fingerdesign.mold.plan.open_pour import open_plan
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.refusals import MoldRefused, Refusal
 from fingerdesign.mold.plan.sides import sides_of
 
-# Thinner legs may mend refusals of these keys alone.
+# Thinner legs and pins may mend refusals of these keys alone.
 _ROOM = {"mold.bolt", "mold.limits.pin_mm", "mold.limits.wall_mm"}
+THIN_PINS = 0.75  # of the process's: a printed pin of 1.5 mm breaks sooner, but it bears no load
 
 
 def plan_mold(design: Design) -> MoldPlan:
@@ -25,17 +27,32 @@ def plan_mold(design: Design) -> MoldPlan:
     The plan is an open mold where ``mold.pour`` and the finger allow it: it has the fewest parts. A
     closed one is cast with the base up, tilted by ``base.TILT_DEG`` toward the first vent, in the
     corner +x +z: this is then the highest place of the rubber. A core that parts the base leaves
-    more such places, each with a vent of its own. Legs are thin where others leave no room for
-    bolts and pins.
+    more such places, each with a vent of its own. Legs, then pins, are thin where others leave no
+    room for bolts and pins.
     """
     found = _try(design)
     refused = set() if isinstance(found, MoldPlan) else {refusal.key for refusal in found}
-    if refused and refused <= _ROOM and design.mold.leg_mm is None:
-        thin = _try(with_mold(design, leg_mm=LEAST_WIDTH_MM))
-        found = replace(thin, design=design) if isinstance(thin, MoldPlan) else found
+    for thinner in _thinner(design) if refused and refused <= _ROOM else ():
+        thin = _try(thinner)
+        if isinstance(thin, MoldPlan):
+            mold = thinner.mold.model_copy(update={"leg_mm": design.mold.leg_mm})
+            return replace(thin, design=design.model_copy(update={"mold": mold}))
     if isinstance(found, MoldPlan):
         return found
     raise MoldRefused(found, design.design.name)
+
+
+def _thinner(design: Design) -> Iterator[Design]:
+    """The design with thin legs, with thin pins, with both, as far as it gives neither."""
+    mold = design.mold
+    legs = {} if mold.leg_mm is not None else {"leg_mm": LEAST_WIDTH_MM}
+    thin = THIN_PINS * limits_of(mold).pin_mm
+    pins = {}
+    if mold.limits.pin_mm is None:
+        pins = {"limits": mold.limits.model_copy(update={"pin_mm": thin})}
+    for changed in (legs, pins, legs | pins if legs and pins else {}):
+        if changed:
+            yield with_mold(design, **changed)
 
 
 def _try(design: Design) -> MoldPlan | list[Refusal]:

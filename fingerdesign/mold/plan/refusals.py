@@ -101,8 +101,9 @@ SENTENCES: Mapping[str, tuple[str, str]] = {
         "thicken it or put it on the base (body.core.bottom_mm = 0)",
     ),
     "core_not_reached": (
-        "where pins through the walls reach the core clear of the plates' slots and windows",
-        "move it away from them or put it on the base (body.core.bottom_mm = 0)",
+        "where pins through the walls reach the core clear of the plates' slots and windows, with "
+        "walls below them",
+        "raise it, move it away from them or put it on the base (body.core.bottom_mm = 0)",
     ),
     "no_web": (
         "such that webs of {name} = {web:g} mm remain between slots of at least {least:g} mm "

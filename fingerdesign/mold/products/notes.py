@@ -21,7 +21,7 @@ from fingerdesign.layout.fitting import sheet_words
 from fingerdesign.layout.gaps import PlateGap, least_gap
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
-from fingerdesign.mold.part import COUPON, axis_name
+from fingerdesign.mold.part import COUPON, COUPON_COMB, axis_name
 from fingerdesign.mold.plan.base import TILT_DEG
 from fingerdesign.mold.plan.plan import WORDS, MoldPlan, spacer_height
 from fingerdesign.mold.products.bill import bolt_length, bolt_words, primer_words, spare_of
@@ -35,10 +35,18 @@ _PITCHES = 10  # A curved surface turns plates toward each other: some tenths of
 SURFACE_TENSION_N_M = 0.021  # of silicone oils; cured and uncured rubber differ little
 
 
-Up = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
+Up = Literal["+x", "-x", "+y", "-y", "+z", "-z", "+Y"]  # the last: +y, seen from behind
 PLATES = "plates"  # all of them, among the names of a view
-_VIEW = re.compile(r"\[(put|take|move) ([+-][xyz])(?: ([-.\d]+),([-.\d]+))?: ([\w ]+)\] *")
+_VIEW = re.compile(r"\[(put|take|move) ([+-][xyzY])(?: ([-.\d]+),([-.\d]+))?: ([\w ]+)\] *")
 Verb = Literal["put", "take", "move"]
+_WORDS = {"trial": "two plates", "one_plate": "a plate", "one_gage": "its gage", "tape": "tape"}
+_WORDS |= {f"clay_{where}": "clay" for where in ("cell", "slots", "windows")}
+_WORDS |= {f"bolts_{axis}": f"bolts along {axis}" for axis in "yz"}
+_WORDS |= {
+    "bands": "elastic bands",
+    "band_base": "an elastic band",
+    "band_packet": "an elastic band",
+}
 
 
 @dataclass(frozen=True)
@@ -61,11 +69,20 @@ class View:
         >>> View("Cure and open", 3, "+y", "take", ("contact_insert",)).words
         'Step 3 of "Cure and open": contact insert is taken off.'
         """
-        names = [name.replace("_", " ") for name in self.names]
+        names = [_WORDS.get(name, name.replace("_", " ")) for name in self.names]
         listed = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
-        verb = "are" if len(names) > 1 or PLATES in names else "is"
+        verb = "are" if len(names) > 1 or _is_plural(names[0]) else "is"
         done = {"take": "taken off", "put": "put in place", "move": "moved"}[self.verb]
         return f'Step {self.step} of "{self.section}": {listed} {verb} {done}.'
+
+
+def _is_plural(name: str) -> bool:
+    """True for the words of several things.
+
+    >>> _is_plural("bolts along z"), _is_plural("a plate")
+    (True, False)
+    """
+    return any(word.endswith("s") for word in name.split())
 
 
 def casting_notes(casting: Casting) -> tuple[list[dict[str, Any]], list[View]]:
@@ -99,6 +116,7 @@ def casting_notes(casting: Casting) -> tuple[list[dict[str, Any]], list[View]]:
         mounted=plan.groove is not None,
         windows=len([side for side in plan.sides if side.window]),
         window_mm3=windows_volume(plan),
+        cell_combs=" ".join(e.name for e in meshes.coupon if e.name.startswith(COUPON_COMB)),
         inside=round(plan.reach("-z") - plan.tips.get("-z", plan.reach("-z")), 2),
         bend=_bend(design),
     )
@@ -112,16 +130,19 @@ def _bend(design: Design) -> float:
 
 
 def _sections(text: str) -> tuple[list[dict[str, Any]], list[View]]:
-    """Part a text into sections of steps and the views that its steps name."""
+    """Part a text into sections of steps and the views that its steps name; what was not put in
+    its place before is not taken off."""
     sections = [section.partition("\n") for section in text.split("§ ")[1:]]
     made: list[dict[str, Any]] = []
-    views = []
+    views, there = [], set[str]()
     for title, _, lines in sections:
         steps = _items(lines)
         for number, step in enumerate(steps, start=1):
             for verb, up, x, y, names in _VIEW.findall(step):
                 way = (float(x), float(y)) if x else None
-                views.append(View(title, number, up, verb, tuple(names.split()), way))
+                shown = tuple(n for n in names.split() if verb != "take" or n in there)
+                there |= set(shown) if verb == "put" else set()
+                views.append(View(title, number, up, verb, shown, way))
         if steps:
             made.append({"title": title, "steps": [_VIEW.sub("", step) for step in steps]})
     return made, views

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 from fingerdesign.layout.fitting import gage_fit
+from fingerdesign.mold.aids import aids_of
 from fingerdesign.mold.picture import (
     exploded_parts,
     numbered,
     pictures_job,
     pictures_of,
+    step_parts,
 )
 from fingerdesign.mold.products.casting import casting_of
 from fingerdesign.mold.products.notes import View, casting_notes
@@ -80,11 +82,22 @@ def test_a_picture_is_turned_until_its_axis_is_up(up):
 def test_every_part_is_put_once_and_what_is_drawn_is_taken(hand_made, fixture):
     design, plan, made = hand_made(fixture)
     _, views = casting_notes(casting_of(plan, made, gage_fit(design)))
-    put = [
-        name for view in views if view.verb == "put" for name in view.names if "bolts" not in name
-    ]
-    taken = [
-        name for view in views if view.verb == "take" for name in view.names if "bolts" not in name
-    ]
+    aids = aids_of(casting_of(plan, made, gage_fit(design)))
+    aside = {*aids, *(piece.name for piece in made.coupon)}
+
+    def named(verb):
+        return [name for view in views if view.verb == verb for name in view.names]
+
+    put, taken = ([n for n in named(verb) if n not in aside] for verb in ("put", "take"))
     assert sorted(put) == sorted([*(part.name for part in made.parts), "plates", "rubber"])
     assert sorted(taken) == sorted(part.name for part in made.parts if part.draw is not None)
+    helped = {name: {n for n in named(name) if n in aside} for name in ("put", "take")}
+    lasting = {n for n in helped["put"] if n.startswith(("bolts", "band", "tape"))}
+    assert lasting <= helped["take"] <= helped["put"]
+    shown = step_parts(made, views, aids)
+    for view, things in zip(views, shown, strict=True):
+        there = {each.name for each in things}
+        for name in view.names:
+            meshes = aids.get(name, ())
+            assert {mesh.name for mesh in meshes} <= there
+            assert meshes or name not in aids or name.startswith("core_pins"), name

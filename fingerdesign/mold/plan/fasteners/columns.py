@@ -129,7 +129,11 @@ def _obstacles(plan: MoldPlan, side: Side) -> Array:
     """Rectangles (n, 4), as of ``openings_of``, where one side's wall has no material or must keep
     it, seen along its draw: windows, slots and core pins."""
     pins = [
-        [place + sign * 0.5 * pin.diameter for place in (pin.place, pin.y) for sign in (-1.0, 1.0)]
+        [
+            place + way * (0.5 * pin.diameter + pin.clearance)
+            for place in (pin.place, pin.y)
+            for way in (-1.0, 1.0)
+        ]
         for pin in plan.core_pins
         if pin.side == side
     ]

@@ -5,51 +5,59 @@ from itertools import product
 import numpy as np
 
 from fingerdesign.mold.plan.fasteners.columns import clear
-from fingerdesign.mold.plan.limits import Limits
+from fingerdesign.mold.plan.limits import SPARE_MM, Limits
 from fingerdesign.mold.plan.plan import ENDS, FLANKS, CorePin, MoldPlan, SidePlan
 from fingerdesign.mold.plan.refusals import Refusal
 
 DIAMETERS_MM = (2.0, 1.5, 1.2, 1.0, 0.8, 0.6, 0.5)  # steel pins and wire that are sold
+CORE_CLEARANCE_MM = 0.05  # all round in the core, whose hole is drilled: 0.1 mm over the pin
 _MOST_DEPTH_MM = 3.0
 _DEPTH_SHARE = 0.3  # of the core's length
 _STEP_MM = 0.1
-_WEB_MM = 0.3  # of the core around a pin's hole, which is drilled
+_WEB_MM = 0.25  # of the core around a hole: a thin drill wanders by 0.05 in 3 mm, at most 0.1
 
 
 def core_pins_of(plan: MoldPlan) -> tuple[tuple[CorePin, ...], list[Refusal]]:
     """Place straight pins through the walls, two on either side where the core is wide enough, else
-    one; or refuse a core that none can hold."""
+    one, as thick as the core allows; or refuse a core that none can hold."""
     limits, core, box = plan.limits, plan.design.body.core, plan.core
     if core is None or box is None or box[0][1] == 0.0:
         return (), []
     low, high = box
-    height, y = float(high[1] - low[1]), 0.5 * float(low[1] + high[1])
-    for axis, diameter in product((ENDS, FLANKS), _diameters(limits, height, y)):
-        hole = diameter + 2.0 * limits.clearance_mm
+    for axis, diameter in product((ENDS, FLANKS), DIAMETERS_MM):
+        clearance = _clearance(diameter, limits)
+        y = _height(float(low[1]), float(high[1]), diameter, clearance, limits)
         half, end = (high[0], high[2]) if axis[0].endswith("z") else (high[2], high[0])
-        places = _places(float(half), y, hole, [plan.by_side[side] for side in axis], limits)
-        if places:
+        hole, sides = diameter + 2.0 * clearance, [plan.by_side[side] for side in axis]
+        places = [] if y is None else _places(float(half), y, hole, sides, limits)
+        if y is not None and places:
             depth = min(_MOST_DEPTH_MM, _DEPTH_SHARE * 2.0 * float(end))
             pins = (
-                CorePin(side, place, y, diameter, float(end) - depth, depth)
+                CorePin(side, place, y, diameter, float(end) - depth, depth, clearance)
                 for side, place in product(axis, places)
             )
             return tuple(pins), []
-    pin = min((d for d in DIAMETERS_MM if d >= limits.hole_mm), default=limits.hole_mm)
-    least = pin + 2.0 * limits.clearance_mm + 2.0 * _WEB_MM
-    if height < least:
-        numbers = {"least": least, "pin": pin, "web": _WEB_MM}
+    least = DIAMETERS_MM[-1] + 2.0 * (CORE_CLEARANCE_MM + _WEB_MM)
+    if high[1] - low[1] < least:
+        numbers = {"least": least, "pin": DIAMETERS_MM[-1], "web": _WEB_MM}
         return (), [Refusal("thin_core", "body.core.height_mm", core.height_mm, numbers)]
     return (), [Refusal("core_not_reached", "body.core.bottom_mm", core.bottom_mm, {})]
 
 
-def _diameters(limits: Limits, height: float, y: float) -> list[float]:
-    """Diameters that fit a core's ``height``; thinner ones alone where the foot of the wall below
-    the holes, at a height of ``y``, would be too low."""
-    most = height - 2.0 * (limits.clearance_mm + _WEB_MM)
-    sizes = [d for d in DIAMETERS_MM if limits.hole_mm <= d <= most + 1e-9]
-    footed = [d for d in sizes if 0.5 * d + limits.clearance_mm + limits.wall_mm <= y + 1e-9]
-    return footed or sizes
+def _clearance(diameter: float, limits: Limits) -> float:
+    """Clearance all round in the wall, whose hole is at least what the process makes."""
+    return max(limits.clearance_mm, 0.5 * (limits.hole_mm - diameter))
+
+
+def _height(
+    low: float, high: float, diameter: float, clearance: float, limits: Limits
+) -> float | None:
+    """The height in a core from ``low`` to ``high``, nearest to its middle, at which the wall below
+    the hole is thick enough; None: there is none."""
+    around = 0.5 * diameter + CORE_CLEARANCE_MM + _WEB_MM
+    least = max(low + around, 0.5 * diameter + clearance + limits.wall_mm + SPARE_MM)
+    most = high - around
+    return None if least > most + 1e-9 else min(max(0.5 * (low + high), least), most)
 
 
 def _places(
