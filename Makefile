@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: demo test slow-test lint types wheel check site clean-site clean
+.PHONY: demo test slow-test lint types wheel check records site clean-site clean
 
 demo: $(VENV)/.runtime
 	$(BIN)/fingerdesign analyse designs/film_tees.toml --out out
@@ -26,6 +26,10 @@ wheel: $(VENV)/.dev
 	$(BIN)/python -m build --wheel --no-isolation --outdir dist .
 
 check: lint types test slow-test wheel
+
+# The tables of the pages that are made from records.
+records: $(VENV)/.dev
+	$(BIN)/python -m fingerdesign_bench.known.table
 
 # The documentation with its gallery: warnings, links that lead nowhere among them, are errors.
 site: $(VENV)/.docs

@@ -2,8 +2,8 @@
 
 References: another program on other elements, ``references/gages.py``, whose docstring has block,
 plates and tractions; its values and their uncertainty stand in ``references/gages.json``. A row's
-tolerance is five times that uncertainty, at least 0.5 % and at most 2 %: set before this program's
-value was seen.
+tolerance is five times that uncertainty, at least 0.5 % and at most 2 %, or the
+uncertainty where that is more: set before this program's value was seen.
 """
 
 from functools import lru_cache
@@ -115,5 +115,6 @@ def known(values: dict[str, list[float]], plate: int, face: str, grid: str) -> t
 
 
 def tolerance(value: float, uncertainty: float) -> float:
-    """The tolerance of a row, as a part of its reference."""
-    return min(max(5.0 * uncertainty / abs(value), 0.005), 0.02)
+    """The tolerance of a row, as a part of its reference; see the module."""
+    own = uncertainty / abs(value)
+    return max(min(max(5.0 * own, 0.005), 0.02), own)
