@@ -139,8 +139,8 @@ def arrows_of(things: Sequence[Shown], axes: Array) -> list[tuple[Array, Array]]
     for alike in moved.values():
         points = np.vstack([each.points for each in alike])
         middle, way = 0.5 * (points.min(axis=0) + points.max(axis=0)), np.array(alike[0].way)
-        beside = float((points @ axes[0]).max() - middle @ axes[0])
-        found.append((middle + 1.05 * beside * axes[0] - 0.5 * way, way))
+        aside = float((points @ axes[0]).max() - middle @ axes[0])
+        found.append((middle + 1.05 * aside * axes[0] - 0.5 * way, way))
     return found
 
 

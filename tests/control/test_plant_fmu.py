@@ -119,7 +119,7 @@ def test_a_move_without_an_answer_is_an_error_and_changes_nothing(unit, tmp_path
     for wrong, words in ((2.0, "candidate zone"), (np.nan, "finite")):
         with pytest.raises(Exception, match="fmi2DoStep"):
             running.step(dx=0.0, dy=wrong)
-        assert words in running.said[-1]
+        assert words in running.log[-1]
         assert running.get(*names) == before
     running.step(dx=0.0, dy=0.0)
     assert running.get(*names) == pytest.approx(before, rel=1e-9)

@@ -6,7 +6,7 @@ WITHOUT = "pip install fmpy brings it"
 
 
 class Running:
-    """A unit, unpacked into a folder, with these parameters; ``said``: what its log says."""
+    """A unit, unpacked into a folder, with these parameters; ``log``: what it wrote there."""
 
     def __init__(self, path, folder, **parameters):
         fmpy = pytest.importorskip("fmpy", reason=WITHOUT)
@@ -15,13 +15,13 @@ class Running:
         model = fmpy.read_model_description(str(path))
         self.place = {each.name: each.valueReference for each in model.modelVariables}
         self.kind = {each.name: each.type for each in model.modelVariables}
-        self.period, self.now, self.said = float(model.defaultExperiment.stepSize), 0.0, []
+        self.period, self.now, self.log = float(model.defaultExperiment.stepSize), 0.0, []
         self.slave = FMU2Slave(
             guid=model.guid,
             unzipDirectory=fmpy.extract(str(path), unzipdir=str(folder)),
             modelIdentifier=model.coSimulation.modelIdentifier,
         )
-        log = fmi2CallbackLoggerTYPE(lambda *given: self.said.append(given[4].decode()))
+        log = fmi2CallbackLoggerTYPE(lambda *given: self.log.append(given[4].decode()))
         self._callbacks = fmi2CallbackFunctions(logger=log)
         self.slave.instantiate(callbacks=self._callbacks)
         self.slave.setupExperiment(startTime=0.0)

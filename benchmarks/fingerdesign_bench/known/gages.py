@@ -7,6 +7,7 @@ uncertainty where that is more: set before this program's value was seen.
 """
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -45,7 +46,7 @@ def design_of(
     along: str = "x",
     plane: bool = False,
 ) -> Design:
-    """The block: one plate beside its middle or a row of ``count``, 1.5 mm deep."""
+    """The block: one plate next to its middle or a row of ``count``, 1.5 mm deep."""
     width, depth = 10.0 if count == 1 else 18.0, 6.0
     plates = f"count = {count}, cover_mm = 1.5, offset_mm = {0.5 if count == 1 else 0.0}"
     if span is not None:
@@ -68,16 +69,13 @@ def design_of(
 
 
 @lru_cache(maxsize=4)
-def bonded(
-    angle: float = 45.0,
-    count: int = 1,
-    grid: str = "axial",
-    span: float | None = None,
-    along: str = "x",
-    plane: bool = False,
-) -> Solution:
-    """What the gages read, microstrain: "plate 0, upper" and so on, of all plates."""
-    design = design_of(angle, count, grid, span, along, plane)
+def bonded(**block: Any) -> Solution:
+    """What the gages of a block read, microstrain: "plate 0, upper" and so on, of all plates.
+
+    block: arguments of :func:`design_of`.
+    """
+    design, plane = design_of(**block), block.get("plane", False)
+    along = design.plates.along
     body = design.body
     reach = 0.5 * body.width_mm
     mesh = make_mesh(design, "plane-strain" if plane else "3d", Zone(reach), mirrors_in_z(design))

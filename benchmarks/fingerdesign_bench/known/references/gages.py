@@ -82,7 +82,7 @@ BLOCKS = {
 def section(block: Block, sizes: Sizes) -> tuple[MeshQuad, np.ndarray]:
     """Quadrilaterals and the part of each: 0 the rubber, k + 1 plate k. ``sizes``: as
     _SPACE has them."""
-    far, beside, end = sizes
+    far, along_it, end = sizes
     shape, half, top = SplineGeometry(), 0.5 * block.width, block.height
     rim = [shape.AppendPoint(x, y) for x, y in ((-half, 0), (half, 0), (half, top), (-half, top))]
     for a, b in zip(rim, rim[1:] + rim[:1], strict=True):
@@ -94,13 +94,13 @@ def section(block: Block, sizes: Sizes) -> tuple[MeshQuad, np.ndarray]:
         around = [np.array([x, y]) + a * axis - 0.5 * THICK * normal for a in s]
         around += [np.array([x, y]) + a * axis + 0.5 * THICK * normal for a in s[::-1]]
         fine = end if number in block.read else max(end, 0.1)
-        ends = [fine if k in (0, 3, 4, 7) else beside for k in range(8)]
+        ends = [fine if k in (0, 3, 4, 7) else along_it for k in range(8)]
         corners = [
             shape.AppendPoint(*map(float, place), maxh=h)
             for place, h in zip(around, ends, strict=True)
         ]
         for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
-            shape.Append(["line", a, b], leftdomain=number + 2, rightdomain=1, maxh=beside)
+            shape.Append(["line", a, b], leftdomain=number + 2, rightdomain=1, maxh=along_it)
     mesh = shape.GenerateMesh(maxh=far, grading=_GROWTH)
     points = np.array([[p[0], p[1]] for p in mesh.Points()])
     faces = [(e.index - 1, [v.nr - 1 for v in e.vertices]) for e in mesh.Elements2D()]
