@@ -39,7 +39,7 @@ from fingerdesign.contact.tangent import force_response
 from fingerdesign.control.signals import reading_readout
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import DesignError, Fault
+from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.sensing.model import against, grip_problem
 
@@ -134,7 +134,7 @@ class Pad:
         self._carried = np.zeros(2)  # x and z of the anchor's own way, mm
         self._blank, self._rotation = np.zeros(len(model.gage_x)), np.zeros(3)
         self.touch = Touch(np.zeros(6), self._blank)
-        # Friction that falls in motion has a history at each node: all are kept in it.
+        # Friction that falls in motion has a history at each node: all take part.
         count = (
             model.nodes if kinetic_share != 1.0 else min(model.nodes, max(_LEAST, model.nodes // 4))
         )
@@ -161,29 +161,40 @@ class Pad:
         """Go on to a pose: ``place`` (3,) mm, ``rotation`` (3,) rad. Raises SolverError."""
         if self.touch.increment is None:
             self._rest(place, rotation)
-        motion = self._motion(place, rotation)
-        while True:
-            history = self._history
-            history.displace(self._tilt(rotation))
-            if self.touch.increment is None and self._is_free(motion):
-                force = self._checked[2]
-                if not self._widen(motion, place, rotation, np.zeros_like(force)):
-                    return self._leave(place, rotation)
-                continue
-            increment = solve_increment(history.problem, history.state, motion, history.workspace)
-            if not self._widen(motion, place, rotation, increment.multiplier):
-                break
-        if not (increment.multiplier[:, 0] > 0.0).any():
+        before, nodes = self._history.state, self._nodes
+        try:
+            increment = self._solved(place, rotation)
+        except SolverError:
+            if len(nodes) < len(self._nodes):  # The last touch is of the nodes before.
+                self._take(nodes)
+            self._history.state = before
+            raise
+        if increment is None or not (increment.multiplier[:, 0] > 0.0).any():
             return self._leave(place, rotation)
-        solved = history.problem
+        history = self._history
         sums = self._sums @ increment.force.reshape(-1)
         outside, wrench = self._outside(place, rotation), self._wrench(sums[:6])
+        solved = history.problem
         history.accept(increment)
         self.touch = Touch(wrench, sums[6:], outside, solved, increment)
         self._rotation = rotation
         if not (increment.status == STICK).any():
             self._follow(increment, rotation)
         return self.touch
+
+    def _solved(self, place: Array, rotation: Array) -> Increment | None:
+        """The increment to a pose on all nodes that matter; None for an object that stays free."""
+        motion = self._motion(place, rotation)
+        while True:
+            history = self._history
+            history.displace(self._tilt(rotation))
+            if self.touch.increment is None and self._is_free(motion):
+                if not self._widen(motion, place, rotation, np.zeros_like(self._checked[2])):
+                    return None
+                continue
+            increment = solve_increment(history.problem, history.state, motion, history.workspace)
+            if not self._widen(motion, place, rotation, increment.multiplier):
+                return increment
 
     def _widen(self, motion: Motion, place: Array, rotation: Array, force: Array) -> bool:
         """Take in nodes that were left out, where forces (k, dim) would let the object reach one.

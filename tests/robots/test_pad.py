@@ -59,6 +59,22 @@ def test_nodes_left_out_change_nothing(monkeypatch):
     assert counts[0] < counts[-1] <= exact.problem.shape[0] == problem.shape[0]
 
 
+def test_a_pose_that_fails_changes_nothing():
+    """Nodes taken in for a pose that has no answer are left out again."""
+    pad, _ = pad_on(0.4, 13)
+    pressed(pad, 0.004)
+    stiffness, count = pad.stiffness(), pad.touch.problem.shape[0]
+    with pytest.raises(ZoneExhausted):
+        pad.meet(np.array([0.0, -0.5, 0.0]), STILL)
+    # The inverse that the stiffness is solved with is computed again, not updated.
+    assert pad.stiffness() == pytest.approx(stiffness, abs=1e-6 * stiffness.max())
+    after = pad.meet(np.array([0.0, -0.005, 0.0]), STILL)
+    other, problem = pad_on(0.4, 13)
+    pressed(other, 0.004)
+    assert count < problem.shape[0]
+    assert after.wrench == pytest.approx(other.meet(np.array([0.0, -0.005, 0.0]), STILL).wrench)
+
+
 def test_what_sticks_stores_the_work_in_all_six_directions():
     """- wrench is the gradient of the stored energy: central differences from one state."""
     step = 1e-6
