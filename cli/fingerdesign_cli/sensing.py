@@ -136,16 +136,9 @@ def export(files: tuple[Path, ...], out: Path, target: Target) -> int:
         raise click.UsageError("give a design, or an estimator and its design")
     design, _ = read_case(files[-1])
     folder = out / design.design.name
-    if target.fidelity is not None and target.to != "fmu-plant":
-        raise click.UsageError("--fidelity is for fmu-plant alone")
-    if target.flex_mm is not None and target.to != "mjcf":
-        raise click.UsageError("--flex is for mjcf alone")
-    if target.to in ("mjcf", "urdf", "fmu-plant") and (len(files) == 2 or target.noise is not None):
-        raise click.UsageError(f"--to {target.to} takes a design alone, and no --noise")
+    _refuse_target(target, len(files) == 2)
     if target.to in ("mjcf", "urdf"):
         return _export_finger(design, folder, target)
-    if target.densities:
-        raise click.UsageError("--density is for mjcf and urdf alone")
     if target.to == "fmu-plant":
         return _export_plant(design, folder, target.fidelity or "plane-strain")
     estimator = _estimator_of(design, files[0] if len(files) == 2 else None)
@@ -156,6 +149,20 @@ def export(files: tuple[Path, ...], out: Path, target: Target) -> int:
             write_whole(aside / regulator.FILE, content)
         return _show_unit(folder / regulator.FILE, content, {"gages": estimator.gages})
     return _export_regulator(design, folder, estimator)
+
+
+def _refuse_target(target: Target, with_estimator: bool) -> None:
+    """Raise UsageError for an option that the target does not take."""
+    given = {  # option: if it is given, and the targets that take it
+        "--fidelity": (target.fidelity is not None, ("fmu-plant",)),
+        "--flex": (target.flex_mm is not None, ("mjcf",)),
+        "--density": (bool(target.densities), ("mjcf", "urdf")),
+        "--noise": (target.noise is not None, ("c", "fmu")),
+        "an estimator": (with_estimator, ("c", "fmu")),
+    }
+    for option, (is_given, takers) in given.items():
+        if is_given and target.to not in takers:
+            raise click.UsageError(f"{option} is for {' and '.join(takers)} alone")
 
 
 def _export_plant(design: Design, folder: Path, fidelity: str) -> int:

@@ -1,5 +1,5 @@
-"""What pictures show besides parts and plates, by the names of the casting notes' views: gages with
-leads, bolts, core pins, bands, clay, tape; mm."""
+"""Things in pictures that are neither parts nor plates, by the names of the casting notes' views:
+gages with leads, bolts, core pins, bands, clay, tape; mm."""
 
 from collections.abc import Iterator, Mapping, Sequence
 

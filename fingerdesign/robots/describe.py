@@ -62,7 +62,7 @@ class Description:
 
     @property
     def mass(self) -> float:
-        """Of all parts, kg."""
+        """The sum over all parts, kg."""
         return sum(each.mass for each in (self.rigid, self.flex) if each is not None)
 
 

@@ -78,7 +78,7 @@ def test_export_writes_the_finger_or_says_what_is_wrong(tmp_path, terminal):
     heavier = terminal(*given, "--density", "silicone", "2.2", "--json").out
     assert json.loads(heavier)["mass_g"] > 1.7 * printed["mass_g"]
     assert "--density = gold" in terminal(*given, "--density", "gold", "19", code=2).err
-    assert "design alone" in terminal(*given, "--noise", "1", code=2).err
+    assert "c and fmu alone" in terminal(*given, "--noise", "1", code=2).err
     assert "mjcf alone" in terminal(*given, "--flex", "2", code=2).err
     other = terminal(*given[:3], "mjcf", *given[4:], code=2).err
     assert "finger.urdf" in other  # another kind of folder is not replaced

@@ -70,7 +70,7 @@ def design_of(
 
 @lru_cache(maxsize=4)
 def bonded(**block: Any) -> Solution:
-    """What the gages of a block read, microstrain: "plate 0, upper" and so on, of all plates.
+    """Readings of the gages of a block, microstrain: "plate 0, upper" and so on, of all plates.
 
     block: arguments of :func:`design_of`.
     """

@@ -81,7 +81,7 @@ def _with_page(folder: Path, search: SearchFindings | None = None) -> Comparison
 
 
 def kinds_of(outcomes: Iterable[Outcome]) -> dict[str, int]:
-    """How many outcomes there are of each kind: "ok", or that of their failure."""
+    """The number of outcomes of each kind: "ok", or that of their failure."""
     return Counter("ok" if each.failure is None else each.failure.kind for each in outcomes)
 
 

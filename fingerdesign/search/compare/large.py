@@ -40,23 +40,38 @@ def best_of(
     losses = table[:, : len(chosen)] * [1.0 if each.goal == "min" else -1.0 for each in chosen]
     if not objectives:
         losses = losses[:, np.isfinite(losses[good]).any(axis=0)]
-    feasible = good & np.isfinite(losses).all(axis=1)
-    for each, value in zip(bounds, table[:, len(chosen) :].T, strict=True):
-        low = -np.inf if each.at_least is None else each.at_least
-        high = np.inf if each.at_most is None else each.at_most
-        feasible &= (value >= low) & (value <= high)
+    within = _within(table[:, len(chosen) :], bounds)
+    feasible = good & within & np.isfinite(losses).all(axis=1)
     among = next((np.flatnonzero(m) for m in (feasible, good) if m.any()), np.arange(len(good)))
     rows = among[_first(np.nan_to_num(losses[among], nan=np.inf))]
-    ends = np.cumsum([len(own) for _, own in tables])
-    of_file, whole = np.searchsorted(ends, rows, side="right"), set(rows[:_WHOLE].tolist())
-    found = []
+    return _outcomes(paths, [len(own) for _, own in tables], rows)
+
+
+def _outcomes(
+    paths: Sequence[Path], counts: Sequence[int], rows: IntArray
+) -> tuple[tuple[Outcome, ...], ...]:
+    """Outcomes of rows of all files together, file by file; the first ones as the store has them.
+
+    counts: rows of each file.
+    """
+    ends, whole = np.cumsum(counts), set(rows[:_WHOLE].tolist())
+    of_file, found = np.searchsorted(ends, rows, side="right"), []
     for number, path in enumerate(paths):
         own = rows[of_file == number]
-        first = int(ends[number]) - len(tables[number][1])
-        outcomes = outcomes_at(path, (own - first).tolist())
+        outcomes = outcomes_at(path, (own - int(ends[number]) + counts[number]).tolist())
         pairs = zip(own.tolist(), outcomes, strict=True)
         found.append(tuple(_whole(each) if row in whole else each for row, each in pairs))
     return tuple(found)
+
+
+def _within(values: Array, bounds: Sequence[Bound]) -> BoolArray:
+    """Mark the rows whose values (n, bounds) are within all bounds."""
+    found = np.ones(len(values), dtype=bool)
+    for each, value in zip(bounds, values.T, strict=True):
+        low = -np.inf if each.at_least is None else each.at_least
+        high = np.inf if each.at_most is None else each.at_most
+        found &= (value >= low) & (value <= high)
+    return found
 
 
 def _first(losses: Array) -> IntArray:
