@@ -10,7 +10,8 @@ from fingerdesign.mesh.cells import TETRA_EDGES, TETRA_FACETS, boundary_facets
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.tetra.boundary import carried_facets as named_facets
 from fingerdesign.mesh.tetra.boundary import enclosed
-from fingerdesign.mesh.tetra.carriers import Chain, carriers_of
+from fingerdesign.mesh.tetra.carriers import Chain, beyond, carriers_of
+from fingerdesign.mesh.tetra.collapse import collapse
 from fingerdesign.mesh.tetra.improve import least_dihedral
 from fingerdesign.mesh.tetra.refine import TOO_LONG, refine
 from fingerdesign.mesh.tetra.snap import snap_to_carriers
@@ -67,6 +68,58 @@ def test_a_mesh_fine_enough_stays_and_scale_stretches():
     np.testing.assert_array_equal(refined(2.0, np.ones(3))[1], KUHN)
     coarse, fewer = (refined(0.3, np.array([1.0, 1.0, z])) for z in (1.0, 0.25))
     assert len(KUHN) < len(fewer[1]) < 0.8 * len(coarse[1])
+
+
+def chamfered(points, tets, edge, far):
+    """A second node ``far`` from an edge's first one, as fTetWild leaves where it cuts an edge."""
+    one, two = edge
+    new = points[one] + far * (points[two] - points[one])
+    split = np.isin(tets, edge).sum(axis=1) == 2
+    near, rest = tets[split].copy(), tets[split].copy()
+    near[near == two] = len(points)
+    rest[rest == one] = len(points)
+    return np.vstack([points, new]), np.vstack([tets[~split], near, rest])
+
+
+def on_hull_of(points):
+    return np.column_stack(
+        [np.abs(points[:, k] - side) < 1e-12 for k in range(3) for side in (0.0, 1.0)]
+    )
+
+
+@pytest.mark.parametrize("far", [1e-3, 0.0])  # flat, and without any volume
+def test_nodes_of_flat_tetrahedra_become_one_and_every_face_stays(far):
+    points, tets, _ = refine(
+        CUBE, KUHN, np.zeros(6, int), lambda p: np.full(len(p), 0.6), np.ones(3), 9999
+    )
+    on = on_hull_of(points)
+    ends = np.unique(np.sort(tets[:, TETRA_EDGES].reshape(-1, 2), axis=1), axis=0)
+    corner = next(e for e in ends.tolist() if on[e].sum(axis=1).tolist() == [3, 2])
+    spoilt, cells = chamfered(points, tets, corner, far)
+    assert least_dihedral(spoilt[cells]).min() < 1.0
+    mended, whole, _ = collapse(spoilt, cells, np.zeros(len(cells), int), on_hull_of(spoilt))
+    assert len(whole) == len(tets)
+    assert least_dihedral(mended[whole]).min() > 5.0
+    assert cell_volumes(mended, whole).sum() == pytest.approx(1.0, abs=1e-12)
+    assert on_hull_of(mended).sum() == on.sum()
+
+
+def test_a_node_goes_into_none_that_leaves_one_of_its_faces():
+    points, cells = chamfered(CUBE, KUHN, (0, 7), 1e-3)  # inside, next to a corner
+    regions = np.zeros(len(cells), int)
+    nowhere_else = np.zeros((9, 1), dtype=bool)
+    nowhere_else[8] = True  # on a face of its own
+    assert len(collapse(points, cells, regions, nowhere_else)[1]) == len(cells)
+    assert len(collapse(points, cells, regions, on_hull_of(points))[1]) == len(KUHN)
+
+
+def test_a_node_beyond_the_symmetry_plane_is_on_it():
+    carriers = carriers_for("")
+    points = np.array([[0.0, 0.0, -0.01], [0.0, -0.01, 1.0], [0.0, 1.0, 0.5]])
+    names = [
+        [carriers.faces[k].name for k in np.flatnonzero(row)] for row in beyond(points, carriers)
+    ]
+    assert names == [["symmetry"], ["base"], []]
 
 
 NOTHING = np.zeros((0, 3), dtype=int)

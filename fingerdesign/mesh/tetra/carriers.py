@@ -17,6 +17,8 @@ from fingerdesign.layout.surface import ContactSurface, step_carriers
 from fingerdesign.shapes.faces import Carrier, Face
 from fingerdesign.shapes.quadrics import Cone, Plane
 
+_OUTSIDE = 1e-9  # mm; the planes' own rounding is far below
+
 
 @dataclass(frozen=True)
 class Chain(ContactSurface, Carrier):
@@ -74,6 +76,20 @@ def carriers_of(design: Design, frames: tuple[PlateFrame, ...], symmetric: bool)
         of_part[region] = tuple(range(len(faces), len(faces) + len(found)))
         faces += found
     return Carriers(tuple(faces), outside, of_part)
+
+
+def beyond(points: Array, carriers: Carriers) -> BoolArray:
+    """Mask (n, carriers): points outside the base or the symmetry plane, which must lie on it.
+
+    A body is on one side of these two whatever its shape. fTetWild may leave a node beyond the
+    sharp edge between them, of which no facet is the symmetry plane's.
+    """
+    found = np.zeros((len(points), len(carriers.faces)), dtype=bool)
+    for number in carriers.outside:
+        face = carriers.faces[number]
+        if face.name in ("base", "symmetry") and face.flat:
+            found[:, number] = face.distance(points) > _OUTSIDE
+    return found
 
 
 def outer_faces(body: Body, symmetric: bool) -> list[Carrier]:

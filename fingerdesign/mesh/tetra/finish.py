@@ -19,7 +19,8 @@ from fingerdesign.mesh.tetra.boundary import (
     enclosed,
     regions_by_centroid,
 )
-from fingerdesign.mesh.tetra.carriers import Carriers, carriers_of, in_core
+from fingerdesign.mesh.tetra.carriers import Carriers, beyond, carriers_of, in_core
+from fingerdesign.mesh.tetra.collapse import collapse
 from fingerdesign.mesh.tetra.improve import improve
 from fingerdesign.mesh.tetra.refine import refine
 from fingerdesign.mesh.tetra.slots import Slots, open_slots
@@ -62,19 +63,23 @@ def finish(
 
     points (n, 3) and tets (t, 4) fill more than the body, whose closed outside has the vertices and
     triangles ``outside``; ``way``: how its plates were meshed.
-    Edges at the contact longer than ``field`` are split, up to ``most`` tetrahedra. MeshError where
-    snapping would invert a tetrahedron or a face of the body has no facet.
+    Nodes of flat tetrahedra are merged. Edges at the contact longer than ``field`` are split, up to
+    ``most`` tetrahedra. MeshError where snapping would invert a tetrahedron or a face of the body
+    has no facet.
     """
     points, tets = _inside(points, tets, outside)
     regions = regions_by_centroid(points, tets, way.meshed)
     regions[in_core(design.body, points[tets].mean(axis=1))] = design.core_region
     carriers = carriers_of(design, way.meshed, symmetric)
     found = carried_facets(points, tets, regions, carriers, NONE)
-    points = snap_to_carriers(points, found.on_carriers(len(points), carriers), carriers)
+    lies_on = found.on_carriers(len(points), carriers) | beyond(points, carriers)
+    points = snap_to_carriers(points, lies_on, carriers)
+    before = len(tets)
+    points, tets, regions = collapse(points, tets, regions, lies_on)
     made = len(tets)
     scale = np.array([1.0, 1.0, 1.0 / field.sizes.stretch])
     points, tets, regions = refine(points, tets, regions, field.at_contact, scale, most)
-    if len(tets) > made:
+    if len(tets) > made or made < before:
         found = carried_facets(points, tets, regions, carriers, NONE)
     on_carriers = found.on_carriers(len(points), carriers)
     points = snap_to_carriers(points, on_carriers, carriers)
