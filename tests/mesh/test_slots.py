@@ -12,6 +12,7 @@ from fingerdesign.layout.layers import not_a_sheet
 from fingerdesign.mesh.cells import boundary_facets
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.tetra.improve import least_dihedral
+from fingerdesign.mesh.tetra.slot_cut import over
 from fingerdesign.mesh.tetra.slots import open_slots
 from fingerdesign.mesh.tetra.ways import carrier_frames
 from fingerdesign.mesh.tetra.widen import fixed_on_faces
@@ -197,3 +198,10 @@ def test_a_facet_without_area_holds_its_nodes_in_all_directions():
     assert held[[0, 1, 2]].all()  # of 0, 1, 2 in a row
     assert held[3].tolist() == [False, True, False]  # across y, by 0, 1, 3
     assert not held[4].any()
+
+
+def test_a_direction_is_over_a_sheet_where_its_projection_is_on_it():
+    spans = np.array([[[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]], [[1.0, 1.0, 0.0], [0.0, 2.0, 0.0]]])
+    angle = np.radians([-30.0, 1.0, 45.0, 89.0, 120.0, 225.0])
+    unit = np.column_stack([np.cos(angle), np.sin(angle), np.linspace(-2.0, 2.0, 6)])
+    np.testing.assert_array_equal(over(unit, spans), [False, True, True, True, False, False])

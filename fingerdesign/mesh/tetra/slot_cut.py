@@ -13,6 +13,9 @@ from fingerdesign.mesh.cells import Stars, boundary_facets
 Triple = tuple[int, int, int]
 _STEEPEST = np.radians(75.0)  # of a wing against the plate's plane: a slot's end must open
 _ON = 1e-7  # mm: snapped nodes lie on their planes to rounding
+# A way around a rim is this much longer where it is upright, and where it lies over the sheet: such
+# a way opens to a wedge above the plate, which turns tetrahedra over.
+_STEEP, _OVER = 4.0, 40.0
 _FILLED = 1e-6  # relative: what is missing is a facet or nothing
 
 
@@ -128,7 +131,8 @@ def plan_cut(
         if len(ends) == 1:
             near = np.unique(outer[(outer == node).any(axis=1)])  # along the body's outside
             goals = {int(n) for n in near if n != node and not taken[n]}
-        path = _path(points, stars, node, ends[0], goals, normal, taken)
+        fan = sheet[(sheet == node).any(axis=1)]
+        path = _path(points, stars, node, fan, ends[0], goals, normal, taken)
         if path is None:
             raise MeshError(f"no facets lead on around the rim of plate {frame.index}")
         flaps += [(node, x, y) for x, y in pairwise(path)]
@@ -169,13 +173,15 @@ def _path(
     points: Array,
     stars: Stars,
     node: int,
+    fan: IntArray,
     first: int,
     goals: set[int],
     normal: Array,
     taken: BoolArray,
 ) -> list[int] | None:
     """Shortest way over the link of a node from ``first`` to one of ``goals``, in the plate's plane
-    as far as may be; None where there is none."""
+    as far as may be and around the facets ``fan`` (f, 3) of F at the node, not over them; None
+    where there is none."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import dijkstra
 
@@ -190,7 +196,9 @@ def _path(
     unit = points[names] - points[node]
     unit /= np.linalg.norm(unit, axis=1)[:, None]
     steep = (unit @ normal) ** 2
-    cost = np.linalg.norm(unit[one] - unit[two], axis=1) * (1.0 + 4.0 * (steep[one] + steep[two]))
+    spans = points[fan[fan != node].reshape(-1, 2)] - points[node]
+    worse = _STEEP * steep + _OVER * over(unit, spans)
+    cost = np.linalg.norm(unit[one] - unit[two], axis=1) * (1.0 + worse[one] + worse[two])
     graph = coo_array((cost, (one, two)), shape=(len(names),) * 2)
     start = int(np.searchsorted(names, first))
     away, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
@@ -200,3 +208,14 @@ def _path(
     while path[-1] != start:
         path.append(int(before[path[-1]]))
     return [int(name) for name in names[path[::-1]]]
+
+
+def over(unit: Array, spans: Array) -> BoolArray:
+    """Mask (n,) of the directions (n, 3) that lie over one of the triangles 0, p, q of ``spans``
+    (f, 2, 3): whose projections into its plane are between p and q."""
+    p, q = spans[:, 0], spans[:, 1]
+    normal = np.cross(p, q)
+    normal /= (normal**2).sum(axis=1)[:, None]
+    of_p = unit @ np.cross(q, normal).T
+    of_q = unit @ np.cross(normal, p).T
+    return np.asarray(((of_p >= -_ON) & (of_q >= -_ON)).any(axis=1))
