@@ -89,7 +89,7 @@ def plate_weights(mesh: Mesh, frames: Sequence[PlateFrame]) -> Array:
         others = [
             away[near < 1e-9].min(initial=np.inf) for j, near in enumerate(distance) if j != k
         ]
-        reach = _REACH * min(float(away[still].min()), *others)
+        reach = _REACH * min([float(away[still].min()), *others])
         weights[k] = np.clip(1.0 - away / reach, 0.0, None)
     return weights
 

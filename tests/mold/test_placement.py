@@ -75,6 +75,16 @@ def test_a_move_carries_the_plates_and_leaves_the_outside(section):
         moved_mesh(mesh, frames, np.outer([0.9, 0.0, -0.9], [1.0, 0.0, 0.0]))
 
 
+def test_one_plate_alone_is_carried_too():
+    one = parse_design(THREE.replace("count = 3", "count = 1"))
+    frames = plate_frames(one)
+    mesh = mesh_section(one, 2.0, SIZES, frames)
+    moved = moved_mesh(mesh, frames, np.array([[0.04, -0.03, 5.0]]))
+    nodes = np.unique(mesh.cells[mesh.regions == 1])
+    after = moved_frames(frames, np.array([[0.04, -0.03, 5.0]]))
+    assert after[0].local(moved.points[nodes]) == pytest.approx(frames[0].local(mesh.points[nodes]))
+
+
 def test_the_carried_mesh_reads_what_a_mesh_made_again_does(three, section):
     """Both are of the same moved finger; they differ by the mesh's own error."""
     zone, scene, frames, mesh = section
