@@ -9,17 +9,32 @@ not ready.
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from fingerdesign.checks.load import with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.design.stock import GageType
-from fingerdesign.layout.fitting import GageFit, gage_words
+from fingerdesign.errors import DesignError
+from fingerdesign.layout.fitting import GageFit, gage_fit, gage_words
 from fingerdesign.layout.leads import thin_bundle, traces_possible
 from fingerdesign.mold.leads import MOST
+from fingerdesign.mold.placement import placement_effect
+from fingerdesign.mold.plan.plan import MoldPlan
+from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.notes import placement_worst
 
 # Of the largest reading: beyond it a gage's reading says less than a fifth more about the object
 # than about where its plate came to stand, and no calibration of one gage mends its neighbours.
 MOST_ERROR = 0.2
-_LEG = ('mold.leads = "leg"',)
+Values = Mapping[str, float | str]
+_LEG: Values = {"mold.leads": "leg"}
+# Changes of the mold that place plates closer, the least effort first.
+_MACHINED, _FINE = {"mold.process": "machined"}, {"mold.comb.tolerance_mm": 0.005}
+_FINER: tuple[Values, ...] = (_FINE, _MACHINED, {**_MACHINED, **_FINE})
+_NO_FINER = (
+    ": no finer process or comb does; plates that leave through a flat face, wider legs or longer "
+    "plates are placed closer"
+)
+
+_SMALLER = (0.8, 0.6, 0.4)  # grids of film, over the design's
 
 Reason = tuple[str, Sequence[str]]  # why it is not ready; lines for the design that mend it
 
@@ -30,18 +45,22 @@ def sensor_of(
     placement: Mapping[str, Any] | None,
     leads: Mapping[str, Any] | None,
 ) -> dict[str, Any]:
-    """Judge if a finger's gages can be had and read what the model computes, as cast."""
+    """Judge if a finger's gages can be had and read what the model computes, as cast.
+
+    "fix": lines for the design that end every reason; none where one of them has no such lines.
+    """
     found, type_ = list(_gage(design, fit)), None
     if fit is not None:
         type_ = fit.found
         found = [*_placed(design, placement), *found, *_led(design, type_, leads)]
+    fix = list(dict.fromkeys(line for _, lines in found for line in lines))
     return {
         "ready": not found,
         "reading_error": placement_worst(placement) if fit and _is_known(placement) else None,
         "lead_error": leads["reading_error"] if fit and leads and _is_known(leads) else None,
         "gage": None if type_ is None else type_.name,
         "reasons": [reason for reason, _ in found],
-        "fix": list(dict.fromkeys(line for _, lines in found for line in lines)),
+        "fix": fix if all(lines for _, lines in found) else [],
     }
 
 
@@ -50,13 +69,14 @@ def _is_known(effect: Mapping[str, Any] | None) -> bool:
     return effect is not None and effect.get("reason") is None
 
 
-def _gage(design: Design, fit: GageFit | None) -> Iterator[Reason]:
-    """No plates, no gage on them, or one that nobody sells or quotes."""
+def _gage(design: Design, fit: GageFit | None, search: bool = True) -> Iterator[Reason]:
+    """No plates, no gage on them, or one that nobody sells or quotes; with lines that mend it where
+    these are to be searched."""
     if fit is None:
         yield "the finger has no plates, so it is no sensor", ["plates.count = 9"]
         return
     if fit.found is None:
-        yield gage_words(design, fit) or "", _gage_lines(design, fit)
+        yield gage_words(design, fit) or "", _gage_lines(design, fit) if search else []
         return
     wrong = not_offered(fit.found)
     if wrong:
@@ -74,18 +94,59 @@ def not_offered(type_: GageType) -> str:
 
 
 def _gage_lines(design: Design, fit: GageFit) -> list[str]:
-    """The gage that fits the plates as they are; else plates for the nearest one."""
-    films = [each for each in design.gage_types if each.name in fit.films]
-    film = next((each for each in reversed(films) if not not_offered(each)), None)
-    if film is not None:
-        return [f'mold.gage = "{film.name}"', *_LEG]
-    if fit.others:
-        return [f'gages.kind = "{fit.others[0]}"']
-    if fit.nearest is None:
-        return []
-    span = fit.width + 2.0 * abs(design.gages.z_mm)
-    lines = [f"plates.length_mm = {fit.length:g}"] if fit.length > fit.room[0] else []
-    return lines + ([f"plates.span_mm = {span:g}"] if fit.width > fit.room[1] else [])
+    """The first lines that give plates a gage: film on them as they are, another type, film on a
+    smaller grid, larger plates; none where none of these makes a sound design."""
+    made = [each.name for each in design.gage_types if each.to_measure and not not_offered(each)]
+    films: list[Values] = [{"mold.gage": name, **_LEG} for name in reversed(made)]
+    tried = [*films, *({"gages.kind": name} for name in fit.others[:1])]
+    for share in _SMALLER:
+        sizes = {"length": design.gages.length_mm, "width": design.gages.width_mm}
+        small = {f"gages.{side}_mm": round(share * size, 2) for side, size in sizes.items()}
+        tried += [{**small, **film} for film in films]
+    if fit.nearest is not None:
+        sizes = {"length": fit.length, "span": fit.width + 2.0 * abs(design.gages.z_mm)}
+        grows = (fit.length > fit.room[0], fit.width > fit.room[1])
+        larger = zip(sizes.items(), grows, strict=True)
+        tried.append({f"plates.{side}_mm": size for (side, size), more in larger if more})
+    return next((_lines(values) for values in tried if _takes_gage(design, values)), [])
+
+
+def _takes_gage(design: Design, values: Values) -> bool:
+    """True where a design with other values is sound, and a gage on offer fits its plates."""
+    try:
+        changed = with_values(design, dict(values))
+    except DesignError:
+        return False
+    return not list(_gage(changed, gage_fit(changed), search=False))
+
+
+def _lines(values: Values) -> list[str]:
+    """Values by their keys as lines of a design file.
+
+    >>> _lines({"mold.leads": "leg", "gages.width_mm": 0.6})
+    ['mold.leads = "leg"', 'gages.width_mm = 0.6']
+    """
+    return [
+        f'{key} = "{value}"' if isinstance(value, str) else f"{key} = {value:g}"
+        for key, value in values.items()
+    ]
+
+
+def placement_with_fixes(design: Design, plan: MoldPlan) -> dict[str, Any]:
+    """placement_effect, and where it is above MOST_ERROR "fixes": lines of the mold's own keys that
+    were tried and bring it below, with what is left ("reading_error")."""
+    found = placement_effect(design, plan)
+    if placement_worst(found) <= MOST_ERROR:
+        return found
+    for values in _FINER:
+        try:
+            changed = with_values(design, dict(values))
+            left = placement_worst(other := placement_effect(changed, plan_mold(changed)))
+        except DesignError:
+            continue
+        if other["reason"] is None and left <= MOST_ERROR:
+            return found | {"fixes": [{"lines": _lines(values), "reading_error": left}]}
+    return found | {"fixes": []}
 
 
 def _placed(design: Design, placement: Mapping[str, Any] | None) -> Iterator[Reason]:
@@ -95,14 +156,17 @@ def _placed(design: Design, placement: Mapping[str, Any] | None) -> Iterator[Rea
         return
     error = placement_worst(placement)
     if error > MOST_ERROR:
-        machined = design.mold.process == "machined"
-        finer = "mold.comb.tolerance_mm = 0.005"
+        lines = _first(placement)
         yield (
             f"plates off their places change a reading by up to {100.0 * error:.0f} % of the "
-            f"largest; {100.0 * MOST_ERROR:.0f} % are allowed: a finer process or comb, wider "
-            "legs or longer plates place them closer",
-            [finer if machined else 'mold.process = "machined"'],
+            f"largest; {100.0 * MOST_ERROR:.0f} % are allowed{'' if lines else _NO_FINER}",
+            lines,
         )
+
+
+def _first(effect: Mapping[str, Any]) -> Sequence[str]:
+    """Lines of the first of an effect's fixes; none where it has none."""
+    return next((fix["lines"] for fix in effect.get("fixes", ())), [])
 
 
 def _led(
@@ -119,7 +183,7 @@ def _led(
         yield (
             f"{type_.name} is made on the sheet with its traces, and wires cannot be soldered to "
             "it: lead it out on its legs",
-            _LEG,
+            _lines(_LEG),
         )
     else:
         yield from _priced(leads)
@@ -131,9 +195,8 @@ def _priced(leads: Mapping[str, Any] | None) -> Iterator[Reason]:
         unknown = "what the leads do to the readings is not known"
         yield (leads["sentences"][0].rstrip(".") if leads and leads["sentences"] else unknown), []
     elif leads["reading_error"] > MOST:
-        fixes = leads.get("fixes") or [{"lines": []}]
         yield (
             f"{leads['words']} change a reading by up to {100.0 * leads['reading_error']:.0f} % of "
             f"the largest; {100.0 * MOST:.0f} % are allowed",
-            fixes[0]["lines"],
+            _first(leads),
         )
