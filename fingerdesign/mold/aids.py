@@ -2,12 +2,14 @@
 gages with leads, bolts, core pins, bands, clay, tape; mm."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.part import CELL, COUPON_COMB, PartMesh
+from fingerdesign.mold.plan.mount import FLOOR_MM, INSERT_DEEP_MM, flange_holes
 from fingerdesign.mold.plan.plan import (
     FLANKS,
     Bolt,
@@ -16,13 +18,16 @@ from fingerdesign.mold.plan.plan import (
     direction,
     in_space,
     slot_corners,
+    spacer_height,
 )
+from fingerdesign.mold.plan.slots import leg_bar, sides_of_plate
 from fingerdesign.mold.products.casting import Casting
-from fingerdesign.mold.profile import AROUND_MM
+from fingerdesign.mold.profile import AROUND_MM, SPACER_MM
 
 Aids = Mapping[str, tuple[PartMesh, ...]]
 GAGES = "gages"  # with their leads: they go where the plates go
 PATCH_MM, BAND_MM, TAPE_MM = 0.06, 1.5, 6.0  # thick; thick; wide
+CUT_MM = 1.5  # outside the combs: what is left of legs while these are drawn
 _QUADS = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 BOX = np.array([(a, *two) for a, b, c, d in _QUADS for two in ((b, c), (c, d))])  # its triangles
 _Point = tuple[float, float, float]
@@ -47,6 +52,12 @@ def aids_of(casting: Casting) -> Aids:
         "clay_slots": tuple(_slots(plan)),
         "tape": tuple(_tape(plan)),
         "clay_cell": tuple(_cell_clay(casting)),
+        "rubber_cell": tuple(_cell_rubber(casting)),
+        "spacers": tuple(_spacers(plan)),
+        "dowels": tuple(_dowels(plan)),
+        "inserts": tuple(_inserts(plan)),
+        "leg_ends": tuple(_legs(plan, True)),
+        "leg_stubs": tuple(_legs(plan, False)),
     }
     for axis in "yz":
         found[f"bolts_{axis}"] = tuple(_bolt(bolt) for bolt in plan.bolts if bolt.axis == axis)
@@ -86,8 +97,10 @@ def _bonded(plan: MoldPlan) -> Iterator[PartMesh]:
 def _patch(
     frame: PlateFrame, name: str, side: float, half: float, ends: tuple[float, float]
 ) -> PartMesh:
-    """A thin box on a plate's face, +-``half`` about its middle, between two places across."""
+    """A thin box on a plate's face (side 0: around the plate), +-``half`` about its middle, between
+    two places across."""
     near, far = 0.5 * frame.thickness, 0.5 * frame.thickness + PATCH_MM
+    near, side = (-far, 1.0) if side == 0.0 else (near, side)
     section = np.array([[-half, near], [half, near], [half, far], [-half, far]])
     points = [frame.from_local(s, side * v) for s, v in section]
     return _solid(
@@ -111,6 +124,46 @@ def _pins(plan: MoldPlan, sides: Sequence[str]) -> Iterator[PartMesh]:
             low = in_space(pin.side, pin.place - half, pin.y - half, pin.tip)
             high = in_space(pin.side, pin.place + half, pin.y + half, out)
             yield _solid("pins", _block(low, high), direction(pin.side))
+
+
+def _spacers(plan: MoldPlan) -> Iterator[PartMesh]:
+    """The two spacers under the ends of the frame that is laid down first."""
+    high, far, out = spacer_height(plan), plan.reach_x, plan.reach("-z")
+    for near in (-far, far - SPACER_MM) if high else ():
+        low, top = (near, 0.0, -out - high), (near + SPACER_MM, SPACER_MM, -out)
+        yield _solid("spacer", _block(low, top), np.array([0.0, 0.0, -1.0]))
+
+
+def _dowels(plan: MoldPlan) -> Iterator[PartMesh]:
+    """Steel pins, half of each in the part that it is pressed into."""
+    for pin in plan.pins:
+        if pin.dowel:
+            way, root = np.array(pin.direction), np.array(pin.root)
+            half = 0.5 * pin.diameter * (1.0 - np.abs(way)) + 0.5 * pin.length * np.abs(way)
+            yield _solid("pins", _block(root - half, root + half), way)
+
+
+def _inserts(plan: MoldPlan) -> Iterator[PartMesh]:
+    """Threaded inserts in the receiver's back."""
+    back = -plan.base - plan.limits.clearance_mm - FLOOR_MM
+    for x, z, wide in flange_holes(plan):
+        half = np.array([0.5 * wide, 0.0, 0.5 * wide])
+        ends = np.array([x, back, z]), np.array([x, back + INSERT_DEEP_MM, z])
+        yield _solid("pins", _block(ends[0] - half, ends[1] + half), np.array([0.0, -1.0, 0.0]))
+
+
+def _legs(plan: MoldPlan, ends: bool) -> Iterator[PartMesh]:
+    """Pieces that are cut off the legs: the ends beyond CUT_MM outside the combs, or the stubs that
+    then remain; front legs with traces are not cut."""
+    frames = {frame.index: frame for frame in plan.frames}
+    for leg in plan.legs:
+        if leg.side[0] == "+" and plan.design.mold.leads == "leg":
+            continue
+        sign, bar = (1.0 if leg.side[0] == "+" else -1.0), leg_bar(frames[leg.plate], leg)
+        cut = min(leg.exit + plan.by_side[leg.side].sheet + CUT_MM, leg.tip)
+        out = (cut, leg.tip) if ends else (leg.exit, cut)
+        piece = _patch(bar, "plate", 0.0, 0.5 * bar.length, (sign * out[0], sign * out[1]))
+        yield replace(piece, draw=tuple(direction(leg.side).tolist()))
 
 
 def _ring(axis: str, place: float, sizes: _Point, wide: float) -> PartMesh:
@@ -189,6 +242,17 @@ def _tape(plan: MoldPlan) -> Iterator[PartMesh]:
         low = in_space(flank, -plan.reach_z, plan.rim - 0.5 * TAPE_MM, out)
         high = in_space(flank, plan.reach_z, plan.rim + 0.5 * TAPE_MM, out + 0.3)
         yield _solid("tape", _block(low, high), direction(flank))
+
+
+def _cell_rubber(casting: Casting) -> Iterator[PartMesh]:
+    """The casting in the coupon's cell."""
+    if casting.trial:
+        points = np.vstack([frame.corners() for frame in casting.trial])
+        (left, low), (right, high) = points.min(axis=0) - AROUND_MM, points.max(axis=0) + AROUND_MM
+        side = sides_of_plate(casting.trial[0])[0]
+        out = casting.plan.half(side)
+        ends = in_space(side, left, low, -out), in_space(side, right, high, out)
+        yield _solid("rubber", _block(*ends), np.array([0.0, -1.0, 0.0]))
 
 
 def _cell_clay(casting: Casting) -> Iterator[PartMesh]:

@@ -30,12 +30,8 @@ from fingerdesign.runtime.isolate import ProcessError, Wait, concurrently
 
 TIME_LIMIT_S = 90.0  # it takes 4 to 8 s; a software renderer on a busy machine far longer
 NONE: Aids = MappingProxyType({})
-ELSEWHERE = (
-    "coupon",
-    "trial",
-    "clay_cell",
-    "one_",
-)  # things of one section, not of the mold on the bench
+MAKING = "Make the parts"  # each for itself
+ON_BENCH = ("Mix and pour", "Cure and open", "Finish and measure")  # what is there stays there
 COLOURS = {  # by the first word of a part's name
     "contact": "#5b8fc7",
     "end": "#7fae8c",
@@ -55,6 +51,7 @@ COLOURS = {  # by the first word of a part's name
     "band": "#8c2f5b",
     "clay": "#9a7b4f",
     "tape": "#d9b44a",
+    "spacer": "#6f6a8c",
 }
 
 
@@ -117,21 +114,29 @@ def step_parts(
     there: list[str] = []
     section, found = "", []
     for view in views:
-        if view.section != section:
-            section, there = view.section, [n for n in there if not n.startswith(ELSEWHERE)]
+        if view.section == MAKING or view.section not in (section, *ON_BENCH):
+            there = []
+        section = view.section
+        there = [name for name in there if name != "spacers" or view.up == "+z"]
         names = [name for name in view.names if name in alike]
         stays = [name for name in names if name in there]
         there = [name for name in there if name not in names]
         shown = tuple(
             _in_view(mesh, name, view, size) for name in (*there, *names) for mesh in alike[name]
         )
-        # What is laid on the bench first has nowhere to go.
-        found.append(shown if there else tuple(replace(e, way=(0.0, 0.0, 0.0)) for e in shown))
+        # What is laid on the bench first has nowhere to go but down.
+        above = camera_axes((0.0, 0.0, 1.0), view.up)[1]
+        found.append(tuple(e if there or above @ e.way < 0.0 else _still(e) for e in shown))
         if view.verb == "put":
             there += names
         elif view.verb == "move":
             there += stays
     return found
+
+
+def _still(thing: Shown) -> Shown:
+    """The same without an arrow."""
+    return replace(thing, way=(0.0, 0.0, 0.0))
 
 
 def _in_view(mesh: PartMesh, name: str, view: View, size: Array) -> Shown:
@@ -145,7 +150,7 @@ def _in_view(mesh: PartMesh, name: str, view: View, size: Array) -> Shown:
     away = _moved(mesh, size)
     if view.way is not None:  # from where it comes
         x, y, z = (-0.2 * float(size.max()) * np.array([*view.way, 0.0])).tolist()
-        if name == PLATES:  # they stay, and their legs are bent
+        if name in (PLATES, MOUNT):  # they stay: legs are bent, the hand is below
             return Shown(mesh.name, mesh, colour, way=(-x, -y, -z))
         away = x, y, z
     elif name == PLATES or (name.startswith("side_wall") and view.up == "+z"):  # from above

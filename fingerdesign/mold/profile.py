@@ -25,6 +25,7 @@ _HEAD = """\
 # What this mold was planned with, mm. Make the coupon, measure it row by row, correct the values
 # here, and plan the mold again: fingerdesign mold DESIGN --profile FILE
 """
+SPACER_MM = 12.0  # wide, under the mold on the bench
 AROUND_MM = 2.0  # rubber around the cell's plates; how far a comb lies in its groove
 STEPS = (0.5, 0.7, 1.0, 1.4, 2.0)  # sizes of a row of the coupon, of what the process is taken for
 

@@ -112,9 +112,10 @@ def _gage_lines(design: Design, fit: GageFit) -> list[str]:
 
 
 def _takes_gage(design: Design, values: Values) -> bool:
-    """True where a design with other values is sound, and a gage on offer fits its plates."""
+    """True where a design with other values has a mold, and a gage on offer fits its plates."""
     try:
         changed = with_values(design, dict(values))
+        plan_mold(changed)
     except DesignError:
         return False
     return not list(_gage(changed, gage_fit(changed), search=False))

@@ -16,7 +16,7 @@ from fingerdesign.mold.cad.parting import prism_of, slab
 from fingerdesign.mold.part import CELL, COUPON, COUPON_COMB, COUPON_PIN, SPACER
 from fingerdesign.mold.plan.plan import WORDS, MoldPlan, direction, spacer_height
 from fingerdesign.mold.plan.slots import sides_of_plate
-from fingerdesign.mold.profile import AROUND_MM, Ladder, cell_plates, ladders_of
+from fingerdesign.mold.profile import AROUND_MM, SPACER_MM, Ladder, cell_plates, ladders_of
 
 DEEP_MM = 10.0  # of slots, holes and sockets: about a mold's wall
 LOW_MM = 3.0  # height of the bar below its features
@@ -24,7 +24,6 @@ LONG_MM = 4.0  # of slots, walls and ribs, across the bar's length
 GAP_MM = 2.0  # between features, and to the border
 PIN_MM = 6.0  # length of a pin beyond the bar
 CORNER_MM = 2.0  # that marks the fine end of the first row
-SPACER_MM = 12.0  # wide, under the mold on the bench
 WALL_MM = 2.0  # of the cell, at least
 
 

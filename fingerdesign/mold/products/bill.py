@@ -31,7 +31,7 @@ SUPPLIES = (
     ("release agent", 1, "spray or wax, safe for this elastomer", "a thin film"),
     (
         "elastic band",
-        2,
+        3,
         "silicone or nitrile, no latex; or a clamp and a weight",
         "to hold insert and base plate",
     ),
@@ -44,6 +44,7 @@ SUPPLIES = (
     ),
     ("abrasive paper", 1, "wet, 400 to 2000 grit, and polish", "the insert's face"),
     ("isopropanol", 1, "fresh, and lint-free wipes", "to wash and degrease"),
+    ("mixing cups, spatula", 4, "polypropylene", "four times the mixed volume"),
     ("gloves", 1, "nitrile, no latex", "a pair a person"),
 )
 # The nut's height and the washer's thickness, mm (ISO 4032 and ISO 7089)
@@ -170,7 +171,7 @@ def _part(design: Design, part: PartMesh) -> ItemData:
     if part.name == BASE:  # the second one is the bare finger's
         material += "; aluminium or polycarbonate for the real finger"
     size = f"{x:.1f} x {y:.1f} x {z:.1f} mm, {part.volume / 1000:.2f} cm³"
-    count = {BASE: 2, SPACER: 4}.get(part.name, 1)
+    count = {BASE: 2, SPACER: 2}.get(part.name, 1)
     when: When = "order today" if design.mold.process == "machined" else "make"
     return _item(part.name, count, made, material, size, files=files, when=when)
 
@@ -273,7 +274,6 @@ def _supplies(casting: Casting) -> Iterator[ItemData]:
     mold, material = casting.design.mold, casting.design.body.material
     printed = mold.process == "sla" and mold.cure == "platinum"
     needed = {
-        "elastic band": casting.plan.pour == "open",
         "barrier coat": printed and not material.startswith("polyurethane"),
     }
     for item, count, kind, size in SUPPLIES:
@@ -334,6 +334,15 @@ def hardware(plan: MoldPlan) -> tuple[ItemData, ...]:
     ]
     plate = f"{plan.base:g} mm plate"
     found += [_item("core screw", n, *steel, f"for a {d:g} mm hole, {plate}") for (d,), n in screws]
+    if plan.groove is not None:
+        iso = plan.design.mold.mount == "iso9409"
+        found.append(_item("receiver screw", 1, *steel, "M3 x 8, against the base plate"))
+        if not iso:
+            found.append(
+                _item("threaded insert", 2, "bought", "brass, set hot or glued in", "M3, 5 mm")
+            )
+        words = "M6 x 16" if iso else "M3, by your hand"
+        found.append(_item("hand screw", 4 if iso else 2, *steel, words))
     return tuple(found)
 
 

@@ -46,6 +46,10 @@ _WORDS |= {
     "bands": "elastic bands",
     "band_base": "an elastic band",
     "band_packet": "an elastic band",
+    "turned": "the mold",
+    "leg_ends": "legs",
+    "leg_stubs": "legs",
+    "rubber_cell": "rubber",
 }
 
 
@@ -140,7 +144,11 @@ def _sections(text: str) -> tuple[list[dict[str, Any]], list[View]]:
         for number, step in enumerate(steps, start=1):
             for verb, up, x, y, names in _VIEW.findall(step):
                 way = (float(x), float(y)) if x else None
-                shown = tuple(n for n in names.split() if verb != "take" or n in there)
+                shown = tuple(
+                    name
+                    for name in names.split()
+                    if verb != "take" or name in there or name.startswith("leg_")
+                )
                 there |= set(shown) if verb == "put" else set()
                 views.append(View(title, number, up, verb, shown, way))
         if steps:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerdesign.checks.load import with_values
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.mold.plan.plan import Bolt
 from fingerdesign.mold.plan.planning import plan_mold
@@ -69,6 +69,32 @@ def test_steps_come_in_the_order_of_the_work(hand_made, order):
     assert places == sorted(places)
     assert ("Pick the clay" in notes[OPEN]) is (holding == "slots")
     assert "base plate (" not in notes[OPEN]  # it stays
+
+
+# Words with which a step begins that moves, adds or takes off a part.
+MOVES = (
+    *("Lay", "Put", "Push", "From above", "Thread", "Lower", "Set", "Slide", "Screw", "Rest"),
+    *("Stand", "Press", "Draw", "Pry", "Hold", "Bend", "Fill the windows", "Cut the", "Try"),
+    *("Pick the clay", "Pull the core", "Tilt the mold", "Tape"),
+)
+
+
+@pytest.mark.parametrize("given", [("comb", "sla"), ("slots", "machined"), None])
+def test_each_step_that_moves_a_part_has_a_picture(hand_made, given):
+    if given is None:  # an open mold, its front legs with traces
+        plan, meshes = plan_mold(design := load_design("film_tees")), hand_made()[2]
+    else:
+        design, plan, meshes = hand_made(given[0], process=given[1])
+    sections, views = casting_notes(casting_of(plan, meshes, gage_fit(design)))
+    drawn = {(view.section, view.step) for view in views}
+    moving = [
+        (section["title"], k)
+        for section in sections[TITLES.index(CLOSE) :]
+        for k, step in enumerate(section["steps"], start=1)
+        if step.startswith(MOVES) and not step.startswith("Hold both")
+    ]
+    assert len(moving) > 10
+    assert set(moving) <= drawn
 
 
 def test_large_effects_and_another_fixture_are_warned_of(hand_made):
