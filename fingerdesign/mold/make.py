@@ -166,9 +166,9 @@ def _make(
             write_drawings(casting, folder)
             (folder / PROFILE_FILE).write_text(profile_text(design), encoding="utf-8")
         with clock.stage("placement"):
-            outcome.placement = placement_of(effects[0])
+            outcome.placement = _effect_of(effects[0], "the plates' tolerance does")
         with clock.stage("leads"):
-            outcome.leads = leads_of(effects[1])
+            outcome.leads = _effect_of(effects[1], "the leads do")
         report("writing the report", 0.9)
         with clock.stage("picture"):
             try:
@@ -203,22 +203,12 @@ def mold_meshes(plan: MoldPlan, folder: Path, time_limit_s: float = CAD_LIMIT_S)
     return found
 
 
-def placement_of(wait: Wait) -> dict[str, Any]:
-    """Wait for the effect of placement; where its process failed, a record says how."""
+def _effect_of(wait: Wait, of: str) -> dict[str, Any]:
+    """Wait for an effect on the readings; where its process failed, a record says how."""
     try:
         found: dict[str, Any] = wait()
     except FingerDesignError as error:
-        return unknown_effect(f"its analysis failed: {error}")
-    return found
-
-
-def leads_of(wait: Wait) -> dict[str, Any]:
-    """Wait for the effect of the leads; where its process failed, a record says how."""
-    try:
-        found: dict[str, Any] = wait()
-    except FingerDesignError as error:
-        words = f"What the leads do to the readings is not known: its analysis failed: {error}."
-        return {"reason": str(error), "sentences": [words]}
+        return unknown_effect(f"its analysis failed: {error}", of)
     return found
 
 

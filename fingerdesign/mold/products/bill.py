@@ -1,10 +1,12 @@
 """The bill of materials: what has to lie on the bench before a mold is made."""
 
+import csv
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, cast
 
 import numpy as np
 from pydantic import Field
@@ -25,28 +27,6 @@ PROCESSES = {  # How a part is made, and of what.
     "fdm": ("filament print", "filament"),
     "machined": ("machined", "aluminium"),
 }
-# What is used up: item, count, material, size.
-SUPPLIES = (
-    ("base primer", 1, "for this elastomer on the base plate", "a few ml"),
-    ("release agent", 1, "spray or wax, safe for this elastomer", "a thin film"),
-    (
-        "elastic band",
-        3,
-        "silicone or nitrile, no latex; or a clamp and a weight",
-        "to hold insert and base plate",
-    ),
-    ("tape or clay", 1, "sulfur-free", "to stop leaks"),
-    (
-        "barrier coat",
-        1,
-        "clear acrylic lacquer, or polyvinyl alcohol",
-        "two thin coats, a day before",
-    ),
-    ("abrasive paper", 1, "wet, 400 to 2000 grit, and polish", "the insert's face"),
-    ("isopropanol", 1, "fresh, and lint-free wipes", "to wash and degrease"),
-    ("mixing cups, spatula", 4, "polypropylene", "four times the mixed volume"),
-    ("gloves", 1, "nitrile, no latex", "a pair a person"),
-)
 # The nut's height and the washer's thickness, mm (ISO 4032 and ISO 7089)
 NUTS = {"M2": (1.6, 0.3), "M2.5": (2.0, 0.5), "M3": (2.4, 0.5), "M4": (3.2, 0.8)}
 PROUD_MM = 1.0  # of a bolt beyond its nut: two turns or more
@@ -55,20 +35,8 @@ LENGTHS_MM = (
     *(80, 90, 100, 110, 120, 130, 140, 150),
 )
 SPARE = 0.2  # of the plates
-# What a workshop has: item, count, made, material, size.
-TOOLS = tuple(
-    (item, 1, "tool", kind, size)
-    for item, kind, size in (
-        ("stereo microscope", "10 to 40 times", "or a strong lens"),
-        ("scale", "0.01 g", "to 200 g"),
-        ("vacuum chamber and pump", "1 kPa or less", "four times the mixed volume"),
-        ("feeler gages", "steel", "0.03 to 0.5 mm"),
-        ("flat plate", "glass or granite", "200 mm"),
-        ("hex keys, tweezers, fine cutters", "steel", "a set"),
-        ("soldering iron", "fine tip", "where wires are soldered"),
-        ("ohmmeter", "four wires", "0.1 ohm"),
-    )
-)
+# What is used up, and what a workshop has.
+BENCH = Path(__file__).parents[1] / "templates" / "bench.csv"
 WIRE_MM = 200.0  # of thin wire a gage lead, to where it can be handled
 
 
@@ -90,6 +58,27 @@ class ItemData(TypedDict):
     words: Annotated[str, Field(description="to send with the drawings of what is ordered")]
 
 
+@dataclass(frozen=True)
+class Item:
+    """A row as it comes about; ``when`` follows from how it is made where it is not given."""
+
+    item: str
+    count: int
+    made: str
+    material: str
+    size: str
+    mass_g: float | None = None
+    files: str = ""
+    when: When | None = None
+    words: str = ""
+
+    @property
+    def row(self) -> ItemData:
+        """The row of the bill."""
+        usual = {"bought": "buy", "cut or etched": "order today"}.get(self.made, "make")
+        return cast(ItemData, vars(self) | {"when": self.when or usual})
+
+
 def bill_of_materials(casting: Casting) -> tuple[ItemData, ...]:
     """Write all lines: what is ordered today first, then what is made, bought, and what a
     workshop has."""
@@ -101,11 +90,10 @@ def bill_of_materials(casting: Casting) -> tuple[ItemData, ...]:
         *hardware(casting.plan),
         *_elastomer(casting),
         *(_gages(casting, gages) if gages else ()),
-        *_supplies(casting),
-        *(_item(*tool, when="have") for tool in TOOLS),
+        *_bench(casting),
     )
     order = ("order today", "make", "buy", "have")
-    return tuple(sorted(items, key=lambda each: order.index(each["when"])))
+    return tuple(sorted((item.row for item in items), key=lambda each: order.index(each["when"])))
 
 
 def spare_of(count: int) -> int:
@@ -124,36 +112,11 @@ def primer_words(design: Design) -> str:
     return "primer for this elastomer on metal"
 
 
-def _item(
-    item: str,
-    count: int,
-    made: str,
-    material: str,
-    size: str,
-    mass_g: float | None = None,
-    files: str = "",
-    when: When | None = None,
-    words: str = "",
-) -> ItemData:
-    usual: dict[str, When] = {"bought": "buy", "cut or etched": "order today"}
-    return ItemData(
-        item=item,
-        count=count,
-        made=made,
-        material=material,
-        size=size,
-        mass_g=mass_g,
-        files=files,
-        when=when or usual.get(made, "make"),
-        words=words,
-    )
-
-
 def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _part(design: Design, part: PartMesh) -> ItemData:
+def _part(design: Design, part: PartMesh) -> Item:
     """A part of the mold or of the coupon."""
     x, y, z = _extent(part.vertices)
     files = f"{part.name}.stl, {part.name}.step"
@@ -164,7 +127,7 @@ def _part(design: Design, part: PartMesh) -> ItemData:
         words = (
             f"{part.name}.dxf: 1 of {size}, {material}; edges to {comb_tolerance(design.mold):g} mm"
         )
-        return _item(part.name, 1, "cut or etched", material, size, files=files, words=words)
+        return Item(part.name, 1, "cut or etched", material, size, files=files, words=words)
     made, material = PROCESSES[design.mold.process]
     if part.name == CORE and design.body.core is not None:
         made, material = "made", _words(design.body.core.material)
@@ -173,10 +136,10 @@ def _part(design: Design, part: PartMesh) -> ItemData:
     size = f"{x:.1f} x {y:.1f} x {z:.1f} mm, {part.volume / 1000:.2f} cm³"
     count = {BASE: 2, SPACER: 2}.get(part.name, 1)
     when: When = "order today" if design.mold.process == "machined" else "make"
-    return _item(part.name, count, made, material, size, files=files, when=when)
+    return Item(part.name, count, made, material, size, files=files, when=when)
 
 
-def _plates(casting: Casting) -> Iterator[ItemData]:
+def _plates(casting: Casting) -> Iterator[Item]:
     """The plates by their patterns, and those that are cut once more for the coupon's cell."""
     name = casting.design.plates.material
     trial = {each.index for each in casting.trial}
@@ -192,30 +155,30 @@ def _plates(casting: Casting) -> Iterator[ItemData]:
             f"plates.dxf, {pattern.name}: {2 * pattern.count + spare} of {pattern.thickness:g} mm "
             f"{_words(name)}, cut to {comb_tolerance(casting.design.mold):g} mm, no burr, flat"
         )
-        yield _item(pattern.name, pattern.count, *metal, size, files=files, words=words)
-        yield _item(f"{pattern.name}, to spare", spare, *metal, "the same, 20 %")
-        yield _item(bare, pattern.count, *metal, "the same, without gages")
+        yield Item(pattern.name, pattern.count, *metal, size, files=files, words=words)
+        yield Item(f"{pattern.name}, to spare", spare, *metal, "the same, 20 %")
+        yield Item(bare, pattern.count, *metal, "the same, without gages")
         if more := trial.intersection(pattern.plates):
             files = f"nested_{name}_{pattern.thickness:g}mm.dxf"
             item = f"{pattern.name}, for the coupon"
-            yield _item(item, len(more), *metal, "the same", files=files)
+            yield Item(item, len(more), *metal, "the same", files=files)
 
 
-def _elastomer(casting: Casting) -> Iterator[ItemData]:
+def _elastomer(casting: Casting) -> Iterator[Item]:
     """The elastomer as mixed, and its two parts."""
     silicone, mixing = casting.silicone, casting.mixing
     size = f"{silicone['mixed_cm3']:.2f} cm³ with {100 * silicone['excess']:g} % excess"
     material = _words(casting.design.body.material)
-    yield _item("elastomer, mixed", 1, "poured", material, size, round(silicone["mass_g"], 1))
+    yield Item("elastomer, mixed", 1, "poured", material, size, round(silicone["mass_g"], 1))
     rubber = rubber_words(casting.design)
     if not mixing.known:
         rubber += "; hold the ratio against your data sheet"
     size = f"{mixing.part_a:g} : {mixing.part_b:g} by mass ({mixing.source})"
     for name, mass in zip("AB", mixing.shares(silicone["mass_g"]), strict=True):
-        yield _item(f"elastomer, part {name}", 1, "bought", rubber, size, round(mass, 1))
+        yield Item(f"elastomer, part {name}", 1, "bought", rubber, size, round(mass, 1))
 
 
-def _gages(casting: Casting, gages: int) -> Iterator[ItemData]:
+def _gages(casting: Casting, gages: int) -> Iterator[Item]:
     """The gages with what bonds and connects them."""
     own = casting.design.gages
     material = "tee rosette: two grids across each other" if own.grid == "tee" else "foil gage"
@@ -232,21 +195,21 @@ def _gages(casting: Casting, gages: int) -> Iterator[ItemData]:
         long, wide = found.carrier(own.length_mm, own.width_mm)
         size += f": {found.name}, {long:g} mm x {wide:g} mm in all"
     words = _order_words(casting, gages)
-    yield _item("strain gage", gages, "bought", material, size, when="order today", words=words)
+    yield Item("strain gage", gages, "bought", material, size, when="order today", words=words)
     if not joints_of(casting):
         legs = "of the front legs' pitch: elastomeric strip, or flex bonded by anisotropic film"
-        yield _item("leg connector", 1, "bought", legs, f"{own.lead_count} contacts a leg")
-        yield _item("primer", 1, "bought", primer_words(casting.design), "a few ml")
+        yield Item("leg connector", 1, "bought", legs, f"{own.lead_count} contacts a leg")
+        yield Item("primer", 1, "bought", primer_words(casting.design), "a few ml")
         return
     plates = sum(pattern.count for pattern in casting.patterns)
     metres = math.ceil(own.lead_count * plates * WIRE_MM / 1000.0)
     wire = casting.design.mold.wire_mm / bundle(own.lead_count)
     thin = f", {wire:.2g} mm or thinner over its enamel" if wire else ""
-    yield _item("gage wire", 1, "bought", "enamelled copper", f"{metres} m{thin}")
+    yield Item("gage wire", 1, "bought", "enamelled copper", f"{metres} m{thin}")
     adhesive = "cyanoacrylate or epoxy for gages"
-    yield _item("gage adhesive", 1, "bought", adhesive, "a few drops")
-    yield _item("solder and flux", 1, "bought", "thin, rosin", f"{joints_of(casting)} joints")
-    yield _item("primer", 1, "bought", primer_words(casting.design), "a few ml")
+    yield Item("gage adhesive", 1, "bought", adhesive, "a few drops")
+    yield Item("solder and flux", 1, "bought", "thin, rosin", f"{joints_of(casting)} joints")
+    yield Item("primer", 1, "bought", primer_words(casting.design), "a few ml")
 
 
 def _order_words(casting: Casting, gages: int) -> str:
@@ -269,16 +232,14 @@ def _order_words(casting: Casting, gages: int) -> str:
     )
 
 
-def _supplies(casting: Casting) -> Iterator[ItemData]:
-    """Everything else that a caster uses up."""
+def _bench(casting: Casting) -> Iterator[Item]:
+    """Everything else that a caster uses up, and tools."""
     mold, material = casting.design.mold, casting.design.body.material
-    printed = mold.process == "sla" and mold.cure == "platinum"
-    needed = {
-        "barrier coat": printed and not material.startswith("polyurethane"),
-    }
-    for item, count, kind, size in SUPPLIES:
-        if needed.get(item, True):
-            yield _item(item, count, "bought", kind, size)
+    coated = mold.process == "sla" and mold.cure == "platinum"
+    rows = csv.reader(BENCH.read_text(encoding="utf-8").splitlines()[1:])
+    for when, item, count, made, kind, size in rows:
+        if item != "barrier coat" or (coated and not material.startswith("polyurethane")):
+            yield Item(item, int(count), made, kind, size, when=cast(When, when))
 
 
 def _extent(points: Array) -> list[float]:
@@ -310,8 +271,8 @@ def bolt_words(bolt: Bolt) -> str:
     return f"{bolt.size} threaded rod" if length is None else f"{bolt.size} x {length}"
 
 
-def hardware(plan: MoldPlan) -> tuple[ItemData, ...]:
-    """Bolts with nuts and washers, dowels, core pins, core screws."""
+def hardware(plan: MoldPlan) -> Iterator[Item]:
+    """Bolts with nuts and washers, dowels, core pins, core screws, what fastens the mount."""
     bolts = Counter((b.size, bolt_length(b), round(b.high - b.low, 2)) for b in plan.bolts)
     sizes = Counter(bolt.size for bolt in plan.bolts)
     rods = Counter(bolt.size for bolt in plan.bolts if bolt_length(bolt) is None)
@@ -319,31 +280,27 @@ def hardware(plan: MoldPlan) -> tuple[ItemData, ...]:
     pins = _alike((pin.diameter, plan.reach(pin.side) - abs(pin.tip)) for pin in plan.core_pins)
     screws = _alike((hole.diameter,) for hole in plan.base_holes if hole.kind == "screw")
     steel = "bought", "steel"
-    found = []
     for (size, length, grip), count in sorted(bolts.items(), key=str):
-        name = "bolt" if length else "threaded rod"
         words = f"{size} x {length}" if length else size
-        found.append(_item(name, count, *steel, f"{words}, clamps {grip:g} mm"))
+        words = f"{words}, clamps {grip:g} mm"
+        yield Item("bolt" if length else "threaded rod", count, *steel, words)
     for size, count in sorted(sizes.items()):
-        found.append(_item("nut", count + rods[size], *steel, size))
-        found.append(_item("washer", 2 * count, *steel, size))
-    found += [_item("dowel pin", n, *steel, f"{d:g} mm x {long:g} mm") for (d, long), n in dowels]
-    rod = "bought", "steel rod or drill shank"
-    found += [
-        _item("core pin", n, *rod, f"{d:g} mm, {long:g} mm or longer") for (d, long), n in pins
-    ]
-    plate = f"{plan.base:g} mm plate"
-    found += [_item("core screw", n, *steel, f"for a {d:g} mm hole, {plate}") for (d,), n in screws]
+        yield Item("nut", count + rods[size], *steel, size)
+        yield Item("washer", 2 * count, *steel, size)
+    for (wide, long), count in dowels:
+        yield Item("dowel pin", count, *steel, f"{wide:g} mm x {long:g} mm")
+    for (wide, long), count in pins:
+        size = f"{wide:g} mm, {long:g} mm or longer"
+        yield Item("core pin", count, "bought", "steel rod or drill shank", size)
+    for (wide,), count in screws:
+        yield Item("core screw", count, *steel, f"for a {wide:g} mm hole, {plan.base:g} mm plate")
     if plan.groove is not None:
-        iso = plan.design.mold.mount == "iso9409"
-        found.append(_item("receiver screw", 1, *steel, "M3 x 8, against the base plate"))
-        if not iso:
-            found.append(
-                _item("threaded insert", 2, "bought", "brass, set hot or glued in", "M3, 5 mm")
-            )
-        words = "M6 x 16" if iso else "M3, by your hand"
-        found.append(_item("hand screw", 4 if iso else 2, *steel, words))
-    return tuple(found)
+        yield Item("receiver screw", 1, *steel, "M3 x 8, against the base plate")
+        if plan.design.mold.mount == "iso9409":
+            yield Item("hand screw", 4, *steel, "M6 x 16")
+        else:
+            yield Item("threaded insert", 2, "bought", "brass, set hot or glued in", "M3, 5 mm")
+            yield Item("hand screw", 2, *steel, "M3, by your hand")
 
 
 def _alike(sizes: Iterable[tuple[float, ...]]) -> list[tuple[tuple[float, ...], int]]:

@@ -237,9 +237,9 @@ def placement_worst(placement: Mapping[str, Any] | None) -> float:
     return math.hypot(placement["together"]["worst"], row["together"]["worst"])
 
 
-def unknown_effect(reason: str) -> dict[str, Any]:
-    """The record of plates off their places where there are no numbers."""
-    sentence = f"What the plates' tolerance does to the gages is not known: {reason}."
+def unknown_effect(reason: str, of: str = "the plates' tolerance does") -> dict[str, Any]:
+    """The record of an effect on the readings where there are no numbers."""
+    sentence = f"What {of} to the gages is not known: {reason}."
     return {"reason": reason, "sentences": [sentence]}
 
 

@@ -134,7 +134,7 @@ def test_bolts_reach_through_washers_and_nut_or_are_rods(hand_made):
     for grip, size, length in ((30.0, "M3", 35), (22.0, "M3", 30), (10.0, "M2", 16)):
         assert bolt_length(Bolt("z", 0.0, 0.0, 0.0, grip, size, 3.4)) == length
     long = replace(hand_made()[1], bolts=(Bolt("z", 0.0, 0.0, -100.0, 100.0, "M4", 4.5),))
-    counts = {item["item"]: item["count"] for item in hardware(long)}
+    counts = {item.item: item.count for item in hardware(long)}
     assert (counts["threaded rod"], counts["nut"], "bolt" in counts) == (1, 2, False)
 
 

@@ -68,7 +68,7 @@ def raising(error):
 def stages(hand_made, monkeypatch):
     """``stages(checks=..., cad_error=..., STAGE=...)``: the design, its stages hand-made."""
 
-    def install(checks=(PASSED,), cad_error=None, drawn=False, **changed):
+    def install(checks=(PASSED,), cad_error=None, drawn=False, effect=EFFECT, **changed):
         design, plan, meshes = hand_made()
 
         def mold_meshes(planned, folder):
@@ -83,8 +83,7 @@ def stages(hand_made, monkeypatch):
             "mold_meshes": mold_meshes,
             "run_checks": lambda *given: tuple(checks),
             "concurrently": lambda *given, **limits: nullcontext(),
-            "placement_of": lambda job: dict(EFFECT),
-            "leads_of": lambda job: dict(LEADS),
+            "_effect_of": lambda job, of: dict(LEADS if "leads" in of else effect),
         }
         if not drawn:
             picture = Picture(b"PNG", (Badge(1, "contact_insert", 0.5, 0.2),), "The mold opened.")
@@ -143,7 +142,7 @@ FILM = {"mold.gage": "sputtered_film", "mold.leads": "leg"}
 )
 def test_ready_to_cast_is_stated_of_a_sensor(stages, tmp_path, keys, worst, reasons):
     effect = {**EFFECT, "together": {**CHANGE, "worst": worst}}
-    design = with_values(stages(placement_of=lambda job: effect), keys)
+    design = with_values(stages(effect=effect), keys)
     assert make.make_mold(design, tmp_path)["status"] == "ok"
     page, sensor = (tmp_path / "report.html").read_text("utf-8"), record_in(tmp_path)["sensor"]
     assert sensor["reading_error"] == pytest.approx(worst)
