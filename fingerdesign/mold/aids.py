@@ -10,16 +10,8 @@ from fingerdesign.arrays import Array
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.part import CELL, COUPON_COMB, PartMesh
 from fingerdesign.mold.plan.mount import FLOOR_MM, INSERT_DEEP_MM, flange_holes
-from fingerdesign.mold.plan.plan import (
-    FLANKS,
-    Bolt,
-    MoldPlan,
-    Side,
-    direction,
-    in_space,
-    slot_corners,
-    spacer_height,
-)
+from fingerdesign.mold.plan.pieces import FLANKS, Bolt, Side, direction, in_space, slot_corners
+from fingerdesign.mold.plan.plan import MoldPlan, spacer_height
 from fingerdesign.mold.plan.slots import leg_bar, sides_of_plate
 from fingerdesign.mold.products.casting import Casting
 from fingerdesign.mold.profile import AROUND_MM, SPACER_MM

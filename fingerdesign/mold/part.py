@@ -18,6 +18,34 @@ COUPON, COUPON_PIN, CELL, COUPON_COMB = "coupon", "coupon_pin", "coupon_cell", "
 OUTER = "_outer"  # ends the names of combs on the outside: no part of the filled block
 
 
+COLOURS = {  # by the first word of a part's name
+    "contact": "#5b8fc7",
+    "end": "#7fae8c",
+    "frame": "#7fae8c",
+    "side": "#a9b6a0",
+    "comb": "#c9a227",
+    "base": "#8b8f99",
+    "core": "#5f8f4e",
+    "rubber": "#8fb4cf",
+    "plate": "#b5652a",
+    "gage": "#1f7a4d",
+    "lead": "#b3261e",
+    "mount": "#6f6a8c",
+    "bolts": "#4b5563",
+    "pins": "#4b5563",
+    "cell": "#7fae8c",
+    "band": "#8c2f5b",
+    "clay": "#9a7b4f",
+    "tape": "#d9b44a",
+    "spacer": "#6f6a8c",
+}
+
+
+def colour_of(name: str) -> str:
+    """The colour of a part, or of an aid, by its name."""
+    return COLOURS[name.removeprefix("coupon_").partition("_")[0]]
+
+
 def axis_name(draw: Sequence[float]) -> str:
     """The axis that a draw runs along.
 

@@ -23,6 +23,7 @@ from fingerdesign.mold.part import (
     RUBBER,
     MoldMeshes,
     PartMesh,
+    colour_of,
 )
 from fingerdesign.mold.products.notes import PLATES, View
 from fingerdesign.mold.render import Shown, camera_axes, draw_pictures
@@ -32,27 +33,6 @@ TIME_LIMIT_S = 90.0  # it takes 4 to 8 s; a software renderer on a busy machine 
 NONE: Aids = MappingProxyType({})
 MAKING = "Make the parts"  # each for itself
 ON_BENCH = ("Mix and pour", "Cure and open", "Finish and measure")  # what is there stays there
-COLOURS = {  # by the first word of a part's name
-    "contact": "#5b8fc7",
-    "end": "#7fae8c",
-    "frame": "#7fae8c",
-    "side": "#a9b6a0",
-    "comb": "#c9a227",
-    "base": "#8b8f99",
-    "core": "#5f8f4e",
-    "rubber": "#8fb4cf",
-    "plate": "#b5652a",
-    "gage": "#1f7a4d",
-    "lead": "#b3261e",
-    "mount": "#6f6a8c",
-    "bolts": "#4b5563",
-    "pins": "#4b5563",
-    "cell": "#7fae8c",
-    "band": "#8c2f5b",
-    "clay": "#9a7b4f",
-    "tape": "#d9b44a",
-    "spacer": "#6f6a8c",
-}
 
 
 @dataclass(frozen=True)
@@ -91,9 +71,12 @@ def exploded_parts(meshes: MoldMeshes, aids: Aids = NONE) -> tuple[Shown, ...]:
     """All that is drawn. The finger (rubber, plates, a core that is inside) stays in its place."""
     size = np.array(meshes.high) - np.array(meshes.low)
     return (
-        *(Shown(part.name, part, _colour(part.name), _moved(part, size)) for part in meshes.parts),
-        *(Shown(e.name, e, _colour(e.name)) for e in (*meshes.plates, *aids.get(GAGES, ()))),
-        Shown("rubber", meshes.rubber, COLOURS["rubber"], opacity=0.3),
+        *(
+            Shown(part.name, part, colour_of(part.name), _moved(part, size))
+            for part in meshes.parts
+        ),
+        *(Shown(e.name, e, colour_of(e.name)) for e in (*meshes.plates, *aids.get(GAGES, ()))),
+        Shown("rubber", meshes.rubber, colour_of("rubber"), opacity=0.3),
     )
 
 
@@ -141,7 +124,7 @@ def _still(thing: Shown) -> Shown:
 
 def _in_view(mesh: PartMesh, name: str, view: View, size: Array) -> Shown:
     """A thing as a view has it; name: its own, or PLATES."""
-    colour = _colour(mesh.name)
+    colour = colour_of(mesh.name)
     if name not in view.names and mesh.name.startswith(("gage", "lead")):
         return Shown(mesh.name, mesh, colour)
     if name not in view.names:
@@ -161,11 +144,6 @@ def _in_view(mesh: PartMesh, name: str, view: View, size: Array) -> Shown:
     sign = 1.0 if view.verb == "take" else -1.0
     x, y, z = (sign * np.array(away)).tolist()
     return Shown(mesh.name, mesh, colour, away, way=(x, y, z))
-
-
-def _colour(name: str) -> str:
-    """The colour of a part, or of an aid, by its name."""
-    return COLOURS[name.removeprefix("coupon_").partition("_")[0]]
 
 
 def _pale(colour: str) -> str:

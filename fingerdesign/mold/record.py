@@ -18,12 +18,12 @@ from fingerdesign.layout.fitting import GageFit
 from fingerdesign.mold.part import Check, PartMesh
 from fingerdesign.mold.plan.limits import comb_tolerance
 from fingerdesign.mold.plan.patterns import FlatPattern
-from fingerdesign.mold.plan.plan import MoldPlan, Side, SidePlan
+from fingerdesign.mold.plan.pieces import Side, SidePlan
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.bill import ItemData
 from fingerdesign.mold.products.casting import Casting, SiliconeData
 from fingerdesign.mold.products.hours import HoursData, hours_of
 from fingerdesign.mold.products.notes import warnings_of
-from fingerdesign.mold.products.three_mf import Posed
 from fingerdesign.mold.profile import ladders_of
 from fingerdesign.mold.ready import sensor_of
 from fingerdesign.records.base import Count, Size, closed, plain
@@ -68,17 +68,8 @@ class ProcessData(TypedDict):
 
 
 @closed
-class PrintData(TypedDict):
-    """A part as it lies in mold.3mf."""
-
-    down: Vector
-    flat_area_mm2: Size
-    size_mm: Vector
-
-
-@closed
 class PartData(TypedDict):
-    """A part: where it comes off, its size in the mold, and how it lies on the printer's bed."""
+    """A part: where it comes off, and its size in the mold."""
 
     number: Count
     name: str
@@ -90,7 +81,6 @@ class PartData(TypedDict):
     vertices: Count
     triangles: Count
     chord_mm: Annotated[Size, Field(description="greatest distance to the exact surface")]
-    print: PrintData | None
     files: list[str]
 
 
@@ -336,10 +326,9 @@ def _made(outcome: Outcome, files: list[str]) -> dict[str, Any]:
     placements = _placements(outcome.plan, patterns)
     if casting is None:
         return {"parts": [], "plates": [], "placements": placements, "silicone": None}
-    posed = {each.name: each for each in casting.posed}
     parts = enumerate(casting.meshes.parts, start=1)
     return {
-        "parts": [_part(part, number, posed.get(part.name), files) for number, part in parts],
+        "parts": [_part(part, number, files) for number, part in parts],
         "plates": [_pattern(pattern, files) for pattern in patterns],
         "placements": placements,
         "silicone": casting.silicone,
@@ -369,7 +358,7 @@ def values_of(kind: type, source: object, **given: Any) -> dict[str, Any]:
     """A record of a kind: what is given, and of the rest what ``source`` has under the key's name
     or, in the key's unit, under its name without it.
 
-    >>> from fingerdesign.mold.plan.plan import BaseHole
+    >>> from fingerdesign.mold.plan.pieces import BaseHole
     >>> values_of(HoleData, BaseHole("gate", 1.0, 2.0, 3.0, 4.0))["x_mm"]
     1.0
     """
@@ -380,7 +369,7 @@ def values_of(kind: type, source: object, **given: Any) -> dict[str, Any]:
     return found
 
 
-def _part(part: PartMesh, number: int, posed: Posed | None, files: list[str]) -> dict[str, Any]:
+def _part(part: PartMesh, number: int, files: list[str]) -> dict[str, Any]:
     return values_of(
         PartData,
         part,
@@ -388,7 +377,6 @@ def _part(part: PartMesh, number: int, posed: Posed | None, files: list[str]) ->
         size_mm=np.ptp(part.vertices, axis=0),
         vertices=len(part.vertices),
         triangles=len(part.triangles),
-        print=None if posed is None else values_of(PrintData, posed),
         files=_files_of(part.name, files),
     )
 

@@ -10,7 +10,7 @@ from manifold3d import Error, Manifold, Mesh64
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.mold.part import EDGE_DEG
-from fingerdesign.mold.plan.plan import Side, across, direction
+from fingerdesign.mold.plan.pieces import Side, across, direction
 
 # Flat faces differ by rounding only; the CAD kernel turns curved ones by up to 0.3 rad a triangle.
 _FLAT_RAD, _SMOOTH_RAD = 1e-5, 0.4

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from fingerdesign.mold.part import BASE, INSERT
 from fingerdesign.mold.plan.limits import limits_of
-from fingerdesign.mold.plan.plan import in_space
+from fingerdesign.mold.plan.pieces import in_space
 from fingerdesign.mold.plan.planning import plan_mold
 from tests.support.molds import drawn, shipped
 

@@ -11,7 +11,7 @@ from fingerdesign.design.step import resolved
 from fingerdesign.layout.bodies import surface_height
 from fingerdesign.mold.plan.fixture.legs import fixture_of
 from fingerdesign.mold.plan.fixture.refusals import leg_refusals
-from fingerdesign.mold.plan.plan import Slot, in_space, slot_corners
+from fingerdesign.mold.plan.pieces import Slot, in_space, slot_corners
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.plan.refusals import MoldRefused
 from fingerdesign.mold.plan.remedies import remedied

@@ -14,7 +14,7 @@ from fingerdesign.mold.plan.extent import exits_of, flat_sided
 from fingerdesign.mold.plan.fixture.fixture import Fixture
 from fingerdesign.mold.plan.fixture.legs import fixture_of, meets_hole
 from fingerdesign.mold.plan.limits import limits_of
-from fingerdesign.mold.plan.plan import Leg, core_in_mold
+from fingerdesign.mold.plan.pieces import Leg, core_in_mold
 from fingerdesign.mold.plan.slots import frames_in_mold, scale_of, turned_bar
 from tests.support.molds import made, shipped
 

@@ -19,7 +19,7 @@ from fingerdesign.mold.cad.write import meshed
 from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.make import mold_meshes
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT
-from fingerdesign.mold.plan.plan import SIDES, Plug, SidePlan, in_space, wall_name
+from fingerdesign.mold.plan.pieces import SIDES, Plug, SidePlan, in_space, wall_name
 from fingerdesign.mold.plan.planning import plan_mold
 from tests.support.as_planned import as_planned
 from tests.support.molds import CLOSED, shipped

@@ -22,7 +22,7 @@ from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.make import mold_meshes
 from fingerdesign.mold.part import BASE, INSERT
 from fingerdesign.mold.plan.limits import limits_of
-from fingerdesign.mold.plan.plan import RELIEF_MM
+from fingerdesign.mold.plan.pieces import RELIEF_MM
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.bill import hardware
 from tests.support.as_planned import as_planned
@@ -52,7 +52,9 @@ def test_a_finger_that_allows_it_gets_the_fewest_parts_and_two_bolts(name, parts
     assert {hole.kind for hole in plan.base_holes} == kinds
     footprint = plan.half_width * plan.half_depth
     assert footprint < plan.mount_x * plan.mount_z <= 2.0 * footprint
-    assert len(hardware(plan)) == 3  # of one kind each: bolts, nuts, washers
+    names = ["bolt", "nut", "washer"]  # of one kind each; then what fastens the mount
+    names += ["receiver screw", "threaded insert", "hand screw"] if plan.groove else []
+    assert [item.item for item in hardware(plan)] == names
     closed = plan_mold(with_values(load_design(name), {"mold.pour": "closed"}))
     assert parts_of(closed) == parts + 3
     assert len(closed.bolts) >= 6

@@ -6,7 +6,7 @@ import pytest
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.mold.placement import row_tolerances, tolerances
 from fingerdesign.mold.plan.fixture.outer import bow, push_of
-from fingerdesign.mold.plan.plan import Slot, direction
+from fingerdesign.mold.plan.pieces import Slot, direction
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.plan.slots import turned_bar, ways, webs
 

@@ -11,7 +11,7 @@ from manifold3d import Manifold
 from fingerdesign.layout.volume import plate_volume
 from fingerdesign.mold.checks.assembly import assemble
 from fingerdesign.mold.part import BASE, CORE, Check
-from fingerdesign.mold.plan.plan import direction, in_space
+from fingerdesign.mold.plan.pieces import direction, in_space
 from fingerdesign.mold.plan.slots import least_slot, least_web, webs
 
 ROUND = 64  # sides of a bar that is tried in a round hole

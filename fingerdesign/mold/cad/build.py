@@ -23,7 +23,8 @@ from fingerdesign.errors import GeometryError
 from fingerdesign.mold.cad.features import BEYOND_MM, Features, cut_plates, features_of
 from fingerdesign.mold.cad.parting import FlatSide, parted, seam, sides_followed
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT, RUBBER, Made, MoldParts
-from fingerdesign.mold.plan.plan import ENDS, FLANKS, SIDES, MoldPlan, Side, direction
+from fingerdesign.mold.plan.pieces import ENDS, FLANKS, SIDES, Side, direction
+from fingerdesign.mold.plan.plan import MoldPlan
 
 Direction = tuple[float, float, float]
 # Parts come off in this order; base and core stay with the finger.

@@ -14,7 +14,8 @@ from fingerdesign.mold.cad.build import INSERT_ORDER, BuiltPart, Direction
 from fingerdesign.mold.cad.features import slot_tools
 from fingerdesign.mold.cad.parting import prism_of, slab
 from fingerdesign.mold.part import CELL, COUPON, COUPON_COMB, COUPON_PIN, SPACER
-from fingerdesign.mold.plan.plan import WORDS, MoldPlan, direction, spacer_height
+from fingerdesign.mold.plan.pieces import WORDS, direction
+from fingerdesign.mold.plan.plan import MoldPlan, spacer_height
 from fingerdesign.mold.plan.slots import sides_of_plate
 from fingerdesign.mold.profile import AROUND_MM, SPACER_MM, Ladder, cell_plates, ladders_of
 

@@ -21,14 +21,13 @@ from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.fasteners.core_pins import CORE_CLEARANCE_MM
 from fingerdesign.mold.plan.fixture.outer import ROOMS_MM
 from fingerdesign.mold.plan.limits import SPARE_MM
-from fingerdesign.mold.plan.plan import (
+from fingerdesign.mold.plan.pieces import (
     PRY_MM,
     RELIEF_MM,
     BaseHole,
     CorePin,
     Leg,
     Lug,
-    MoldPlan,
     Pin,
     Side,
     SidePlan,
@@ -37,6 +36,7 @@ from fingerdesign.mold.plan.plan import (
     direction,
     in_space,
 )
+from fingerdesign.mold.plan.plan import MoldPlan
 
 BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
 ROOT_MM = 0.2  # how deep a pin or lug reaches into its part

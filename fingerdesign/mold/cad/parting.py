@@ -25,11 +25,10 @@ from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.cad.kernel import box, extruded, flat_face, one_solid, polygon
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.part import INSERT, OUTER
-from fingerdesign.mold.plan.plan import (
+from fingerdesign.mold.plan.pieces import (
     ENDS,
     FLANKS,
     SIDES,
-    MoldPlan,
     Plug,
     Side,
     SidePlan,
@@ -38,6 +37,7 @@ from fingerdesign.mold.plan.plan import (
     in_space,
     wall_name,
 )
+from fingerdesign.mold.plan.plan import MoldPlan
 
 TAB_MM = (6.0, 4.0)  # at both ends of an outer comb: its reach, and its height
 NEAR = 1e-6  # mm: that close, a face lies in a plane of the outline's box

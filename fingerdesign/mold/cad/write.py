@@ -14,9 +14,6 @@ from OCP.GProp import GProp_GProps
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.export import (
-    BONE,
-    BRONZE,
-    SILICONE_GREY,
     Rgba,
     check_whole_step,
     write_assembly,
@@ -27,7 +24,7 @@ from fingerdesign.cad.triangles import merge_vertices, triangulate_measured
 from fingerdesign.mold.cad.build import Built, BuiltPart, build_mold
 from fingerdesign.mold.cad.coupon import build_coupon
 from fingerdesign.mold.cad.mount import build_mount
-from fingerdesign.mold.part import BASE, CORE, FINGER, INSERT, RUBBER, MoldMeshes, PartMesh
+from fingerdesign.mold.part import FINGER, RUBBER, MoldMeshes, PartMesh, colour_of
 from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.plan import MoldPlan
 
@@ -36,18 +33,6 @@ ROUNDING_MM = 1e-5  # more than single precision takes from places within 100 mm
 ADAPTIVE = (1e-3, 1e-6, 1e-9)  # tolerances that the kernel's adaptive rule is given
 AGREED = 1e-6  # of the volume: the most by which its three answers may differ
 ANGLE_RAD = 0.17  # of a chord of a round hole: a wall full of holes keeps its volume to 1e-3
-STEEL: Rgba = (0.70, 0.72, 0.75, 1.0)
-COLOURS: dict[str, Rgba] = {
-    INSERT: (0.35, 0.55, 0.80, 1.0),
-    BASE: (0.45, 0.45, 0.48, 1.0),
-    CORE: BONE,
-    RUBBER: SILICONE_GREY,
-    "plate": BRONZE,
-    "end": (0.50, 0.70, 0.55, 1.0),
-    "frame": (0.50, 0.70, 0.55, 1.0),
-    "side": (0.80, 0.68, 0.45, 1.0),
-    "comb": STEEL,
-}
 
 
 def meshed(part: BuiltPart, chord_mm: float) -> PartMesh:
@@ -99,9 +84,15 @@ def write_files(plan: MoldPlan, built: Built, meshes: MoldMeshes, folder: Path) 
         solid.exportStep(str(folder / f"{name}.step"))
         check_whole_step(folder / f"{name}.step")
     every = (*built.parts, *built.plates, built.rubber)
-    colours = [next((c for s, c in COLOURS.items() if p.name.startswith(s)), STEEL) for p in every]
-    named = ((p.name, p.solid, colour) for p, colour in zip(every, colours, strict=True))
+    named = ((part.name, part.solid, _rgba(part.name)) for part in every)
     write_assembly("mold", named, folder / ASSEMBLY)
+
+
+def _rgba(name: str) -> Rgba:
+    """A part's colour as the kernel has it; the rubber is translucent."""
+    colour = colour_of(name)
+    red, green, blue = (int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
+    return red, green, blue, 0.45 if name == RUBBER else 1.0
 
 
 def _triangles(solid: cq.Solid, chord_mm: float) -> tuple[Array, IntArray, float]:

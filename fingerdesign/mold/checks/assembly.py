@@ -8,7 +8,8 @@ from manifold3d import Manifold
 
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.mold.part import MoldMeshes
-from fingerdesign.mold.plan.plan import CorePin, MoldPlan, Side, Slot, across, direction
+from fingerdesign.mold.plan.pieces import CorePin, Side, Slot, across, direction
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.solids import solid_of
 
 

@@ -16,7 +16,8 @@ from fingerdesign.mesh.cells import pieces
 from fingerdesign.mold.checks.assembly import Assembly, from_pin, from_slot, place_text
 from fingerdesign.mold.part import BASE, CORE, RUBBER, Check
 from fingerdesign.mold.plan.base import TILT_DEG
-from fingerdesign.mold.plan.plan import MoldPlan, Side, direction
+from fingerdesign.mold.plan.pieces import Side, direction
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.solids import inside
 
 # Beyond an opening's edge, at that tilt, air that stays is no higher than 0.26 mm.

@@ -10,7 +10,8 @@ import numpy as np
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.mold.checks.assembly import Assembly, from_slot, place_text, seen_from
 from fingerdesign.mold.part import INSERT, Check, PartMesh
-from fingerdesign.mold.plan.plan import MoldPlan, SidePlan, across, direction, in_space
+from fingerdesign.mold.plan.pieces import SidePlan, across, direction, in_space
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.solids import (
     OPPOSITE,
     START_MM,

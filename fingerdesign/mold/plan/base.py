@@ -19,7 +19,8 @@ import numpy as np
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.step import step_facts
 from fingerdesign.mold.plan.limits import SPARE_MM
-from fingerdesign.mold.plan.plan import BaseHole, Box, HoleKind, MoldPlan
+from fingerdesign.mold.plan.pieces import BaseHole, Box, HoleKind
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.refusals import Refusal
 
 TILT_DEG = 5.0

@@ -13,7 +13,8 @@ from fingerdesign.design.step import step_facts
 from fingerdesign.layout.bodies import crest_height, surface_height
 from fingerdesign.layout.clearance import surface_clearances
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mold.plan.plan import Extent, MoldPlan, Side, across, direction
+from fingerdesign.mold.plan.pieces import Side, across, direction
+from fingerdesign.mold.plan.plan import Extent, MoldPlan
 from fingerdesign.shapes.faces import CadFace, nearest
 
 _ALONG, _ACROSS = 3, 2  # points of a bar's section at which it is followed outward

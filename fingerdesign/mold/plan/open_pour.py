@@ -29,15 +29,8 @@ from fingerdesign.mold.plan.fasteners.fasteners import (
 from fingerdesign.mold.plan.fixture.fixture import Fixture
 from fingerdesign.mold.plan.fixture.outer import with_outer_combs
 from fingerdesign.mold.plan.limits import SLENDER, SPARE_MM
-from fingerdesign.mold.plan.plan import (
-    RELIEF_MM,
-    Bolt,
-    Lug,
-    MoldPlan,
-    Pin,
-    SidePlan,
-    frame_name,
-)
+from fingerdesign.mold.plan.pieces import RELIEF_MM, Bolt, Lug, Pin, SidePlan, frame_name
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.refusals import Refusal
 
 # The end of a frame behind its comb, over the process's least wall: the frame is drawn by it.

@@ -13,7 +13,8 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mold.plan.plan import Leg, MoldPlan
+from fingerdesign.mold.plan.pieces import Leg
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.slots import end_of
 
 Face = Literal["upper", "lower"]

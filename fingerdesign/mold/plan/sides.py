@@ -15,17 +15,8 @@ from fingerdesign.mold.part import EDGE_DEG
 from fingerdesign.mold.plan.extent import half_extent
 from fingerdesign.mold.plan.fixture.fixture import Fixture
 from fingerdesign.mold.plan.fixture.refusals import CLOSE_MM
-from fingerdesign.mold.plan.plan import (
-    SIDES,
-    Extent,
-    MoldPlan,
-    Plug,
-    Side,
-    SidePlan,
-    Slot,
-    in_space,
-    slot_corners,
-)
+from fingerdesign.mold.plan.pieces import SIDES, Plug, Side, SidePlan, Slot, in_space, slot_corners
+from fingerdesign.mold.plan.plan import Extent, MoldPlan
 from fingerdesign.mold.plan.refusals import Refusal
 from fingerdesign.mold.plan.slots import sheet_thickness
 

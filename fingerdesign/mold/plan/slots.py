@@ -13,7 +13,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.plan.limits import Limits
-from fingerdesign.mold.plan.plan import ENDS, FLANKS, Holding, Leg, Side, Slot, slot_corners
+from fingerdesign.mold.plan.pieces import ENDS, FLANKS, Holding, Leg, Side, Slot, slot_corners
 
 _LEAST_PLAY_MM = 0.005  # with less a plate cannot be pushed in
 

@@ -17,7 +17,8 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.leads import bundle
 from fingerdesign.mold.part import BASE, CORE, SPACER, PartMesh
 from fingerdesign.mold.plan.limits import comb_tolerance
-from fingerdesign.mold.plan.plan import Bolt, MoldPlan
+from fingerdesign.mold.plan.pieces import Bolt
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.casting import Casting, rubber_words
 from fingerdesign.mold.products.hours import joints_of
 from fingerdesign.records.base import Count, Size, closed, write_csv
@@ -256,7 +257,7 @@ def bolt_length(bolt: Bolt) -> int | None:
 
     None where no usual length does: threaded rod, cut to size.
 
-    >>> from fingerdesign.mold.plan.plan import Bolt
+    >>> from fingerdesign.mold.plan.pieces import Bolt
     >>> bolt_length(Bolt("z", 0.0, 5.0, -15.0, 15.0, "M3", 3.4))
     35
     """

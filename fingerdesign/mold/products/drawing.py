@@ -17,7 +17,8 @@ from fingerdesign.errors import GeometryError
 from fingerdesign.mold.part import PartMesh, axis_name
 from fingerdesign.mold.plan.mount import SIDE_MM, STOP_SCREW_MM, flange_holes, rail_profile
 from fingerdesign.mold.plan.patterns import FlatPattern
-from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side, direction
+from fingerdesign.mold.plan.pieces import SIDES, Side, direction
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.casting import Casting
 from fingerdesign.mold.products.three_mf import in_rows
 from fingerdesign.mold.solids import section_loops, solid_of

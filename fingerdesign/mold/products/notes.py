@@ -23,7 +23,8 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.mold.part import COUPON, COUPON_COMB, axis_name
 from fingerdesign.mold.plan.base import TILT_DEG
-from fingerdesign.mold.plan.plan import WORDS, MoldPlan, spacer_height
+from fingerdesign.mold.plan.pieces import WORDS
+from fingerdesign.mold.plan.plan import MoldPlan, spacer_height
 from fingerdesign.mold.products.bill import bolt_length, bolt_words, primer_words, spare_of
 from fingerdesign.mold.products.casting import Casting, density_of
 from fingerdesign.mold.products.drawing import numbers_text

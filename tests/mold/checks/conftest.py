@@ -9,7 +9,8 @@ from manifold3d import Manifold, Mesh64
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.part import BASE, INSERT, RUBBER, MoldMeshes, PartMesh
-from fingerdesign.mold.plan.plan import BaseHole, Leg, MoldPlan, Pin, SidePlan, Slot
+from fingerdesign.mold.plan.pieces import BaseHole, Leg, Pin, SidePlan, Slot
+from fingerdesign.mold.plan.plan import MoldPlan
 
 
 @dataclass(frozen=True)

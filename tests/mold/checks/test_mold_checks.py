@@ -11,7 +11,7 @@ from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.checks.shells import part_checks
 from fingerdesign.mold.checks.venting import high_points
 from fingerdesign.mold.part import BASE, INSERT, RUBBER
-from fingerdesign.mold.plan.plan import Bolt
+from fingerdesign.mold.plan.pieces import Bolt
 from fingerdesign.mold.products.casting import silicone_of
 from fingerdesign.mold.solids import curved_area, solid_of
 from tests.support.as_planned import as_planned

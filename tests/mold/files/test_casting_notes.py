@@ -10,7 +10,7 @@ import pytest
 
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.layout.fitting import gage_fit
-from fingerdesign.mold.plan.plan import Bolt
+from fingerdesign.mold.plan.pieces import Bolt
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.bill import bill_of_materials, bolt_length, hardware, write_bill
 from fingerdesign.mold.products.casting import casting_of, mixing_of, silicone_of

@@ -308,7 +308,7 @@ def test_a_shipped_finger_can_be_cast(tmp_path):
     assert names_in(folder) == data["files"]
     named = {name for part in (*data["parts"], *data["plates"]) for name in part["files"]}
     assert named <= set(data["files"])
-    printed = {part["name"]: part for part in data["parts"] if part["print"]}
+    printed = {part["name"]: part for part in data["parts"] if part["made"] == "process"}
     held = read_3mf(folder / "mold.3mf")
     assert set(held) == {*printed, "mount"}  # which is printed too, but is no part of the mold
     for name, part in printed.items():

@@ -11,7 +11,8 @@ import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.mold.plan.limits import SLENDER, SPARE_MM, Limits
-from fingerdesign.mold.plan.plan import MoldPlan, Side
+from fingerdesign.mold.plan.pieces import Side
+from fingerdesign.mold.plan.plan import MoldPlan
 
 LEDGE_MM = 2.0  # the mount reaches so far beyond the finger, at most
 _STEP_MM = 0.1  # between the places that are tried

@@ -6,7 +6,8 @@ import numpy as np
 
 from fingerdesign.mold.plan.fasteners.columns import clear
 from fingerdesign.mold.plan.limits import SPARE_MM, Limits
-from fingerdesign.mold.plan.plan import ENDS, FLANKS, CorePin, MoldPlan, SidePlan
+from fingerdesign.mold.plan.pieces import ENDS, FLANKS, CorePin, SidePlan
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.refusals import Refusal
 
 DIAMETERS_MM = (2.0, 1.5, 1.2, 1.0, 0.8, 0.6, 0.5)  # steel pins and wire that are sold

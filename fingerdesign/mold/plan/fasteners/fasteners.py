@@ -18,7 +18,8 @@ from fingerdesign.mold.part import INSERT
 from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.fasteners.columns import CORNERS, FLANKS, LEDGE_MM, ONE, Columns, Fit
 from fingerdesign.mold.plan.limits import SLENDER, SPARE_MM
-from fingerdesign.mold.plan.plan import Bolt, MoldPlan, Pin, wall_name
+from fingerdesign.mold.plan.pieces import Bolt, Pin, wall_name
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.refusals import Refusal
 
 FOOTPRINT = 2.0  # area of the mount over that of the finger's base, at most
