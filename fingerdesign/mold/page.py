@@ -123,10 +123,6 @@ def _findings(data: MoldData) -> Iterator[Item]:
     if failed:
         yield tables.checks_table("failed", "Failed", failed)
     reasons = [f"{each[:1].upper()}{each[1:].rstrip('.')}." for each in data["sensor"]["reasons"]]
-    if (data["sensor"]["reading_error"] or 0.0) > MOST_ERROR:
-        held = {each["holding"] for each in data["fixture"]}
-        kind = next(each for each in ("slots", "comb", "wall") if each in held or each == "wall")
-        reasons.append(WORDS["helps"]["words"].format(more=WORDS["helps"][kind]))
     if found := [*reasons, *data["warnings"]]:
         yield Bullets(found, "warnings")
 

@@ -30,8 +30,8 @@ _LEG: Values = {"mold.leads": "leg"}
 _MACHINED, _FINE = {"mold.process": "machined"}, {"mold.comb.tolerance_mm": 0.005}
 _FINER: tuple[Values, ...] = (_FINE, _MACHINED, {**_MACHINED, **_FINE})
 _NO_FINER = (
-    ": no finer process or comb does; plates that leave through a flat face, wider legs or longer "
-    "plates are placed closer"
+    ": no finer process or comb does; plates that leave through a flat face, wider legs "
+    "(mold.leg_mm) or longer plates are placed closer"
 )
 
 _SMALLER = (0.8, 0.6, 0.4)  # grids of film, over the design's
