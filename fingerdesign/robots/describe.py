@@ -19,6 +19,7 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.export import write_triangles
 from fingerdesign.cad.solid_process import write_finger_cad
 from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
@@ -28,6 +29,7 @@ from fingerdesign.robots.rigid import RigidBody, densities, rigid_body, triangle
 
 COLLISION = "collision"
 COLOURS = {"body": "0.80 0.84 0.88 1", "plates": "0.72 0.45 0.20 1", "core": "0.93 0.90 0.80 1"}
+FLEX_MM = (0.2, 20.0)  # At 0.2 a finger has a quarter of a million tetrahedra, and loads in 3 s.
 _SITE_M = 0.0002
 _DAMPING_s = 0.0005  # Of the flex, Rayleigh's: it damps a swing of 100 Hz by a sixth.
 FOLDERS = {
@@ -75,9 +77,13 @@ def describe(
     """Write the meshes of a finger into ``folder``; given: densities, g/cm^3, by material.
 
     flex_mm: the size of tetrahedra that replace the rubber's mesh and hull; None: it is rigid.
-    Raises DesignError for a material without density, GeometryError where it cannot be built.
+    Raises DesignError for a material without density and for a number that is no density or size,
+    GeometryError where it cannot be built.
     """
     by_part = densities(design, given or {})
+    least, most = FLEX_MM
+    if flex_mm is not None and not least <= flex_mm <= most:
+        raise DesignError([Fault("--flex", flex_mm, f"{least:g} to {most:g} mm", "correct it")])
     files = write_finger_cad(design, folder)
     hull = _write_hull(files["finger.stl"], folder / f"{COLLISION}.stl")
     for name in ("finger.step", "finger.stl"):

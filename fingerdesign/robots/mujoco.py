@@ -54,34 +54,64 @@ class Mount:
 
 class Coupling:
     """Pads in one MuJoCo model. ``touches``: of the last step, one for each mount; parts: of that
-    step; dissipated_mJ: work that friction has taken in all of them; cuts: long steps are cut."""
+    step; dissipated_mJ: work that friction has taken in all of them; cuts: long steps are cut.
+
+    Friction has a history: after ``mj_resetData`` call :meth:`reset`."""
 
     def __init__(self, model: Any, mounts: Sequence[Mount], share: float = SHARE) -> None:
         """share: of the stable step, see :data:`SHARE`.
 
         Raises ImportError without MuJoCo, KeyError for an unknown site, ValueError for the
-        integrator RK4, which evaluates forces within a step."""
+        integrator RK4, which evaluates forces within a step, for another share, and for a pad or a
+        site that two mounts have."""
         if mujoco is None:
             raise ImportError(
                 "MuJoCo is not installed; get it by: pip install fingerdesign[mujoco]"
             )
         if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
             raise ValueError('integrator = "RK4": must be Euler, implicit or implicitfast')
+        if not 0.0 < share <= 1.0:
+            raise ValueError(f"share = {share}: must be over 0 and at most 1, of the stable step")
+        if len({id(each.pad) for each in mounts}) < len(mounts):
+            raise ValueError("a pad is mounted twice: make another by pad_of, each has a history")
+        for each in mounts:
+            if each.pad_site == each.object_site:
+                raise ValueError(f"object_site = {each.object_site!r}: must be on another body")
         self.model, self._mounts, self._share = model, tuple(mounts), share
         self.cuts = True
         pairs = ((each.pad_site, each.object_site) for each in self._mounts)
         self._sites = [(model.site(pad).id, model.site(met).id) for pad, met in pairs]
+        self._begin()
+
+    def reset(self) -> None:
+        """Forget all contact: for ``data`` that was reset."""
+        for each in self._mounts:
+            each.pad.reset()
+        self._begin()
+
+    def _begin(self) -> None:
         self.touches: tuple[Touch, ...] = tuple(each.pad.touch for each in self._mounts)
-        self.parts, self.dissipated_mJ = 0, 0.0
+        self.parts, self.dissipated_mJ, self._time = 0, 0.0, -math.inf
         self._pressed, self._stable = [0.0] * len(self._mounts), math.inf
 
     def step(self, data: Any) -> tuple[Touch, ...]:
         """Advance ``data`` by the model's timestep; forces in qfrc_applied act as well.
 
         Raises SolverError where a pad has no accepted answer; data is then as it was in that part.
+        ValueError for a timestep that is none, data of another model, and time that went back.
         """
-        model, own = self.model, data.qfrc_applied.copy()
+        model = self.model
         whole, done = float(model.opt.timestep), 0.0
+        if not 0.0 < whole < math.inf:
+            raise ValueError(f"timestep = {whole}: must be a finite number over 0, s")
+        if len(data.qpos) != model.nq or len(data.site_xpos) != model.nsite:
+            raise ValueError("data: must be of the coupling's model, by mujoco.MjData(model)")
+        if data.time < self._time - 1e-9:
+            raise ValueError(
+                f"data.time = {data.time:g}: must be at least {self._time:g} s, that of the last "
+                "step; call reset() where data was reset"
+            )
+        own = data.qfrc_applied.copy()
         try:
             self.parts = 0
             while whole - done > 1e-9 * whole:
@@ -95,6 +125,7 @@ class Coupling:
         finally:
             model.opt.timestep = whole
             data.qfrc_applied[:] = own
+            self._time = float(data.time)
         return self.touches
 
     def stable_step(self, data: Any) -> float:
